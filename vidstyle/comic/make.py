@@ -15,6 +15,7 @@ from vidstyle.comic.layout.inset import suit_insets
 from vidstyle.comic.layout.layout import PageLayout, lay_out, pages_for
 from vidstyle.comic.layout.paper import BORDER, DPI, LayoutKind, paper
 from vidstyle.comic.layout.storyboard import contact_sheet, time_labels
+from vidstyle.comic.lettering.characters import control_character
 from vidstyle.comic.lettering.dialogue import match, panels_for
 from vidstyle.comic.lettering.fonts import Letters, check_pillow, letter_size, letters_for
 from vidstyle.comic.lettering.letter import PanelText, TextStyle, letter
@@ -26,7 +27,7 @@ from vidstyle.comic.output.panel_renderer import PagePlan, PanelRenderer, drawn
 from vidstyle.comic.output.sheet import Label
 from vidstyle.comic.output.write import Frames, Output
 from vidstyle.comic.select.moments import KeyFrameOptions, find_moments
-from vidstyle.errors import UsageError, log
+from vidstyle.errors import UsageError, log, printable
 from vidstyle.media.read.decode_report import DecodeReport
 from vidstyle.media.write.atomic import atomic_file
 from vidstyle.pipeline.progress import OnStep, unwatched
@@ -83,11 +84,14 @@ class _Job:
         size = options.size or ("strip" if self._output.is_strip else "a4")
         border = 0 if options.storyboard else BORDER
         self._paper = paper(size, options.dpi, landscape=options.landscape, border=border)
+        self._output.check_pages([(self._paper.width, self._paper.height)])
         default_style = PLAIN if options.storyboard else "comic"
         self._style_names = options.styles or (default_style,)
         self._styles = [load_style(each) for each in self._style_names]
         if options.save:
             self._check_save(options.save)
+        if control := control_character(options.title):
+            raise UsageError("--title", f"holds the control character {control}", "remove it")
         self._right_to_left = options.right_to_left or options.layout == "manga"
         self._letters = Letters(options.font)
         self._size = letter_size(self._paper)
@@ -114,6 +118,7 @@ class _Job:
             return self._draw(self._plan(film, moments, lines), film)
 
     def _draw(self, plan: PagePlan, film: Film) -> Comic:
+        self._output.check_pages(plan.layout.sizes)
         moments, pages, folder = list(plan.moments), len(plan.layout.sizes), self._options.frames
         if save := self._options.save:
             content = self._page_file(plan, save)
@@ -141,6 +146,9 @@ class _Job:
             raise UsageError(target, "cannot be a page file", f"end its name in {PAGE_FILE}")
         if not all(isinstance(each, str) for each in self._style_names):
             raise UsageError("--save", "needs styles by name or path")
+        for name in (self._source, str(self._options.font or ""), *map(str, self._style_names)):
+            if control := control_character(name):
+                raise UsageError("--save", f"cannot write the name {printable(name)}: it holds {control}", "rename it")
         with atomic_file(target, self._source, self._options.overwrite):
             pass
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
 from vidstyle.block import Asset, Block, Choice, Color, Control, On, SavedRef
 from vidstyle.blocks import all_blocks
+from vidstyle.core.user_toml import parse_toml
 from vidstyle.errors import StyleError, UsageError
 from vidstyle.style.check import style_from_table
 from vidstyle.style.model import Step, Style, table_from_style
@@ -108,8 +108,8 @@ def _changed(style: Style, texts: list[str], assign: Callable[[dict[str, Any], s
 def _parse(control: Control, text: str) -> object:
     """The value written after "=": in TOML, or a bare word where the control takes text."""
     try:
-        parsed = tomllib.loads(f"value = {text}")
-    except (ValueError, RecursionError):
+        parsed = parse_toml(f"value = {text}")
+    except ValueError:
         parsed = {}
     value = parsed.get("value") if len(parsed) == 1 else None
     takes_text = isinstance(control, Choice | Color | SavedRef | Asset)

@@ -40,9 +40,11 @@ def with_actions(frames: Sequence[Candidate], shot: Sequence[Candidate]) -> list
     background = np.median([each.thumbnail for each in shot], axis=0).astype(np.float32)
     usual = [_subject(each.thumbnail, background) for each in shot]
     areas = np.array([float((change > 0).mean()) for change, _ in usual])
+    most = float(np.percentile(areas, 80))
     if np.median(areas) > _MOST or areas.max() < _LEAST or np.median([rest for _, rest in usual]) > _QUIET:
         return list(frames)
-    most = float(np.percentile(areas, 80))
+    if most == 0:  # a damaged picture or two among pictures that do not move
+        return list(frames)
     changes = [_subject(each.thumbnail, background)[0] for each in frames]
     return [
         replace(each, action=_foreground(each, change, most))

@@ -41,6 +41,8 @@ _USUAL = 210.0
 """Width in millimetres below which margins and gutters shrink in proportion."""
 _LEAST, _MOST = 64, 30000
 """Range of a page's sides in pixels."""
+MAX_PAGE_PIXELS = 70_000_000
+"""Maximum number of pixels that are drawn as one picture: A3 at 600 dots per inch."""
 
 
 @dataclass(frozen=True)

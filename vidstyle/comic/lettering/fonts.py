@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vidstyle.comic.layout.paper import Paper
+from vidstyle.comic.lettering.characters import replace_control
 from vidstyle.errors import InputError, UsageError, log
 
 if TYPE_CHECKING:
@@ -122,10 +123,10 @@ class Letters:
         return float(self.font(size).getlength(unstressed(text)))
 
     def writable(self, text: str) -> str:
-        """The text with substitutes for characters that the font lacks; notes are left out."""
+        """The text with substitutes for characters that the font lacks; notes are left out, controls replaced."""
         text = text.upper() if self.capitals else text
         shown = "".join(self._written(letter) for letter in unicodedata.normalize("NFC", text))
-        return " ".join(shown.split())
+        return replace_control(" ".join(shown.split()))
 
     def missing(self, text: str) -> set[str]:
         """The characters of a text that the font lacks and that are substituted."""
@@ -161,11 +162,14 @@ def _opened(path: Path | None, size: int) -> ImageFont.FreeTypeFont:
         font = ImageFont.load_default(size)
         assert isinstance(font, ImageFont.FreeTypeFont)
         return font
+    remedy = "give a .ttf or .otf file"
+    if os.path.exists(path) and not os.path.isfile(path):  # a pipe would wait for a writer
+        raise InputError(path, "is not a file", remedy)
     try:
         return ImageFont.truetype(str(path), size)
-    except OSError:
-        reason = "is not a font" if path.is_file() else "no such file"
-        raise InputError(path, reason, "give a .ttf or .otf file") from None
+    except (OSError, ValueError):
+        reason = "is not a font" if os.path.isfile(path) else "no such file"
+        raise InputError(path, reason, remedy) from None
 
 
 FOLDERS = (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from functools import partial
@@ -12,9 +13,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from vidstyle.comic.layout.paper import MAX_PAGE_PIXELS
 from vidstyle.comic.layout.storyboard import timecode
 from vidstyle.comic.moment import Moment
-from vidstyle.comic.output.raster import cbz, jpeg, pdf, png
+from vidstyle.comic.output.raster import MAX_JPEG_SIDE, cbz, jpeg, pdf, png
 from vidstyle.comic.output.sheet import Sheet
 from vidstyle.comic.output.svg import html, svg
 from vidstyle.core.closing import Closing
@@ -37,6 +39,8 @@ _FORMATS: dict[str, _Encoder] = {
     _STRIP: partial(html, page_file=""),
 }
 """Output formats by the extension of the file."""
+_DRAWN_BY_VIEWERS = ".svg", _STRIP
+"""Formats that hold shapes and panels instead of a picture of the page."""
 _MULTI_PAGE = ".pdf", ".cbz", _STRIP
 """Formats whose files hold all pages."""
 
@@ -64,6 +68,16 @@ class Output:
         if not is_numbered(target.name):
             with atomic_file(target, source, overwrite):
                 pass
+
+    def check_pages(self, sizes: Iterable[tuple[int, int]]) -> None:
+        """Raise UsageError if pages of these widths and heights are too large for the format."""
+        kind = self.target.suffix.lower()
+        for width, height in sizes if kind not in _DRAWN_BY_VIEWERS else ():
+            side = math.inf if kind == ".png" else MAX_JPEG_SIDE
+            if width * height > MAX_PAGE_PIXELS or max(width, height) > side:
+                limit = f"{MAX_PAGE_PIXELS // 10**6} megapixels" + f" and {side} pixels a side" * (side < math.inf)
+                remedy = f"{limit} are possible; make smaller pages, or write .svg or {_STRIP}"
+                raise UsageError(self.target, f"has a page of {width}x{height} pixels", remedy)
 
     def write(self, sheets: Iterable[Sheet], pages: int, title: str, page_file: str = "") -> list[Path]:
         """Write all pages; a page with a file of its own is written as soon as it is drawn.

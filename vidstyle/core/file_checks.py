@@ -1,4 +1,4 @@
-"""Reads files from untrusted sources."""
+"""Checks files from untrusted sources before and while they are read."""
 
 from __future__ import annotations
 
