@@ -21,6 +21,13 @@ _SENTENCE = re.compile(
 """How a reason begins that makes a sentence with its subject."""
 
 
+_NO_MEMORY = re.compile(
+    "cannot allocate memory|failed to map segment|can't (start new thread|allocate lock)|insufficient memory",
+    re.I,
+)
+"""What Python, the loader of libraries and OpenCV say where memory is lacking."""
+
+
 class VidstyleError(Exception):
     """Base class of all errors; the text is one line: "subject: reason; remedy".
 
@@ -105,6 +112,21 @@ def not_a_picture(given: object, wanted: str) -> UsageError:
 def error_reason(error: Exception) -> str:
     """What the system or FFmpeg says about an error, without the name of the file."""
     return str(getattr(error, "strerror", None) or error)
+
+
+def is_out_of_memory(error: BaseException | None) -> bool:
+    """Whether an error, or one that it follows from, says that memory is lacking, also for a thread.
+
+    >>> is_out_of_memory(RuntimeError("can't start new thread")), is_out_of_memory(RuntimeError("no"))
+    (True, False)
+    """
+    while error is not None:
+        if isinstance(error, MemoryError) or getattr(error, "errno", None) == errno.ENOMEM:
+            return True
+        if not isinstance(error, VidstyleError) and _NO_MEMORY.search(str(error)):
+            return True
+        error = error.__cause__ or error.__context__
+    return False
 
 
 def printable(value: object) -> str:

@@ -75,10 +75,12 @@ def read_configuration(path: Path, context: click.Context) -> dict[str, dict[str
                 raise _mistake(path, text, name, key, f"{name} has no option '{key}'; {hint}")
             option = options[key]
             values = value if option.multiple and isinstance(value, list) else [value]
-            table[key] = values if option.multiple else value
             try:
                 if not all(isinstance(each, str | int | float) for each in values):
                     raise click.BadParameter("is not a text, a number or a truth value")
+                # As on the command line; click takes no number for a truth value.
+                values = [each if isinstance(each, bool) else str(each) for each in values]
+                table[key] = values if option.multiple else values[0]
                 option.type_cast_value(below, table[key])
             except click.BadParameter as error:
                 raise _mistake(path, text, name, key, f"{key}: {error.message.rstrip('.')}") from None

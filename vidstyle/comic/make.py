@@ -15,7 +15,7 @@ from vidstyle.comic.layout.inset import suit_insets
 from vidstyle.comic.layout.layout import PageLayout, lay_out, pages_for
 from vidstyle.comic.layout.paper import BORDER, DPI, LayoutKind, paper
 from vidstyle.comic.layout.storyboard import contact_sheet, time_labels
-from vidstyle.comic.lettering.characters import control_character
+from vidstyle.comic.lettering.characters import control_character, decoded_text
 from vidstyle.comic.lettering.dialogue import match, panels_for
 from vidstyle.comic.lettering.fonts import Letters, check_pillow, letter_size, letters_for
 from vidstyle.comic.lettering.letter import PanelText, TextStyle, letter
@@ -79,6 +79,7 @@ class _Job:
         self._saved: PageFile | None = None
         if Path(source).suffix.lower() == PAGE_FILE:
             self._saved, source, options = _saved(Path(source), options)
+        options = replace(options, title=decoded_text(options.title))
         self._source, self._options, self._step = source, options, on_step
         self._output = Output(target, source, options.overwrite)
         size = options.size or ("strip" if self._output.is_strip else "a4")
@@ -148,7 +149,8 @@ class _Job:
             raise UsageError("--save", "needs styles by name or path")
         for name in (self._source, str(self._options.font or ""), *map(str, self._style_names)):
             if control := control_character(name):
-                raise UsageError("--save", f"cannot write the name {printable(name)}: it holds {control}", "rename it")
+                reason = f"cannot write the name {printable(name)}: it holds {control}"
+                raise UsageError("--save", reason, "rename it, or use a UTF-8 locale")
         with atomic_file(target, self._source, self._options.overwrite):
             pass
 

@@ -61,7 +61,7 @@ def parse_toml(text: str) -> dict[str, Any]:
     """Return the content of a TOML text; its integers have about 64 bits at most.
 
     Raises:
-        ValueError: it is not TOML, or nested deeper than `MAX_NESTING`; the message has the number of the line.
+        ValueError: it is not TOML, or nested deeper than `MAX_NESTING`; the message names the line.
     """
     _check_limits(text)
     try:
@@ -83,7 +83,7 @@ def _check_limits(text: str) -> None:
             case "end":
                 dots = 0
             case "integer":
-                raise ValueError(f"line {_line(token)} has an integer of more than 64 bits; write a smaller one")
+                raise ValueError(f"line {_line(token)} has an integer of more than 64 bits")
         if max(depth, dots) > MAX_NESTING:
             raise ValueError(f"line {_line(token)} is nested too deeply; {MAX_NESTING} levels are possible")
 

@@ -8,7 +8,7 @@ from html import escape
 from vidstyle.errors import printable
 
 _CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
-"""Control characters except tabs and ends of lines, lone surrogates, and what is no character (XML 1.0, 2.2)."""
+"""Control characters except tabs and ends of lines, lone surrogates, and noncharacters (XML 1.0, 2.2)."""
 
 
 def control_character(text: str) -> str:
@@ -19,6 +19,14 @@ def control_character(text: str) -> str:
     """
     found = _CONTROL.search(text)
     return printable(found[0]) if found else ""
+
+
+def decoded_text(text: str) -> str:
+    """Return an argument of the command line as UTF-8, whatever the locale; unchanged if it is not UTF-8."""
+    try:
+        return text.encode("utf-8", "surrogateescape").decode("utf-8")
+    except UnicodeError:
+        return text
 
 
 def replace_control(text: str) -> str:

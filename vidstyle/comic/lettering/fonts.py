@@ -123,7 +123,7 @@ class Letters:
         return float(self.font(size).getlength(unstressed(text)))
 
     def writable(self, text: str) -> str:
-        """The text with substitutes for characters that the font lacks; notes are left out, controls replaced."""
+        """The text with substitutes for control characters and those that the font lacks, without notes."""
         text = text.upper() if self.capitals else text
         shown = "".join(self._written(letter) for letter in unicodedata.normalize("NFC", text))
         return replace_control(" ".join(shown.split()))

@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any, get_args
 
 from vidstyle.comic.analyze.film import Film
-from vidstyle.comic.layout.paper import MAX_PAGE_PIXELS
 from vidstyle.comic.layout.layout import PageLayout, Panel
+from vidstyle.comic.layout.paper import MAX_PAGE_PIXELS
 from vidstyle.comic.lettering.bubble import Bubble, BubbleKind, TextBlock, size_of
 from vidstyle.comic.lettering.characters import control_character
 from vidstyle.comic.lettering.fonts import Letters, comic_font
@@ -171,7 +171,9 @@ def _check_counts(data: _Table, pages: Sequence[_Table], sheets: Sequence[Rectan
     if wide := [page for page, sheet in zip(pages, sheets, strict=True) if sheet.area > _MOST_PIXELS]:
         raise wide[0].error("size", f"is more than {_MOST_PIXELS} pixels", "give a smaller page")
     if sum(sheet.area for sheet in sheets) > _MAX_TOTAL_PIXELS:
-        raise data.error("page", f"has sizes of more than {_MAX_TOTAL_PIXELS} pixels in all", "make two comics")
+        raise data.error(
+            "page", f"has sizes of more than {_MAX_TOTAL_PIXELS} pixels in all", "make two comics"
+        )
 
 
 def _check_coverage(
@@ -242,7 +244,11 @@ def _read_words(table: _Table, letters: Letters, sheet: Rectangle) -> Bubble:
 
 
 def _read_label(table: _Table, letters: Letters, sheet: Rectangle) -> Label:
-    text, (middle, foot), (size,) = table.text("text"), table.point("at", sheet), table.whole("size", 1, 1, 1000)
+    text, (middle, foot), (size,) = (
+        table.text("text"),
+        table.point("at", sheet),
+        table.whole("size", 1, 1, 1000),
+    )
     if letters.width(text, size) > sheet.width or size > sheet.height:
         raise table.error("text", "is larger than its page", "give fewer words or a smaller size")
     return Label(text, middle, foot, size, table.value("bold", bool))

@@ -75,7 +75,8 @@ class Output:
         for width, height in sizes if kind not in _DRAWN_BY_VIEWERS else ():
             side = math.inf if kind == ".png" else MAX_JPEG_SIDE
             if width * height > MAX_PAGE_PIXELS or max(width, height) > side:
-                limit = f"{MAX_PAGE_PIXELS // 10**6} megapixels" + f" and {side} pixels a side" * (side < math.inf)
+                limit = f"{MAX_PAGE_PIXELS // 10**6} megapixels"
+                limit += f" and {side} pixels a side" if side < math.inf else ""
                 remedy = f"{limit} are possible; make smaller pages, or write .svg or {_STRIP}"
                 raise UsageError(self.target, f"has a page of {width}x{height} pixels", remedy)
 

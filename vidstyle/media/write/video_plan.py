@@ -8,6 +8,7 @@ from fractions import Fraction
 
 import av
 
+from vidstyle.core.free_memory import is_memory_short
 from vidstyle.core.picture import SITINGS, Encoding
 from vidstyle.errors import UsageError, error_reason, log
 from vidstyle.media.codecs import (
@@ -236,6 +237,8 @@ def _try(target: str, plan: VideoPlan) -> None:
     try:
         open_encoder(context)
     except (av.FFmpegError, ValueError) as error:
+        if is_memory_short():
+            raise MemoryError from error
         width, height = plan.size
         settings = " ".join(f"{name}={value}" for name, value in plan.options.items())
         reason = f"{plan.encoder} refuses {width}x{height} {plan.pix_fmt} {settings} ({error_reason(error)})"
