@@ -118,6 +118,9 @@ def test_names_and_texts_in_an_ascii_locale(clip: Path, tmp_path: Path, name: st
     assert wrong.returncode == 3 and rb"'post\xe4' is not a block" in wrong.stderr
     style.write_text('format = 1\nname = "\u00d6l"\nnote = "\u00d6l."\n', "utf-8")
     assert ascii_run("styles", style).returncode == 0
+    hook = target.with_suffix(".hook")
+    exported = ascii_run("export", style, hook)
+    assert exported.returncode == 0 and hook.read_text("utf-8"), exported.stderr
     comic = ascii_run(
         "comic", clip, target.with_suffix(".svg"), "--title", "\u00c9t\u00e9", "--style", "plain"
     )

@@ -17,7 +17,7 @@ import click
 from click.core import ParameterSource
 
 from vidstyle.assets import configuration_folder
-from vidstyle.core.user_toml import parse_toml, read_toml_text
+from vidstyle.core.file_checks import parse_toml, read_toml_text
 from vidstyle.errors import UsageError, suggest
 
 FILE = "config.toml"

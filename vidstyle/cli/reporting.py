@@ -110,7 +110,7 @@ class Reporting(logging.Handler):
 
 def conclusion(error: BaseException) -> tuple[int, list[str]]:
     """The exit code and the message for an exception: one line, or one for each mistake of a style."""
-    if is_out_of_memory(error):
+    if is_out_of_memory(error) and not isinstance(error, OutputError):
         return OutputError.exit_code, [_LACK_OF_MEMORY]
     match error:
         case StyleError():

@@ -15,7 +15,7 @@ from vidstyle.comic.layout.inset import suit_insets
 from vidstyle.comic.layout.layout import PageLayout, lay_out, pages_for
 from vidstyle.comic.layout.paper import BORDER, DPI, LayoutKind, paper
 from vidstyle.comic.layout.storyboard import contact_sheet, time_labels
-from vidstyle.comic.lettering.characters import control_character, decoded_text
+from vidstyle.comic.lettering.characters import control_character
 from vidstyle.comic.lettering.dialogue import match, panels_for
 from vidstyle.comic.lettering.fonts import Letters, check_pillow, letter_size, letters_for
 from vidstyle.comic.lettering.letter import PanelText, TextStyle, letter
@@ -27,7 +27,7 @@ from vidstyle.comic.output.panel_renderer import PagePlan, PanelRenderer, drawn
 from vidstyle.comic.output.sheet import Label
 from vidstyle.comic.output.write import Frames, Output
 from vidstyle.comic.select.moments import KeyFrameOptions, find_moments
-from vidstyle.errors import UsageError, log, printable
+from vidstyle.errors import UsageError, log, printable, text_of_name
 from vidstyle.media.read.decode_report import DecodeReport
 from vidstyle.media.write.atomic import atomic_file
 from vidstyle.pipeline.progress import OnStep, unwatched
@@ -79,7 +79,7 @@ class _Job:
         self._saved: PageFile | None = None
         if Path(source).suffix.lower() == PAGE_FILE:
             self._saved, source, options = _saved(Path(source), options)
-        options = replace(options, title=decoded_text(options.title))
+        options = replace(options, title=text_of_name(options.title))
         self._source, self._options, self._step = source, options, on_step
         self._output = Output(target, source, options.overwrite)
         size = options.size or ("strip" if self._output.is_strip else "a4")

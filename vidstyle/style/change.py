@@ -8,7 +8,7 @@ from typing import Any
 
 from vidstyle.block import Asset, Block, Choice, Color, Control, On, SavedRef
 from vidstyle.blocks import all_blocks
-from vidstyle.core.user_toml import parse_toml
+from vidstyle.core.file_checks import parse_toml
 from vidstyle.errors import StyleError, UsageError
 from vidstyle.style.check import style_from_table
 from vidstyle.style.model import Step, Style, table_from_style

@@ -17,7 +17,7 @@ from typing import Any, cast
 import tomlkit
 from tomlkit.exceptions import TOMLKitError
 
-from vidstyle.core.user_toml import parse_toml
+from vidstyle.core.file_checks import parse_toml
 from vidstyle.errors import log
 from vidstyle.style.locate import HEADER
 from vidstyle.style.model import FIELDS, LAYERS, Style

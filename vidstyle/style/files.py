@@ -6,8 +6,8 @@ import os
 from pathlib import Path
 from typing import Any
 
-from vidstyle.core.user_toml import parse_toml, read_toml_text
-from vidstyle.errors import OutputError, StyleError
+from vidstyle.core.file_checks import parse_toml, read_toml_text
+from vidstyle.errors import OutputError, StyleError, text_of_name
 from vidstyle.style.check import style_from_table
 from vidstyle.style.locate import mended_word, with_lines
 from vidstyle.style.model import Style, table_from_style
@@ -38,7 +38,7 @@ def style_from_text(text: str, path: Path, folder: Path | None) -> Style:
     """
     table, words = _parse(path, text)
     try:
-        style = style_from_table(table, path, path.stem, folder)
+        style = style_from_table(table, path, text_of_name(path.stem), folder)
     except StyleError as error:
         raise StyleError(path, words + with_lines(error.mistakes, text)) from None
     if words:

@@ -21,14 +21,6 @@ def control_character(text: str) -> str:
     return printable(found[0]) if found else ""
 
 
-def decoded_text(text: str) -> str:
-    """Return an argument of the command line as UTF-8, whatever the locale; unchanged if it is not UTF-8."""
-    try:
-        return text.encode("utf-8", "surrogateescape").decode("utf-8")
-    except UnicodeError:
-        return text
-
-
 def replace_control(text: str) -> str:
     """Return the text with U+FFFD in place of control characters."""
     return _CONTROL.sub("\ufffd", text)

@@ -23,7 +23,7 @@ from vidstyle.comic.lettering.fonts import Letters, comic_font
 from vidstyle.comic.moment import Box, Moment, Point, Rectangle
 from vidstyle.comic.output.panel_renderer import PagePlan
 from vidstyle.comic.output.sheet import Label
-from vidstyle.core.user_toml import parse_toml, read_toml_text
+from vidstyle.core.file_checks import parse_toml, read_toml_text
 from vidstyle.errors import InputError
 
 FORMAT = 1

@@ -9,8 +9,7 @@ from typing import Any
 import av
 from av.codec.context import Flags
 
-from vidstyle.core.free_memory import is_memory_short
-from vidstyle.errors import log
+from vidstyle.errors import is_memory_short, log
 from vidstyle.media.frame import DecodedFrame
 from vidstyle.media.read.clock import FrameClock
 from vidstyle.media.read.decode_report import DecodeReport

@@ -8,9 +8,8 @@ from fractions import Fraction
 
 import av
 
-from vidstyle.core.free_memory import is_memory_short
 from vidstyle.core.picture import SITINGS, Encoding
-from vidstyle.errors import UsageError, error_reason, log
+from vidstyle.errors import UsageError, error_reason, is_memory_short, log
 from vidstyle.media.codecs import (
     choose_pix_fmt,
     encoder_options,

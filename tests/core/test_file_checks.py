@@ -8,7 +8,7 @@ from random import Random
 
 import pytest
 
-from vidstyle.core.user_toml import MAX_NESTING, parse_toml, read_toml_text
+from vidstyle.core.file_checks import MAX_NESTING, parse_toml, read_toml_text
 
 TEXT = r"""name = "a.b.c [[[ # \" {"  # [[[ a.b.c
 'literal' = 'no \ escape [[['
