@@ -1,4 +1,4 @@
-"""Reads files from untrusted sources: regular files of limited size, and TOML (styles, comics, configuration).
+"""Reads files from untrusted sources: regular files of limited size, and TOML (styles, comics, options).
 
 Limits of TOML are checked before tomllib sees the text: it recurses for nested values, and takes quadratic
 time and memory for dotted keys.
