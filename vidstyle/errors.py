@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import logging
+import mmap
 import re
 from collections.abc import Iterable, Sequence
 
@@ -19,6 +20,15 @@ _SENTENCE = re.compile(
     "(is|was|has|can|cannot|does|exists|holds|lies|leaves|needs|took|gave|wrote|failed|fails|refuses|reports)\\b"
 )
 """How a reason begins that makes a sentence with its subject."""
+
+
+_NO_MEMORY = re.compile(
+    "cannot allocate memory|failed to map segment|can't (start new thread|allocate lock)|insufficient memory",
+    re.I,
+)
+"""What Python, the loader of libraries and OpenCV say where memory is lacking."""
+_SPARE_BYTES = 1 << 28
+"""What a codec and its threads may take for a small picture: libx264 needs about 200 MB of addresses."""
 
 
 class VidstyleError(Exception):
@@ -107,6 +117,30 @@ def error_reason(error: Exception) -> str:
     return str(getattr(error, "strerror", None) or error)
 
 
+def is_out_of_memory(error: BaseException | None) -> bool:
+    """Whether an error, or one that it follows from, says that memory is lacking, also for a thread.
+
+    >>> is_out_of_memory(RuntimeError("can't start new thread")), is_out_of_memory(RuntimeError("no"))
+    (True, False)
+    """
+    while error is not None:
+        if isinstance(error, MemoryError) or getattr(error, "errno", None) == errno.ENOMEM:
+            return True
+        if not isinstance(error, VidstyleError) and _NO_MEMORY.search(str(error)):
+            return True
+        error = error.__cause__ or error.__context__
+    return False
+
+
+def is_memory_short() -> bool:
+    """Whether the system refuses this process another 256 MiB, as it does where `ulimit -v` is low."""
+    try:
+        mmap.mmap(-1, _SPARE_BYTES).close()
+    except OSError:
+        return True
+    return False
+
+
 def printable(value: object) -> str:
     r"""The value as one line of text, control characters escaped.
 
@@ -119,6 +153,18 @@ def printable(value: object) -> str:
         else character.encode("unicode_escape", "surrogatepass").decode("ascii")
         for character in str(value)
     )
+
+
+def text_of_name(name: str) -> str:
+    r"""Return a name from the command line or the file system as text that every document can hold.
+
+    The bytes of a name count as UTF-8, also where the locale has made lone surrogates of them; U+FFFD stands
+    for others.
+
+    >>> ascii(text_of_name("\udcc3\udca4\udcff"))
+    "'\\xe4\\ufffd'"
+    """
+    return name.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
 
 
 def suggest(word: str, names: Iterable[str]) -> str:

@@ -223,5 +223,5 @@ def _array_run(renderer: Backend, array: np.ndarray, time: float | None) -> np.n
     color = renderer.run(picture, time, target, rgb=True).color
     assert color is not None
     if array.shape[2] == 4:
-        color = np.concatenate([color, array[..., 3:]], axis=2)
+        color = np.concatenate([color, np.asarray(array[..., 3:])], axis=2)
     return np.array(color, array.dtype)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 
 import media
@@ -58,6 +59,10 @@ def test_the_quality_of_films_is_none_of_pictures(file: Path, capfd: pytest.Capt
         ("[render]\nstyle = ink", 'line 2: ink is no value; write style = "ink"'),
         ("render = 1", "line 1: render is a command; write [render] above its options"),
         ("[render", "is not TOML: "),
+        ("x = " + "[" * 20000, "line 1 is nested too deeply; 16 levels are possible"),
+        ("a." * 20000 + "b = 1", "line 1 is nested too deeply; 16 levels are possible"),
+        ("\n[render]\ncrf = " + "9" * 5000, "line 3 has an integer of more than 64 bits"),
+        ("[render]\noverwrite = 1.5", "line 2: overwrite: '1.5' is not a valid boolean"),
     ],
 )
 def test_a_mistake_is_one_line_with_its_place(
@@ -67,6 +72,12 @@ def test_a_mistake_is_one_line_with_its_place(
     assert cli.main(["blocks"]) == 2
     (line,) = capfd.readouterr().err.splitlines()
     assert mistake in line and str(file) in line
+
+
+def test_a_configuration_that_is_no_file_is_refused(file: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    os.mkfifo(file)
+    assert cli.main(["blocks"]) == 2
+    assert capfd.readouterr().err == f"vidstyle: {file} is not a file\n"
 
 
 @pytest.mark.parametrize(

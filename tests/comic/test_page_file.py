@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
+from xml.etree import ElementTree
 
 import cv2
 import numpy as np
@@ -13,10 +15,13 @@ from browser import browser as browser
 from stories import story, write_film
 from waiting import eventually
 
+from vidstyle.comic.lettering.characters import xml_text
+from vidstyle.comic.lettering.fonts import Letters
 from vidstyle.comic.make import ComicOptions, make_comic
 from vidstyle.comic.select.key_frames import KeyFrameOptions
 from vidstyle.errors import InputError, UsageError
 
+LABEL = '[[page.label]]\ntext = "MMMMMM"\nat = [9, 9]\nsize = 60\nbold = false\n'
 WORDS = '1\n00:00:00,200 --> 00:00:00,900\n[knocks]\n\n2\n00:00:01,400 --> 00:00:02,000\nWho is "it"?\n'
 
 
@@ -88,6 +93,25 @@ def test_only_edited_values_change_the_page(folder: Path) -> None:
         ("time = ", "time = 1e", "has no picture at|not a number|is outside|is not TOML"),
         ('kind = "burst"', 'kind = "bust"', "words 1: kind is not one of balloon, burst"),
         ("[[page]]", "[[sheet]]", "."),
+        ("dpi = 150.0", "dpi = " + "9" * 200, "line 7 has an integer of more than 64 bits"),
+        ("format = 1", "x = " + "[" * 20000, "line 3 is nested too deeply; 16 levels are possible"),
+        ("format = 1", "a." * 20000 + "b = 1", "line 3 is nested too deeply; 16 levels are possible"),
+        ('font = "comic"', r'font = "a\u0000b"', r"font holds the control character \\x00; remove it"),
+        ('font = "comic"', f'font = "{os.devnull}"', "is not a file; give a .ttf or .otf file"),
+        ('reading = "ltr"', 'reading = "up"', "reading is neither ltr nor rtl"),
+        ("KNOCKS", r"\u001b[31m", r"words 1: text holds the control character \\x1b; remove it"),
+        ("KNOCKS", "W" * 100_000, "words 1: text has more than 4000 characters; shorten it"),
+        ("KNOCKS", "W" * 300, "words 1: text is larger than its page; give fewer words or a smaller size"),
+        ("[[page]]", "[[page]]\nsize = [64, 64]\n" * 301 + "[[page]]", "page has 302 entries; give 1 to 300"),
+        ("size = [420, 600]", "size = [16385, 16385]", "page 1: size is more than 268435456 pixels"),
+        ("window = [", "window = [9e5, 0, 9.1e5, 9] # ", "lies outside its frame of 256x144 pixels"),
+        ("[[page.label]]", LABEL * 4001 + "[[page.label]]", "words and label have more than 4000 entries"),
+        (
+            "[[page.label]]",
+            LABEL * 900 + "[[page.label]]",
+            "words entries cover their page more than 2 times",
+        ),
+        ("at = [210.0", "at = [1e300", "page 1: label 1: at does not lie on its page"),
     ],
 )
 def test_errors_in_a_page_file_are_reported(folder: Path, old: str, new: str, message: str) -> None:
@@ -96,6 +120,47 @@ def test_errors_in_a_page_file_are_reported(folder: Path, old: str, new: str, me
     with pytest.raises(InputError, match=message):
         drawn(folder, text.replace(old, new, 1), "wrong")
     assert not (folder / "wrong.png").exists()
+
+
+def test_a_page_file_that_is_no_file_is_refused(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.toml")
+    (tmp_path / "zero.toml").symlink_to("/dev/zero")
+    (tmp_path / "large.toml").write_bytes(b"#" * ((1 << 20) + 1))
+    for name, reason in ("pipe", "not a file"), ("zero", "not a file"), ("large", "larger than 1024 KiB"):
+        with pytest.raises(InputError, match=f"{name}.toml is {reason}"):
+            make_comic(tmp_path / f"{name}.toml", tmp_path / "page.png")
+
+
+def test_pages_are_not_drawn_larger_than_memory_holds(folder: Path, tmp_path: Path) -> None:
+    text = (folder / "comic.toml").read_text(encoding="utf-8").replace("film.mp4", f"{folder}/film.mp4")
+    for name, size in ("large", "[9000, 9000]"), ("long", "[420, 65600]"):
+        page = text.replace("size = [420, 600]", f"size = {size}")
+        (tmp_path / f"{name}.toml").write_text(page, "utf-8")
+    with pytest.raises(UsageError, match=r"has a page of 9000x9000 pixels; 70 megapixels are possible"):
+        make_comic(tmp_path / "large.toml", tmp_path / "page.png")
+    with pytest.raises(UsageError, match=r"has a page of 420x65600 pixels; .* and 65500 pixels a side"):
+        make_comic(tmp_path / "long.toml", tmp_path / "page.jpg")
+    make_comic(tmp_path / "large.toml", tmp_path / "page.svg")
+
+
+def test_control_characters_do_not_reach_a_document(folder: Path, tmp_path: Path) -> None:
+    """Those of subtitles are replaced; those of options are refused."""
+    assert Letters().make_writable("a\x01\x7f\ufffe\udcff b\t") == "a\ufffd\ufffd\ufffd\ufffd b"
+    assert xml_text("a\x1b<b>\n") == "a\ufffd&lt;b&gt;\n"
+    words, saved = tmp_path / "words.srt", tmp_path / "comic.toml"
+    words.write_text("1\n00:00:00,200 --> 00:00:00,900\nBe\x01ep\x1b[31m \ufffe!\n", "utf-8")
+    options = ComicOptions(
+        KeyFrameOptions(2), styles=("plain",), size="420x600", subtitles=str(words), save=saved
+    )
+    make_comic(folder / "film.mp4", tmp_path / "page.svg", options)
+    assert "EP" in "".join(ElementTree.parse(tmp_path / "page.svg").getroot().itertext())
+    make_comic(saved, tmp_path / "again.svg")
+    assert (tmp_path / "again.svg").read_bytes() == (tmp_path / "page.svg").read_bytes()
+    with pytest.raises(UsageError, match=r"--title holds the control character \\x01; remove it"):
+        make_comic(folder / "film.mp4", tmp_path / "title.svg", ComicOptions(title="a\x01"))
+    (tmp_path / "n\udcff.mp4").write_bytes((folder / "film.mp4").read_bytes())
+    with pytest.raises(UsageError, match=r"--save cannot write the name .*n\\udcff.mp4"):
+        make_comic(tmp_path / "n\udcff.mp4", tmp_path / "n.png", ComicOptions(save=tmp_path / "n.toml"))
 
 
 def test_options_that_a_page_file_sets_are_refused(folder: Path) -> None:

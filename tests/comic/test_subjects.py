@@ -160,6 +160,15 @@ def test_the_moving_object_in_front_of_a_still_camera_is_its_subject() -> None:
     assert all(each.action is None for each in add_actions(panned, panned))
 
 
+def test_a_damaged_picture_is_no_subject() -> None:
+    """Fewer than a fifth of the pictures differ, as where a cluster of a film is damaged."""
+    wall = cv2.resize(photograph("rocket"), (320, 240)) // 3 + 60
+    damaged = wall.copy()
+    damaged[60:180, 80:240] = 255 - damaged[60:180, 80:240]
+    shot = [extract_features(damaged if each == 3 else wall, each, (480, 640)) for each in range(9)]
+    assert all(each.action is None for each in add_actions(shot, shot))
+
+
 def test_smeared_pictures_are_damaged() -> None:
     """Below its middle a picture repeats one of its rows, as decoders do; a plain wall is not smeared."""
     for name in ("coffee", "astronaut", "rocket"):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from vidstyle.core.picture import LUMA_WEIGHTS, SITINGS, Encoding, Picture
+from vidstyle.errors import UsageError
 
 PUBLISHED = {
     "bt601": [[1, 0, 1.402], [1, -0.344136, -0.714136], [1, 1.772, 0]],
@@ -106,3 +107,11 @@ def test_from_array(dtype: type[np.generic], depth: int, shape: tuple[int, ...])
 def test_from_array_refuses_what_is_no_picture(array: np.ndarray) -> None:
     with pytest.raises(ValueError, match="picture is an array of"):
         Picture.from_array(array)
+
+
+def test_masked_pixels_are_refused() -> None:
+    whole = np.ma.masked_array(np.zeros((2, 2, 3), np.uint8), mask=False)
+    assert type(Picture.from_array(whole).color) is np.ndarray
+    whole[0, 0, 0] = np.ma.masked
+    with pytest.raises(UsageError, match=r"picture has masked pixels; give picture.filled\(value\)"):
+        Picture.from_array(whole)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import array
 import fcntl
+import itertools
 import json
 import mmap
 import os
@@ -210,3 +211,20 @@ def test_38_a_stage_that_fails_ends_all(tmp_path: Path, monkeypatch, capfd, stag
     assert "injected" in said and str(partial) in said
     assert 10 < len(video(partial)) <= 40 and not target.exists()
     assert not own_threads() - running
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux limits the address space")
+@pytest.mark.parametrize(
+    ("style", "mebibytes"),
+    [*itertools.product(["plain"], [280, 400, 480, 520, 600]), ("ink", 600), ("ink", 700)],
+)
+def test_a_small_address_space_is_named_as_the_cause(tmp_path: Path, style: str, mebibytes: int) -> None:
+    """Neither the encoder nor a bug. The need depends on the machine; nothing else may be reported."""
+    make_clip(tmp_path / "in.mp4", frames=5, size=(256, 144))
+    arguments = ["render", tmp_path / "in.mp4", tmp_path / "out.mp4", "-s", style, "--device", "cpu"]
+    command = [sys.executable, "-m", "vidstyle", *map(str, arguments), "--progress", "none"]
+    limited = ["sh", "-c", f'ulimit -v {mebibytes << 10}; exec "$@"', "sh", *command]
+    done = subprocess.run(limited, capture_output=True, text=True, timeout=LONG)
+    if done.returncode:
+        assert done.returncode == 5, done.stderr
+        assert "not enough memory; " in done.stderr.splitlines()[-1]

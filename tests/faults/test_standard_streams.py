@@ -93,3 +93,36 @@ def test_a_film_to_a_reader_that_leaves(clip: Path) -> None:
             error = process.stderr.read()
         assert process.returncode == 5
         assert error.count(b"\n") >= 1 and b"Exception" not in error and b"bug" not in error
+
+
+ASCII = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "PYTHONIOENCODING": "ascii"}
+
+
+def ascii_run(*arguments: str | Path) -> subprocess.CompletedProcess[bytes]:
+    """The program in a locale without UTF-8."""
+    command = [sys.executable, "-m", "vidstyle", *map(str, arguments)]
+    return subprocess.run(command, cwd=FOLDER, env=os.environ | ASCII, capture_output=True, timeout=LONG)
+
+
+@pytest.mark.parametrize("name", ["\u00e4.mp4", "\udcff.mp4"])
+def test_names_and_texts_in_an_ascii_locale(clip: Path, tmp_path: Path, name: str) -> None:
+    source, target = tmp_path / name, tmp_path / f"o{name}"
+    source.write_bytes(clip.read_bytes())
+    done = ascii_run(*RENDER, source, target)
+    assert (done.returncode, done.stderr) == (0, b"") and target.stat().st_size
+    missing = ascii_run(*RENDER, tmp_path / f"x{name}", target)
+    assert missing.returncode == 3 and missing.stderr.count(b"\n") == 1 and missing.stderr.isascii()
+    style = tmp_path / "style.toml"
+    style.write_text('format = 1\nname = "\u00d6l"\n[[background]]\nblock = "post\u00e4"\n', "utf-8")
+    wrong = ascii_run("styles", style)
+    assert wrong.returncode == 3 and rb"'post\xe4' is not a block" in wrong.stderr
+    style.write_text('format = 1\nname = "\u00d6l"\nnote = "\u00d6l."\n', "utf-8")
+    assert ascii_run("styles", style).returncode == 0
+    hook = target.with_suffix(".hook")
+    exported = ascii_run("export", style, hook)
+    assert exported.returncode == 0 and hook.read_text("utf-8"), exported.stderr
+    comic = ascii_run(
+        "comic", clip, target.with_suffix(".svg"), "--title", "\u00c9t\u00e9", "--style", "plain"
+    )
+    assert comic.returncode == 0, comic.stderr
+    assert "\u00c9T\u00c9" in target.with_suffix(".svg").read_text("utf-8").upper()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import os
 import subprocess
 import sys
 import threading
@@ -17,7 +19,7 @@ from media import make_clip, make_picture, rgb_from_frame, rms_error
 from waiting import LONG, eventually
 
 import vidstyle
-from vidstyle.errors import DeviceError, StyleError
+from vidstyle.errors import DeviceError, StyleError, UsageError
 from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import Reader
 from vidstyle.media.write.film_writer import FilmWriter
@@ -229,3 +231,37 @@ def test_what_is_no_picture_and_a_closed_renderer_are_refused():
         renderer("x.png")
     with pytest.raises(vidstyle.UsageError, match="renderer is closed"):
         renderer(np.zeros((4, 4, 3), np.uint8))
+
+
+def test_arrays_of_any_type_and_layout() -> None:
+    """The result of each is that of its contiguous native copy, or a usage error in one line."""
+    random = np.random.default_rng(int(os.environ["VIDSTYLE_TEST_SEED"]))
+    style = {"format": 1, "background": [{"block": "gaussian"}, {"block": "posterize"}]}
+    types = "? i1 u1 >u2 <u2 >u4 i8 >f2 f4 >f4 >f8 g c8 >c16 O S3 U2 M8[s] V4 u1,u1,u1".split()
+    layouts = {
+        "plain": lambda array: array,
+        "negative strides": lambda array: array[::-1, ::-1],
+        "columns first": np.asfortranarray,
+        "every other": lambda array: array[::2, 1::2],
+        "broadcast": lambda array: np.broadcast_to(array[:1, :1], array.shape),
+        "subclass": lambda array: array.view(np.recarray),
+        "masked array": np.ma.masked_array,
+        "part": lambda array: np.concatenate([array, array], 2)[..., : array.shape[2]],
+        "no pixels": lambda array: array[:0],
+    }
+    failed = []
+    for name, (layout, change), channels in itertools.product(types, layouts.items(), (3, 4)):
+        whole = random.integers(0, 2, (8, 10, channels))
+        array = change(whole.astype(np.dtype(name)) if "," not in name else np.zeros(whole.shape, name))
+        try:
+            found = vidstyle.stylize(array, style, device="cpu")
+            plain = np.array(array, array.dtype.newbyteorder("="), order="C", subok=False)
+            right = vidstyle.stylize(plain, style, device="cpu")
+            if found.dtype != array.dtype or not np.array_equal(found, right):
+                failed.append(f"{name}, {layout}: another result")
+        except UsageError as error:
+            if name.strip("<>") in ("u1", "u2", "f2", "f4", "f8") and layout != "no pixels":
+                failed.append(f"{name}, {layout}: {error}")
+        except Exception as error:
+            failed.append(f"{name}, {layout}: {type(error).__name__}: {error}")
+    assert not failed

@@ -18,7 +18,7 @@ import numpy as np
 from vidstyle.assets import asset_folder
 from vidstyle.blade.bins import FEATURES, Bins, Feature
 from vidstyle.blade.symmetry import pair_weights
-from vidstyle.core.regular_file import read_regular_file
+from vidstyle.core.file_checks import read_regular_file
 from vidstyle.media.write.atomic import atomic_file
 
 FORMAT = 1

@@ -11,8 +11,8 @@ import cv2
 import numpy as np
 
 from vidstyle.block import Asset, Choice, PageRegion, Slider, block
+from vidstyle.core.file_checks import read_regular_file
 from vidstyle.core.kernels import TIE_LIFT, cached, compiled
-from vidstyle.core.regular_file import read_regular_file
 
 TILE_SIDE = 1024
 """The longest side of a tile in pixels."""

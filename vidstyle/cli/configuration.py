@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import os
 import re
-import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -20,8 +19,8 @@ from click.core import ParameterSource
 from vidstyle.assets import configuration_folder
 from vidstyle.cli.command import option
 from vidstyle.cli.paths import PATH_TEXT
-from vidstyle.core.regular_file import read_regular_file
-from vidstyle.errors import UsageError, error_reason, suggest
+from vidstyle.core.file_checks import parse_toml, read_toml_text
+from vidstyle.errors import UsageError, suggest
 
 FILE = "config.toml"
 MAX_FILE = 64 * 1024
@@ -33,7 +32,7 @@ def configuration_option(command: Callable[..., Any]) -> Callable[..., Any]:
 
     def read(context: click.Context, _: click.Parameter, given: str | None) -> None:
         path = configuration_folder() / FILE if given is None else Path(given)
-        if given != "none" and (given or os.path.isfile(path)) and not context.resilient_parsing:
+        if given != "none" and (given or os.path.lexists(path)) and not context.resilient_parsing:
             context.default_map = read_configuration(path, context)
 
     text = f"File with defaults for options.  [default: {FILE} in the user's configuration folder]"
@@ -59,11 +58,11 @@ def read_configuration(path: Path, context: click.Context) -> dict[str, dict[str
     Raises:
         UsageError: the file cannot be read, or names what does not exist or cannot be.
     """
-    text = _read_text(path)
+    text, tables = _parse(path)
     group = context.command
     assert isinstance(group, click.Group)
     defaults: dict[str, dict[str, Any]] = {}
-    for name, table in _parse(path, text).items():
+    for name, table in tables.items():
         command = group.get_command(context, name)
         if command is None:
             hint = suggest(name, group.list_commands(context))
@@ -78,10 +77,12 @@ def read_configuration(path: Path, context: click.Context) -> dict[str, dict[str
                 raise _mistake(path, text, name, key, f"{name} has no option '{key}'; {hint}")
             option = options[key]
             values = value if option.multiple and isinstance(value, list) else [value]
-            table[key] = values if option.multiple else value
             try:
                 if not all(isinstance(each, str | int | float) for each in values):
                     raise click.BadParameter("is not a text, a number or a truth value")
+                # As on the command line; click takes no number for a truth value.
+                values = [each if isinstance(each, bool) else str(each) for each in values]
+                table[key] = values if option.multiple else values[0]
                 option.type_cast_value(below, table[key])
             except click.BadParameter as error:
                 raise _mistake(path, text, name, key, f"{key}: {error.message.rstrip('.')}") from None
@@ -95,25 +96,17 @@ def _options(command: click.Command) -> dict[str, click.Option]:
     return {name[2:]: each for each in options for name in each.opts if name.startswith("--")}
 
 
-def _read_text(path: Path) -> str:
+def _parse(path: Path) -> tuple[str, dict[str, Any]]:
+    """The text of a configuration file, and its tables."""
+    text = ""
     try:
-        return read_regular_file(path, MAX_FILE).decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise UsageError(path, "is not UTF-8 text") from None
-    except OSError as error:
-        raise UsageError(path, f"cannot be read: {error_reason(error)}") from None
-    except ValueError as error:
-        raise UsageError(path, str(error)) from None
-
-
-def _parse(path: Path, text: str) -> dict[str, Any]:
-    try:
-        return tomllib.loads(text)
+        text = read_toml_text(path, MAX_FILE)
+        return text, parse_toml(text)
     except ValueError as error:
         from vidstyle.style.locate import mended_word
 
         mended = mended_word(text, str(error))
-        raise UsageError(path, mended[1] if mended else f"is not TOML: {error}") from None
+        raise UsageError(path, mended[1] if mended else str(error)) from None
 
 
 def _mistake(path: Path, text: str, table: str, key: str, reason: str) -> UsageError:

@@ -19,11 +19,25 @@ from typing import Any, TextIO
 import click
 
 from vidstyle.cli.command import option
-from vidstyle.errors import OutputError, StyleError, UsageError, VidstyleError, log, output_error, printable
+from vidstyle.errors import (
+    OutputError,
+    StyleError,
+    UsageError,
+    VidstyleError,
+    is_out_of_memory,
+    log,
+    output_error,
+    printable,
+)
 from vidstyle.pipeline.stopping import StoppedError
 
 USAGE = UsageError.exit_code
 BUG = VidstyleError.exit_code
+
+_LACK_OF_MEMORY = (
+    "not enough memory; close other programs, use a smaller picture, "
+    "or raise the limits (ulimit -v, ulimit -u)"
+)
 
 ALWAYS = logging.CRITICAL + 1
 """The level of what the user has asked for, which --log-level does not hide."""
@@ -100,6 +114,8 @@ class Reporting(logging.Handler):
 
 def conclusion(error: BaseException) -> tuple[int, list[str]]:
     """The exit code and the message for an exception: one line, or one for each mistake of a style."""
+    if is_out_of_memory(error) and not isinstance(error, OutputError):
+        return OutputError.exit_code, [_LACK_OF_MEMORY]
     match error:
         case StyleError():
             return error.exit_code, [str(StyleError(error.subject, [each])) for each in error.mistakes]

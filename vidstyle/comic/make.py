@@ -16,6 +16,7 @@ from vidstyle.comic.layout.inset import find_insets
 from vidstyle.comic.layout.layout import PageLayout, default_pages, lay_out
 from vidstyle.comic.layout.paper import BORDER_POINTS, DEFAULT_DPI, LayoutKind, paper
 from vidstyle.comic.layout.storyboard import contact_sheet, time_labels
+from vidstyle.comic.lettering.characters import control_character
 from vidstyle.comic.lettering.dialogue import assign_lines, count_panels
 from vidstyle.comic.lettering.fonts import Letters, check_pillow, choose_letters, letter_size
 from vidstyle.comic.lettering.letter import PanelText, TextStyle, letter_panels
@@ -26,7 +27,7 @@ from vidstyle.comic.output.panel_renderer import PagePlan, PanelRenderer, draw_p
 from vidstyle.comic.output.sheet import Label
 from vidstyle.comic.output.write import Frames, Output
 from vidstyle.comic.select.key_frames import KeyFrameOptions, find_key_frames
-from vidstyle.errors import UsageError, log
+from vidstyle.errors import UsageError, log, printable, text_of_name
 from vidstyle.media.read.decode_report import DecodeReport
 from vidstyle.media.write.atomic import atomic_file
 from vidstyle.pipeline.progress import OnStep, unwatched
@@ -81,16 +82,20 @@ class _Job:
         self._read_saved: PageFile | None = None
         if Path(source).suffix.lower() == PAGE_FILE_SUFFIX:
             self._read_saved, source, options = _read_saved(Path(source), options)
+        options = replace(options, title=text_of_name(options.title))
         self._source, self._options, self._step = source, options, on_step
         self._output = Output(target, source, options.overwrite)
         size = options.size or ("strip" if self._output.is_strip else "a4")
         border = 0 if options.storyboard else BORDER_POINTS
         self._paper = paper(size, options.dpi, landscape=options.landscape, border=border)
+        self._output.check_pages([(self._paper.width, self._paper.height)])
         default_style = PLAIN if options.storyboard else "comic"
         self._style_names = options.styles or (default_style,)
         self._styles = [load_style(each) for each in self._style_names]
         if options.save:
             self._check_save(options.save)
+        if control := control_character(options.title):
+            raise UsageError("--title", f"holds the control character {control}", "remove it")
         self._right_to_left = options.right_to_left or options.layout == "manga"
         self._letters = Letters(options.font)
         self._size = letter_size(self._paper)
@@ -117,6 +122,7 @@ class _Job:
             return self._draw(self._plan(film, key_frames, lines), film)
 
     def _draw(self, plan: PagePlan, film: Film) -> Comic:
+        self._output.check_pages(plan.layout.sizes)
         key_frames, pages, folder = list(plan.key_frames), len(plan.layout.sizes), self._options.frames
         if save := self._options.save:
             content = self._page_file(plan, save)
@@ -144,6 +150,10 @@ class _Job:
             raise UsageError(target, "cannot be a page file", f"end its name in {PAGE_FILE_SUFFIX}")
         if not all(isinstance(each, str) for each in self._style_names):
             raise UsageError("--save", "needs styles given by name or path")
+        for name in (self._source, str(self._options.font or ""), *map(str, self._style_names)):
+            if control := control_character(name):
+                reason = f"cannot write the name {printable(name)}: it holds {control}"
+                raise UsageError("--save", reason, "rename it, or use a UTF-8 locale")
         with atomic_file(target, self._source, self._options.overwrite):
             pass
 

@@ -203,10 +203,11 @@ class Picture:
     def from_array(cls, array: np.ndarray) -> Picture:
         """A picture from an array, H x W, H x W x 3 or H x W x 4, in RGB order.
 
-        Integers are full range (uint8 or uint16), floats 0..1. Nothing is copied where the type fits.
+        Integers are full range (uint8 or uint16), floats 0..1, in either byte order. Nothing is copied where
+        the type fits.
 
         Raises:
-            UsageError: another shape or type.
+            UsageError: another shape or type, or masked pixels.
             InputError: floats that are NaN or outside -1..2, the range of RGB in `RANGES`.
         """
         if array.ndim not in (2, 3) or (array.ndim == 3 and array.shape[2] not in (3, 4)) or 0 in array.shape:
@@ -217,6 +218,10 @@ class Picture:
         kind = array.dtype.kind + str(array.dtype.itemsize)
         if kind not in depths:
             raise UsageError("picture", f"is an array of {array.dtype}", "give uint8, uint16 or floats")
+        if np.ma.is_masked(array):
+            raise UsageError("picture", "has masked pixels", "give picture.filled(value)")
+        # Kernels take plain arrays of this machine's byte order.
+        array = np.asarray(array, array.dtype.newbyteorder("="))
         if array.dtype.kind == "f":
             array = _checked(array)
         encoding = Encoding("bt709", full_range=True, depth=depths[kind], step=(1, 1))

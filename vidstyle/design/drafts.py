@@ -8,7 +8,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from vidstyle.core.regular_file import read_regular_file
+from vidstyle.core.file_checks import read_regular_file
 from vidstyle.core.user_cache import user_cache
 from vidstyle.errors import UsageError, error_reason, log
 from vidstyle.media.write.atomic import atomic_file

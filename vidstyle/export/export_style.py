@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from vidstyle.errors import InputError, UsageError
+from vidstyle.errors import InputError, UsageError, text_of_name
 from vidstyle.media.write.atomic import atomic_file
 from vidstyle.style import Style, style_from_table, style_text, table_from_style
 
@@ -46,7 +46,7 @@ def export_style(
     if ending != ".hook" and (film or size):
         raise UsageError("--from and --size", "belong to OUT.hook", "leave them out")
     if ending != ".html" or not style.name:
-        style = replace(style, name=target.stem)
+        style = replace(style, name=text_of_name(target.stem))
     with atomic_file(target, like, overwrite) as write:
         content = _text(style, target, like, film, size).encode("utf-8")
         write(content)

@@ -13,7 +13,7 @@ from fractions import Fraction
 import av
 from av.codec.hwaccel import hwdevices_available
 
-from vidstyle.errors import UsageError
+from vidstyle.errors import UsageError, is_memory_short
 from vidstyle.media.pixel_formats import PlaneLayout, layout_of
 
 SOFTWARE = {
@@ -226,6 +226,8 @@ def decoder_devices() -> list[str]:
 def _try_encoder(name: str) -> str:
     if name not in av.codecs_available:
         return "not in this build"
+    if is_memory_short():  # libsvtav1 ends the process where it gets none
+        return "unknown (not enough memory to try it)"
     codec = av.Codec(name, "w")
     context = codec.create("video")
     context.width = context.height = 256

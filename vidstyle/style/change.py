@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
 from vidstyle.block import Block, Control, On
+from vidstyle.core.file_checks import parse_toml
 from vidstyle.errors import StyleError, UsageError
 from vidstyle.style.check import style_from_table
 from vidstyle.style.model import Step, Style, table_from_style
@@ -108,8 +108,8 @@ def _changed(style: Style, texts: list[str], assign: Callable[[dict[str, Any], s
 def _parse(control: Control, text: str) -> object:
     """The value written after "=": in TOML, or a bare word where the control takes text."""
     try:
-        parsed = tomllib.loads(f"value = {text}")
-    except (ValueError, RecursionError):
+        parsed = parse_toml(f"value = {text}")
+    except ValueError:
         parsed = {}
     value = parsed.get("value") if len(parsed) == 1 else None
     if value is None or (control.takes_text and not isinstance(value, str)):

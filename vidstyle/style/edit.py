@@ -8,7 +8,6 @@ for each step and variant with the comments above it, which tomlkit edits separa
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Iterator, MutableMapping
 from dataclasses import dataclass, replace
 from difflib import SequenceMatcher
@@ -18,6 +17,7 @@ from typing import Any, cast
 import tomlkit
 from tomlkit.exceptions import TOMLKitError
 
+from vidstyle.core.file_checks import parse_toml
 from vidstyle.errors import log
 from vidstyle.style.locate import HEADER
 from vidstyle.style.model import FIELDS, LAYERS, Style
@@ -34,14 +34,14 @@ def edited_text(text: str, table: dict[str, Any], path: Path) -> str:
     Where the layout of the file cannot be edited, such as steps in one line, the text is rewritten with a
     warning.
     """
-    if tomllib.loads(text) == table:
-        return text
     try:
+        if parse_toml(text) == table:
+            return text
         edited = _edit(text.replace("\r\n", "\n"), table)
-        values = tomllib.loads(edited).items()
+        values = parse_toml(edited).items()
         if _same({key: value for key, value in values if value != getattr(Style, key, None)}, table):
             return edited.replace("\n", "\r\n") if "\r\n" in text else edited
-    except (TOMLKitError, tomllib.TOMLDecodeError, RecursionError, _UnusualLayoutError):
+    except (TOMLKitError, ValueError, RecursionError, _UnusualLayoutError):
         pass
     log.warning("%s: rewritten without its comments: its layout cannot be edited", path)
     return tomlkit.dumps(table)

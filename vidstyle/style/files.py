@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import Any
 
-from vidstyle.core.regular_file import read_regular_file
-from vidstyle.errors import StyleError
+from vidstyle.core.file_checks import parse_toml, read_toml_text
+from vidstyle.errors import StyleError, text_of_name
 from vidstyle.style.check import style_from_table
 from vidstyle.style.locate import mended_word, with_lines
 from vidstyle.style.model import Style, table_from_style
@@ -15,9 +14,6 @@ from vidstyle.style.values import MAX_MISTAKES
 
 MAX_FILE = 64 * 1024
 """The largest style file, in bytes."""
-
-MAX_DOTS = 1000
-"""The most dots in a line: tomllib takes quadratic time for dotted keys."""
 
 
 def read_style_file(path: Path) -> Style:
@@ -41,7 +37,7 @@ def style_from_text(text: str, path: Path, folder: Path | None) -> Style:
     """
     table, words = _parse(path, text)
     try:
-        style = style_from_table(table, path, path.stem, folder)
+        style = style_from_table(table, path, text_of_name(path.stem), folder)
     except StyleError as error:
         raise StyleError(path, words + with_lines(error.mistakes, text)) from None
     if words:
@@ -112,34 +108,22 @@ def read_style_text(path: Path) -> str:
         StyleError: it cannot be read, is too large, or is no UTF-8.
     """
     try:
-        content = read_regular_file(path, MAX_FILE)
-    except OSError as error:
-        raise StyleError(path, [f"cannot be read: {error.strerror}"]) from None
+        return read_toml_text(path, MAX_FILE)
     except ValueError as error:
         raise StyleError(path, [str(error)]) from None
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        raise StyleError(path, [f"line {line} is not UTF-8 text"]) from None
 
 
 def _parse(path: Path, text: str) -> tuple[dict[str, Any], list[str]]:
     """The content of a file, and what is wrong about values that lack quotes, which are taken as meant."""
-    for number, line in enumerate(text.split("\n"), 1):
-        if line.count(".") > MAX_DOTS:
-            raise StyleError(path, [f"line {number} is nested too deeply for a style"])
     if text.lstrip().startswith("{"):
         raise StyleError(path, ['is JSON; a style is TOML, such as block = "sobel" below [[lines]]'])
     words: list[str] = []
     while True:
         try:
-            return tomllib.loads(text), words
-        except RecursionError:
-            raise StyleError(path, ["is nested too deeply for a style"]) from None
+            return parse_toml(text), words
         except ValueError as error:
             mended = mended_word(text, str(error)) if len(words) < MAX_MISTAKES else None
             if mended is None:
-                raise StyleError(path, [*words, f"is not TOML: {error}"]) from None
+                raise StyleError(path, [*words, str(error)]) from None
             text = mended[0]
             words.append(mended[1])

@@ -44,13 +44,15 @@ def add_actions(frames: Sequence[Candidate], shot: Sequence[Candidate]) -> list[
     background = np.median([each.thumbnail for each in shot], axis=0).astype(np.float32)
     usual = [_subject(each.thumbnail, background) for each in shot]
     areas = np.array([float((change > 0).mean()) for change, _ in usual])
+    most = float(np.percentile(areas, 80))
     if (
         np.median(areas) > _MAX_USUAL_SUBJECT_SHARE
         or areas.max() < _MIN_SUBJECT_SHARE
         or np.median([rest for _, rest in usual]) > _MAX_BACKGROUND_LEVELS
     ):
         return list(frames)
-    most = float(np.percentile(areas, 80))
+    if most == 0:  # a damaged picture or two among pictures that do not move
+        return list(frames)
     changes = [_subject(each.thumbnail, background)[0] for each in frames]
     return [
         replace(each, action=_foreground(each, change, most))

@@ -384,4 +384,4 @@ def open_film(source: str | os.PathLike[str], faces: FaceFinder | None = None) -
     if str(source) == "-":
         raise UsageError("standard input", "can be read only once", "save the film to a file")
     faces = faces or FaceFinder()
-    return PictureFolder(Path(source), faces) if Path(source).is_dir() else FilmFile(source, faces)
+    return PictureFolder(Path(source), faces) if os.path.isdir(source) else FilmFile(source, faces)

@@ -38,6 +38,8 @@ _FULL_MARGIN_WIDTH_MM = 210.0
 BORDER_POINTS = 2.16
 """Width of panel borders."""
 _POINTS_PER_INCH, MM_PER_INCH = 72.0, 25.4
+MAX_PAGE_PIXELS = 70_000_000
+"""Maximum number of pixels that are drawn as one picture: A3 at 600 dots per inch."""
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vidstyle.comic.layout.paper import Paper
+from vidstyle.comic.lettering.characters import replace_control
 from vidstyle.errors import InputError, UsageError, error_reason, log
 
 if TYPE_CHECKING:
@@ -125,10 +126,10 @@ class Letters:
         return float(self.font(size).getlength(remove_stress(text)))
 
     def make_writable(self, text: str) -> str:
-        """Substitute characters that the font lacks; notes are omitted."""
+        """Substitute control characters and characters that the font lacks; notes are omitted."""
         text = text.upper() if self.capitals else text
         shown = "".join(self._substitute(letter) for letter in unicodedata.normalize("NFC", text))
-        return " ".join(shown.split())
+        return replace_control(" ".join(shown.split()))
 
     def find_missing(self, text: str) -> set[str]:
         """Return the characters of a text that the font lacks and that are not substituted silently."""
@@ -164,12 +165,16 @@ def _open_font(path: Path | None, size: int) -> ImageFont.FreeTypeFont:
         font = ImageFont.load_default(size)
         assert isinstance(font, ImageFont.FreeTypeFont)
         return font
+    remedy = "give a .ttf or .otf file"
+    if os.path.exists(path) and not os.path.isfile(path):  # a pipe would wait for a writer
+        raise InputError(path, "is not a file", remedy)
     try:
         path.open("rb").close()  # FreeType gives no reason, and its errors have no number
         return ImageFont.truetype(str(path), size)
-    except OSError as error:
-        reason = error_reason(error).lower() if error.errno else "is not a font"
-        raise InputError(path, reason, "give a .ttf or .otf file") from None
+    except (OSError, ValueError) as error:
+        is_denied = isinstance(error, OSError) and error.errno
+        reason = error_reason(error).lower() if is_denied else "is not a font"
+        raise InputError(path, reason, remedy) from None
 
 
 FONT_FOLDERS = (

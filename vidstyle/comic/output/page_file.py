@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import os
-import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import isfinite
@@ -16,17 +15,26 @@ from pathlib import Path
 from typing import Any, get_args
 
 from vidstyle.comic.analyze.film import Film
-from vidstyle.comic.key_frame import Box, KeyFrame, Rectangle
+from vidstyle.comic.key_frame import Box, KeyFrame, Point, Rectangle
 from vidstyle.comic.layout.layout import PageLayout, Panel
+from vidstyle.comic.layout.paper import MAX_PAGE_PIXELS
 from vidstyle.comic.lettering.bubble import Bubble, BubbleKind, TextBlock, bubble_size
+from vidstyle.comic.lettering.characters import control_character
 from vidstyle.comic.lettering.fonts import Letters, find_comic_font
 from vidstyle.comic.output.panel_renderer import PagePlan
 from vidstyle.comic.output.sheet import Label
+from vidstyle.core.file_checks import parse_toml, read_toml_text
 from vidstyle.errors import InputError
 
 FORMAT_VERSION = 1
-_MAX_FILE_BYTES, _MAX_PANELS, _MAX_SIDE_PX, _MAX_PAGE_PIXELS = 1 << 20, 300, 200_000, 1 << 28
-"""Limits of a page file, of its panels and of its pages."""
+_MAX_FILE_BYTES, _MAX_PANELS, _MAX_SIDE_PX, _MAX_SHEET_PIXELS = 1 << 20, 300, 200_000, 1 << 28
+"""Limits of a file, of its panels and of its pages."""
+_MAX_TOTAL_PIXELS = 1 << 29
+"""Maximum number of pixels of all pages together: 61 pages of A4 at 300 dots per inch."""
+_MAX_COVERAGE_RATIO = 2
+"""Maximum area of the pictures of a page, or of its words, relative to the page: few overlap."""
+_MAX_TEXT_COUNT, _MAX_LETTERS = 4000, 4000
+"""Maximum number of balloons, captions and labels in all, and of characters in a text."""
 _COMIC_FONT, _BUILT_IN_FONT = "comic", "built-in"
 """Names of fonts that are not files."""
 
@@ -110,21 +118,26 @@ class PageFile:
         """
         data = self._data
         letters, dpi = _letters(data), data.number("dpi", 10, 2400)
-        key_frames, panels, sizes, labels = list[KeyFrame](), list[Panel](), list[tuple[int, int]](), []
-        for page in data.tables("page"):
-            width, height = page.whole("size", 2, 64, _MAX_SIDE_PX)
-            if width * height > _MAX_PAGE_PIXELS:
-                raise page.error("size", f"is more than {_MAX_PAGE_PIXELS} pixels")
-            sheet = Rectangle(0, 0, width, height)
-            for each in page.tables("panel"):
-                panels.append(_read_panel(each, len(key_frames), len(sizes), letters, sheet))
-                key_frames.append(replace(film.at(each.number("time", 0)), small=None))
-            sizes.append((width, height))
-            labels.append([_read_label(each, letters) for each in page.tables("label")])
-        if not 1 <= len(panels) <= _MAX_PANELS:
-            raise data.error("panel", f"has {len(panels)} entries", f"give 1 to {_MAX_PANELS}")
-        layout = PageLayout(tuple(panels), tuple(sizes), 0.0)
-        return PagePlan(key_frames, layout, labels, letters, dpi, data.value("reading", str) == "rtl")
+        if (reading := data.value("reading", str)) not in ("ltr", "rtl"):
+            raise data.error("reading", "is neither ltr nor rtl")
+        pages = data.tables("page")
+        sheets = [Rectangle(0, 0, *each.whole("size", 2, 64, _MAX_SIDE_PX)) for each in pages]
+        _check_counts(data, pages, sheets)
+        tables = [(number, each) for number, page in enumerate(pages) for each in page.tables("panel")]
+        panels = [
+            _read_panel(each, number, page, letters, sheets[page])
+            for number, (page, each) in enumerate(tables)
+        ]
+        labels = [
+            [_read_label(each, letters, sheet) for each in page.tables("label")]
+            for page, sheet in zip(pages, sheets, strict=True)
+        ]
+        for number, page in enumerate(pages):
+            shown = [panel for panel in panels if panel.page == number]
+            _check_coverage(page, sheets[number], shown, labels[number], letters)
+        key_frames = [_read_key_frame(each, film) for _, each in tables]
+        layout = PageLayout(tuple(panels), tuple((each.right, each.bottom) for each in sheets), 0.0)
+        return PagePlan(key_frames, layout, labels, letters, dpi, reading == "rtl")
 
 
 def read_page_file(path: Path) -> PageFile:
@@ -134,25 +147,66 @@ def read_page_file(path: Path) -> PageFile:
         InputError: it cannot be read, or is not a page file.
     """
     try:
-        content = path.read_bytes()
-        if len(content) > _MAX_FILE_BYTES:
-            raise InputError(path, f"is larger than {_MAX_FILE_BYTES >> 20} MiB", "give the file of a comic")
-        data = _Table(tomllib.loads(content.decode()), path, "")
-    except OSError as error:
-        raise InputError(path, f"cannot be read: {error.strerror}") from None
+        data = _Table(parse_toml(read_toml_text(path, _MAX_FILE_BYTES)), path, "")
     except ValueError as error:
-        raise InputError(path, f"is not TOML: {error}", "fix it, or write it again with --save") from None
+        raise InputError(path, str(error)) from None
     if data.value("format", int) != FORMAT_VERSION:
         raise data.error("format", "is an unknown version", f"the known version is {FORMAT_VERSION}")
-    source = str(path.parent / data.value("source", str))
+    source = str(path.parent / data.text("source"))
     styles = data.value("styles", list)
-    if not styles or not all(isinstance(each, str) for each in styles):
-        raise data.error("styles", "is not a list of names")
-    return PageFile(source, data.value("title", str), tuple(styles), data)
+    if not 1 <= len(styles) <= _MAX_PANELS or not all(isinstance(each, str) for each in styles):
+        raise data.error("styles", f"is not a list of 1 to {_MAX_PANELS} names")
+    return PageFile(source, data.text("title"), tuple(styles), data)
+
+
+def _check_counts(data: _Table, pages: Sequence[_Table], sheets: Sequence[Rectangle]) -> None:
+    """Raise InputError if there are too many pages, panels, words or pixels."""
+    panels = [panel for page in pages for panel in page.tables("panel")]
+    words = [each for panel in panels for each in panel.tables("words")]
+    labels = [each for page in pages for each in page.tables("label")]
+    if not 1 <= len(panels) <= _MAX_PANELS:
+        raise data.error("panel", f"has {len(panels)} entries", f"give 1 to {_MAX_PANELS}")
+    if len(pages) > _MAX_PANELS:
+        raise data.error("page", f"has {len(pages)} entries", f"give 1 to {_MAX_PANELS}")
+    if len(words) + len(labels) > _MAX_TEXT_COUNT:
+        raise data.error("words", f"and label have more than {_MAX_TEXT_COUNT} entries", "remove some")
+    if wide := [page for page, sheet in zip(pages, sheets, strict=True) if sheet.area > _MAX_SHEET_PIXELS]:
+        raise wide[0].error("size", f"is more than {_MAX_SHEET_PIXELS} pixels", "give a smaller page")
+    if sum(sheet.area for sheet in sheets) > _MAX_TOTAL_PIXELS:
+        raise data.error(
+            "page", f"has sizes of more than {_MAX_TOTAL_PIXELS} pixels in all", "make two comics"
+        )
+
+
+def _check_coverage(
+    page: _Table, sheet: Rectangle, panels: Sequence[Panel], labels: Sequence[Label], letters: Letters
+) -> None:
+    """Raise InputError if pictures or words cover their page several times."""
+    bubbles = [bubble for panel in panels for bubble in panel.bubbles]
+    words = sum(_extent(each).intersection(sheet).area for each in bubbles)
+    words += sum(letters.width(each.text, each.size) * each.size for each in labels)
+    for name, area in ("panel", sum(panel.picture.area for panel in panels)), ("words", words):
+        if area > _MAX_COVERAGE_RATIO * sheet.area:
+            reason = f"entries cover their page more than {_MAX_COVERAGE_RATIO} times"
+            raise page.error(name, reason, "give smaller places")
+
+
+def _extent(bubble: Bubble) -> Box:
+    """The box around a bubble and its tail."""
+    tip = bubble.tip or bubble.box.center
+    return bubble.box.union(Box(*tip, *tip))
+
+
+def _read_key_frame(table: _Table, film: Film) -> KeyFrame:
+    key_frame = replace(film.at(table.number("time", 0)), small=None)
+    height, width = key_frame.shape
+    if Box(0, 0, width, height).intersection(table.box("window")).area <= 0:
+        raise table.error("window", f"lies outside its frame of {width}x{height} pixels")
+    return key_frame
 
 
 def _letters(data: _Table) -> Letters:
-    font = data.value("font", str)
+    font = data.text("font")
     if font == _COMIC_FONT:
         path = find_comic_font()
         if path is None:
@@ -165,31 +219,41 @@ def _read_panel(table: _Table, key_frame: int, page: int, letters: Letters, shee
     place, picture = (table.rectangle(name) for name in ("place", "picture"))
     if not (sheet.contains(place) and place.contains(picture)):
         raise table.error("place", "is not on its page, or does not contain its picture")
+    if picture.area > MAX_PAGE_PIXELS:
+        raise table.error("picture", f"is more than {MAX_PAGE_PIXELS} pixels", "give a smaller one")
     left, right = table.whole("leans", 2, -_MAX_SIDE_PX, _MAX_SIDE_PX)
     if 2 * (abs(left) + abs(right)) >= picture.width:
         raise table.error("leans", "are wider than the panel")
-    words = tuple(_read_words(each, letters) for each in table.tables("words"))
+    words = tuple(_read_words(each, letters, sheet) for each in table.tables("words"))
     return Panel(key_frame, page, place, picture, table.box("window"), words, (left, right))
 
 
-def _read_words(table: _Table, letters: Letters) -> Bubble:
+def _read_words(table: _Table, letters: Letters, sheet: Rectangle) -> Bubble:
     kind, (size,) = table.value("kind", str), table.whole("size", 1, 1, 1000)
     if kind not in get_args(BubbleKind):
         raise table.error("kind", f"is not one of {', '.join(get_args(BubbleKind))}")
-    lines = tuple(letters.make_writable(line) for line in table.value("text", str).split("\n"))
+    lines = tuple(letters.make_writable(line) for line in table.text("text").split("\n"))
     block = TextBlock(lines, tuple(letters.width(line, size) for line in lines), size)
     box, wanted = table.box("place"), bubble_size(kind, block)
+    if max(box.width, wanted[0]) > sheet.width or max(box.height, wanted[1]) > sheet.height:
+        raise table.error("text", "is larger than its page", "give fewer words or a smaller size")
     if kind != "band" and (box.width, box.height) != wanted:
         # The words have changed, so the shape grows or shrinks around its centre.
         across, down = (wanted[0] - box.width) / 2, (wanted[1] - box.height) / 2
         box = box.padded(across, down, down)
-    tip = table.numbers("tip", 2) if table.has("tip") else None
-    return Bubble(kind, box, block, (tip[0], tip[1]) if tip else None)
+    tip = table.point("tip", sheet) if table.has("tip") else None
+    return Bubble(kind, box, block, tip)
 
 
-def _read_label(table: _Table, letters: Letters) -> Label:
-    (middle, foot), (size,) = table.numbers("at", 2), table.whole("size", 1, 1, 1000)
-    return Label(table.value("text", str), middle, foot, size, table.value("bold", bool))
+def _read_label(table: _Table, letters: Letters, sheet: Rectangle) -> Label:
+    text, (middle, foot), (size,) = (
+        table.text("text"),
+        table.point("at", sheet),
+        table.whole("size", 1, 1, 1000),
+    )
+    if letters.width(text, size) > sheet.width or size > sheet.height:
+        raise table.error("text", "is larger than its page", "give fewer words or a smaller size")
+    return Label(text, middle, foot, size, table.value("bold", bool))
 
 
 @dataclass(frozen=True)
@@ -211,6 +275,14 @@ class _Table:
             raise self.error(name, "is missing or has the wrong type")
         return self.content[name]
 
+    def text(self, name: str) -> str:
+        found = str(self.value(name, str))
+        if len(found) > _MAX_LETTERS:
+            raise self.error(name, f"has more than {_MAX_LETTERS} characters", "shorten it")
+        if control := control_character(found):
+            raise self.error(name, f"holds the control character {control}", "remove it")
+        return found
+
     def tables(self, name: str) -> list[_Table]:
         found = self.content.get(name, [])
         if not isinstance(found, list) or not all(isinstance(each, dict) for each in found):
@@ -231,6 +303,12 @@ class _Table:
         if len(found) != count or not all(type(each) in (int, float) and isfinite(each) for each in found):
             raise self.error(name, "is missing or not a number" if count == 1 else f"is not {count} numbers")
         return [float(each) for each in found]
+
+    def point(self, name: str, sheet: Rectangle) -> Point:
+        across, down = self.numbers(name, 2)
+        if not (0 <= across <= sheet.width and 0 <= down <= sheet.height):
+            raise self.error(name, "does not lie on its page")
+        return across, down
 
     def whole(self, name: str, count: int, least: int, most: int) -> list[int]:
         found = self.numbers(name, count)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from html import escape
 from io import BytesIO
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -15,6 +14,7 @@ import numpy as np
 from vidstyle.comic.key_frame import Point, Rectangle
 from vidstyle.comic.layout.slant import corners
 from vidstyle.comic.lettering.bubble import DASH_LENGTH_RATIO, Bubble
+from vidstyle.comic.lettering.characters import xml_text
 from vidstyle.comic.lettering.fonts import split_stress, thickness
 from vidstyle.comic.output.sheet import RenderedPanel, Sheet
 
@@ -24,11 +24,16 @@ if TYPE_CHECKING:
 JPEG_QUALITY = 92
 """Quality of JPEG images in all formats, 1 to 100."""
 
+MAX_JPEG_SIDE_PX = 65_500
+"""Maximum width and height of a JPEG image in pixels (libjpeg), also of those in CBZ and PDF files."""
+
 PAPER_LEVEL, INK_LEVEL = 255, 0
 """Gray levels."""
 
 _SUPERSAMPLING_FACTOR = 4
 """Supersampling factor of outlines."""
+_MAX_BAND_PIXELS = 1 << 22
+"""Maximum number of pixels in which outlines are drawn at once: a mask takes 48 bytes for each."""
 
 
 def png(sheets: Iterable[Sheet], title: str) -> bytes:
@@ -57,7 +62,7 @@ def cbz(sheets: Iterable[Sheet], title: str) -> bytes:
             archive.writestr(ZipInfo(f"page-{number:03}.jpg"), jpeg([sheet], title))
             backwards = sheet.right_to_left
         manga = "YesAndRightToLeft" if backwards else "No"
-        entries = f"<Title>{escape(title)}</Title><PageCount>{number}</PageCount><Manga>{manga}</Manga>"
+        entries = f"<Title>{xml_text(title)}</Title><PageCount>{number}</PageCount><Manga>{manga}</Manga>"
         head = '<?xml version="1.0" encoding="utf-8"?>'
         archive.writestr(ZipInfo("ComicInfo.xml"), f"{head}\n<ComicInfo>{entries}</ComicInfo>\n")
     return file.getvalue()
@@ -112,18 +117,17 @@ def _draw_panel(canvas: np.ndarray, panel: RenderedPanel) -> None:
     _fill(canvas, panel.picture, panel.color)
     if panel.leans != (0, 0):
         drawn = canvas[rectangle.top : rectangle.bottom, rectangle.left : rectangle.right]
-        outer, inner = (
-            _masks(
-                (np.array(corners(box, panel.leans)) - rectangle[:2]) * _SUPERSAMPLING_FACTOR,
-                paper.shape,
-                0,
-                0,
-            )[0]
-            for box in (rectangle, panel.inside)
-        )
-        drawn[:] = np.rint(
-            paper * (1 - outer) + INK_LEVEL * (outer - outer * inner) + drawn * (outer * inner)
-        )
+        for top, rows in _bands(drawn):
+            first, below = (rectangle.left, rectangle.top + top), paper[top : top + len(rows)]
+            outer, inner = (
+                _masks(
+                    (np.array(corners(box, panel.leans)) - first) * _SUPERSAMPLING_FACTOR, rows.shape, 0, 0
+                )[0]
+                for box in (rectangle, panel.inside)
+            )
+            rows[:] = np.rint(
+                below * (1 - outer) + INK_LEVEL * (outer - outer * inner) + rows * (outer * inner)
+            )
     for bubble in panel.bubbles:
         for outline in bubble.outlines:
             _draw_outline(canvas, bubble, outline)
@@ -141,13 +145,22 @@ def _draw_outline(canvas: np.ndarray, bubble: Bubble, points: np.ndarray) -> Non
     right, bottom = (math.ceil(high) + room for high in points.max(axis=0))
     part = canvas[top : min(height, bottom), left : min(width, right)]
     dash = DASH_LENGTH_RATIO * bubble.block.size * _SUPERSAMPLING_FACTOR if bubble.kind == "whisper" else 0.0
-    body, line = _masks(
-        (points - (left, top)) * _SUPERSAMPLING_FACTOR,
-        part.shape,
-        bubble.line_width * _SUPERSAMPLING_FACTOR,
-        dash,
-    )
-    part[:] = np.rint(part * (1 - np.maximum(body, line)) + np.minimum(body, 1 - line) * PAPER_LEVEL)
+    for row, rows in _bands(part):
+        first = left, top + row
+        body, line = _masks(
+            (points - first) * _SUPERSAMPLING_FACTOR,
+            rows.shape,
+            bubble.line_width * _SUPERSAMPLING_FACTOR,
+            dash,
+        )
+        rows[:] = np.rint(rows * (1 - np.maximum(body, line)) + np.minimum(body, 1 - line) * PAPER_LEVEL)
+
+
+def _bands(part: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:
+    """Bands of rows of at most `_MAX_BAND_PIXELS`, each with the number of its first row; all views."""
+    height = max(1, _MAX_BAND_PIXELS // max(1, part.shape[1]))
+    for top in range(0, len(part), height):
+        yield top, part[top : top + height]
 
 
 def _masks(points: np.ndarray, shape: tuple[int, ...], line_width: float, dash: float) -> list[np.ndarray]:

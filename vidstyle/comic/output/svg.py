@@ -6,7 +6,6 @@ import json
 from base64 import b64encode
 from collections.abc import Iterable, Iterator
 from hashlib import sha256
-from html import escape
 from itertools import accumulate
 from pathlib import Path
 from string import Template
@@ -18,6 +17,7 @@ from vidstyle.comic.key_frame import Rectangle
 from vidstyle.comic.layout.paper import MM_PER_INCH
 from vidstyle.comic.layout.slant import corners
 from vidstyle.comic.lettering.bubble import DASH_LENGTH_RATIO, Bubble
+from vidstyle.comic.lettering.characters import xml_text
 from vidstyle.comic.lettering.fonts import split_stress, thickness
 from vidstyle.comic.output.raster import JPEG_QUALITY
 from vidstyle.comic.output.sheet import Label, RenderedPanel, Sheet
@@ -50,7 +50,7 @@ def html(sheets: Iterable[Sheet], title: str, page_file: str) -> bytes:
     # JSON in a page must not contain the end tag of its element.
     data = json.dumps(page_file).replace("<", "\\u003c")
     return page.substitute(
-        title=escape(title or "Comic"),
+        title=xml_text(title or "Comic"),
         width=width,
         pages="".join(pages),
         data=data,
@@ -74,12 +74,12 @@ def svg_element(sheet: Sheet, title: str, before: int = 0, with_font: bool = Tru
         before: number of panels before it in the document.
         with_font: whether to embed the font; one element of a document does.
     """
-    fonts = escape(f"'{sheet.letters.family}', Helvetica, Arial, sans-serif")
+    fonts = xml_text(f"'{sheet.letters.family}', Helvetica, Arial, sans-serif")
     wide, high = (f"{length * MM_PER_INCH / sheet.dpi:.2f}mm" for length in (sheet.width, sheet.height))
     rows = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{wide}" height="{high}"'
         f' viewBox="0 0 {sheet.width} {sheet.height}" font-family="{fonts}">',
-        f"<title>{escape(title)}</title>" if title else "",
+        f"<title>{xml_text(title)}</title>" if title else "",
         _font_face(sheet) if with_font else "",
         '<rect width="100%" height="100%" fill="#fff"/>',
         *(row for number, panel in enumerate(sheet.panels, before + 1) for row in _panel(panel, number)),
@@ -101,7 +101,7 @@ def _font_face(sheet: Sheet) -> str:
 def _panel(panel: RenderedPanel, number: int) -> Iterator[str]:
     yield f'<g id="panel-{number}">'
     if panel.note:
-        yield f"<title>{escape(panel.note)}</title>"
+        yield f"<title>{xml_text(panel.note)}</title>"
     if panel.leans == (0, 0):
         yield _rect(panel.rectangle, "#000")
     else:
@@ -167,7 +167,8 @@ def _runs(text: str, size: int) -> str:
     """Return a line with stressed words in bold."""
     bold = f'<tspan stroke="#000" stroke-width="{2 * thickness(size)}">'
     return "".join(
-        f"{bold}{escape(part)}</tspan>" if stressed else escape(part) for part, stressed in split_stress(text)
+        f"{bold}{xml_text(part)}</tspan>" if stressed else xml_text(part)
+        for part, stressed in split_stress(text)
     )
 
 
@@ -175,5 +176,5 @@ def _label(label: Label) -> str:
     return (
         f'<text x="{label.middle:.1f}" y="{label.foot:.1f}" font-size="{label.size}"'
         f' text-anchor="middle" stroke="#000" stroke-width="{2 * label.thickness}">'
-        f"{escape(label.text)}</text>"
+        f"{xml_text(label.text)}</text>"
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from functools import partial
@@ -13,8 +14,9 @@ import cv2
 import numpy as np
 
 from vidstyle.comic.key_frame import KeyFrame
+from vidstyle.comic.layout.paper import MAX_PAGE_PIXELS
 from vidstyle.comic.layout.storyboard import format_timecode
-from vidstyle.comic.output.raster import cbz, jpeg, pdf, png
+from vidstyle.comic.output.raster import MAX_JPEG_SIDE_PX, cbz, jpeg, pdf, png
 from vidstyle.comic.output.sheet import Sheet
 from vidstyle.comic.output.svg import html, svg
 from vidstyle.core.closing import Closing
@@ -37,6 +39,8 @@ _PAGE_ENCODERS: dict[str, _Encoder] = {
     _STRIP_SUFFIX: partial(html, page_file=""),
 }
 """Output formats by the suffix of the file."""
+_VIEWER_DRAWN_SUFFIXES = ".svg", _STRIP_SUFFIX
+"""Formats that contain shapes and panels instead of a picture of the page."""
 _MULTI_PAGE_SUFFIXES = ".pdf", ".cbz", _STRIP_SUFFIX
 """Formats whose files contain all pages."""
 
@@ -64,6 +68,17 @@ class Output:
         if not is_numbered(target.name):
             with atomic_file(target, source, overwrite):
                 pass
+
+    def check_pages(self, sizes: Iterable[tuple[int, int]]) -> None:
+        """Raise UsageError if pages of these widths and heights are too large for the format."""
+        kind = self.target.suffix.lower()
+        for width, height in sizes if kind not in _VIEWER_DRAWN_SUFFIXES else ():
+            side = math.inf if kind == ".png" else MAX_JPEG_SIDE_PX
+            if width * height > MAX_PAGE_PIXELS or max(width, height) > side:
+                limit = f"{MAX_PAGE_PIXELS // 10**6} megapixels"
+                limit += f" and {side} pixels a side" if side < math.inf else ""
+                remedy = f"{limit} are possible; make smaller pages, or write .svg or {_STRIP_SUFFIX}"
+                raise UsageError(self.target, f"has a page of {width}x{height} pixels", remedy)
 
     def write(self, sheets: Iterable[Sheet], pages: int, title: str, page_file: str = "") -> list[Path]:
         """Write all pages; in formats with one file per page, each page is written when it is drawn.

@@ -10,7 +10,7 @@ import av
 from av.codec.context import Flags
 
 from vidstyle.core.cores import imposed_threads
-from vidstyle.errors import log
+from vidstyle.errors import is_memory_short, log
 from vidstyle.media.frame import DecodedFrame
 from vidstyle.media.read.clock import FrameClock
 from vidstyle.media.read.decode_report import DecodeReport
@@ -94,6 +94,8 @@ class Decoder:
         except av.EOFError:
             return
         except av.FFmpegError as error:
+            if is_memory_short():
+                raise MemoryError from error
             log.debug("a packet could not be decoded: %s", error)
             stamp = None if packet is None else packet.pts
             self._failures += after is None or (stamp is not None and stamp > after)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import av
 
-from vidstyle.errors import OutputError, output_error
+from vidstyle.errors import OutputError, is_memory_short, is_out_of_memory, output_error
 from vidstyle.media.audio import AudioChunk
 from vidstyle.media.frame import Frame
 from vidstyle.media.options import VideoInfo, WriteOptions
@@ -110,6 +110,8 @@ def write_error(name: object, error: Exception, kept: str) -> OutputError:
     """The error to report when writing has failed; `kept` describes what is left on the disk."""
     if isinstance(error, OutputError):
         return OutputError(error.subject, error.reason, kept)
+    if is_out_of_memory(error) or (isinstance(error, av.FFmpegError) and is_memory_short()):
+        return OutputError(name, "cannot be written: not enough memory", kept)
     if isinstance(error, OSError):
         return output_error(name, error, kept)
     return OutputError(name, f"cannot be written: {error}", kept)

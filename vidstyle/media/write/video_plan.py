@@ -9,7 +9,7 @@ import av
 
 from vidstyle.core.cores import available_cores, imposed_threads
 from vidstyle.core.picture import SITINGS, Encoding
-from vidstyle.errors import UsageError, error_reason, log
+from vidstyle.errors import UsageError, error_reason, is_memory_short, log
 from vidstyle.media.codecs import (
     choose_pix_fmt,
     encoder_options,
@@ -237,6 +237,8 @@ def _try(target: str, plan: VideoPlan) -> None:
     try:
         open_encoder(context)
     except (av.FFmpegError, ValueError) as error:
+        if is_memory_short():
+            raise MemoryError from error
         width, height = plan.size
         settings = " ".join(f"{name}={value}" for name, value in plan.options.items())
         reason = f"{plan.encoder} refuses {width}x{height} {plan.pix_fmt} {settings} ({error_reason(error)})"
