@@ -137,11 +137,9 @@ def main() -> None:
 
 
 def _summary(lines: list[str]) -> str:
-    """Find the last line that counts something, in front of what `make` says of a failure."""
-    counting = (
-        line for line in reversed(lines) if re.search(r"\d (passed|failed|error|cases)|Success", line)
-    )
-    return next(counting, lines[-1])
+    """Join the lines that count something, of the first run and of what was run once more."""
+    counts = re.compile(r"\d (passed|failed|error).* in |\d cases|^Success")
+    return "; ".join(line.strip("= ") for line in lines if counts.search(line)) or lines[-1]
 
 
 def _run_others(checkout: Checkout, seed: str) -> dict[str, Result]:
