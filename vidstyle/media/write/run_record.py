@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vidstyle.core.regular_file import read_regular_file
+from vidstyle.core.file_checks import read_regular_file
 from vidstyle.errors import OutputError, UsageError, log, output_error
 from vidstyle.media.write.temporary_files import (
     FileIdentity,
