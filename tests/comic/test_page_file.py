@@ -111,6 +111,13 @@ def test_only_edited_values_change_the_page(folder: Path) -> None:
             LABEL * 900 + "[[page.label]]",
             "words entries cover their page more than 2 times",
         ),
+        ('text = "Été"', r'text = "a\rb"', r"label 1: text holds the control character \\r; remove it"),
+        ('text = "Été"', r'text = "a\nb"', r"label 1: text holds the control character \\n; remove it"),
+        (
+            'text = "Été"',
+            'text = "a\u2029b"',
+            r"label 1: text holds the control character \\u2029; remove it",
+        ),
         ("at = [210.0", "at = [1e300", "page 1: label 1: at does not lie on its page"),
     ],
 )
@@ -146,7 +153,7 @@ def test_pages_are_not_drawn_larger_than_memory_holds(folder: Path, tmp_path: Pa
 def test_control_characters_do_not_reach_a_document(folder: Path, tmp_path: Path) -> None:
     """Those of subtitles are replaced; those of options are refused."""
     assert Letters().make_writable("a\x01\x7f\ufffe\udcff b\t") == "a\ufffd\ufffd\ufffd\ufffd b"
-    assert xml_text("a\x1b<b>\n") == "a\ufffd&lt;b&gt;\n"
+    assert xml_text("a\x1b<b>") == "a\ufffd&lt;b&gt;"
     words, saved = tmp_path / "words.srt", tmp_path / "comic.toml"
     words.write_text("1\n00:00:00,200 --> 00:00:00,900\nBe\x01ep\x1b[31m \ufffe!\n", "utf-8")
     options = ComicOptions(

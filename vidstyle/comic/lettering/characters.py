@@ -7,8 +7,10 @@ from html import escape
 
 from vidstyle.errors import printable
 
-_CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
-"""Control characters except tabs and ends of lines, lone surrogates, and noncharacters (XML 1.0, 2.2)."""
+_CONTROL = re.compile(r"[\x00-\x08\x0a-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff\ufffe\uffff]")
+"""Control characters except tabs, ends of lines, lone surrogates, and noncharacters (XML 1.0, 2.2).
+
+Pillow draws no line that holds an end of a line."""
 
 
 def control_character(text: str) -> str:

@@ -232,7 +232,7 @@ def _read_words(table: _Table, letters: Letters, sheet: Rectangle) -> Bubble:
     kind, (size,) = table.value("kind", str), table.whole("size", 1, 1, 1000)
     if kind not in get_args(BubbleKind):
         raise table.error("kind", f"is not one of {', '.join(get_args(BubbleKind))}")
-    lines = tuple(letters.make_writable(line) for line in table.text("text").split("\n"))
+    lines = tuple(letters.make_writable(line) for line in table.text("text", has_lines=True).split("\n"))
     block = TextBlock(lines, tuple(letters.width(line, size) for line in lines), size)
     box, wanted = table.box("place"), bubble_size(kind, block)
     if max(box.width, wanted[0]) > sheet.width or max(box.height, wanted[1]) > sheet.height:
@@ -275,11 +275,11 @@ class _Table:
             raise self.error(name, "is missing or has the wrong type")
         return self.content[name]
 
-    def text(self, name: str) -> str:
+    def text(self, name: str, has_lines: bool = False) -> str:
         found = str(self.value(name, str))
         if len(found) > _MAX_LETTERS:
             raise self.error(name, f"has more than {_MAX_LETTERS} characters", "shorten it")
-        if control := control_character(found):
+        if control := control_character(found.replace("\n", "") if has_lines else found):
             raise self.error(name, f"holds the control character {control}", "remove it")
         return found
 
