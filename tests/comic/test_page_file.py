@@ -111,10 +111,10 @@ def test_only_edited_values_change_the_page(folder: Path) -> None:
             LABEL * 900 + "[[page.label]]",
             "words entries cover their page more than 2 times",
         ),
-        ('text = "Été"', r'text = "a\rb"', r"label 1: text holds the control character \\r; remove it"),
-        ('text = "Été"', r'text = "a\nb"', r"label 1: text holds the control character \\n; remove it"),
+        ('text = "ÉTÉ"', r'text = "a\rb"', r"label 1: text holds the control character \\r; remove it"),
+        ('text = "ÉTÉ"', r'text = "a\nb"', r"label 1: text holds the control character \\n; remove it"),
         (
-            'text = "Été"',
+            'text = "ÉTÉ"',
             'text = "a\u2029b"',
             r"label 1: text holds the control character \\u2029; remove it",
         ),

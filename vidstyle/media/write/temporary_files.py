@@ -81,7 +81,8 @@ def partial_path(target: Path, ending: str | None = None, mark: str = ".partial"
     """
     stem, suffix = os.path.splitext(target.name)
     suffix = mark + (suffix if ending is None else ending)
-    stem = os.fsencode(stem)[: MAX_NAME_BYTES - len(os.fsencode(suffix))].decode("utf-8", "ignore")
+    while stem and len(os.fsencode(stem + suffix)) > MAX_NAME_BYTES:
+        stem = stem[:-1]
     return target.with_name(stem + suffix)
 
 
