@@ -31,6 +31,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("comic")
     write_film(path / "film.mp4", story(4, 25))
     (path / "words.srt").write_text(WORDS)
+    os.mkfifo(path / "pipe.mp4")
     make_comic(
         path / "film.mp4",
         path / "page.png",
@@ -98,6 +99,8 @@ def test_only_edited_values_change_the_page(folder: Path) -> None:
         ("format = 1", "a." * 20000 + "b = 1", "line 3 is nested too deeply; 16 levels are possible"),
         ('font = "comic"', r'font = "a\u0000b"', r"font holds the control character \\x00; remove it"),
         ('font = "comic"', f'font = "{os.devnull}"', "is not a file; give a .ttf or .otf file"),
+        ('source = "film.mp4"', 'source = "/dev/zero"', "/dev/zero is neither a file nor a folder; save"),
+        ('source = "film.mp4"', 'source = "pipe.mp4"', "pipe.mp4 is neither a file nor a folder; save"),
         ('reading = "ltr"', 'reading = "up"', "reading is neither ltr nor rtl"),
         ("KNOCKS", r"\u001b[31m", r"words 1: text holds the control character \\x1b; remove it"),
         ("KNOCKS", "W" * 100_000, "words 1: text has more than 4000 characters; shorten it"),
@@ -116,7 +119,7 @@ def test_only_edited_values_change_the_page(folder: Path) -> None:
         (
             'text = "ÉTÉ"',
             'text = "a\u2029b"',
-            r"label 1: text holds the control character \\u2029; remove it",
+            r"holds the control character \\u2029; remove it",
         ),
         ("at = [210.0", "at = [1e300", "page 1: label 1: at does not lie on its page"),
     ],

@@ -378,10 +378,12 @@ def open_film(source: str | os.PathLike[str], faces: FaceFinder | None = None) -
     """Open a film, an animation, numbered pictures ("%05d.png") or a folder of pictures.
 
     Raises:
-        InputError: it cannot be read, or the folder contains no pictures.
-        UsageError: it is a pipe, which cannot be rewound.
+        InputError: it cannot be read, is a pipe or a device, or the folder contains no pictures.
+        UsageError: it is standard input, which cannot be rewound.
     """
     if str(source) == "-":
         raise UsageError("standard input", "can be read only once", "save the film to a file")
+    if os.path.exists(source) and not (os.path.isfile(source) or os.path.isdir(source)):
+        raise InputError(source, "is neither a file nor a folder", "save the film to a file")
     faces = faces or FaceFinder()
     return PictureFolder(Path(source), faces) if os.path.isdir(source) else FilmFile(source, faces)
