@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import array
 import fcntl
-import itertools
 import json
 import mmap
 import os
@@ -214,17 +213,18 @@ def test_38_a_stage_that_fails_ends_all(tmp_path: Path, monkeypatch, capfd, stag
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux limits the address space")
-@pytest.mark.parametrize(
-    ("style", "mebibytes"),
-    [*itertools.product(["plain"], [280, 400, 480, 520, 600]), ("ink", 600), ("ink", 700)],
-)
-def test_a_small_address_space_is_named_as_the_cause(tmp_path: Path, style: str, mebibytes: int) -> None:
-    """Neither the encoder nor a bug. The need depends on the machine; nothing else may be reported."""
+@pytest.mark.parametrize("mebibytes", [400, 480, 520, 600])
+def test_a_small_address_space_is_named_as_the_cause(tmp_path: Path, mebibytes: int) -> None:
+    """Neither the encoder nor a bug. The need depends on the machine; nothing else may be reported.
+
+    One thread: libraries that cannot start another may end the process.
+    """
     make_clip(tmp_path / "in.mp4", frames=5, size=(256, 144))
-    arguments = ["render", tmp_path / "in.mp4", tmp_path / "out.mp4", "-s", style, "--device", "cpu"]
+    arguments = ["render", tmp_path / "in.mp4", tmp_path / "out.mp4", "-s", "plain", "--threads", "1"]
     command = [sys.executable, "-m", "vidstyle", *map(str, arguments), "--progress", "none"]
     limited = ["sh", "-c", f'ulimit -v {mebibytes << 10}; exec "$@"', "sh", *command]
-    done = subprocess.run(limited, capture_output=True, text=True, timeout=LONG)
+    one_thread = os.environ | {"OPENBLAS_NUM_THREADS": "1"}
+    done = subprocess.run(limited, capture_output=True, text=True, timeout=LONG, env=one_thread)
     if done.returncode:
         assert done.returncode == 5, done.stderr
         assert "not enough memory; " in done.stderr.splitlines()[-1]

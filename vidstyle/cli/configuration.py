@@ -80,7 +80,10 @@ def read_configuration(path: Path, context: click.Context) -> dict[str, dict[str
             try:
                 if not all(isinstance(each, str | int | float) for each in values):
                     raise click.BadParameter("is not a text, a number or a truth value")
-                # As on the command line; click takes no number for a truth value.
+                # As on the command line; a truth value is for flags only.
+                if wrong := [each for each in values if isinstance(each, bool) != option.is_flag]:
+                    expected = "true or false" if option.is_flag else "a text or a number"
+                    raise click.BadParameter(f"{wrong[0]!r} is not {expected}")
                 values = [each if isinstance(each, bool) else str(each) for each in values]
                 table[key] = values if option.multiple else values[0]
                 option.type_cast_value(below, table[key])
