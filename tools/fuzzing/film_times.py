@@ -16,14 +16,15 @@ TIMED = (".mp4", ".mov", ".mkv", ".webm", ".avi", ".ts", ".flv")
 PACKET_BYTES = 188
 """Of a packet of MPEG-TS."""
 CLUSTER = b"\x1f\x43\xb6\x75"
-"""Of Matroska: a time and blocks relative to it."""
+TIMESTAMP, BLOCKS = b"\xe7", (b"\xa3", b"\xa0")
+"""Of Matroska: a cluster holds a time and blocks whose times are relative to it."""
 TIME_FIELDS: dict[bytes, tuple[int, int, int]] = {
     **{b"stts": (12, 8, 4), b"ctts": (12, 8, 4), b"elst": (8, 4, 4), b"stss": (8, 4, 4)},
     **{b"mvhd": (12, 4, 4), b"mdhd": (12, 4, 4), b"tkhd": (20, 40, 4)},
     **{b"avih": (0, 60, 4), b"strh": (20, 4, 4)},
     **{b"\x08": (0, 3, 3), b"\x09": (0, 3, 3)},
     # Timestamp, SimpleBlock, Block, TimestampScale, Duration, DefaultDuration, BlockDuration, CueTime.
-    **{b"\xe7": (0, 0, 0), b"\xa3": (1, 999, 2), b"\xa1": (1, 999, 2), b"\x2a\xd7\xb1": (0, 0, 0)},
+    **{TIMESTAMP: (0, 0, 0), b"\xa3": (1, 999, 2), b"\xa1": (1, 999, 2), b"\x2a\xd7\xb1": (0, 0, 0)},
     **{b"\x44\x89": (0, 0, 0), b"\x23\xe3\x83": (0, 0, 0), b"\x9b": (0, 0, 0), b"\xb3": (0, 0, 0)},
 }
 """Of a part: the place of the first number that is a time, the distance to the next, and the bytes of each.
@@ -84,10 +85,12 @@ def _split_cluster(random: Random, parts: list[Part]) -> None:
         found = [index for index, part in enumerate(shelf) if part.name == CLUSTER and part.children]
         if found:
             index = random.choice(found)
-            time, *blocks = shelf[index].children or []
+            children = shelf[index].children or []
+            time = next((part for part in children if part.name == TIMESTAMP), Part(TIMESTAMP, b"\0"))
+            blocks = [part for part in children if part.name in BLOCKS]
             first, last = sorted(random.randrange(len(blocks) + 1) for _ in range(2))
             last = random.choice((last, len(blocks)))
-            later = Part(time.name, ((int.from_bytes(time.content) + _jump(random)) % 2**64).to_bytes(8))
+            later = Part(TIMESTAMP, ((int.from_bytes(time.content) + _jump(random)) % 2**64).to_bytes(8))
             split = [time, *blocks[:first]], [later, *blocks[first:last]], [time, *blocks[last:]]
             shelf[index : index + 1] = [Part(CLUSTER, b"", children) for children in split]
             return

@@ -149,8 +149,11 @@ def _place_riff_chunk(random: Random, parts: list[Part], kind: str, content: byt
         chunks.insert(
             0, Part(b"VP8X", bytes([random.choice((0x2C, 0x2C, 0, 0xFF))]) + bytes(3) + b"\x3f\0\0\x2f\0\0")
         )
-    name = {"profile": b"ICCP", "exif": b"EXIF", "xmp": b"XMP "}.get(kind, b"ANIM")
-    place = 1 if kind == "profile" and random.random() < 0.8 else random.randint(1, len(chunks))
+    name = {"profile": b"ICCP", "exif": b"EXIF", "xmp": b"XMP "}.get(
+        kind, random.choice((b"note", b"note", b"ANIM"))
+    )
+    usual = 1 if kind == "profile" else len(chunks)
+    place = random.choice((usual, usual, usual, random.randint(1, len(chunks))))
     chunks.insert(place, Part(name, content))
 
 

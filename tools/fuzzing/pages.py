@@ -77,10 +77,14 @@ def _option_value(random: Random, kind: click.ParamType) -> Any:
 
 
 def _change_values(random: Random, table: dict[str, Any], odd: tuple[Any, ...]) -> None:
-    """Replace, remove or add to values at any depth."""
-    places = list(_places(table))
-    for _ in range(random.choice((0, 1, 1, 1, 2, 5))):
-        holder, key = random.choice(places)
+    """Shift numbers, and replace or repeat values at any depth."""
+    for _ in range(random.choice((1, 2, 10))):
+        holder, key = random.choice(
+            [place for place in _places(table) if isinstance(place[0][place[1]], float | int)]
+        )
+        holder[key] += random.choice((-20, -1, 0, 1, 0.25, 5))
+    for _ in range(random.choice((0, 0, 1, 1, 2))):
+        holder, key = random.choice(list(_places(table)))
         if random.random() < 0.1:
             holder[key] = [holder[key]] * random.choice((1, 3, 400))
         else:
