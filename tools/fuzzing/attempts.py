@@ -14,8 +14,15 @@ from media import moving_frames
 from PIL import Image
 
 from tools.fuzzing.arrays import VIEWS, native
-from tools.fuzzing.commands import ALLOWED_EXIT_CODES, PAGE_ENDINGS, TARGETS, page_command, try_command
-from tools.fuzzing.frame_counts import check_frames
+from tools.fuzzing.commands import (
+    ALLOWED_EXIT_CODES,
+    PAGE_ENDINGS,
+    TARGETS,
+    UNUSABLE,
+    page_command,
+    try_command,
+)
+from tools.fuzzing.frame_counts import check_frames, check_refusal
 from tools.fuzzing.kernel_caches import try_cache
 from tools.fuzzing.originals import SIZE
 from tools.fuzzing.processes import BrokenPromiseError, run_here
@@ -48,7 +55,13 @@ def _try_media(path: Path, folder: Path, choice: int) -> None:
     style = _style_for(choice)
     if choice // 64 % COMMAND_RATIO == 0:
         return try_command(path, folder, style, choice // 1024)
-    summary = render(path, folder / TARGETS[(choice >> 8) % len(TARGETS)], style)
+    try:
+        summary = render(path, folder / TARGETS[(choice >> 8) % len(TARGETS)], style)
+    except VidstyleError as error:
+        if error.exit_code != UNUSABLE:
+            raise BrokenPromiseError(f"exit {error.exit_code}: {error}") from error
+        check_refusal(path)
+        raise
     if summary.exit_code == 0:
         check_frames(path, summary.frames)
     if choice % 8 == 0:

@@ -9,7 +9,7 @@ from tools.fuzzing.damage import ODD_NUMBERS
 from tools.fuzzing.formats import FAMILIES, FLV_TAGS
 from tools.fuzzing.structure import Family, Part, shelves
 
-JUMP_HOURS = (0.01, 1, 12, 24, 26.6, 100, 600, 100_000)
+JUMP_HOURS = (0.01, 1, 12, 24, 24, 26.6, 100, 600, 100_000)
 TICKS_A_SECOND = (1, 1000, 12_800, 15_360, 48_000, 90_000, 10**6)
 TIMED = (".mp4", ".mov", ".mkv", ".webm", ".avi", ".ts", ".flv")
 """Endings of the films whose times can be changed here."""
@@ -48,9 +48,9 @@ def with_jump(random: Random, content: bytes, suffix: str) -> bytes:
     return family.write(parts)
 
 
-def _jump(random: Random) -> int:
-    """In ticks of one of the usual clocks."""
-    ticks = int(random.choice(JUMP_HOURS) * 3600 * random.choice(TICKS_A_SECOND))
+def _jump(random: Random, clocks: tuple[int, ...] = TICKS_A_SECOND) -> int:
+    """In ticks of one of the clocks."""
+    ticks = int(random.choice(JUMP_HOURS) * 3600 * random.choice(clocks))
     return random.choice((1, 1, -1)) * ticks
 
 
@@ -90,7 +90,7 @@ def _split_cluster(random: Random, parts: list[Part]) -> None:
             blocks = [part for part in children if part.name in BLOCKS]
             first, last = sorted(random.randrange(len(blocks) + 1) for _ in range(2))
             last = random.choice((last, len(blocks)))
-            later = Part(TIMESTAMP, ((int.from_bytes(time.content) + _jump(random)) % 2**64).to_bytes(8))
+            later = Part(TIMESTAMP, ((int.from_bytes(time.content) + _jump(random, (1000,))) % 2**64).to_bytes(8))
             split = [time, *blocks[:first]], [later, *blocks[first:last]], [time, *blocks[last:]]
             shelf[index : index + 1] = [Part(CLUSTER, b"", children) for children in split]
             return

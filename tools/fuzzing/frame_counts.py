@@ -5,10 +5,13 @@ from __future__ import annotations
 import json
 import shutil
 import subprocess
-from collections import defaultdict
+from collections import Counter, defaultdict
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
+
+import av
 
 from tools.fuzzing.originals import FILMS
 from tools.fuzzing.processes import SECONDS, BrokenPromiseError
@@ -25,6 +28,26 @@ def check_frames(path: Path, frames: int) -> None:
     """
     if path.suffix in FILM_ENDINGS and frames < (wanted := ffmpeg_frames(path)):
         raise BrokenPromiseError(f"fewer frames: {frames} of {wanted} with exit code 0")
+
+
+def check_refusal(path: Path) -> None:
+    """Try a film that was refused with the FFmpeg of PyAV: what another release decodes is no measure here.
+
+    Raises:
+        BrokenPromiseError: it decodes frames.
+    """
+    if path.suffix in FILM_ENDINGS and (found := _decoded_frames(path)):
+        raise BrokenPromiseError(f"refused film: FFmpeg decodes {found} frames")
+
+
+def _decoded_frames(path: Path) -> int:
+    counts = Counter[int]()
+    with suppress(av.FFmpegError), av.open(str(path), metadata_errors="replace") as container:
+        films = container.streams.video  # of none, `demux` would give all packets
+        for packet in container.demux(*films) if films else ():
+            with suppress(av.FFmpegError):
+                counts[packet.stream_index] += len(packet.decode())
+    return max(counts.values(), default=0)
 
 
 def ffmpeg_frames(path: Path) -> int:
