@@ -58,9 +58,10 @@ def _try_media(path: Path, folder: Path, choice: int) -> None:
     try:
         summary = render(path, folder / TARGETS[(choice >> 8) % len(TARGETS)], style)
     except VidstyleError as error:
-        if error.exit_code != UNUSABLE:
+        if error.exit_code not in ALLOWED_EXIT_CODES:
             raise BrokenPromiseError(f"exit {error.exit_code}: {error}") from error
-        check_refusal(path)
+        if error.exit_code == UNUSABLE:
+            check_refusal(path)
         raise
     if summary.exit_code == 0:
         check_frames(path, summary.frames)
@@ -146,7 +147,7 @@ def _try_config(path: Path, folder: Path, choice: int) -> None:
     )
     with contextlib.chdir(made):
         ended = run_here(["--config", path.absolute(), *arguments[choice % 3]])
-    if ended.exit_code not in ALLOWED_EXIT_CODES | {UsageError.exit_code}:
+    if ended.exit_code not in ALLOWED_EXIT_CODES:
         raise BrokenPromiseError(f"exit {ended.exit_code}: {ended.lines[-1]}")
     if ended.exit_code:
         raise UsageError("the configuration", ended.lines[-1])

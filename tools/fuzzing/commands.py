@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from pathlib import Path
 
 from tools.fuzzing.frame_counts import check_frames
 from tools.fuzzing.processes import BrokenPromiseError, Ended, run_apart
-from vidstyle.errors import InputError
+from vidstyle.errors import InputError, UsageError
 from vidstyle.pipeline.render import DAMAGED_EXIT_CODE
 
 UNUSABLE = InputError.exit_code
-ALLOWED_EXIT_CODES = {0, UNUSABLE, DAMAGED_EXIT_CODE}
-"""Of a command whose input may be damaged, and all else is right (docs/rules.md, Exit codes)."""
+ALLOWED_EXIT_CODES = {0, UsageError.exit_code, UNUSABLE, DAMAGED_EXIT_CODE}
+"""Of a command with a damaged input (docs/rules.md, Exit codes): no encoder may take its size, a usage error."""
 TARGETS = ("out_%05d.png", "out.mkv", "out.mp4", "out.avi", "out.mov", "out.ts")
 """What films and pictures become: sound and subtitles are copied, converted or left out."""
 PAGE_ENDINGS = (".png", ".svg", ".pdf", ".cbz", ".html", ".jpg")
@@ -65,13 +65,12 @@ def try_command(
         check_frames(path, json.loads(ended.output)["frames"])
 
 
-def check(ended: Ended, folder: Path, allowed: Collection[int] = ALLOWED_EXIT_CODES) -> None:
+def check(ended: Ended, folder: Path) -> None:
     """Compare how a command has ended with docs/rules.md.
 
     Args:
         ended: the run.
         folder: what it has written into; empty before.
-        allowed: exit codes.
 
     Raises:
         BrokenPromiseError: another exit code, other than one line for an error, or a wrong set of files.
@@ -79,7 +78,7 @@ def check(ended: Ended, folder: Path, allowed: Collection[int] = ALLOWED_EXIT_CO
     """
     said = ended.lines[-1] if ended.lines else "nothing said"
     written = sorted(each.name for each in folder.iterdir())
-    if ended.exit_code not in allowed:
+    if ended.exit_code not in ALLOWED_EXIT_CODES:
         raise BrokenPromiseError(f"exit {ended.exit_code}: {said}")
     if ended.exit_code in (0, DAMAGED_EXIT_CODE):
         if not written or any(".partial." in name for name in written):

@@ -90,7 +90,9 @@ def _split_cluster(random: Random, parts: list[Part]) -> None:
             blocks = [part for part in children if part.name in BLOCKS]
             first, last = sorted(random.randrange(len(blocks) + 1) for _ in range(2))
             last = random.choice((last, len(blocks)))
-            later = Part(TIMESTAMP, ((int.from_bytes(time.content) + _jump(random, (1000,))) % 2**64).to_bytes(8))
+            later = Part(
+                TIMESTAMP, ((int.from_bytes(time.content) + _jump(random, (1000,))) % 2**64).to_bytes(8)
+            )
             split = [time, *blocks[:first]], [later, *blocks[first:last]], [time, *blocks[last:]]
             shelf[index : index + 1] = [Part(CLUSTER, b"", children) for children in split]
             return
