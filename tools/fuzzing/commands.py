@@ -13,7 +13,7 @@ from vidstyle.pipeline.render import DAMAGED_EXIT_CODE
 
 UNUSABLE = InputError.exit_code
 ALLOWED_EXIT_CODES = {0, UsageError.exit_code, UNUSABLE, DAMAGED_EXIT_CODE}
-"""Of a command with a damaged input (docs/rules.md, Exit codes): no encoder may take its size, a usage error."""
+"""Of a command with a damaged input (docs/rules.md, Exit codes); 2: of a size that no encoder takes."""
 TARGETS = ("out_%05d.png", "out.mkv", "out.mp4", "out.avi", "out.mov", "out.ts")
 """What films and pictures become: sound and subtitles are copied, converted or left out."""
 PAGE_ENDINGS = (".png", ".svg", ".pdf", ".cbz", ".html", ".jpg")
