@@ -67,7 +67,7 @@ class Worker:
 def work(pipe: Connection, whole: dict[str, list[Path]], trial: Trial) -> None:
     """Answer each case from the pipe by its outcome."""
     os.nice(10)
-    logging.getLogger("vidstyle").setLevel(logging.CRITICAL)
+    logging.disable(logging.CRITICAL)  # a level would be changed by the command line
     resource.setrlimit(resource.RLIMIT_AS, (MAX_ADDRESSES, MAX_ADDRESSES))
     gc.freeze()  # so that collecting garbage after each case takes little time
     pipe.send("ready")
