@@ -1,0 +1,172 @@
+"""How a file is used, by the ending of its name."""
+
+from __future__ import annotations
+
+import contextlib
+import shutil
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+from media import moving_frames
+from PIL import Image
+
+from tools.fuzzing.arrays import VIEWS, native
+from tools.fuzzing.commands import (
+    ALLOWED_EXIT_CODES,
+    PAGE_ENDINGS,
+    TARGETS,
+    UNUSABLE,
+    page_command,
+    try_command,
+)
+from tools.fuzzing.frame_counts import check_frames, check_refusal
+from tools.fuzzing.kernel_caches import try_cache
+from tools.fuzzing.originals import SIZE
+from tools.fuzzing.processes import BrokenPromiseError, run_here
+from vidstyle.comic.make import ComicOptions, make_comic
+from vidstyle.errors import UsageError, VidstyleError
+from vidstyle.pipeline.render import render
+from vidstyle.renderer import Renderer, stylize
+from vidstyle.style import load_style, save_style, style_names
+
+COMMAND_RATIO = 12
+"""One of so many films, pictures and page files goes through a command in a process of its own."""
+
+FLOAT_TOLERANCE = 1e-4
+"""Channels that share memory are restyled as one, with other rounding. Integers must be equal."""
+
+
+def attempt(path: Path, folder: Path) -> None:
+    """Use a file as its ending says, writing into a folder that holds nothing else.
+
+    Raises:
+        VidstyleError: the file cannot be used.
+        BrokenPromiseError: it was used, but a promise of docs/reliability.md does not hold.
+    """
+    ending = path.name[path.name.index(".") :]
+    ATTEMPTS.get(ending, _try_media)(path, folder, zlib.crc32(path.read_bytes()))
+
+
+def _try_media(path: Path, folder: Path, choice: int) -> None:
+    """A film or picture in one of the styles; of some films, a comic; some by the commands."""
+    style = _style_for(choice)
+    if choice // 64 % COMMAND_RATIO == 0:
+        return try_command(path, folder, style, choice // 1024)
+    try:
+        summary = render(path, folder / TARGETS[(choice >> 8) % len(TARGETS)], style)
+    except VidstyleError as error:
+        if error.exit_code not in ALLOWED_EXIT_CODES:
+            raise BrokenPromiseError(f"exit {error.exit_code}: {error}") from error
+        if error.exit_code == UNUSABLE:
+            check_refusal(path)
+        raise
+    if summary.exit_code == 0:
+        check_frames(path, summary.frames)
+    if choice % 8 == 0:
+        make_comic(path, folder / "page.png", ComicOptions(size="320x240"))
+
+
+def _style_for(choice: int) -> str:
+    names = style_names()
+    return names[choice % len(names)]
+
+
+def _try_array(path: Path, folder: Path, choice: int) -> None:
+    """A view of the array, and its contiguous copy: both are refused, or give the same picture."""
+    array = np.load(path)
+    view = array if array.ndim < 3 or not array.size else VIEWS[(choice >> 8) % len(VIEWS)](array)
+    before, results = view.copy(), [_stylized(each, choice) for each in (native(view), view)]
+    if not np.array_equal(before, view, equal_nan=view.dtype.kind in "fc"):
+        raise BrokenPromiseError("the array was changed")
+    if isinstance(results[0], VidstyleError) and isinstance(results[1], VidstyleError):
+        raise results[0]
+    if isinstance(results[0], VidstyleError) or isinstance(results[1], VidstyleError):
+        raise BrokenPromiseError(f"one layout is refused: {results}"[:200])
+    if results[0].shape != results[1].shape or not np.allclose(*results, rtol=0, atol=FLOAT_TOLERANCE):
+        raise BrokenPromiseError("another result for another layout")
+
+
+def _stylized(array: np.ndarray, choice: int) -> np.ndarray | VidstyleError:
+    try:
+        return stylize(array, _style_for(choice))
+    except VidstyleError as error:
+        return error
+
+
+def _try_style(path: Path, folder: Path, choice: int) -> None:
+    """Three frames in the style and in its variants; saved and read again."""
+    style = load_style(path)
+    save_style(style, shutil.copy(path, folder / "copy.toml"))
+    load_style(folder / "copy.toml")
+    for name in ("", *(f":{variant}" for variant in style.variants)):
+        with Renderer(load_style(f"{path}{name}"), device="cpu") as renderer:
+            for picture in moving_frames(3, SIZE):
+                renderer(picture)
+
+
+def _try_bank(path: Path, folder: Path, choice: int) -> None:
+    """The bank in a style next to it."""
+    style = folder / "style.toml"
+    step = f'block = "learned"\nbank = "bank.npz"\npasses = {choice % 8 + 1}'
+    style.write_text(f"format = 1\n[[base]]\n{step}\n[[background]]\nblock = 'posterize'\n")
+    shutil.copy(path, folder / "bank.npz")
+    _try_style(style, folder, choice)
+
+
+def _try_subtitles(path: Path, folder: Path, choice: int) -> None:
+    """A comic of three pictures with the subtitles."""
+    options = ComicOptions(size="480x360", subtitles=str(path))
+    make_comic(_write_pictures(folder), folder / "page.png", options)
+
+
+def _try_page(path: Path, folder: Path, choice: int) -> None:
+    """The comic of a page file, of three pictures."""
+    page, made = folder / "case.toml", folder / "made"
+    shutil.copy(path, page)
+    made.mkdir()
+    _write_pictures(folder)
+    if choice // 64 % COMMAND_RATIO == 0:
+        return try_command(page, made, "", choice // 1024, (page_command,))
+    make_comic(page, made / f"page{PAGE_ENDINGS[choice % len(PAGE_ENDINGS)]}", ComicOptions())
+    for drawing in made.glob("*.svg"):
+        ElementTree.parse(drawing)
+
+
+def _try_config(path: Path, folder: Path, choice: int) -> None:
+    """A command with the configuration; its default names are in the folder."""
+    made = folder / "made"
+    made.mkdir()
+    picture = _write_pictures(folder) / "0.png"
+    arguments = (
+        ["styles", "plain"],
+        ["render", picture, made / "out.png"],
+        ["comic", picture, made / "page.png"],
+    )
+    with contextlib.chdir(made):
+        ended = run_here(["--config", path.absolute(), *arguments[choice % 3]])
+    if ended.exit_code not in ALLOWED_EXIT_CODES:
+        raise BrokenPromiseError(f"exit {ended.exit_code}: {ended.lines[-1]}")
+    if ended.exit_code:
+        raise UsageError("the configuration", ended.lines[-1])
+
+
+def _write_pictures(folder: Path) -> Path:
+    (pictures := folder / "pictures").mkdir()
+    for number, picture in enumerate(moving_frames(3, (160, 120))):
+        Image.fromarray(picture).save(pictures / f"{number}.png")
+    return pictures
+
+
+ATTEMPTS: dict[str, Callable[[Path, Path, int], None]] = {
+    ".npy": _try_array,
+    ".toml": _try_style,
+    ".npz": _try_bank,
+    ".page.toml": _try_page,
+    ".config.toml": _try_config,
+    ".cache": lambda path, folder, _: try_cache(path, folder),
+    **dict.fromkeys((".srt", ".vtt", ".ass"), _try_subtitles),
+}
+"""With any other ending, `_try_media`."""

@@ -1,0 +1,61 @@
+"""Banks of learned filters with odd numbers or arrays, or damaged as archives."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from random import Random
+
+import numpy as np
+
+from tools.fuzzing.arrays import array_bytes, odd_array
+from tools.fuzzing.damage import ODD_FLOATS, ODD_NUMBERS, damaged, random_slice
+from vidstyle.blade.bank import shipped_banks
+
+
+def bank_case(random: Random) -> tuple[str, bytes]:
+    """A bank with odd numbers in its arrays, with odd arrays, or damaged in its entries or as an archive."""
+    with np.load(shipped_banks()["etf"]) as whole:
+        entries = dict(whole)
+    entries["filters"] *= np.float32(random.choice((1, 1, 10, 1e4, 1e30)))
+    fault = random.choice(("weights", "numbers", "numbers", "array", "entry", "archive", "bomb"))
+    name = random.choice(list(entries))
+    if fault == "weights":
+        part = random_slice(random, entries["filters"].size)
+        entries["filters"].reshape(-1)[part] = random.choice((0, -1e9, 1e9, 3e38))
+    if fault == "numbers":
+        entries[name] = _with_odd_numbers(random, entries[name])
+    if fault == "array":
+        entries[name] = odd_array(
+            random, tuple(random.choice((0, 1, 3, 24)) for _ in range(random.randint(0, 5)))
+        )
+    contents = {name: array_bytes(array) for name, array in entries.items()}
+    if fault == "entry":
+        contents[name] = damaged(random, contents[name])
+    if fault == "bomb":
+        shape = random.choice(
+            ("(99999999999,)", "(1,) * 9", "((" * 40, "[" * 3000, "(300000000, 1)", "(-1, 5)")
+        )
+        header = f"{{'descr': '<f4', 'fortran_order': False, 'shape': {shape}}}\n".encode()
+        contents[name] = (
+            b"\x93NUMPY\1\0"
+            + len(header).to_bytes(2, "little")
+            + header
+            + bytes(random.choice((0, 50 << 20)))
+        )
+    archive = io.BytesIO()
+    with zipfile.ZipFile(archive, "w", random.choice((zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED))) as file:
+        for name, content in contents.items():
+            # A fixed date: the same case has the same bytes.
+            file.writestr(zipfile.ZipInfo(f"{name}.npy"), content, file.compression)
+    content = archive.getvalue()
+    return ".npz", damaged(random, content) if fault == "archive" else content
+
+
+def _with_odd_numbers(random: Random, array: np.ndarray) -> np.ndarray:
+    flat = array.reshape(-1)
+    for _ in range(random.choice((1, 5))):
+        number = random.choice(ODD_FLOATS if array.dtype.kind == "f" else ODD_NUMBERS)
+        with np.errstate(all="ignore"):
+            flat[random.randrange(len(flat))] = np.asarray(number).astype(array.dtype)
+    return array

@@ -1,0 +1,88 @@
+"""What a case is made from: the same kind, seed and number give the same file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from random import Random
+from typing import NamedTuple
+
+from tools.fuzzing.arrays import array_case
+from tools.fuzzing.banks import bank_case
+from tools.fuzzing.damage import damaged
+from tools.fuzzing.film_times import TIMED, joined, with_jump
+from tools.fuzzing.formats import FAMILIES
+from tools.fuzzing.metadata import PLACERS, with_metadata
+from tools.fuzzing.pages import config_case, page_case
+from tools.fuzzing.restructure import restructured
+from tools.fuzzing.styles import style_case
+from tools.fuzzing.subtitles import subtitle_case
+
+
+class Case(NamedTuple):
+    """What a file is made from."""
+
+    kind: str
+    seed: int
+    number: int
+
+
+def mutated(kind: str, seed: int, number: int, whole: dict[str, list[Path]]) -> tuple[str, bytes]:
+    """The ending of the name of a file, and its content.
+
+    Args:
+        kind, seed, number: of the case.
+        whole: the undamaged films and pictures, by kind.
+    """
+    random = Random(f"{kind} {seed} {number}")
+    make = KINDS[kind]
+    return make(random, whole[kind]) if kind in whole else make(random)
+
+
+def film_case(random: Random, originals: Sequence[Path]) -> tuple[str, bytes]:
+    """A film: half of them with damaged bytes, the others with changed structure, times or streams."""
+    path = random.choice(originals)
+    content, suffix = path.read_bytes(), path.suffix
+    if random.random() < 0.5:
+        return suffix, damaged(random, content)
+    alike = [each.read_bytes() for each in originals if each.suffix == suffix]
+    changes: list[Callable[[], bytes]] = [lambda: joined(random, alike)]
+    if suffix in FAMILIES:
+        donor = random.choice(alike)
+        changes += [lambda: restructured(random, content, FAMILIES[suffix], donor)] * 3
+    if suffix in TIMED:
+        changes += [lambda: with_jump(random, content, suffix)] * 2
+    content = random.choice(changes)()
+    return suffix, damaged(random, content) if random.random() < 0.2 else content
+
+
+def picture_case(random: Random, originals: Sequence[Path]) -> tuple[str, bytes]:
+    """A picture: half of them with damaged bytes alone, the others with metadata or changed structure."""
+    path = random.choice(originals)
+    content, suffix = path.read_bytes(), path.suffix
+    is_new = random.random() < 0.6 and suffix in FAMILIES
+    if is_new and suffix in PLACERS:
+        content = with_metadata(random, content, suffix)
+    if is_new and random.random() < 0.5:
+        donor = random.choice([each for each in originals if each.suffix == suffix]).read_bytes()
+        content = restructured(random, content, FAMILIES[suffix], donor)
+    return suffix, content if is_new and random.random() < 0.8 else damaged(random, content)
+
+
+def cache_case(random: Random) -> tuple[str, bytes]:
+    """The seed of damage to a cache of kernels, whose files differ between machines."""
+    return ".cache", str(random.randrange(2**32)).encode()
+
+
+KINDS: dict[str, Callable[..., tuple[str, bytes]]] = {
+    "film": film_case,
+    "picture": picture_case,
+    "array": array_case,
+    "style": style_case,
+    "bank": bank_case,
+    "subtitle": subtitle_case,
+    "page": page_case,
+    "config": config_case,
+    "cache": cache_case,
+}
+"""How a file of a kind is made."""
