@@ -10,18 +10,13 @@ import av
 from av.stream import Discard
 
 from vidstyle.errors import log
+from vidstyle.media.exif import exif_orientation
 from vidstyle.media.frame import DecodedFrame
-from vidstyle.media.orientation import Orientation
+from vidstyle.media.orientation import orientation_of_stream
 from vidstyle.media.read.clock import BROADCAST, FrameClock, PacketClock, start_shift
 from vidstyle.media.read.decode_report import DecodeReport
 from vidstyle.media.read.decoder import Decoder
-from vidstyle.media.read.headers import (
-    HEADER_BYTES,
-    exif_orientation,
-    is_jpeg,
-    is_named_as_picture,
-    jpeg_ends_early,
-)
+from vidstyle.media.read.headers import is_jpeg, is_named_as_picture, jpeg_ends_early
 from vidstyle.media.read.missing import GapFinder, HeaderCheck
 from vidstyle.media.read.source import (
     choose_stream,
@@ -75,7 +70,8 @@ class FilmSource:
             round(self.duration * self.rate) if self.duration and self.rate else None
         )
         self.may_be_still = may_be_still(container)
-        self.orientation = _photograph_orientation(container, file)
+        self.orientation = orientation_of_stream(self.stream)
+        self._is_photograph = is_picture_format(container)
         self._formats, self._file = formats, file
         self._is_one_picture = (
             file is not None and is_picture_format(container) and is_named_as_picture(file)
@@ -137,6 +133,8 @@ class FilmSource:
             if packet.stream_index != self.stream.index:
                 yield packet
             elif packet.size:  # without content it is a frame like the one before it; a decoder would end
+                if self._is_photograph and self.orientation is None:
+                    self.orientation = exif_orientation(memoryview(packet))
                 yield from self._decoder.decode(packet, after_gap=self._gaps.before_picture())
         yield from self._decoder.decode(None)
         if self._key_gap is not None:
@@ -204,12 +202,3 @@ class FilmSource:
                 return
             except av.FFmpegError:
                 log.debug("%s: cannot be rewound", self.name)
-
-
-def _photograph_orientation(container: av.container.InputContainer, file: Path | None) -> Orientation | None:
-    """From the file itself, for PyAV tells how a photograph is turned, but not that it is mirrored."""
-    if file is None or not is_picture_format(container):
-        return None
-    with file.open("rb") as content:
-        head = content.read(HEADER_BYTES)
-    return Orientation.from_exif(exif_orientation(head)) if is_jpeg(head) else None
