@@ -108,13 +108,15 @@ class CopiedStreams:
         self._container, self._kind, self._audio, self._target = container, kind, audio, target
         _check_encoder(kind, audio)
         self._templates = {stream.index: stream for stream in streams}
+        # Read now: a stream of a closed container cannot be asked.
+        self._types = {index: stream.type for index, stream in self._templates.items()}
         self._ways = {index: self._ways_of(stream) for index, stream in self._templates.items()}
         self._streams: dict[int, CopiedStream] = {}
         self._early: list[av.Packet] | None = []
         self._first: dict[int, av.Packet] = {}
         self._latest = Fraction(0)
-        types = {index: stream.type for index, stream in self._templates.items() if self._ways[index]}
-        self.awaited = {index for index, type in types.items() if type in ("audio", "data")}
+        kept = {index for index, ways in self._ways.items() if ways}
+        self.awaited = {index for index in kept if self._types[index] in ("audio", "data")}
         self.needed = {index for index in self.awaited if not self._works(self._best(index), None)}
 
     def begin(self, over: bool = False) -> list[av.Packet]:
@@ -173,7 +175,7 @@ class CopiedStreams:
     def loss(self) -> str:
         """What of the streams is damaged, in words, such as "2 packets (0.10 s) of stream 1 (audio) lost"."""
         return ", ".join(
-            f"{copied.loss} of stream {index} ({copied.stream.type}) lost"
+            f"{copied.loss} of stream {index} ({self._types[index]}) lost"
             for index, copied in self._streams.items()
             if copied.loss != Loss()
         )
