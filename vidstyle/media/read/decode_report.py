@@ -23,6 +23,7 @@ class DecodeReport:
         missing_frames: frames that the header announces, or a gap has time for, and the file does not hold.
         missing_seconds: how much earlier than its header says the file ends, where frames are not counted.
         header_seconds: what the header says.
+        leaps: how often its clock leaps where a film cannot, which was bridged.
         cut_off: whether the file ends before its structure does.
     """
 
@@ -33,6 +34,7 @@ class DecodeReport:
     missing_frames: int = 0
     missing_seconds: Fraction = Fraction(0)
     header_seconds: Fraction = Fraction(0)
+    leaps: int = 0
     cut_off: bool = False
 
     @property
@@ -40,7 +42,7 @@ class DecodeReport:
         """Whether a program should end with another code than success."""
         undone = self.repeated + self.lost + self.missing_frames
         return (
-            bool(undone or self.missing_seconds or self.cut_off)
+            bool(undone or self.missing_seconds or self.leaps or self.cut_off)
             or self.concealed > CONCEALED_SHARE * self.decoded
         )
 
@@ -62,6 +64,7 @@ class DecodeReport:
             (self.lost, f"{_frames(self.lost)} left out that could not be decoded"),
             (self.concealed, f"{_frames(self.concealed)} patched by the decoder"),
             (self.missing_seconds, f"it ends {missing:.1f} s before the {said:.1f} s that its header says"),
+            (self.leaps, f"its clock leaps {_times(self.leaps)}, bridged"),
             (self.cut_off and not (self.missing_frames or missing), "the file is cut off"),
         ]
         words = [text for count, text in found if count]
@@ -70,3 +73,7 @@ class DecodeReport:
 
 def _frames(count: int) -> str:
     return f"{count} frame" + "s" * (count != 1)
+
+
+def _times(count: int) -> str:
+    return "once" if count == 1 else f"{count} times"

@@ -13,11 +13,12 @@ from vidstyle.errors import log
 from vidstyle.media.exif import exif_orientation
 from vidstyle.media.frame import DecodedFrame
 from vidstyle.media.orientation import orientation_of_stream
-from vidstyle.media.read.clock import BROADCAST, FrameClock, PacketClock, start_shift
+from vidstyle.media.read.clock import FrameClock
 from vidstyle.media.read.decode_report import DecodeReport
 from vidstyle.media.read.decoder import Decoder
 from vidstyle.media.read.headers import is_jpeg, is_named_as_picture, jpeg_ends_early
 from vidstyle.media.read.missing import GapFinder, HeaderCheck
+from vidstyle.media.read.packet_clock import BROADCAST, PacketClock, start_shift
 from vidstyle.media.read.source import (
     choose_stream,
     frame_rate,
@@ -126,9 +127,10 @@ class FilmSource:
                 self._gaps.look(packet)
             # Broadcast streams count their packets; elsewhere the file has ended within this one.
             self.damage.cut_off |= packet.is_corrupt and not self._formats & BROADCAST
-            if self._packet_clock.restamp(packet):
+            if self._packet_clock.restamp(packet, self._key_gap):
                 self._gaps.forget()
                 self._decoder.forget_gaps()
+                self.damage.leaps = self._packet_clock.leaps
             self._header.count(packet)
             if packet.stream_index != self.stream.index:
                 yield packet

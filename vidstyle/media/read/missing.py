@@ -107,7 +107,7 @@ class HeaderCheck:
             # Every one that is not delivered is missing, that of a packet cut in two included.
             damage.missing_frames = self._announced - self._hidden - damage.decoded - damage.repeated
             damage.lost = 0
-        elif announced := self._announced_seconds(damage.cut_off):
+        elif not damage.leaps and (announced := self._announced_seconds(damage.cut_off)):
             # Where frames are held for long, the last one may be.
             if announced - self._end > max(DURATION_TOLERANCE, announced / 100, self._longest):
                 damage.missing_seconds = announced - self._end

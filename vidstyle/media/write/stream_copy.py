@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import logging
 from collections.abc import Callable, Iterable
-from fractions import Fraction
 from functools import partial
 
 import av
@@ -31,8 +30,6 @@ BIBLIOGRAPHIC_CODES = dict(zip(_CODES[::2], _CODES[1::2], strict=True))
 COVER_CODECS = ("mjpeg", "png", "bmp")
 MAX_EARLY = 0.05
 """Seconds by which sound may be early where it can only begin at 0; more is noticed (ITU-R BT.1359)."""
-MAX_JUMP = 600
-"""Seconds by which the time of sound may lie behind all that has come before; more is damage."""
 
 
 class PlainCopy(CopiedStream):
@@ -114,7 +111,6 @@ class CopiedStreams:
         self._streams: dict[int, CopiedStream] = {}
         self._early: list[av.Packet] | None = []
         self._first: dict[int, av.Packet] = {}
-        self._latest = Fraction(0)
         kept = {index for index, ways in self._ways.items() if ways}
         self.awaited = {index for index in kept if self._types[index] in ("audio", "data")}
         self.needed = {index for index in self.awaited if not self._works(self._best(index), None)}
@@ -148,24 +144,7 @@ class CopiedStreams:
         copied = self._streams.get(index)
         if copied is None or (packet.size == 0 and packet.dts is None):
             return []
-        if self._is_stray(packet):
-            copied.loss.add(packet)
-            return []
         return copied.packets(packet)
-
-    def reach(self, time: Fraction) -> None:
-        """Note that a picture of this time has come, in seconds."""
-        self._latest = max(self._latest, time)
-
-    def _is_stray(self, packet: av.Packet) -> bool:
-        """Whether it is sound with a damaged timestamp, which would make the film hours longer."""
-        if packet.stream.type != "audio" or packet.pts is None or packet.time_base is None:
-            return False
-        time = packet.pts * packet.time_base
-        if time > self._latest + MAX_JUMP:
-            return True
-        self.reach(time)
-        return False
 
     def flush(self) -> list[av.Packet]:
         """What the encoders still held back."""
