@@ -24,6 +24,9 @@ class DecodeReport:
         missing_seconds: how much earlier than its header says the file ends, where frames are not counted.
         header_seconds: what the header says.
         leaps: how often its clock leaps where a film cannot, which was bridged.
+        broken_streams: video streams of which no frame could be decoded, and another was taken.
+        unmatched_packets: packets of sound and other streams in a later part that continue no stream.
+        has_bad_index: whether the index announces more frames than fit in the file.
         cut_off: whether the file ends before its structure does.
     """
 
@@ -35,15 +38,18 @@ class DecodeReport:
     missing_seconds: Fraction = Fraction(0)
     header_seconds: Fraction = Fraction(0)
     leaps: int = 0
+    broken_streams: int = 0
+    unmatched_packets: int = 0
+    has_bad_index: bool = False
     cut_off: bool = False
 
     @property
     def is_significant(self) -> bool:
         """Whether a program should end with another code than success."""
         undone = self.repeated + self.lost + self.missing_frames
-        return (
-            bool(undone or self.missing_seconds or self.leaps or self.cut_off)
-            or self.concealed > CONCEALED_SHARE * self.decoded
+        lost = undone or self.missing_seconds or self.unmatched_packets or self.cut_off
+        return bool(lost or self.leaps or self.broken_streams or self.has_bad_index) or (
+            self.concealed > CONCEALED_SHARE * self.decoded
         )
 
     def clear(self) -> None:
@@ -65,6 +71,9 @@ class DecodeReport:
             (self.concealed, f"{_frames(self.concealed)} patched by the decoder"),
             (self.missing_seconds, f"it ends {missing:.1f} s before the {said:.1f} s that its header says"),
             (self.leaps, f"its clock leaps {_times(self.leaps)}, bridged"),
+            (self.broken_streams, f"no frame of {_tracks(self.broken_streams)} could be decoded"),
+            (self.unmatched_packets, f"{self.unmatched_packets} packets left out that continue no stream"),
+            (self.has_bad_index, "its index cannot be right"),
             (self.cut_off and not (self.missing_frames or missing), "the file is cut off"),
         ]
         words = [text for count, text in found if count]
@@ -77,3 +86,7 @@ def _frames(count: int) -> str:
 
 def _times(count: int) -> str:
     return "once" if count == 1 else f"{count} times"
+
+
+def _tracks(count: int) -> str:
+    return "its longest video track" if count == 1 else f"its {count} longest video tracks"

@@ -78,7 +78,10 @@ class PacketClock:
             packet.pts -= round(shift / base)
         elif packet.dts is not None:
             packet.dts -= round(shift / base)
-        self._expected[index] = time + min((packet.duration or 0) * base, gap)
+        duration = (packet.duration or 0) * base
+        self._expected[index] = time + min(duration, gap)
+        if duration > MAX_GAP:  # damaged; muxers refuse it
+            packet.duration = 0
         return shift != before
 
     def _max_gap(self, packet: av.Packet) -> Fraction:
@@ -88,14 +91,13 @@ class PacketClock:
 
     def _fitting(self, index: int, stamp: Fraction, shift: Fraction, gap: Fraction) -> Fraction:
         """The shift for the next decoding time of a stream: the stream's own, another's, or a new one."""
-        if not self._expected:
-            return shift
-        latest = max(self._expected.values())
-        expected = self._expected.get(index)
+        latest = max(self._expected.values(), default=None)
+        lowest = self._expected.get(index, Fraction(0)) - MAX_BACKWARD
         time = stamp - shift
-        if time <= latest + gap and (expected is None or time >= expected - MAX_BACKWARD):
+        is_late = latest is not None and time > latest + gap
+        if lowest <= time and not is_late:
             return shift
-        return self._bridged(stamp, latest if expected is None else expected, time > latest)
+        return self._bridged(stamp, self._expected.get(index, latest or Fraction(0)), is_late)
 
     def _shift_of_pts(
         self, index: int, stamp: Fraction, decoded: Fraction, shift: Fraction, gap: Fraction
