@@ -130,7 +130,7 @@ class FilmSource:
         self._rewind()
 
     def decode_keys(self, gap: Fraction | None) -> None:
-        """Decode only key frames at least `gap` seconds apart; None: every frame again."""
+        """Give only key frames at least `gap` seconds apart; None: everything again."""
         self._key_gap = gap
         # Some demuxers can then leave the other frames unread.
         self.stream.discard = Discard.default if gap is None else Discard.nonkey
@@ -197,7 +197,7 @@ class FilmSource:
     def _key_packets(self, gap: Fraction) -> Iterator[av.Packet]:
         last: Fraction | None = None
         for packet in self._packets():
-            if not packet.is_keyframe:
+            if packet.stream_index != self.stream.index or not packet.is_keyframe:
                 continue
             stamp = packet.pts if packet.pts is not None else packet.dts
             time = None if stamp is None or packet.time_base is None else stamp * packet.time_base

@@ -28,7 +28,7 @@ class PartedSource:
         self.copied_streams = first.copied_streams
         self.duration: Fraction | None = sum((part.duration or Fraction(0) for part in parts), Fraction(0))
         self.frames: int | None = sum(part.frames or 0 for part in parts)
-        self._starts, self._begin = [Fraction(0)], 0
+        self._starts, self._begin, self._only_keys = [Fraction(0)], 0, False
         log.info("%s: its streams begin anew %d times: continued", self.name, len(parts) - 1)
 
     def seek(self, time: Fraction) -> None:
@@ -39,6 +39,7 @@ class PartedSource:
 
     def decode_keys(self, gap: Fraction | None) -> None:
         """See `FilmSource`."""
+        self._only_keys = gap is not None
         for part in self.parts:
             part.decode_keys(gap)
 
@@ -56,7 +57,10 @@ class PartedSource:
                     yield _moved(item, streams[item.stream_index], start)
                 elif self.copied_streams:
                     self.damage.unmatched_packets += 1
-            self._starts[number + 1 :] = [end]
+            if not self._only_keys:
+                self._starts[number + 1 :] = [end]
+            elif len(self._starts) == number + 1:  # the end is unknown before all frames were read
+                self._starts.append(start + (part.duration or 0))
 
     def close(self) -> None:
         """Close the files."""

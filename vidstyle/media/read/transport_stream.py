@@ -13,8 +13,6 @@ from typing import BinaryIO
 import numpy as np
 
 CHUNK_BYTES = 2**16
-END_BYTES = 2**22
-"""Bytes that are compared at both ends of a file; program tables come about ten times a second."""
 MAX_PARTS = 16
 PACKET_BYTES = (188, 192, 204)
 """Sizes of a packet: bare, with a time stamp before it (M2TS), with a checksum behind it."""
@@ -30,19 +28,11 @@ Pids = frozenset[int]
 
 
 def part_offsets(path: Path) -> list[int]:
-    """Where the parts of a recording begin, in bytes: at 0, and wherever none of its video PIDs stays.
-
-    The middle is read only if the PIDs at both ends differ.
-    """
-    size = path.stat().st_size
+    """Where the parts of a recording begin, in bytes: at 0, and wherever none of its video PIDs stays."""
+    offsets, current = [0], Pids()
     with path.open("rb") as file:
-        _, first = next(_video_pids(file, 0, END_BYTES), (0, Pids()))
-        *_, (_, last) = (0, first), *_video_pids(file, max(0, size - END_BYTES), size)
-        if first & last or not first:
-            return [0]
-        offsets, current = [0], first
-        for offset, pids in _video_pids(file, 0, size):
-            if not pids & current:
+        for offset, pids in _video_pids(file):
+            if current and not pids & current:
                 offsets.append(offset)
             current = pids
     return offsets[:MAX_PARTS]
@@ -76,11 +66,11 @@ class FilePart:
         self._file.close()
 
 
-def _video_pids(file: BinaryIO, start: int, end: int) -> Iterator[tuple[int, Pids]]:
-    """All video PIDs after each program map between two offsets, and where the tables before it begin."""
+def _video_pids(file: BinaryIO) -> Iterator[tuple[int, Pids]]:
+    """All video PIDs after each program map, and where the tables before it begin."""
     programs: dict[int, Pids] = {}
-    begin = start
-    for offset, packet in _table_packets(file, start, end):
+    begin = 0
+    for offset, packet in _table_packets(file):
         pid, table = int.from_bytes(packet[1:3]) & 0x1FFF, packet[5:]
         if pid == 0:
             begin, listed = offset, set(_program_pids(table))
@@ -90,35 +80,33 @@ def _video_pids(file: BinaryIO, start: int, end: int) -> Iterator[tuple[int, Pid
             yield begin, Pids().union(*programs.values())
 
 
-def _table_packets(file: BinaryIO, start: int, end: int) -> Iterator[tuple[int, bytes]]:
+def _table_packets(file: BinaryIO) -> Iterator[tuple[int, bytes]]:
     """The packets in which a table begins, and their offsets."""
-    while start < end:
+    start, place, size = 0, 0, PACKET_BYTES[0]
+    while True:
         file.seek(start)
-        content = np.frombuffer(file.read(min(CHUNK_BYTES, end - start)), np.uint8)
+        content = np.frombuffer(file.read(CHUNK_BYTES), np.uint8)
         if len(content) < PACKET_BYTES[-1]:
             return
-        rows, skipped = _aligned(content)
-        if not len(rows):
-            return
-        is_start = (rows[:, 0] == SYNC) & ((rows[:, 1] & UNIT_START) > 0) & ((rows[:, 3] & 0x30) == BARE)
-        is_table = is_start & (rows[:, 4] == 0)
+        if not (content[place::size] == SYNC).all():
+            place, size = _alignment(content)
+        rows = content[place:][: (len(content) - place) // size * size].reshape(-1, size)
+        is_table = (rows[:, 0] == SYNC) & ((rows[:, 1] & UNIT_START) > 0) & ((rows[:, 3] & 0x30) == BARE)
+        is_table &= rows[:, 4] == 0
         is_association = ((rows[:, 1] & 0x1F) | rows[:, 2] | rows[:, 5]) == PROGRAM_ASSOCIATION
         for number in np.flatnonzero(is_table & (is_association | (rows[:, 5] == PROGRAM_MAP))):
-            yield start + skipped + int(number) * rows.shape[1], rows[number].tobytes()
-        start += skipped + rows.size
+            yield start + place + int(number) * size, rows[number].tobytes()
+        start, place = start + place + rows.size, 0
 
 
-def _aligned(content: np.ndarray) -> tuple[np.ndarray, int]:
-    """Whole packets, a row each, from their sync byte on; and the number of bytes before the first."""
-    best = (-1.0, 0, PACKET_BYTES[0])
+def _alignment(content: np.ndarray) -> tuple[int, int]:
+    """Where the first packet begins by most sync bytes, and the size of packets."""
+    shares = {}
     for size in PACKET_BYTES:
         rows = content[: len(content) // size * size].reshape(-1, size)
-        shares = (rows == SYNC).mean(axis=0)
-        place = int(shares.argmax())
-        best = max(best, (float(shares[place]), -place, size))
-    _, place, size = best
-    whole = content[-place:]
-    return whole[: len(whole) // size * size].reshape(-1, size), -place
+        counts = (rows == SYNC).mean(axis=0)
+        shares[int(counts.argmax()), size] = counts.max()
+    return max(shares, key=lambda each: shares[each])
 
 
 def _program_pids(table: bytes) -> Iterator[int]:
