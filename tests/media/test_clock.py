@@ -9,7 +9,8 @@ import media
 import pytest
 
 from vidstyle.media.frame import Frame
-from vidstyle.media.read.clock import FrameClock, PacketClock, fine_time_base
+from vidstyle.media.read.clock import FrameClock, fine_time_base
+from vidstyle.media.read.packet_clock import PacketClock
 from vidstyle.media.read.reader import open_reader
 
 

@@ -207,9 +207,9 @@ def test_sound_of_which_nothing_can_be_used_is_no_reason_to_fail(tmp_path, endin
 
 
 @pytest.mark.parametrize(("codec", "ending"), [("pcm_s16le", ".avi"), ("aac", ".mp4"), ("ac3", ".mkv")])
-def test_sound_with_a_time_hours_away_is_lost_and_makes_the_film_no_longer(tmp_path, codec, ending):
+def test_sound_with_a_time_hours_away_makes_the_film_no_longer(tmp_path, codec, ending):
     summary = rendered(film(tmp_path / "in.mkv", codec, astray=5), tmp_path / f"out{ending}")
-    assert summary.exit_code == 4 and "1 packet" in summary.damage
+    assert summary.exit_code == 4 and summary.damage.endswith("its clock leaps once, bridged")
     with av.open(str(tmp_path / f"out{ending}")) as container:
         assert container.duration < 3 * av.time_base
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, cast
+from typing import Any
 
 import av
 import numpy as np
-from av.sidedata.sidedata import Type as SideDataType
 
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.errors import InputError, not_a_picture
@@ -139,15 +138,6 @@ def frame_from_picture(
         _write(target, plane)
     (tags or default_tags(encoding, height)).put_on(frame)
     return frame
-
-
-def side_data_of(frame: av.VideoFrame, kind: SideDataType) -> bytes | None:
-    """Side data of a frame in FFmpeg's layout, or None."""
-    try:
-        found: Any = frame.side_data.get(cast(Any, kind))
-    except ValueError:  # PyAV 18 fails where it does not know one kind, such as EXIF
-        return None
-    return None if found is None else bytes(found)
 
 
 def _layout(frame: av.VideoFrame, subject: object) -> PlaneLayout:

@@ -9,16 +9,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import cache, cached_property
+from typing import Any
 
 import av
 import numpy as np
-from av.sidedata.sidedata import Type as SideDataType
 
 from vidstyle.core.cores import available_cores
 from vidstyle.core.picture import Encoding, Picture
+from vidstyle.errors import log
 from vidstyle.media.color_tags import BT2020_PRIMARIES, HLG, LIMITED, PQ, ColorTags
-from vidstyle.media.frame import side_data_of
+from vidstyle.media.exif import Content, png_chunks
 from vidstyle.media.hdr_kernels import tone_map_colors, tone_map_planes
 
 SDR_TAGS = ColorTags(1, 1, 1, LIMITED)
@@ -26,6 +28,8 @@ TABLE = 32768
 """Entries of a lookup table; enough for nearest-neighbour lookup of 12-bit signals."""
 DEFAULT_PEAK = 1000.0
 """The usual peak of PQ masters in cd/m2; the default where the stream declares none."""
+SMALL_PX = 16
+"""Side of the picture that is encoded to read its light levels."""
 BT2020_TO_BT709 = np.array(
     [[1.660491, -0.587641, -0.072850], [-0.124550, 1.132900, -0.008349], [-0.018151, -0.100579, 1.118730]],
     np.float32,
@@ -114,14 +118,28 @@ class ToneMap:
 
 def brightest(frame: av.VideoFrame) -> float:
     """The declared peak luminance in cd/m2: MaxCLL, else that of the mastering display."""
-    light = side_data_of(frame, SideDataType.CONTENT_LIGHT_LEVEL)
-    levels = [float(np.frombuffer(light, np.uint32)[0])] if light else []
-    mastering = side_data_of(frame, SideDataType.MASTERING_DISPLAY_METADATA)
-    if mastering:
-        # AVMasteringDisplayMetadata: six primaries, two of the white point, then min and max, as rationals.
-        numbers = np.frombuffer(mastering, np.int32)[:20].reshape(10, 2)
-        levels.append(float(numbers[9, 0] / max(numbers[9, 1], 1)))
-    return next((level for level in levels if REFERENCE_WHITE < level <= 10000), DEFAULT_PEAK)
+    chunks = _light_chunks(frame)
+    # Both in units of 0.0001 cd/m2; before the mastering display's peak are its primaries and white point.
+    levels = chunks.get(b"cLLI", b"")[:4], chunks.get(b"mDCV", b"")[16:20]
+    nits = [int.from_bytes(level) / 10000 for level in levels]
+    return next((level for level in nits if REFERENCE_WHITE < level <= 10000), DEFAULT_PEAK)
+
+
+def _light_chunks(frame: av.VideoFrame) -> dict[bytes, Content]:
+    """The chunks of a small PNG of the frame, to which FFmpeg's encoder copies the light levels.
+
+    `frame.side_data` has them too, but is not safe to read: see `orientation_of`.
+    """
+    try:
+        small = frame.reformat(SMALL_PX, SMALL_PX, "rgb24")
+        encoder: Any = av.CodecContext.create("png", "w")
+        encoder.width = encoder.height = SMALL_PX
+        encoder.pix_fmt, encoder.time_base = "rgb24", Fraction(1)
+        small.pts = 0
+        return dict(png_chunks(b"".join(map(bytes, encoder.encode(small)))))
+    except (av.FFmpegError, ValueError) as error:
+        log.debug("the light levels of the film are unknown: %s", error)
+        return {}
 
 
 def _gain(nits: np.ndarray, peak: float) -> np.ndarray:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import io
 import struct
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import av
 import numpy as np
-from av.sidedata.sidedata import Type as SideDataType
 
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.media.frame import side_data_of
+from vidstyle.errors import log
 
 EXIF_ORIENTATIONS = "000 010 011 001 100 110 111 101".split()
 """Whether the EXIF orientations 1 to 8 transpose, mirror in x and mirror in y."""
@@ -58,13 +59,13 @@ class Orientation:
         return cls.from_exif((1, 6, 3, 8)[degrees // 90 % 4])
 
     @classmethod
-    def from_matrix(cls, matrix: bytes) -> Orientation:
-        """From a display matrix: nine native 32-bit integers, with (a, b, c, d) the linear part (display.h).
+    def from_matrix(cls, matrix: Sequence[int]) -> Orientation:
+        """From a display matrix: nine integers, with (a, b, c, d) the linear part (display.h).
 
         Column x and row y are displayed at a x + c y across and b x + d y down. Angles are rounded to
         quarter turns.
         """
-        a, b, _, c, d = struct.unpack("=9i", matrix[:36])[:5]
+        a, b, _, c, d = matrix[:5]
         if abs(a) + abs(d) >= abs(b) + abs(c):
             return cls(False, a < 0, d < 0)
         return cls(True, c < 0, b < 0)
@@ -109,8 +110,34 @@ def _mirrored(first: float, step: int, pixels: int) -> float:
 
 
 def orientation_of(frame: av.VideoFrame) -> Orientation:
-    """The orientation that the metadata of a frame declares."""
-    matrix = side_data_of(frame, SideDataType.DISPLAYMATRIX)
-    if matrix:
-        return Orientation.from_matrix(matrix)
+    """The quarter turn that the metadata of a frame declares.
+
+    Its side data would also tell flips, but PyAV 17 to 19 frees the names of ICC profiles twice once
+    `side_data` has been read, which ends the process.
+    """
     return Orientation.from_rotation(round(-frame.rotation / 90) * 90)
+
+
+MATRIX_OFFSET = 40
+"""Where the display matrix is behind the name of a "tkhd" box, version 0 (ISO/IEC 14496-12, 8.3.2)."""
+
+
+def orientation_of_stream(stream: av.video.stream.VideoStream) -> Orientation | None:
+    """The orientation that the container declares for a stream; None: it declares none, or it is unknown.
+
+    PyAV does not show it, but FFmpeg copies it to the header of an MP4 file with the same stream.
+    """
+    for muxer in ("mp4", "mov"):
+        header = io.BytesIO()
+        try:
+            options = {"movflags": "empty_moov"}
+            with av.open(header, "w", muxer, container_options=options) as container:
+                container.add_stream_from_template(stream, opaque=True)
+                container.start_encoding()
+        except (av.FFmpegError, ValueError) as error:
+            log.debug("the orientation of %s in %s is unknown: %s", stream, muxer, error)
+            continue
+        _, _, box = header.getvalue().partition(b"tkhd")
+        orientation = Orientation.from_matrix(struct.unpack_from(">9i", box, MATRIX_OFFSET))
+        return None if orientation.is_upright else orientation
+    return None

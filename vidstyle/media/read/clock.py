@@ -18,14 +18,6 @@ MIN_TICKS_PER_SECOND = 1000
 TIME_BASE_DIVISION = 512
 MAX_TERM = 2**31 - 1
 """The largest numerator or denominator of a fraction in FFmpeg."""
-MAX_BACKWARD = Fraction(1)
-"""A stamp this many seconds before its predecessor is a new beginning, not a disorder."""
-MAX_FORWARD = Fraction(10)
-"""In broadcast streams a leap forward by this many seconds is one, too (as in FFmpeg's own program)."""
-BROADCAST = frozenset({"mpegts", "mpeg", "rtsp", "rtp"})
-"""Formats whose clock starts anywhere and may jump."""
-NEAR_ZERO = Fraction(1)
-"""A film that starts within this many seconds of zero keeps its start."""
 
 
 def fine_time_base(time_base: Fraction) -> Fraction:
@@ -38,59 +30,6 @@ def fine_time_base(time_base: Fraction) -> Fraction:
         return time_base
     # As far as FFmpeg's integers reach: a damaged header may say anything.
     return time_base / min(TIME_BASE_DIVISION, MAX_TERM // time_base.denominator)
-
-
-def start_shift(container: av.container.InputContainer) -> Fraction:
-    """The seconds to take off every stamp, so that a broadcast recording begins at zero."""
-    start = Fraction(container.start_time or 0, av.time_base)
-    names = set(container.format.name.split(","))
-    return start if names & BROADCAST or abs(start) >= NEAR_ZERO else Fraction(0)
-
-
-class PacketClock:
-    """Shifts the timestamps of packets by the same time in all streams, and bridges discontinuities.
-
-    Attributes:
-        shift: seconds that are taken off every stamp just now.
-    """
-
-    def __init__(self, shift: Fraction, broadcast: bool) -> None:
-        self.shift = self._start = shift
-        self._leaps = broadcast
-        self._expected: dict[int, Fraction] = {}
-        self.jumps = 0
-
-    def reset(self) -> None:
-        """Forget the packets seen, before a seek."""
-        self.shift = self._start
-        self._expected.clear()
-
-    def restamp(self, packet: av.Packet) -> bool:
-        """Change the packet's own stamps; whether the clock has jumped there."""
-        stamp = packet.dts if packet.dts is not None else packet.pts
-        if stamp is None or packet.time_base is None:
-            return False
-        time = stamp * packet.time_base - self.shift
-        expected = self._expected.get(packet.stream_index)
-        jumps = expected is not None and (
-            time < expected - MAX_BACKWARD or (self._leaps and time > expected + MAX_FORWARD)
-        )
-        if expected is not None and jumps:
-            self._bridge(time - expected)
-            time = expected
-        duration = (packet.duration or 0) * packet.time_base
-        self._expected[packet.stream_index] = time + duration
-        if self.shift:
-            offset = round(self.shift / packet.time_base)
-            packet.pts = None if packet.pts is None else packet.pts - offset
-            packet.dts = None if packet.dts is None else packet.dts - offset
-        return jumps
-
-    def _bridge(self, jump: Fraction) -> None:
-        self.shift += jump
-        if self.jumps == 0:
-            log.warning("the container's clock jumps by %.1f s: bridged", float(jump))
-        self.jumps += 1
 
 
 class FrameClock:

@@ -23,6 +23,10 @@ class DecodeReport:
         missing_frames: frames that the header announces, or a gap has time for, and the file does not hold.
         missing_seconds: how much earlier than its header says the file ends, where frames are not counted.
         header_seconds: what the header says.
+        leaps: how often its clock leaps where a film cannot, which was bridged.
+        broken_streams: video streams of which no frame could be decoded, and another was taken.
+        unmatched_packets: packets of sound and other streams in a later part that continue no stream.
+        has_bad_index: whether the index announces more frames than fit in the file.
         cut_off: whether the file ends before its structure does.
     """
 
@@ -33,15 +37,19 @@ class DecodeReport:
     missing_frames: int = 0
     missing_seconds: Fraction = Fraction(0)
     header_seconds: Fraction = Fraction(0)
+    leaps: int = 0
+    broken_streams: int = 0
+    unmatched_packets: int = 0
+    has_bad_index: bool = False
     cut_off: bool = False
 
     @property
     def is_significant(self) -> bool:
         """Whether a program should end with another code than success."""
         undone = self.repeated + self.lost + self.missing_frames
-        return (
-            bool(undone or self.missing_seconds or self.cut_off)
-            or self.concealed > CONCEALED_SHARE * self.decoded
+        lost = undone or self.missing_seconds or self.unmatched_packets or self.cut_off
+        return bool(lost or self.leaps or self.broken_streams or self.has_bad_index) or (
+            self.concealed > CONCEALED_SHARE * self.decoded
         )
 
     def clear(self) -> None:
@@ -62,6 +70,10 @@ class DecodeReport:
             (self.lost, f"{_frames(self.lost)} left out that could not be decoded"),
             (self.concealed, f"{_frames(self.concealed)} patched by the decoder"),
             (self.missing_seconds, f"it ends {missing:.1f} s before the {said:.1f} s that its header says"),
+            (self.leaps, f"its clock leaps {_times(self.leaps)}, bridged"),
+            (self.broken_streams, f"no frame of {_tracks(self.broken_streams)} could be decoded"),
+            (self.unmatched_packets, f"{self.unmatched_packets} packets left out that continue no stream"),
+            (self.has_bad_index, "its index cannot be right"),
             (self.cut_off and not (self.missing_frames or missing), "the file is cut off"),
         ]
         words = [text for count, text in found if count]
@@ -70,3 +82,11 @@ class DecodeReport:
 
 def _frames(count: int) -> str:
     return f"{count} frame" + "s" * (count != 1)
+
+
+def _times(count: int) -> str:
+    return "once" if count == 1 else f"{count} times"
+
+
+def _tracks(count: int) -> str:
+    return "its longest video track" if count == 1 else f"its {count} longest video tracks"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from fractions import Fraction
 from pathlib import Path
 
@@ -10,19 +10,15 @@ import av
 from av.stream import Discard
 
 from vidstyle.errors import log
+from vidstyle.media.exif import exif_orientation
 from vidstyle.media.frame import DecodedFrame
-from vidstyle.media.orientation import Orientation
-from vidstyle.media.read.clock import BROADCAST, FrameClock, PacketClock, start_shift
+from vidstyle.media.orientation import orientation_of_stream
+from vidstyle.media.read.clock import FrameClock
 from vidstyle.media.read.decode_report import DecodeReport
 from vidstyle.media.read.decoder import Decoder
-from vidstyle.media.read.headers import (
-    HEADER_BYTES,
-    exif_orientation,
-    is_jpeg,
-    is_named_as_picture,
-    jpeg_ends_early,
-)
+from vidstyle.media.read.headers import is_jpeg, is_named_as_picture, jpeg_ends_early
 from vidstyle.media.read.missing import GapFinder, HeaderCheck
+from vidstyle.media.read.packet_clock import BROADCAST, PacketClock, start_shift
 from vidstyle.media.read.source import (
     choose_stream,
     frame_rate,
@@ -31,6 +27,7 @@ from vidstyle.media.read.source import (
     is_chapter_track,
     is_picture_format,
     may_be_still,
+    video_streams,
 )
 
 DEFAULT_RATE = Fraction(25)
@@ -46,13 +43,27 @@ class FilmSource:
     """Reads a container; see `VideoSource`."""
 
     def __init__(
-        self, container: av.container.InputContainer, name: str, max_pixels: int, file: Path | None
+        self,
+        container: av.container.InputContainer,
+        name: str,
+        max_pixels: int,
+        file: Path | None,
+        damage: DecodeReport | None = None,
+        broken: Collection[int] = (),
     ) -> None:
-        """`file`: what the container was opened on, if that is a file, in which one can go back."""
+        """Prepare to read.
+
+        Args:
+            file: what the container was opened on, if that is a file, in which one can go back.
+            damage: the report to add to; None: a new one.
+            broken: indexes of video streams that cannot be decoded.
+        """
         self.container: av.container.InputContainer | None = container
         self.name = name
-        self.damage = DecodeReport()
-        self.stream = choose_stream(container, name)
+        self.damage = damage or DecodeReport()
+        self.damage.broken_streams = len(broken)
+        self.stream = choose_stream(container, name, broken)
+        self.has_other_videos = len(video_streams(container, broken)) > 1
         chapters = len(container.chapters())
         self.copied_streams = [
             stream
@@ -75,13 +86,14 @@ class FilmSource:
             round(self.duration * self.rate) if self.duration and self.rate else None
         )
         self.may_be_still = may_be_still(container)
-        self.orientation = _photograph_orientation(container, file)
+        self.orientation = orientation_of_stream(self.stream)
+        self._is_photograph = is_picture_format(container)
         self._formats, self._file = formats, file
         self._is_one_picture = (
             file is not None and is_picture_format(container) and is_named_as_picture(file)
         ) and "apng" not in formats
         self._header = HeaderCheck(container, self.stream, formats, file)
-        self._from_start = True
+        self._from_start, self._awaits_key = True, False
         self._key_gap: Fraction | None = None
         unread = [each for each in container.streams if each not in (self.stream, *self.copied_streams)]
         for stream in unread:
@@ -92,7 +104,7 @@ class FilmSource:
     def seek(self, time: Fraction) -> None:
         """Continue from the last key frame that is shown at or before a time in seconds."""
         assert self.container is not None
-        was_read, self._header.packets = self._header.packets, 0
+        was_read, self._header.packets, self._awaits_key = self._header.packets, 0, False
         if was_read:
             self._decoder.reset()
             self._packet_clock.reset()
@@ -111,14 +123,14 @@ class FilmSource:
                 entry = self._next_key_time()
                 if entry is not None and entry <= wanted:
                     self.container.seek(int(earlier / self.stream.time_base), stream=self.stream)
-                    self._from_start = False
+                    self._from_start, self._awaits_key = False, True
                     return
             except av.FFmpegError:
                 break
         self._rewind()
 
     def decode_keys(self, gap: Fraction | None) -> None:
-        """Decode only key frames at least `gap` seconds apart; None: every frame again."""
+        """Give only key frames at least `gap` seconds apart; None: everything again."""
         self._key_gap = gap
         # Some demuxers can then leave the other frames unread.
         self.stream.discard = Discard.default if gap is None else Discard.nonkey
@@ -130,13 +142,19 @@ class FilmSource:
                 self._gaps.look(packet)
             # Broadcast streams count their packets; elsewhere the file has ended within this one.
             self.damage.cut_off |= packet.is_corrupt and not self._formats & BROADCAST
-            if self._packet_clock.restamp(packet):
+            if self._packet_clock.restamp(packet, self._key_gap):
                 self._gaps.forget()
                 self._decoder.forget_gaps()
+                self.damage.leaps = self._packet_clock.leaps
             self._header.count(packet)
             if packet.stream_index != self.stream.index:
                 yield packet
+            elif self._awaits_key and not packet.is_keyframe:
+                continue  # MPEG-TS is entered between key frames
             elif packet.size:  # without content it is a frame like the one before it; a decoder would end
+                if self._is_photograph and self.orientation is None:
+                    self.orientation = exif_orientation(memoryview(packet))
+                self._awaits_key = False
                 yield from self._decoder.decode(packet, after_gap=self._gaps.before_picture())
         yield from self._decoder.decode(None)
         if self._key_gap is not None:
@@ -179,7 +197,7 @@ class FilmSource:
     def _key_packets(self, gap: Fraction) -> Iterator[av.Packet]:
         last: Fraction | None = None
         for packet in self._packets():
-            if not packet.is_keyframe:
+            if packet.stream_index != self.stream.index or not packet.is_keyframe:
                 continue
             stamp = packet.pts if packet.pts is not None else packet.dts
             time = None if stamp is None or packet.time_base is None else stamp * packet.time_base
@@ -197,19 +215,12 @@ class FilmSource:
     def _rewind(self) -> None:
         assert self.container is not None
         start = self.container.start_time or 0
-        # A film may begin between key frames; a raw stream has no timestamps, only bytes.
-        for offset, any_frame, is_byte in ((start, False, False), (start, True, False), (0, False, True)):
+        # A film may begin between key frames; a raw stream has no timestamps, only bytes. By its timestamps
+        # MPEG-TS is entered after its first key frame.
+        ways = [(start, False, False), (start, True, False), (0, False, True)]
+        for offset, any_frame, is_byte in ways[:: -1 if self._formats & BROADCAST else 1]:
             try:
                 self.container.seek(offset, any_frame=any_frame, unsupported_byte_offset=is_byte)
                 return
             except av.FFmpegError:
                 log.debug("%s: cannot be rewound", self.name)
-
-
-def _photograph_orientation(container: av.container.InputContainer, file: Path | None) -> Orientation | None:
-    """From the file itself, for PyAV tells how a photograph is turned, but not that it is mirrored."""
-    if file is None or not is_picture_format(container):
-        return None
-    with file.open("rb") as content:
-        head = content.read(HEADER_BYTES)
-    return Orientation.from_exif(exif_orientation(head)) if is_jpeg(head) else None

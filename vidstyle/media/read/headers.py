@@ -1,4 +1,4 @@
-"""Facts from file headers that FFmpeg does not give before decoding: sizes, EXIF orientation, MP4 boxes."""
+"""Facts from file headers that FFmpeg does not give before decoding: sizes, MP4 boxes, where files end."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 HEADER_BYTES = 2**18
-"""Bytes at the start of a file that contain the size of the picture and its EXIF tags."""
-EXIF_ORIENTATION = 0x0112
+"""Bytes at the start of a file that contain the size of the picture."""
 
 
 def picture_size(head: bytes) -> tuple[int, int] | None:
@@ -56,25 +55,6 @@ def jpeg_ends_early(content: bytes) -> bool:
     while content[offset : offset + 1] == b"\xff" and content[offset + 1 : offset + 2] != b"\xda":
         offset += 2 + int.from_bytes(content[offset + 2 : offset + 4], "big")
     return b"\xff\xd9" not in content[offset:]
-
-
-def exif_orientation(head: bytes) -> int:
-    """The EXIF orientation, 1 to 8, of a JPEG; 1, upright, where it has none (EXIF 2.32, section 4.6.4)."""
-    found = re.search(rb"Exif\0\0(II\*\0|MM\0\*)", head) if is_jpeg(head) else None
-    if found is None:
-        return 1
-    tiff = head[found.start(1) :]
-    order = "<" if tiff[:2] == b"II" else ">"
-    try:
-        (offset,) = struct.unpack_from(order + "I", tiff, 4)
-        (entries,) = struct.unpack_from(order + "H", tiff, offset)
-        for number in range(entries):
-            tag, _, _, value = struct.unpack_from(order + "HHIH", tiff, offset + 2 + 12 * number)
-            if tag == EXIF_ORIENTATION:
-                return value if 1 <= value <= 8 else 1
-    except struct.error:
-        pass
-    return 1
 
 
 MAX_BOXES = 2**17

@@ -9,11 +9,14 @@ import av
 
 from vidstyle.media.read.decode_report import DURATION_TOLERANCE, DecodeReport
 from vidstyle.media.read.headers import ends_early, states_duration
+from vidstyle.media.read.mp4_tables import cut_counts, has_one_edit
 
 FORMATS_WITHOUT_HOLES = frozenset({"matroska", "webm", "flv", "nut", "avi"})
 """Formats in which little but packets lies between the first packet and the last."""
 MAX_BETWEEN_PACKETS = 1024
 """Bytes that such a format puts between two packets at most."""
+MAX_REORDERED = 16
+"""So many frames from an end of a part, a hidden one may lie beyond it: the most that codecs reorder."""
 NEAR_CORRUPT = 8
 """Among so many packets is the gap for which one of them is marked: demuxers mark it early."""
 
@@ -74,7 +77,8 @@ class HeaderCheck:
         file: Path | None,
     ) -> None:
         self._container, self._stream, self._formats, self._file = container, stream, formats, file
-        self.packets = self._hidden = 0
+        self.packets = self._hidden = self._shown = 0
+        self._hidden_after: list[int] = []
         self._end = self._start = self._longest = Fraction(0)
         self._announced = self._announced_frames()
 
@@ -89,7 +93,11 @@ class HeaderCheck:
             self._longest = max(self._longest, start - self._start) if self.packets else Fraction(0)
             self._start = start
         self.packets += 1
-        self._hidden += packet.is_discard
+        if packet.is_discard:
+            self._hidden += 1
+            self._hidden_after.append(self._shown)
+        else:
+            self._shown += 1
 
     def shows_cut(self) -> bool:
         """Whether the file ends before the last frame that it announces, known without reading frames."""
@@ -103,15 +111,25 @@ class HeaderCheck:
         """Report what is missing: a file that was cut off ends without an error; only its header knows."""
         if self._file is not None:
             damage.cut_off |= ends_early(self._file, self._formats)
-        if self.packets < self._announced:
+        if self._has_bad_index():
+            damage.has_bad_index = True
+        elif self.packets < self._announced:
             # Every one that is not delivered is missing, that of a packet cut in two included.
             damage.missing_frames = self._announced - self._hidden - damage.decoded - damage.repeated
             damage.lost = 0
-        elif announced := self._announced_seconds(damage.cut_off):
+        elif not damage.leaps and (announced := self._announced_seconds(damage.cut_off)):
             # Where frames are held for long, the last one may be.
             if announced - self._end > max(DURATION_TOLERANCE, announced / 100, self._longest):
                 damage.missing_seconds = announced - self._end
                 damage.header_seconds = announced
+
+    def _has_bad_index(self) -> bool:
+        """Whether tables of an MP4 file are cut off, announce too many frames, or hide some amid the film."""
+        if self._file is None or "mp4" not in self._formats:
+            return False
+        bounds = range(MAX_REORDERED, self._shown - MAX_REORDERED)
+        hides = any(after in bounds for after in self._hidden_after) and has_one_edit(self._file)
+        return hides or self._announced > self._file.stat().st_size or bool(cut_counts(self._file))
 
     def _announced_frames(self) -> int:
         """How many packets of the film there are by the container's index; 0: it does not say."""

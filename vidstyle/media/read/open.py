@@ -13,6 +13,8 @@ from av.codec.hwaccel import HWAccel
 
 from vidstyle.errors import InputError, UsageError, error_reason, log
 from vidstyle.media.read.headers import HEADER_BYTES, has_no_index, is_jpeg, is_named_as_picture, picture_size
+from vidstyle.media.read.mp4_tables import CorrectedFile, cut_counts
+from vidstyle.media.read.transport_stream import FilePart
 
 FILM_FORMATS = (
     "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,flv,live_flv,mpegts,mpeg,mpegvideo,m4v,h261,h263,h264,hevc,vvc,"
@@ -40,7 +42,7 @@ LENIENT: dict[str, Any] = {} if int(av.__version__.split(".")[0]) >= 19 else {"m
 
 
 def open_media(
-    source: str | os.PathLike[str] | BinaryIO,
+    source: str | os.PathLike[str] | BinaryIO | FilePart,
     *,
     allow_url: bool = False,
     max_pixels: int = MAX_PIXELS,
@@ -122,6 +124,8 @@ def _target(source: Any, allow_url: bool) -> Any:
             return str(source)
         raise UsageError(source, "is a URL", "allow it with --allow-url")
     path = Path(source)
+    if corrections := cut_counts(path):
+        return CorrectedFile(path, corrections)
     # As a file object, for FFmpeg sees a pattern in a name with "%".
     return _Nameless(path) if "%" in str(path) else "file:" + os.path.abspath(path)
 

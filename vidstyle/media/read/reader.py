@@ -4,24 +4,27 @@ from __future__ import annotations
 
 import itertools
 import os
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Sequence
 from fractions import Fraction
 from pathlib import Path
 
 import av
 
 from vidstyle.core.closing import Closing
-from vidstyle.errors import InputError
+from vidstyle.errors import InputError, log
 from vidstyle.media.frame import DecodedFrame, Frame
 from vidstyle.media.options import ReadOptions, VideoInfo
 from vidstyle.media.orientation import Orientation
 from vidstyle.media.read.clock import ConstantRate
+from vidstyle.media.read.decode_report import DecodeReport
 from vidstyle.media.read.deinterlace import Deinterlacer
 from vidstyle.media.read.film_source import DEFAULT_RATE, FilmSource
 from vidstyle.media.read.frame_converter import FrameConverter
 from vidstyle.media.read.open import open_media
+from vidstyle.media.read.parts import PartedSource
 from vidstyle.media.read.sequence import SequenceSource, is_animated_webp, is_pattern
 from vidstyle.media.read.source import VideoSource
+from vidstyle.media.read.transport_stream import FilePart, part_offsets
 from vidstyle.media.read.trim import Trim
 
 __all__ = ["ReadOptions", "Reader", "VideoInfo", "open_reader"]
@@ -36,12 +39,30 @@ def open_reader(source: str | os.PathLike[str], options: ReadOptions | None = No
     """
     options = options or ReadOptions()
     options.check()
-    opened = open_source(source, options)
+    broken: list[int] = []
+    while True:
+        try:
+            return _open_reader(source, options, broken)
+        except NoFrameError as error:
+            if error.stream is None or str(source) == "-":
+                raise
+            broken.append(error.stream)
+            log.warning("no frame of video stream %d could be decoded: another is tried", error.stream)
+
+
+def _open_reader(source: str | os.PathLike[str], options: ReadOptions, broken: Collection[int]) -> Reader:
+    opened = open_source(source, options, broken)
     try:
         return Reader(opened, options)
     except BaseException:
         opened.close()
         raise
+
+
+class NoFrameError(InputError):
+    """Nothing of a video stream could be decoded; `stream` is its index if there are others."""
+
+    stream: int | None = None
 
 
 class Reader(Closing):
@@ -109,7 +130,10 @@ class Reader(Closing):
                 return item
         if self.damage.decoded:
             raise InputError(self._source.name, "has no frame between the given start and end")
-        raise InputError(self._source.name, "no frame could be decoded")
+        error = NoFrameError(self._source.name, "no frame could be decoded")
+        if isinstance(self._source, FilmSource) and self._source.has_other_videos:
+            error.stream = self._source.stream.index
+        raise error
 
     def _is_alone(self) -> bool:
         """Whether the first frame is the only one; reads on to the second."""
@@ -151,8 +175,13 @@ def _span(duration: Fraction | None, options: ReadOptions) -> Fraction | None:
     return max(Fraction(0), end - (options.start or 0))
 
 
-def open_source(source: str | os.PathLike[str], options: ReadOptions) -> VideoSource:
+def open_source(
+    source: str | os.PathLike[str], options: ReadOptions, broken: Collection[int] = ()
+) -> VideoSource:
     """A film, a sequence of numbered pictures, an animation, or what comes on standard input for "-".
+
+    Args:
+        broken: indexes of video streams that are not taken.
 
     Raises:
         InputError: it cannot be read.
@@ -175,7 +204,26 @@ def open_source(source: str | os.PathLike[str], options: ReadOptions) -> VideoSo
     try:
         name = "standard input" if str(source) == "-" else str(source)
         file = None if str(source) == "-" or not Path(source).is_file() else Path(source)
-        return FilmSource(container, name, options.max_pixels, file)
+        offsets = part_offsets(file) if file and container.format.name == "mpegts" else [0]
+        if file is None or len(offsets) == 1:
+            return FilmSource(container, name, options.max_pixels, file, broken=broken)
     except BaseException:
         container.close()
         raise
+    container.close()
+    return _open_parts(file, offsets, options)
+
+
+def _open_parts(file: Path, offsets: Sequence[int], options: ReadOptions) -> PartedSource:
+    """The parts of a recording that begin at some offsets; those without pictures are passed over."""
+    damage, parts = DecodeReport(), []
+    for start, end in itertools.pairwise([*offsets, file.stat().st_size]):
+        try:
+            part = open_media(FilePart(file, start, end), max_pixels=options.max_pixels, format="mpegts")
+            parts.append(FilmSource(part, str(file), options.max_pixels, file, damage))
+        except InputError as error:
+            log.warning("%s: bytes %d to %d are left out: %s", file, start, end, error.reason)
+            damage.cut_off = True
+    if not parts:
+        raise InputError(file, "not a readable video")
+    return PartedSource(parts)

@@ -23,6 +23,7 @@ from vidstyle.media.read.decode_report import DecodeReport
 from vidstyle.media.read.deinterlace import Deinterlacer
 from vidstyle.media.read.film_source import MAX_FAILURES, FilmSource
 from vidstyle.media.read.frame_converter import FrameConverter
+from vidstyle.media.read.parts import PartedSource
 from vidstyle.media.read.reader import open_source
 from vidstyle.media.read.source import VideoSource
 from vidstyle.media.read.trim import Trim
@@ -53,7 +54,7 @@ class FilmSampler(Closing):
         self._source = opened = open_source(source, ReadOptions())
         self.seconds, self.pixels = opened.duration or Fraction(0), 0
         self.rate, self.count = opened.rate, opened.frames
-        if isinstance(opened, FilmSource):
+        if isinstance(opened, FilmSource | PartedSource):
             self.pixels = (opened.frames or 0) * opened.stream.width * opened.stream.height
         for stream in self._source.copied_streams:
             stream.discard = Discard.all
@@ -78,7 +79,7 @@ class FilmSampler(Closing):
 
         No other frame is decoded. Of numbered pictures, one is read per gap.
         """
-        if not isinstance(self._source, FilmSource):
+        if not isinstance(self._source, FilmSource | PartedSource):
             yield from self._sampled(self._stepped(gap))
             return
         self._source.damage.clear()

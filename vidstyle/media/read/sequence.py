@@ -14,8 +14,9 @@ import numpy as np
 from vidstyle.core.opencv_log import silent_opencv
 from vidstyle.core.picture import Picture
 from vidstyle.errors import InputError, log
+from vidstyle.media.exif import exif_orientation
 from vidstyle.media.frame import DecodedFrame, frame_from_picture
-from vidstyle.media.orientation import Orientation
+from vidstyle.media.orientation import Orientation, orientation_of_stream
 from vidstyle.media.read.clock import FrameClock, fine_time_base
 from vidstyle.media.read.decode_report import DecodeReport
 from vidstyle.media.read.decoder import Decoder
@@ -58,7 +59,6 @@ class SequenceSource:
 
     container: av.container.InputContainer | None = None
     may_be_still = False
-    orientation: Orientation | None = None
 
     def __init__(
         self,
@@ -67,9 +67,10 @@ class SequenceSource:
         time_base: Fraction,
         stamps: Sequence[int],
         load: Callable[[int, DecodeReport], av.VideoFrame | None],
+        orientation: Orientation | None = None,
     ) -> None:
         """`stamps` has one more than there are frames: the end of the last one."""
-        self.name, self.codec = name, codec
+        self.name, self.codec, self.orientation = name, codec, orientation
         self.time_base = time_base
         self.frames: int | None = len(stamps) - 1
         self.duration: Fraction | None = stamps[-1] * time_base
@@ -91,12 +92,13 @@ class SequenceSource:
         paths = numbered_files(pattern)
         time_base = fine_time_base(1 / rate)
         ticks = round(1 / rate / time_base)
-        codec = _load_picture(paths[0], max_pixels, DecodeReport())[1]
+        _, codec, orientation = _load_picture(paths[0], max_pixels, DecodeReport())
 
         def load(number: int, damage: DecodeReport) -> av.VideoFrame | None:
             return _load_picture(paths[number], max_pixels, damage)[0]
 
-        return cls(pattern, codec, time_base, [number * ticks for number in range(len(paths) + 1)], load)
+        stamps = [number * ticks for number in range(len(paths) + 1)]
+        return cls(pattern, codec, time_base, stamps, load, orientation)
 
     @classmethod
     def from_webp(cls, path: Path, max_pixels: int) -> SequenceSource:
@@ -199,8 +201,10 @@ def natural_order(name: str) -> list[tuple[int, str]]:
     ]
 
 
-def _load_picture(path: Path, max_pixels: int, damage: DecodeReport) -> tuple[av.VideoFrame | None, str]:
-    """The picture in a file, or None if it is damaged, and its codec."""
+def _load_picture(
+    path: Path, max_pixels: int, damage: DecodeReport
+) -> tuple[av.VideoFrame | None, str, Orientation | None]:
+    """The picture in a file, or None if it is damaged; its codec and orientation."""
     try:
         container = open_media(path, max_pixels=max_pixels)
         if not may_be_still(container):
@@ -209,16 +213,19 @@ def _load_picture(path: Path, max_pixels: int, damage: DecodeReport) -> tuple[av
     except InputError as error:
         if damage.decoded:
             log.debug("%s", error)
-            return None, ""
+            return None, "", None
         raise
     with container:
         clock = FrameClock(Fraction(1, 25), Fraction(25))
-        decoder = Decoder(choose_stream(container, str(path)), clock, DecodeReport(), max_pixels)
-        for packet in container.demux(video=0):
+        stream = choose_stream(container, str(path))
+        decoder = Decoder(stream, clock, DecodeReport(), max_pixels)
+        orientation = orientation_of_stream(stream)
+        for packet in container.demux(stream):
+            orientation = orientation or exif_orientation(memoryview(packet))
             for decoded in decoder.decode(packet if packet.size else None):
                 damage.decoded += 1
-                return decoded.native, decoder.codec
-    return None, ""
+                return decoded.native, decoder.codec, orientation
+    return None, "", None
 
 
 def _check_webp(path: Path, content: bytes, max_pixels: int) -> None:

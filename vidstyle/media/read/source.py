@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from fractions import Fraction
 from typing import Protocol
 
@@ -43,27 +43,46 @@ class VideoSource(Protocol):
 
 MAX_PLAUSIBLE_RATE = 480
 """Maximum plausible frame rate: streams with a time base of milliseconds may claim a thousand."""
+MIN_PLAUSIBLE_RATE = Fraction(1, 3600)
+"""Minimum plausible frame rate: a damaged index may give a frame half a day."""
 STILL_BRANDS = frozenset({"avif", "heic", "heix", "mif1"})
 """MP4 files of these brands hold pictures (MPEG-H part 12)."""
 
 
-def choose_stream(container: av.container.InputContainer, name: str) -> av.video.stream.VideoStream:
-    """The video stream to restyle: the longest that is not a cover picture.
+def choose_stream(
+    container: av.container.InputContainer, name: str, broken: Collection[int] = ()
+) -> av.video.stream.VideoStream:
+    """The video stream to restyle: the longest that this build decodes and that is not a cover picture.
+
+    Args:
+        broken: indexes of streams that are not taken.
 
     Raises:
         InputError: there is none, or this build cannot decode it.
     """
-    streams = [stream for stream in container.streams.video if not is_attached_picture(stream)]
+    streams = video_streams(container, broken)
     if not streams:
         raise InputError(name, "no video stream")
     if container.metadata.get("major_brand") in STILL_BRANDS:
         streams = _primary_item(streams, name)
+    streams = [stream for stream in streams if stream.codec_context is not None] or streams
     chosen = max(streams, key=lambda stream: (_own_seconds(stream) or 0, -stream.index))
     if len(streams) > 1:
         log.info("%d video streams: stream %d is taken, the longest", len(streams), chosen.index)
     if chosen.codec_context is None:
         raise InputError(name, "its video codec is not one that this build decodes")
     return chosen
+
+
+def video_streams(
+    container: av.container.InputContainer, broken: Collection[int] = ()
+) -> list[av.video.stream.VideoStream]:
+    """The video streams that are neither cover pictures nor broken."""
+    return [
+        stream
+        for stream in container.streams.video
+        if stream.index not in broken and not is_attached_picture(stream)
+    ]
 
 
 def _primary_item(streams: list[av.video.stream.VideoStream], name: str) -> list[av.video.stream.VideoStream]:
@@ -107,7 +126,8 @@ def may_be_still(container: av.container.InputContainer) -> bool:
 def frame_rate(stream: av.video.stream.VideoStream) -> Fraction | None:
     """Frames per second according to the header or the first packets, or None."""
     average, guessed = stream.average_rate, stream.guessed_rate
-    return Fraction((average if average and average <= MAX_PLAUSIBLE_RATE else guessed) or 0) or None
+    rate = Fraction((average if average and average <= MAX_PLAUSIBLE_RATE else guessed) or 0)
+    return rate if rate >= MIN_PLAUSIBLE_RATE else None
 
 
 def header_duration(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
@@ -31,6 +32,8 @@ FLUSH_SECONDS = 1.0
 """How long flushing an abandoned encoder may take."""
 INDEXED = ("mp4", "mov")
 """Containers whose index is moved to the front (faststart)."""
+MAX_TICKS = 2**31 - 1
+"""The longest time that their index holds between two packets."""
 LOOK_FRAMES = 50
 """Frames after which it is checked again whether a continued film is as long as the earlier one."""
 
@@ -139,8 +142,10 @@ class FilmWriter(Writer):
             self._container.metadata.update(portable_tags(inputs.metadata))
             copy_chapters(inputs, self._container, self._kind)
         # Where a subtitle ends, the MP4 muxer may end a fragment amid a packet of sound, and misplace it.
-        text_last = self._kind.muxer in INDEXED
-        self._interleaver = Interleaver(self._container, text_last, self._copied.refused)
+        indexed = self._kind.muxer in INDEXED
+        self._interleaver = Interleaver(
+            self._container, indexed, self._copied.refused, MAX_TICKS if indexed else math.inf
+        )
         self._first: Fraction | None = None
         self._begun, self._heard, self._early_bytes = False, self._audio is None, 0
         self._begin_when_all_have_come()
@@ -178,7 +183,6 @@ class FilmWriter(Writer):
         try:
             if isinstance(item, Frame):
                 self.frames += 1
-                self._copied.reach(item.time)
                 for packet in self._video.encode(item):
                     self._interleaver.push_video(packet)
             else:

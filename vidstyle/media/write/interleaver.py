@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import heapq
 import itertools
+import math
 from collections import deque
 from collections.abc import Callable
 from fractions import Fraction
@@ -40,14 +41,17 @@ class Interleaver:
         container: av.container.OutputContainer,
         text_last: bool = False,
         on_refusal: Callable[[int, float], None] | None = None,
+        max_gap_ticks: float = math.inf,
     ) -> None:
         """All packets wait until `start`.
 
         Args:
             text_last: whether subtitles are written after all else.
             on_refusal: called with the stream's index and the seconds of a packet that is refused.
+            max_gap_ticks: the longest time between two packets of a stream, in its time base.
         """
         self._container, self._text_last, self._on_refusal = container, text_last, on_refusal
+        self._max_gap_ticks = max_gap_ticks
         self._pictures: list[av.Packet] | None = []
         self._inside: deque[tuple[Fraction, int | None, float]] = deque()
         self._texts: list[av.Packet] = []
@@ -77,7 +81,10 @@ class Interleaver:
 
     def push(self, packet: av.Packet) -> None:
         """Queue a packet of another stream."""
-        if not self._clocked(packet):
+        if self._is_too_late(packet):
+            seconds = float((packet.duration or 0) * packet.time_base)
+            self._drop(packet.stream_index, seconds, "the gap before it is too long")
+        elif not self._clocked(packet):
             self.dropped += 1
         elif packet.stream.type == "audio":
             self._wait(*self._with_duration(packet))
@@ -153,10 +160,20 @@ class Interleaver:
             self._inside.remove(refused)
             _, stream, seconds = refused
             self.refused += 1
-            self.dropped += 1
-            if self._on_refusal is not None and stream is not None:
-                self._on_refusal(stream, seconds)
-            log.debug("a packet of stream %d was refused: %s", stream, error)
+            self._drop(stream, seconds, error)
+
+    def _drop(self, stream: int | None, seconds: float, reason: object) -> None:
+        self.dropped += 1
+        if self._on_refusal is not None and stream is not None:
+            self._on_refusal(stream, seconds)
+        log.debug("a packet of stream %s was refused: %s", stream, reason)
+
+    def _is_too_late(self, packet: av.Packet) -> bool:
+        """Whether the gap before the packet is too long for the container, whose muxer may abort then."""
+        last, base = self._last.get(packet.stream_index), packet.stream.time_base
+        if last is None or packet.dts is None or base is None:
+            return False
+        return (packet.dts - last) * packet.time_base / base > self._max_gap_ticks
 
     def _clocked(self, packet: av.Packet) -> bool:
         """Put the packet's decoding time after the last of its stream; False if that would move it far."""

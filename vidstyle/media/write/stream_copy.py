@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import logging
 from collections.abc import Callable, Iterable
-from fractions import Fraction
 from functools import partial
 
 import av
@@ -31,8 +30,6 @@ BIBLIOGRAPHIC_CODES = dict(zip(_CODES[::2], _CODES[1::2], strict=True))
 COVER_CODECS = ("mjpeg", "png", "bmp")
 MAX_EARLY = 0.05
 """Seconds by which sound may be early where it can only begin at 0; more is noticed (ITU-R BT.1359)."""
-MAX_JUMP = 600
-"""Seconds by which the time of sound may lie behind all that has come before; more is damage."""
 
 
 class PlainCopy(CopiedStream):
@@ -108,13 +105,14 @@ class CopiedStreams:
         self._container, self._kind, self._audio, self._target = container, kind, audio, target
         _check_encoder(kind, audio)
         self._templates = {stream.index: stream for stream in streams}
+        # Read now: a stream of a closed container cannot be asked.
+        self._types = {index: stream.type for index, stream in self._templates.items()}
         self._ways = {index: self._ways_of(stream) for index, stream in self._templates.items()}
         self._streams: dict[int, CopiedStream] = {}
         self._early: list[av.Packet] | None = []
         self._first: dict[int, av.Packet] = {}
-        self._latest = Fraction(0)
-        types = {index: stream.type for index, stream in self._templates.items() if self._ways[index]}
-        self.awaited = {index for index, type in types.items() if type in ("audio", "data")}
+        kept = {index for index, ways in self._ways.items() if ways}
+        self.awaited = {index for index in kept if self._types[index] in ("audio", "data")}
         self.needed = {index for index in self.awaited if not self._works(self._best(index), None)}
 
     def begin(self, over: bool = False) -> list[av.Packet]:
@@ -146,24 +144,7 @@ class CopiedStreams:
         copied = self._streams.get(index)
         if copied is None or (packet.size == 0 and packet.dts is None):
             return []
-        if self._is_stray(packet):
-            copied.loss.add(packet)
-            return []
         return copied.packets(packet)
-
-    def reach(self, time: Fraction) -> None:
-        """Note that a picture of this time has come, in seconds."""
-        self._latest = max(self._latest, time)
-
-    def _is_stray(self, packet: av.Packet) -> bool:
-        """Whether it is sound with a damaged timestamp, which would make the film hours longer."""
-        if packet.stream.type != "audio" or packet.pts is None or packet.time_base is None:
-            return False
-        time = packet.pts * packet.time_base
-        if time > self._latest + MAX_JUMP:
-            return True
-        self.reach(time)
-        return False
 
     def flush(self) -> list[av.Packet]:
         """What the encoders still held back."""
@@ -173,7 +154,7 @@ class CopiedStreams:
     def loss(self) -> str:
         """What of the streams is damaged, in words, such as "2 packets (0.10 s) of stream 1 (audio) lost"."""
         return ", ".join(
-            f"{copied.loss} of stream {index} ({copied.stream.type}) lost"
+            f"{copied.loss} of stream {index} ({self._types[index]}) lost"
             for index, copied in self._streams.items()
             if copied.loss != Loss()
         )

@@ -35,6 +35,9 @@ RGB_MATRIX = 0
 """The H.273 code of the identity matrix."""
 MAX_TIME_BASES = {"mpeg4": 65535, "mpeg2video": 60000, "mpeg1video": 60000, "flv1": 1000, "wmv2": 1000}
 """Maximum denominator of the time base of codecs that store times in the video stream."""
+MAX_CONTAINER_TIME_BASES = {"mp4": 240_000, "mov": 240_000}
+"""Maximum denominator for containers that store the time between packets in 31 bits: a gap of an hour fits,
+which B-frames double. A multiple of the usual frame rates."""
 DEFAULT_RATE = Fraction(25)
 MAX_DELAY_SECONDS = 1
 """Maximum delay of an encoder in seconds of film, which is lost when the program is killed."""
@@ -199,13 +202,13 @@ def _siting(encoding: Encoding) -> dict[str, str]:
 
 
 def _time_base(kind: ContainerKind, codec: str, info: VideoInfo, rate: Fraction) -> Fraction:
-    """The source's time base, unless the container has a constant rate or the codec a coarser one."""
+    """The source's time base, unless the container has a constant rate, or it or the codec a coarser one."""
     if kind.strict_rate:
         return 1 / rate
-    finest = MAX_TIME_BASES.get(codec)
+    finest = MAX_TIME_BASES.get(codec, MAX_CONTAINER_TIME_BASES.get(kind.muxer))
     if finest is None or info.time_base.denominator <= finest:
         return info.time_base
-    return 1 / rate if rate.numerator <= finest else Fraction(1, finest)
+    return 1 / rate if codec in MAX_TIME_BASES and rate.numerator <= finest else Fraction(1, finest)
 
 
 def _latency(encoder: str, rate: Fraction, preset: str) -> dict[str, str]:
