@@ -32,6 +32,20 @@ def exif_orientation(content: Content) -> Orientation | None:
     return Orientation.from_exif(number) if 1 <= number <= 8 else None
 
 
+def hide_png_exif(content: bytes) -> bytes:
+    r"""A PNG with another name on its EXIF chunk: FFmpeg refuses the picture where its EXIF is damaged.
+
+    >>> hide_png_exif(PNG_SIGNATURE + bytes(4) + b"eXIf")[8:]
+    b'\x00\x00\x00\x00xxIf'
+    """
+    hidden, offset = bytearray(content), len(PNG_SIGNATURE)
+    for name, data in png_chunks(content):
+        if name == b"eXIf":
+            hidden[offset + 4 : offset + 8] = b"xxIf"
+        offset += len(data) + 12
+    return bytes(hidden)
+
+
 def png_chunks(content: Content) -> Iterator[tuple[bytes, Content]]:
     """The name and data of each chunk of a PNG (ISO/IEC 15948, section 5.3)."""
     offset = len(PNG_SIGNATURE)
