@@ -68,7 +68,7 @@ def test_a_clock_that_leaps_and_returns_is_itself_again(tmp_path):
     films = (target, tmp_path / "whole.mp4")
     pictures, sound = ([shown(film, stream)[-20:] for film in films] for stream in ("video", "audio"))
     offset = pictures[0][0] - pictures[1][0]
-    assert 0 <= offset < 0.03, "the sound begins before zero, which Matroska cannot"
+    assert -0.001 < offset < 0.03, "FFmpeg 8 moves the sound, which begins before zero"
     for late, whole in (pictures, sound):
         assert np.subtract(late, whole) == pytest.approx(offset, abs=0.002)
 

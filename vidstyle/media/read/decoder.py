@@ -11,6 +11,7 @@ from av.codec.context import Flags
 
 from vidstyle.core.cores import imposed_threads
 from vidstyle.errors import is_memory_short, log
+from vidstyle.media.exif import hide_png_exif
 from vidstyle.media.frame import DecodedFrame
 from vidstyle.media.read.clock import FrameClock
 from vidstyle.media.read.decode_report import DecodeReport
@@ -64,6 +65,8 @@ class Decoder:
         if packet is None:
             yield from self._flush()
             return
+        if self.codec == "png":
+            packet = _without_exif(packet)
         if self._enters_at_key is None:
             self._enters_at_key = packet.is_keyframe
         if packet.pts is not None:
@@ -177,6 +180,22 @@ class Decoder:
         missing = round((pts - start) / step) - 1 - sum(slot > start for slot in filled)
         self.damage.missing_frames += max(0, missing)
         self._gaps = [gap for gap in self._gaps if gap >= pts]
+
+
+def _without_exif(packet: av.Packet) -> av.Packet:
+    """The packet of a PNG, or one with the same picture that the decoder does not refuse for damaged EXIF."""
+    content = bytes(packet)
+    if b"eXIf" not in content:
+        return packet
+    bare = av.Packet(hide_png_exif(content))
+    bare.pts, bare.dts, bare.time_base, bare.duration = (
+        packet.pts,
+        packet.dts,
+        packet.time_base,
+        packet.duration,
+    )
+    bare.is_keyframe = packet.is_keyframe
+    return bare
 
 
 def _context(stream: av.video.stream.VideoStream, max_pixels: int, frame_threads: bool = True) -> Any:

@@ -170,8 +170,8 @@ class Interleaver:
 
     def _is_too_late(self, packet: av.Packet) -> bool:
         """Whether the gap before the packet is too long for the container, whose muxer may abort then."""
-        last, base = self._last.get(packet.stream_index), packet.stream.time_base
-        if last is None or packet.dts is None or base is None:
+        last, base = self._last.get(packet.stream_index), Fraction(packet.stream.time_base or 0)
+        if last is None or packet.dts is None or not base:  # unknown before the header is written
             return False
         return (packet.dts - last) * packet.time_base / base > self._max_gap_ticks
 
