@@ -12,8 +12,8 @@ import pytest
 
 from vidstyle import cli
 from vidstyle.cli import commands
-from vidstyle.cli.command import MAX_UNGROUPED, Command, Group
-from vidstyle.cli.foreign_names import FOREIGN, OURS
+from vidstyle.cli.parsing.command import MAX_UNGROUPED, Command, Group
+from vidstyle.cli.parsing.foreign_names import FOREIGN, OURS
 from vidstyle.cli.reporting import Reporting
 
 CONTEXT = click.Context(commands, info_name="vidstyle", obj=Reporting())

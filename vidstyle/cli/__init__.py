@@ -11,7 +11,7 @@ from typing import Any
 import click
 
 import vidstyle
-from vidstyle.cli.configuration import configuration_option
+from vidstyle.cli.parsing.configuration import configuration_option
 from vidstyle.cli.reporting import Reporting
 from vidstyle.errors import UsageError, suggest
 from vidstyle.pipeline.stopping import on_signals, raise_stopped

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vidstyle.cli.command import Group, command, option
-from vidstyle.cli.options import BLOCK, SIZE, STYLE, device_option, number
-from vidstyle.cli.paths import PATH, parents_option
+from vidstyle.cli.parsing.command import Group, command, option
+from vidstyle.cli.parsing.common_options import BLOCK, SIZE, STYLE, device_option, number
+from vidstyle.cli.parsing.path_arguments import PATH, parents_option
 from vidstyle.cli.reporting import reporting_options, say
 
 if TYPE_CHECKING:

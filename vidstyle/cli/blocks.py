@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vidstyle.cli.command import command, option
 from vidstyle.cli.display import list_entry
-from vidstyle.cli.options import BLOCK
+from vidstyle.cli.parsing.command import command, option
+from vidstyle.cli.parsing.common_options import BLOCK
 from vidstyle.cli.reporting import reporting_options
 from vidstyle.errors import UsageError, suggest
 

@@ -9,8 +9,8 @@ import webbrowser
 from collections.abc import Callable
 from typing import Any
 
-from vidstyle.cli.command import Group, option
-from vidstyle.cli.options import number
+from vidstyle.cli.parsing.command import Group, option
+from vidstyle.cli.parsing.common_options import number
 
 
 def port_option(command: Callable[..., Any]) -> Callable[..., Any]:

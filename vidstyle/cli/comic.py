@@ -6,10 +6,10 @@ from typing import Any, get_args
 
 import click
 
-from vidstyle.cli.command import Group, command, option
 from vidstyle.cli.display import display, progress_option
-from vidstyle.cli.options import STYLE, Parsed, device_option, number, parse_seconds
-from vidstyle.cli.paths import PATH, PATH_TEXT, parents_option, path_arguments
+from vidstyle.cli.parsing.command import Group, command, option
+from vidstyle.cli.parsing.common_options import STYLE, Parsed, device_option, number, parse_seconds
+from vidstyle.cli.parsing.path_arguments import PATH, PATH_TEXT, parents_option, path_arguments
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.comic.layout.paper import DEFAULT_DPI, LayoutKind
 from vidstyle.errors import UsageError, printable

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import click
 
-from vidstyle.cli.command import command, option
-from vidstyle.cli.options import threads_option
-from vidstyle.cli.paths import PATH
+from vidstyle.cli.parsing.command import command, option
+from vidstyle.cli.parsing.common_options import threads_option
+from vidstyle.cli.parsing.path_arguments import PATH
 from vidstyle.cli.reporting import reporting_options
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import click
 
 from vidstyle.cli import browser
-from vidstyle.cli import options as common
-from vidstyle.cli.command import command, option
+from vidstyle.cli.parsing import common_options as common
+from vidstyle.cli.parsing.command import command, option
 from vidstyle.cli.reporting import reporting_options, say
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import click
 
-from vidstyle.cli.command import option
+from vidstyle.cli.parsing.command import option
 from vidstyle.cli.reporting import Reporting, event, say
 from vidstyle.pipeline.progress import Progress
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import click
 
-from vidstyle.cli.command import command, option
-from vidstyle.cli.options import threads_option
+from vidstyle.cli.parsing.command import command, option
+from vidstyle.cli.parsing.common_options import threads_option
 from vidstyle.cli.reporting import reporting_options
 
 LINE = f"\n{'':21}"

@@ -8,9 +8,15 @@ from typing import Any
 import click
 
 from vidstyle.cli.bench import both_sides
-from vidstyle.cli.command import command, option
-from vidstyle.cli.options import SIZE, STYLE, change_options, style_from_options, threads_option
-from vidstyle.cli.paths import PATH, parents_option
+from vidstyle.cli.parsing.command import command, option
+from vidstyle.cli.parsing.common_options import (
+    SIZE,
+    STYLE,
+    change_options,
+    style_from_options,
+    threads_option,
+)
+from vidstyle.cli.parsing.path_arguments import PATH, parents_option
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.errors import printable
 

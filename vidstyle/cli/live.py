@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from vidstyle.cli import browser
-from vidstyle.cli import options as common
-from vidstyle.cli.command import Group, command, option
-from vidstyle.cli.configuration import configured_options
-from vidstyle.cli.paths import parents_option, path_arguments
+from vidstyle.cli.parsing import common_options as common
+from vidstyle.cli.parsing.command import Group, command, option
+from vidstyle.cli.parsing.configuration import configured_options
+from vidstyle.cli.parsing.path_arguments import parents_option, path_arguments
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.errors import UsageError
 

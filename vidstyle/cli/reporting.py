@@ -18,7 +18,7 @@ from typing import Any, TextIO
 
 import click
 
-from vidstyle.cli.command import option
+from vidstyle.cli.parsing.command import option
 from vidstyle.errors import (
     OutputError,
     StyleError,

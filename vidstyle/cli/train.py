@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vidstyle.cli.command import Group, command, option
 from vidstyle.cli.display import display, progress_option
-from vidstyle.cli.options import number, threads_option
-from vidstyle.cli.paths import PATH, parents_option
+from vidstyle.cli.parsing.command import Group, command, option
+from vidstyle.cli.parsing.common_options import number, threads_option
+from vidstyle.cli.parsing.path_arguments import PATH, parents_option
 from vidstyle.cli.reporting import reporting_options, say
 from vidstyle.errors import InputError, UsageError
 from vidstyle.pipeline.progress import StepProgress

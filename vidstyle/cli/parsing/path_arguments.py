@@ -12,7 +12,7 @@ from typing import Any
 
 import click
 
-from vidstyle.cli.command import Decorator, Group, option
+from vidstyle.cli.parsing.command import Decorator, Group, option
 from vidstyle.errors import OutputError
 
 PATH = click.Path(path_type=Path, readable=False)

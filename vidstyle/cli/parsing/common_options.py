@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 from click.shell_completion import CompletionItem
 
-from vidstyle.cli.command import Decorator, Group, option
+from vidstyle.cli.parsing.command import Decorator, Group, option
 from vidstyle.core.cores import MAX_THREADS, limit_opencv, use_threads
 from vidstyle.errors import StyleError, UsageError
 

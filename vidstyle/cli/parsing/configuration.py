@@ -17,8 +17,8 @@ import click
 from click.core import ParameterSource
 
 from vidstyle.assets import configuration_folder
-from vidstyle.cli.command import option
-from vidstyle.cli.paths import PATH_TEXT
+from vidstyle.cli.parsing.command import option
+from vidstyle.cli.parsing.path_arguments import PATH_TEXT
 from vidstyle.core.file_checks import parse_toml, read_toml_text
 from vidstyle.errors import UsageError, suggest
 

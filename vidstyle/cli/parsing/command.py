@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from vidstyle.cli.foreign_names import check_names
+from vidstyle.cli.parsing.foreign_names import check_names
 from vidstyle.errors import UsageError
 
 Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
