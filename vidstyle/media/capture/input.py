@@ -5,7 +5,6 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Any, Protocol, TypeVar
 
 import av
@@ -14,6 +13,7 @@ from vidstyle.core.cores import imposed_threads
 from vidstyle.errors import DeviceError, InputError, VidstyleError, error_reason, log
 from vidstyle.media.audio import AudioChunk, SourceAudio, audio_stream
 from vidstyle.media.capture.monotonic import Clock
+from vidstyle.media.rational import to_fraction
 from vidstyle.media.read.source import choose_stream, frame_rate
 
 MAX_CLOCK_AGE = 2.0
@@ -134,7 +134,7 @@ class LiveInput:
         self._stopping, self._clock, self._wait, self._patience = stopping, clock, wait, patience
         self.codec = str(context.name)
         self.rate = frame_rate(self._stream)
-        self.sample_aspect = Fraction(self._stream.sample_aspect_ratio or 0) or None
+        self.sample_aspect = to_fraction(self._stream.sample_aspect_ratio or 0) or None
 
     def __iter__(self) -> Iterator[CapturedFrame | AudioChunk]:
         """Frames and audio until the source ends.

@@ -13,6 +13,7 @@ from vidstyle.errors import log
 from vidstyle.media.exif import exif_orientation
 from vidstyle.media.frame import DecodedFrame
 from vidstyle.media.orientation import orientation_of_stream
+from vidstyle.media.rational import to_fraction
 from vidstyle.media.read.clock import FrameClock
 from vidstyle.media.read.decode_report import DecodeReport
 from vidstyle.media.read.decoder import Decoder
@@ -73,14 +74,14 @@ class FilmSource:
         ]
         self.rate = frame_rate(self.stream)
         formats = set(container.format.name.split(","))
-        base = Fraction(self.stream.time_base or 1 / DEFAULT_RATE)
+        base = to_fraction(self.stream.time_base or 1 / DEFAULT_RATE)
         window = SORTING_WINDOW if formats & UNSORTED else 0
         clock = FrameClock(base, self.rate or DEFAULT_RATE, window)
         self._decoder = Decoder(self.stream, clock, self.damage, max_pixels)
         self.codec = self._decoder.codec
         self._packet_clock = PacketClock(start_shift(container), bool(formats & BROADCAST))
         self.time_base = clock.time_base
-        self.sample_aspect = Fraction(self.stream.sample_aspect_ratio or 0) or None
+        self.sample_aspect = to_fraction(self.stream.sample_aspect_ratio or 0) or None
         self.duration = header_duration(container, self.stream)
         self.frames = self.stream.frames or (
             round(self.duration * self.rate) if self.duration and self.rate else None

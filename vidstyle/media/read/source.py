@@ -12,6 +12,7 @@ from av.stream import Disposition
 from vidstyle.errors import InputError, log
 from vidstyle.media.frame import DecodedFrame
 from vidstyle.media.orientation import Orientation
+from vidstyle.media.rational import to_fraction
 from vidstyle.media.read.decode_report import DecodeReport
 
 
@@ -126,7 +127,7 @@ def may_be_still(container: av.container.InputContainer) -> bool:
 def frame_rate(stream: av.video.stream.VideoStream) -> Fraction | None:
     """Frames per second according to the header or the first packets, or None."""
     average, guessed = stream.average_rate, stream.guessed_rate
-    rate = Fraction((average if average and average <= MAX_PLAUSIBLE_RATE else guessed) or 0)
+    rate = to_fraction((average if average and average <= MAX_PLAUSIBLE_RATE else guessed) or 0)
     return rate if rate >= MIN_PLAUSIBLE_RATE else None
 
 

@@ -10,6 +10,7 @@ import av
 from av.filter import Graph
 from av.filter.context import FilterContext
 
+from vidstyle.media.rational import to_fraction
 from vidstyle.media.write.atomic import PartialFile
 from vidstyle.media.write.film_writer import FilmWriter
 
@@ -101,7 +102,7 @@ def _timed(source: Path) -> Iterator[tuple[av.VideoFrame, int, int]]:
         waiting: tuple[av.VideoFrame, int] | None = None
         length = MIN_TICKS
         for frame in container.decode(video=0):
-            begin = round(Fraction(frame.pts or 0) * Fraction(frame.time_base or TICK) / TICK)
+            begin = round(Fraction(frame.pts or 0) * to_fraction(frame.time_base or TICK) / TICK)
             if waiting is not None:
                 if begin - waiting[1] < MIN_TICKS:
                     continue

@@ -12,6 +12,7 @@ from pathlib import Path
 import av
 
 from vidstyle.errors import log
+from vidstyle.media.rational import to_fraction
 
 READABLE = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,mpegts,ogg,flv,asf,nut,yuv4mpegpipe,gif,apng"
 """The demuxers of the formats that are written here and can be read back."""
@@ -113,7 +114,7 @@ def _stamps(path: Path) -> tuple[VideoFormat | None, Fraction, list[PacketTimes]
             found = video_format(container.streams.video[0])
             for packet in _whole_packets(container):
                 assert packet.pts is not None and packet.time_base is not None
-                tick = packet.time_base
+                tick = to_fraction(packet.time_base)
                 times = packet.pts, packet.dts, packet.is_keyframe, packet.duration or 0
                 stamps.append(PacketTimes(*times, (packet.pos or 0) + packet.size))
     except (av.FFmpegError, OSError, IndexError) as error:
