@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from vidstyle.media.orientation import Orientation
 
-PictureBytes = bytes | memoryview
+ByteView = bytes | memoryview
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 TIFF_STARTS = (b"II*\0", b"MM\0*")
 EXIF_MARK = b"Exif\0\0"
@@ -17,7 +17,7 @@ EXIF_ORIENTATION, SHORT = 0x0112, 3
 START_OF_SCAN = 0xDA
 
 
-def exif_orientation(content: PictureBytes) -> Orientation | None:
+def exif_orientation(content: ByteView) -> Orientation | None:
     r"""The orientation that the EXIF of a whole picture declares; None: it declares none.
 
     >>> exif_orientation(b"II*\0" + struct.pack("<IHHHIHH", 8, 1, 0x0112, 3, 1, 6, 0))
@@ -46,7 +46,7 @@ def hide_png_exif(content: bytes) -> bytes:
     return bytes(hidden)
 
 
-def png_chunks(content: PictureBytes) -> Iterator[tuple[bytes, PictureBytes]]:
+def png_chunks(content: ByteView) -> Iterator[tuple[bytes, ByteView]]:
     """The name and data of each chunk of a PNG (ISO/IEC 15948, section 5.3)."""
     offset = len(PNG_SIGNATURE)
     while offset + 8 <= len(content):
@@ -55,7 +55,7 @@ def png_chunks(content: PictureBytes) -> Iterator[tuple[bytes, PictureBytes]]:
         offset += size + 12
 
 
-def _exif_blocks(content: PictureBytes) -> Iterator[PictureBytes]:
+def _exif_blocks(content: ByteView) -> Iterator[ByteView]:
     """The TIFF structures of a picture that hold its EXIF tags, those of its first image only."""
     if content[:4] in TIFF_STARTS:
         yield content
@@ -67,7 +67,7 @@ def _exif_blocks(content: PictureBytes) -> Iterator[PictureBytes]:
         yield from _riff_chunks(content, b"EXIF")
 
 
-def _jpeg_segments(content: PictureBytes, wanted: int) -> Iterator[PictureBytes]:
+def _jpeg_segments(content: ByteView, wanted: int) -> Iterator[ByteView]:
     """The data of the segments with one marker before the first scan (ITU-T T.81, B.1.1)."""
     offset = 2
     while offset + 4 <= len(content) and content[offset] == 0xFF and content[offset + 1] != START_OF_SCAN:
@@ -77,7 +77,7 @@ def _jpeg_segments(content: PictureBytes, wanted: int) -> Iterator[PictureBytes]
         offset += 2 + size
 
 
-def _riff_chunks(content: PictureBytes, wanted: bytes) -> Iterator[PictureBytes]:
+def _riff_chunks(content: ByteView, wanted: bytes) -> Iterator[ByteView]:
     """The data of the chunks of one name in a WebP (RFC 9649, section 2.3)."""
     offset = 12
     while offset + 8 <= len(content):
@@ -87,7 +87,7 @@ def _riff_chunks(content: PictureBytes, wanted: bytes) -> Iterator[PictureBytes]
         offset += 8 + size + size % 2
 
 
-def _first_orientation(tiff: PictureBytes) -> int:
+def _first_orientation(tiff: ByteView) -> int:
     """The value of the first orientation tag; 0: there is none. Raises struct.error where it is cut off."""
     if tiff[:4] not in TIFF_STARTS:
         return 0

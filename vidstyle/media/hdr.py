@@ -20,7 +20,7 @@ from vidstyle.core.cores import available_cores
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.errors import log
 from vidstyle.media.color_tags import BT2020_PRIMARIES, HLG, LIMITED, PQ, ColorTags
-from vidstyle.media.exif import PictureBytes, png_chunks
+from vidstyle.media.exif import ByteView, png_chunks
 from vidstyle.media.hdr_kernels import tone_map_colors, tone_map_planes
 
 SDR_TAGS = ColorTags(1, 1, 1, LIMITED)
@@ -125,7 +125,7 @@ def brightest(frame: av.VideoFrame) -> float:
     return next((level for level in nits if REFERENCE_WHITE < level <= 10000), DEFAULT_PEAK)
 
 
-def _light_chunks(frame: av.VideoFrame) -> dict[bytes, PictureBytes]:
+def _light_chunks(frame: av.VideoFrame) -> dict[bytes, ByteView]:
     """The chunks of a small PNG of the frame, to which FFmpeg's encoder copies the light levels.
 
     `frame.side_data` has them too, but is not safe to read: see `orientation_of`.

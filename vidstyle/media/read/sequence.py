@@ -51,7 +51,7 @@ def is_animated_webp(path: Path) -> bool:
             head = file.read(21)
     except (OSError, ValueError):
         return False
-    return head[:4] == b"RIFF" and head[8:16] == b"WEBPVP8X" and bool(head[20] & 2)
+    return head[:4] == b"RIFF" and head[8:16] == b"WEBPVP8X" and any(byte & 2 for byte in head[20:])
 
 
 class SequenceSource:
