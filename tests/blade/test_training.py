@@ -19,7 +19,7 @@ from vidstyle.blade.inference import BankRun
 from vidstyle.blade.references import detail_base, edge_tangent_flow, flow_dog_parts, tv_flow
 from vidstyle.blade.training import psnr
 from vidstyle.blocks import all_blocks
-from vidstyle.blocks.detail import CONTRASTS
+from vidstyle.blocks.detail import CONTRAST_LEVELS
 from vidstyle.cli import main
 from vidstyle.core.picture import Encoding
 from vidstyle.pipeline.render import render
@@ -50,7 +50,7 @@ SOURCES = {
     "tvf variation": ({"passes": 1, "flow": "variation", "time": 6}, lambda luma: tv_flow(luma, 6.0, 0)),
     "detail": (
         {"delta": -20, "fine": 1, "middle": 0, "coarse": 0},
-        lambda luma: detail_base(luma, CONTRASTS[0]),
+        lambda luma: detail_base(luma, CONTRAST_LEVELS[0]),
     ),
 }
 """Settings of a learned block, and the reference that it approximates there."""

@@ -17,8 +17,8 @@ from vidstyle.block import (
     Limits,
     LumaWeights,
     Margin,
-    Measured,
     PageRegion,
+    Percentiles,
     ResultRows,
     SavedRef,
 )
@@ -83,7 +83,7 @@ def call(block: Block, values: dict[str, Any], array: np.ndarray, other: np.ndar
         FrameTime: 0,
         Limits: RANGES["luma" if array.ndim == 2 else "color"],
         ResultRows: np.empty(array.shape, np.float32),
-        Measured: np.percentile(luma, block.percentiles_for(complete)),
+        Percentiles: np.percentile(luma, block.percentiles_for(complete)),
     }
     complete |= {name: given[kind] for name, kind in block.injected.items()}
     for name, parameter in block.parameters.items():

@@ -63,5 +63,5 @@ def test_inverted_glyphs_are_black_on_white() -> None:
 @pytest.mark.parametrize(("height", "width"), [(10, 15), (9, 12), (10, 6), (4, 4), (10, 12)])
 def test_wrong_alphabets_are_refused(height: int, width: int, tmp_path: Path) -> None:
     cv2.imwrite(str(tmp_path / "own.png"), np.full((height, width), 90, np.uint8))
-    with pytest.raises(ValueError, match=r"^(needs 2 or more glyphs|has glyphs of one tone)"):
+    with pytest.raises(ValueError, match=r"^(needs 2 or more glyphs|has glyphs of only one tone)"):
         read_alphabet(tmp_path / "own.png")

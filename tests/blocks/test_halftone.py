@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from pictures import noise, run_color, step, style
 
-from vidstyle.blocks.halftone import INKS
+from vidstyle.blocks.halftone import INK_COLORS
 
 SIDE = 240
 CHANNEL = {"cyan": 0, "magenta": 1, "yellow": 2}
@@ -80,7 +80,7 @@ def test_what_black_does_not_print_is_printed_with_the_other_inks() -> None:
 def test_the_press_has_its_own_inks() -> None:
     for number, ink in enumerate(ANGLES):
         page = printed(asking_for(ink, 1, side=40), inks="press")
-        np.testing.assert_allclose(page, np.broadcast_to(INKS["press"][number], page.shape), atol=1e-5)
+        np.testing.assert_allclose(page, np.broadcast_to(INK_COLORS["press"][number], page.shape), atol=1e-5)
 
 
 @pytest.mark.parametrize("ink", ANGLES)

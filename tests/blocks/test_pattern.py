@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from pictures import noise, run_color, run_luma, step, style
 
-from vidstyle.blocks.pattern import DIRECTIONS
+from vidstyle.blocks.pattern import LAYOUT_DEGREES
 from vidstyle.errors import StyleError
 
 PAGE = (96, 128)
@@ -20,7 +20,7 @@ def drawn(luma: float | np.ndarray, **values: object) -> np.ndarray:
     return run_luma(style(step("pattern", **values)), np.broadcast_to(luma, PAGE))
 
 
-@pytest.mark.parametrize("layout", DIRECTIONS)
+@pytest.mark.parametrize("layout", LAYOUT_DEGREES)
 @pytest.mark.parametrize("levels", [2, 5, 9])
 @pytest.mark.parametrize("softness", [0, 0.35, 1])
 def test_strokes_of_a_lighter_tone_are_in_every_darker_one(layout: str, levels: int, softness: float) -> None:

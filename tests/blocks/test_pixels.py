@@ -9,7 +9,7 @@ import pytest
 from covering import in_one_test
 from pictures import FLOAT, noise, run, run_color, run_luma, step, style
 
-from vidstyle.blocks.blend import MODES, blend
+from vidstyle.blocks.blend import MODE_FORMULAS, blend
 from vidstyle.core.picture import RANGES, Encoding, Picture
 
 WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
@@ -175,7 +175,7 @@ BLENDS = [
 
 
 def test_every_mode_has_its_known_values() -> None:
-    assert {mode for mode, *_ in BLENDS} == set(MODES)
+    assert {mode for mode, *_ in BLENDS} == set(MODE_FORMULAS)
 
 
 @in_one_test("mode, light, dark", BLENDS)

@@ -173,7 +173,7 @@ class FrameExecutor:
         return result[margin[0] : margin[0] + bottom - top] if node.radius and result is not out else result
 
     def _injected(self, kind: object, node: Node, top: int, margin: tuple[int, int]) -> Any:
-        """What a block gets that is no value of its own, from row `top` on; `kind`: of `INJECTED`."""
+        """Return what the renderer supplies to a block, from row `top` on; `kind`: one of `INJECTED_TYPES`."""
         if kind is PageRegion:
             return PageRegion(top - margin[0], *node.shape, margin)
         if kind is Margin:

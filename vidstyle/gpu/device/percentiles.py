@@ -14,7 +14,7 @@ _BINS = 256
 """Rows and columns of the histogram: one bin for each 16-bit value."""
 
 
-class Percentiles:
+class GpuPercentiles:
     """The percentiles of one measured step. Whoever calls it owns the context.
 
     An exact histogram: each sample is drawn as a point on its bin, and blending counts them, which

@@ -18,7 +18,7 @@ from vidstyle.gpu.compile.shader_nodes import WORKING, ShaderMeasure, ShaderNode
 from vidstyle.gpu.compile.shader_writer import write_shader
 from vidstyle.gpu.compile.slots import Slots, TexturePool
 from vidstyle.gpu.compile.tiles import Job, Window, jobs_of
-from vidstyle.gpu.device.percentiles import Percentiles
+from vidstyle.gpu.device.percentiles import GpuPercentiles
 from vidstyle.gpu.device.programs import Programs
 from vidstyle.gpu.device.stabilizer import GpuStabilizer
 from vidstyle.gpu.device.textures import AssetTextures, new_texture
@@ -54,7 +54,7 @@ class GpuResources:
         self.assets = AssetTextures(context)
         self.upload = Upload(context)
         self.download = Download(context)
-        self._percentiles: dict[tuple[str, int], Percentiles] = {}
+        self._percentiles: dict[tuple[str, int], GpuPercentiles] = {}
         self._framebuffers: dict[tuple[int, ...], moderngl.Framebuffer] = {}
         self._unused = context.framebuffer([context.renderbuffer((1, 1))])
 
@@ -65,11 +65,11 @@ class GpuResources:
             self._framebuffers[key] = self.context.framebuffer(textures)
         self._framebuffers[key].use()
 
-    def percentiles_of(self, measure: ShaderMeasure) -> Percentiles:
+    def percentiles_of(self, measure: ShaderMeasure) -> GpuPercentiles:
         """The percentiles of a measured step."""
         if measure.step not in self._percentiles:
             coding = WORKING["luma"]
-            self._percentiles[measure.step] = Percentiles(self.context, coding.low, coding.span)
+            self._percentiles[measure.step] = GpuPercentiles(self.context, coding.low, coding.span)
         return self._percentiles[measure.step]
 
     def forget_percentiles(self) -> None:
