@@ -16,11 +16,11 @@ from covering import in_one_test
 from media import photograph
 from pictures import noise
 
-from vidstyle.blade.bank import ARRAYS, Bank, load_bank, save_bank
+from vidstyle.blade.bank import REQUIRED_ARRAYS, Bank, load_bank, save_bank
 from vidstyle.blade.bins import Bins, Feature
 from vidstyle.blade.choice import choose_filters
-from vidstyle.blade.draw import EMPTY, GAP, LEFT, RIGHT, TOP, draw_bank
-from vidstyle.blade.inference import RESAMPLING, BankRun, apply_filters
+from vidstyle.blade.draw import EMPTY_COLOR, GAP_PX, LEFT_PX, RIGHT_PX, TOP_PX, draw_bank
+from vidstyle.blade.inference import RESAMPLING_METHOD, BankRun, apply_filters
 from vidstyle.blade.regression import (
     NormalEquations,
     TrainingConfig,
@@ -37,7 +37,7 @@ from vidstyle.core.picture import WIDE_RANGE
 from vidstyle.core.resample import resample, scaled_shape
 
 BINS = Bins(24, 3, 3)
-SHARED = replace(BINS, step=2)
+SHARED = replace(BINS, pitch=2)
 CURVED = Bins(24, 1, 1, curvatures=5)
 IMAGES = {
     "half turn": (lambda a: a[::-1, ::-1], lambda o, n: o),
@@ -86,7 +86,7 @@ def test_the_window_is_even_and_sums_to_one(rho: float) -> None:
 @pytest.mark.parametrize("bins", [BINS, SHARED], ids=["each", "shared"])
 def test_a_turned_picture_chooses_the_turned_bins(name: str, bins: Bins) -> None:
     turn, becomes = IMAGES[name]
-    luma = (face() + noise(301, 241, high=1e-3))[: 302 - bins.step, : 242 - bins.step]
+    luma = (face() + noise(301, 241, high=1e-3))[: 302 - bins.pitch, : 242 - bins.pitch]
     before = turn(select_filters(luma, bins, 1.5))
     after = select_filters(np.ascontiguousarray(turn(luma)), bins, 1.5)
     rest = BINS.strengths * BINS.coherences
@@ -156,7 +156,7 @@ def test_all_bins_are_in_range_on_any_picture() -> None:
 @pytest.mark.parametrize("bins", [BINS, SHARED, CURVED], ids=["each", "shared", "curved"])
 def test_a_part_of_a_wide_picture_chooses_as_the_whole_does(bins: Bins) -> None:
     """Kernels take wide pictures in strips, which begin elsewhere in a part."""
-    luma, step, around = noise(20, 1300), bins.step, 20
+    luma, step, around = noise(20, 1300), bins.pitch, 20
     whole = select_filters(luma, bins, 1.5)
     for left in (20, 300, 700):
         part = select_filters(np.ascontiguousarray(luma[:, left - around : left + 580]), bins, 1.5)
@@ -176,7 +176,7 @@ def test_squares_choose_by_the_tensor_in_their_middle(rho: float) -> None:
     angles = np.arctan2(tensor[..., 0] - tensor[..., 2], 2 * tensor[..., 1])
     expected = np.rint(angles * 24 / (2 * np.pi)).astype(int) % 24
     for top in (0, 1):  # the first square is cut
-        found = select_filters(luma[top:], Bins(24, 1, 1, step=2), rho, top=top)
+        found = select_filters(luma[top:], Bins(24, 1, 1, pitch=2), rho, top=top)
         assert (found == expected)[4 + radius :, radius:-radius].mean() > 0.97
 
 
@@ -246,11 +246,11 @@ def test_learning_finds_a_filter_that_is_one() -> None:
 def test_no_smaller_picture_is_closer_to_the_target_once_enlarged() -> None:
     target = cv2.GaussianBlur(face(), (0, 0), 1.4)
     small = before_enlarging(target, scaled_shape(target.shape, 1 / 1.4))
-    best = psnr(resample(small, target.shape, RESAMPLING), target)
+    best = psnr(resample(small, target.shape, RESAMPLING_METHOD), target)
     assert best > 50
     for change in (noise(*small.shape, high=1e-3), resample(target, small.shape, "area") - small):
         for sign in (1, -1):
-            assert psnr(resample(small + sign * change, target.shape, RESAMPLING), target) < best
+            assert psnr(resample(small + sign * change, target.shape, RESAMPLING_METHOD), target) < best
     assert before_enlarging(target, target.shape) is target
 
 
@@ -387,7 +387,7 @@ def test_what_is_no_bank_at_all_is_refused(tmp_path: Path) -> None:
     np.savez(pickled, **(arrays | {"about": np.array([{"a": os.getcwd}], object)}))
     bomb = io.BytesIO()
     with zipfile.ZipFile(bomb, "w", zipfile.ZIP_DEFLATED) as archive:
-        for entry in ARRAYS:
+        for entry in REQUIRED_ARRAYS:
             archive.writestr(f"{entry}.npy", bytes(20 << 20))
     missing = io.BytesIO()
     np.savez(missing, **{key: array for key, array in arrays.items() if key != "rho"})
@@ -450,16 +450,18 @@ def test_a_bank_is_drawn_with_its_bins_in_rows_and_columns() -> None:
     lone[0, 10, 2, 2], lone[0, 10, 0, 0], lone[0, 10, 4, 4] = 1, -0.5, -0.5
     samples = np.arange(BINS.count)
     drawn = draw_bank(replace(bank, filters=lone))
-    assert drawn.shape == (TOP + 9 * 44 + GAP, LEFT + 24 * 44 + RIGHT, 3) and drawn.dtype == np.uint8
+    assert (
+        drawn.shape == (TOP_PX + 9 * 44 + GAP_PX, LEFT_PX + 24 * 44 + RIGHT_PX, 3) and drawn.dtype == np.uint8
+    )
     # Filter 10 is of the second orientation, the first strength and the second coherence.
-    top, left = TOP + 3 * 44, LEFT + 44
+    top, left = TOP_PX + 3 * 44, LEFT_PX + 44
     cell = drawn[top : top + 40, left : left + 40]
     assert cell[4, 4, 2] > cell[4, 4, 0], "negative is blue"
     assert cell[20, 20, 0] > cell[20, 20, 2], "positive is red"
     about = {"samples": samples.tolist(), "residuals": [samples.tolist()]}
     with_maps = draw_bank(replace(bank, filters=lone, about=about))
     assert len(with_maps) > len(drawn)
-    assert tuple(with_maps[TOP - 1, LEFT - 1]) == EMPTY, "no sample fell into the first bin"
+    assert tuple(with_maps[TOP_PX - 1, LEFT_PX - 1]) == EMPTY_COLOR, "no sample fell into the first bin"
 
 
 def test_pairs_cover_a_filter_once() -> None:

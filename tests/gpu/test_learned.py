@@ -81,7 +81,7 @@ def test_gpu_and_cpu_choose_the_same_filters(
     session = drawn(look, form, shape)
     picture, bank = film_picture(*shape), shipped_bank(name)
     expected = select_filters(luma_rows(picture, 0, shape[0]), bank.bins, bank.rho)
-    expected = expected.repeat(bank.bins.step, 0).repeat(bank.bins.step, 1)[: shape[0], : shape[1]]
+    expected = expected.repeat(bank.bins.pitch, 0).repeat(bank.bins.pitch, 1)[: shape[0], : shape[1]]
     found = numbers_in(session)
     session.close()
     assert (found == expected).mean() >= 0.98

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any, cast
 
 from vidstyle.blade.bank import MAX_RHO
-from vidstyle.blade.bins import CURVE, Bins, Feature
+from vidstyle.blade.bins import MIDDLE_CURVATURE, Bins, Feature
 from vidstyle.blade.choice import feature_radius
 from vidstyle.blade.inference import BankRun
 from vidstyle.blade.structure_tensor import half_window, window_radius
@@ -230,20 +230,20 @@ class ShaderGraph:
         values = {
             "curvatures": float(bins.curvatures),
             "per_orientation": float(bins.strengths * bins.coherences),
-            "curve": CURVE,
+            "curve": MIDDLE_CURVATURE,
         }
         return self.node(ShaderNode("luma", luma.shape, function, around=direction, radius=1, values=values))
 
     def _of_window(self, luma: ShaderNode, bins: Bins, rho: float) -> ShaderNode:
         """The bin of the tensor but for its curvature."""
-        if self._form == "compute" and bins.step == 1:
+        if self._form == "compute" and bins.pitch == 1:
             function = Function("blade/chosen_filter.glsl", "chosen_filter")
             return self._around(luma, "luma", function, bins, rho)
-        return self._of_four(luma, "chosen_filters" if bins.step == 1 else "chosen_for_square", bins, rho)
+        return self._of_four(luma, "chosen_filters" if bins.pitch == 1 else "chosen_for_square", bins, rho)
 
     def _of_four(self, luma: ShaderNode, name: str, bins: Bins, rho: float) -> ShaderNode:
         """What a function finds for 2 x 2 pixels, at each of them."""
-        file = "chosen_for_square" if bins.step == 2 else "chosen_filters"
+        file = "chosen_for_square" if bins.pitch == 2 else "chosen_filters"
         four = self._around(luma, "choices", Function(f"blade/{file}.glsl", name), bins, rho)
         own = Function("blade/own_choice.glsl", "IMAGE_own_choice")
         return self.node(ShaderNode("luma", luma.shape, own, around=four))
@@ -300,7 +300,7 @@ def _numbered(block: Block, values: dict[str, Any]) -> tuple[dict[str, Any], dic
 def choice_values(bins: Bins, rho: float) -> dict[str, Any]:
     """The values of the functions that choose filters."""
     radius = window_radius(rho)
-    half = tuple(map(float, half_window(rho, bins.step)))
+    half = tuple(map(float, half_window(rho, bins.pitch)))
     orientations, strengths, coherences, _, *ranges = (float(number) for number in bins.as_array)
     return {
         "radius": radius,
