@@ -16,9 +16,9 @@ from pictures import SOURCES, planes, run, same_bits, step, style
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.stabilize.blend import source_rows
-from vidstyle.stabilize.blend_codes import WHOLE
+from vidstyle.stabilize.blend_codes import FULL_WEIGHT
 from vidstyle.stabilize.motion import noise_level
-from vidstyle.stabilize.segment import SEGMENT
+from vidstyle.stabilize.segment import SEGMENT_SIZE
 from vidstyle.stabilize.stabilizer import Stabilized, Stabilizer
 from vidstyle.stabilize.warp import in_segments, moves_of
 from vidstyle.style import Style, load_style, override
@@ -201,7 +201,7 @@ def test_the_order_of_samples_in_memory_does_not_matter() -> None:
 def test_the_result_does_not_depend_on_bands(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = restyled(LINES, panned_film(4), 0.5)
     monkeypatch.setattr("vidstyle.core.bands.BAND_BYTES", 1)
-    monkeypatch.setattr("vidstyle.stabilize.stabilizer.BAND_RADIUS", 1)
+    monkeypatch.setattr("vidstyle.stabilize.stabilizer.BAND_RADIUS_ROWS", 1)
 
     assert all(same_bits(*pair) for pair in zip(whole, restyled(LINES, panned_film(4), 0.5), strict=True))
 
@@ -223,7 +223,7 @@ def blended(
     out, weights = np.empty(plane.shape, before.dtype), np.empty(plane.shape, np.uint8)
     moves = moves_of(in_segments(flow, plane.shape[1]), plane.shape[1], before.dtype)
     source_rows(plane, (1, 0), before, moves, weight, limit, None, (1, 1), out, weights)(0, plane.shape[0])
-    return out, weights / WHOLE
+    return out, weights / FULL_WEIGHT
 
 
 @pytest.mark.parametrize("moved", [(6.0, -4.0), (2.5, 1.25)])
@@ -251,7 +251,7 @@ def test_every_sample_comes_from_where_it_was(shape: tuple[int, int], dtype: typ
     now = now / np.float32(0.9)
 
     rows, columns = np.indices(shape, np.float32)
-    places = (columns[0] // SEGMENT * SEGMENT + SEGMENT / 2) / shape[1] * flow.shape[1] - 0.5
+    places = (columns[0] // SEGMENT_SIZE * SEGMENT_SIZE + SEGMENT_SIZE / 2) / shape[1] * flow.shape[1] - 0.5
     grid = flow[((rows[:, 0] + 0.5) / shape[0] * flow.shape[0]).astype(int)]
     across, down = (
         np.array([np.interp(places, np.arange(flow.shape[1]), row[:, axis]) for row in grid], np.float32)
@@ -275,7 +275,7 @@ def test_a_change_weighs_by_its_size(dtype: type[np.generic]) -> None:
     for change, weight in ((0, 1.0), (100, 0.5), (200, 1 / 17)):
         now, weights = blended(np.full((9, 9), 1000 + change, dtype), before, None, 0.5, limit=100)
         # Half a step of change, of which the limit has at least nine.
-        tolerance = 0.04 if dtype == np.uint16 and change else 0.5 / WHOLE
+        tolerance = 0.04 if dtype == np.uint16 and change else 0.5 / FULL_WEIGHT
         np.testing.assert_allclose(weights, weight, atol=tolerance)
         wanted = 1000 + change - 0.5 * weight * change
         np.testing.assert_allclose(now, wanted, atol=0.5 * tolerance * change + 1)

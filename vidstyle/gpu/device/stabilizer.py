@@ -12,7 +12,7 @@ from vidstyle.core.picture import Encoding, Picture
 from vidstyle.gpu.compile.glsl import Assembly
 from vidstyle.gpu.compile.shader_nodes import Format, plane_format
 from vidstyle.stabilize.motion import MotionEstimator, Warp
-from vidstyle.stabilize.segment import SEGMENT
+from vidstyle.stabilize.segment import SEGMENT_SIZE
 from vidstyle.stabilize.stabilizer import (
     code_scale,
     plane_step,
@@ -90,7 +90,7 @@ class GpuStabilizer:
         warped = self._take(f"warped {shape}", shape, WARPED)
         values = {
             "size": shape[::-1],
-            "segment": SEGMENT,
+            "segment": SEGMENT_SIZE,
             "luma_step": plane_step(name, old),
             "scale": (gain * plane_format(old.depth).most, offset),
             "white": float(coding.most),
@@ -131,7 +131,7 @@ class GpuStabilizer:
             images["guide"] = weights
         values = {
             "size": shape[::-1],
-            "segment": SEGMENT,
+            "segment": SEGMENT_SIZE,
             "luma_step": step,
             "gain": result_gain(target),
             "white": float(deep.most),
