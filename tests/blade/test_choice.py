@@ -163,7 +163,7 @@ def test_squares_of_pixels_that_cannot_share_a_filter_are_refused(step: object, 
     path = tmp_path / "bank.npz"
     about = {"step": step, "features": [["strength", 2, 4.0, 10, 40]]}
     saved_with(path, about=np.frombuffer(json.dumps(about).encode(), np.uint8))
-    with pytest.raises(ValueError, match="among squares"):
+    with pytest.raises(ValueError, match="in squares"):
         load_bank(path)
 
 
@@ -189,7 +189,7 @@ def test_filters_for_chroma_are_as_many_as_for_luma(tmp_path: Path) -> None:
         (["--feature", "mean=2"], "mean=2 is not NAME=BINS@RHO"),
         (["--feature", "mean=2@9"], "names are mean, strength, coherence"),
         (["--feature", "mean=2@1"] * 3, "is given 3 times"),
-        (["--feature", "mean=99@1"], "there are at most 1024"),
+        (["--feature", "mean=99@1"], "use at most 1024"),
     ],
 )
 def test_features_that_cannot_be_are_told_before_anything_is_read(
