@@ -13,7 +13,7 @@ from vidstyle.core.closing import Closing
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu.passthrough import PassthroughRenderer
 from vidstyle.errors import UsageError, log, not_a_picture
-from vidstyle.gpu.device.devices import DEVICES, DeviceChoice, choose
+from vidstyle.gpu.device.devices import DEVICE_NAMES, DeviceChoice, choose
 from vidstyle.style import Style, load_style
 
 if TYPE_CHECKING:
@@ -117,7 +117,7 @@ def announce_device(style: Style, device: str) -> None:
 
 
 def _choice(style: Style, device: str) -> DeviceChoice:
-    return choose("cpu" if style.is_plain and device in DEVICES else device)
+    return choose("cpu" if style.is_plain and device in DEVICE_NAMES else device)
 
 
 class Renderer(Closing):

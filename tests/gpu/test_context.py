@@ -24,9 +24,9 @@ NO_VENDOR = {"__EGL_VENDOR_LIBRARY_DIRS": "/nonexistent", "__EGL_VENDOR_LIBRARY_
 REMEDY = "apt-get install libegl1 libgl1 libgl1-mesa-dri"
 
 OPEN = "context = open_context(); print(context.version_code); close_context(context)"
-ALL_SOFTWARE = "devices.SOFTWARE = ('',)"
+ALL_SOFTWARE = "devices.SOFTWARE_NAMES = ('',)"
 """Every renderer's name holds this word."""
-ALL_REAL = "devices.SOFTWARE = ()"
+ALL_REAL = "devices.SOFTWARE_NAMES = ()"
 A_CARD = "devices.DEVICE_FILES = ('/dev/null',)"
 NO_CARD = "devices.DEVICE_FILES = ()"
 
@@ -184,7 +184,7 @@ def test_another_word_is_a_usage_error(word: str) -> None:
     ],
 )
 def test_the_choice_and_its_notice(device: str, settings: list[str], chosen: int | None, notice: str) -> None:
-    software = "is software that draws on the CPU: --device cpu is faster"
+    software = "is a software renderer: --device cpu is faster"
     expected = notice.format(name=list_devices()[0].name, software=software)
     choice = f"choice = choose('{device}'); print(choice.device and choice.device.index, choice.notice)"
     assert answer(*settings, choice) == f"{chosen} {expected}"

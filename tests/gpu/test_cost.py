@@ -30,7 +30,7 @@ from vidstyle.gpu.compile.explain import (
 )
 from vidstyle.gpu.compile.glsl import Form
 from vidstyle.gpu.compile.plan import Plan, make_plan, plan_for_video
-from vidstyle.gpu.compile.shader_nodes import WORKING, plane_format
+from vidstyle.gpu.compile.shader_nodes import WORKING_FORMATS, plane_format
 from vidstyle.gpu.compile.shader_writer import write_shader
 from vidstyle.style import Style, expand, load_style, style_names
 from vidstyle.style.resolve import resolve
@@ -85,7 +85,7 @@ def test_a_filter_keeps_its_first_half_in_a_texture_of_two_bytes() -> None:
     assert [pass_traffic(plan, each) for each in plan.passes] == [Traffic(1, 2), Traffic(2, 1)]
     assert plan_traffic(plan) == Traffic(3, 3)
     assert held_textures(plan, 8192) == [
-        HeldTexture(90, 160, WORKING["luma"]),
+        HeldTexture(90, 160, WORKING_FORMATS["luma"]),
         HeldTexture(90, 160, plane_format(8)),
     ]
 

@@ -23,7 +23,7 @@ from pictures import VIDEO, run, step
 from random_styles import Chance
 
 from vidstyle.core.picture import Encoding, Picture, PictureLayout
-from vidstyle.gpu.compile.passes import MAX_STORED
+from vidstyle.gpu.compile.passes import MAX_STORED_VALUES
 from vidstyle.gpu.compile.plan import make_plan
 from vidstyle.style import Step, Style
 from vidstyle.style.resolve import resolve
@@ -129,5 +129,5 @@ def many_saved(*first: Step) -> Style:
 def test_no_pass_keeps_more_pictures_than_a_device_has_targets(chosen: Style, fused: Sessions) -> None:
     for form in FORMS:
         plan = make_plan(chosen, resolve(chosen, *SHAPE), PictureLayout.of(SOURCES[0]), VIDEO, False, form)
-        assert max(len(each.stored) for each in plan.passes) == MAX_STORED
+        assert max(len(each.stored) for each in plan.passes) == MAX_STORED_VALUES
     assert faults(fused, chosen, SOURCES[0], "twelve saved pictures") == []

@@ -14,7 +14,7 @@ from vidstyle.block import Asset, Block, Choice, Color, Parameter, SavedRef, Sli
 from vidstyle.blocks import all_blocks
 from vidstyle.core.picture import Encoding, PictureLayout
 from vidstyle.gpu.compile.glsl import Form, functions_of_block
-from vidstyle.gpu.compile.passes import MAX_STORED
+from vidstyle.gpu.compile.passes import MAX_STORED_VALUES
 from vidstyle.gpu.compile.plan import Plan, make_plan
 from vidstyle.gpu.compile.shader_writer import write_shader
 from vidstyle.gpu.compile.slots import ending
@@ -142,7 +142,7 @@ def test_no_pass_keeps_more_than_opengl_promises() -> None:
         for part in (step("gaussian", f"b{number}", f"s{number}"), step("blend", other="b0"))
     ]
     plan = plan_of(style(*saves, *blurs))
-    assert max(len(each.stored) for each in plan.passes) <= MAX_STORED
+    assert max(len(each.stored) for each in plan.passes) <= MAX_STORED_VALUES
 
 
 @pytest.mark.parametrize("form", ["compute", "fragment"])

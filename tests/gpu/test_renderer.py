@@ -155,13 +155,13 @@ def test_a_lost_gpu_is_opened_once_more_and_then_the_cpu_goes_on(
     for source, each in zip(sources, pending, strict=False):
         assert differ(each.result(), by_cpu(source)) <= 1
     assert [record.message for record in caplog.records] == [
-        "the GPU is lost (the GPU reports GL_INVALID_ENUM; use --device cpu): opened again"
+        "the GPU is lost (the GPU reports GL_INVALID_ENUM; use --device cpu): reopened"
     ]
     assert differ(renderer.run(sources[2], 0.2), by_cpu(sources[2])) <= 1
     fail_once(renderer)
     for number, source in enumerate(sources[3:]):
         assert differ(renderer.run(source, 0.3 + number / 25), by_cpu(source)) == 0 or number == 0
-    assert "the CPU goes on" in caplog.records[-1].message and len(caplog.records) == 2
+    assert "continuing on the CPU" in caplog.records[-1].message and len(caplog.records) == 2
 
 
 def test_a_gpu_that_cannot_be_opened_again_leaves_the_film_to_the_cpu(
@@ -171,7 +171,7 @@ def test_a_gpu_that_cannot_be_opened_again_leaves_the_film_to_the_cpu(
     source = codes(VIDEO, 24, 36)
     fail_once(renderer)
     assert differ(renderer.run(source), by_cpu(source)) <= 1
-    assert len(caplog.records) == 1 and "the CPU goes on" in caplog.records[0].message
+    assert len(caplog.records) == 1 and "continuing on the CPU" in caplog.records[0].message
 
 
 def test_a_gpu_that_hangs_is_left(
@@ -239,7 +239,7 @@ def test_a_device_that_is_not_there_is_one_line(
 
 def test_the_device_is_said_in_a_line(program: Program, clip: Path) -> None:
     outcome = program(clip, "a.mp4", "--frames", "2", "--device", "gpu", style="sketch")
-    assert outcome.exit_code == 0 and "draws on the CPU" in outcome.said
+    assert outcome.exit_code == 0 and "is a software renderer" in outcome.said
     outcome = program(clip, "b.mp4", "--frames", "2", style="sketch")
     assert outcome.exit_code == 0 and outcome.said.startswith("vidstyle: no GPU")
     assert len(outcome.lines) == 1

@@ -141,7 +141,7 @@ def test_what_does_not_fit_is_read_from_textures_and_looks_the_same(
 ) -> None:
     picture = film_picture(97, 131)
     right = sessions.run("compute", LOOKS[name], picture)
-    monkeypatch.setattr(shared, "MAX_BYTES", 0)
+    monkeypatch.setattr(shared, "MAX_SHARED_BYTES", 0)
     assert not any(rooms_in(shader) for shader in shaders_of(LOOKS[name]))
     for without_room in (whole, tiled):
         assert disagreements(right, without_room.run("compute", LOOKS[name], picture)) == []
