@@ -152,7 +152,7 @@ def _directives(
     if described["kind"] != "result":
         yield f"//!SAVE {_saved(image)}"
         # Luma is the sum of two half floats.
-        yield f"//!COMPONENT_COUNTS {2 if described['components'] == 1 else 4}"
+        yield f"//!COMPONENTS {2 if described['components'] == 1 else 4}"
     if each["page"]:
         for name, side in (("WIDTH", "w"), ("HEIGHT", "h")):
             yield f"//!{name} {_side(side, plan, each, factors)}"
