@@ -14,7 +14,7 @@ float lattice_noise(int start, ivec2 at, int kind, vec2 size) {
     return sum * 0.5 / (1.0 - part);
 }
 
-// Adds random values that are fixed to the page until the next drawing.
+// Adds random values that are fixed to the page and change only at `rate`.
 channels noise(
     channels picture, ivec2 at, uint moment, int kind, float size, float stretch, float amount, bool colored,
     int rate) {

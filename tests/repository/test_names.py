@@ -91,8 +91,7 @@ NUMERIC_CALLS = {"Fraction", "math", "np"}
 """Types and modules whose calls with numbers give numbers."""
 
 NOT_CONVERTED = set(
-    "bench cli core demo design diagram explore export gallery live media pipeline"
-    " style".split()
+    "bench cli core demo design diagram explore export gallery live media pipeline style".split()
 )
 """Packages with numeric constants that still break this rule; the list only shrinks."""
 

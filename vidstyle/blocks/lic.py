@@ -36,9 +36,9 @@ def lic(
     """Draw black strokes on white along the edges, like bristles, hatching or fur.
 
     Takes the smoothed result of `structure_tensor` and smears noise along it, with weights that decrease
-    towards both ends. The noise is fixed to the page until the next drawing. Cabral and Leedom 1993, "Imaging
-    Vector Fields Using Line Integral Convolution"; integrated by Euler's method, with the stroke width as
-    step.
+    towards both ends. The noise is fixed to the page and changes only at `rate`. Cabral and Leedom 1993,
+    "Imaging Vector Fields Using Line Integral Convolution"; integrated by Euler's method, with the stroke
+    width as step.
     """
     size = float(np.float32(size))
     reach, (height, width) = _radius(length, size), picture.shape[:2]

@@ -47,7 +47,7 @@ def noise(
     colored: Annotated[bool, Switch("separate noise for each channel")] = False,
     rate: Annotated[int, REDRAW_RATE] = 0,
 ) -> np.ndarray:
-    """Add random values with a mean of 0, fixed to the page until the next drawing.
+    """Add random values with a mean of 0, which are fixed to the page and change only at `rate`.
 
     Points are rounded to whole pixels; soft points are interpolated by 3 t^2 - 2 t^3; clouds are four octaves
     of soft points. The result is clipped to 0..1. For blue noise, use `dither`.

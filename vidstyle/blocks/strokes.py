@@ -49,8 +49,8 @@ def strokes(
     """Paint with strokes of one colour each along the edges; with dots if width equals length.
 
     A stroke has a random position in its square of a grid and the picture's colour in its middle, and bends
-    with the flow. The order of overlapping strokes is random. Strokes are fixed to the page until the next
-    drawing. Haeberli 1990, "Paint by Numbers: Abstract Image Representations".
+    with the flow. The order of overlapping strokes is random. Strokes are fixed to the page and change only
+    at `rate`. Haeberli 1990, "Paint by Numbers: Abstract Image Representations".
     """
     pitch = np.float32(max(width / math.sqrt(density), max(length, width) / MAX_CELLS_ALONG))
     size = np.float32(max(length - width, 0) / 2), np.float32(width / 2)

@@ -13,11 +13,23 @@ from vidstyle.core.kernels import compiled
 from vidstyle.core.picture import Picture
 from vidstyle.stabilize.segment import SEGMENT_SIZE
 
+# These numbers control where motion is estimated, and which estimates are accepted.
 MAX_FLOW_SIDE_PX = 480
 """Maximum side of the copy in which motion is estimated, the picture repeatedly halved."""
 FLOW_GRID_PX = 2
 """Pixels of the copy between two samples of the stored flow, which are at least half a `SEGMENT_SIZE`
 apart."""
+MAX_STILL_CHANGE = 1
+"""Mean change of the copy, in 8-bit codes, below which a picture counts as still."""
+NOISE_AREA_PX = 5
+"""Side of the area over which changes of the copy are averaged."""
+MAX_RESIDUAL_RATIO = 3, 4
+"""Motion is accepted if its residual is below this fraction (numerator, denominator) of the residual without
+motion."""
+MAX_JUMP_PX = 0.5
+"""Maximum difference of motion between neighbours, in pixels of the copy, without a border of motion."""
+
+# These numbers control how strongly the previous frame is blended into the current one.
 MAX_GAP_SECONDS = 0.5
 """Stabilization resets after this time without a frame."""
 MAX_WEIGHT = 0.9
@@ -26,21 +38,14 @@ RESULT_FACTOR = 0.6
 """Factor for the weight when blending the result of a style, whose input is already stabilized."""
 MIN_MOTION_PX = 0.35
 """Minimum motion for which a result is warped, as each interpolation blurs lines slightly."""
-MAX_STILL_CHANGE = 1
-"""Mean change of the copy, in 8-bit codes, below which a picture counts as still."""
-NOISE_AREA_PX = 5
-"""Side of the area over which changes of the copy are averaged."""
-NOISE_SAMPLE_COUNT = 160
-"""Number of points along the longer side at which noise is measured."""
-MAX_JUMP_PX = 0.5
-"""Maximum difference of motion between neighbours, in pixels of the copy, without a border of motion."""
-MAX_RESIDUAL_RATIO = 3, 4
-"""Motion is accepted if its residual is below this fraction (numerator, denominator) of the residual without
-motion."""
 MIN_LIMIT = 2.5 / 255
 """Minimum limit of change, for a film without noise."""
 NOISE_FACTOR = 2.5
 """Limit of change in standard deviations of the noise."""
+
+# These numbers control the estimation of noise.
+NOISE_SAMPLE_COUNT = 160
+"""Number of points along the longer side at which noise is measured."""
 NOISE_PERCENTILE = 30
 """Percentile of the local Laplacian for estimating noise: low enough to exclude most textures."""
 
