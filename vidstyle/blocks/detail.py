@@ -18,9 +18,7 @@ FULL_DELTA = 20
 @block("learned", on="luma")
 def detail(
     delta: Annotated[float, Slider(-100, 100, "below 0 smooths, above 0 enhances", "", (-100, 60))] = -20,
-    fine: Annotated[
-        float, Slider(0, 2, "share of the finest detail, which has the least contrast", explore=(0.5, 1))
-    ] = 1,
+    fine: Annotated[float, Slider(0, 2, "share of the finest detail", explore=(0.5, 1))] = 1,
     middle: Annotated[float, Slider(0, 2, "share of detail of middle contrast", explore=(0.2, 1))] = 0.5,
     coarse: Annotated[float, Slider(0, 2, "share of detail of high contrast", explore=(0.2, 0.5))] = 0.2,
 ) -> BankRun:
