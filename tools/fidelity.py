@@ -25,7 +25,7 @@ from vidstyle.blade.references import (
 )
 from vidstyle.blade.training import mssim, psnr
 from vidstyle.blocks import all_blocks
-from vidstyle.blocks.detail import CONTRASTS
+from vidstyle.blocks.detail import CONTRAST_LEVELS
 
 README = Path(__file__).parent.parent / "filters_bank" / "README.md"
 HELD_OUT = 10
@@ -131,7 +131,7 @@ def detailed(luma: Picture, delta: float) -> Picture:
     """Detail control by its reference: each layer of detail by its own factor."""
     block = all_blocks()["detail"]
     run: BankRun = block.function(**block.arguments_for({"delta": delta}))
-    bases = (base(luma, contrast) for contrast in CONTRASTS)
+    bases = (base(luma, contrast) for contrast in CONTRAST_LEVELS)
     return sum((weight * base for weight, base in zip(run.weights, bases, strict=True)), run.identity * luma)
 
 

@@ -17,11 +17,11 @@ import numpy as np
 from vidstyle.blade.bank import save_bank
 from vidstyle.blade.bins import Bins
 from vidstyle.blade.photographs import Photograph, photographs_in
-from vidstyle.blade.reference_filter import ReferenceFilter, joined, reference_by_name
+from vidstyle.blade.reference_filter import ReferenceFilter, join_references, reference_by_name
 from vidstyle.blade.regression import TrainingConfig
 from vidstyle.blade.training import train
-from vidstyle.blocks.detail import CONTRASTS
-from vidstyle.blocks.tvf import SHARES, TIME
+from vidstyle.blocks.detail import CONTRAST_LEVELS
+from vidstyle.blocks.tvf import PASS_TIME, STEPS_PER_PASS
 
 FOLDER = Path(__file__).parent.parent / "filters_bank"
 LONG_SIDE = 512
@@ -48,7 +48,7 @@ class Plan:
 
 def _teacher(name: str, *settings: dict[str, float], scale: float = 1.0) -> tuple[ReferenceFilter, float]:
     """A reference filter with several settings, at this part of the size."""
-    return joined([reference_by_name(name, **each) for each in settings]), scale
+    return join_references([reference_by_name(name, **each) for each in settings]), scale
 
 
 def _lines(name: str, config: TrainingConfig, *sigmas: float, long_side: int = LONG_SIDE) -> Plan:
@@ -62,25 +62,30 @@ def _lines(name: str, config: TrainingConfig, *sigmas: float, long_side: int = L
     return Plan(name, config, tuple(teachers), {"sigmas": sigmas}, long_side)
 
 
-LAYERS = [{"contrast": contrast} for contrast in CONTRASTS]
+LAYERS = [{"contrast": contrast} for contrast in CONTRAST_LEVELS]
 TIMES = (3.0, 6.0, 12.0)
 """Of total variation flow, in levels of 255 times pixels; between them filters are interpolated."""
 FLOWS = [{"time": time, "gradient_power": 0} for time in TIMES]
 PLANS = (
     Plan(
         "etf",
-        TrainingConfig(Bins(24, 1, 3, step=2), 2.0, 5),
+        TrainingConfig(Bins(24, 1, 3, pitch=2), 2.0, 5),
         (_teacher("edge_tangent_flow", {"sigma": 2.0, "rho": 2.0}),),
     ),
     Plan(
         "etf_broad",
-        TrainingConfig(Bins(24, 1, 3, step=2), 4.0, 11),
+        TrainingConfig(Bins(24, 1, 3, pitch=2), 4.0, 11),
         (_teacher("edge_tangent_flow", {"sigma": 4.0, "rho": 4.0}),),
     ),
     Plan(
         "tvf",
         TrainingConfig(Bins(16, 3, 4, (0.0, 20.0), (0.0, 1.0)), 0.7, 7),
-        (_teacher("tv_flow", *({"time": time, "gradient_power": 1} for time in (TIME, TIME / SHARES))),),
+        (
+            _teacher(
+                "tv_flow",
+                *({"time": time, "gradient_power": 1} for time in (PASS_TIME, PASS_TIME / STEPS_PER_PASS)),
+            ),
+        ),
     ),
     Plan(
         "tvf_flat",

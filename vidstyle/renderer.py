@@ -11,9 +11,9 @@ import numpy as np
 
 from vidstyle.core.closing import Closing
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.cpu.plain import PlainRenderer
+from vidstyle.cpu.passthrough import PassthroughRenderer
 from vidstyle.errors import UsageError, log, not_a_picture
-from vidstyle.gpu.device.devices import DEVICES, DeviceChoice, choose
+from vidstyle.gpu.device.devices import DEVICE_NAMES, DeviceChoice, choose
 from vidstyle.style import Style, load_style
 
 if TYPE_CHECKING:
@@ -100,7 +100,7 @@ def open_renderer(style: StyleLike, device: str = "auto", announce: bool = True)
 def _opened(style: Style, device: Device | None) -> Backend:
     """Imports what this renderer needs alone."""
     if device is None and style.is_plain:
-        return PlainRenderer(style)
+        return PassthroughRenderer(style)
     from vidstyle.cpu.renderer import CpuRenderer
 
     if device is None:
@@ -117,7 +117,7 @@ def announce_device(style: Style, device: str) -> None:
 
 
 def _choice(style: Style, device: str) -> DeviceChoice:
-    return choose("cpu" if style.is_plain and device in DEVICES else device)
+    return choose("cpu" if style.is_plain and device in DEVICE_NAMES else device)
 
 
 class Renderer(Closing):

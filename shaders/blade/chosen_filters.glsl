@@ -1,7 +1,7 @@
 #include "lib/filter_number.glsl"
 #include "lib/line_angle.glsl"
 
-// A weight of the even Gaussian, of which `window` is one half, from its end to its middle; 0 beyond it.
+// A weight of the even Gaussian; `window` is one half of it, from its end to its middle. 0 outside of the window.
 float window_weight(int tap, int radius, float window[16]) {
     return tap < 0 || tap >= 2 * radius ? 0.0 : window[min(tap, 2 * radius - 1 - tap)];
 }
@@ -10,8 +10,8 @@ struct FourTensors {
     vec3 upper_left, upper_right, lower_left, lower_right;
 };
 
-// The structure tensors of 2 x 2 pixels: their windows share most of the differences, and four pixels are
-// read at a time. Paper, section 6.3.
+// The structure tensors of 2 x 2 pixels: their windows share most of the differences, and each read returns four
+// pixels. Paper, section 6.3.
 FourTensors four_tensors(ivec2 at, int radius, float window[16]) {
     FourTensors found = FourTensors(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
     for (int row = 0; row <= 2 * radius; row++) {
@@ -50,7 +50,7 @@ vec4 chosen_filters(ivec2 at, int radius, float window[16], vec3 bins, vec2 star
         filter_number(of.lower_left, bins, start, density), filter_number(of.lower_right, bins, start, density));
 }
 
-// The angles that curvatures are found from, of 2 x 2 pixels likewise.
+// The angles for computing curvatures, also for 2 x 2 pixels.
 vec4 four_angles(ivec2 at, int radius, float window[16]) {
     FourTensors of = four_tensors(at, radius, window);
     return vec4(

@@ -1,7 +1,7 @@
 #include "lib/filter_number.glsl"
 
-// The index of the filter that 2 x 2 pixels have in common, for each of them, in a pass of half the size. The window is
-// centred on the middle of the square; of its odd Gaussian `window` is one half, from its end to its middle.
+// The index of the filter that 2 x 2 pixels share, for each of them, in a pass of half the size. The window is centred
+// on the middle of the square; `window` is one half of its odd Gaussian, from its end to its middle.
 vec4 chosen_for_square(ivec2 at, int radius, float window[16], vec3 bins, vec2 start, vec2 density) {
     vec3 tensor = vec3(0.0);
     int last = 2 * radius - 2;

@@ -8,8 +8,8 @@ void chosen_with_angle_prepare(int radius, float window[16]) {
 }
 #endif
 
-// The index of the filter selected by the local structure but for its curvature, and the angle that
-// curvature is found from, in a compute pass.
+// The index of the filter selected by the local structure except curvature, and the angle for computing the
+// curvature, in a compute pass.
 vec2 chosen_with_angle(ivec2 at, int radius, float window[16], vec3 bins, vec2 start, vec2 density) {
     vec3 tensor = window_tensor(at, radius, window);
     return vec2(filter_number(tensor, bins, start, density), line_angle(tensor));

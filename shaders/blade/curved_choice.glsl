@@ -3,9 +3,9 @@ vec2 direction_at(ivec2 at) {
     return vec2(cos(angle), sin(angle));
 }
 
-// The index of a filter of those into which its bin is divided by the curvature of the lines: how fast their
-// angle turns along them. The first `per_orientation` filters are of gradients to the right, whose angles
-// may be just below 0; other such angles are those of the opposite direction.
+// The index of a filter after dividing its bin by the curvature of lines, the change of angle along them. The first
+// `per_orientation` filters are for gradients to the right, whose angles may be slightly below 0; for other filters
+// such an angle denotes the opposite direction.
 float curved_choice(ivec2 at, float curvatures, float per_orientation, float curve) {
     float chosen = picture_at(at).x;
     vec2 own = direction_at(at);

@@ -1,5 +1,5 @@
 // A pixel filtered with the filter selected for it. The bank holds, for each pair of opposite pixels, the
-// weight of their sum less twice the middle, and where filters are not symmetric then those of their
+// weight of their sum minus twice the middle, and, if filters are not symmetric, then the weights of their
 // differences; `part_sums` are the responses of the parts to a constant 1.
 channels filtered(ivec2 at, float chosen, sampler2DArray bank, int bank_count, int size, float part_weights[8],
         float part_sums[8], float identity) {

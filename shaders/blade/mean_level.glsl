@@ -1,9 +1,9 @@
-// The bin of a local mean, in 1024ths as the numbers of filters are.
+// The bin of a local mean, in 1024ths like the numbers of filters.
 float mean_level(float mean, float start, float density, float levels) {
     return floor(clamp((mean - start) * density, 0.0, levels - 0.5)) / 1024.0;
 }
 
-// The number of a filter among those that a further feature divides a bin into.
+// The number of a filter after an additional feature has divided its bin.
 float divided_choice(float chosen, float level, float levels) {
     return chosen * levels + level;
 }

@@ -1,4 +1,4 @@
-// A pattern of thresholds added that repeats over the page, about 0. Bayer 1973, Ulichney 1993.
+// Adds a pattern of thresholds with a mean of 0 that repeats over the page. Bayer 1973, Ulichney 1993.
 channels dither(
     channels picture, ivec2 at, float strength, float cell, sampler2DArray thresholds, ivec2 thresholds_size) {
     ivec2 point = at / int(cell + 0.5) % thresholds_size;

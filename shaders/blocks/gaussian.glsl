@@ -5,7 +5,7 @@ channels gaussian_across(ivec2 at, float sigma) {
     return gaussian_along(at, ivec2(1, 0), sigma);
 }
 
-// Vertical pass on its result.
+// Vertical pass on the result.
 channels gaussian(ivec2 at, float sigma) {
     return gaussian_along(at, ivec2(0, 1), sigma);
 }

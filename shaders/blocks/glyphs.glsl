@@ -6,7 +6,7 @@ channels glyphs_across(ivec2 at, float cell, ivec2 page) {
     return cell_along(at, ivec2(1, 0), glyph_cell(cell).x, page);
 }
 
-// A glyph in each cell of the page: the brighter it is, the more of the cell it covers.
+// A glyph in each cell of the page; brighter cells get glyphs that cover more.
 channels glyphs(
     ivec2 at, ivec2 page, vec3 weights, float cell, bool invert, sampler2DArray alphabet, ivec2 alphabet_size) {
     channels mean = clamp(cell_along(at, ivec2(0, 1), glyph_cell(cell).y, page), 0.0, 1.0);

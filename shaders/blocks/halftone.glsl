@@ -6,7 +6,7 @@ vec3 halftone_across(ivec2 at, float cell) {
     return box_along(at, ivec2(1, 0), cell);
 }
 
-// Vertical pass on its result.
+// Vertical pass on the result.
 vec3 halftone_down(ivec2 at, float cell) {
     return box_along(at, ivec2(0, 1), cell);
 }
@@ -19,7 +19,7 @@ vec3 halftone(ivec2 at, float cell, float dot, float gain, float black, int inks
     float magenta = ink_cover(at, 1, coarse.yx, fine.yx, cell, dot, gain, black);
     float yellow = ink_cover(at, 2, ivec2(512, 0), vec2(0.0), cell, dot, gain, black);
     float key = ink_cover(at, 3, ivec2(362), vec2(0.0000755311865), cell, dot, gain, black);
-    // What each ink leaves of white paper.
+    // The colour of each ink on white paper.
     bool press = inks == halftone_inks_press;
     vec3 left = mix(vec3(1.0), press ? vec3(0.0, 0.62, 0.88) : vec3(0.0, 1.0, 1.0), cyan);
     left *= mix(vec3(1.0), press ? vec3(0.87, 0.07, 0.5) : vec3(1.0, 0.0, 1.0), magenta);

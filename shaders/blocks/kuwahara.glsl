@@ -2,7 +2,8 @@
 
 const float kuwahara_orientations = 32.0, kuwahara_anisotropies = 8.0;
 
-// Means of eight sectors of an ellipse along the flow, each weighted by how even it is. Kyprianidis et al. 2009, 2010.
+// The mean of eight sectors of an ellipse along the flow, each weighted by its uniformity.
+// Kyprianidis et al. 2009, 2010.
 vec3 kuwahara(ivec2 at, vec3 flow, float radius, float stretch, int sharpness) {
     vec2 twice = 2.0 * flow.xy - 1.0;
     float clearness = length(twice) / max(flow.z, 1e-6) * kuwahara_anisotropies;
@@ -12,7 +13,7 @@ vec3 kuwahara(ivec2 at, vec3 flow, float radius, float stretch, int sharpness) {
     float longer = 1.0 + stretch * (shape + 0.5) / kuwahara_anisotropies;
     int spacing = 2 * max(int((radius / 4.0 - 1.0) / 2.0 + 0.001), 0) + 1, half_square = spacing / 2;
     float samples = radius / float(spacing); // from the middle to the border
-    // A GPU may be a thousandth off in both, which would decide about pixels on the border.
+    // Errors of a GPU in both, up to a thousandth, would decide about pixels on the border.
     vec2 axis = normalize(vec2(cos(angle), sin(angle))), sides = vec2(samples * longer, samples / longer);
     float lift = 2.0 / samples, crossing = sin(0.58), narrowness = (lift + cos(0.58)) / (crossing * crossing);
     vec4 none = vec4(0.0);

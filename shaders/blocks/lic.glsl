@@ -2,7 +2,7 @@
 #include "lib/stroke_direction.glsl"
 #include "lib/white_noise.glsl"
 
-// Noise smeared along the edges, by steps as long as the noise is coarse. Cabral and Leedom 1993.
+// Noise smeared along the edges, in steps as long as the size of the noise. Cabral and Leedom 1993.
 vec3 lic(ivec2 at, uint moment, float length_, float size, float angle, float angle_strength, float contrast,
     int rate) {
     vec2 fixed_direction = fixed_stroke_direction(angle, angle_strength);
@@ -15,7 +15,7 @@ vec3 lic(ivec2 at, uint moment, float length_, float size, float angle, float an
         direction = side == 0 ? direction : -direction;
         float weight = 1.0;
         for (int number = 0; number < steps; number++) {
-            away += size * direction; // from the pixel: far from the page's corner, places would be rounded off
+            away += size * direction; // relative to the pixel, as absolute positions lose precision
             weight -= 1.0 / total;
             mean += weight * white_noise_between((start + away) * per_pixel, drawing);
             vec2 next = stroke_direction(picture_at(at - int(reach) + ivec2(reach + 0.5 + away)), fixed_direction);

@@ -1,7 +1,7 @@
 #include "lib/lattice_position.glsl"
 #include "lib/unit_direction.glsl"
 
-// Tones as black lines on white, wider where it is darker, and displaced across by the luma of a form.
+// Tones as black lines on white, wider in darker areas, and displaced by the luma of a form.
 float line_screen(
     float luma, ivec2 at, float form, float spacing, float angle, float bend, float least, float most) {
     vec2 direction = unit_direction(angle);

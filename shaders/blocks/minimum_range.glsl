@@ -1,7 +1,7 @@
 // Luma expanded about its middle to a minimum range, in levels of 255; pictures with a larger range are
-// unchanged. A range of less than 8 levels counts as 8. Paper, section 4.2 D.
+// unchanged. A range below 8 levels counts as 8. Paper, section 4.2 D.
 float minimum_range(float luma, vec2 measured, float dynamic_range) {
-    // Compared in levels, so that rounding of a division cannot make 8 differ from 8.
+    // Compared in levels, so that rounding in a division cannot make equal ranges differ.
     float present = max((measured.y - measured.x) * 255.0, 8.0);
     if (present >= dynamic_range)
         return luma;

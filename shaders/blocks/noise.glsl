@@ -1,7 +1,7 @@
 #include "lib/drawing_at.glsl"
 #include "lib/octave_of_noise.glsl"
 
-// Noise of a lattice, about 0: points, or octaves of half the size and weight of the one before.
+// Noise of a lattice, with a mean of 0: points, or octaves with half the size and weight of the previous one.
 float lattice_noise(int start, ivec2 at, int kind, vec2 size) {
     int octaves = kind == noise_kind_clouds ? 4 : 1;
     if (kind == noise_kind_points)
@@ -14,7 +14,7 @@ float lattice_noise(int start, ivec2 at, int kind, vec2 size) {
     return sum * 0.5 / (1.0 - part);
 }
 
-// Random values added that are fixed to the page until they are drawn anew.
+// Adds random values that are fixed to the page and change only at `rate`.
 channels noise(
     channels picture, ivec2 at, uint moment, int kind, float size, float stretch, float amount, bool colored,
     int rate) {

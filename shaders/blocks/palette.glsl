@@ -1,4 +1,4 @@
-// Light of sRGB values.
+// The linear light of sRGB values.
 vec3 light_of(vec3 value) {
     vec3 curved = pow((value + 0.055) / 1.055, vec3(2.4));
     return mix(curved, value / 12.92, lessThanEqual(value, vec3(0.04045)));
@@ -14,7 +14,7 @@ vec3 oklab(vec3 color) {
         0.7827717662, -0.8086757660);
 }
 
-// The nearest colour of a palette in OKLab, the first of equal ones. Rows of the table: OKLab, then RGB.
+// The nearest colour of a palette in OKLab, the first one for ties. Rows of the table: OKLab, then RGB.
 vec3 palette(vec3 picture, sampler2DArray colors, ivec2 colors_size) {
     vec3 lab = oklab(clamp(picture + 5e-5, 0.0, 1.0));
     int nearest = 0;

@@ -1,7 +1,7 @@
 #include "lib/hatched_tone.glsl"
 #include "lib/tiled_tone.glsl"
 
-// Tones as black hatching on white, with more strokes where it is darker; or as tiles. Paper, section 4.2 B.
+// Tones as black hatching on white, with more strokes in darker areas; or as tiles. Paper, section 4.2 B.
 // `layout` is a keyword of GLSL, hence the underscore.
 float pattern(
     float luma, ivec2 at, int levels, float spacing, float width, float angle, int layout_, float wobble,

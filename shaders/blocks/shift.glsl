@@ -1,7 +1,7 @@
 #include "lib/drawing_at.glsl"
 #include "lib/octave_of_noise.glsl"
 
-// One channel, the chroma or the whole picture moved, interpolated linearly; rows sway at random.
+// Moves one channel, the chroma or the whole picture, interpolated linearly; rows sway at random.
 vec3 shift(ivec2 at, vec3 weights, uint moment, int plate, float x, float y, float jitter, int rate) {
     int lattice = drawing_at(moment, rate) * 16 + 15;
     float wave = octave_of_noise(vec2(0.0, (float(at.y) + 0.5) / max(3.0 * jitter, 1.0)), lattice);

@@ -2,7 +2,7 @@
 #include "lib/stroke_direction.glsl"
 #include "lib/white_noise.glsl"
 
-// Strokes of one colour each at random places of a grid, along the edges, from the uppermost down.
+// Strokes of one colour each along the edges, at random positions of a grid, from the topmost down.
 vec3 strokes(
     ivec2 at, uint moment, vec3 flow, vec3 under, float length_, float width, float density, float angle, float variation,
     float colors, float bristles, int rate) {
@@ -13,7 +13,7 @@ vec3 strokes(
     vec3 color = vec3(0.0);
     int drawing = drawing_at(moment, rate) * APART;
     for (int layer = 0; layer < 16 && shown >= 1.0 / 512.0; layer++) {
-        // The uppermost of those below the last one.
+        // The topmost stroke below the last one.
         float order = 0.0, cover = 0.0;
         ivec2 chosen = ivec2(0);
         vec2 middle = here, inside = vec2(0.0);

@@ -1,4 +1,4 @@
-// The neighbourhood of a work group in shared memory: each pixel is read from the texture once.
+// The neighbourhood of a work group in shared memory, so that each pixel is read from the texture once.
 shared VALUE around[AROUND_ROOM];
 ivec2 group_first, group_size, around_first, around_size;
 

@@ -1,7 +1,7 @@
 // Chroma at a pixel, interpolated linearly between the samples around it.
 vec2 IMAGE_between(ivec2 at, ivec2 step, vec2 siting) {
     vec2 position = (vec2(at) - siting) / vec2(step);
-    // An axis without subsampling has one sample on each pixel, whatever the siting of the other.
+    // An axis without subsampling has one sample per pixel, independent of the siting.
     position = mix(position, vec2(at), equal(step, ivec2(1)));
     vec2 below = floor(position);
     vec2 part = position - below;

@@ -18,7 +18,7 @@ vec3 rgb_from_gray(float luma) {
     return vec3(luma);
 }
 
-// Chroma on the grid of the result: only the codes change.
+// Chroma that is already on the grid of the result: only the codes change.
 vec2 same_chroma(vec2 chroma) {
     return chroma;
 }

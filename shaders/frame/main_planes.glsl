@@ -1,4 +1,4 @@
-// Chroma that the group has computed; the page's border is repeated.
+// Chroma computed by the group; the page's border is repeated.
 shared vec2 tile_chroma[AREA.x * AREA.y];
 ivec2 tile_corner;
 
@@ -9,8 +9,8 @@ vec2 chroma_at(ivec2 at) {
 
 #include "frame/shrunk_chroma.glsl"
 
-// Each group computes a tile of pixels with the margin that its chroma samples cover, each pixel once, and
-// averages its chroma from shared memory.
+// Each group computes each pixel of a tile, and of the margin that its chroma samples cover, once, and averages its
+// chroma from shared memory.
 void main() {
     ivec2 start = ivec2(gl_WorkGroupID.xy) * TILE;
     tile_corner = origin + start - RIM_BEFORE;

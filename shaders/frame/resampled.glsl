@@ -1,7 +1,7 @@
 #include "lib/resampling.glsl"
 
-// A picture resampled to another size, as by OpenCV: pixel areas are mapped, so corners stay corners. Positions
-// are stored as a whole pixel and an exact fraction, as a float alone loses the fraction on wide pictures.
+// A picture resampled to another size, as by OpenCV: pixel areas are mapped, so corners stay corners. Positions are a
+// whole pixel and an exact fraction, as one float would lose the fraction in wide pictures.
 channels resampled(ivec2 at, int method, ivec2 old_size, ivec2 new_size) {
     if (method == resampled_method_nearest) {
         return picture_at((2 * at + 1) * old_size / (2 * new_size));

@@ -3,7 +3,7 @@
 vec2 shrunk_chroma(ivec2 at, ivec2 step, vec2 siting) {
     vec2 centre = vec2(at * step) + siting;
     vec2 extent = 0.5 * vec2(step);
-    // An axis without subsampling has one sample on each pixel, whatever the siting of the other.
+    // An axis without subsampling has one sample per pixel, independent of the siting.
     centre = mix(centre, vec2(at), equal(step, ivec2(1)));
     ivec2 start = ivec2(floor(centre - extent + 0.5));
     vec2 total = vec2(0.0);

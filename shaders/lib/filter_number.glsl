@@ -2,8 +2,7 @@
 
 // The index of the filter that a smoothed structure tensor selects, in 1024ths, so that a texture can store it:
 // orientation, strength and coherence in uniform bins. Paper, section 5.3. `bins` are the numbers of bins;
-// `start` and `density` are the start of the ranges of strength and coherence and the number of bins per unit
-// of them.
+// `start` and `density` are the start of the ranges of strength and coherence and the number of bins per unit.
 float filter_number(vec3 tensor, vec3 bins, vec2 start, vec2 density) {
     tensor *= 0.5;
     vec2 direction = vec2(2.0 * tensor.y, tensor.x - tensor.z);

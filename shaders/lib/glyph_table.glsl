@@ -1,11 +1,11 @@
-// Width and height of a cell, whose width is rounded, in whole pixels: 3 to 5.
+// Width and height of a cell in whole pixels, in the ratio 3 to 5; the width is rounded first.
 ivec2 glyph_cell(float width) {
     int whole = int(width + 0.5);
     return ivec2(whole, (10 * whole + 3) / 6);
 }
 
-// The glyph for a tone. Glyphs lie side by side in a table, each 3/5 as wide as it is high; its last row holds the
-// tones from which on they are taken.
+// The glyph for a tone. The table holds the glyphs side by side, with a width of 3/5 of the height; its last row holds
+// the lowest tone of each glyph.
 int glyph_number(float tone, sampler2DArray alphabet, ivec2 alphabet_size) {
     int last = alphabet_size.y - 1, count = 5 * alphabet_size.x / (3 * last), number = 0;
     while (number + 1 < count && texelFetch(alphabet, ivec3(number + 1, last, 0), 0).r <= tone + 5e-5)

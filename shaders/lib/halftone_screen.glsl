@@ -39,7 +39,7 @@ float ink_cover(
     vec2 to_middle = (0.5 - part) * cell;
     vec2 along = vec2(coarse) / 512.0 + fine;
     vec2 shift = to_middle.x * along + to_middle.y * vec2(-along.y, along.x);
-    // The lift keeps rounding from deciding where the middle of a cell lies exactly between two pixels.
+    // The lift keeps rounding from deciding when the middle of a cell is exactly between two pixels.
     vec3 color = picture_at(at + ivec2(floor(shift + 0.50005)));
     float share = min(ink_share(color, ink, black) * amount, 1.0);
     share = min(share + 4.0 * gain * share * (1.0 - share), 1.0);

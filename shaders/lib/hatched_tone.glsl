@@ -14,7 +14,7 @@ float hatched_tone(
     for (int number = 0; number < levels - 1; number++) {
         float shown = soft_step(float(levels - 1 - number) - level, softness);
         if (shown <= 0.0)
-            break; // all further sets are for darker tones still
+            break; // all further sets are for darker tones
         int turn = number % turns;
         vec2 direction = turn < 2 ? straight : diagonal;
         direction = turn % 2 == 0 ? direction : vec2(-direction.y, direction.x);

@@ -8,7 +8,7 @@ vec2 lattice_position(ivec2 at, ivec2 coarse, vec2 fine, float spacing) {
     float whole = floor(float(passed.x + passed.y) / 1024.0 / spacing);
     float rest = float(passed.x + passed.y - int(whole) * coarse_spacing) / 1024.0;
     rest += dot(vec2(at) + 0.5, fine) - whole * (spacing - float(coarse_spacing) / 1024.0);
-    // The lift keeps rounding from deciding where a pixel lies exactly between two spacings.
+    // The lift keeps rounding from deciding when a pixel is exactly between two spacings.
     float carried = floor((rest + 1e-4) / spacing);
     return vec2(whole + carried, rest / spacing - carried);
 }

@@ -1,6 +1,6 @@
 #include "lib/white_noise.glsl"
 
-// The noise of one lattice between its points, about 0; `number` tells the lattices apart.
+// The noise of one lattice between its points, with a mean of 0; `number` identifies the lattice.
 float octave_of_noise(vec2 place, int number) {
     ivec2 low = ivec2(floor(place)), first = low + number * APART;
     vec2 part = place - vec2(low);

@@ -18,7 +18,7 @@ void add_pixel(inout FourSums sums, vec4 weights, vec3 value) {
     sums.weights += weights;
 }
 
-// The sum of their means, each weighted by how even the sector is, and of these weights.
+// The sum of the sectors' means, each weighted by the uniformity of the sector, and the sum of these weights.
 vec4 sum_of_means(FourSums sums, int sharpness) {
     vec4 red = sums.red / sums.weights, green = sums.green / sums.weights, blue = sums.blue / sums.weights;
     vec4 variance = 255.0 * abs(sums.squares / sums.weights - red * red - green * green - blue * blue);

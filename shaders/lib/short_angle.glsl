@@ -1,4 +1,4 @@
-// The angle of a vector, -pi..pi, off by 0.22 degrees at most and the same on all devices; 0 for none.
+// The angle of a vector, -pi..pi, with an error of at most 0.22 degrees, identical on all devices; 0 for a zero vector.
 // Rajan et al. 2006, equation 10.
 float short_angle(vec2 direction) {
     vec2 sides = abs(direction);

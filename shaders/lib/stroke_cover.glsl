@@ -1,8 +1,8 @@
 #include "lib/lattice_position.glsl"
 #include "lib/sine_of_turns.glsl"
 
-// Coverage of a pixel by parallel strokes along a unit direction, in steps of 1/255. Each stroke varies in
-// position and width in its own way. Width, sway and shift are in spacings.
+// Coverage of a pixel by parallel strokes along a unit direction, in steps of 1/255. Each stroke has its own
+// variation in position and width. Width, sway and shift are in spacings.
 float stroke_cover(ivec2 at, vec2 direction, float shift, float spacing, float width, float wobble) {
     ivec2 coarse = ivec2(floor(direction.yx * 512.0 + 0.5));
     vec2 across = lattice_position(at, coarse, direction.yx - vec2(coarse) / 512.0, spacing);

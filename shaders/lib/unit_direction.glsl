@@ -1,4 +1,4 @@
-// Cosine and sine of an angle of -90 to 90 degrees, accurate to the last bit of float32: the GPU's own are so
+// Cosine and sine of an angle of -90 to 90 degrees, accurate to the last bit of float32: the GPU's functions are so
 // inaccurate that strokes far from the page's corner would move.
 vec2 unit_direction(float degrees) {
     bool steep = abs(degrees) > 45.0;

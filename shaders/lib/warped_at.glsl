@@ -6,10 +6,10 @@ uniform float blend_weight;
 uniform sampler2D guide;
 uniform vec2 luma_step;
 
-// So many samples of a row are moved alike.
+// Number of samples of a row with the same displacement.
 uniform int segment;
 
-// What a grid over the page holds for the segment of a sample.
+// The value of a grid over the page for the segment of a sample.
 vec2 in_segment(ivec2 at, sampler2D grid) {
     return texelFetch(grid, ivec2(at.x / segment, (2 * at.y + 1) * textureSize(grid, 0).y / (2 * size.y)), 0).rg;
 }
@@ -29,7 +29,7 @@ vec4 warped_at(sampler2D before, ivec2 at, sampler2D flow) {
     return texel_between(before, vec2(at) + in_segment(at, flow), size - 1);
 }
 
-// The weight with which luma was blended at a sample of a plane.
+// The blending weight of luma at a sample of a plane.
 float luma_weight_at(ivec2 at) {
     return texelFetch(guide, min(at * ivec2(luma_step), textureSize(guide, 0) - 1), 0).r;
 }

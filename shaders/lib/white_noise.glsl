@@ -1,7 +1,7 @@
-// Points between the parts of the lattice that two drawings, or two octaves, take.
+// Points between the parts of the lattice for two drawings or two octaves.
 const int APART = 10007;
 
-// A uniform random number 0..1 for a point of a lattice that runs on for ever.
+// A uniform random number 0..1 for a point of an infinite lattice.
 float white_noise(ivec2 point) {
     uint bits = uint(point.x) * 0x9E3779B1u ^ uint(point.y) * 0x85EBCA77u;
     bits = (bits ^ bits >> 15u) * 0x2C1B3C6Du;

@@ -3,8 +3,8 @@
 #ifdef PREPARED_ROOM
 shared vec3 tensor_lines[PREPARED_ROOM];
 
-// Each line of the tensor serves all pixels of the group above and below it. The differences themselves are
-// not stored: reading three numbers from shared memory costs more than computing them from two.
+// Each line of the tensor is used by all pixels of the group above and below it. The differences are not stored:
+// reading three numbers from shared memory costs more than computing them from two.
 void prepare_tensor_lines(int radius, float window[16]) {
     ivec2 own = ivec2(gl_LocalInvocationID.xy), next = ivec2(gl_WorkGroupSize.xy);
     for (int y = own.y; y < group_size.y + 2 * radius - 1; y += next.y) {

@@ -16,11 +16,11 @@ from covering import in_one_test
 from media import photograph
 from pictures import noise
 
-from vidstyle.blade.bank import ARRAYS, Bank, load_bank, save_bank
+from vidstyle.blade.bank import REQUIRED_ARRAYS, Bank, load_bank, save_bank
 from vidstyle.blade.bins import Bins, Feature
 from vidstyle.blade.choice import choose_filters
-from vidstyle.blade.draw import EMPTY, GAP, LEFT, RIGHT, TOP, draw_bank
-from vidstyle.blade.inference import RESAMPLING, BankRun, apply_filters
+from vidstyle.blade.draw import EMPTY_COLOR, GAP_PX, LEFT_PX, RIGHT_PX, TOP_PX, draw_bank
+from vidstyle.blade.inference import RESAMPLING_METHOD, BankRun, apply_filters
 from vidstyle.blade.regression import (
     NormalEquations,
     TrainingConfig,
@@ -37,7 +37,7 @@ from vidstyle.core.picture import WIDE_RANGE
 from vidstyle.core.resample import resample, scaled_shape
 
 BINS = Bins(24, 3, 3)
-SHARED = replace(BINS, step=2)
+SHARED = replace(BINS, pitch=2)
 CURVED = Bins(24, 1, 1, curvatures=5)
 IMAGES = {
     "half turn": (lambda a: a[::-1, ::-1], lambda o, n: o),
@@ -45,7 +45,7 @@ IMAGES = {
     "quarter turn": (lambda a: np.rot90(a), lambda o, n: (o + n // 2) % n),
     "transposed": (lambda a: a.T, lambda o, n: (n // 2 - o) % n),
 }
-"""What each symmetry does to a picture, and to the number of an orientation."""
+"""The effect of each symmetry on a picture, and on the number of an orientation."""
 
 
 def face() -> np.ndarray:
@@ -84,9 +84,9 @@ def test_the_window_is_even_and_sums_to_one(rho: float) -> None:
 
 @pytest.mark.parametrize("name", IMAGES)
 @pytest.mark.parametrize("bins", [BINS, SHARED], ids=["each", "shared"])
-def test_a_turned_picture_chooses_the_turned_bins(name: str, bins: Bins) -> None:
+def test_rotated_picture_selects_rotated_bins(name: str, bins: Bins) -> None:
     turn, becomes = IMAGES[name]
-    luma = (face() + noise(301, 241, high=1e-3))[: 302 - bins.step, : 242 - bins.step]
+    luma = (face() + noise(301, 241, high=1e-3))[: 302 - bins.pitch, : 242 - bins.pitch]
     before = turn(select_filters(luma, bins, 1.5))
     after = select_filters(np.ascontiguousarray(turn(luma)), bins, 1.5)
     rest = BINS.strengths * BINS.coherences
@@ -95,7 +95,7 @@ def test_a_turned_picture_chooses_the_turned_bins(name: str, bins: Bins) -> None
 
 
 @pytest.mark.parametrize("symmetry", SYMMETRIES, ids=lambda each: str(each.matrix))
-def test_a_turned_picture_chooses_the_bins_that_training_expects(symmetry: Symmetry) -> None:
+def test_transformed_picture_selects_bins_expected_by_training(symmetry: Symmetry) -> None:
     bins = Bins(24, 1, 2, curvatures=7, features=(Feature("mean", 3, 1.0),))
     (a, b), (c, d) = symmetry.matrix
 
@@ -108,22 +108,22 @@ def test_a_turned_picture_chooses_the_bins_that_training_expects(symmetry: Symme
     assert (expected != choose_filters(turned(luma), bins, 1.5)).mean() < 1e-3
 
 
-def test_curvature_is_one_by_the_radius() -> None:
+def test_curvature_is_reciprocal_of_radius() -> None:
     rows, columns = np.mgrid[-40:41, -40:41].astype(np.float32)
     radius = np.hypot(rows, columns)
     bins = Bins(24, 1, 1, curvatures=101)
     chosen = select_filters(0.5 + 0.4 * np.sin(radius / 4), bins, 1.5)
     begins = np.array([bins.curvature_at(number) for number in range(102)])
     inside = (radius > 10) & (radius < 35)
-    low, high = (begins[chosen[inside] % 101 + each] for each in (-1, 2))  # or in the bin beside it
+    low, high = (begins[chosen[inside] % 101 + each] for each in (-1, 2))  # or in the neighbouring bin
     one_by_radius = 1 / radius[inside]
     to_the_left = chosen[inside] % 101 < 50
-    assert to_the_left.mean() == pytest.approx(0.5, abs=0.02), "each line is seen from its other end, too"
+    assert to_the_left.mean() == pytest.approx(0.5, abs=0.02), "each line is also seen from its other end"
     bends = np.where(to_the_left, -one_by_radius, one_by_radius)
     assert ((low < bends) & (bends < high)).mean() > 0.95
 
 
-def test_directions_strengths_and_coherence_are_what_they_are_called() -> None:
+def test_direction_strength_and_coherence_match_definitions() -> None:
     ramp = np.arange(64, dtype=np.float32)
     for degrees in range(0, 180, 15):
         angle = np.radians(degrees)
@@ -154,9 +154,9 @@ def test_all_bins_are_in_range_on_any_picture() -> None:
 
 
 @pytest.mark.parametrize("bins", [BINS, SHARED, CURVED], ids=["each", "shared", "curved"])
-def test_a_part_of_a_wide_picture_chooses_as_the_whole_does(bins: Bins) -> None:
-    """Kernels take wide pictures in strips, which begin elsewhere in a part."""
-    luma, step, around = noise(20, 1300), bins.step, 20
+def test_part_of_wide_picture_selects_same_filters_as_whole(bins: Bins) -> None:
+    """Kernels process wide pictures in strips, which begin at other columns in a part."""
+    luma, step, around = noise(20, 1300), bins.pitch, 20
     whole = select_filters(luma, bins, 1.5)
     for left in (20, 300, 700):
         part = select_filters(np.ascontiguousarray(luma[:, left - around : left + 580]), bins, 1.5)
@@ -165,7 +165,7 @@ def test_a_part_of_a_wide_picture_chooses_as_the_whole_does(bins: Bins) -> None:
 
 
 @pytest.mark.parametrize("rho", [0.4, 1.5, 2.0, 3.1, 8.0])
-def test_squares_choose_by_the_tensor_in_their_middle(rho: float) -> None:
+def test_squares_select_by_tensor_in_middle(rho: float) -> None:
     luma, radius = face(), window_radius(rho)
     weights = np.exp(-(np.arange(1.0 - radius, radius) ** 2) / (2 * rho**2))
     around = np.pad(luma, ((0, 1), (0, 1)), mode="edge")
@@ -175,8 +175,8 @@ def test_squares_choose_by_the_tensor_in_their_middle(rho: float) -> None:
     tensor = cv2.sepFilter2D(border, -1, weights, weights)[radius:-radius:2, radius:-radius:2]
     angles = np.arctan2(tensor[..., 0] - tensor[..., 2], 2 * tensor[..., 1])
     expected = np.rint(angles * 24 / (2 * np.pi)).astype(int) % 24
-    for top in (0, 1):  # the first square is cut
-        found = select_filters(luma[top:], Bins(24, 1, 1, step=2), rho, top=top)
+    for top in (0, 1):  # the first square is incomplete
+        found = select_filters(luma[top:], Bins(24, 1, 1, pitch=2), rho, top=top)
         assert (found == expected)[4 + radius :, radius:-radius].mean() > 0.97
 
 
@@ -196,7 +196,7 @@ def test_a_shared_filter_is_applied_to_all_pixels_of_its_square(
 
 @in_one_test("size", [3, 5, 7, 9, 11, 15])
 @in_one_test("shape", [(1, 1), (3, 7), (20, 8), (33, 41)])
-def test_the_vector_kernel_filters_as_a_plain_sum_does(size: int, shape: tuple[int, int]) -> None:
+def test_vector_kernel_equals_plain_sum(size: int, shape: tuple[int, int]) -> None:
     luma, bank = noise(*shape), random_bank(size=size)
     chosen = np.random.default_rng(1).integers(0, BINS.count, shape).astype(np.int32)
     result = apply_filters(luma, chosen, packed_filters(bank.filters[0]), size, WIDE_RANGE)
@@ -206,7 +206,7 @@ def test_the_vector_kernel_filters_as_a_plain_sum_does(size: int, shape: tuple[i
 @pytest.mark.parametrize("reselect", [True, False])
 @pytest.mark.parametrize("passes", [1, 3])
 @pytest.mark.parametrize("bins", [BINS, SHARED, CURVED], ids=["each", "shared", "curved"])
-def test_bands_with_their_margin_give_what_the_whole_gives(bins: Bins, passes: int, reselect: bool) -> None:
+def test_bands_with_margin_equal_whole_picture(bins: Bins, passes: int, reselect: bool) -> None:
     luma = face()
     run = BankRun(random_bank(bins), (0.5,), 0.5, passes=passes, reselect=reselect)
     whole = run.run(luma)
@@ -217,7 +217,7 @@ def test_bands_with_their_margin_give_what_the_whole_gives(bins: Bins, passes: i
 
 
 @pytest.mark.parametrize("bins", [BINS, SHARED, CURVED], ids=["each", "shared", "curved"])
-def test_rows_of_whole_cache_lines_take_the_result(bins: Bins) -> None:
+def test_rows_of_whole_cache_lines_receive_result(bins: Bins) -> None:
     luma = np.ascontiguousarray(face()[:, :240])
     run = BankRun(random_bank(bins), (0.5,), 0.5, passes=2)
     whole, out = run.run(luma), np.full((44, 240), np.nan, np.float32)
@@ -226,7 +226,7 @@ def test_rows_of_whole_cache_lines_take_the_result(bins: Bins) -> None:
     np.testing.assert_array_equal(out, whole[100:144])
 
 
-def test_parts_and_the_picture_itself_are_weighted() -> None:
+def test_parts_and_picture_are_weighted() -> None:
     luma, bank = face(), random_bank(parts=2)
     one, two = (BankRun(bank, each, is_wide=True).run(luma) for each in ((1.0, 0.0), (0.0, 1.0)))
     mixed = BankRun(bank, (0.25, -2.0), 0.5, is_wide=True).run(luma)
@@ -234,8 +234,8 @@ def test_parts_and_the_picture_itself_are_weighted() -> None:
     np.testing.assert_allclose(BankRun(bank, (0.0, 0.0), 1.0, passes=4).run(luma), luma, atol=1e-6)
 
 
-def test_learning_finds_a_filter_that_is_one() -> None:
-    """What is linear and symmetric is learned exactly, in bins that nobody has seen too."""
+def test_training_recovers_linear_symmetric_filter() -> None:
+    """A linear, symmetric filter is learned exactly, even in bins without samples."""
     kernel = cv2.getGaussianKernel(5, 1)
     config = TrainingConfig(BINS, 1.5, 5, smoothness=1e-9)
     luma = face() + noise(301, 241, high=0.02)
@@ -243,18 +243,18 @@ def test_learning_finds_a_filter_that_is_one() -> None:
     np.testing.assert_allclose(found[0], np.broadcast_to(kernel @ kernel.T, found[0].shape), atol=2e-3)
 
 
-def test_no_smaller_picture_is_closer_to_the_target_once_enlarged() -> None:
+def test_reduced_target_is_optimal_after_enlarging() -> None:
     target = cv2.GaussianBlur(face(), (0, 0), 1.4)
     small = before_enlarging(target, scaled_shape(target.shape, 1 / 1.4))
-    best = psnr(resample(small, target.shape, RESAMPLING), target)
+    best = psnr(resample(small, target.shape, RESAMPLING_METHOD), target)
     assert best > 50
     for change in (noise(*small.shape, high=1e-3), resample(target, small.shape, "area") - small):
         for sign in (1, -1):
-            assert psnr(resample(small + sign * change, target.shape, RESAMPLING), target) < best
+            assert psnr(resample(small + sign * change, target.shape, RESAMPLING_METHOD), target) < best
     assert before_enlarging(target, target.shape) is target
 
 
-def test_smooth_resampling_keeps_tones_shapes_and_slopes_and_drops_what_is_too_fine() -> None:
+def test_smooth_resampling_keeps_tones_shapes_and_slopes_but_not_fine_detail() -> None:
     ramp = np.tile(np.linspace(0, 1, 120, dtype=np.float32), (90, 1))
     for shape in ((30, 40), (64, 85), (90, 300), (200, 50)):
         result = resample(ramp, shape, "smooth")
@@ -269,7 +269,7 @@ def test_smooth_resampling_keeps_tones_shapes_and_slopes_and_drops_what_is_too_f
     np.testing.assert_array_equal(resample(colors, (31, 17), "smooth"), np.dstack(channels))
 
 
-def test_constants_stay_or_vanish_whatever_is_learned() -> None:
+def test_constants_are_kept_or_vanish_for_any_training() -> None:
     config = TrainingConfig(BINS, 1.5, 7, (1, 0))
     found = learned(config, [face()], lambda z: [np.sqrt(np.abs(z)), np.sin(9 * z)])
     np.testing.assert_allclose(found[0].sum(axis=(1, 2)), 1, atol=1e-5)
@@ -281,7 +281,7 @@ def test_filters_have_the_eight_symmetries(bins: Bins) -> None:
     found = learned(TrainingConfig(bins, 1.0, 5), [face()], lambda z: [cv2.bilateralFilter(z, 5, 0.1, 2)])[0]
     is_symmetric = np.abs(found - found[:, ::-1, ::-1]).max(axis=(1, 2)) < 1e-6
     assert is_symmetric.mean() == 1 / bins.curvatures
-    assert is_symmetric[bins.curvatures // 2 :: bins.curvatures].all(), "those of straight lines"
+    assert is_symmetric[bins.curvatures // 2 :: bins.curvatures].all(), "filters of straight lines"
     for symmetry in SYMMETRIES:
         for number in range(bins.count):
             turned = np.zeros((5, 5), np.float32)
@@ -293,7 +293,7 @@ def test_filters_have_the_eight_symmetries(bins: Bins) -> None:
 
 
 @pytest.mark.parametrize("bins", [Bins(8, 2, 2), Bins(8, 1, 1, curvatures=3)], ids=["straight", "curved"])
-def test_learning_from_turned_pictures_gives_the_same_filters(bins: Bins) -> None:
+def test_training_on_rotated_pictures_gives_same_filters(bins: Bins) -> None:
     config = TrainingConfig(bins, 1.0, 5)
     blur = lambda z: [cv2.bilateralFilter(np.ascontiguousarray(z), 5, 0.1, 2)]  # noqa: E731
     upright = learned(config, [face()], blur)
@@ -301,7 +301,7 @@ def test_learning_from_turned_pictures_gives_the_same_filters(bins: Bins) -> Non
     np.testing.assert_allclose(turned, upright, atol=2e-3)
 
 
-def test_the_number_of_threads_changes_no_digit() -> None:
+def test_number_of_threads_does_not_change_result() -> None:
     config, luma = TrainingConfig(BINS, 1.5, 5), face()
     sums = []
     for threads in (1, 3):
@@ -312,7 +312,7 @@ def test_the_number_of_threads_changes_no_digit() -> None:
 
 
 @pytest.mark.parametrize("curvatures", [1, 3])
-def test_residuals_are_the_error_on_the_samples(curvatures: int) -> None:
+def test_residuals_equal_error_on_samples(curvatures: int) -> None:
     config, luma = TrainingConfig(Bins(8, 1, 1, curvatures=curvatures), 1.5, 5), face()
     target = cv2.bilateralFilter(luma, 9, 0.1, 3)
     with ThreadPoolExecutor(2) as pool:
@@ -324,7 +324,7 @@ def test_residuals_are_the_error_on_the_samples(curvatures: int) -> None:
     assert mean == pytest.approx(float(np.mean(error.astype(np.float64) ** 2)), rel=0.05)
 
 
-def test_a_bank_comes_back_as_it_was_and_always_as_the_same_bytes(tmp_path: Path) -> None:
+def test_saved_bank_loads_unchanged_and_bytes_are_reproducible(tmp_path: Path) -> None:
     bank = random_bank(parts=2)
     for name in ("a.npz", "b.npz"):
         save_bank(bank, tmp_path / name)
@@ -347,22 +347,22 @@ BAD = {
     "no bins": {"bins": np.array([0, 3, 3], np.int32)},
     "bins of another shape": {"bins": np.array([24, 3], np.int32)},
     "empty range": {"ranges": np.array([[10.0, 10.0], [0.2, 0.8]])},
-    "range that is no number": {"ranges": np.array([[10.0, np.nan], [0.2, 0.8]])},
+    "NaN in a range": {"ranges": np.array([[10.0, np.nan], [0.2, 0.8]])},
     "no window": {"rho": np.float64(0)},
     "doubles": {"filters": np.zeros((1, 216, 5, 5))},
     "even size": {"filters": np.zeros((1, 216, 4, 4), np.float32)},
     "not square": {"filters": np.zeros((1, 216, 5, 7), np.float32)},
     "NaN": {"filters": np.full((1, 216, 5, 5), np.nan, np.float32)},
     "huge weights": {"filters": np.full((1, 216, 5, 5), 2e3, np.float32)},
-    "more filters than a texture numbers": {
+    "more filters than texture numbers": {
         "bins": np.array([24, 10, 10], np.int32),
         "filters": np.zeros((1, 2400, 3, 3), np.float32),
     },
     "a window too wide for shaders": {"rho": np.float64(8.1)},
     "a range too narrow for floats": {"ranges": np.array([[0, 5e-324], [0.2, 0.8]])},
     "bins that are floats": {"bins": np.array([24, 3, np.inf])},
-    "sliders of parts that are not there": {"about": np.frombuffer(b'{"sliders": [["p", 0, 1]]}', np.uint8)},
-    "description that is none": {"about": np.zeros(3, np.uint8)},
+    "sliders of missing parts": {"about": np.frombuffer(b'{"sliders": [["p", 0, 1]]}', np.uint8)},
+    "invalid description": {"about": np.zeros(3, np.uint8)},
     "description nested too deeply": {"about": np.full(100_000, ord("["), np.uint8)},
     "bins of infinity": {"bins": np.full(3, np.inf)},
     "rows of formats": {"format": np.zeros((3, 3), np.int32)},
@@ -370,7 +370,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_a_bad_bank_is_refused_with_a_reason(name: str, tmp_path: Path) -> None:
+def test_invalid_bank_is_refused_with_reason(name: str, tmp_path: Path) -> None:
     path = tmp_path / "bank.npz"
     save_bank(random_bank(), path)
     np.savez(path, **(arrays_of(path) | BAD[name]))
@@ -379,7 +379,7 @@ def test_a_bad_bank_is_refused_with_a_reason(name: str, tmp_path: Path) -> None:
     assert "\n" not in str(raised.value) and len(str(raised.value)) > 10
 
 
-def test_what_is_no_bank_at_all_is_refused(tmp_path: Path) -> None:
+def test_other_files_are_refused_as_banks(tmp_path: Path) -> None:
     path = tmp_path / "bank.npz"
     save_bank(random_bank(), path)
     whole, arrays = path.read_bytes(), arrays_of(path)
@@ -387,7 +387,7 @@ def test_what_is_no_bank_at_all_is_refused(tmp_path: Path) -> None:
     np.savez(pickled, **(arrays | {"about": np.array([{"a": os.getcwd}], object)}))
     bomb = io.BytesIO()
     with zipfile.ZipFile(bomb, "w", zipfile.ZIP_DEFLATED) as archive:
-        for entry in ARRAYS:
+        for entry in REQUIRED_ARRAYS:
             archive.writestr(f"{entry}.npy", bytes(20 << 20))
     missing = io.BytesIO()
     np.savez(missing, **{key: array for key, array in arrays.items() if key != "rho"})
@@ -397,7 +397,7 @@ def test_what_is_no_bank_at_all_is_refused(tmp_path: Path) -> None:
         replaced(whole, "filters.npy", header.ljust(127) + b"\n"),
         replaced(whole, "rho.npy", b"(" * 9999),
     ]
-    # The fields of the entries in the archive's directory: version, flags, method; then damaged data.
+    # Fields of the entries in the archive's directory: version, flags, method; then damaged data.
     hostile += [
         whole.replace(b"PK\1\2", b"PK\1\2" + field) for field in (b"\x14\3\xff\0", b"\x14\3\x14\0\1\0")
     ]
@@ -413,7 +413,7 @@ def test_what_is_no_bank_at_all_is_refused(tmp_path: Path) -> None:
 
 
 def replaced(whole: bytes, name: str, content: bytes) -> bytes:
-    """The archive with another content of an entry."""
+    """Return the archive with other content of an entry."""
     made = io.BytesIO()
     with zipfile.ZipFile(io.BytesIO(whole)) as old, zipfile.ZipFile(made, "w") as new:
         for entry in old.namelist():
@@ -450,16 +450,18 @@ def test_a_bank_is_drawn_with_its_bins_in_rows_and_columns() -> None:
     lone[0, 10, 2, 2], lone[0, 10, 0, 0], lone[0, 10, 4, 4] = 1, -0.5, -0.5
     samples = np.arange(BINS.count)
     drawn = draw_bank(replace(bank, filters=lone))
-    assert drawn.shape == (TOP + 9 * 44 + GAP, LEFT + 24 * 44 + RIGHT, 3) and drawn.dtype == np.uint8
-    # Filter 10 is of the second orientation, the first strength and the second coherence.
-    top, left = TOP + 3 * 44, LEFT + 44
+    assert (
+        drawn.shape == (TOP_PX + 9 * 44 + GAP_PX, LEFT_PX + 24 * 44 + RIGHT_PX, 3) and drawn.dtype == np.uint8
+    )
+    # Filter 10 has the second orientation, the first strength and the second coherence.
+    top, left = TOP_PX + 3 * 44, LEFT_PX + 44
     cell = drawn[top : top + 40, left : left + 40]
     assert cell[4, 4, 2] > cell[4, 4, 0], "negative is blue"
     assert cell[20, 20, 0] > cell[20, 20, 2], "positive is red"
     about = {"samples": samples.tolist(), "residuals": [samples.tolist()]}
     with_maps = draw_bank(replace(bank, filters=lone, about=about))
     assert len(with_maps) > len(drawn)
-    assert tuple(with_maps[TOP - 1, LEFT - 1]) == EMPTY, "no sample fell into the first bin"
+    assert tuple(with_maps[TOP_PX - 1, LEFT_PX - 1]) == EMPTY_COLOR, "no sample fell into the first bin"
 
 
 def test_pairs_cover_a_filter_once() -> None:

@@ -1,4 +1,4 @@
-"""Banks that choose by further features and filter chroma: learned, kept in files, run on CPU and GPU."""
+"""Banks with additional features and filters for chroma: trained, saved, and run on CPU and GPU."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def dark_soft_pale(picture):
     merged = cv2.merge([luma, *chroma]).round().clip(0, 255).astype(np.uint8)
     return cv2.cvtColor(merged, cv2.COLOR_YCrCb2RGB)
 """
-"""A filter of somebody else's: what is dark becomes soft, and chroma soft and half as strong."""
+"""A user's filter: blurs dark areas, and blurs chroma and halves it."""
 
 
 BINS = Bins(8, 1, 3, features=(Feature("strength", 2, 4.0),))
@@ -47,7 +47,7 @@ def some_bank() -> Bank:
 
 
 def saved_with(path: Path, **arrays: np.ndarray) -> None:
-    """A bank in a file, with other arrays in it."""
+    """Save a bank with other arrays in the file."""
     save_bank(some_bank(), path)
     with np.load(path) as found:
         np.savez(path, **({name: found[name] for name in found.files} | arrays))
@@ -55,7 +55,7 @@ def saved_with(path: Path, **arrays: np.ndarray) -> None:
 
 @pytest.fixture(scope="module")
 def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with a bank of this filter and a style that uses it."""
+    """A folder with a bank for this filter and a style that uses it."""
     folder = tmp_path_factory.mktemp("dark")
     (folder / "dark.py").write_text(DARK_SOFT_PALE)
     (folder / "pictures").mkdir()
@@ -72,7 +72,7 @@ def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_a_bank_learns_by_the_local_mean_and_what_happens_to_chroma(trained: Path) -> None:
+def test_bank_is_trained_by_local_mean_and_for_chroma(trained: Path) -> None:
     bank = load_bank(trained / "dark.npz")
     assert bank.bins.features == (
         Feature("mean", 6, 2.0, (0.0, 255.0)),
@@ -91,7 +91,7 @@ def test_a_bank_learns_by_the_local_mean_and_what_happens_to_chroma(trained: Pat
     assert psnr(np.stack(run.run_chroma(luma, chroma)), halved) > 45
 
 
-def test_it_runs_in_a_style_on_cpu_and_gpu_alike(trained: Path, sessions: Sessions) -> None:
+def test_bank_gives_same_result_on_cpu_and_gpu(trained: Path, sessions: Sessions) -> None:
     look = load_style(trained / "dark.toml")
     found = [
         line
@@ -103,13 +103,13 @@ def test_it_runs_in_a_style_on_cpu_and_gpu_alike(trained: Path, sessions: Sessio
 
 
 @pytest.mark.parametrize("name", ["dark.hook", "dark.html"])
-def test_it_runs_elsewhere(name: str, trained: Path, tmp_path: Path) -> None:
+def test_bank_runs_in_exported_styles(name: str, trained: Path, tmp_path: Path) -> None:
     size = ["--size", "160x90"] if name.endswith("hook") else []
     assert main(["export", str(trained / "dark.toml"), str(tmp_path / name), *size]) == 0
     assert "divided_choice" in (tmp_path / name).read_text()
 
 
-def test_a_bank_comes_back_with_its_features_and_its_chroma(tmp_path: Path) -> None:
+def test_saved_bank_keeps_features_and_chroma(tmp_path: Path) -> None:
     bank = some_bank()
     save_bank(bank, tmp_path / "bank.npz")
     found = load_bank(tmp_path / "bank.npz")
@@ -133,14 +133,14 @@ def test_a_bank_comes_back_with_its_features_and_its_chroma(tmp_path: Path) -> N
         [["mean", 2, 1, 0, 5e-324]],
     ],
 )
-def test_features_that_are_none_are_refused(features: object, tmp_path: Path) -> None:
+def test_invalid_features_are_refused(features: object, tmp_path: Path) -> None:
     path = tmp_path / "bank.npz"
     saved_with(path, about=np.frombuffer(json.dumps({"features": features}).encode(), np.uint8))
     with pytest.raises(ValueError, match="feature|filters|window"):
         load_bank(path)
 
 
-def test_a_bank_comes_back_with_its_curvatures(tmp_path: Path) -> None:
+def test_saved_bank_keeps_curvatures(tmp_path: Path) -> None:
     bins = Bins(8, 1, 2, curvatures=5)
     save_bank(
         replace(some_bank(), bins=bins, filters=np.zeros((1, 80, 5, 5), np.float32), chroma=None),
@@ -150,7 +150,7 @@ def test_a_bank_comes_back_with_its_curvatures(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("curvatures", [0, -1, 2.0, "2", [2], 7])
-def test_curvatures_that_are_none_are_refused(curvatures: object, tmp_path: Path) -> None:
+def test_invalid_curvatures_are_refused(curvatures: object, tmp_path: Path) -> None:
     path = tmp_path / "bank.npz"
     saved_with(path, about=np.frombuffer(json.dumps({"curvatures": curvatures}).encode(), np.uint8))
     with pytest.raises(ValueError, match="has bins|filters for"):
@@ -158,24 +158,24 @@ def test_curvatures_that_are_none_are_refused(curvatures: object, tmp_path: Path
 
 
 @pytest.mark.parametrize("step", [0, 3, 2.0, "2", [2], 2])
-def test_squares_of_pixels_that_cannot_share_a_filter_are_refused(step: object, tmp_path: Path) -> None:
-    """Those of two by two pixels can, but not where further features choose."""
+def test_invalid_pitch_is_refused(step: object, tmp_path: Path) -> None:
+    """Only squares of 2 x 2 pixels can share a filter, without additional features."""
     path = tmp_path / "bank.npz"
     about = {"step": step, "features": [["strength", 2, 4.0, 10, 40]]}
     saved_with(path, about=np.frombuffer(json.dumps(about).encode(), np.uint8))
-    with pytest.raises(ValueError, match="among squares"):
+    with pytest.raises(ValueError, match="in squares"):
         load_bank(path)
 
 
 @pytest.mark.parametrize("anything", [3e38, -3e38, np.inf, np.nan])
-def test_what_stands_in_the_margin_does_not_matter(anything: float) -> None:
+def test_margin_values_do_not_affect_result(anything: float) -> None:
     bins, luma = Bins(8, 1, 3, curvatures=3, features=(Feature("mean", 4, 1.0),)), noise(60, 40)
     expected = choose_filters(luma, bins, 1.0)[20:40]
     luma[:10] = luma[50:] = anything
     np.testing.assert_array_equal(choose_filters(luma, bins, 1.0, (20, 20))[20:40], expected)
 
 
-def test_filters_for_chroma_are_as_many_as_for_luma(tmp_path: Path) -> None:
+def test_bank_needs_equal_numbers_of_luma_and_chroma_filters(tmp_path: Path) -> None:
     path = tmp_path / "bank.npz"
     saved_with(path, chroma=np.zeros((1, 3, 5, 5), np.float32))
     with pytest.raises(ValueError, match="for chroma of shape"):
@@ -192,7 +192,7 @@ def test_filters_for_chroma_are_as_many_as_for_luma(tmp_path: Path) -> None:
         (["--feature", "mean=99@1"], "use at most 1024"),
     ],
 )
-def test_features_that_cannot_be_are_told_before_anything_is_read(
+def test_invalid_feature_options_are_reported_before_reading_pictures(
     option: list[str], reason: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     arguments = ["train", str(tmp_path / "x.npz"), "--reference", "tv_flow", *option]

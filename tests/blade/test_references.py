@@ -23,7 +23,7 @@ from vidstyle.errors import UsageError
 
 Y, X = np.mgrid[-40:41, -40:41].astype(float)
 INSIDE = np.s_[16:-16, 16:-16]
-"""Where no line that starts there reaches the border."""
+"""The area from which no line reaches the border."""
 
 
 def flow_dog(luma: np.ndarray, sigma: float, p: float, sigma_m: float = 2, rho: float = 2) -> np.ndarray:
@@ -48,14 +48,14 @@ ALL: dict[str, Callable[[np.ndarray], np.ndarray]] = {
     "more detail": lambda luma: detail(luma, 60),
 }
 AVERAGES = [name for name in ALL if "dog" not in name and "more" not in name]
-"""These stay within the range of what they get."""
+"""Filters whose result stays within the range of their input."""
 
 every = pytest.mark.parametrize("name", ALL)
 angles = pytest.mark.parametrize("angle", [0, 10, 22.5, 45, 70])
 
 
 def cumulative(distance: np.ndarray, sigma: float) -> np.ndarray:
-    """A step that a Gaussian has passed over: 0 to 1 at distance 0."""
+    """A step from 0 to 1 at distance 0, blurred by a Gaussian."""
     return np.vectorize(math.erf)(distance / sigma / math.sqrt(2)) / 2 + 0.5
 
 
@@ -82,7 +82,7 @@ def rms(picture: np.ndarray) -> float:
     return float(np.sqrt(np.mean(np.square(picture, dtype=float))))
 
 
-# Facts about all of them
+# Facts about all filters
 
 
 @every
@@ -94,7 +94,7 @@ def test_a_constant_stays(name: str, level: float):
 
 @every
 @in_one_test("shape", [(1, 1), (1, 9), (9, 1), (2, 2), (5, 40)])
-def test_any_shape_gives_numbers_and_leaves_its_input(name: str, shape: tuple[int, int]):
+def test_any_shape_gives_finite_result_and_keeps_input(name: str, shape: tuple[int, int]):
     luma = noise(*shape)
     before = luma.copy()
     out = ALL[name](luma)
@@ -103,7 +103,7 @@ def test_any_shape_gives_numbers_and_leaves_its_input(name: str, shape: tuple[in
 
 
 @every
-def test_it_commutes_with_turns_and_mirroring(name: str):
+def test_it_commutes_with_rotations_and_reflections(name: str):
     luma = smooth_noise(sigma=1.5)[:50, :70]
     out = ALL[name](luma)
     assert np.abs(ALL[name](np.rot90(luma)) - np.rot90(out)).max() < 1e-5
@@ -131,7 +131,7 @@ def test_an_average_stays_within_the_range_and_near_the_mean(name: str):
         (lambda luma: detail_base(luma, contrast=0), "contrast"),
     ],
 )
-def test_settings_that_make_no_sense_are_refused(call: Callable[..., Any], subject: str):
+def test_invalid_settings_are_refused(call: Callable[..., Any], subject: str):
     with pytest.raises(UsageError, match=f"^{subject} cannot be "):
         call(noise(8, 8))
 
@@ -140,14 +140,14 @@ def test_settings_that_make_no_sense_are_refused(call: Callable[..., Any], subje
 
 
 @angles
-def test_a_straight_edge_stays_as_it_is(angle: float):
+def test_straight_edge_stays_unchanged(angle: float):
     luma = edge(angle, sigma=1.5)
     assert np.abs(edge_tangent_flow(luma) - luma)[INSIDE].max() < 0.008
-    assert np.abs(cv2.GaussianBlur(luma, (0, 0), 2) - luma)[INSIDE].max() > 0.05  # as it would be
+    assert np.abs(cv2.GaussianBlur(luma, (0, 0), 2) - luma)[INSIDE].max() > 0.05  # a Gaussian would change it
 
 
-def test_rings_stay_as_they_are():
-    """A line that is followed with whole steps, not with midpoints, leaves its ring."""
+def test_rings_stay_unchanged():
+    """A line that is followed without midpoints would leave its ring."""
     radius = np.hypot(X, Y)
     luma = 0.5 + 0.3 * np.cos(radius * 2 * math.pi / 12)
     ring = (radius > 8) & (radius < 24)
@@ -156,7 +156,7 @@ def test_rings_stay_as_they_are():
 
 @pytest.mark.parametrize("sigma", [1.0, 2.0, 4.0])
 def test_along_parallel_structure_it_is_a_gaussian(sigma: float):
-    """Stripes of period 4, and weak noise along them; the tensor's mixed term averages to nothing."""
+    """Stripes of period 4, and weak noise along them; the tensor's mixed term averages to 0."""
     weak = 0.02 * np.random.default_rng(3).standard_normal(160)
     stripes = 0.5 + 0.3 * np.sin(np.arange(80) * math.pi / 2)
     out = edge_tangent_flow(stripes[:, None] + weak, sigma, rho=3)
@@ -167,7 +167,7 @@ def test_along_parallel_structure_it_is_a_gaussian(sigma: float):
     assert np.abs(weak).max() > 0.03
 
 
-def test_faint_noise_in_flat_places_becomes_weaker():
+def test_faint_noise_in_flat_areas_becomes_weaker():
     luma = 0.5 + noise(80, 80, low=-0.5 / 255, high=0.5 / 255)
     out = edge_tangent_flow(luma)
     assert rms(out - 0.5) < 0.6 * rms(luma - 0.5)
@@ -186,12 +186,12 @@ def test_more_passes_smooth_along_the_edge_only():
 # Mean curvature motion: the paper's TV flow
 
 
-def test_the_papers_scheme_flows_as_ours_does() -> None:
+def test_papers_scheme_agrees_with_ours() -> None:
     luma = cv2.GaussianBlur(disc(9), (0, 0), 1)
     ours, theirs = tv_flow(luma, 4), second_order_tv_flow(luma, 4)
     change, difference = (float(np.square(each - ours).mean()) for each in (luma, theirs))
     assert difference < 0.1 * change
-    # Rounding grows where the picture is flat.
+    # Rounding errors grow in flat areas.
     np.testing.assert_allclose(theirs, theirs.T, atol=0.02)
     with pytest.raises(UsageError):
         second_order_tv_flow(luma, 0)
@@ -241,7 +241,7 @@ def test_contrast_does_not_matter_to_curvature():
 
 @angles
 def test_curvature_leaves_straight_edges(angle: float):
-    """But for the last level of the edge's feet, where gradients are faint."""
+    """Except for the last level at the foot of the edge, where gradients are faint."""
     luma = edge(angle, sigma=1.5)
     assert np.abs(tv_flow(luma, 4) - luma)[INSIDE].max() < 0.006
 
@@ -253,8 +253,8 @@ def test_curvature_makes_no_extremes_at_sharp_edges(angle: float):
 
 
 @pytest.mark.parametrize(("power", "time"), [(1, 0.3), (0, 0.07)])
-def test_twice_half_the_time_is_the_whole_time(power: int, time: float):
-    """At times that are no multiple of the longest step."""
+def test_two_flows_of_half_the_time_equal_one_flow(power: int, time: float):
+    """Also at times that are not a multiple of the maximum step."""
     luma = noise(40, 50)
     twice, once = tv_flow(tv_flow(luma, time, power), time, power), tv_flow(luma, 2 * time, power)
     assert rms(twice - once) < 0.1 * rms(once - luma)
@@ -271,7 +271,7 @@ def test_a_single_pixel_vanishes():
 
 @pytest.mark.parametrize(("radius", "time"), [(6, 6), (6, 12), (12, 12)])
 def test_a_disc_loses_height(radius: float, time: float):
-    """Its levels fall by 2 t / r and its rim stays; what it loses goes to the plane around it."""
+    """Its levels decrease by 2 t / r and its rim stays; its loss is added to the plane around it."""
     luma = disc(radius)
     lost = 255 * (luma - tv_flow(luma, time, gradient_power=0))
     inside = np.hypot(X, Y) < radius
@@ -291,8 +291,8 @@ def test_the_total_variation_falls_and_the_mean_is_kept():
     assert all(abs(flow.mean(dtype=float) - luma.mean(dtype=float)) < 1e-5 for flow in flows)
 
 
-def test_the_two_flows_differ_as_they_should():
-    """The true flow takes the same from every contrast, curvature a share of it."""
+def test_the_two_flows_differ_as_defined():
+    """The true flow reduces every contrast by the same amount, curvature by a share of it."""
     strong, weak = disc(6, 0.2, 0.8), disc(6, 0.2, 0.4)
     lost_strong, lost_weak = ((luma - tv_flow(luma, 6, gradient_power=0))[40, 40] for luma in (strong, weak))
     assert lost_strong == pytest.approx(lost_weak, rel=0.06)
@@ -327,7 +327,7 @@ def test_it_is_linear_in_p():
 
 
 def test_it_is_smoothed_along_the_flow():
-    """A noisy line becomes even, which the difference of Gaussians alone leaves spotted."""
+    """A noisy line becomes uniform; the difference of Gaussians alone would leave it spotted."""
     line = 0.8 - 0.6 * np.exp(-(across(30) ** 2) / 4)
     luma = (line + np.random.default_rng(4).normal(0, 0.1, line.shape)).astype(np.float32)
     on_line = np.abs(across(30))[INSIDE] < 0.5
@@ -338,7 +338,7 @@ def test_it_is_smoothed_along_the_flow():
 # Detail
 
 
-def test_no_change_of_detail_changes_no_bit():
+def test_zero_change_of_detail_keeps_every_bit():
     luma = noise(40, 50)
     assert detail(luma, 0).tobytes() == luma.tobytes()
 
@@ -351,7 +351,7 @@ def test_it_is_linear_between_the_base_and_more_detail():
         np.testing.assert_allclose(detail(luma, delta), luma + delta / 100 * (luma - base), atol=1e-6)
 
 
-def test_the_base_is_what_its_definition_says():
+def test_base_matches_definition():
     luma, radius = noise(14, 15), 4
     padded = np.pad(luma.astype(float), radius + 1, mode="edge")
     base = detail_base(luma, contrast=60, spread=1.7)
@@ -373,6 +373,6 @@ def test_the_base_has_no_halo_and_less_noise(angle: float):
     clean = edge(angle, sigma=0.6)
     base = detail_base(clean)
     assert clean.min() - 1e-6 <= base.min() and base.max() <= clean.max() + 1e-6
-    assert np.abs(base - clean)[INSIDE].max() < 0.04  # the edge stays where and as steep as it is
+    assert np.abs(base - clean)[INSIDE].max() < 0.04  # the edge keeps its position and slope
     noisy = clean + np.random.default_rng(5).normal(0, 4 / 255, clean.shape).astype(np.float32)
     assert rms((detail_base(noisy) - clean)[INSIDE]) < 0.5 * rms((noisy - clean)[INSIDE])

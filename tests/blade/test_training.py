@@ -19,7 +19,7 @@ from vidstyle.blade.inference import BankRun
 from vidstyle.blade.references import detail_base, edge_tangent_flow, flow_dog_parts, tv_flow
 from vidstyle.blade.training import psnr
 from vidstyle.blocks import all_blocks
-from vidstyle.blocks.detail import CONTRASTS
+from vidstyle.blocks.detail import CONTRAST_LEVELS
 from vidstyle.cli import main
 from vidstyle.core.picture import Encoding
 from vidstyle.pipeline.render import render
@@ -31,7 +31,7 @@ import sys, cv2
 picture = cv2.imread(sys.argv[1])
 cv2.imwrite(sys.argv[2], cv2.bilateralFilter(picture, 9, 30, 3))
 """
-"""A slow filter of somebody else's, as a program."""
+"""A user's slow filter, as a program."""
 
 TWO_SLIDERS = """
 import cv2, numpy as np
@@ -41,7 +41,7 @@ def soft_and_sharp(picture):
     wide, narrow = (cv2.GaussianBlur(luma, (0, 0), sigma) for sigma in (1.2, 0.6))
     return picture, wide - narrow, luma - narrow
 """
-"""A filter of somebody else's with two sliders: a picture, and what each adds to it."""
+"""A user's filter with two sliders: a picture, and the picture that each slider adds to it."""
 
 SOURCES = {
     "etf": ({"passes": 1}, lambda luma: edge_tangent_flow(luma, 2.0, 2.0)),
@@ -50,10 +50,10 @@ SOURCES = {
     "tvf variation": ({"passes": 1, "flow": "variation", "time": 6}, lambda luma: tv_flow(luma, 6.0, 0)),
     "detail": (
         {"delta": -20, "fine": 1, "middle": 0, "coarse": 0},
-        lambda luma: detail_base(luma, CONTRASTS[0]),
+        lambda luma: detail_base(luma, CONTRAST_LEVELS[0]),
     ),
 }
-"""Settings of a learned block, and the reference that it approximates there."""
+"""Settings of a learned block, and the reference that it approximates with them."""
 
 
 @pytest.fixture(scope="module")
@@ -68,7 +68,7 @@ def luma_of(name: str) -> np.ndarray:
     return photograph(name)[..., 1].astype(np.float32) / 255
 
 
-def test_a_slow_program_becomes_a_block(
+def test_slow_program_becomes_block(
     photographs: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     """From a command to a bank, to a style, to a film."""
@@ -115,7 +115,7 @@ def test_a_slow_program_becomes_a_block(
         (["--reference", "tv_flow", "--images", "nowhere"], 3, "nowhere: no such file"),
     ],
 )
-def test_what_cannot_be_learned_is_one_line_and_leaves_no_bank(
+def test_training_errors_are_one_line_and_leave_no_bank(
     options: list[str],
     exit_code: int,
     reason: str,
@@ -130,7 +130,7 @@ def test_what_cannot_be_learned_is_one_line_and_leaves_no_bank(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_filter_that_no_bank_can_learn_is_named(
+def test_nonlocal_filter_is_reported(
     photographs: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     arguments = [
@@ -147,7 +147,7 @@ def test_a_filter_that_no_bank_can_learn_is_named(
     assert "% of the change: this filter is not local" in capfd.readouterr().err
 
 
-def test_a_python_function_and_pairs_teach_too(photographs: Path, tmp_path: Path) -> None:
+def test_python_function_and_pairs_as_reference(photographs: Path, tmp_path: Path) -> None:
     pairs = tmp_path / "after"
     pairs.mkdir()
     for path in photographs.iterdir():
@@ -159,7 +159,7 @@ def test_a_python_function_and_pairs_teach_too(photographs: Path, tmp_path: Path
     assert taught["psnr"] > taught["untouched psnr"] + 1
 
 
-def test_every_shipped_bank_is_sound_and_says_what_it_is() -> None:
+def test_every_shipped_bank_is_valid_and_described() -> None:
     assert {"etf", "tvf", "detail", "flow_dog"} <= set(shipped_banks())
     for name in shipped_banks():
         about = shipped_bank(name).about
@@ -170,7 +170,7 @@ def test_every_shipped_bank_is_sound_and_says_what_it_is() -> None:
     assert sum(path.stat().st_size for path in shipped_banks().values()) <= 3 << 20
 
 
-def test_the_page_of_banks_is_of_these_banks_and_settings() -> None:
+def test_page_of_banks_lists_current_banks_and_settings() -> None:
     page = fidelity.README.read_text()
     for name in shipped_banks():
         assert fidelity.bank_row(name, shipped_bank(name)) in page
@@ -179,7 +179,7 @@ def test_the_page_of_banks_is_of_these_banks_and_settings() -> None:
             assert f"| `{case.block}` | {case.name}{shown and ', '}{shown} | " in page
 
 
-def test_fidelity_is_measured_on_what_a_block_shows() -> None:
+def test_fidelity_is_measured_on_linear_and_clipped_results() -> None:
     luma = luma_of("chelsea")[:64, :96]
     case = fidelity.Case("flow_dog", {"sigma": 1, "p": 0}, lambda z: z, ("linear", "clipped"))
     linear, clipped = fidelity.rows_of(case, [luma])
@@ -187,7 +187,7 @@ def test_fidelity_is_measured_on_what_a_block_shows() -> None:
 
 
 @pytest.mark.parametrize("name", SOURCES)
-def test_a_shipped_bank_is_near_its_reference_on_a_picture_of_its_own(name: str) -> None:
+def test_shipped_bank_is_close_to_reference_on_unseen_picture(name: str) -> None:
     luma = luma_of("astronaut")[::2, ::2]
     values, reference = SOURCES[name]
     target = reference(luma)
@@ -196,7 +196,7 @@ def test_a_shipped_bank_is_near_its_reference_on_a_picture_of_its_own(name: str)
 
 
 @pytest.mark.parametrize("sigma", of_the_day([0.5, 0.6, 0.7, 1.0, 1.2, 1.4, 2.0, 5.6], 4))
-def test_flow_lines_sharpen_as_their_reference_does(sigma: float) -> None:
+def test_flow_lines_sharpen_like_reference(sigma: float) -> None:
     luma = luma_of("coffee")[:300, :400]
     result = all_blocks()["flow_dog"](sigma=sigma, p=10).whole(luma)
     smooth, difference = flow_dog_parts(luma, sigma)
@@ -204,7 +204,7 @@ def test_flow_lines_sharpen_as_their_reference_does(sigma: float) -> None:
     assert psnr(result, target) > psnr(luma, target) + 17
 
 
-def test_every_layer_of_detail_has_its_factor() -> None:
+def test_each_layer_of_detail_has_a_factor() -> None:
     luma = luma_of("chelsea")[:120, :160]
 
     def change(**values: float) -> np.ndarray:
@@ -219,10 +219,10 @@ def test_every_layer_of_detail_has_its_factor() -> None:
     np.testing.assert_array_equal(change(delta=-100, fine=1, middle=1, coarse=1), gone)
 
 
-def test_a_filter_of_ones_own_with_two_sliders(
+def test_user_filter_with_two_sliders(
     photographs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """From a function to a bank, to a style whose sliders weigh its parts."""
+    """From a function to a bank, to a style whose sliders weight its parts."""
     (tmp_path / "two_sliders.py").write_text(TWO_SLIDERS)
     monkeypatch.syspath_prepend(tmp_path)
     sliders = ["--slider", "soft=0:2", "--slider", "sharp=0:4"]
@@ -244,13 +244,13 @@ def test_a_filter_of_ones_own_with_two_sliders(
 
 
 @pytest.mark.parametrize("name", ["etf", "tvf", "detail"])
-def test_learned_blocks_leave_chroma_alone(name: str) -> None:
+def test_learned_blocks_keep_chroma(name: str) -> None:
     source = codes(Encoding(), 40, 60)
     result = run(style(step(name)), source)
     assert result.chroma is source.chroma
 
 
-def test_detail_at_zero_and_no_amount_leave_luma_as_it_is() -> None:
+def test_detail_at_zero_and_amount_zero_keep_luma() -> None:
     luma = luma_of("chelsea")[:90, :120]
     for look in (step("detail", delta=0), step("tvf", amount=0.0)):
         np.testing.assert_allclose(run_luma(style(look), luma), luma, atol=2e-6)
@@ -264,5 +264,5 @@ def test_lines_grow_with_sigma_and_are_dark_on_white() -> None:
     assert edges[1] < edges[0], "wider lines have fewer edges"
 
 
-def test_all_learned_blocks_are_there() -> None:
+def test_all_learned_blocks_exist() -> None:
     assert {"etf", "tvf", "flow_dog", "flow_xdog", "detail", "learned"} <= set(all_blocks())

@@ -39,14 +39,14 @@ def test_block_file_and_function_share_one_name(block: Block) -> None:
 
 
 @every_block
-def test_a_block_is_of_a_known_kind(block: Block) -> None:
+def test_block_has_known_kind(block: Block) -> None:
     assert block.kind in get_args(BlockKind)
     assert block.on in get_args(On)
     assert (block.percentiles is not None) == (block.kind == "measured")
 
 
 @every_block
-def test_a_block_says_in_a_line_what_it_does(block: Block) -> None:
+def test_block_has_one_line_summary(block: Block) -> None:
     assert re.fullmatch(r"[A-Z].{10,100}[.;:].*", block.help), block.help
 
 
@@ -82,7 +82,7 @@ def test_the_default_is_allowed_and_has_its_own_type(block: Block, parameter: Pa
 
 
 @every_parameter
-def test_what_exploring_chooses_from_is_allowed(block: Block, parameter: Parameter) -> None:
+def test_values_for_exploring_are_allowed(block: Block, parameter: Parameter) -> None:
     control = parameter.control
     if isinstance(control, Slider):
         assert control.low < control.high
@@ -94,7 +94,7 @@ def test_what_exploring_chooses_from_is_allowed(block: Block, parameter: Paramet
 
 
 @every_parameter
-def test_a_value_beyond_the_ends_is_refused(block: Block, parameter: Parameter) -> None:
+def test_value_outside_range_is_refused(block: Block, parameter: Parameter) -> None:
     control = parameter.control
     wrong: dict[type, list[object]] = {
         Choice: ["", "none of them", 1, None],

@@ -17,8 +17,8 @@ from vidstyle.block import (
     Limits,
     LumaWeights,
     Margin,
-    Measured,
     PageRegion,
+    Percentiles,
     ResultRows,
     SavedRef,
 )
@@ -35,7 +35,7 @@ every_size = in_one_test("size", SIZES)
 
 
 def style_of(block: Block, values: dict[str, Any]) -> Style:
-    """The block as the only step; what needs a saved picture gets it from to_gray."""
+    """A style with this block as the only step, after to_gray if it needs a saved picture."""
     return style(step("to_gray"), step(block.name, source="source", **values))
 
 
@@ -50,7 +50,7 @@ def sources(size: tuple[int, int]) -> dict[str, Picture]:
 
 
 def settings_in_turn(block: Block, kind: int, turn: int) -> list[dict[str, Any]]:
-    """The defaults, and the settings whose turn it is on a kind of picture; four turns are all of them."""
+    """The defaults, and every fourth of the other settings, for a kind of picture and a turn."""
     return [each for number, each in enumerate(settings(block)) if not number or (number + kind) % 4 == turn]
 
 
@@ -60,7 +60,9 @@ every_turn = pytest.mark.parametrize("turn", of_the_day(range(4), 1))
 @every_block
 @every_size
 @every_turn
-def test_any_setting_on_any_picture_gives_numbers(block: Block, size: tuple[int, int], turn: int) -> None:
+def test_any_setting_on_any_picture_gives_finite_result(
+    block: Block, size: tuple[int, int], turn: int
+) -> None:
     for number, (kind, source) in enumerate(sources(size).items()):
         before = [plane.copy() for plane in planes(source)]
         for values in settings_in_turn(block, number, turn):
@@ -73,7 +75,7 @@ def test_any_setting_on_any_picture_gives_numbers(block: Block, size: tuple[int,
 
 
 def call(block: Block, values: dict[str, Any], array: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """The block's function itself, on a whole page."""
+    """Call the block's function on a whole page."""
     complete = block.arguments_for(values)
     luma = array if array.ndim == 2 else array.mean(axis=2)
     given: dict[object, Any] = {
@@ -83,7 +85,7 @@ def call(block: Block, values: dict[str, Any], array: np.ndarray, other: np.ndar
         FrameTime: 0,
         Limits: RANGES["luma" if array.ndim == 2 else "color"],
         ResultRows: np.empty(array.shape, np.float32),
-        Measured: np.percentile(luma, block.percentiles_for(complete)),
+        Percentiles: np.percentile(luma, block.percentiles_for(complete)),
     }
     complete |= {name: given[kind] for name, kind in block.injected.items()}
     for name, parameter in block.parameters.items():
@@ -104,10 +106,10 @@ def call(block: Block, values: dict[str, Any], array: np.ndarray, other: np.ndar
     ids=lambda block: block.name,
 )
 @every_size
-def test_functions_take_and_give_float32_and_write_to_nothing(block: Block, size: tuple[int, int]) -> None:
+def test_functions_map_float32_to_float32_and_keep_inputs(block: Block, size: tuple[int, int]) -> None:
     shapes = {"luma": [size], "color": [(*size, 3)], "channels": [size, (*size, 3)]}[block.on]
     for shape in shapes:
-        # Values a little outside 0..1 come from other colour spaces and from resampling.
+        # Values slightly outside 0..1 result from other colour spaces and from resampling.
         array, other = noise(*shape, low=-0.2, high=1.2), noise(*shape, seed=2)
         before = array.copy(), other.copy()
         for values in settings(block):
@@ -120,7 +122,7 @@ def test_functions_take_and_give_float32_and_write_to_nothing(block: Block, size
 
 @every_block
 @every_turn
-def test_bands_and_threads_change_no_bit(block: Block, turn: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_bands_and_threads_keep_every_bit(block: Block, turn: int, monkeypatch: pytest.MonkeyPatch) -> None:
     for number, source in enumerate(sources((97, 61)).values()):
         for values in settings_in_turn(block, number, turn):
             monkeypatch.setenv("VIDSTYLE_THREADS", "1")

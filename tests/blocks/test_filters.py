@@ -90,7 +90,7 @@ def test_sobel_draws_gray_lines_on_a_colour_picture() -> None:
 
 
 def sector_weights(away: np.ndarray, radius: float) -> np.ndarray:
-    """Of places in a unit circle, n x 2, in eight sectors, n x 8."""
+    """Weights of points in a unit circle, n x 2, in eight sectors, n x 8."""
     lift = 2 / radius
     narrowness = (lift + np.cos(0.58)) / np.sin(0.58) ** 2
     turns = np.arange(8) * np.pi / 4
@@ -108,7 +108,7 @@ def sector_weights(away: np.ndarray, radius: float) -> np.ndarray:
 def test_kuwahara_is_a_mean_of_means_in_sectors(
     radius: float, sharpness: int, orientation: int, size: int
 ) -> None:
-    """Where the radius is large, squares of pixels have the same weight."""
+    """At large radii, squares of pixels share a weight."""
     color, turn = noise(19, 70, 3), orientation * np.pi / 16
     flow = np.zeros((19, 70, 3), np.float32)
     flow[:] = 0.5 + 0.2 * np.cos(turn), 0.5 + 0.2 * np.sin(turn), 1  # the fourth of eight ellipses
@@ -138,7 +138,7 @@ def test_kuwahara_is_a_mean_of_means_in_sectors(
 
 @in_one_test("factor", [0.05, 0.33, 0.5, 1, 1.7, 4])
 @in_one_test("size", [(1, 1), (2, 9), (37, 41)])
-def test_scale_comes_back_to_the_size_and_keeps_flat_colours(factor: float, size: tuple[int, int]) -> None:
+def test_scale_restores_size_and_keeps_flat_colours(factor: float, size: tuple[int, int]) -> None:
     out = run_color(style(step("scale", factor=factor)), np.full((*size, 3), (0.2, 0.5, 0.7)))
     np.testing.assert_allclose(out, np.broadcast_to((0.2, 0.5, 0.7), (*size, 3)), atol=1e-6)
 
@@ -147,7 +147,7 @@ def test_scale_comes_back_to_the_size_and_keeps_flat_colours(factor: float, size
 @in_one_test("factor", [0.5, 2])
 @in_one_test("after", [(), (step("saturation", factor=1.0),)])
 def test_scale_moves_nothing(step_of: tuple[int, int], factor: float, after: tuple[Step, ...]) -> None:
-    """Another size and back leaves ramps where they were, colours too, mixed there with luma or not."""
+    """Ramps and colours keep their position after scaling, whether mixed with luma there or not."""
     y, x = np.mgrid[:48, :64]
     luma = (0.2 + 0.005 * x + 0.004 * y).astype(np.float32)
     encoding = Encoding(depth=0, full_range=True, step=step_of, siting=(0.0, 0.5))
@@ -162,8 +162,8 @@ def test_scale_moves_nothing(step_of: tuple[int, int], factor: float, after: tup
     np.testing.assert_allclose(out.chroma[0][4:-4, 4:-4], blue[4:-4, 4:-4], atol=1e-5)
 
 
-def test_scale_goes_back_by_the_named_method() -> None:
-    """Nearest neighbours leave blocks of equal pixels; another step's method does not count."""
+def test_scale_enlarges_by_named_method() -> None:
+    """Nearest neighbours give blocks of equal pixels; the method of another step has no effect."""
     luma = noise(16, 16)
     small = luma.reshape(4, 4, 4, 4).mean(axis=(1, 3))
     blocks = run_luma(style(step("scale", factor=0.25, back="nearest")), luma)
@@ -172,7 +172,7 @@ def test_scale_goes_back_by_the_named_method() -> None:
     assert np.abs(smooth - blocks).max() > 0.05
 
 
-def test_each_layer_goes_back_by_its_own_method() -> None:
+def test_each_layer_enlarges_by_its_method() -> None:
     luma = noise(16, 16)
     small = luma.reshape(4, 4, 4, 4).mean(axis=(1, 3))
     lines = (
@@ -187,7 +187,7 @@ def test_each_layer_goes_back_by_its_own_method() -> None:
 
 
 def test_filters_after_scale_act_coarser() -> None:
-    """A blur of 1 px at half size is about one of 2 px."""
+    """A blur of 1 px at half size is about equal to a blur of 2 px."""
     luma = photograph("astronaut")[100:228, 160:288, 1] / 255
     coarse = run_luma(style(step("scale", factor=0.5), step("gaussian", sigma=2)), luma)
     fine, none = (run_luma(style(step("gaussian", sigma=sigma)), luma) for sigma in (4.1, 2))

@@ -30,7 +30,7 @@ def test_a_cell_as_large_as_a_glyph_shows_the_nearest_in_tone() -> None:
 
 
 @pytest.mark.parametrize("cell", [3, 7, 10.4, 50])
-def test_glyphs_of_any_size_cover_as_much(cell: float) -> None:
+def test_glyphs_have_same_coverage_at_any_size(cell: float) -> None:
     width = int(cell + 0.5)
     height = round(width * 5 / 3)
     for number, glyph in enumerate(GLYPHS):
@@ -40,7 +40,7 @@ def test_glyphs_of_any_size_cover_as_much(cell: float) -> None:
         np.testing.assert_array_equal(made[:height, :width], made[height:, width : 2 * width])
 
 
-def test_only_the_mean_of_a_cell_counts_and_colours_are_as_bright_as_can_be() -> None:
+def test_cells_use_mean_colour_at_full_brightness() -> None:
     color = noise(36, 42, 3, low=0.2)
     cells = color.reshape(3, 12, 6, 7, 3).transpose(0, 2, 1, 3, 4).reshape(3, 6, 84, 3)
     mixed = cells[:, :, ::-1].reshape(3, 6, 12, 7, 3).transpose(0, 2, 1, 3, 4).reshape(color.shape)
@@ -63,5 +63,5 @@ def test_inverted_glyphs_are_black_on_white() -> None:
 @pytest.mark.parametrize(("height", "width"), [(10, 15), (9, 12), (10, 6), (4, 4), (10, 12)])
 def test_wrong_alphabets_are_refused(height: int, width: int, tmp_path: Path) -> None:
     cv2.imwrite(str(tmp_path / "own.png"), np.full((height, width), 90, np.uint8))
-    with pytest.raises(ValueError, match=r"^(needs 2 or more glyphs|has glyphs of one tone)"):
+    with pytest.raises(ValueError, match=r"^(needs 2 or more glyphs|has glyphs of only one tone)"):
         read_alphabet(tmp_path / "own.png")

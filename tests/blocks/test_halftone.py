@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 from pictures import noise, run_color, step, style
 
-from vidstyle.blocks.halftone import INKS
+from vidstyle.blocks.halftone import INK_COLORS
 
 SIDE = 240
 CHANNEL = {"cyan": 0, "magenta": 1, "yellow": 2}
-"""The channel of RGB that each ink takes away."""
+"""The channel of RGB that each ink absorbs."""
 ANGLES = {"cyan": 15, "magenta": 75, "yellow": 0, "black": 45}
 
 
 def asking_for(ink: str, area: float, side: int = SIDE) -> np.ndarray:
-    """A flat picture that asks for one ink alone."""
+    """A flat picture that needs only one ink."""
     color = np.full((side, side, 3), 1 - area if ink == "black" else 1.0)
     if ink != "black":
         color[..., CHANNEL[ink]] = 1 - area
@@ -29,7 +29,7 @@ def printed(color: np.ndarray, **values: Any) -> np.ndarray:
 
 
 def coverage(ink: str, area: float, **values: Any) -> float:
-    """The share of the page that the ink covers; no other ink may be there."""
+    """Return the share of the page that the ink covers; check that there is no other ink."""
     taken = 1 - printed(asking_for(ink, area), **values).astype(np.float64).mean(axis=(0, 1))
     if ink == "black":
         np.testing.assert_allclose(taken, taken[0], atol=1e-6)
@@ -40,14 +40,14 @@ def coverage(ink: str, area: float, **values: Any) -> float:
 
 @pytest.mark.parametrize("ink", ANGLES)
 @pytest.mark.parametrize(("cell", "error"), [(3, 0.042), (6, 0.02), (8, 0.011), (11.3, 0.011), (20, 0.0065)])
-def test_a_flat_patch_gets_the_area_of_ink_that_it_asks_for(ink: str, cell: float, error: float) -> None:
-    """Dots of a few pixels, all cut alike where a screen is not turned, cannot be so exact as large ones."""
+def test_flat_patch_gets_requested_area_of_ink(ink: str, cell: float, error: float) -> None:
+    """Small dots, which are all identical on a screen without rotation, are less exact than large ones."""
     for area in np.linspace(0, 1, 11):
         assert coverage(ink, area, cell=cell) == pytest.approx(area, abs=error), area
 
 
 @pytest.mark.parametrize("ink", ANGLES)
-def test_white_gets_no_ink_and_the_pure_ink_covers_all(ink: str) -> None:
+def test_white_gets_no_ink_and_pure_ink_covers_everything(ink: str) -> None:
     for cell in (3, 6, 30):
         assert coverage(ink, 0, cell=cell) == 0
         assert coverage(ink, 1, cell=cell) == 1
@@ -69,22 +69,22 @@ def test_darker_is_never_printed_with_less_ink(dot: float, gain: float) -> None:
     assert np.diff(areas).min() > -0.005
 
 
-def test_what_black_does_not_print_is_printed_with_the_other_inks() -> None:
+def test_other_inks_print_tones_without_black() -> None:
     gray = np.full((SIDE, SIDE, 3), 0.5)
     without, half = printed(gray, black=0.0), printed(gray, black=0.5)
     np.testing.assert_allclose(1 - without.mean(axis=(0, 1)), 0.5, atol=0.015)
-    # A quarter of black, and the inks take a third of what it leaves: (0.5 - 0.25) / (1 - 0.25).
+    # A quarter of black; the other inks print a third of the rest: (0.5 - 0.25) / (1 - 0.25).
     np.testing.assert_allclose(half.mean(axis=(0, 1)), 0.75 * (2 / 3), atol=0.015)
 
 
-def test_the_press_has_its_own_inks() -> None:
+def test_press_has_separate_ink_colours() -> None:
     for number, ink in enumerate(ANGLES):
         page = printed(asking_for(ink, 1, side=40), inks="press")
-        np.testing.assert_allclose(page, np.broadcast_to(INKS["press"][number], page.shape), atol=1e-5)
+        np.testing.assert_allclose(page, np.broadcast_to(INK_COLORS["press"][number], page.shape), atol=1e-5)
 
 
 @pytest.mark.parametrize("ink", ANGLES)
-def test_screens_are_turned_as_printers_turn_them(ink: str) -> None:
+def test_screens_have_printing_angles(ink: str) -> None:
     side, cell = 512, 8.0
     page = printed(asking_for(ink, 0.3, side), cell=cell)[..., CHANNEL.get(ink, 0)]
     window = np.hanning(side)
@@ -97,7 +97,7 @@ def test_screens_are_turned_as_printers_turn_them(ink: str) -> None:
 
 
 def test_the_screen_stays_on_the_page() -> None:
-    """What changes in one place of a picture moves no dot in another."""
+    """A change in one part of a picture moves no dot in another part."""
     first, second = noise(120, 90, 3), noise(120, 90, 3)
     second[:50] = 1 - second[:50]
     pages = [printed(color) for color in (first, second)]
@@ -115,7 +115,7 @@ def test_ink_is_averaged_over_the_cell() -> None:
 
 
 def test_edges_are_anti_aliased() -> None:
-    """Between ink and paper lies about a pixel of half tones: no jagged edge, no blur."""
+    """Between ink and paper there is about one pixel of intermediate tones: neither jagged nor blurred."""
     page = printed(asking_for("black", 0.3), cell=16)[..., 0]
     between = ((page > 0.02) & (page < 0.98)).mean()
     rim = 2 * np.sqrt(np.pi * 0.3) / 16  # the rim of round dots, in pixels for each pixel of the page

@@ -1,4 +1,4 @@
-"""`noise` and `shift` against what their words say."""
+"""`noise` and `shift` against their documentation."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ GRAY = np.full((96, 128), 0.5, np.float32)
 
 
 def added(**values: object) -> np.ndarray:
-    """What noise of full range adds to middle gray."""
+    """Return the values that noise of full range adds to middle gray."""
     return run_luma(style(step("noise", amount=1.0, **values)), GRAY) - 0.5
 
 
@@ -30,7 +30,7 @@ def slowness(page: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize("kind", ["points", "soft", "clouds"])
-def test_noise_is_about_0_within_its_range(kind: str) -> None:
+def test_noise_has_mean_0_and_stays_in_range(kind: str) -> None:
     page = added(kind=kind, size=2)
     assert abs(page.mean()) < 0.02 and 0.3 < np.abs(page).max() <= 0.5
     half = run_luma(style(step("noise", kind=kind, size=2, amount=0.5)), GRAY) - 0.5
@@ -44,7 +44,7 @@ def test_points_are_whole_pixels_and_stretch_makes_them_wide() -> None:
     assert len(np.unique(cells)) > 0.99 * cells.size
 
 
-def test_larger_noise_is_slower_and_clouds_have_detail_too() -> None:
+def test_larger_noise_has_lower_frequencies_and_clouds_have_detail() -> None:
     fine, coarse, clouds = added(size=2), added(size=24), added(kind="clouds", size=24)
     assert slowness(fine) < 0.2 < 0.8 < slowness(clouds) < slowness(coarse)
 
@@ -59,7 +59,7 @@ def test_coloured_noise_differs_between_channels() -> None:
 
 @pytest.mark.parametrize(("x", "y"), [(3, 0), (-5, 2), (0, -7), (64, 64)])
 @pytest.mark.parametrize(("plate", "channel"), [("red", 0), ("green", 1), ("blue", 2)])
-def test_a_plate_is_moved_and_the_others_stay(x: int, y: int, plate: str, channel: int) -> None:
+def test_one_plate_moves_and_others_stay(x: int, y: int, plate: str, channel: int) -> None:
     color = noise(40, 50, 3)
     rows, columns = (np.arange(40) - y).clip(0, 39), (np.arange(50) - x).clip(0, 49)
     expected = color.copy()
@@ -75,7 +75,7 @@ def test_parts_of_a_pixel_are_interpolated() -> None:
     np.testing.assert_allclose(made[1:, :-1], (across[:-1] + across[1:]) / 2, atol=1e-6)
 
 
-def test_moved_chroma_leaves_luma() -> None:
+def test_moving_chroma_keeps_luma() -> None:
     color, weights = noise(40, 50, 3, low=0.4, high=0.6), Encoding("bt709").weights
     made = run_color(style(step("shift", plate="chroma", x=6)), color)
     np.testing.assert_allclose(made @ weights, color @ weights, atol=1e-5)
@@ -83,7 +83,7 @@ def test_moved_chroma_leaves_luma() -> None:
     np.testing.assert_allclose(chroma[:, 6:], (color - (color @ weights)[..., None])[:, :-6], atol=1e-5)
 
 
-def test_rows_sway_each_by_itself_and_not_too_far() -> None:
+def test_rows_sway_independently_within_range() -> None:
     ramp = np.repeat(np.tile(np.arange(200, dtype=np.float32) / 200, (96, 1))[..., None], 3, axis=2)
     made = run_color(style(step("shift", plate="all", x=0, jitter=4)), ramp)
     swayed = 200 * (ramp - made)[:, 20:-20, 0]
@@ -100,8 +100,8 @@ TIMES = [0.0, 0.04, 0.1, 0.16, 3600.0]
     [style(step("noise", rate=10, amount=1.0)), style(step("shift", plate="all", jitter=3.0, rate=10))],
     ids=["noise", "shift"],
 )
-def test_what_is_random_is_drawn_anew_so_many_times_a_second(chosen: Style, sessions: Sessions) -> None:
-    """On the GPU at the same times."""
+def test_random_parts_change_at_given_rate(chosen: Style, sessions: Sessions) -> None:
+    """Also on the GPU, at the same times."""
     picture = film_picture(48, 64)
     with CpuRenderer(chosen) as renderer:
         first, same, *others = (renderer.run(picture, time) for time in TIMES)

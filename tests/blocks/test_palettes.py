@@ -20,7 +20,7 @@ PALETTES = sorted(shipped_palettes().keys() - FILM_PALETTES)
 
 
 def oklab(color: np.ndarray) -> np.ndarray:
-    """By its definition, float64, from linear light by way of XYZ and cones."""
+    """Convert by definition, float64, from linear light through XYZ and cones."""
     linear = np.where(color <= 0.04045, color / 12.92, ((color + 0.055) / 1.055) ** 2.4)
     to_xyz = [
         [0.4124564, 0.3575761, 0.1804375],
@@ -41,7 +41,7 @@ def oklab(color: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("name", PALETTES)
-def test_palette_takes_the_nearest_colour(name: str) -> None:
+def test_palette_uses_nearest_colour(name: str) -> None:
     color = noise(60, 70, 3).astype(np.float64)
     lines = shipped_palettes()[name].read_text().split()
     colors = np.array([list(bytes.fromhex(line[1:])) for line in lines]) / 255
@@ -66,7 +66,7 @@ def test_a_wrong_palette_is_refused(text: str, fault: str, tmp_path: Path) -> No
 
 
 def patches(colors: list[str], seed: int = 1) -> np.ndarray:
-    """Upright stripes of these colours, with a little noise; 48 x 80."""
+    """Vertical stripes of these colours, with slight noise; 48 x 80."""
     stripes = np.array([list(bytes.fromhex(color)) for color in colors], float)
     wide = stripes[np.arange(80) * len(colors) // 80]
     return (wide + np.random.default_rng(seed).normal(0, 2, (48, 80, 3))).clip(0, 255).astype(np.uint8)
@@ -87,8 +87,8 @@ def test_a_palette_of_the_film_has_its_main_colours() -> None:
     assert np.abs(found[:, None] - wanted).max(axis=2).min(axis=0).max() <= 3
 
 
-def test_colours_of_a_film_stay_until_it_changes_and_begin_anew_at_a_cut() -> None:
-    """Noise of other frames moves none; a slow change is followed; after a cut all begin anew."""
+def test_film_colours_are_stable_and_restart_at_cut() -> None:
+    """Noise in other frames moves no colour; slow changes are followed; after a cut all colours restart."""
     chosen = style(step("palette", colors="film-8"))
     day, other = patches(DAY), photograph("coffee")[::8, ::7][:48, :80]
     with Renderer(chosen, "cpu") as renderer:
@@ -104,7 +104,7 @@ def test_colours_of_a_film_stay_until_it_changes_and_begin_anew_at_a_cut() -> No
 
 @in_one_test("name", sorted(shipped_thresholds()))
 @in_one_test("tone", [0.0, 0.2, 0.5, 0.7, 1.0])
-def test_points_are_as_dense_as_it_is_bright(name: str, tone: float) -> None:
+def test_density_of_points_equals_tone(name: str, tone: float) -> None:
     two_tones = step("dither", thresholds=name, strength=1), step("posterize", levels=2, softness=0)
     made = run_luma(style(*two_tones), np.full((128, 128), tone, np.float32))
     (tile,) = read_thresholds(shipped_thresholds()[name])
@@ -112,7 +112,7 @@ def test_points_are_as_dense_as_it_is_bright(name: str, tone: float) -> None:
     assert set(np.unique(made)) <= {0, 1}
 
 
-def test_blue_noise_has_no_slow_waves() -> None:
+def test_blue_noise_has_no_low_frequencies() -> None:
     (tile,) = read_thresholds(shipped_thresholds()["blue"])
     power = np.abs(np.fft.fft2(tile - tile.mean())) ** 2
     frequency = np.hypot(*np.meshgrid(*[np.fft.fftfreq(len(tile))] * 2))

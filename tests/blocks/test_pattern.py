@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from pictures import noise, run_color, run_luma, step, style
 
-from vidstyle.blocks.pattern import DIRECTIONS
+from vidstyle.blocks.pattern import LAYOUT_DEGREES
 from vidstyle.errors import StyleError
 
 PAGE = (96, 128)
@@ -20,7 +20,7 @@ def drawn(luma: float | np.ndarray, **values: object) -> np.ndarray:
     return run_luma(style(step("pattern", **values)), np.broadcast_to(luma, PAGE))
 
 
-@pytest.mark.parametrize("layout", DIRECTIONS)
+@pytest.mark.parametrize("layout", LAYOUT_DEGREES)
 @pytest.mark.parametrize("levels", [2, 5, 9])
 @pytest.mark.parametrize("softness", [0, 0.35, 1])
 def test_strokes_of_a_lighter_tone_are_in_every_darker_one(layout: str, levels: int, softness: float) -> None:
@@ -34,7 +34,7 @@ def test_strokes_of_a_lighter_tone_are_in_every_darker_one(layout: str, levels: 
 
 
 @pytest.mark.parametrize("levels", [2, 5, 9])
-def test_there_are_as_many_tones_as_levels(levels: int) -> None:
+def test_number_of_tones_equals_levels(levels: int) -> None:
     pages = [drawn(tone, levels=levels, softness=0.0) for tone in np.linspace(0.002, 0.998, 8 * levels)]
     means = np.array([page.mean() for page in pages]).reshape(levels, 8)
     np.testing.assert_array_equal(means, np.repeat(means[:, :1], 8, axis=1))
@@ -138,7 +138,7 @@ def test_tiles_blend_where_they_are_soft(tmp_path: Path) -> None:
         ({"a.png": b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\x10\0\0\0\x10", "b.png": b""}, "a.png is damaged"),
     ],
 )
-def test_tiles_that_will_not_do_are_named(tmp_path: Path, content: dict[str, bytes], reason: str) -> None:
+def test_invalid_tiles_are_named(tmp_path: Path, content: dict[str, bytes], reason: str) -> None:
     (tmp_path / "tiles").mkdir()
     for name, data in content.items():
         (tmp_path / "tiles" / name).write_bytes(data)
@@ -148,7 +148,7 @@ def test_tiles_that_will_not_do_are_named(tmp_path: Path, content: dict[str, byt
     assert "\n" not in str(caught.value)
 
 
-def test_a_pipe_among_the_tiles_is_refused_and_not_waited_for(tmp_path: Path) -> None:
+def test_pipe_among_tiles_is_refused_without_waiting(tmp_path: Path) -> None:
     folder = tiles_in(tmp_path, a=np.zeros((4, 4), np.uint8))
     os.mkfifo(folder / "tiles" / "b.png")
     with pytest.raises(StyleError, match="b.png is not a file"):

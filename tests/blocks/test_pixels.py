@@ -9,7 +9,7 @@ import pytest
 from covering import in_one_test
 from pictures import FLOAT, noise, run, run_color, run_luma, step, style
 
-from vidstyle.blocks.blend import MODES, blend
+from vidstyle.blocks.blend import MODE_FORMULAS, blend
 from vidstyle.core.picture import RANGES, Encoding, Picture
 
 WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
@@ -54,8 +54,8 @@ def test_hard_posterize_is_the_floor_formula(levels: int) -> None:
 
 
 @in_one_test("levels", range(2, 33))
-def test_hard_posterize_leaves_no_other_tones(levels: int) -> None:
-    """Not where a code of 8 bits lies just on the border of two tones either."""
+def test_hard_posterize_gives_only_its_tones(levels: int) -> None:
+    """Also for 8-bit codes exactly on the border of two tones."""
     luma = np.arange(256, dtype=np.uint8)[None]
     encoding = Encoding(full_range=True, step=(1, 1))
     out = run(style(step("posterize", levels=levels, softness=0)), Picture(encoding, luma=luma), target=FLOAT)
@@ -68,7 +68,7 @@ def test_hard_posterize_leaves_no_other_tones(levels: int) -> None:
 
 @pytest.mark.parametrize("softness", [0.05, 0.15, 0.5, 1])
 @pytest.mark.parametrize("levels", [2, 7, 32])
-def test_soft_posterize_rises_without_a_jump(levels: int, softness: float) -> None:
+def test_soft_posterize_is_continuous(levels: int, softness: float) -> None:
     values = np.linspace(-0.1, 1.1, 200_001)[None]
     out = run_luma(style(step("posterize", levels=levels, softness=softness)), values)[0].astype(np.float64)
     rise = np.diff(out)
@@ -90,7 +90,7 @@ def test_posterize_is_flat_for_the_rest_of_each_step(levels: int) -> None:
     )
 
 
-def test_luma_posterize_is_posterize_on_luma_with_the_old_colours() -> None:
+def test_luma_posterize_is_posterize_on_luma_with_original_chroma() -> None:
     source = Picture(FLOAT, luma=noise(9, 11), chroma=(noise(9, 11, low=-0.1, high=0.1), noise(9, 11)))
     out = run(style(step("luma_posterize", levels=6)), source)
     assert out.luma is not None
@@ -117,8 +117,8 @@ def test_saturation_moves_away_from_gray(factor: float, matrix: str) -> None:
 
 
 @pytest.mark.parametrize("angle", [-180, -60, 0, 30, 90, 180])
-def test_hue_turns_the_chroma_plane(angle: float) -> None:
-    """Anticlockwise with blue difference to the right, luma kept; colours too soft to be cut off."""
+def test_hue_rotates_chroma_plane(angle: float) -> None:
+    """Anticlockwise with blue difference to the right, luma kept; with muted colours that are not clipped."""
     luma, angles = np.full((8, 9), 0.5), np.radians(np.arange(72).reshape(8, 9) * 5.0)
     blue, red = 0.1 * np.cos(angles), 0.1 * np.sin(angles)
     planes = [plane.astype(np.float32) for plane in (luma, blue, red)]
@@ -130,7 +130,7 @@ def test_hue_turns_the_chroma_plane(angle: float) -> None:
     np.testing.assert_allclose(out.chroma, [0.1 * np.cos(turned), 0.1 * np.sin(turned)], atol=1e-6)
 
 
-def test_hue_is_a_full_turn_and_none_at_0() -> None:
+def test_hue_changes_nothing_at_0_and_full_turn() -> None:
     color = noise(20, 30, 3)
     turned = [run_color(style(step("hue", angle=angle)), color) for angle in (-180, 180, 0)]
     np.testing.assert_allclose(turned[0], turned[1], atol=1e-6)
@@ -171,11 +171,11 @@ BLENDS = [
     ("dodge", 1.0, 0.75),
     ("burn", 0.0625, 0.0),
 ]
-"""What 0.25 below 0.8, and 0.6 below 0.2, become. Soft light is Pegtop's, (1 - 2a) b b + 2 a b."""
+"""Results of 0.25 below 0.8, and of 0.6 below 0.2. Soft light is Pegtop's, (1 - 2a) b b + 2 a b."""
 
 
 def test_every_mode_has_its_known_values() -> None:
-    assert {mode for mode, *_ in BLENDS} == set(MODES)
+    assert {mode for mode, *_ in BLENDS} == set(MODE_FORMULAS)
 
 
 @in_one_test("mode, light, dark", BLENDS)
@@ -189,7 +189,7 @@ def test_blend_modes_on_known_values(mode: str, light: float, dark: float, opaci
 def blended(
     below: np.ndarray, above: np.ndarray, mask: np.ndarray | None = None, **values: object
 ) -> np.ndarray:
-    """The block itself, on gray and on RGB, which must agree."""
+    """Run the block on gray and on RGB, which must agree."""
     below, above = below.astype(np.float32), above.astype(np.float32)
     mask = None if mask is None else mask.astype(np.float32)
     values |= {"mask": mask, "limits": RANGES["luma"]}
@@ -231,7 +231,7 @@ def test_equalize_stretches_between_percentiles(low: float, high: float) -> None
     )
 
 
-def test_equalize_does_not_blow_up_flat_pictures() -> None:
+def test_equalize_does_not_amplify_flat_pictures() -> None:
     luma = 0.5 + (noise(40, 50) - 0.5) / 255
     out = run_luma(style(step("equalize")), luma)
     assert out.min() == 0
@@ -250,6 +250,6 @@ def test_minimum_range_widens_to_the_range_and_stays_inside(low: float, high: fl
     np.testing.assert_allclose(out, expected, atol=1e-4)
 
 
-def test_minimum_range_leaves_a_wide_picture_alone() -> None:
+def test_minimum_range_keeps_picture_with_larger_range() -> None:
     luma = noise(90, 120)
     np.testing.assert_array_equal(run_luma(style(step("minimum_range", dynamic_range=200)), luma), luma)

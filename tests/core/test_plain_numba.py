@@ -20,7 +20,7 @@ from vidstyle.core.kernels.neighbors import add_neighbors
 from vidstyle.core.kernels.sector_means import LANES as SECTOR_LANES
 from vidstyle.core.kernels.sector_means import mean_of_sectors, sector_sums
 from vidstyle.core.kernels.vectors import LANES
-from vidstyle.stabilize.segment import GROUP, SEGMENT, take_segment, take_segments
+from vidstyle.stabilize.segment import GROUP_ROWS, SEGMENT_SIZE, take_segment, take_segments
 from vidstyle.style import style_names
 
 ROOT = Path(__file__).parents[2]
@@ -240,9 +240,9 @@ def test_segments_are_nearly_equal(name, dtype):
     call, plain = CALLS[name]
     samples = (np.random.default_rng(1).random(200) * 65535).astype(dtype)
     weights = np.array([20000, 10000, 5000, 30535], dtype)
-    lines, wanted = np.zeros((2, 2 * GROUP, 2 * SEGMENT), dtype)
-    call(samples, 3, 30, weights, lines, 7, 2 * SEGMENT)
-    call_plain_segment(plain, samples, 3, 30, weights, wanted, 7, 2 * SEGMENT)
+    lines, wanted = np.zeros((2, 2 * GROUP_ROWS, 2 * SEGMENT_SIZE), dtype)
+    call(samples, 3, 30, weights, lines, 7, 2 * SEGMENT_SIZE)
+    call_plain_segment(plain, samples, 3, 30, weights, wanted, 7, 2 * SEGMENT_SIZE)
     assert lines.any()
     np.testing.assert_allclose(lines, wanted, rtol=1e-6 if dtype == np.float32 else 0)
 

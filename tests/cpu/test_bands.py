@@ -46,7 +46,7 @@ LONG = style(
     "target", [VIDEO, Encoding(siting=SITINGS["bottom"]), Encoding(step=(4, 4)), FLOAT], ids=str
 )
 @pytest.mark.parametrize("name", ["video", "rgb", "gray"])
-def test_bands_change_no_bit_of_a_long_style(
+def test_bands_keep_every_bit_of_long_style(
     monkeypatch: pytest.MonkeyPatch, target: Encoding, name: str
 ) -> None:
     results = []
@@ -58,7 +58,7 @@ def test_bands_change_no_bit_of_a_long_style(
 
 
 def test_lengths_grow_with_the_shorter_side() -> None:
-    """`height` is what lengths are meant for; a turned picture gets the same lengths."""
+    """Lengths are relative to `height`; a rotated picture gets the same lengths."""
     luma = noise(40, 90)
     twice = run_luma(style(step("gaussian", sigma=2.0), height=20.0), luma)
     np.testing.assert_array_equal(twice, run_luma(style(step("gaussian", sigma=4.0)), luma))
@@ -68,20 +68,20 @@ def test_lengths_grow_with_the_shorter_side() -> None:
     np.testing.assert_array_equal(threshold, run_luma(style(step("soft_threshold")), luma))
 
 
-def test_no_length_falls_below_its_least() -> None:
+def test_no_length_falls_below_minimum() -> None:
     color = noise(30, 40, 3)
     tiny = run_color(style(step("halftone", cell=6.0), height=3000.0), color)
     np.testing.assert_array_equal(tiny, run_color(style(step("halftone", cell=3.0)), color))
 
 
-def test_one_renderer_takes_pictures_of_any_size_and_kind() -> None:
+def test_one_renderer_accepts_any_size_and_kind() -> None:
     with CpuRenderer(LONG) as renderer:
         for shape, encoding in product([(20, 30), (8, 9), (20, 30)], [VIDEO, Encoding(depth=10)]):
             picture = codes(encoding, *shape)
             assert same_bits(renderer.run(picture, 0.0), run(LONG, picture))
 
 
-def test_alpha_beside_color_in_one_array() -> None:
+def test_alpha_and_color_in_one_array() -> None:
     """RGBA floats: the colour is a view with gaps."""
     rgba = noise(20, 30, 4)
     expected = run_color(LONG, np.ascontiguousarray(rgba[..., :3]))
@@ -90,8 +90,8 @@ def test_alpha_beside_color_in_one_array() -> None:
     np.testing.assert_array_equal(out.alpha, rgba[..., 3])
 
 
-def test_padded_and_reversed_planes_are_read_right() -> None:
-    """Rows with padding, as decoders give them, and flipped views."""
+def test_padded_and_reversed_planes_are_read_correctly() -> None:
+    """Rows with padding, as from decoders, and flipped views."""
     source = codes(VIDEO, 18, 20)
     assert source.luma is not None and source.chroma is not None
     wide = [np.pad(plane, ((0, 0), (0, 7))) for plane in (source.luma, *source.chroma)]
@@ -115,8 +115,8 @@ def test_working_size_resamples_as_opencv_does(method: str, opencv: int, factor:
     np.testing.assert_allclose(out, cv2.resize(other, (60, 41), interpolation=opencv), atol=2e-5)
 
 
-def test_chroma_rows_of_a_result_lie_where_its_siting_says() -> None:
-    """A colour edge printed into 4:2:0 of each siting comes back in the same place."""
+def test_chroma_rows_of_result_follow_siting() -> None:
+    """A colour edge written to 4:2:0 with each siting is read back at the same position."""
     x = np.linspace(-0.2, 0.2, 40, dtype=np.float32)[None].repeat(24, axis=0)
     source = Picture(FLOAT, luma=np.full_like(x, 0.5), chroma=(x, -x))
     for siting in SITINGS.values():
@@ -127,7 +127,7 @@ def test_chroma_rows_of_a_result_lie_where_its_siting_says() -> None:
 
 @pytest.mark.skipif("glibc" not in platform.libc_ver(), reason="only glibc has the setting")
 def test_freed_memory_is_kept() -> None:
-    """Planes of a second frame take no new pages of the system."""
+    """Planes of a second frame need no new memory pages from the system."""
     import resource
 
     def new_pages() -> int:
@@ -141,9 +141,7 @@ def test_freed_memory_is_kept() -> None:
 
 
 @pytest.mark.parametrize("threads", (1, 2))
-def test_the_calling_thread_is_one_of_those_that_restyle(
-    threads: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_calling_thread_takes_part_in_restyling(threads: int, monkeypatch: pytest.MonkeyPatch) -> None:
     used: set[threading.Thread] = set()
     run_band = FrameExecutor._run_band
 

@@ -1,6 +1,6 @@
 """Every shipped style still matches its golden pictures.
 
-`tools/renew_goldens.py` renews the pictures after a style, or a block that it uses, was changed on purpose.
+`tools/renew_goldens.py` renews the pictures after an intended change to a style or to a block that it uses.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ def test_every_style_has_a_golden_and_every_golden_a_style() -> None:
 
 
 @pytest.mark.parametrize("name", STYLES)
-def test_a_style_draws_what_it_drew(name: str, tmp_path: Path) -> None:
+def test_style_matches_golden(name: str, tmp_path: Path) -> None:
     check(name, shipped(name), tmp_path)
 
 
-def test_a_changed_style_is_noticed_and_its_pictures_are_named(tmp_path: Path) -> None:
+def test_changed_style_is_reported_with_pictures(tmp_path: Path) -> None:
     changed = override(load_style("poster"), ["lines.posterize.levels=5"])
     with pytest.raises(AssertionError, match="poster: .* levels off") as caught:
         check("poster", drawn(changed), tmp_path)
@@ -35,12 +35,12 @@ def test_a_changed_style_is_noticed_and_its_pictures_are_named(tmp_path: Path) -
     assert all(str(path) in str(caught.value) for path in paths)
 
 
-def test_a_style_without_a_golden_is_noticed(tmp_path: Path) -> None:
+def test_style_without_golden_is_reported(tmp_path: Path) -> None:
     with pytest.raises(AssertionError, match="new: has no golden"):
         check("new", shipped("ink"), tmp_path)
 
 
-def test_a_faint_change_everywhere_and_a_strong_one_in_few_places_are_noticed() -> None:
+def test_faint_global_and_strong_local_changes_are_reported() -> None:
     kept = golden("blob")
     assert kept is not None
     faint = np.where(kept < 255, kept + 1, kept - 1).astype(np.uint8)

@@ -54,7 +54,7 @@ def lines_of(color: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize(
     ("fields", "ink", "paper"), [(COLORED, INK, PAPER), ({}, 0, 1)], ids=["colored", "default"]
 )
-def test_layers_are_put_together_as_inks_on_paper(fields: dict[str, str], ink: Any, paper: Any) -> None:
+def test_layers_are_combined_as_inks_on_paper(fields: dict[str, str], ink: Any, paper: Any) -> None:
     cover = lines_of(AFTER_BASE)
     both = layered(base=BASE, background=BACKGROUND, lines=LINES, **fields)
     np.testing.assert_allclose(both, cover * AFTER_BACKGROUND * paper + (1 - cover) * ink, atol=1e-5)
@@ -65,13 +65,13 @@ def test_layers_are_put_together_as_inks_on_paper(fields: dict[str, str], ink: A
     np.testing.assert_allclose(drawn, np.ones(3) * (cover * paper + (1 - cover) * ink), atol=1e-5)
 
 
-def test_a_style_of_paper_alone_tints_the_picture() -> None:
+def test_style_with_only_paper_tints_picture() -> None:
     np.testing.assert_allclose(layered(paper="#ffe0c0"), COLORS * PAPER, atol=1e-6)
 
 
 @pytest.mark.parametrize("ink", ["#000000", "#ffffff", "#808080", "#204080"])
-def test_ink_is_drawn_alike_in_whatever_form_the_background_is(ink: str) -> None:
-    """Luma and chroma apart, RGB, and gray."""
+def test_ink_is_drawn_identically_on_all_forms_of_background(ink: str) -> None:
+    """Separate luma and chroma, RGB, and gray."""
     source = codes(VIDEO, 20, 22)
     for background in ([step("brightness", factor=1.0)], [step("saturation", factor=1.0)], [step("to_gray")]):
         plain = rgb_of(run(style(*background), source, target=FLOAT))
@@ -89,8 +89,8 @@ def test_ink_is_drawn_alike_in_whatever_form_the_background_is(ink: str) -> None
 
 
 @pytest.mark.parametrize("background", [(), (step("to_gray"),)], ids=["lines alone", "gray"])
-def test_chroma_of_inks_on_paper_is_that_of_their_colors(background: tuple[Any, ...]) -> None:
-    """Averaged to the target's grid from what covers the paper, not from chroma at every pixel."""
+def test_chroma_of_inks_on_paper_matches_colors(background: tuple[Any, ...]) -> None:
+    """It is averaged to the target's grid from the coverage of the paper, not from chroma at every pixel."""
     chosen = style(*background, lines=(step("sobel", invert=True),), ink="#204080", paper="#ffe0c0")
     source = codes(VIDEO, 21, 23)
     planes, color = run(chosen, source), run(chosen, source, target=FLOAT, rgb=True)
@@ -106,7 +106,7 @@ def test_black_ink_on_a_gray_page_stays_gray() -> None:
     assert all(np.all(plane == 128) for plane in out.chroma)
 
 
-def test_a_step_starts_from_what_was_saved() -> None:
+def test_step_starts_from_saved_picture() -> None:
     dark, gray = np.float32(0.5) * GRAY, GRAY
     steps = [
         step("brightness", factor=0.5, save="dark"),
@@ -132,8 +132,8 @@ def test_layers_see_what_earlier_layers_saved() -> None:
     np.testing.assert_allclose(run_color(chosen, COLORS), cover[..., None] * np.repeat(half, 3, 2), atol=1e-5)
 
 
-def test_a_saved_picture_is_brought_to_another_working_size() -> None:
-    """A quarter of the size: blend gets the source in it, to_color the source's chroma."""
+def test_saved_picture_is_resampled_to_working_size() -> None:
+    """At a quarter of the size, blend gets the source in this size, and to_color the source's chroma."""
     y, x = np.mgrid[:32, :48]
     luma = (0.2 + 0.01 * x + 0.005 * y).astype(np.float32)
     blue = (0.001 * x - 0.002 * y).astype(np.float32)
@@ -153,8 +153,8 @@ def test_a_saved_picture_is_brought_to_another_working_size() -> None:
     np.testing.assert_allclose(result.chroma[1][inside], -blue[inside], atol=1e-5)
 
 
-def test_to_color_gives_the_colours_that_the_picture_had() -> None:
-    """Those before to_gray, not the source's; a new luma under them."""
+def test_to_color_restores_original_colours() -> None:
+    """The colours before to_gray, not the source's, over the new luma."""
     steps = [step("hue", angle=90), step("to_gray"), step("brightness", factor=0.5), step("to_color")]
     turned = run(style(steps[0]), Picture(FLOAT, color=COLORS), target=FLOAT)
     result = run(style(*steps), Picture(FLOAT, color=COLORS), target=FLOAT)

@@ -38,13 +38,13 @@ LUMA_STYLES = {
 
 
 @every_source
-def test_plain_returns_the_very_picture(source: Picture) -> None:
+def test_plain_returns_same_picture_object(source: Picture) -> None:
     assert run(style(), source, rgb=source.color is not None) is source
 
 
 @pytest.mark.parametrize("steps", LUMA_STYLES.values(), ids=LUMA_STYLES)
 @pytest.mark.parametrize("name", ["video", "deep"])
-def test_luma_styles_hand_the_chroma_planes_on(steps: list[Step], name: str) -> None:
+def test_luma_styles_pass_chroma_planes_through(steps: list[Step], name: str) -> None:
     source = SOURCES[name]
     result = run(style(*steps), source)
     assert result.chroma is not None and source.chroma is not None
@@ -53,7 +53,7 @@ def test_luma_styles_hand_the_chroma_planes_on(steps: list[Step], name: str) -> 
     assert np.any(result.luma != source.luma)
 
 
-def test_chroma_is_not_even_read(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_chroma_is_not_read(monkeypatch: pytest.MonkeyPatch) -> None:
     def read(*_: object) -> None:
         raise AssertionError("chroma was converted")
 
@@ -84,7 +84,7 @@ def test_sources_are_never_written_to(source: Picture) -> None:
 
 @every_source
 @every_target
-def test_the_result_is_encoded_as_the_target_says(source: Picture, target: Encoding) -> None:
+def test_result_has_target_encoding(source: Picture, target: Encoding) -> None:
     """A style without effect: the same colours in another encoding."""
     result = run(style(step("blend", opacity=0.0)), source, target=target)
     assert result.encoding == target
@@ -102,7 +102,7 @@ def test_the_result_is_encoded_as_the_target_says(source: Picture, target: Encod
 
 
 def in_planes(rgb: np.ndarray, target: Encoding) -> list[np.ndarray]:
-    """Codes before rounding, in float64; chroma averaged over a box of one step around each sample."""
+    """Codes before rounding, in float64; chroma is averaged over a box of one step around each sample."""
     red, blue = {"bt601": (0.299, 0.114), "bt709": (0.2126, 0.0722), "bt2020": (0.2627, 0.0593)}[
         target.matrix
     ]
@@ -113,7 +113,7 @@ def in_planes(rgb: np.ndarray, target: Encoding) -> list[np.ndarray]:
 
 
 def boxed(plane: np.ndarray, target: Encoding) -> np.ndarray:
-    """Each half of a pixel counted by itself, which any box whose ends lie on halves of pixels allows."""
+    """Average half pixels, which is exact for any box whose ends are at half pixels."""
     for axis, step_, siting in zip((1, 0), target.step, target.siting, strict=True):
         if step_ > 1:
             count = -(-plane.shape[axis] // step_)
@@ -140,7 +140,7 @@ def test_rgb_is_full_range_and_packed(source: Picture, depth: int) -> None:
     [(8, 8, 1), (8, 16, 257.0), (16, 8, 1 / 257), (8, 0, 1 / 255), (0, 8, 255)],
 )
 @pytest.mark.parametrize("rgb", [False, True])
-def test_alpha_is_handed_on(depth: int, target_depth: int, factor: float, rgb: bool) -> None:
+def test_alpha_is_passed_through(depth: int, target_depth: int, factor: float, rgb: bool) -> None:
     top = 1 if depth == 0 else 2**depth - 1
     encoding = replace(RGB8, depth=depth)
     values = (noise(9, 8, 4) * top).astype(encoding.dtype)

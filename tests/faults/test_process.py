@@ -22,7 +22,7 @@ from media import make_clip
 from waiting import LONG, eventually
 
 from vidstyle import cli
-from vidstyle.cpu.plain import PlainRenderer
+from vidstyle.cpu.passthrough import PassthroughRenderer
 from vidstyle.media.read.reader import Reader
 from vidstyle.media.write.film_writer import FilmWriter
 
@@ -199,7 +199,7 @@ def test_38_a_stage_that_fails_ends_all(tmp_path: Path, monkeypatch, capfd, stag
     if stage == "read":
         monkeypatch.setattr(Reader, "__iter__", failing_reader(Reader.__iter__))
     elif stage == "style":
-        monkeypatch.setattr(PlainRenderer, "run", fail_at(40, PlainRenderer.run))
+        monkeypatch.setattr(PassthroughRenderer, "run", fail_at(40, PassthroughRenderer.run))
     else:
         monkeypatch.setattr(FilmWriter, "write", fail_at(40, FilmWriter.write))
     running = own_threads()

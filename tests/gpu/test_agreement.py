@@ -1,6 +1,6 @@
 """GPU results agree with CPU results: every block at every setting, every style, in both forms of passes.
 
-Settings are combined in pairs, at one size, half of them each day; `-m thorough` tries each at all sizes.
+Settings are combined in pairs at one size, half of them each day; `-m thorough` tests each at all sizes.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ sessions = Sessions.fixture()
 
 
 def all_settings(block: Block, folder: Path) -> list[dict[str, Any]]:
-    """Those of every block test, and each saved picture and what the folder has for a parameter given too."""
+    """Settings as in the tests of every block, plus all saved pictures and files of the folder."""
     found = settings(block)
     for name, parameter in block.parameters.items():
         if isinstance(parameter.control, SavedRef):
@@ -42,7 +42,7 @@ def all_settings(block: Block, folder: Path) -> list[dict[str, Any]]:
 
 
 def paired_settings(block: Block, folder: Path) -> list[tuple[dict[str, Any], MakePicture]]:
-    """Values and a picture to try: defaults, ends, options, saved pictures and assets meet in pairs."""
+    """Values and pictures that combine defaults, ends, options, saved pictures and assets in pairs."""
     factors = {name: [None, *values] for name, values in ends_of(block).items()}
     for name, parameter in block.parameters.items():
         if isinstance(parameter.control, SavedRef):
@@ -58,17 +58,17 @@ def paired_settings(block: Block, folder: Path) -> list[tuple[dict[str, Any], Ma
 
 
 def shapes_for(block: Block, values: dict[str, Any]) -> dict[str, tuple[int, int]]:
-    """All sizes; but small pictures for learned filters, which read much, and for the ways of `lic`.
+    """All sizes, but small pictures for learned filters, which read many pixels, and for `lic`.
 
-    The longest ways take 44 steps, of which each reads the pixel that it has come to: at the border of two
-    pixels rounding decides, and the rest of the way differs.
+    The longest lines of `lic` take 44 steps, each of which reads the pixel at its position: at the border of
+    two pixels rounding decides, and the rest of the line differs.
     """
     small = values and (block.kind == "learned" or block.name == "lic")
     return {"1x1": (1, 1), "243x181": (181, 243)} if small else SHAPES
 
 
 def makers_for(block: Block) -> list[MakePicture]:
-    """A film's picture; and a gray one for blocks that work on whatever channels there are."""
+    """A picture of a film, and a gray one for blocks that work on any channels."""
     return [film_picture, gray_picture] if block.on == "channels" else [film_picture]
 
 
@@ -100,9 +100,7 @@ def block_faults(
 
 @every_block
 @pytest.mark.parametrize("half", of_the_day(range(2), 1))
-def test_every_block_gives_what_it_gives_on_the_cpu(
-    block: Block, half: int, sessions: Sessions, folder: Path
-) -> None:
+def test_every_block_agrees_with_cpu(block: Block, half: int, sessions: Sessions, folder: Path) -> None:
     defaults, *others = paired_settings(block, folder)
     found = block_faults(sessions, block, {}, folder, (1, 1), (1, 50), (50, 1))
     for values, make in (defaults, *others[half::2]):
@@ -113,7 +111,7 @@ def test_every_block_gives_what_it_gives_on_the_cpu(
 
 
 def test_large_ellipses_agree(sessions: Sessions, folder: Path) -> None:
-    """On a page so large that squares of pixels have the same weight."""
+    """On a page large enough that squares of pixels share a weight."""
     chosen = replace(block_style(all_blocks()["kuwahara"], {"radius": 7}, folder), height=32)
     for side in (60, 96):
         assert faults(sessions, chosen, film_picture(side, side + 3), f"kuwahara, side {side}", FORMS) == []
@@ -154,12 +152,12 @@ CODES = [np.arange(16, 236, dtype=np.uint8), np.arange(256, dtype=np.uint8)]
 @pytest.mark.parametrize("before", BEFORE.values(), ids=BEFORE)
 @pytest.mark.parametrize("name", ["posterize", "pattern"])
 @pytest.mark.parametrize("turn", of_the_day(range(2), 1))
-def test_a_code_upon_the_border_of_two_tones_gets_the_same_one(
+def test_codes_on_border_of_tones_get_same_tone(
     turn: int, name: str, before: tuple[Step, ...], sessions: Sessions
 ) -> None:
-    """All codes of 8 bits, in as many tones as there may be, without a ramp between them.
+    """All 8-bit codes, in all numbers of tones, without a ramp between tones.
 
-    The two ranges of codes take turns.
+    The two ranges of codes alternate.
     """
     levels = all_blocks()[name].parameters["levels"].control
     assert isinstance(levels, Slider)
@@ -173,9 +171,9 @@ def test_a_code_upon_the_border_of_two_tones_gets_the_same_one(
 
 
 def style_faults(name: str, sessions: Sessions, **shapes: Sequence[tuple[int, int]]) -> list[str]:
-    """Where a style disagrees on a film's picture and on a gray one, each of some sizes."""
+    """Disagreements of a style on a picture of a film and on a gray one, at these sizes."""
     chosen = load_style(name)
-    # The plain style hands a gray picture on as it is, which no session is asked for.
+    # The plain style passes a gray picture through without a session.
     makers = {"film": film_picture} if chosen.is_plain else {"film": film_picture, "gray": gray_picture}
     return [
         line
@@ -186,7 +184,7 @@ def style_faults(name: str, sessions: Sessions, **shapes: Sequence[tuple[int, in
 
 
 @pytest.mark.parametrize("name", of_the_day(style_names(), 7))
-def test_every_style_gives_what_it_gives_on_the_cpu(name: str, sessions: Sessions) -> None:
+def test_every_style_agrees_with_cpu(name: str, sessions: Sessions) -> None:
     assert style_faults(name, sessions, film=[ODD], gray=[SMALL]) == []
 
 

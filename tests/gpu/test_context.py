@@ -1,4 +1,4 @@
-"""OpenGL devices: found, opened, chosen and closed. On a machine without a graphics card they are Mesa's."""
+"""OpenGL devices: finding, opening, choosing and closing. Without a graphics card these are Mesa's."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ from vidstyle.gpu.device import devices as devices
 from vidstyle.gpu.device.context import close_context, count_devices, open_context
 from vidstyle.gpu.device.devices import DeviceChoice, choose, has_gpu_hardware, list_devices
 
-pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="EGL is Linux's")
+pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux has EGL")
 
 NO_VENDOR = {"__EGL_VENDOR_LIBRARY_DIRS": "/nonexistent", "__EGL_VENDOR_LIBRARY_FILENAMES": ""}
 REMEDY = "apt-get install libegl1 libgl1 libgl1-mesa-dri"
 
 OPEN = "context = open_context(); print(context.version_code); close_context(context)"
-ALL_SOFTWARE = "devices.SOFTWARE = ('',)"
-"""Every renderer's name holds this word."""
-ALL_REAL = "devices.SOFTWARE = ()"
+ALL_SOFTWARE = "devices.SOFTWARE_NAMES = ('',)"
+"""Every renderer's name contains this text."""
+ALL_REAL = "devices.SOFTWARE_NAMES = ()"
 A_CARD = "devices.DEVICE_FILES = ('/dev/null',)"
 NO_CARD = "devices.DEVICE_FILES = ()"
 
 
 def answer(*lines: str, **environment: str) -> str:
-    """What a program prints in a process without a display, in which OpenGL was never used."""
+    """Return the output of a program in a new process without a display."""
     program = f"""
 from vidstyle.errors import VidstyleError
 from vidstyle.gpu.device import context
@@ -54,7 +54,7 @@ except VidstyleError as error:
 
 
 def drawn(context: Any) -> bytes:
-    """The bytes of one pixel that is painted in the context."""
+    """Return the bytes of one pixel that is drawn in the context."""
     framebuffer = context.simple_framebuffer((1, 1), 4)
     framebuffer.clear(1.0, 0.2, 0.4, 1.0)
     return framebuffer.read(components=4)
@@ -80,7 +80,7 @@ def test_a_context_opens_without_a_display() -> None:
     assert int(answer(OPEN)) >= 330
 
 
-def test_each_thread_has_a_context_of_its_own() -> None:
+def test_each_thread_has_separate_context() -> None:
     assert in_a_thread(draw_and_close) == PAINTED
     context = open_context(0)
     try:
@@ -91,7 +91,7 @@ def test_each_thread_has_a_context_of_its_own() -> None:
     assert draw_and_close() == PAINTED
 
 
-def test_to_look_for_devices_leaves_the_callers_context_alone() -> None:
+def test_listing_devices_keeps_callers_context() -> None:
     context = open_context()
     try:
         devices._device.cache_clear()
@@ -109,7 +109,7 @@ def test_a_wrong_number_is_a_device_error(index: int) -> None:
 
 
 def test_without_the_library_the_package_is_named(tmp_path: Path) -> None:
-    (tmp_path / "libEGL.so.1").touch()  # the loader finds it first, and that it is no library
+    (tmp_path / "libEGL.so.1").touch()  # the loader finds it first, and rejects it
     broken = answer(OPEN, LD_LIBRARY_PATH=str(tmp_path))
     assert broken.startswith("DeviceError 6 OpenGL: ") and broken.endswith(
         f"libEGL.so.1: file too short; {REMEDY}"
@@ -118,7 +118,7 @@ def test_without_the_library_the_package_is_named(tmp_path: Path) -> None:
     assert missing.startswith("DeviceError 6 OpenGL: libnone.so.1: ") and missing.endswith(f"; {REMEDY}")
 
 
-def test_opengl_is_looked_for_in_every_library() -> None:
+def test_every_opengl_library_is_tried() -> None:
     assert int(answer("context.GL_LIBRARIES = ('libnone.so.1', 'libEGL.so.1')", OPEN)) >= 330
     nowhere = answer("context.GL_LIBRARIES = ('libnone.so.1', 'libnone.so.2')", OPEN)
     assert nowhere.startswith("DeviceError 6 OpenGL: no OpenGL 3.3 (libnone.so.1 not loaded); ")
@@ -134,24 +134,24 @@ def test_without_a_driver_there_is_no_device(device: str) -> None:
     assert answer(A_CARD, "print(*vars(choose('auto')).values())", **NO_VENDOR) == notice
 
 
-def test_a_driver_that_cannot_be_loaded_keeps_quiet() -> None:
-    """Mesa would warn on standard error. Newer ones are not parted from their drivers, and open."""
+def test_driver_that_cannot_be_loaded_is_silent() -> None:
+    """Mesa would warn on standard error. Newer versions include their drivers, and open."""
     line = answer(OPEN, LIBGL_DRIVERS_PATH="/nonexistent")
     assert line.isdigit() or line.startswith("DeviceError 6 OpenGL: no OpenGL 3.3 (eglInitialize failed")
 
 
-def test_a_driver_that_is_too_old_is_refused() -> None:
+def test_old_driver_is_refused() -> None:
     old = answer(OPEN, MESA_GL_VERSION_OVERRIDE="3.0")
     assert old.startswith("DeviceError 6 OpenGL: no OpenGL 3.3 (") and old.endswith("driver")
 
 
-def test_passes_are_of_a_form_that_the_version_has() -> None:
+def test_form_of_passes_fits_version() -> None:
     form = "device = list_devices()[0]; print(device.version, device.form)"
     assert answer(form, MESA_GL_VERSION_OVERRIDE="3.3") == "330 fragment"
     assert answer(form, MESA_GL_VERSION_OVERRIDE="4.3") == "430 compute"
 
 
-def test_devices_say_what_they_are() -> None:
+def test_devices_describe_themselves() -> None:
     context = open_context(0)
     info, version = dict(context.info), context.version_code
     close_context(context)
@@ -161,12 +161,12 @@ def test_devices_say_what_they_are() -> None:
     assert device.software == ("llvmpipe" in device.name)
 
 
-def test_the_cpu_is_chosen_without_a_word() -> None:
+def test_cpu_is_chosen_without_notice() -> None:
     assert choose("cpu") == DeviceChoice(None, "")
 
 
 @pytest.mark.parametrize("word", ["", "GPU", "cuda", "gpu:", "gpu:-1", "gpu:one", "gpu:0 ", "gpu:²"])
-def test_another_word_is_a_usage_error(word: str) -> None:
+def test_unknown_device_is_usage_error(word: str) -> None:
     with pytest.raises(UsageError, match="is not a device; choose one of auto, cpu, gpu, gpu:N$"):
         choose(word)
 
@@ -184,13 +184,13 @@ def test_another_word_is_a_usage_error(word: str) -> None:
     ],
 )
 def test_the_choice_and_its_notice(device: str, settings: list[str], chosen: int | None, notice: str) -> None:
-    software = "is software that draws on the CPU: --device cpu is faster"
+    software = "is a software renderer: --device cpu is faster"
     expected = notice.format(name=list_devices()[0].name, software=software)
     choice = f"choice = choose('{device}'); print(choice.device and choice.device.index, choice.notice)"
     assert answer(*settings, choice) == f"{chosen} {expected}"
 
 
-def test_a_number_that_no_device_has_says_which_there_are() -> None:
+def test_unknown_device_number_lists_devices() -> None:
     with pytest.raises(DeviceError) as failure:
         choose("gpu:999")
     there = " or ".join(map(str, list_devices()))
@@ -198,7 +198,7 @@ def test_a_number_that_no_device_has_says_which_there_are() -> None:
     assert "gpu:0, " in there
 
 
-def test_auto_looks_at_opengl_only_where_there_may_be_a_card() -> None:
+def test_auto_loads_opengl_only_with_graphics_card() -> None:
     loaded = "import sys; choose('auto'); print('moderngl' in sys.modules)"
     assert answer(NO_CARD, loaded) == "False"
     assert answer(A_CARD, loaded) == "True"
@@ -217,9 +217,9 @@ def test_cards_are_known_by_their_files(tmp_path: Path, monkeypatch: pytest.Monk
         (tmp_path / "dev" / name).unlink()
 
 
-def test_auto_says_why_a_card_cannot_be_used(tmp_path: Path) -> None:
+def test_auto_reports_why_card_cannot_be_used(tmp_path: Path) -> None:
     card = tmp_path / "renderD128"
-    card.symlink_to("nothing")  # not even an administrator can open it
+    card.symlink_to("nothing")  # not even root can open it
     nvidia = tmp_path / "nvidia0"
     nvidia.touch()
     for file, reason in ((card, f"{card} may not be opened by this"), (nvidia, "NVIDIA's OpenGL is not ins")):
@@ -228,8 +228,8 @@ def test_auto_says_why_a_card_cannot_be_used(tmp_path: Path) -> None:
         assert notice.startswith(f"no GPU: {reason}") and notice.endswith("; using the CPU")
 
 
-def test_closed_contexts_leave_nothing_behind() -> None:
-    """Neither files nor memory, and not in threads that have ended either."""
+def test_closed_contexts_leak_nothing() -> None:
+    """Neither files nor memory, also not in threads that have ended."""
 
     def use() -> None:
         context = open_context()
@@ -247,8 +247,8 @@ def test_closed_contexts_leave_nothing_behind() -> None:
     for run in (use, lambda: in_a_thread(use)):
         run()
         files = process.num_fds()
-        # Once a large process may take more for itself; what is left behind grows each time.
-        assert any(growth(run) < 10 << 23 for _ in range(3)), "half of what twenty would leave"
+        # A large process may allocate more for other reasons once; a leak grows each time.
+        assert any(growth(run) < 10 << 23 for _ in range(3)), "half of the leak of twenty contexts"
         assert process.num_fds() == files
 
 

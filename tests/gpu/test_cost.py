@@ -30,7 +30,7 @@ from vidstyle.gpu.compile.explain import (
 )
 from vidstyle.gpu.compile.glsl import Form
 from vidstyle.gpu.compile.plan import Plan, make_plan, plan_for_video
-from vidstyle.gpu.compile.shader_nodes import WORKING, plane_format
+from vidstyle.gpu.compile.shader_nodes import WORKING_FORMATS, plane_format
 from vidstyle.gpu.compile.shader_writer import write_shader
 from vidstyle.style import Style, expand, load_style, style_names
 from vidstyle.style.resolve import resolve
@@ -40,7 +40,7 @@ BLOCKS = [subject for subject in SUBJECTS if subject.kind == "block"]
 every_form = pytest.mark.parametrize("form", FORMS)
 
 STRUCTURE = {"passes", "sigma", "p"}
-"""Sliders of learned blocks that say how often a bank runs, which one, and what its result is kept in."""
+"""Sliders of learned blocks that decide the number of passes, the bank, and the format of its result."""
 
 FIVE = style(
     step("brightness", factor=1.1), step("saturation"), step("hue"), step("posterize"), step("soft_threshold")
@@ -67,7 +67,7 @@ def test_five_pixel_blocks_are_one_compute_pass() -> None:
 
 
 def test_as_fragments_a_second_small_pass_averages_chroma() -> None:
-    """A fragment cannot see what its neighbours have computed, so their chroma goes through a texture."""
+    """A fragment cannot read values of its neighbours, so their chroma is stored in a texture."""
     plan = plan_for_video(FIVE, 1920, 1080, "fragment")
     assert [each.shape for each in plan.passes] == [(1080, 1920), (540, 960)]
     assert [pass_traffic(plan, each) for each in plan.passes] == [Traffic(1.5, 5), Traffic(4, 0.5)]
@@ -75,7 +75,7 @@ def test_as_fragments_a_second_small_pass_averages_chroma() -> None:
 
 
 @pytest.mark.parametrize("form", OPENGL_FORMS)
-def test_a_style_on_luma_alone_moves_a_byte_each_way(form: Form) -> None:
+def test_luma_style_transfers_one_byte_each_way(form: Form) -> None:
     plan = plan_for_video(LUMA, 1920, 1080, form)
     assert (upload_bytes(plan), download_bytes(plan)) == (1, 1)
 
@@ -85,7 +85,7 @@ def test_a_filter_keeps_its_first_half_in_a_texture_of_two_bytes() -> None:
     assert [pass_traffic(plan, each) for each in plan.passes] == [Traffic(1, 2), Traffic(2, 1)]
     assert plan_traffic(plan) == Traffic(3, 3)
     assert held_textures(plan, 8192) == [
-        HeldTexture(90, 160, WORKING["luma"]),
+        HeldTexture(90, 160, WORKING_FORMATS["luma"]),
         HeldTexture(90, 160, plane_format(8)),
     ]
 
@@ -102,7 +102,7 @@ def test_a_sampling_pass_reads_only_its_grid() -> None:
     assert pass_traffic(plan, plan.passes[0]) == Traffic(pytest.approx(samples), pytest.approx(2 * samples))
 
 
-def test_deep_odd_and_packed_pictures_count_what_they_hold() -> None:
+def test_traffic_of_deep_odd_and_packed_pictures() -> None:
     hue = style(step("hue"))
     deep = plan_of(hue, PictureLayout(replace(VIDEO, depth=10), (4, 6), "chroma"))
     assert (upload_bytes(deep), download_bytes(deep), plan_traffic(deep)) == (3, 3, Traffic(3, 3))
@@ -116,7 +116,7 @@ def test_deep_odd_and_packed_pictures_count_what_they_hold() -> None:
 @every_form
 @in_one_test("subject", BLOCKS)
 def test_no_slider_changes_the_text_of_a_shader(subject, form: Form) -> None:
-    """But for how much room is made for the pixels that a filter reads, in few steps."""
+    """Except the size of shared memory for the pixels that a filter reads, in few steps."""
     *before, last = subject.style.background
 
     def texts(**values: float) -> dict[tuple[str, ...], list[str]]:
@@ -137,8 +137,8 @@ def test_no_slider_changes_the_text_of_a_shader(subject, form: Form) -> None:
                 assert form == "compute" or changed == usual
 
 
-def test_a_word_may_change_it() -> None:
-    """Else the test above would compare nothing."""
+def test_choice_may_change_shader_text() -> None:
+    """Otherwise the test above could not fail."""
     plans = [plan_for_video(style(step(name)), 64, 48, "compute") for name in ("hue", "saturation")]
     assert len({write_shader(plan, plan.passes[0]).assembly.text for plan in plans}) == 2
 
@@ -161,7 +161,7 @@ def test_every_pass_of_every_style_is_explained(name: str, form: Form) -> None:
     assert f"form: {len(plan.passes)} pass" in text
 
 
-def test_an_explanation_says_what_stays_between_passes() -> None:
+def test_explanation_names_stored_values() -> None:
     lined = style(step("gaussian"), lines=(step("to_gray"), step("sobel", invert=True)))
     lines = list(lines_of(explain(plan_for_video(lined, 640, 360, "fragment"))))
     text = "\n".join(lines)

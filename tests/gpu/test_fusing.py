@@ -1,4 +1,4 @@
-"""Random styles give the same result with calls fused into few passes and with a pass for each call."""
+"""Random styles give the same result with fused calls and with a separate pass for each call."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from pictures import VIDEO, run, step
 from random_styles import Chance
 
 from vidstyle.core.picture import Encoding, Picture, PictureLayout
-from vidstyle.gpu.compile.passes import MAX_STORED
+from vidstyle.gpu.compile.passes import MAX_STORED_VALUES
 from vidstyle.gpu.compile.plan import make_plan
 from vidstyle.style import Step, Style
 from vidstyle.style.resolve import resolve
@@ -39,11 +39,11 @@ SOURCES = (
 
 fused = Sessions.fixture()
 apart = Sessions.fixture(fused=False)
-"""A pass for each call."""
+"""Sessions with a pass for each call."""
 
 
 def pages_of(chosen: Style, seed: int, *sessions: Sessions) -> Iterator[tuple[str, list[Picture]]]:
-    """By form, the same picture on the CPU and in each of the sessions."""
+    """For each form, the result on the CPU and in each session."""
     source = SOURCES[seed % len(SOURCES)]
     started = {form: [each.start(form, chosen, source, target=VIDEO) for each in sessions] for form in FORMS}
     right = run(chosen, source, target=VIDEO)
@@ -56,7 +56,7 @@ TAME, WILD, LEARNED = range(50), (*range(50, 85), *range(90, 105)), range(100, 1
 
 
 @pytest.mark.parametrize("seed", of_the_day(TAME, 7))
-def test_random_styles_are_alike_however_they_are_fused(seed: int, fused: Sessions, apart: Sessions) -> None:
+def test_random_styles_agree_fused_and_unfused(seed: int, fused: Sessions, apart: Sessions) -> None:
     chosen = Chance(seed, wild=False).style()
     for form, (right, one, other) in pages_of(chosen, seed, fused, apart):
         assert most_off(one, other) <= 1, (form, chosen)
@@ -64,8 +64,8 @@ def test_random_styles_are_alike_however_they_are_fused(seed: int, fused: Sessio
 
 
 @pytest.mark.parametrize("seed", of_the_day(WILD, 7))
-def test_wild_styles_are_alike_but_for_a_few_samples(seed: int, fused: Sessions, apart: Sessions) -> None:
-    """Where contrast is raised a thousandfold, the rounding of textures is seen here and there."""
+def test_wild_styles_agree_except_for_few_samples(seed: int, fused: Sessions, apart: Sessions) -> None:
+    """If contrast is increased a thousandfold, rounding in textures is visible in some samples."""
     chosen = Chance(seed, wild=True).style()
     for form, (right, one, other) in pages_of(chosen, seed, fused, apart):
         assert disagreements(one, other) == [], (form, chosen)
@@ -73,7 +73,7 @@ def test_wild_styles_are_alike_but_for_a_few_samples(seed: int, fused: Sessions,
 
 
 def most_different(fused: Sessions, apart: Sessions, seeds: Iterable[int]) -> list[float]:
-    """The share of samples that are more than a level off, of each style with learned blocks in each form."""
+    """The share of samples that differ by more than a level, of each style with learned blocks and form."""
     off = []
     for seed in seeds:
         chosen = Chance(seed, wild=False, learned=True).style()
@@ -84,23 +84,21 @@ def most_different(fused: Sessions, apart: Sessions, seeds: Iterable[int]) -> li
     return off
 
 
-def test_learned_blocks_among_others_are_alike_but_where_structure_is_doubtful(
-    fused: Sessions, apart: Sessions
-) -> None:
-    """Where it lies upon the border of two bins, rounding chooses; what comes later may enlarge that."""
+def test_learned_blocks_agree_except_at_ambiguous_structure(fused: Sessions, apart: Sessions) -> None:
+    """At the border of two bins rounding decides; later steps may amplify the difference."""
     seeds = np.random.default_rng(DAY).choice(LEARNED, 4, replace=False)
     assert max(most_different(fused, apart, seeds)) < 0.03, seeds
 
 
 @pytest.mark.thorough
-def test_learned_blocks_among_others_are_alike_on_average(fused: Sessions, apart: Sessions) -> None:
+def test_learned_blocks_agree_on_average(fused: Sessions, apart: Sessions) -> None:
     off = most_different(fused, apart, LEARNED)
     assert np.mean(off) < 0.003 and max(off) < 0.03, off
 
 
 @pytest.mark.thorough
-def test_new_random_styles_of_the_day_are_alike(fused: Sessions, apart: Sessions) -> None:
-    """Seeds that nobody has tried."""
+def test_random_styles_of_the_day_agree(fused: Sessions, apart: Sessions) -> None:
+    """With new seeds every day."""
     found = []
     for seed in range(DAY * 100, DAY * 100 + 32):
         chosen = Chance(seed, wild=False).style()
@@ -112,7 +110,7 @@ def test_new_random_styles_of_the_day_are_alike(fused: Sessions, apart: Sessions
 
 
 def many_saved(*first: Step) -> Style:
-    """Twelve pictures saved in a row, each blurred later on, and all of them laid over each other."""
+    """Saves twelve pictures, then blurs each and blends all of them."""
     names = [f"tone_{number}" for number in range(12)]
     base = [
         step("brightness", name, first[-1].save if first else "source", factor=0.5 + 0.1 * number)
@@ -126,8 +124,8 @@ def many_saved(*first: Step) -> Style:
 @pytest.mark.parametrize(
     "chosen", [many_saved(), many_saved(step("gaussian", save="start"))], ids=["of planes", "of a blur"]
 )
-def test_no_pass_keeps_more_pictures_than_a_device_has_targets(chosen: Style, fused: Sessions) -> None:
+def test_no_pass_stores_more_pictures_than_render_targets(chosen: Style, fused: Sessions) -> None:
     for form in FORMS:
         plan = make_plan(chosen, resolve(chosen, *SHAPE), PictureLayout.of(SOURCES[0]), VIDEO, False, form)
-        assert max(len(each.stored) for each in plan.passes) == MAX_STORED
+        assert max(len(each.stored) for each in plan.passes) == MAX_STORED_VALUES
     assert faults(fused, chosen, SOURCES[0], "twelve saved pictures") == []

@@ -25,13 +25,13 @@ BOTH = Style(
     background=(step("saturation", factor=1.4),),
     lines=(step("to_gray"), step("sobel", invert=True, gain=1.5)),
 )
-"""Changes luma and colour, and lays one over the other."""
+"""Changes luma and colour, and blends them."""
 ON_PLANES = style(
     step("brightness", factor=0.9), step("gaussian", sigma=1), step("to_color", chroma="source")
 )
-"""Leaves chroma as it is."""
+"""Keeps chroma unchanged."""
 HALF_SIZE = style(step("scale", factor=0.6), step("brightness", factor=1.1))
-"""Resamples chroma on its own grid."""
+"""Resamples chroma on its grid."""
 
 STEPS = {"4:2:0": (2, 2), "4:2:2": (2, 1), "4:4:4": (1, 1), "4:1:1": (4, 1), "4:1:0": (4, 4), "4:4:0": (1, 2)}
 DEPTHS = (8, 10, 12, 16, 0)
@@ -84,18 +84,18 @@ every_change = pytest.mark.parametrize(
 
 
 @every_change
-def test_every_encoding_goes_through(chosen: Style, sessions: Sessions) -> None:
+def test_every_encoding_agrees(chosen: Style, sessions: Sessions) -> None:
     assert faults_by_encoding(chosen, sessions, PAIRED, SHAPE) == []
 
 
 @pytest.mark.thorough
 @every_change
-def test_every_depth_goes_through_in_every_range_and_grid(chosen: Style, sessions: Sessions) -> None:
+def test_every_depth_agrees_in_every_range_and_grid(chosen: Style, sessions: Sessions) -> None:
     assert faults_by_encoding(chosen, sessions, ENCODINGS, ODD) == []
 
 
 @pytest.mark.parametrize("chosen", [style(), BOTH, ON_PLANES], ids=["plain", "both", "luma"])
-def test_every_change_of_encoding_is_made(chosen: Style, sessions: Sessions) -> None:
+def test_every_change_of_encoding_agrees(chosen: Style, sessions: Sessions) -> None:
     found = [
         line
         for name, (old, new) in CHANGES.items()
@@ -104,7 +104,7 @@ def test_every_change_of_encoding_is_made(chosen: Style, sessions: Sessions) -> 
     assert not found, "\n".join(found)
 
 
-def test_packed_rgb_goes_in_and_out(sessions: Sessions) -> None:
+def test_packed_rgb_as_input_and_output(sessions: Sessions) -> None:
     found = []
     for depth in DEPTHS:
         packed = packed_picture(*SHAPE, replace(RGB8, depth=depth))
@@ -120,7 +120,7 @@ def test_packed_rgb_goes_in_and_out(sessions: Sessions) -> None:
 
 
 @pytest.mark.parametrize("chosen", [style(), BOTH, ON_PLANES], ids=["plain", "both", "luma"])
-def test_gray_comes_out_as_planes_or_rgb(chosen: Style, sessions: Sessions) -> None:
+def test_gray_output_as_planes_or_rgb(chosen: Style, sessions: Sessions) -> None:
     gray = gray_picture(*SHAPE)
     for target, rgb in [(Encoding(depth=10), False), (Encoding("bt601"), False), (RGB8, True)]:
         found = faults(sessions, chosen, gray, f"gray to {named(target)}", target=target, rgb=rgb)
@@ -135,7 +135,7 @@ def test_a_gray_result_has_neutral_chroma(sessions: Sessions) -> None:
 @pytest.mark.parametrize("depth", DEPTHS)
 @pytest.mark.parametrize("target_depth", [8, 10, 0])
 def test_alpha_is_kept(depth: int, target_depth: int, sessions: Sessions) -> None:
-    """The very plane where the depth stays."""
+    """The same plane object if the depth does not change."""
     packed = packed_picture(*SHAPE, replace(RGB8, depth=depth))
     assert packed.color is not None
     source = replace(packed, alpha=np.ascontiguousarray(packed.color[::-1, :, 0]))
@@ -149,7 +149,7 @@ def test_alpha_is_kept(depth: int, target_depth: int, sessions: Sessions) -> Non
 
 
 def views(picture: Picture) -> dict[str, Picture]:
-    """The same samples, lying otherwise in memory."""
+    """The same samples in other memory layouts."""
 
     def changed(change) -> Picture:  # type: ignore[no-untyped-def]
         luma, color = (None if each is None else change(each) for each in (picture.luma, picture.color))
@@ -170,7 +170,7 @@ def views(picture: Picture) -> dict[str, Picture]:
 
 
 @pytest.mark.parametrize("depth", [8, 10, 0])
-def test_memory_may_lie_in_any_order(depth: int, sessions: Sessions) -> None:
+def test_any_memory_order_is_read(depth: int, sessions: Sessions) -> None:
     for source in (
         film_picture(*SHAPE, Encoding(depth=depth)),
         packed_picture(*SHAPE, replace(RGB8, depth=depth)),
@@ -194,12 +194,12 @@ UNTOUCHED = {
         (True, True),
     ),
 }
-"""Styles, and whether luma and chroma are the source's own in the end."""
+"""Styles, and whether luma and chroma of the result are the source's planes."""
 
 
 @pytest.mark.parametrize("name", UNTOUCHED)
 @pytest.mark.parametrize("encoding", [VIDEO, Encoding(depth=10, step=(1, 1)), FLOAT], ids=named)
-def test_planes_that_no_step_touches_are_handed_on(name: str, encoding: Encoding, sessions: Sessions) -> None:
+def test_unmodified_planes_are_passed_through(name: str, encoding: Encoding, sessions: Sessions) -> None:
     chosen, expected = UNTOUCHED[name]
     source = film_picture(*SHAPE, encoding)
     assert faults(sessions, chosen, source, name) == []

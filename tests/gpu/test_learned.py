@@ -41,7 +41,7 @@ def drawn(look: Style, form: Form, shape: tuple[int, int]) -> GpuSession:
 
 
 def numbers_in(session: GpuSession) -> np.ndarray:
-    """The numbers of the filters that the GPU has chosen, H x W."""
+    """Return the numbers of the filters that the GPU has selected, H x W."""
     assert session._runner is not None
     nodes = {name_of(node): node for node in session._runner._slots.nodes}
     node = [nodes[name] for name in CHOICES if name in nodes][-1]
@@ -74,14 +74,12 @@ def name_of(node: ShaderNode) -> str:
     [(ONCE, "tvf_flat"), (SHARED, "etf"), (CURVED, "flow_dog_fine")],
     ids=["each", "shared", "curved"],
 )
-def test_gpu_and_cpu_choose_the_same_filters(
-    form: Form, shape: tuple[int, int], look: Style, name: str
-) -> None:
-    """But where structure lies just upon the border of two bins."""
+def test_gpu_and_cpu_select_same_filters(form: Form, shape: tuple[int, int], look: Style, name: str) -> None:
+    """Except for structure exactly on the border of two bins."""
     session = drawn(look, form, shape)
     picture, bank = film_picture(*shape), shipped_bank(name)
     expected = select_filters(luma_rows(picture, 0, shape[0]), bank.bins, bank.rho)
-    expected = expected.repeat(bank.bins.step, 0).repeat(bank.bins.step, 1)[: shape[0], : shape[1]]
+    expected = expected.repeat(bank.bins.pitch, 0).repeat(bank.bins.pitch, 1)[: shape[0], : shape[1]]
     found = numbers_in(session)
     session.close()
     assert (found == expected).mean() >= 0.98

@@ -1,4 +1,4 @@
-"""Percentiles measured on the GPU: those of NumPy, smoothed as the CPU smooths them."""
+"""Percentiles measured on the GPU: equal to NumPy's, and smoothed as on the CPU."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 from covering import in_one_test
 
 from vidstyle.core.measured import ExponentialSmoother
-from vidstyle.gpu.device.percentiles import Percentiles
+from vidstyle.gpu.device.percentiles import GpuPercentiles
 
 LOW, SPAN = -0.125, 1.25
 CLOSE = 2e-5
@@ -19,8 +19,8 @@ CLOSE = 2e-5
 
 
 @pytest.fixture
-def percentiles(context: moderngl.Context) -> Iterator[Percentiles]:
-    percentiles = Percentiles(context, LOW, SPAN)
+def percentiles(context: moderngl.Context) -> Iterator[GpuPercentiles]:
+    percentiles = GpuPercentiles(context, LOW, SPAN)
     yield percentiles
     percentiles.release()
 
@@ -43,9 +43,9 @@ def numbers(texture: moderngl.Texture) -> np.ndarray:
 
 
 def followed(
-    percentiles: Percentiles, values: np.ndarray, percentages: Sequence[float], share: float = 1.0
+    percentiles: GpuPercentiles, values: np.ndarray, percentages: Sequence[float], share: float = 1.0
 ) -> np.ndarray:
-    """The numbers after this picture."""
+    """Return the percentiles after this picture."""
     samples = coded_texture(percentiles._context, values)
     out = numbers(percentiles.measure(samples, values.shape[::-1], percentages, share))
     samples.release()
@@ -79,20 +79,22 @@ PICTURES = {
     "percentages", [(5, 95), (0, 100), (50, 50), (37.5,), (2, 98), (100, 0), (0.1, 33.3, 66.6, 99.9)]
 )
 @in_one_test("name", PICTURES)
-def test_they_are_those_of_numpy(percentiles: Percentiles, name: str, percentages: tuple[float, ...]) -> None:
+def test_percentiles_equal_numpy(
+    percentiles: GpuPercentiles, name: str, percentages: tuple[float, ...]
+) -> None:
     values = PICTURES[name]
     found = followed(percentiles, values, percentages)
     np.testing.assert_allclose(found, np.percentile(values.astype(float), percentages), rtol=0, atol=CLOSE)
 
 
-def test_of_the_same_codes_they_are_exact(percentiles: Percentiles) -> None:
+def test_percentiles_of_equal_codes_are_exact(percentiles: GpuPercentiles) -> None:
     values = random(200, 300)
     exact = np.percentile(codes(values) / 65535 * SPAN + LOW, (5, 50, 95))
     np.testing.assert_allclose(followed(percentiles, values, (5, 50, 95)), exact, rtol=0, atol=2e-7)
 
 
-def test_only_the_used_part_counts(context: moderngl.Context, percentiles: Percentiles) -> None:
-    """The texture may be larger, as one that is made for the largest picture."""
+def test_only_the_used_part_counts(context: moderngl.Context, percentiles: GpuPercentiles) -> None:
+    """The texture may be larger, as it is created for the largest picture."""
     values = random(40, 50) * 0.1 + 0.5
     larger = random(60, 80)
     larger[:40, :50] = values
@@ -102,21 +104,21 @@ def test_only_the_used_part_counts(context: moderngl.Context, percentiles: Perce
     samples.release()
 
 
-def test_pictures_before_do_not_count(percentiles: Percentiles) -> None:
-    """Also not when they were larger."""
+def test_previous_pictures_have_no_effect(percentiles: GpuPercentiles) -> None:
+    """Even if they were larger."""
     for values in (random(100, 120), random(30, 20) * 0.1, np.full((1, 1), 0.6, np.float32)):
         found = followed(percentiles, values, (0, 5, 95, 100))
         np.testing.assert_allclose(found, np.percentile(values, (0, 5, 95, 100)), rtol=0, atol=CLOSE)
 
 
-def test_fewer_than_four_repeat_the_last(context: moderngl.Context, percentiles: Percentiles) -> None:
+def test_fewer_than_four_repeat_the_last(context: moderngl.Context, percentiles: GpuPercentiles) -> None:
     samples = coded_texture(context, random(30, 40))
     found = numbers(percentiles.measure(samples, (40, 30), (10, 60), 1.0))
     assert found[1] == found[2] == found[3] != found[0]
     samples.release()
 
 
-def test_they_are_smoothed_as_on_the_cpu(percentiles: Percentiles) -> None:
+def test_percentiles_are_smoothed_as_on_the_cpu(percentiles: GpuPercentiles) -> None:
     """Through slow changes, a jump back in time and a constant of 0."""
     smoother, weights = ExponentialSmoother(), ExponentialSmoother()
     times = [(2.0, 0.4), (2.04, 0.4), (2.1, 0.4), (2.2, 0.4), (1.0, 0.4), (1.1, 0.4), (1.2, 0), (1.5, 2.0)]
@@ -128,14 +130,14 @@ def test_they_are_smoothed_as_on_the_cpu(percentiles: Percentiles) -> None:
         np.testing.assert_allclose(found, expected, rtol=0, atol=CLOSE)
 
 
-def test_the_first_measure_is_taken_as_it_is(percentiles: Percentiles) -> None:
+def test_first_measurement_is_not_smoothed(percentiles: GpuPercentiles) -> None:
     assert followed(percentiles, np.full((4, 5), 0.3, np.float32), (50,), share=0.1) == pytest.approx(
         0.3, abs=CLOSE
     )
 
 
-def test_the_numbers_before_stay(context: moderngl.Context, percentiles: Percentiles) -> None:
-    """A frame that is still being drawn reads its own numbers."""
+def test_previous_numbers_stay_valid(context: moderngl.Context, percentiles: GpuPercentiles) -> None:
+    """A frame in flight reads the numbers of its own measurement."""
     samples = [coded_texture(context, np.full((4, 5), value, np.float32)) for value in (0.2, 0.8)]
     textures = [percentiles.measure(each, (5, 4), (50,), 1.0) for each in samples]
     assert [numbers(texture)[0] for texture in textures] == pytest.approx([0.2, 0.8], abs=CLOSE)
@@ -143,8 +145,8 @@ def test_the_numbers_before_stay(context: moderngl.Context, percentiles: Percent
         each.release()
 
 
-def test_two_steps_remember_their_own(context: moderngl.Context, percentiles: Percentiles) -> None:
-    other = Percentiles(context, LOW, SPAN)
+def test_two_steps_have_separate_state(context: moderngl.Context, percentiles: GpuPercentiles) -> None:
+    other = GpuPercentiles(context, LOW, SPAN)
     followed(percentiles, np.full((4, 5), 0.2, np.float32), (50,))
     followed(other, np.full((4, 5), 0.8, np.float32), (50,))
     again = followed(percentiles, np.full((4, 5), 0.4, np.float32), (50,), share=0.5)
@@ -152,16 +154,16 @@ def test_two_steps_remember_their_own(context: moderngl.Context, percentiles: Pe
     other.release()
 
 
-def test_another_range_may_be_said(context: moderngl.Context) -> None:
-    percentiles = Percentiles(context, 0.0, 2.0)
+def test_other_range_is_supported(context: moderngl.Context) -> None:
+    percentiles = GpuPercentiles(context, 0.0, 2.0)
     samples = context.texture((1, 1), 1, np.array([[65535]], np.uint16), dtype="nu2")
     assert numbers(percentiles.measure(samples, (1, 1), (50,), 1.0))[0] == 2.0
     samples.release()
     percentiles.release()
 
 
-def test_others_draw_as_before(context: moderngl.Context, percentiles: Percentiles) -> None:
-    """Into their own target and its viewport, with and without blending, by the context's own function."""
+def test_state_of_other_drawing_is_restored(context: moderngl.Context, percentiles: GpuPercentiles) -> None:
+    """Into their target and its viewport, with and without blending, by the context's blend function."""
     program = context.program(
         "#version 330\nvoid main() { gl_Position = vec4(0.0, 0.0, 0.0, 1.0); }",
         "#version 330\nout vec4 color;\nvoid main() { color = vec4(0.5, 0.5, 0.5, 0.25); }",
@@ -179,7 +181,9 @@ def test_others_draw_as_before(context: moderngl.Context, percentiles: Percentil
         thing.release()
 
 
-def test_what_others_left_enabled_does_no_harm(context: moderngl.Context, percentiles: Percentiles) -> None:
+def test_enabled_flags_of_others_have_no_effect(
+    context: moderngl.Context, percentiles: GpuPercentiles
+) -> None:
     context.enable_only(context.BLEND | context.DEPTH_TEST | context.CULL_FACE | context.PROGRAM_POINT_SIZE)
     for seed in range(3):
         values = random(30, 40, seed)
@@ -189,7 +193,7 @@ def test_what_others_left_enabled_does_no_harm(context: moderngl.Context, percen
 
 
 def alive(context: moderngl.Context) -> set[int]:
-    """The identities of all objects of the context that have not been released, held or not."""
+    """Identities of all objects of the context that have not been released, referenced or not."""
     kinds = (
         moderngl.Texture,
         moderngl.Framebuffer,
@@ -204,9 +208,9 @@ def alive(context: moderngl.Context) -> set[int]:
     return {id(thing) for thing in (*held, *lost)}
 
 
-def test_a_thousand_calls_make_no_new_objects(context: moderngl.Context) -> None:
+def test_many_calls_create_no_objects(context: moderngl.Context) -> None:
     empty = alive(context)
-    percentiles = Percentiles(context, LOW, SPAN)
+    percentiles = GpuPercentiles(context, LOW, SPAN)
     samples = coded_texture(context, random(8, 9))
     names = {percentiles.measure(samples, (9, 8), (5, 95), 0.5).glo for _ in range(2)}
     before = alive(context)

@@ -14,7 +14,7 @@ from vidstyle.block import Asset, Block, Choice, Color, Parameter, SavedRef, Sli
 from vidstyle.blocks import all_blocks
 from vidstyle.core.picture import Encoding, PictureLayout
 from vidstyle.gpu.compile.glsl import Form, functions_of_block
-from vidstyle.gpu.compile.passes import MAX_STORED
+from vidstyle.gpu.compile.passes import MAX_STORED_VALUES
 from vidstyle.gpu.compile.plan import Plan, make_plan
 from vidstyle.gpu.compile.shader_writer import write_shader
 from vidstyle.gpu.compile.slots import ending
@@ -54,20 +54,20 @@ FIVE = style(
 
 def test_five_pixel_blocks_are_one_pass() -> None:
     assert len(plan_of(FIVE).passes) == 1
-    fragment = plan_of(FIVE, "fragment")  # chroma is averaged in a pass of its own
+    fragment = plan_of(FIVE, "fragment")  # chroma is averaged in a separate pass
     assert [each.result.role for each in fragment.passes if each.result] == ["planes", "chroma"]
     assert len(fragment.passes) == 2
     whole = plan_of(FIVE, "fragment", RGB8, encoding=RGB8)
     assert len(whole.passes) == 1
 
 
-def test_pixel_blocks_ride_on_the_filter_before_them() -> None:
+def test_pixel_blocks_are_fused_into_previous_filter() -> None:
     plan = plan_of(style(step("sobel"), step("brightness"), step("gaussian"), step("posterize")))
     assert calls(plan) == [["sobel", "brightness"], ["gaussian_across"], ["gaussian", "posterize"]]
-    assert [image.is_plane for image in plan.passes[0].images] == [True], "the decoder's own luma"
+    assert [image.is_plane for image in plan.passes[0].images] == [True], "the luma plane of the decoder"
 
 
-def test_what_touches_only_luma_sends_and_fetches_only_luma() -> None:
+def test_luma_style_transfers_only_luma() -> None:
     plan = plan_of(style(step("gaussian"), step("brightness")))
     # A picture with chroma is blurred in RGB; a gray one is not.
     assert plan.chroma == "made"
@@ -82,7 +82,7 @@ def test_a_style_that_changes_nothing_needs_no_pass() -> None:
         assert (plan.passes, plan.luma, plan.chroma) == ((), "untouched", "untouched")
 
 
-def test_what_is_saved_and_read_at_its_own_pixel_is_no_texture() -> None:
+def test_saved_picture_read_at_same_pixel_needs_no_texture() -> None:
     look = style(
         step("brightness", save="bright"),
         step("posterize", save="flat"),
@@ -93,7 +93,7 @@ def test_what_is_saved_and_read_at_its_own_pixel_is_no_texture() -> None:
     assert len(plan.passes) == 1 and plan.passes[0].stored == []
 
 
-def test_what_nobody_reads_is_not_computed() -> None:
+def test_unused_values_are_not_computed() -> None:
     look = style(step("gaussian", save="unused"), step("brightness", source="source"))
     assert calls(plan_of(look)) == [["brightness"]]
 
@@ -109,7 +109,7 @@ def test_filters_around_the_same_picture_share_a_pass() -> None:
     assert (across, rest) == (["gaussian_across"] * 2, [["gaussian"], ["gaussian", "blend"]])
 
 
-def test_the_last_pass_lays_lines_over_colours_and_writes_the_planes() -> None:
+def test_last_pass_combines_layers_and_writes_planes() -> None:
     look = style(step("gaussian"), lines=(step("sobel", invert=True), step("soft_threshold")), ink="#402010")
     plan = plan_of(look)
     assert [name for name in calls(plan)[-1] if name.startswith("inked")] == ["inked_color"]
@@ -118,7 +118,7 @@ def test_the_last_pass_lays_lines_over_colours_and_writes_the_planes() -> None:
 
 @in_one_test("form", ["compute", "fragment"])
 @in_one_test("name", style_names())
-def test_passes_run_after_what_they_read_and_textures_are_free_when_used_again(name: str, form: Form) -> None:
+def test_passes_run_after_inputs_and_reuse_only_free_textures(name: str, form: Form) -> None:
     plan = plan_of(vidstyle.load_style(name), form)
     made: set[object] = set()
     for number, each in enumerate(plan.passes):
@@ -134,7 +134,7 @@ def test_passes_run_after_what_they_read_and_textures_are_free_when_used_again(n
         )
 
 
-def test_no_pass_keeps_more_than_opengl_promises() -> None:
+def test_no_pass_exceeds_guaranteed_render_targets() -> None:
     saves = [step("brightness", f"s{number}", "source", factor=0.5 + number / 10) for number in range(14)]
     blurs = [
         part
@@ -142,7 +142,7 @@ def test_no_pass_keeps_more_than_opengl_promises() -> None:
         for part in (step("gaussian", f"b{number}", f"s{number}"), step("blend", other="b0"))
     ]
     plan = plan_of(style(*saves, *blurs))
-    assert max(len(each.stored) for each in plan.passes) <= MAX_STORED
+    assert max(len(each.stored) for each in plan.passes) <= MAX_STORED_VALUES
 
 
 @pytest.mark.parametrize("form", ["compute", "fragment"])
@@ -157,7 +157,7 @@ def test_a_slider_changes_no_shader(form: Form) -> None:
 
 
 @with_shaders
-def test_every_block_has_a_shader_that_asks_for_what_the_block_has(block: Block) -> None:
+def test_shader_parameters_match_block_parameters(block: Block) -> None:
     for signature in functions_of_block(block.name):
         for parameter in signature.parameters:
             name = parameter.name.rstrip("_")
@@ -183,7 +183,7 @@ def glsl_type(parameter: Parameter, block: Block) -> str:
     return TYPES[type(control)]
 
 
-def test_a_page_that_is_too_long_is_done_in_tiles() -> None:
+def test_long_page_is_processed_in_tiles() -> None:
     plan = plan_of(vidstyle.load_style("poster"), shape=(700, 1300))
     jobs = jobs_of(plan, 512)
     assert len(jobs) > 6 and all(max(w.shape) <= 512 for job in jobs for w in job.windows.values())

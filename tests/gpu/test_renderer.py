@@ -1,4 +1,4 @@
-"""The GPU as a `Backend`: one frame in flight, in order and complete, and what happens when it is lost."""
+"""The GPU as a `Backend`: one frame in flight, order, completeness, and loss of the GPU."""
 
 from __future__ import annotations
 
@@ -59,20 +59,20 @@ def by_cpu(picture: Picture, look: Style = LOOK) -> Picture:
 
 
 def differ(one: Picture, two: Picture) -> int:
-    """The largest difference of two pictures' planes, in codes."""
+    """Return the largest difference between the planes of two pictures, in codes."""
     assert one.luma is not None and two.luma is not None and one.chroma and two.chroma
     pairs = zip((one.luma, *one.chroma), (two.luma, *two.chroma), strict=True)
     return max(int(np.abs(a.astype(int) - b.astype(int)).max()) for a, b in pairs)
 
 
 def fail_once(renderer: GpuRenderer) -> None:
-    """Make the driver report an error, by asking it for what does not exist."""
+    """Make the driver report an error by an invalid request."""
     assert renderer._session is not None
     enable = ctypes.CDLL("libGL.so.1").glEnable
     renderer._session._thread.submit(enable, 0xFFFF).result()
 
 
-def test_results_come_in_order_and_are_the_cpus(renderer: GpuRenderer) -> None:
+def test_results_are_in_order_and_agree_with_cpu(renderer: GpuRenderer) -> None:
     sources = [codes(VIDEO, 37, 53, seed) for seed in range(9)]
     pending = [renderer.start(sources[0], 0.0)]
     for number, source in enumerate(sources[1:], 1):
@@ -81,7 +81,7 @@ def test_results_come_in_order_and_are_the_cpus(renderer: GpuRenderer) -> None:
     assert differ(pending[-1].result(), by_cpu(sources[-1])) <= 1
 
 
-def test_any_number_may_be_under_way(renderer: GpuRenderer) -> None:
+def test_any_number_of_pictures_can_be_in_flight(renderer: GpuRenderer) -> None:
     sources = [codes(VIDEO, 20 + seed, 30, seed) for seed in range(6)]
     pending = [renderer.start(source, number / 25) for number, source in enumerate(sources)]
     for source, each in zip(sources, pending, strict=True):
@@ -89,7 +89,7 @@ def test_any_number_may_be_under_way(renderer: GpuRenderer) -> None:
 
 
 def test_readback_lags_one_frame(clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Frame n + 1 is on its way to the GPU before anybody waits for frame n; the last ones arrive too."""
+    """Frame n + 1 is uploaded before the program waits for frame n; the last frames are complete."""
     order: list[tuple[str, float]] = []
     start, fetch = GpuSession._start, GpuSession._fetch
     monkeypatch.setattr(
@@ -112,7 +112,7 @@ def test_readback_lags_one_frame(clip: Path, tmp_path: Path, monkeypatch: pytest
 
 
 @pytest.mark.parametrize("start", [None, 1.0], ids=["whole", "from the middle"])
-def test_a_film_is_the_cpus(clip: Path, tmp_path: Path, start: float | None) -> None:
+def test_film_agrees_with_cpu(clip: Path, tmp_path: Path, start: float | None) -> None:
     from fractions import Fraction
 
     read = vidstyle.ReadOptions(start=None if start is None else Fraction(start))
@@ -138,16 +138,16 @@ def shown(path: Path) -> list[np.ndarray]:
         return [rgb_from_frame(frame).astype(int) for frame in container.decode(video=0)]
 
 
-def test_a_size_that_changes_and_comes_back(renderer: GpuRenderer) -> None:
+def test_size_changes_and_returns(renderer: GpuRenderer) -> None:
     for number, shape in enumerate([(31, 47), (31, 47), (90, 20), (1, 1), (31, 47)]):
         source = codes(VIDEO, *shape, seed=number)
         assert differ(renderer.run(source, number / 25), by_cpu(source)) <= 1
 
 
-def test_a_lost_gpu_is_opened_once_more_and_then_the_cpu_goes_on(
+def test_lost_gpu_is_reopened_once_before_cpu_takes_over(
     renderer: GpuRenderer, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """The pictures that were under way are not lost with it."""
+    """Pictures in flight are not lost."""
     caplog.set_level("INFO", "vidstyle")
     sources = [codes(VIDEO, 24, 36, seed) for seed in range(6)]
     pending = [renderer.start(source, number / 25) for number, source in enumerate(sources[:2])]
@@ -155,26 +155,26 @@ def test_a_lost_gpu_is_opened_once_more_and_then_the_cpu_goes_on(
     for source, each in zip(sources, pending, strict=False):
         assert differ(each.result(), by_cpu(source)) <= 1
     assert [record.message for record in caplog.records] == [
-        "the GPU is lost (the GPU reports GL_INVALID_ENUM; use --device cpu): opened again"
+        "the GPU is lost (the GPU reports GL_INVALID_ENUM; use --device cpu): reopened"
     ]
     assert differ(renderer.run(sources[2], 0.2), by_cpu(sources[2])) <= 1
     fail_once(renderer)
     for number, source in enumerate(sources[3:]):
         assert differ(renderer.run(source, 0.3 + number / 25), by_cpu(source)) == 0 or number == 0
-    assert "the CPU goes on" in caplog.records[-1].message and len(caplog.records) == 2
+    assert "continuing on the CPU" in caplog.records[-1].message and len(caplog.records) == 2
 
 
-def test_a_gpu_that_cannot_be_opened_again_leaves_the_film_to_the_cpu(
+def test_cpu_takes_over_if_gpu_cannot_be_reopened(
     renderer: GpuRenderer, caplog: pytest.LogCaptureFixture
 ) -> None:
     renderer._device = replace(renderer._device, index=99)
     source = codes(VIDEO, 24, 36)
     fail_once(renderer)
     assert differ(renderer.run(source), by_cpu(source)) <= 1
-    assert len(caplog.records) == 1 and "the CPU goes on" in caplog.records[0].message
+    assert len(caplog.records) == 1 and "continuing on the CPU" in caplog.records[0].message
 
 
-def test_a_gpu_that_hangs_is_left(
+def test_cpu_takes_over_if_gpu_hangs(
     renderer: GpuRenderer, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(gpu_renderer, "HANG_SECONDS", 0.2)
@@ -190,7 +190,7 @@ def test_a_gpu_that_hangs_is_left(
     awake.set()
 
 
-def test_without_gpu_and_memory_it_is_said_and_the_exit_code_is_6(
+def test_lost_gpu_without_memory_for_cpu_exits_with_6(
     device: devices.Device, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def no_memory(style: Style) -> Any:
@@ -199,7 +199,7 @@ def test_without_gpu_and_memory_it_is_said_and_the_exit_code_is_6(
     renderer = GpuRenderer(LOOK, device, no_memory)
     renderer._device = replace(device, index=99)
     fail_once(renderer)
-    with pytest.raises(DeviceError, match="no memory") as raised:
+    with pytest.raises(DeviceError, match="not enough memory") as raised:
         renderer.run(codes(VIDEO, 8, 8))
     assert raised.value.exit_code == 6
     renderer.close()
@@ -220,7 +220,7 @@ def test_a_shader_that_does_not_compile_is_named_by_file_and_line(
     assert "shaders/blocks/brightness.glsl:3" in caplog.records[-1].message
 
 
-def test_a_mistake_in_the_style_is_no_fault_of_the_gpu(device: devices.Device, tmp_path: Path) -> None:
+def test_style_error_does_not_count_as_lost_gpu(device: devices.Device, tmp_path: Path) -> None:
     hatched = style(step("pattern", tiles="none"), folder=tmp_path)
     made = GpuRenderer(hatched, device, CpuRenderer)
     with pytest.raises(StyleError, match="is not in the style"):
@@ -229,24 +229,22 @@ def test_a_mistake_in_the_style_is_no_fault_of_the_gpu(device: devices.Device, t
 
 
 @pytest.mark.parametrize(("word", "exit_code"), [("gpu:99", 6), ("tpu", 2)])
-def test_a_device_that_is_not_there_is_one_line(
-    program: Program, clip: Path, word: str, exit_code: int
-) -> None:
+def test_missing_device_is_one_line_error(program: Program, clip: Path, word: str, exit_code: int) -> None:
     outcome = program(clip, "out.mp4", "--device", word, style="sketch")
     assert (outcome.exit_code, len(outcome.lines), outcome.left) == (exit_code, 1, [])
     assert word in outcome.said
 
 
-def test_the_device_is_said_in_a_line(program: Program, clip: Path) -> None:
+def test_device_is_reported_in_one_line(program: Program, clip: Path) -> None:
     outcome = program(clip, "a.mp4", "--frames", "2", "--device", "gpu", style="sketch")
-    assert outcome.exit_code == 0 and "draws on the CPU" in outcome.said
+    assert outcome.exit_code == 0 and "--device cpu is faster" in outcome.said
     outcome = program(clip, "b.mp4", "--frames", "2", style="sketch")
     assert outcome.exit_code == 0 and outcome.said.startswith("vidstyle: no GPU")
     assert len(outcome.lines) == 1
 
 
 @pytest.mark.parametrize("form", ["compute", "fragment"])
-def test_styles_and_sizes_that_change_leave_nothing_behind(device: devices.Device, form: Form) -> None:
+def test_changing_styles_and_sizes_leaks_nothing(device: devices.Device, form: Form) -> None:
     looks = [vidstyle.load_style("sketch"), LOOK, style(step("equalize"), step("sobel"))]
     made = GpuSession(device, form)
     counts = []
@@ -261,7 +259,7 @@ def test_styles_and_sizes_that_change_leave_nothing_behind(device: devices.Devic
 
 
 def living(context: Any) -> int:
-    """How many objects of a context have not been released."""
+    """Return the number of objects of a context that have not been released."""
     import moderngl
 
     kinds = (moderngl.Texture, moderngl.TextureArray, moderngl.Buffer, moderngl.Framebuffer, moderngl.Program)

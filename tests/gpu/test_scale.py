@@ -37,7 +37,7 @@ ROWS = covering_rows(
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_every_method_leads_there_and_back(method: str, sessions: Sessions) -> None:
+def test_every_method_agrees(method: str, sessions: Sessions) -> None:
     found = []
     for row in (row for row in ROWS if row["method"] == method):
         chosen = scaled(row["factor"], method, row["back"])
@@ -47,7 +47,7 @@ def test_every_method_leads_there_and_back(method: str, sessions: Sessions) -> N
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("method", METHODS)
-def test_every_method_leads_there_and_back_by_any_other(method: str, sessions: Sessions) -> None:
+def test_every_pair_of_methods_agrees(method: str, sessions: Sessions) -> None:
     found = []
     for factor, back, make in product(FACTORS, METHODS, (film_picture, packed_picture)):
         label = f"{method} {factor}, back by {back}, {make.__name__}"
@@ -57,7 +57,7 @@ def test_every_method_leads_there_and_back_by_any_other(method: str, sessions: S
 
 @pytest.mark.parametrize("method", of_the_day(list(METHODS), 2))
 def test_the_longest_pages_are_resampled(method: str, sessions: Sessions) -> None:
-    """Made smaller along, and larger across."""
+    """Reduced in length, and enlarged in width."""
     for factor, size in zip((0.37, 1.7), LONGEST, strict=True):
         chosen = scaled(factor, method, method)
         forms = [drawn(FORMS, f"{method} {size}")]
@@ -149,7 +149,7 @@ THIN = ((1, 1), (1, 50), (50, 1))
 
 @pytest.mark.parametrize("name", EVERY)
 def test_sizes_change_between_blocks(name: str, sessions: Sessions) -> None:
-    """Every chain on usual video, and on one of the other kinds: each kind goes through some chains."""
+    """Every chain on common video and on one other kind, so that each kind is tested with some chains."""
     number = list(EVERY).index(name) + DAY
     usual, *others = MAKERS.items()
     found = []

@@ -83,13 +83,13 @@ def test_fragments_share_nothing() -> None:
 
 
 def test_one_pass_prepares_one_choice() -> None:
-    """Two would need twice the shared memory, and two names for it."""
+    """Two would need twice the shared memory."""
     calls = [shader.assembly.text.count("chosen_filter_prepare(radius_") for shader in shaders_of(TWICE)]
     assert sorted(calls)[-2:] == [1, 1]
 
 
 @pytest.mark.parametrize("grid", [(2, 2), (4, 4)])
-def test_shared_memory_stays_below_what_opengl_promises(grid: tuple[int, int], tmp_path: Path) -> None:
+def test_shared_memory_stays_within_guaranteed_size(grid: tuple[int, int], tmp_path: Path) -> None:
     source = PictureLayout(Encoding(step=grid), (180, 320), "chroma")
     looks = [style(step("gaussian", sigma=number / 4)) for number in range(1, 130)]
     for radius in range(1, 17):
@@ -107,12 +107,12 @@ def test_shared_memory_stays_below_what_opengl_promises(grid: tuple[int, int], t
 
 
 def rooms_in(shader: Shader) -> dict[str, int]:
-    """How many values a text has room for, by the names that say so."""
+    """Return the numbers of values in the shared arrays of a shader, by the names of the constants."""
     return {name: int(room) for name, room in re.findall(r"#define (\w+_ROOM) (\d+)", shader.assembly.text)}
 
 
 def shared_bytes(shader: Shader) -> int:
-    """The bytes of all shared arrays in a text, if three numbers are kept as four."""
+    """Return the bytes of all shared arrays of a shader, with vec3 padded to four numbers."""
     rooms, text = rooms_in(shader), shader.assembly.text
     if area := re.search(r"AREA = ivec2\((\d+), (\d+)\)", text):
         rooms["AREA.x * AREA.y"] = int(area[1]) * int(area[2])
@@ -126,7 +126,7 @@ tiled = Sessions.fixture(max_side=64)
 
 
 @pytest.mark.parametrize("name", of_the_day(list(LOOKS), 5))
-def test_small_and_odd_pages_are_as_on_the_cpu(name: str, sessions: Sessions) -> None:
+def test_small_and_odd_pages_agree_with_cpu(name: str, sessions: Sessions) -> None:
     found = [
         line
         for shape in SHAPES
@@ -136,17 +136,17 @@ def test_small_and_odd_pages_are_as_on_the_cpu(name: str, sessions: Sessions) ->
 
 
 @pytest.mark.parametrize("name", of_the_day(list(LOOKS), 5))
-def test_what_does_not_fit_is_read_from_textures_and_looks_the_same(
+def test_filters_without_shared_memory_agree(
     name: str, sessions: Sessions, whole: Sessions, tiled: Sessions, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     picture = film_picture(97, 131)
     right = sessions.run("compute", LOOKS[name], picture)
-    monkeypatch.setattr(shared, "MAX_BYTES", 0)
+    monkeypatch.setattr(shared, "MAX_SHARED_BYTES", 0)
     assert not any(rooms_in(shader) for shader in shaders_of(LOOKS[name]))
     for without_room in (whole, tiled):
         assert disagreements(right, without_room.run("compute", LOOKS[name], picture)) == []
 
 
-def test_a_float_picture_is_shared_as_it_is(sessions: Sessions) -> None:
+def test_float_picture_is_shared_as_float(sessions: Sessions) -> None:
     source = Picture(FLOAT, luma=film_picture(50, 70).luma.astype("float32") / 255)  # type: ignore[union-attr]
     assert faults(sessions, style(step("gaussian", sigma=3)), source, "float") == []

@@ -51,7 +51,7 @@ FILMS = {
 def frame_faults(
     sessions: Sessions, form: Form, chosen: Style, film: Iterable[Picture], rgb: bool
 ) -> list[str]:
-    """Where the GPU's film is not the CPU's."""
+    """Return differences between the films of the GPU and the CPU."""
     found = []
     with CpuRenderer(chosen, 2) as renderer:
         for number, each in enumerate(film):
@@ -71,12 +71,12 @@ def test_films_agree(sessions: Sessions, form: Form, kind: str, turn: int) -> No
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_a_page_too_large_for_one_texture_is_kept_steady_too(tiled: Sessions, form: Form) -> None:
+def test_page_larger_than_texture_is_stabilized(tiled: Sessions, form: Form) -> None:
     assert frame_faults(tiled, form, LINES, panned_film(4), rgb=False) == []
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_luma_and_chroma_hold_still(sessions: Sessions, form: Form) -> None:
+def test_luma_and_chroma_flicker_less(sessions: Sessions, form: Form) -> None:
     def flicker(steady: float) -> list[float]:
         chosen = style(step("brightness", factor=1), steady=steady)
         film = [
@@ -91,7 +91,7 @@ def test_luma_and_chroma_hold_still(sessions: Sessions, form: Form) -> None:
     assert all(held < 0.5 * boiling for held, boiling in zip(flicker(0.5), flicker(0), strict=True))
 
 
-def test_another_style_another_size_and_a_cut_begin_afresh(sessions: Sessions) -> None:
+def test_new_style_size_or_cut_restarts_stabilization(sessions: Sessions) -> None:
     first, second = (
         style(step("brightness", factor=1), steady=1),
         style(step("brightness"), step("brightness", factor=1), steady=1),

@@ -33,7 +33,7 @@ def seams(
     forms: Sequence[Form] = FORMS,
     **options: object,
 ) -> list[str]:
-    """Where tiles and the page done at once differ by more than one code."""
+    """Return where the results with and without tiles differ by more than one code."""
     started = {
         form: [each.start(form, chosen, picture, **options) for each in (whole, tiled)] for form in forms
     }
@@ -74,7 +74,7 @@ STYLES = {name: load_style(name) for name in style_names()} | {
 }
 
 
-def test_tiles_are_what_is_tested(whole: Sessions, tiled: Sessions) -> None:
+def test_pages_are_processed_in_tiles(whole: Sessions, tiled: Sessions) -> None:
     source = film_picture(*SHAPE)
     for form in FORMS:
         drawn = [
@@ -155,7 +155,7 @@ def test_no_seam_is_seen_at_any_size_in_steps(
 
 
 def test_a_measure_over_tiles_is_of_the_whole_page(whole: Sessions, tiled: Sessions) -> None:
-    """What is dark lies in one tile, what is bright in another."""
+    """Dark and bright parts are in different tiles."""
     luma = np.full(SHAPE, 0.5, np.float32)
     luma[:90, :120], luma[-60:, -100:] = 0.2, 0.8
     source = Picture(FLOAT, luma=luma)

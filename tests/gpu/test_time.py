@@ -26,7 +26,7 @@ MEASURED = Style(
     background=(step("gaussian", sigma=1), step("minimum_range", dynamic_range=230, settle=0.1)),
     lines=(step("gaussian", source="source"), step("equalize", settle=2), step("sobel", invert=True)),
 )
-"""Three measures, each with a time constant of its own, one of them of the source."""
+"""Three measures with different time constants; one measures the source."""
 
 
 sessions = Sessions.fixture()
@@ -36,7 +36,7 @@ sessions = Sessions.fixture()
 def frame(
     number: int, name: str = "coffee", shape: tuple[int, int] = SHAPE, encoding: Encoding = VIDEO
 ) -> Picture:
-    """A scene that grows darker and flatter with every frame, but not so much that it were a cut."""
+    """A scene that gets darker and flatter with every frame, but not enough for a cut."""
     color = scene(*shape, name) * np.float32(0.9 - 0.05 * number) + np.float32(0.01 * number)
     rgb = encoding == RGB8
     return run(style(), Picture(FLOAT, color=color), target=encoding, rgb=rgb)
@@ -75,7 +75,7 @@ some_films = pytest.mark.parametrize("case", of_the_day(CASES, len(FILMS)), ids=
 
 
 @some_films
-def test_the_films_own_colours_follow_it_as_on_the_cpu(case: tuple[str, Form], sessions: Sessions) -> None:
+def test_palette_of_film_agrees_with_cpu(case: tuple[str, Form], sessions: Sessions) -> None:
     name, form = case
     film, chosen = FILMS[name], style(step("palette", colors="film-16"))
     right = on_the_cpu(chosen, film)
@@ -85,26 +85,26 @@ def test_the_films_own_colours_follow_it_as_on_the_cpu(case: tuple[str, Form], s
 
 
 @some_films
-def test_measured_blocks_follow_a_film_as_on_the_cpu(case: tuple[str, Form], sessions: Sessions) -> None:
+def test_measured_blocks_agree_with_cpu_over_time(case: tuple[str, Form], sessions: Sessions) -> None:
     name, form = case
     film = FILMS[name]
     right = on_the_cpu(MEASURED, film)
-    # Another style between, so that each film begins afresh.
+    # Another style in between, so that each film starts without state.
     sessions.run(form, style(), film[0][0])
     for number, made in enumerate(on_the_gpu(sessions, form, MEASURED, film)):
         assert disagreements(right[number], made) == [], number
 
 
-def test_the_films_show_what_measured_blocks_remember() -> None:
-    """Each looks otherwise where every picture stands alone, so that the test above can fail."""
+def test_films_depend_on_state_of_measured_blocks() -> None:
+    """Each differs from restyling single pictures, so that the test above can fail."""
     for name, film in FILMS.items():
         alone = on_the_cpu(MEASURED, [(picture, None) for picture, _ in film])
         with_memory = on_the_cpu(MEASURED, film)
         assert any(disagreements(*pair) for pair in zip(alone, with_memory, strict=True)), name
 
 
-def test_another_style_begins_afresh(sessions: Sessions) -> None:
-    """In mid-film, with steps at the places where the old style had its own."""
+def test_new_style_restarts_measurements(sessions: Sessions) -> None:
+    """In mid-film, with measured steps at the same positions as in the old style."""
     film = FILMS["steady"]
     other = Style("other", base=MEASURED.base, lines=(step("equalize", settle=5),))
     for form in FORMS:
@@ -126,8 +126,8 @@ TOGETHER: dict[str, list[Picture]] = {
 
 @pytest.mark.parametrize("max_side", [8192, 64], ids=["whole", "tiled"])
 @pytest.mark.parametrize("name", TOGETHER)
-def test_pictures_started_together_come_back_in_order(name: str, max_side: int) -> None:
-    """Each as if it had been alone; those asked for first stay as they are while others come."""
+def test_concurrent_pictures_return_in_order(name: str, max_side: int) -> None:
+    """Each is the same as without the others; earlier results do not change when later ones arrive."""
     chosen = style(step("gaussian", sigma=2), step("saturation"), step("equalize"))
     pictures = TOGETHER[name]
     right = [run(chosen, picture) for picture in pictures]
@@ -144,7 +144,7 @@ def test_pictures_started_together_come_back_in_order(name: str, max_side: int) 
                 assert disagreements(one, other) == [], (form, number)
 
 
-def test_a_planes_memory_may_be_used_again_once_its_picture_is_started(sessions: Sessions) -> None:
+def test_plane_memory_can_be_reused_after_start(sessions: Sessions) -> None:
     first, second = frame(0), frame(5)
     for form in FORMS:
         expected = sessions.run(form, MEASURED, first)

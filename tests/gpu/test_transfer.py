@@ -21,7 +21,7 @@ every_size = pytest.mark.parametrize("size", SIZES, ids=lambda size: f"{size[1]}
 
 
 def release_dropped(context: moderngl.Context) -> None:
-    """Release what nothing refers to any more; `context.gc()` fails where some of it is released already."""
+    """Release unreferenced objects; `context.gc()` fails if some of them are already released."""
     while context.objects:
         dropped = context.objects.popleft()
         if not isinstance(dropped, moderngl.InvalidObject):
@@ -49,7 +49,7 @@ def samples(shape: tuple[int, ...], dtype: type[np.generic], seed: int = 0) -> n
 
 
 def padded(plane: np.ndarray, padding: int) -> np.ndarray:
-    """The same plane in memory that ends with its last sample, with so many bytes between its rows."""
+    """The same plane in memory that ends with its last sample, with `padding` bytes between rows."""
     row = plane[0].nbytes + padding
     memory = np.full(row * (plane.shape[0] - 1) + plane[0].nbytes, 0xA5, np.uint8)
     strides = (row, *plane.strides[1:])
@@ -59,7 +59,7 @@ def padded(plane: np.ndarray, padding: int) -> np.ndarray:
 
 
 def seen(texture: moderngl.Texture, width: int) -> np.ndarray:
-    """What a texture holds, cut to the plane's width."""
+    """Return the content of a texture, cropped to the plane's width."""
     dtype = TYPES[texture.dtype]
     values = np.frombuffer(texture.read(alignment=1), dtype)
     values = values.reshape(texture.height, texture.width, texture.components)[:, :width]
@@ -67,7 +67,7 @@ def seen(texture: moderngl.Texture, width: int) -> np.ndarray:
 
 
 def alive(context: moderngl.Context) -> list[object]:
-    """All buffers, textures and framebuffers that have not been released, held or not."""
+    """All buffers, textures and framebuffers that have not been released, referenced or not."""
     kinds = (moderngl.Buffer, moderngl.Texture, moderngl.Framebuffer)
     held = [thing for thing in gc.get_objects() if type(thing) in kinds and thing.ctx is context]
     lost = [thing for thing in context.objects if not isinstance(thing, moderngl.InvalidObject)]
@@ -89,7 +89,7 @@ def test_planes_arrive_in_textures(
 
 @every_size
 @every_type
-def test_planes_come_back_as_they_were(
+def test_planes_return_unchanged(
     upload: Upload, download: Download, size: tuple[int, int], dtype: type[np.generic]
 ) -> None:
     planes = {"luma": samples(size, dtype), "blue": samples(size[::-1], dtype, 1)}
@@ -103,10 +103,10 @@ def test_planes_come_back_as_they_were(
 
 @every_size
 @pytest.mark.parametrize("name", TYPES)
-def test_three_of_four_channels_come_back(
+def test_three_of_four_channels_are_read_back(
     context: moderngl.Context, download: Download, size: tuple[int, int], name: str
 ) -> None:
-    """Beside a plane of another type and an odd number of bytes, so that the offset matters."""
+    """Together with a plane of another type and an odd number of bytes, so that the offset matters."""
     color = samples((*size, 4), TYPES[name])
     gray = samples((3, 5), np.uint8)
     textures = [
@@ -138,7 +138,7 @@ LAYOUTS = {
     "one-column-of-many": (lambda plane: plane[:, 5:6], None),
     "repeated": (lambda plane: np.broadcast_to(plane[:1], plane.shape), 0),
 }
-"""Arrays made of a contiguous one, and by how many bytes the texture's rows are longer, where it is sure."""
+"""Arrays derived from a contiguous one, and the extra bytes of the texture's rows if known."""
 
 
 @every_type
@@ -161,10 +161,8 @@ def test_any_layout_is_sent(
 @every_type
 @in_one_test("layout", LAYOUTS)
 @in_one_test("shape", [(37, 53), (37, 53, 3)])
-def test_only_the_planes_own_memory_is_read(
-    shape: tuple[int, ...], layout: str, dtype: type[np.generic]
-) -> None:
-    """From its first sample to its last, and without a copy where its rows allow that."""
+def test_only_memory_of_plane_is_read(shape: tuple[int, ...], layout: str, dtype: type[np.generic]) -> None:
+    """From its first to its last sample, and without a copy if its rows allow it."""
     plane = LAYOUTS[layout][0](samples(shape, dtype))
     _, memory = _layout_and_memory(plane, 4096)
     if np.shares_memory(memory, plane):
@@ -191,7 +189,7 @@ def test_a_row_wider_than_any_texture_is_cut(context: moderngl.Context, upload: 
     np.testing.assert_array_equal(seen(texture, widest), plane)
 
 
-def test_a_plane_may_change_once_it_is_sent(upload: Upload) -> None:
+def test_plane_can_change_after_send(upload: Upload) -> None:
     plane = samples((361, 641), np.uint8)
     sent = plane.copy()
     texture = upload.send({"luma": plane})["luma"]
@@ -199,15 +197,15 @@ def test_a_plane_may_change_once_it_is_sent(upload: Upload) -> None:
     np.testing.assert_array_equal(seen(texture, 641), sent)
 
 
-def test_the_textures_of_the_picture_before_stay(upload: Upload) -> None:
-    """Also when the next picture is of another size."""
+def test_textures_of_previous_picture_stay_valid(upload: Upload) -> None:
+    """Even if the next picture has another size."""
     before, now = samples((40, 50), np.uint8), samples((30, 20), np.uint8, 1)
     textures = [upload.send({"luma": plane})["luma"] for plane in (before, now)]
     np.testing.assert_array_equal(seen(textures[0], 50), before)
     np.testing.assert_array_equal(seen(textures[1], 20), now)
 
 
-def test_textures_are_used_again_in_turn(upload: Upload) -> None:
+def test_textures_are_reused_alternately(upload: Upload) -> None:
     names = [upload.send({"luma": samples((40, 50), np.uint8, seed)})["luma"].glo for seed in range(6)]
     assert names == [names[0], names[1]] * 3
     assert names[0] != names[1]
@@ -224,7 +222,7 @@ def gray_texture(context: moderngl.Context, seed: int, size: tuple[int, int] = (
     return context.texture(size, 1, samples((size[1], size[0]), np.uint8, seed), dtype="f1")
 
 
-def test_two_transfers_under_way_keep_their_own(context: moderngl.Context, download: Download) -> None:
+def test_two_transfers_in_flight_are_independent(context: moderngl.Context, download: Download) -> None:
     textures = [gray_texture(context, seed) for seed in range(2)]
     transfers = [download.begin([texture]) for texture in textures]
     for seed, transfer in enumerate(transfers):
@@ -233,8 +231,8 @@ def test_two_transfers_under_way_keep_their_own(context: moderngl.Context, downl
         texture.release()
 
 
-def test_a_third_transfer_ends_the_first(context: moderngl.Context, download: Download) -> None:
-    """Its arrays are kept in it, however many follow and whatever becomes of the texture."""
+def test_third_transfer_finishes_first(context: moderngl.Context, download: Download) -> None:
+    """It keeps its arrays after any number of later transfers and changes to the texture."""
     transfers: list[PlaneTransfer] = []
     for seed in range(7):
         texture = gray_texture(context, seed, (61, 41 + seed))
@@ -245,7 +243,7 @@ def test_a_third_transfer_ends_the_first(context: moderngl.Context, download: Do
         np.testing.assert_array_equal(transfer.arrays()[0], samples((41 + seed, 61), np.uint8, seed))
 
 
-def test_arrays_asked_for_twice_are_the_same(context: moderngl.Context, download: Download) -> None:
+def test_arrays_requested_twice_are_identical(context: moderngl.Context, download: Download) -> None:
     texture = gray_texture(context, 0)
     transfer = download.begin([texture])
     first = transfer.arrays()[0]
@@ -257,7 +255,7 @@ def test_arrays_asked_for_twice_are_the_same(context: moderngl.Context, download
 
 
 @pytest.mark.parametrize("sizes", [24, pytest.param(100, marks=pytest.mark.thorough)])
-def test_changes_of_size_leave_nothing_behind(sizes: int, context: moderngl.Context) -> None:
+def test_size_changes_leak_nothing(sizes: int, context: moderngl.Context) -> None:
     release_dropped(context)
     before = len(alive(context))
     upload, download = Upload(context), Download(context)

@@ -16,9 +16,9 @@ from pictures import SOURCES, planes, run, same_bits, step, style
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.stabilize.blend import source_rows
-from vidstyle.stabilize.blend_codes import WHOLE
+from vidstyle.stabilize.blend_codes import FULL_WEIGHT
 from vidstyle.stabilize.motion import noise_level
-from vidstyle.stabilize.segment import SEGMENT
+from vidstyle.stabilize.segment import SEGMENT_SIZE
 from vidstyle.stabilize.stabilizer import Stabilized, Stabilizer
 from vidstyle.stabilize.warp import in_segments, moves_of
 from vidstyle.style import Style, load_style, override
@@ -26,7 +26,7 @@ from vidstyle.style import Style, load_style, override
 PLAIN = style()
 LINES = style(step("gaussian", sigma=1), step("sobel"))
 STROKES = style(step("pattern"))
-"""A style with marks that lie still on the page."""
+"""A style with marks fixed to the page."""
 
 
 @pytest.fixture(scope="module")
@@ -41,20 +41,20 @@ def restyled(chosen: Style, film: Iterable[Picture], steady: float) -> list[Pict
 
 
 def flicker(film: list[Picture], first: int = 5) -> float:
-    """Mean difference of one picture's luma from the next, in codes."""
+    """Return the mean difference between the luma of successive pictures, in codes."""
     lumas = [np.asarray(each.luma, np.float64) for each in film[first:]]
     return float(np.mean([np.abs(a - b).mean() for a, b in zip(lumas, lumas[1:], strict=False)]))
 
 
 @pytest.mark.parametrize("chosen", [PLAIN, LINES, STROKES], ids=["plain", "lines", "strokes"])
-def test_a_still_scene_flickers_less_the_steadier_it_is_kept(chosen: Style) -> None:
+def test_still_scene_flickers_less_with_higher_steady(chosen: Style) -> None:
     boiling, half, still = (flicker(restyled(chosen, still_film(12), steady)) for steady in (0, 0.5, 1))
 
     assert half < 0.5 * boiling
     assert still < 0.5 * half
 
 
-def test_chroma_is_kept_steady_too() -> None:
+def test_chroma_is_stabilized() -> None:
     def chroma_flicker(steady: float) -> float:
         film = [
             replace(each, luma=each.chroma[0], chroma=None) for each in restyled(PLAIN, still_film(9), steady)
@@ -83,14 +83,14 @@ def test_chroma_that_a_style_never_reads_is_not_stabilized(
     assert same_bits(restyled(chosen, film, 0.5)[-1], result)
 
 
-def test_noise_goes_away_under_a_moving_camera(pool: ThreadPoolExecutor) -> None:
+def test_noise_is_removed_under_moving_camera(pool: ThreadPoolExecutor) -> None:
     stage, wide = Stabilizer(0.5, False, pool), page(180, 320 + 3 * 10)
     for number, each in enumerate(panned_film(10)):
         stabilized = stage.before(each, number / RATE, False).picture
 
     clean = picture(wide[:, 27 : 27 + 320], replace(VIDEO, depth=16)).luma
     assert each.luma is not None and stabilized.luma is not None and clean is not None
-    inner = np.s_[8:-8, 8:-40]  # what has just come into the picture has nothing to be carried on
+    inner = np.s_[8:-8, 8:-40]  # new areas of the picture have no previous samples
 
     def error(luma: np.ndarray) -> float:
         return float(np.sqrt(np.mean((luma[inner].astype(np.float64) - clean[inner]) ** 2)))
@@ -99,7 +99,7 @@ def test_noise_goes_away_under_a_moving_camera(pool: ThreadPoolExecutor) -> None
 
 
 def disc(number: int) -> np.ndarray:
-    """A bright, hard disc that runs over a quiet picture by 17 pixels a frame, more than the flow finds."""
+    """A bright, sharp disc that moves over a quiet picture by 17 pixels per frame, too fast for the flow."""
     planes = np.full((120, 240, 3), 128, np.float32)
     planes[..., 0] = 70
     rows, columns = np.indices((120, 240))
@@ -108,7 +108,7 @@ def disc(number: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize("chosen", [PLAIN, LINES], ids=["plain", "lines"])
-def test_what_moves_leaves_no_trail(chosen: Style) -> None:
+def test_moving_object_leaves_no_trail(chosen: Style) -> None:
     film = [picture(noisy(disc(number), 2, number)) for number in range(10)]
 
     boiling, steady = (restyled(chosen, film, each)[-1].luma for each in (0, 0.5))
@@ -116,11 +116,11 @@ def test_what_moves_leaves_no_trail(chosen: Style) -> None:
     assert boiling is not None and steady is not None
     off = np.abs(boiling.astype(float) - steady)
     assert off.mean() < 2.5  # the noise
-    assert off[:, : 20 + 17 * 9 - 12 - 4].max() < 15  # where the disc has been: it was 130 brighter
+    assert off[:, : 20 + 17 * 9 - 12 - 4].max() < 15  # where the disc was: it was 130 brighter
     assert np.percentile(off, 99.8) < 10
 
 
-def test_a_cut_begins_afresh() -> None:
+def test_cut_restarts_stabilization() -> None:
     other = page(180, 320, "rocket")
     film = [*still_film(6), *(picture(noisy(other, 4, number)) for number in range(3))]
 
@@ -128,7 +128,7 @@ def test_a_cut_begins_afresh() -> None:
 
 
 @pytest.mark.parametrize("times", [(0, 5.0), (1.0, 0.96)], ids=["gap", "back"])
-def test_a_leap_in_time_begins_afresh(times: tuple[float, float]) -> None:
+def test_jump_in_time_restarts_stabilization(times: tuple[float, float]) -> None:
     first, second = still_film(2)
 
     with CpuRenderer(style(steady=1), 2) as renderer:
@@ -136,14 +136,14 @@ def test_a_leap_in_time_begins_afresh(times: tuple[float, float]) -> None:
         assert same_bits(renderer.run(second, times[1]), second)
 
 
-def test_another_size_begins_afresh() -> None:
+def test_new_size_restarts_stabilization() -> None:
     with CpuRenderer(style(steady=1), 2) as renderer:
         renderer.run(next(still_film(1)), 0)
         small = next(still_film(1, shape=(90, 160)))
         assert same_bits(renderer.run(small, 1 / RATE), small)
 
 
-def test_a_picture_that_stands_alone_stays_as_it_is() -> None:
+def test_single_picture_stays_unchanged() -> None:
     first, second = still_film(2)
     with CpuRenderer(style(step("brightness"), steady=1), 2) as renderer:
         renderer.run(first)
@@ -153,7 +153,7 @@ def test_a_picture_that_stands_alone_stays_as_it_is() -> None:
 
 @pytest.mark.parametrize("kind", SOURCES)
 @pytest.mark.parametrize("rgb", [False, True])
-def test_every_kind_of_picture_keeps_its_kind_and_its_colours(kind: str, rgb: bool) -> None:
+def test_every_kind_of_picture_keeps_kind_and_colours(kind: str, rgb: bool) -> None:
     source = SOURCES[kind]
     kept = [plane.copy() for plane in planes(source)]
     plain = run(style(step("brightness", factor=1)), source, time=0, rgb=rgb)
@@ -169,7 +169,7 @@ def test_every_kind_of_picture_keeps_its_kind_and_its_colours(kind: str, rgb: bo
     assert all(np.array_equal(one, two) for one, two in zip(planes(source), kept, strict=True))
 
 
-def test_alpha_is_not_touched() -> None:
+def test_alpha_stays_unchanged() -> None:
     random = np.random.default_rng(1)
     with CpuRenderer(style(step("brightness"), steady=1), 2) as renderer:
         for number in range(3):
@@ -185,7 +185,7 @@ def test_no_size_is_too_small(shape: tuple[int, int]) -> None:
     assert all(each.shape == shape for each in film)
 
 
-def test_the_order_of_samples_in_memory_does_not_matter() -> None:
+def test_memory_order_does_not_affect_result() -> None:
     film = list(panned_film(3))
     turned = [
         replace(
@@ -201,13 +201,13 @@ def test_the_order_of_samples_in_memory_does_not_matter() -> None:
 def test_the_result_does_not_depend_on_bands(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = restyled(LINES, panned_film(4), 0.5)
     monkeypatch.setattr("vidstyle.core.bands.BAND_BYTES", 1)
-    monkeypatch.setattr("vidstyle.stabilize.stabilizer.BAND_RADIUS", 1)
+    monkeypatch.setattr("vidstyle.stabilize.stabilizer.BAND_RADIUS_ROWS", 1)
 
     assert all(same_bits(*pair) for pair in zip(whole, restyled(LINES, panned_film(4), 0.5), strict=True))
 
 
-def test_marks_that_lie_still_are_not_moved_with_the_picture() -> None:
-    """A camera pans past a smooth surface: its strokes are those of the page, and remain so."""
+def test_fixed_marks_do_not_move_with_picture() -> None:
+    """A camera pans over a smooth surface: its strokes stay fixed to the page."""
     wide = cv2.GaussianBlur(page(180, 320 + 3 * 12), (0, 0), 3)
     film = [picture(wide[:, 3 * number : 3 * number + 320]) for number in range(12)]
 
@@ -219,11 +219,11 @@ def test_marks_that_lie_still_are_not_moved_with_the_picture() -> None:
 def blended(
     plane: np.ndarray, before: np.ndarray, flow: np.ndarray | None, weight: float, limit: float = np.inf
 ) -> tuple[np.ndarray, np.ndarray]:
-    """A plane with that before blended into it, and the weights, 0..1."""
+    """Return a plane blended with the previous one, and the weights, 0..1."""
     out, weights = np.empty(plane.shape, before.dtype), np.empty(plane.shape, np.uint8)
     moves = moves_of(in_segments(flow, plane.shape[1]), plane.shape[1], before.dtype)
     source_rows(plane, (1, 0), before, moves, weight, limit, None, (1, 1), out, weights)(0, plane.shape[0])
-    return out, weights / WHOLE
+    return out, weights / FULL_WEIGHT
 
 
 @pytest.mark.parametrize("moved", [(6.0, -4.0), (2.5, 1.25)])
@@ -242,7 +242,7 @@ def test_a_plane_is_moved_along_the_flow(moved: tuple[float, float]) -> None:
 
 @pytest.mark.parametrize("shape", [(61, 90), (40, 1), (1, 40), (2, 3), (1, 1), (9, 64)])
 @pytest.mark.parametrize("dtype", [np.uint16, np.float32])
-def test_every_sample_comes_from_where_it_was(shape: tuple[int, int], dtype: type[np.generic]) -> None:
+def test_every_sample_comes_from_previous_position(shape: tuple[int, int], dtype: type[np.generic]) -> None:
     random = np.random.default_rng(5)
     before = random.uniform(0, 65535, shape).astype(dtype)
     flow = random.uniform(-9, 9, (max(1, shape[0] // 5), max(1, shape[1] // 4), 2)).astype(np.float32)
@@ -251,7 +251,7 @@ def test_every_sample_comes_from_where_it_was(shape: tuple[int, int], dtype: typ
     now = now / np.float32(0.9)
 
     rows, columns = np.indices(shape, np.float32)
-    places = (columns[0] // SEGMENT * SEGMENT + SEGMENT / 2) / shape[1] * flow.shape[1] - 0.5
+    places = (columns[0] // SEGMENT_SIZE * SEGMENT_SIZE + SEGMENT_SIZE / 2) / shape[1] * flow.shape[1] - 0.5
     grid = flow[((rows[:, 0] + 0.5) / shape[0] * flow.shape[0]).astype(int)]
     across, down = (
         np.array([np.interp(places, np.arange(flow.shape[1]), row[:, axis]) for row in grid], np.float32)
@@ -264,18 +264,18 @@ def test_every_sample_comes_from_where_it_was(shape: tuple[int, int], dtype: typ
         cv2.INTER_LINEAR,
         borderMode=cv2.BORDER_REPLICATE,
     )
-    # OpenCV rounds places to a 32nd of a sample, and noise is steep.
+    # OpenCV rounds positions to a 32nd of a sample, and noise has steep slopes.
     np.testing.assert_allclose(now, wanted, atol=65535 / 32)
     assert np.abs(now - wanted).mean() < 65535 / 100
 
 
 @pytest.mark.parametrize("dtype", [np.uint16, np.float32])
-def test_a_change_weighs_by_its_size(dtype: type[np.generic]) -> None:
+def test_weight_depends_on_size_of_change(dtype: type[np.generic]) -> None:
     before = np.full((9, 9), 1000, dtype)
     for change, weight in ((0, 1.0), (100, 0.5), (200, 1 / 17)):
         now, weights = blended(np.full((9, 9), 1000 + change, dtype), before, None, 0.5, limit=100)
-        # Half a step of change, of which the limit has at least nine.
-        tolerance = 0.04 if dtype == np.uint16 and change else 0.5 / WHOLE
+        # Half a step of change; the limit has at least nine steps.
+        tolerance = 0.04 if dtype == np.uint16 and change else 0.5 / FULL_WEIGHT
         np.testing.assert_allclose(weights, weight, atol=tolerance)
         wanted = 1000 + change - 0.5 * weight * change
         np.testing.assert_allclose(now, wanted, atol=0.5 * tolerance * change + 1)
@@ -283,7 +283,7 @@ def test_a_change_weighs_by_its_size(dtype: type[np.generic]) -> None:
 
 @pytest.mark.parametrize("deviation", [2.0, 4.0, 10.0])
 @pytest.mark.parametrize("encoding", [VIDEO, Encoding(depth=10)], ids=["8", "10"])
-def test_noise_is_told(deviation: float, encoding: Encoding) -> None:
+def test_noise_is_estimated(deviation: float, encoding: Encoding) -> None:
     planes = np.full((200, 300, 3), 120, np.float32)
     planes[:, 100:, 0] += np.linspace(0, 60, 200, dtype=np.float32)  # a slope is no noise
 
@@ -296,6 +296,6 @@ def test_a_clean_photograph_has_little_noise() -> None:
     assert noise_level(picture(page(180, 320))) * 219 < 1.5
 
 
-def test_a_style_says_how_steady_and_set_changes_it() -> None:
+def test_steady_is_read_from_style_and_overridden_by_set() -> None:
     assert override(load_style("sketch"), ["steady=0.25"]).steady == 0.25
     assert not replace(PLAIN, steady=0.5).is_plain

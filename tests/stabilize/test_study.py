@@ -1,4 +1,4 @@
-"""The steadiness study: figures of films for which they are known, and of a style."""
+"""The study of stabilization: figures of films with known values, and of a style."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ SMALL = cv2.resize(photograph("coffee"), (160, 90), interpolation=cv2.INTER_AREA
 
 
 def constant(flow: tuple[float, float], shape: tuple[int, int] = (90, 160)) -> np.ndarray:
-    """The same flow, to the right and down, everywhere."""
+    """Uniform flow, to the right and down."""
     return np.tile(np.array(flow, np.float32), (*shape, 1))
 
 
 def moved(right: int, down: int) -> tuple[np.ndarray, np.ndarray]:
-    """Two views of a photograph, of which the second shows it so many pixels further right and down."""
+    """Two views of a photograph, the second moved to the right and down by these pixels."""
     still = photograph("astronaut")
     first, second = still[100:190, 150:310], still[100 - down : 190 - down, 150 - right : 310 - right]
     return np.ascontiguousarray(first), np.ascontiguousarray(second)
 
 
 @pytest.mark.parametrize("way", [(5, 3), (-4, 7), (0, 0)])
-def test_what_only_moves_has_no_error(way: tuple[int, int]) -> None:
+def test_pure_motion_has_no_error(way: tuple[int, int]) -> None:
     first, second = moved(*way)
     forward, backward = constant(way), constant((-way[0], -way[1]))
     motion = Motion(forward, seen_in_both(forward, backward))
@@ -45,7 +45,7 @@ def test_what_only_moves_has_no_error(way: tuple[int, int]) -> None:
         assert warping_error(first, second, Motion(backward, motion.seen)) > 0.01
 
 
-def test_the_error_is_the_mean_square_of_what_is_seen() -> None:
+def test_error_is_mean_square_of_visible_pixels() -> None:
     first = np.full((90, 160, 3), 100, np.uint8)
     second = first + np.array([10, 20, 0], np.uint8)
     second[:, 80:] = 255
@@ -56,7 +56,7 @@ def test_the_error_is_the_mean_square_of_what_is_seen() -> None:
     assert math.isnan(warping_error(first, second, Motion(constant((0, 0)), ~seen & seen)))
 
 
-def test_what_is_covered_is_not_seen_and_borders_of_motion_are_not() -> None:
+def test_covered_pixels_and_motion_borders_are_excluded() -> None:
     """A square moves 8 pixels to the right over a background at rest."""
     forward, backward = constant((0, 0)), constant((0, 0))
     forward[30:60, 40:70] = 8, 0
@@ -71,7 +71,7 @@ def test_what_is_covered_is_not_seen_and_borders_of_motion_are_not() -> None:
 @pytest.mark.parametrize(
     ("way", "stray", "seen"), [(0, 0.70, True), (0, 0.72, False), (10, 1.4, True), (10, 1.55, False)]
 )
-def test_flows_may_differ_by_what_the_definition_allows(way: int, stray: float, seen: bool) -> None:
+def test_flows_may_differ_within_defined_tolerance(way: int, stray: float, seen: bool) -> None:
     """|v + w|^2 > 0.01 (|v|^2 + |w|^2) + 0.5: 0.711 pixels where w = 0, 1.49 where w = 10."""
     back = constant((stray - way, 0))
     assert seen_in_both(constant((way, 0)), back)[:, :150].all() == seen
@@ -97,7 +97,7 @@ def test_motion_is_found() -> None:
     )
 
 
-def test_the_mean_over_films_is_that_of_their_means_and_leaves_out_cuts() -> None:
+def test_mean_over_films_averages_means_and_excludes_cuts() -> None:
     levels = [[0, 51, 0], [0, 0, 255, 255, 255]]
     films = [[np.full((90, 160, 3), level, np.uint8) for level in film] for film in levels]
     at_rest = Motion(constant((0, 0)), np.ones((90, 160), bool))
@@ -111,7 +111,7 @@ def test_the_mean_over_films_is_that_of_their_means_and_leaves_out_cuts() -> Non
 
 
 @pytest.mark.parametrize("noise", [2, 4, 9])
-def test_noise_flickers_as_much_as_it_must(noise: float) -> None:
+def test_flicker_of_noise_matches_theory(noise: float) -> None:
     """The mean difference of two normal numbers is 2 sigma / sqrt(pi); rounding adds 1/12 to the variance."""
     gray = np.full((90, 160, 3), 128, np.uint8)
     clip = still_scene(gray, 12, noise)
@@ -134,7 +134,7 @@ def test_the_disc_moves_over_a_background_at_rest() -> None:
     np.testing.assert_array_equal(places[5] - places[2], 9)
 
 
-def test_a_ghost_of_the_frames_before_is_a_smear() -> None:
+def test_ghosts_count_as_smear() -> None:
     clip, edges = moving_disc(SMALL, 12)
     lighter = [np.minimum(frame, 254) + np.uint8(1) for frame in clip.frames]
     assert difference(clip.frames, clip.frames, edges) == 0
@@ -142,7 +142,7 @@ def test_a_ghost_of_the_frames_before_is_a_smear() -> None:
     assert difference(list(ghosts(clip.frames)), clip.frames, edges) > 10
 
 
-def test_frames_come_from_the_middle_and_are_reduced(tmp_path: Path) -> None:
+def test_frames_are_taken_from_middle_and_reduced(tmp_path: Path) -> None:
     film = make_clip(tmp_path / "film.mp4", size=(320, 180), frames=60)
     clip = read_clip(film, 6, 160)
     assert [frame.shape for frame in clip.frames] == [(90, 160, 3)] * 6
@@ -155,7 +155,7 @@ def test_frames_come_from_the_middle_and_are_reduced(tmp_path: Path) -> None:
     assert np.abs(np.int16(middle) - np.int16(clip.frames[::-1])).mean() > 1
 
 
-def test_a_picture_is_no_clip(tmp_path: Path) -> None:
+def test_single_picture_is_refused_as_clip(tmp_path: Path) -> None:
     path = tmp_path / "still.png"
     cv2.imwrite(str(path), SMALL)
     with pytest.raises(InputError, match="is a single picture; give films"):
@@ -171,7 +171,7 @@ def test_there_is_no_motion_across_a_cut() -> None:
 FLAT = style(step("posterize", levels=4))
 
 
-def test_a_style_is_measured_beside_the_films_themselves() -> None:
+def test_style_is_compared_with_films() -> None:
     first, second = moved(3, -2)
     study = Study(SMALL, [Clip([first, second], [0.0, 0.04])])
     assert study.untouched.still == pytest.approx(4.5, abs=0.15)
@@ -190,7 +190,7 @@ def test_a_style_is_measured_beside_the_films_themselves() -> None:
 
 
 def test_styles_see_the_times_of_the_frames() -> None:
-    """A block that follows the light has caught up after a long time."""
+    """A measured block has adapted after a long time."""
     frames = [SMALL, SMALL // 2 + 20]
     settling = style(step("equalize", settle=0.5))
     soon, late = (
@@ -210,8 +210,8 @@ def test_the_table_names_styles_and_has_a_row_of_the_films() -> None:
     assert "2 clips" in "".join(lines[4:])
 
 
-def test_marks_lie_still_or_follow_what_moves() -> None:
-    """A view that is moved by 3 pixels a frame, and one that stays behind a moving film."""
+def test_marks_stay_fixed_or_follow_motion() -> None:
+    """A view that moves by 3 pixels per frame, and one that stays fixed over a moving film."""
     views = [moved(3 * number, 0)[1] for number in range(3)]
     ways = ways_of(views)
     assert [way.first for way in ways] == [0]

@@ -225,13 +225,13 @@ def test_pictures_in_flight_are_those_made_one_by_one(monkeypatch: pytest.Monkey
     film = [replace(each, luma=np.roll(each.luma, number, axis=1)) for number, each in enumerate(scenes)]
     with CpuRenderer(look(steady=0.8), 2) as apart:
         alone = [apart.run(picture, number / 25) for number, picture in enumerate(film)]
-    all_started, restyle = threading.Event(), CpuRenderer._styled
+    all_started, restyle = threading.Event(), CpuRenderer._restyle
 
     def held(self: CpuRenderer, picture: Picture, time: float | None, *others: Any) -> Picture:
         assert time != 0 or all_started.wait(60)
         return restyle(self, picture, time, *others)
 
-    monkeypatch.setattr(CpuRenderer, "_styled", held)
+    monkeypatch.setattr(CpuRenderer, "_restyle", held)
     with CpuRenderer(look(steady=0.8), 2) as together:
         started = [together.start(picture, number / 25) for number, picture in enumerate(film)]
         all_started.set()
@@ -245,8 +245,8 @@ def test_a_picture_that_fails_does_not_keep_those_after_it_waiting(monkeypatch: 
             raise ValueError("broken")
         return restyle(self, picture, time, *others)
 
-    restyle = CpuRenderer._styled
-    monkeypatch.setattr(CpuRenderer, "_styled", failing)
+    restyle = CpuRenderer._restyle
+    monkeypatch.setattr(CpuRenderer, "_restyle", failing)
     with CpuRenderer(look(steady=0.8), 2) as renderer:
         first, second = [renderer.start(film_picture(48, 64), time) for time in (0.0, 0.04)]
         assert second.result(60).shape == (48, 64)

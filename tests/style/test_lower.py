@@ -11,7 +11,7 @@ from pictures import FLOAT, RGB8, VIDEO, step, style
 
 from vidstyle.core.picture import Encoding, PictureLayout
 from vidstyle.cpu.schedule import READS_PLANES, Sweep, schedule
-from vidstyle.gpu.compile.shader_graph import FILES
+from vidstyle.gpu.compile.shader_graph import OPERATION_FILES
 from vidstyle.style import Style, load_style, style_names
 from vidstyle.style.lower import lower
 from vidstyle.style.nodes import LoweredStyle, Node, Op, nodes_in_order
@@ -243,7 +243,7 @@ def test_lines_are_inked_over_the_background(chosen: Style, luma: Any, chroma: A
 
 @in_one_test("name", style_names())
 def test_each_node_of_a_shipped_style_has_an_operation_that_the_gpu_knows(name: str) -> None:
-    known = {"plane", "upsample", "resample", "filter_bank", "block", *FILES} - {"same_chroma"}
+    known = {"plane", "upsample", "resample", "filter_bank", "block", *OPERATION_FILES} - {"same_chroma"}
     assert known == set(Op.__args__)  # type: ignore[attr-defined]
     for node in nodes_in_order(lowered(load_style(name)).outputs):
         assert node.op in known and (node.op == "block") == (node.block is not None)

@@ -13,7 +13,7 @@ from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.errors import DeviceError, log
 from vidstyle.gpu.compile.glsl import Form
 from vidstyle.gpu.device.devices import Device, choose
-from vidstyle.gpu.timing import RATE, GpuTimes, median_time, time_style
+from vidstyle.gpu.timing import FRAME_RATE, GpuTimes, median_time, time_style
 from vidstyle.style import Style
 
 PictureSize = tuple[int, int]
@@ -105,7 +105,7 @@ def time_on_cpu(style: Style, picture: Picture, seconds: float) -> float:
     """The median time of a frame on the CPU, in seconds."""
     numbers = count()
     with CpuRenderer(style) as renderer:
-        return median_time(lambda: renderer.run(picture, next(numbers) / RATE), seconds)
+        return median_time(lambda: renderer.run(picture, next(numbers) / FRAME_RATE), seconds)
 
 
 def _forms(device: Device, form: Literal["best", "compute", "fragment", "both"]) -> Sequence[Form]:

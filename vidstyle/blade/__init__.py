@@ -1,1 +1,1 @@
-"""Learned filters: banks of small linear filters, one chosen at each pixel from the local structure."""
+"""Learned filters: banks of small linear filters, one is selected for each pixel by the local structure."""

@@ -1,4 +1,4 @@
-"""Inference of a bank on the CPU: at each pixel one filter is selected and applied.
+"""Inference of a bank on the CPU: select and apply one filter at each pixel.
 
 Paper, section 5.1, equation 2.
 """
@@ -17,11 +17,11 @@ from vidstyle.core.kernels import LINE, aligned_parts, compiled, rounded_up
 from vidstyle.core.picture import RANGES, WIDE_RANGE
 from vidstyle.core.resample import resample, scaled_shape
 
-RESAMPLING = "smooth"
-"""How a picture is reduced for a bank and its result is enlarged; the bank has learned what that needs."""
+RESAMPLING_METHOD = "smooth"
+"""Method for reducing a picture for a bank and enlarging its result; banks are trained with it."""
 
-TOGETHER = 3
-"""Rows of pixels that are filtered together, where each has a filter of its own."""
+ROWS_AT_ONCE = 3
+"""Rows of pixels that are filtered together if each pixel has its own filter."""
 
 
 @dataclass(frozen=True)
@@ -29,13 +29,14 @@ class BankRun:
     """One use of a bank: identity * luma + the weighted sum of the bank's parts.
 
     Attributes:
-        weights: one for each part.
+        weights: one per part.
         identity: weight of the picture itself.
-        rho: standard deviation of the structure tensor's window in pixels; None for the bank's own.
+        rho: standard deviation of the structure tensor's window in pixels; None for the bank's.
         passes: number of passes, each on the result of the previous one.
-        reselect: whether filters are selected in each pass; else the first selection holds for all.
-        scale: the part of the size, 0..1, at which it runs; the result is enlarged again.
-        is_wide: whether the result may go far beyond black and white.
+        reselect: whether filters are selected in each pass; otherwise the first selection is used in all
+            passes.
+        scale: working size relative to the picture, 0..1; the result is enlarged again.
+        is_wide: whether the result may far exceed black and white.
     """
 
     bank: Bank
@@ -49,7 +50,7 @@ class BankRun:
 
     @property
     def limits(self) -> tuple[float, float]:
-        """What the result of each pass is clipped to."""
+        """The range that the result of each pass is clipped to."""
         return WIDE_RANGE if self.is_wide else RANGES["luma"]
 
     @property
@@ -59,7 +60,7 @@ class BankRun:
 
     @property
     def radius(self) -> int:
-        """How many pixels around its own a pixel of the result depends on, at the size at which it runs."""
+        """Number of pixels on each side that a pixel of the result depends on, at the working size."""
         of_pass, of_selection = self.bank.size // 2, choice_radius(self.bank.bins, self.window)
         if self.reselect:
             return self.passes * max(of_pass, of_selection)
@@ -67,14 +68,14 @@ class BankRun:
 
     @property
     def work(self) -> int:
-        """Multiplications for each pixel at the size at which it runs, roughly."""
+        """Approximate number of multiplications per pixel at the working size."""
         selection = 12 * choice_radius(self.bank.bins, self.window) + 50
         selection *= 1 + len(self.bank.bins.features)
         planes = 1 if self.bank.chroma is None else 3
         return planes * self.passes * self.bank.size**2 + selection * (self.passes if self.reselect else 1)
 
     def shape_at_scale(self, shape: tuple[int, int]) -> tuple[int, int]:
-        """The height and width at which it runs on a picture of this size."""
+        """Return the working height and width for a picture of this size."""
         return scaled_shape(shape, self.scale)
 
     @cached_property
@@ -103,13 +104,13 @@ class BankRun:
         top: int = 0,
         out: np.ndarray | None = None,
     ) -> np.ndarray:
-        """The result at the size of the picture, undefined in the margin; or `out`.
+        """Return the result at the size of the picture, undefined in the margin; or `out`.
 
         Args:
             luma: H x W float32; beyond its border the border is repeated.
-            margin: first and last rows that are only there to be read.
+            margin: numbers of first and last rows that are only read.
             top: the number of luma's first row in the whole picture.
-            out: the rows without the margin, which the result is written to if it fills whole cache lines.
+            out: rows without the margin, for the result; used if they fill whole cache lines.
         """
         return self._passes(luma, (), margin, top, out)[0]
 
@@ -120,7 +121,7 @@ class BankRun:
         margin: tuple[int, int] = (0, 0),
         top: int = 0,
     ) -> tuple[np.ndarray, ...]:
-        """The chroma planes, for which filters are selected as for luma; arguments are those of `run`."""
+        """Return the chroma planes, with filters selected by luma; arguments as in `run`."""
         return tuple(self._passes(luma, chroma, margin, top)[1:])
 
     def _passes(
@@ -131,16 +132,16 @@ class BankRun:
         top: int,
         out: np.ndarray | None = None,
     ) -> list[np.ndarray]:
-        """Luma and the chroma planes; luma is undefined if chroma is wanted."""
+        """Return luma and the chroma planes; luma is undefined if chroma is requested."""
         step = self.radius // self.passes if self.reselect else self.bank.size // 2
         bins, size = self.bank.bins, self.bank.size
         selected: np.ndarray | None = None
         for left in range(self.passes - 1, -1, -1):
-            # The passes still to come read rows around those that are needed.
+            # Later passes read rows around the needed ones.
             rows = max(0, margin[0] - left * step), max(0, margin[1] - left * step)
             if selected is None or self.reselect:
                 selected = choose_filters(luma, bins, self.window, rows, top)
-            place = rows, bins.step, top
+            place = rows, bins.pitch, top
             chroma = tuple(
                 apply_filters(each, selected, self._packed_for_chroma, size, RANGES["chroma"], *place)
                 for each in chroma
@@ -151,9 +152,9 @@ class BankRun:
         return [luma, *chroma]
 
     def whole(self, luma: np.ndarray) -> np.ndarray:
-        """The result on a picture that it is reduced for and enlarged from, as in a style."""
-        reduced = resample(luma, self.shape_at_scale((luma.shape[0], luma.shape[1])), RESAMPLING)
-        return resample(self.run(reduced), (luma.shape[0], luma.shape[1]), RESAMPLING)
+        """Return the result for a picture, including the reduction and enlargement, as in a style."""
+        reduced = resample(luma, self.shape_at_scale((luma.shape[0], luma.shape[1])), RESAMPLING_METHOD)
+        return resample(self.run(reduced), (luma.shape[0], luma.shape[1]), RESAMPLING_METHOD)
 
 
 def apply_filters(
@@ -175,21 +176,22 @@ def apply_filters(
         packed: from `packed_filters`.
         size: rows and columns of a filter.
         limits: the range that the result is clipped to.
-        margin: first and last rows that are not needed.
+        margin: numbers of first and last rows that are not needed.
         step: side of the squares of pixels that share a filter.
         top: as in `select_filters`.
-        out: float32, the rows without the margin.
+        out: float32, rows without the margin.
 
     Returns:
-        `out`, if it consists of whole cache lines and squares; else H x W float32, undefined in the margin.
+        `out` if it consists of whole cache lines and squares; otherwise H x W float32, undefined in the
+        margin.
     """
     (height, width), lead = luma.shape, top % step
     columns = rounded_up(width, LINE)
     rows = (margin[0] + lead) // step, -(-(height - margin[1] + lead) // step)
-    together = 1 if step > 1 else min(TOGETHER, rows[1] - rows[0])
+    together = 1 if step > 1 else min(ROWS_AT_ONCE, rows[1] - rows[0])
     shape = size + together * step - 1, columns + rounded_up(size, LINE) + LINE
     kept, again = aligned_parts(shape, (shape[0] * shape[1] + LINE,))
-    # Pixels that begin in the middle of a cache line read rows that do, too.
+    # Pixels that start within a cache line read rows that also start within one.
     around = kept, again[LINE // 2 : -LINE // 2].reshape(shape)
     ends = np.float32(limits[0]), np.float32(limits[1])
     if out is None or width % LINE or any((row + lead) % step for row in (margin[0], height - margin[1])):
@@ -204,7 +206,7 @@ def apply_filters(
 
 
 def _widened(selected: np.ndarray, columns: int) -> np.ndarray:
-    """The indices with so many columns: the array that `select_filters` returned a part of, or a copy."""
+    """Return the indices with this number of columns: the base array of `selected`, or a copy."""
     if selected.base is not None and selected.base.shape == (len(selected), columns):
         return selected.base
     return np.pad(selected, ((0, 0), (0, columns - selected.shape[1]))).astype(np.int32)
@@ -212,14 +214,14 @@ def _widened(selected: np.ndarray, columns: int) -> np.ndarray:
 
 @compiled(fastmath=True)
 def _apply(luma, selected, filters, sides, place, ends, around, out):  # type: ignore[no-untyped-def]
-    """Filter the squares, some rows of them at a time; the last ones may be filtered once more.
+    """Filter the squares, several rows at a time; the last rows may be filtered twice.
 
     Args:
         sides: as in `filter_pixel_block`.
-        place: the first row of squares, the one after the last, rows of the first square above luma, and the
-            row of squares that `out` begins with.
-        ends: of the range that the result is clipped to.
-        around: the rows of luma that are read, with their border; and once more.
+        place: the first row of squares, the row after the last, rows of the first square above luma, and the
+            row of squares at the start of `out`.
+        ends: ends of the range that the result is clipped to.
+        around: rows of luma with their border, stored twice.
     """
     (top, bottom, lead, first), (low, high), (kept, again) = place, ends, around
     radius, step, together = len(sides[0]) // 2, len(sides[1]), len(sides[2])
@@ -239,7 +241,7 @@ def _apply(luma, selected, filters, sides, place, ends, around, out):  # type: i
 
 @compiled(fastmath=True, noalias=True)
 def _repeat_border(row, radius, out, again):  # type: ignore[no-untyped-def]
-    """Twice a row with its first number so many times in front of it, and its last one behind it."""
+    """Extend a row by `radius` copies of its first and last numbers, and store it twice."""
     inside, inside_again, end = out[radius:], again[radius:], radius + row.size
     for x in range(radius):
         out[x], again[x] = row[0], row[0]

@@ -15,8 +15,8 @@ from vidstyle.errors import InputError, error_reason
 from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import open_reader
 
-SUFFIXES = (".bmp", ".jpeg", ".jpg", ".png", ".tif", ".tiff", ".webp")
-"""The suffixes of pictures in a folder."""
+PICTURE_SUFFIXES = (".bmp", ".jpeg", ".jpg", ".png", ".tif", ".tiff", ".webp")
+"""Suffixes of pictures in a folder."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Photograph:
     """A picture in a file.
 
     Attributes:
-        long_side: length in pixels to which its longer side is reduced, if it is longer.
+        long_side: maximum length of the longer side in pixels; larger pictures are reduced.
     """
 
     path: Path
@@ -36,10 +36,10 @@ class Photograph:
         return hashlib.sha256(self.path.read_bytes()).hexdigest()[:12]
 
     def color(self) -> np.ndarray:
-        """Its RGB, H x W x 3 float32 0..1, gamma-encoded as it is.
+        """Read its RGB, H x W x 3 float32 0..1, gamma-encoded as in the file.
 
         Raises:
-            InputError: it cannot be read.
+            InputError: the file cannot be read.
         """
         picture = self._read()
         color = np.clip(color_rows(picture, 0, picture.shape[0]), 0, 1)
@@ -52,37 +52,37 @@ class Photograph:
             for item in reader:
                 if isinstance(item, Frame):
                     return item.picture
-        raise InputError(self.path, "holds no picture", "remove it from the folder")
+        raise InputError(self.path, "contains no picture", "remove it from the folder")
 
 
-WEIGHTS = np.array([0.2126, 0.7152, 0.0722], np.float32)
-"""Of red, green and blue in luma: BT.709."""
+LUMA_WEIGHTS = np.array([0.2126, 0.7152, 0.0722], np.float32)
+"""Weights of red, green and blue in luma: BT.709."""
 
 
 def luma_of(picture: np.ndarray) -> np.ndarray:
-    """Luma of RGB, H x W float32; of luma itself, H x W, the same."""
-    return np.asarray(picture @ WEIGHTS if picture.ndim == 3 else picture, np.float32)
+    """Return the luma of RGB, H x W float32; luma, H x W, is returned unchanged."""
+    return np.asarray(picture @ LUMA_WEIGHTS if picture.ndim == 3 else picture, np.float32)
 
 
 def chroma_of(picture: np.ndarray) -> list[np.ndarray]:
-    """Blue and red difference of RGB, H x W float32 -0.5..0.5; of luma itself 0."""
+    """Return blue and red difference of RGB, H x W float32 -0.5..0.5; 0 for luma."""
     luma = luma_of(picture)
     if picture.ndim == 2:
         return [np.zeros_like(luma)] * 2
-    return [(picture[..., channel] - luma) / (2 - 2 * WEIGHTS[channel]) for channel in (2, 0)]
+    return [(picture[..., channel] - luma) / (2 - 2 * LUMA_WEIGHTS[channel]) for channel in (2, 0)]
 
 
 def photographs_in(folder: Path, long_side: int) -> list[Photograph]:
-    """The pictures in a folder, by name.
+    """Return the pictures in a folder, sorted by name.
 
     Raises:
-        InputError: there are none, or the folder cannot be read.
+        InputError: the folder has no pictures or cannot be read.
     """
     try:
         entries = sorted(folder.iterdir())
-        found = [path for path in entries if path.suffix.lower() in SUFFIXES and path.is_file()]
+        found = [path for path in entries if path.suffix.lower() in PICTURE_SUFFIXES and path.is_file()]
     except OSError as error:
         raise InputError(folder, error_reason(error).lower(), "choose another --images") from None
     if not found:
-        raise InputError(folder, "holds no pictures", f"put some there: {', '.join(SUFFIXES)}")
+        raise InputError(folder, "contains no pictures", f"add some: {', '.join(PICTURE_SUFFIXES)}")
     return [Photograph(path, long_side) for path in found]

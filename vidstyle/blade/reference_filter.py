@@ -1,4 +1,4 @@
-"""Reference filters that banks approximate: built-in ones, commands, functions, or pairs of pictures."""
+"""Reference filters that banks approximate: built-in filters, commands, functions, or pairs of pictures."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ _BUILT_IN: dict[str, tuple[Callable[..., Any], tuple[str, ...], tuple[int, ...]]
     "flow_dog": (references.flow_dog_parts, ("smooth", "difference"), (1, 0)),
 }
 
-COMMAND_TIMEOUT = 600
-"""Seconds that a command may take for one picture."""
+MAX_COMMAND_SECONDS = 600
+"""Maximum run time of a command for one picture."""
 
 
 @dataclass(frozen=True)
@@ -35,12 +35,12 @@ class ReferenceFilter:
     """The filter that a bank approximates.
 
     Attributes:
-        name: names it in the bank.
-        apply: from RGB, H x W x 3 float32 0..1, and the photograph it comes from, to the target of each
-            part, float32: RGB, or luma, H x W.
-        parts: the names of the bank's parts; a bank has filters for each.
-        sums: for each part the response to a constant 1: 1 where a constant stays, 0 where it vanishes.
-        settings: the filter's own settings, for the record.
+        name: its name in the bank.
+        apply: maps RGB, H x W x 3 float32 0..1, and its photograph to the target of each part, float32: RGB,
+            or luma, H x W.
+        parts: names of the bank's parts; a bank has filters for each.
+        sums: the response of each part to a constant 1: 1 if a constant is kept, 0 if it vanishes.
+        settings: settings of the filter, for the record in the bank.
     """
 
     name: str
@@ -51,10 +51,10 @@ class ReferenceFilter:
 
 
 def reference_by_name(name: str, **settings: float) -> ReferenceFilter:
-    """A built-in reference filter; settings are those of its function, or its defaults.
+    """Return a built-in reference filter; settings override the defaults of its function.
 
     Raises:
-        UsageError: there is no such reference filter, or it has no such setting.
+        UsageError: the reference filter or one of its settings does not exist.
     """
     if name not in _BUILT_IN:
         raise UsageError(name, "is not a reference", f"choose one of {', '.join(_BUILT_IN)}")
@@ -70,8 +70,8 @@ def reference_by_name(name: str, **settings: float) -> ReferenceFilter:
     return ReferenceFilter(name, apply, parts, sums, settings)
 
 
-def joined(references: Sequence[ReferenceFilter]) -> ReferenceFilter:
-    """Several settings of one reference filter, whose parts a bank learns side by side."""
+def join_references(references: Sequence[ReferenceFilter]) -> ReferenceFilter:
+    """Combine several settings of one reference filter, whose parts are trained together."""
 
     def apply(color: np.ndarray, photograph: Photograph) -> list[np.ndarray]:
         return [target for each in references for target in each.apply(color, photograph)]
@@ -86,14 +86,14 @@ def _settings_text(reference: ReferenceFilter) -> str:
 
 
 def reference_by_command(command: str) -> ReferenceFilter:
-    """A program that reads a picture and writes one: "ffmpeg -i {in} -vf nlmeans {out}"; not run in a shell.
+    """Return a filter that runs a program, such as "ffmpeg -i {in} -vf nlmeans {out}", without a shell.
 
     Raises:
         UsageError: {in} or {out} is missing.
     """
     words = shlex.split(command)
     if not all(any(mark in word for word in words) for mark in ("{in}", "{out}")):
-        raise UsageError(command, "does not say where its pictures are", "write {in} and {out}")
+        raise UsageError(command, "does not name its pictures", "write {in} and {out}")
 
     def apply(color: np.ndarray, photograph: Photograph) -> list[np.ndarray]:
         with tempfile.TemporaryDirectory() as folder:
@@ -102,20 +102,20 @@ def reference_by_command(command: str) -> ReferenceFilter:
             _run([word.replace("{in}", str(source)).replace("{out}", str(target)) for word in words])
             if not target.exists():
                 raise InputError(words[0], f"wrote no picture for {photograph.path.name}", "try it by hand")
-            return [_checked(Photograph(target, 1 << 20).color(), color, words[0], "command")]
+            return [_check_size(Photograph(target, 1 << 20).color(), color, words[0], "command")]
 
     return ReferenceFilter(command, apply)
 
 
 def reference_by_function(name: str, sliders: Sequence[str] = ()) -> ReferenceFilter:
-    """A Python function, "module:function", from RGB, H x W x 3 uint8, to such a picture.
+    """Return a filter that calls a Python function, "module:function", on RGB, H x W x 3 uint8.
 
     Args:
-        sliders: names of the pictures that it returns besides: floats that a slider weighs and that are added
-            to the first, 0 where nothing changes.
+        sliders: names of the additional pictures that it returns: floats that are weighted by a slider and
+            added to the first picture, 0 for no change.
 
     Raises:
-        UsageError: there is no such function.
+        UsageError: the function does not exist.
     """
     module, _, attribute = name.partition(":")
     try:
@@ -127,44 +127,46 @@ def reference_by_function(name: str, sliders: Sequence[str] = ()) -> ReferenceFi
         try:
             results = function((color * 255 + 0.5).astype(np.uint8))
             results = [np.asarray(each) for each in (results if sliders else [results])]
-        except Exception as error:  # whatever a function of the user's raises
+        except Exception as error:  # the user's function may raise any exception
             reason = f"failed on {photograph.path.name} ({type(error).__name__}: {error})"
             raise InputError(name, reason, "try it by hand") from error
         if len(results) != 1 + len(sliders):
             reason = f"returned {len(results)} pictures, not one and {len(sliders)} for sliders"
-            raise InputError(name, reason, "return one for each --slider besides the first")
+            raise InputError(name, reason, "return one for each --slider in addition to the first")
         scales = (np.float32(1 / 255 if each.dtype == np.uint8 else 1) for each in results)
         scaled = (each.astype(np.float32) * scale for each, scale in zip(results, scales, strict=True))
-        return [_checked(each, color, name, "function") for each in scaled]
+        return [_check_size(each, color, name, "function") for each in scaled]
 
     sums = (1, *[0] * len(sliders))
     return ReferenceFilter(name, apply, ("result", *sliders) if sliders else ("all",), sums)
 
 
 def reference_by_pairs(folder: Path) -> ReferenceFilter:
-    """Filtered pictures in another folder, of the same names as those that the bank is trained on."""
+    """Return a filter that reads filtered pictures, named like the training pictures, from a folder."""
 
     def apply(color: np.ndarray, photograph: Photograph) -> list[np.ndarray]:
         target = folder / photograph.path.name
-        return [_checked(Photograph(target, photograph.long_side).color(), color, str(target), "pair")]
+        return [_check_size(Photograph(target, photograph.long_side).color(), color, str(target), "pair")]
 
     return ReferenceFilter(f"the pictures in {folder.name}", apply)
 
 
 def _run(words: list[str]) -> None:
     try:
-        run = subprocess.run(words, capture_output=True, timeout=COMMAND_TIMEOUT)
+        run = subprocess.run(words, capture_output=True, timeout=MAX_COMMAND_SECONDS)
     except OSError as error:
         raise UsageError(words[0], f"cannot be run ({error.strerror})", "give its full path") from None
     except subprocess.TimeoutExpired:
-        raise InputError(words[0], f"took more than {COMMAND_TIMEOUT} s", "use smaller pictures") from None
+        raise InputError(
+            words[0], f"took more than {MAX_COMMAND_SECONDS} s", "use smaller pictures"
+        ) from None
     if run.returncode:
         said = run.stderr.decode(errors="replace").strip().rpartition("\n")[2]
         raise InputError(words[0], f"failed with exit code {run.returncode} ({said})", "try it by hand")
 
 
-def _checked(result: np.ndarray, color: np.ndarray, name: str, what: str) -> np.ndarray:
-    """RGB, or luma; raises InputError if its size is not that of the original."""
+def _check_size(result: np.ndarray, color: np.ndarray, name: str, what: str) -> np.ndarray:
+    """Return the result, RGB or luma; raise InputError if its size differs from the original."""
     if result.shape[:2] != color.shape[:2]:
         returned, given = (f"{each.shape[1]}x{each.shape[0]}" for each in (result, color))
         reason = f"'{name}' returned {returned} for a picture of {given}"

@@ -1,7 +1,7 @@
-"""Least-squares training: for each bin the filter that comes closest to the reference filter.
+"""Least-squares training: find for each bin the filter that is closest to the reference filter.
 
 Paper, section 5.2, equations 4 and 5, with the eight symmetries of the training pictures. The unknowns are
-those of `vidstyle.blade.symmetry`. By construction a constant stays a constant.
+defined in `vidstyle.blade.symmetry`. By construction, a constant picture stays constant.
 """
 
 from __future__ import annotations
@@ -15,13 +15,14 @@ import numpy as np
 
 from vidstyle.blade.bins import Bins
 from vidstyle.blade.choice import choice_radius, choose_filters
-from vidstyle.blade.inference import RESAMPLING
-from vidstyle.blade.symmetry import pair_weights, pixel_pairs, symmetrized
+from vidstyle.blade.inference import RESAMPLING_METHOD
+from vidstyle.blade.symmetry import pair_weights, pixel_pairs, symmetrize
 from vidstyle.core.kernels import compiled
 from vidstyle.core.resample import resample, scaled_shape
 
-STRIPES = 8
-"""Number of parts of a picture that are summed separately; fixed, so that results do not depend on cores."""
+STRIPE_COUNT = 8
+"""Parts of a picture that are summed separately; fixed, so that results do not depend on the number of
+cores."""
 
 
 @dataclass(frozen=True)
@@ -29,13 +30,13 @@ class TrainingConfig:
     """The shape of a bank and the regularization of its training.
 
     Attributes:
-        bins, rho, size: of the bank.
-        sums: for each part, the sum of each filter: 1 where a constant stays, 0 where it vanishes.
+        bins, rho, size: see `Bank`.
+        sums: the sum of the filters of each part: 1 if a constant is kept, 0 if it vanishes.
         smoothness: weight of the regularizer, the squared differences of neighbouring coefficients,
             relative to the mean energy of a bin's samples.
-        scale: the part of the size, 0..1, at which the bank runs; it learns from reduced pictures.
+        scale: working size of the bank relative to the picture, 0..1; it is trained on reduced pictures.
         prior_samples: weight, in samples, of the average over all bins of the same orientation in each
-            bin: rare bins then do not fit noise, and empty ones behave like the average.
+            bin: it keeps rare bins from fitting noise, and empty bins behave like the average.
     """
 
     bins: Bins
@@ -48,7 +49,7 @@ class TrainingConfig:
 
     @property
     def unknowns(self) -> int:
-        """The unknown weights of a filter: one for each pair of opposite pixels, or two; see `symmetry`."""
+        """Number of unknown weights of a filter: one or two per pair of opposite pixels; see `symmetry`."""
         return len(pixel_pairs(self.size)) * (2 if self.bins.curvatures > 1 else 1)
 
 
@@ -59,8 +60,8 @@ class NormalEquations:
     Attributes:
         matrices: bins x unknowns x unknowns.
         vectors: bins x parts x unknowns.
-        energies: bins x parts, the squared targets.
-        samples: number of samples of each bin.
+        energies: bins x parts, sums of squared targets.
+        samples: number of samples in each bin.
     """
 
     matrices: np.ndarray
@@ -94,30 +95,30 @@ def accumulate(
     pool: Executor,
     plane: np.ndarray | None = None,
 ) -> NormalEquations:
-    """The normal equations of one picture.
+    """Compute the normal equations of one picture.
 
     Args:
         luma: H x W float32 0..1.
-        targets: the target of each part, H x W; pixels near the border are left out.
-            Both of the whole size, whatever the scale.
+        targets: the target of each part, H x W; pixels near the border are ignored. Luma and targets have
+            the full size, independent of the scale.
         pool: runs the stripes of the picture in parallel.
-        plane: what is filtered, if it is not luma, which then chooses the filters only.
+        plane: the plane to filter if it is not luma; luma then only selects the filters.
     """
     margin = max(config.size // 2, choice_radius(config.bins, config.rho)) + 1
     height, width = shape = scaled_shape(luma.shape, config.scale)
-    luma = resample(luma, shape, RESAMPLING)
-    plane = luma if plane is None else resample(plane, shape, RESAMPLING)
+    luma = resample(luma, shape, RESAMPLING_METHOD)
+    plane = luma if plane is None else resample(plane, shape, RESAMPLING_METHOD)
     targets = [before_enlarging(target, shape) for target in targets]
     total = NormalEquations.empty(config)
     if min(height, width) <= 2 * margin:
         return total
-    chosen, step = choose_filters(luma, config.bins, config.rho), config.bins.step
+    chosen, step = choose_filters(luma, config.bins, config.rho), config.bins.pitch
     selected = chosen if step == 1 else np.kron(chosen, np.ones((step, step), np.int32))
     wanted = np.stack(
         [target - constant * plane for target, constant in zip(targets, config.sums, strict=True)]
     ).astype(np.float32)
     offsets = np.array(pixel_pairs(config.size), np.int64)
-    edges = np.linspace(margin, height - margin, STRIPES + 1).astype(int)
+    edges = np.linspace(margin, height - margin, STRIPE_COUNT + 1).astype(int)
 
     def run(stripe: int) -> NormalEquations:
         sums = NormalEquations.empty(config)
@@ -125,22 +126,23 @@ def accumulate(
         _sum_up(plane, wanted, selected, offsets, margin, rows, np.empty(config.unknowns), *sums.arrays)
         return sums
 
-    for sums in pool.map(run, range(STRIPES)):
+    for sums in pool.map(run, range(STRIPE_COUNT)):
         total.add(sums)
     return total
 
 
 def with_gains(config: TrainingConfig, sums: NormalEquations) -> tuple[TrainingConfig, NormalEquations]:
-    """The equations of parts whose sums are learned, and the configuration with these sums.
+    """Return the equations of parts with learned sums, and the configuration with these sums.
 
     Args:
-        sums: of n targets, the filtered plane as a target, and the n sums of both, all with sums of 0.
+        sums: equations of n targets, of the filtered plane as a target, and of the n sums of both, all with
+            sums of 0.
     """
     count = sums.vectors.shape[1] // 2
     vectors, middle = sums.vectors[:, :count], sums.vectors[:, count : count + 1]
     energies, own = sums.energies[:, :count], sums.energies[:, count : count + 1]
     products = (sums.energies[:, count + 1 :] - energies - own) / 2
-    # One filter and one gain for all bins: the gain alone would take what smoothing changes for its own.
+    # One filter and one gain for all bins: a gain alone would also absorb the effect of smoothing.
     side = middle.sum(axis=0)
     matrix = np.block([[sums.matrices.sum(axis=0), side.T], [side, own.sum(axis=0)]])
     matrix += 1e-9 * (np.trace(matrix) + 1e-12) / len(matrix) * np.eye(len(matrix))
@@ -155,7 +157,7 @@ def with_gains(config: TrainingConfig, sums: NormalEquations) -> tuple[TrainingC
 
 
 def before_enlarging(target: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """The smaller picture that comes closest to the target when it is enlarged as the result will be."""
+    """Return the smaller picture that is closest to the target when enlarged like the result."""
     if target.shape == shape:
         return target
     rows, columns = map(_inverse_of_enlarging, shape, target.shape)
@@ -164,22 +166,22 @@ def before_enlarging(target: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
 
 @lru_cache(maxsize=64)
 def _inverse_of_enlarging(small: int, large: int) -> np.ndarray:
-    """The pseudoinverse along one axis: small x large float64."""
-    enlarging = resample(np.eye(small, dtype=np.float32), (large, small), RESAMPLING).astype(float)
+    """Return the pseudoinverse of enlarging along one axis: small x large float64."""
+    enlarging = resample(np.eye(small, dtype=np.float32), (large, small), RESAMPLING_METHOD).astype(float)
     return np.linalg.solve(enlarging.T @ enlarging, enlarging.T)
 
 
 def solve(config: TrainingConfig, sums: NormalEquations) -> np.ndarray:
-    """The filters: parts x bins x size x size float32."""
+    """Return the filters: parts x bins x size x size float32."""
     unknowns = sums.matrices.shape[1]
-    # The numbers of samples are summed over the symmetries like a further part.
+    # The numbers of samples are summed over the symmetries like an additional part.
     counts = np.broadcast_to(sums.samples[:, None, None], (len(sums.samples), 1, unknowns))
     summed = np.concatenate([sums.vectors, counts], axis=1)
-    matrices, summed = symmetrized(sums.matrices, summed, config.bins, config.size)
+    matrices, summed = symmetrize(sums.matrices, summed, config.bins, config.size)
     vectors, samples = summed[:, :-1], summed[:, -1, 0]
     matrices, vectors = _with_prior(config, matrices, vectors, samples)
     smooth, bend = _regularizer(config)
-    # Relative to each bin's own energy: what suits strong edges would make flat places a box blur.
+    # Relative to the energy of each bin: a weight for strong edges would turn flat areas into a box blur.
     energy = np.trace(matrices, axis1=1, axis2=2)[:, None, None] / unknowns + 1e-12
     weight, ridge = config.smoothness * energy, 1e-9 * energy * np.eye(unknowns)
     found = np.linalg.solve(matrices + weight * smooth + ridge, (vectors + weight * bend).transpose(0, 2, 1))
@@ -187,7 +189,7 @@ def solve(config: TrainingConfig, sums: NormalEquations) -> np.ndarray:
 
 
 def residuals(config: TrainingConfig, sums: NormalEquations, filters: np.ndarray) -> np.ndarray:
-    """The mean squared error of each part and bin on the training samples; NaN for empty bins."""
+    """Return the mean squared error of each part and bin on the training samples; NaN for empty bins."""
     weights = pair_weights(filters, config.bins)
     mixed = np.einsum("pbi,bpi->pb", weights, sums.vectors)
     squared = np.einsum("pbi,bij,pbj->pb", weights, sums.matrices, weights)
@@ -198,7 +200,7 @@ def residuals(config: TrainingConfig, sums: NormalEquations, filters: np.ndarray
 def _with_prior(
     config: TrainingConfig, matrices: np.ndarray, vectors: np.ndarray, samples: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The equations with a prior added: the average over bins of the same orientation and over all bins."""
+    """Add a prior to the equations: the average over bins of the same orientation and over all bins."""
     in_family = samples.reshape(config.bins.orientations, -1).sum(1)
     results = []
     for sums in (matrices, vectors):
@@ -213,7 +215,7 @@ def _with_prior(
 
 
 def _regularizer(config: TrainingConfig) -> tuple[np.ndarray, np.ndarray]:
-    """The squared differences of neighbouring coefficients: a matrix on the weights, and a linear part."""
+    """Return the squared differences of neighbouring coefficients: a matrix and a linear part."""
     impulse = np.zeros((config.size, config.size, 1))
     impulse[config.size // 2, config.size // 2] = 1
     from_weights, from_middle = (
@@ -224,9 +226,10 @@ def _regularizer(config: TrainingConfig) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _coefficients_of_weights(config: TrainingConfig) -> np.ndarray:
-    """The filter of each unknown, size x size x unknowns.
+    """Return the filter of each unknown, size x size x unknowns.
 
-    That of a pair's sum has 1 at both of its pixels and -2 in the middle, that of its difference 1 and -1.
+    The filter of a pair's sum has 1 at both pixels and -2 in the middle; the filter of its difference has 1
+    and -1.
     """
     pairs, radius = pixel_pairs(config.size), config.size // 2
     matrix = np.zeros((config.size, config.size, config.unknowns))

@@ -1,10 +1,10 @@
 """The inner loop of a filter bank as SIMD instructions.
 
-LLVM would gather coefficients one by one, because each pixel has another filter. Here eight neighbouring
+LLVM would gather coefficients one by one, because each pixel has a different filter. Here eight neighbouring
 pixels are computed together: each row of a filter is one load, and the eight vectors of partial sums are
-reduced together, pairwise. What is loaded of the picture serves the rows below them, too. A column by which
-filters are wider than the registers would take as many loads again, nearly all of them zeros; its first eight
-rows are one more vector, of pixels one below the other.
+reduced together, pairwise. Loaded rows of the picture are reused for the rows of pixels below. If filters are
+one column wider than the registers, loading this column with each row would double the loads, nearly all of
+zeros; instead, its first eight rows form one additional vector of vertically adjacent pixels.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from vidstyle.core.kernels.aligned import aligned
 from vidstyle.core.kernels.intrinsic import Intrinsic
 from vidstyle.core.kernels.vectors import LANES, VectorEmitter
 
-ABREAST = 2
-"""Neighbouring pixels whose sums grow in turn, as additions to the same sum wait for one another."""
+INTERLEAVED_PIXELS = 2
+"""Neighbouring pixels whose sums are interleaved, as additions to the same sum depend on one another."""
 
 
 def packed_filters(filters: np.ndarray) -> np.ndarray:
-    """Filters, count x size x size, as `filter_pixel_block` reads them: count x numbers float32, aligned.
+    """Pack filters, count x size x size, for `filter_pixel_block`: count x numbers float32, aligned.
 
-    The rows of each filter are padded by zeros to whole vectors. Where only a single column would need one,
+    The rows of each filter are padded by zeros to whole vectors. If only a single column would need a vector,
     that column follows the rows instead.
     """
     count, size = filters.shape[:2]
@@ -40,7 +40,7 @@ def packed_filters(filters: np.ndarray) -> np.ndarray:
 
 
 def body_width(size: int) -> int:
-    """Numbers of a filter's row that are loaded as vectors: all, and zeros; or all but the last."""
+    """Return the numbers of a filter's row that are loaded as vectors: all, padded, or all but the last."""
     return size - 1 if size == LANES + 1 else -(-size // LANES) * LANES
 
 
@@ -49,18 +49,17 @@ class PixelBlockIntrinsic(Intrinsic):
 
     Gain: `etf` of 1280 x 720 on one core is 10 times as fast as with the plain form.
 
-    Writes the filtered pixels column..column + 7 of some rows into `out`, clipped; what is not a number
-    becomes the lowest.
+    Writes the filtered and clipped pixels column..column + 7 of some rows to `out`; NaN becomes `low`.
 
     Args of the compiled call:
         bank: from `packed_filters`.
-        bins: int32, the filter of each square of pixels, as many rows of squares as are filtered together.
-        luma: float32, as many rows as are loaded, of which `row` is the upper one and the first follows the
-            last; so padded that the windows at `column` begin there, and `LANES` more columns can be read.
+        bins: int32, the filter of each square of pixels, for the rows of squares that are filtered together.
+        luma: float32, a ring buffer of the loaded rows, of which `row` is the top one; padded so that the
+            windows at `column` begin there, and `LANES` more columns can be read.
         sides: three tuples, of which only the lengths are used: the rows of a filter, the side of a square,
             and the rows of squares that are filtered together.
-        low, high: float32, the ends of the range that the result is clipped to.
-        out: float32, as many rows as are filtered together.
+        low, high: float32, ends of the range that the result is clipped to.
+        out: float32, the rows that are filtered together.
     """
 
     def emit(  # type: ignore[override]
@@ -111,23 +110,23 @@ class _BlockEmitter(VectorEmitter):
 
     @property
     def _is_padded(self) -> bool:
-        """Whether rows are padded; else the last column follows them."""
+        """Whether rows are padded; otherwise the last column follows them."""
         return self._lanes >= self._size
 
     def emit(self, low: Any, high: Any) -> None:
         """Emit the code for eight pixels of each row, clipped."""
         starts = [self._filter_starts(row) for row in self._bins for _ in range(self._shared)]
-        groups = (range(first, first + ABREAST) for first in range(0, LANES, ABREAST))
+        groups = (range(first, first + INTERLEAVED_PIXELS) for first in range(0, LANES, INTERLEAVED_PIXELS))
         sums = [self._sums(group, starts) for group in groups]
         for down, there in enumerate(self._out):
             filtered = self._row([each for group in sums for each in group[down]], starts[down], down)
-            clipped = self._chosen("<", self._chosen(">", filtered, low), high)
+            clipped = self._choose("<", self._choose(">", filtered, low), high)
             self.store(clipped, there, self._column)
 
     def _sums(self, columns: range, starts: list[list[Any]]) -> list[list[Any]]:
-        """The sums of products of pixels in these columns, row by row, as vectors of partial sums.
+        """Return the sums of products of pixels in these columns, row by row, as vectors of partial sums.
 
-        Each row of luma is loaded once, for all that read it.
+        Each row of luma is loaded once for all its uses.
         """
         totals: list[list[Any]] = [[] for _ in starts]
         for loaded in range(len(self._windows)):
@@ -139,18 +138,18 @@ class _BlockEmitter(VectorEmitter):
                 ]
                 pairs = zip(totals[down], products, strict=True)
                 totals[down] = [self._sum(*each) for each in pairs] if totals[down] else products
-        return [list(map(self._reduced, each)) for each in totals]
+        return [list(map(self._reduce, each)) for each in totals]
 
     def _row(self, sums: list[Any], starts: list[Any], down: int) -> Any:
-        """Eight pixels of a row, unclipped."""
+        """Return eight pixels of a row, unclipped."""
         if self._is_padded:
             return self._total_of_each(sums)
-        column = self._transposed([self._last_column(down + row) for row in range(LANES)])
+        column = self._transpose([self._last_column(down + row) for row in range(LANES)])
         sums = [self._sum(*each) for each in zip(sums, map(self._of_column, starts, column), strict=True)]
         return self._sum(self._total_of_each(sums), self._times_corner(starts, down))
 
     def _rows(self, array: Any, first: Any, count: int) -> Iterator[Any]:
-        """The addresses of an array's rows, from the first one on, and of those in front of it."""
+        """Yield the addresses of an array's rows, from the first one on and wrapping around at the end."""
         stride = self.builder.extract_value(array.strides, 0)
         for number in range(count):
             row = self.builder.add(first, self.index(number))
@@ -158,36 +157,36 @@ class _BlockEmitter(VectorEmitter):
             yield self._at(self._bytes(array), self._times(row, stride))
 
     def _filter_starts(self, bins: Any) -> list[Any]:
-        """The addresses of the filters of eight pixels of a row."""
+        """Return the addresses of the filters of eight pixels of a row."""
         first = self._at(bins, self.builder.udiv(self._column, self.index(self._shared)))
         return [self._filter_start(first, 4 * (pixel // self._shared)) for pixel in range(LANES)]
 
     def _filter_start(self, bins: Any, place: int) -> Any:
-        """The address of the filter whose index lies there."""
+        """Return the address of the filter whose index is stored there."""
         number = self.load(bins, place, self.ir.IntType(32))
         chosen = self.builder.sext(number, self.ir.IntType(64))
         return self._at(self._bank, self._times(chosen, self._filter_bytes))
 
     def _filter_row(self, start: Any, row: int) -> Any:
-        """A row of a filter, but for a last column that follows the rows."""
+        """Return a row of a filter, without a last column that follows the rows."""
         return self.load(start, 4 * row * self._lanes, self.floats(self._lanes), 32)
 
     def _window(self, row: int, number: int) -> Any:
-        """What lies in a row from the first pixel of a window on."""
+        """Return the pixels of a row from the first pixel of a window on."""
         there = self._at(self._windows[row], self._column)
         return self.load(there, 4 * number, self.floats(self._lanes))
 
     def _last_column(self, row: int) -> Any:
-        """What the last column of the eight windows has in a row."""
+        """Return the pixels of a row in the last column of the eight windows."""
         return self._window(row, self._lanes)
 
     def _of_column(self, start: Any, pixels: Any) -> Any:
-        """The products of the last column, but for its last row."""
+        """Return the products of the last column, without its last row."""
         weights = self.load(start, 4 * self._size * self._lanes, self.floats(LANES), 32)
         return self._product(weights, pixels)
 
     def _times_corner(self, starts: list[Any], down: int) -> Any:
-        """The products of the filters' last numbers and the windows' last pixels, of all eight."""
+        """Return the products of the last numbers of the filters and the last pixels of the eight windows."""
         weights = self.ir.Constant(self.floats(LANES), [0.0] * LANES)
         for number, start in enumerate(starts):
             there = 4 * (self._size * self._lanes + LANES)
@@ -196,8 +195,8 @@ class _BlockEmitter(VectorEmitter):
             weights = self.builder.insert_element(weights, weight, lane)
         return self._product(weights, self._last_column(down + self._size - 1))
 
-    def _transposed(self, rows: list[Any]) -> list[Any]:
-        """Eight vectors of eight as columns: halves of ever more neighbours change places."""
+    def _transpose(self, rows: list[Any]) -> list[Any]:
+        """Transpose eight vectors of eight by exchanging halves of increasingly distant neighbours."""
         for step in (4, 2, 1):
             low = [lane + (LANES - step if lane & step else 0) for lane in range(LANES)]
             high = [lane + step for lane in low]
@@ -206,16 +205,16 @@ class _BlockEmitter(VectorEmitter):
                 rows[number], rows[number + step] = (self.permute(*pair, order) for order in (low, high))
         return rows
 
-    def _reduced(self, vector: Any) -> Any:
-        """A vector of several registers reduced to eight numbers."""
+    def _reduce(self, vector: Any) -> Any:
+        """Reduce a vector of several registers to eight numbers."""
         starts = range(0, self._lanes, LANES)
         parts = (self.permute(vector, vector, list(range(start, start + LANES))) for start in starts)
         return reduce(self._sum, parts)
 
     def _total_of_each(self, vectors: list[Any]) -> Any:
-        """The sums of eight vectors, as a vector.
+        """Return the sums of eight vectors, as a vector.
 
-        First of adjacent numbers, pairs of vectors together, within halves of registers; then of the halves.
+        Adds adjacent numbers, pairs of vectors together, within halves of registers; then adds the halves.
         """
         adjacent = [[0, 2, 8, 10, 4, 6, 12, 14], [1, 3, 9, 11, 5, 7, 13, 15]]
         halves = [[0, 1, 2, 3, 8, 9, 10, 11], [4, 5, 6, 7, 12, 13, 14, 15]]
@@ -226,8 +225,8 @@ class _BlockEmitter(VectorEmitter):
             ]
         return vectors[0]
 
-    def _chosen(self, relation: str, vector: Any, number: Any) -> Any:
-        """Each element that stands in this relation to a number, which no NaN does, else the number."""
+    def _choose(self, relation: str, vector: Any, number: Any) -> Any:
+        """Keep each element that has this relation to a number, else use the number; also for NaN."""
         limit = self.spread(number, vector.type)
         return self.builder.select(self.builder.fcmp_ordered(relation, vector, limit), vector, limit)
 
@@ -238,11 +237,11 @@ class _BlockEmitter(VectorEmitter):
         return self.builder.fadd(one, other, flags=["contract"])
 
     def _bytes(self, array: Any) -> Any:
-        """Where the numbers of an array begin."""
+        """Return the address of the first number of an array."""
         return self.builder.bitcast(array.data, self.ir.IntType(8).as_pointer())
 
     def _at(self, address: Any, number: Any) -> Any:
-        """The address so many bytes further."""
+        """Return the address this number of bytes further."""
         return self.builder.gep(address, [self.index(number)])
 
     def _times(self, number: Any, factor: Any) -> Any:

@@ -4,7 +4,7 @@ Paper, section 5.3, equations 6 to 10: gradients from differences along the diag
 structure tensor smoothed by a Gaussian, and its orientation, strength and coherence in uniform bins. The
 Gaussian has an even number of taps, so that its window is centred on the pixel, and the bins of orientation
 are centred on its multiples: a rotated or mirrored picture then selects the rotated or mirrored filters.
-Beyond the paper, bins can be divided by the curvature of the lines, the change of orientation along them.
+In addition to the paper, bins can be divided by the curvature of lines, the change of orientation along them.
 """
 
 from __future__ import annotations
@@ -14,25 +14,25 @@ from functools import lru_cache
 
 import numpy as np
 
-from vidstyle.blade.bins import CURVE, Bins
+from vidstyle.blade.bins import MIDDLE_CURVATURE, Bins
 from vidstyle.core.kernels import LINE, aligned_parts, compiled, index_at, rounded_up
 
-STRIP = 256
-"""The most columns of pixels for which a kernel keeps products: 8 rows fill half a first-level cache."""
-PAIRS_AT_ONCE = 5
-"""The most pairs of products, equally far from the middle of a window, that are added in one go."""
-EPSILON = 1e-12
-"""Added to divisors: a flat picture has coherence 0."""
+MAX_STRIP_COLUMNS = 256
+"""Maximum columns of pixels for which a kernel keeps products: 8 rows fill half a first-level cache."""
+MAX_PAIRS_AT_ONCE = 5
+"""Maximum pairs of taps, symmetric about the middle of a window, that one iteration adds."""
+MIN_DIVISOR = 1e-12
+"""Added to divisors, so that a flat picture has coherence 0."""
 
 
 def window_radius(rho: float) -> int:
-    """The radius of the tensor's window in pixels."""
+    """Return the radius of the tensor's window in pixels."""
     return max(1, math.ceil(2 * rho))
 
 
 @lru_cache(maxsize=64)
 def window_weights(rho: float) -> np.ndarray:
-    """The weights of the even Gaussian of standard deviation rho: float32, they add up to 1.
+    """Return the weights of the even Gaussian of standard deviation rho: float32, they add up to 1.
 
     >>> window_weights(0.5).round(3).tolist()
     [0.5, 0.5]
@@ -43,10 +43,10 @@ def window_weights(rho: float) -> np.ndarray:
 
 
 def half_window(rho: float, step: int) -> np.ndarray:
-    """The weights of one half of the window in which filters are chosen, from its end to its middle: float32.
+    """Return the weights of one half of the window for selection, from its end to its middle: float32.
 
-    Of `window_weights`, or where filters are chosen for squares of 2 x 2 pixels, of the odd Gaussian that is
-    centred on the middle of a square and one tap shorter.
+    The window is `window_weights`; for squares of 2 x 2 pixels it is the odd Gaussian that is centred on the
+    middle of a square and one tap shorter.
     """
     radius = window_radius(rho)
     if step == 1:
@@ -58,23 +58,24 @@ def half_window(rho: float, step: int) -> np.ndarray:
 def select_filters(
     luma: np.ndarray, bins: Bins, rho: float, margin: tuple[int, int] = (0, 0), top: int = 0
 ) -> np.ndarray:
-    """The index of the filter for each square of `bins.step` pixels.
+    """Return the index of the filter for each square of `bins.pitch` pixels.
 
     Args:
         luma: H x W float32 0..1; beyond its border the border is repeated.
         bins: the quantization of the features.
         rho: standard deviation of the window in pixels.
-        margin: first and last rows that need no filter.
-        top: the number of luma's first row in the whole picture, whose squares begin at multiples of `step`.
+        margin: numbers of first and last rows that need no filter.
+        top: the number of luma's first row in the whole picture, whose squares begin at multiples of the
+            pitch.
 
     Returns:
-        int32, as many as there are squares of which luma has any pixel, part of an array whose width is that
-        of a multiple of `LINE`; undefined in the margin.
+        int32, one for each square with any pixel in luma; a view of an array whose width is a multiple of
+        `LINE`. Undefined in the margin.
     """
-    (height, width), step = luma.shape, bins.step
+    (height, width), step = luma.shape, bins.pitch
     lead, columns = top % step, rounded_up(width, LINE) // step
     radius, edge = window_radius(rho), int(bins.curvatures > 1)
-    strip = rounded_up(-(-columns // -(-columns * step // STRIP)), LINE)
+    strip = rounded_up(-(-columns // -(-columns * step // MAX_STRIP_COLUMNS)), LINE)
     planes = 2 if bins.strengths * bins.coherences == 1 else 3
     wide = rounded_up((strip + 2 * edge + 1) * step + 2 * (radius - step), LINE)
     window = _window(rho, step, planes * wide)
@@ -102,15 +103,15 @@ def select_filters(
 
 @lru_cache(maxsize=64)
 def _window(rho: float, step: int, total: int) -> tuple[np.ndarray, tuple[int, ...], np.ndarray]:
-    """What `_weigh` takes besides numbers: weights, pairs, and where the columns of each tap begin.
+    """Return arguments of `_weigh`: weights, pairs, and the start of the columns of each tap.
 
-    Pairs are a tuple whose length is the number of pairs of taps that are added in one go.
+    Pairs are a tuple whose length is the number of pairs of taps that one iteration adds.
     """
     weights = half_window(rho, step)
     radius = len(weights)
     if step == 2:
         weights = np.append(weights[:-1], weights[-1] / 2)  # as a pair, the middle counts twice
-    at_once = -(-radius // -(-radius // PAIRS_AT_ONCE))
+    at_once = -(-radius // -(-radius // MAX_PAIRS_AT_ONCE))
     taps = np.arange(2 * radius + 1 - step)
     starts = (taps % step * (total // step) + taps // step).astype(np.uint64)
     return np.pad(weights, (0, -radius % at_once)), (0,) * at_once, starts
@@ -118,15 +119,15 @@ def _window(rho: float, step: int, total: int) -> tuple[np.ndarray, tuple[int, .
 
 @compiled(fastmath=True)
 def _select(luma, window, bins, rows, first, sides, scratch, flat, selected):  # type: ignore[no-untyped-def]
-    """Strip by strip, so that what is kept of the last rows stays in the first-level cache.
+    """Select filters strip by strip, so that products of the last rows stay in the first-level cache.
 
     Args:
         window: from `_window`.
-        rows: the first row of squares, and the one after the last.
-        first: the row of products with which the first window begins, and the columns in front of luma.
-        sides: of a square, in pixels, and of a strip, in squares.
-        scratch: the products of the last rows, and where those of each tap begin; a row weighed vertically;
-            its even and then its odd columns; the tensor; the directions of three rows.
+        rows: the first row of squares, and the row after the last.
+        first: the first row of products of the first window, and the number of columns before luma.
+        sides: side of a square in pixels, and of a strip in squares.
+        scratch: the products of the last rows, and the start of the products of each tap; a row weighted
+            vertically; its even, then its odd columns; the tensor; the directions of three rows.
         flat: the products and the tensor as one row each.
     """
     step, strip = sides
@@ -139,7 +140,7 @@ def _select(luma, window, bins, rows, first, sides, scratch, flat, selected):  #
 def _select_strip(  # type: ignore[no-untyped-def]
     luma, window, bins, rows, columns, first, step, scratch, flat, selected
 ):
-    """Row by row; the products of the last rows are kept, the window is applied vertically, then across.
+    """Select row by row: keep the products of the last rows, apply the window vertically, then horizontally.
 
     The products of a row are contiguous, so that one loop covers them all.
     """
@@ -148,10 +149,10 @@ def _select_strip(  # type: ignore[no-untyped-def]
     taps, total = products.shape[0], products.shape[1] * products.shape[2]
     bottom, is_oriented_only = luma.shape[0] - 1, products.shape[1] == 2
     (left, right), (start, stop), width, is_curved = columns, rows, luma.shape[1], bins[3] > 1
-    if is_curved:  # which depends on the directions around a pixel
+    if is_curved:  # curvature depends on the directions around a pixel
         start, stop = max(start - 1, 0), min(stop + 1, luma.shape[0])
     lead = 1 if is_curved and left > 0 else 0
-    # The columns of luma under the products; those outside of it have the products of its border.
+    # The columns of luma below the products; columns outside of luma have the products of its border.
     before = (left - lead) * step - first[1]
     outside, before = max(-before, 0), max(before, 0)
     behind = min(before + products.shape[2] - outside + 1, width)
@@ -179,7 +180,7 @@ def _select_strip(  # type: ignore[no-untyped-def]
         if is_curved:
             inside = min(right + 1, width) - left + lead
             _find_directions(tensor[0], tensor[1], 1 - lead, inside, directions[row % 3])
-            # The row before this one, and where there are no more rows, this one too.
+            # The previous row, and also this row if it is the last.
             for middle in range(max(row - 1, rows[0]), min(row + (row + 1 == stop), rows[1])):
                 above, below = directions[max(middle - 1, start) % 3], directions[min(middle + 1, row) % 3]
                 chosen = selected[middle][left:right]
@@ -188,14 +189,14 @@ def _select_strip(  # type: ignore[no-untyped-def]
 
 @compiled(fastmath=True, noalias=True)
 def _multiply(above, above_right, below, below_right, before, products):  # type: ignore[no-untyped-def]
-    """Products of the differences along both diagonals, between four pixels each.
+    """Compute products of the differences along both diagonals, between four pixels each.
 
-    In the rotated axes of the differences they are gx^2 - gy^2, 2 gx gy, and of three gx^2 + gy^2, which
-    only strength and coherence depend on. Beyond the border, which is repeated, the differences are those
-    between its two pixels.
+    In the rotated axes of the differences the products are gx^2 - gy^2, 2 gx gy, and optionally gx^2 + gy^2,
+    which only strength and coherence need. Beyond the border, the differences are between its two repeated
+    pixels.
     """
     half, inside = np.float32(0.5), above_right.size
-    # Rows are cut before the loops: in them, the compiler would scatter their numbers one by one.
+    # Rows are sliced before the loops: inside, the compiler would scatter their numbers one by one.
     rights, ups = products[0][before:], products[1][before:]
     if products.shape[0] == 2:
         for x in range(inside):
@@ -222,7 +223,7 @@ def _weigh(numbers, starts, weights, pair, pairs, out):  # type: ignore[no-untyp
     """Add some weighted pairs of taps to a total, or start it with the first ones.
 
     Args:
-        starts: uint64, where the numbers of each tap begin.
+        starts: uint64, the index of the first number of each tap.
     """
     one, other = starts[pair:], starts[starts.size - pair - len(pairs) :]
     for x in range(out.size):
@@ -242,10 +243,10 @@ def _part(row, even, odd):  # type: ignore[no-untyped-def]
 
 @compiled(fastmath=True, noalias=True)
 def _quantize(rights, ups, totals, bins, selected):  # type: ignore[no-untyped-def]
-    """The bins of a row, of the sums of the products that `_multiply` tells."""
+    """Quantize the weighted sums of the products of `_multiply` to the bins of a row."""
     zero, half = np.float32(0), np.float32(0.5)
     orientations, strengths, coherences = bins[0], bins[1], bins[2]
-    least, last = np.float32(EPSILON), np.int32(orientations * strengths * coherences) - 1
+    least, last = np.float32(MIN_DIVISOR), np.int32(orientations * strengths * coherences) - 1
     for x in range(selected.shape[0]):
         right, up, total = rights[x], ups[x], totals[x]
         squared = right * right + up * up
@@ -260,11 +261,11 @@ def _quantize(rights, ups, totals, bins, selected):  # type: ignore[no-untyped-d
 
 @compiled(fastmath=True)
 def _orientation(right, up, orientations):  # type: ignore[no-untyped-def]
-    """The bin of a doubled angle, a whole number as a float: vectors multiply floats in half the time."""
+    """Return the bin of a doubled angle as a float: vectors multiply floats in half the time of integers."""
     zero, half, one = np.float32(0), np.float32(0.5), np.float32(1)
     # The arctangent of Rajan et al. 2006, equation 10: off by 0.22 degrees at most.
     lower, higher = min(abs(right), abs(up)), max(abs(right), abs(up))
-    slope = lower / (higher + np.float32(EPSILON))
+    slope = lower / (higher + np.float32(MIN_DIVISOR))
     angle = slope * (np.float32(math.pi / 4) + np.float32(0.273) * (one - slope))
     angle = np.float32(math.pi / 2) - angle if abs(up) > abs(right) else angle
     angle = np.float32(math.pi) - angle if right < zero else angle
@@ -275,7 +276,7 @@ def _orientation(right, up, orientations):  # type: ignore[no-untyped-def]
 
 @compiled(fastmath=True, noalias=True)
 def _quantize_orientation(rights, ups, orientations, selected):  # type: ignore[no-untyped-def]
-    """The bins of a row if there is one of strength and one of coherence."""
+    """Quantize a row if there is only one bin of strength and of coherence."""
     last = np.int32(orientations) - 1
     for x in range(selected.shape[0]):
         selected[x] = index_at(_orientation(rights[x], ups[x], orientations), last)
@@ -283,14 +284,14 @@ def _quantize_orientation(rights, ups, orientations, selected):  # type: ignore[
 
 @compiled(fastmath=True, noalias=True)
 def _find_directions(rights, ups, outside, inside, directions):  # type: ignore[no-untyped-def]
-    """Cosine and sine of the doubled angle of a row's gradients, 1 and 0 where there is none.
+    """Compute cosine and sine of the doubled angle of a row's gradients; 1 and 0 without gradient.
 
     Args:
-        outside: columns in front of the picture, 1 or 0; beyond the border the directions on it are repeated.
-        inside: columns of the tensor that lie in the picture.
+        outside: columns before the picture, 1 or 0; beyond the border its directions are repeated.
+        inside: columns of the tensor within the picture.
         directions: 2 x N float32.
     """
-    least = np.float32(EPSILON)
+    least = np.float32(MIN_DIVISOR)
     cosines, sines = directions[0][outside:], directions[1][outside:]
     for x in range(inside):
         right, up = rights[x], ups[x]
@@ -302,18 +303,19 @@ def _find_directions(rights, ups, outside, inside, directions):  # type: ignore[
 
 @compiled(fastmath=True, noalias=True)
 def _divide_by_curvature(above, here, below, bins, selected):  # type: ignore[no-untyped-def]
-    """Divide the bins of a row by the curvature of lines: how fast their gradient's angle a turns on them.
+    """Divide the bins of a row by the curvature of lines: the change of the gradient's angle a along them.
 
     With c and s, the cosine and sine of 2 a, the gradient of a is (c grad s - s grad c) / 2, and the line
-    runs a quarter turn further: the curvature is (cos a * down - sin a * across) / 4, with twice the gradient
-    between the pixels on both sides. Of c and s only one root is needed, for 1 + c if c is positive and else
-    for 1 - c, and none divides but the last. Seen from its other end a line has the other curvature: of two
-    opposite angles that within half a turn from the beginning of the first bin of orientation is taken.
+    is perpendicular to it: the curvature is (cos a * down - sin a * across) / 4, with twice the gradient
+    between the pixels on both sides. From c and s only one root is needed, for 1 + c if c is positive and
+    otherwise for 1 - c, and there is only one division, at the end. Seen from its other end a line has the
+    opposite curvature: of two opposite angles, the one within half a turn from the beginning of the first bin
+    of orientation is used.
     """
     zero, half, one = np.float32(0), np.float32(0.5), np.float32(1)
     curvatures, per_orientation = bins[3], np.int32(bins[1] * bins[2])
-    middle, last, curve = half * curvatures, curvatures - one, np.float32(4 * math.sqrt(2) * CURVE)
-    # Rows are cut before the loop: in it, the compiler would gather their numbers one by one.
+    middle, last, curve = half * curvatures, curvatures - one, np.float32(4 * math.sqrt(2) * MIDDLE_CURVATURE)
+    # Rows are sliced before the loop: inside, the compiler would gather their numbers one by one.
     cosines, c_left, c_right = here[0, 1:], here[0], here[0, 2:]
     sines, s_left, s_right = here[1, 1:], here[1], here[1, 2:]
     c_above, s_above, c_below, s_below = above[0, 1:], above[1, 1:], below[0, 1:], below[1, 1:]

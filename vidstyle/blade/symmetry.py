@@ -1,12 +1,12 @@
 """The eight symmetries of a square, applied to filters and bins.
 
 A rotated or mirrored picture selects the rotated or mirrored filters, since bins of orientation are centred
-on multiples of their width and windows on the pixel. So the sums over a picture give those over its seven
-images (paper, section 5.2) without visiting them.
+on multiples of their width and windows on the pixel. The sums over a picture therefore determine the sums
+over its seven images (paper, section 5.2) without visiting them.
 
-The unknowns of a filter are one weight for each pair of opposite pixels, that of their sum less twice the
-middle. Turned by 180 degrees a straight line is the same line, and so is its filter; a curved one bends the
-other way. Where bins tell curvatures, a second weight for each pair is that of the difference of its pixels.
+The unknowns of a filter are one weight for each pair of opposite pixels: the weight of their sum minus twice
+the middle. Rotated by 180 degrees, a straight line and its filter stay the same; a curved line bends the
+other way. If bins depend on curvature, each pair has a second weight, for the difference of its pixels.
 """
 
 from __future__ import annotations
@@ -29,18 +29,18 @@ class Symmetry:
     matrix: tuple[tuple[int, int], tuple[int, int]]
 
     def moved(self, down: int, right: int) -> tuple[int, int]:
-        """The image of a pixel, as rows down and columns right of the middle."""
+        """Return the image of a pixel, as rows down and columns right of the middle."""
         (a, b), (c, d) = self.matrix
         return c * right + d * down, a * right + b * down
 
     def bin_of(self, bins: Bins, number: int) -> int:
-        """The image of a bin."""
+        """Return the image of a bin."""
         orientation, clearness, curvature, feature = np.unravel_index(number, _sides(bins))
         (a, b), (c, d) = self.matrix
         mirrored = a * d - b * c < 0
         turned = (bins.orientations // 2) * [(1, 0), (0, 1), (-1, 0), (0, -1)].index((a, c))
         turns, orientation = divmod(turned + (-orientation if mirrored else orientation), bins.orientations)
-        if turns % 2:  # what was the beginning of a line is now its end
+        if turns % 2:  # the line is reversed
             curvature = bins.curvatures - 1 - curvature
         return int(np.ravel_multi_index((orientation, clearness, curvature, feature), _sides(bins)))
 
@@ -52,14 +52,14 @@ SYMMETRIES = tuple(
 
 
 def _sides(bins: Bins) -> tuple[int, int, int, int]:
-    """The numbers of bins of orientation, strength with coherence, curvature, and further features."""
+    """Return the numbers of bins of orientation, strength x coherence, curvature, and additional features."""
     clearnesses = bins.strengths * bins.coherences
     before = bins.orientations * clearnesses * bins.curvatures
     return bins.orientations, clearnesses, bins.curvatures, bins.count // before
 
 
 def pixel_pairs(size: int) -> list[tuple[int, int]]:
-    """One pixel, as rows down and columns right of the middle, of each pair symmetric about the middle.
+    """List one pixel, as rows down and columns right of the middle, of each pair symmetric about the middle.
 
     >>> pixel_pairs(3)
     [(0, 1), (1, -1), (1, 0), (1, 1)]
@@ -74,9 +74,9 @@ def pixel_pairs(size: int) -> list[tuple[int, int]]:
 
 
 def pair_weights(filters: np.ndarray, bins: Bins) -> np.ndarray:
-    """The weights of pairs: parts x bins x unknowns, of parts x bins x size x size filters.
+    """Return the weights of pairs, parts x bins x unknowns, of filters, parts x bins x size x size.
 
-    Where bins tell no curvatures filters have to be symmetric about the middle.
+    Without bins of curvature, filters must be symmetric about the middle.
     """
     radius = filters.shape[2] // 2
     one, other = (
@@ -92,10 +92,10 @@ def pair_weights(filters: np.ndarray, bins: Bins) -> np.ndarray:
     return np.concatenate([(one + other) / 2, (one - other) / 2], axis=-1) if bins.curvatures > 1 else one
 
 
-def symmetrized(
+def symmetrize(
     matrices: np.ndarray, vectors: np.ndarray, bins: Bins, size: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Sums over samples, each with those of its seven images added.
+    """Add to the sums over samples the sums over the seven images of each sample.
 
     Args:
         matrices: bins x unknowns x unknowns.
@@ -111,7 +111,7 @@ def symmetrized(
 
 
 def _images_of_unknowns(symmetry: Symmetry, size: int, unknowns: int) -> tuple[np.ndarray, np.ndarray]:
-    """For each unknown the index of its image, and -1 where that is of a difference the other way round."""
+    """Return the index of the image of each unknown, and -1 if its difference changes sign."""
     pairs = pixel_pairs(size)
     images = [symmetry.moved(*pixel) for pixel in pairs]
     order = [pairs.index(image if image in pairs else (-image[0], -image[1])) for image in images]

@@ -1,4 +1,4 @@
-"""Trains banks from photographs, one in memory at a time, and measures how close they come."""
+"""Trains banks from photographs, one in memory at a time, and measures their fidelity."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from vidstyle.blade.regression import (
 )
 from vidstyle.core.cores import available_cores
 
-SSIM_WINDOW = 11
-"""Side of the window of structural similarity in pixels, as in Wang et al. 2004."""
+SSIM_WINDOW_PX = 11
+"""Side of the window of structural similarity, as in Wang et al. 2004."""
 
 OnPicture = Callable[[str, int, int], None]
-"""Called after each picture with the name of the phase, the pictures done, and their total."""
+"""Called after each picture with the name of the phase, the number of completed pictures, and the total."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class TrainingReport:
     Attributes:
         samples: number of pixels.
         empty: number of bins without pixels.
-        residual: root of the mean squared error of each part on the samples, in levels of 255.
+        residual: root mean squared error of each part on the samples, in levels of 255.
     """
 
     samples: int
@@ -56,14 +56,14 @@ def train(
     on_picture: OnPicture = lambda *_: None,
     chroma: bool = False,
 ) -> tuple[Bank, TrainingReport]:
-    """Train a bank, with `chroma` for the chroma planes as well.
+    """Train a bank; with `chroma` also for the chroma planes.
 
     Raises:
         InputError: a picture cannot be read, or the reference filter fails.
         UsageError: the reference filter's settings are invalid.
     """
     sums = NormalEquations.empty(config)
-    # For `with_gains`, which takes each target, the plane itself, and both together.
+    # For `with_gains`, which takes each target, the plane, and the sum of both.
     free = replace(config, sums=(0.0,) * (2 * len(config.sums) + 1))
     of_chroma = NormalEquations.empty(free) if chroma else None
     with ThreadPoolExecutor(available_cores()) as pool:
@@ -101,17 +101,19 @@ def measure(
     identity: float = 0.0,
     on_picture: OnPicture = lambda *_: None,
 ) -> dict[str, float]:
-    """The fidelity of a bank on pictures that it was not trained on.
+    """Measure the fidelity of a bank on pictures that it was not trained on.
 
     Args:
-        run: the bank as it is used.
-        weights, identity: of the reference's parts and of the picture itself in the target.
+        run: the use of the bank.
+        weights, identity: weights of the reference's parts and of the picture in the target.
 
     Returns:
-        the means of "psnr" (dB) and "mssim", and of "untouched psnr" and "untouched mssim", those of the
-        unfiltered pictures, and for a bank with chroma "chroma psnr" and "untouched chroma psnr";
-        "explained", the part of the change of luma, as squares, that is the same: 1 for a bank that does what
-        the reference does, 0 or less for one that does no better than nothing.
+        Means of "psnr" (dB) and "mssim"; of "untouched psnr" and "untouched mssim" for the unfiltered
+        pictures; and for a bank with chroma of "chroma psnr" and "untouched chroma psnr". "explained" is the
+        share of the
+        squared change of luma that the bank reproduces: 1 for a bank that equals the reference, 0 or less for
+            a
+        bank that is no better than no change.
     """
     rows = []
     errors = changes = 0.0
@@ -143,16 +145,16 @@ def measure(
 
 
 def psnr(result: np.ndarray, target: np.ndarray) -> float:
-    """Peak signal-to-noise ratio in dB, for values whose peak is 1."""
+    """Return the peak signal-to-noise ratio in dB, for values whose peak is 1."""
     error = float(np.mean(np.square(result.astype(np.float64) - target)))
     return float("inf") if error == 0 else -10 * np.log10(error)
 
 
 def mssim(result: np.ndarray, target: np.ndarray) -> float:
-    """Mean structural similarity, Gaussian window of 1.5 px, borders left out; Wang et al. 2004."""
+    """Return the mean structural similarity, Gaussian window of 1.5 px, without borders; Wang et al. 2004."""
 
     def blurred(values: np.ndarray) -> np.ndarray:
-        return cv2.GaussianBlur(values, (SSIM_WINDOW,) * 2, 1.5, borderType=cv2.BORDER_REPLICATE)
+        return cv2.GaussianBlur(values, (SSIM_WINDOW_PX,) * 2, 1.5, borderType=cv2.BORDER_REPLICATE)
 
     one, two = result.astype(np.float64), target.astype(np.float64)
     mean_one, mean_two = blurred(one), blurred(two)
@@ -162,7 +164,9 @@ def mssim(result: np.ndarray, target: np.ndarray) -> float:
     low, high = 0.01**2, 0.03**2
     similarity = (2 * mean_one * mean_two + low) * (2 * covariance + high)
     similarity /= (mean_one**2 + mean_two**2 + low) * (variance_one + variance_two + high)
-    inside = similarity[SSIM_WINDOW // 2 : -(SSIM_WINDOW // 2), SSIM_WINDOW // 2 : -(SSIM_WINDOW // 2)]
+    inside = similarity[
+        SSIM_WINDOW_PX // 2 : -(SSIM_WINDOW_PX // 2), SSIM_WINDOW_PX // 2 : -(SSIM_WINDOW_PX // 2)
+    ]
     return float((inside if inside.size else similarity).mean())
 
 

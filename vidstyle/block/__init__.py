@@ -1,9 +1,9 @@
 """Filter blocks: decorated functions whose parameters declare themselves.
 
 A parameter is annotated with its control (`Slider`, `Choice`, `Switch`, `Color`, `SavedRef` or
-`Asset`), which holds its range, unit and help; its default is the function's own. A parameter
-annotated with one of the `INJECTED` types is filled in by the renderer instead of the user.
-Everything else, from the command line to the JSON Schema, is derived from here.
+`Asset`), which holds its range, unit and help; its default is the default of the function's
+parameter. The renderer, not the user, supplies parameters annotated with one of the `INJECTED_TYPES`.
+Everything else, from the command line to the JSON Schema, is derived from these declarations.
 """
 
 from __future__ import annotations
@@ -32,33 +32,35 @@ BlockKind = Literal["pixel", "filter", "measured", "resize", "learned", "recipe"
 """How a block computes its result: from the same pixel, a neighbourhood, measurements of the whole frame, at
 another size, by a bank of learned filters, or by other blocks.
 
-The function of a pixel, filter or measured block takes an array and returns one, or a
-`core.deferred_color.Mixed`. RGB that is gray may come as a view of one plane (`core.kernels.gray_rgb`). That
-of a recipe returns a list of blocks with their values; that of a learned block an object with `radius`,
-`scale` and `run(luma, margin)`; that of a resize block takes a (height, width) and returns the one that its
-parameter `factor` makes of it, while the renderer resamples as its parameters `method` and `back` say. A
-measured block's parameter `settle`, in seconds, is the time constant by which its measurements are smoothed.
+- A pixel, filter or measured block takes an array and returns one, or a `core.deferred_color.Mixed`. Gray RGB
+  may be passed as a view of one plane (`core.kernels.gray_rgb`). The parameter `settle` of a measured block
+  is the time constant, in seconds, of the smoothing of its measurements.
+- A recipe returns a list of blocks with their values.
+- A learned block returns an object with `radius`, `scale` and `run(luma, margin)`.
+- A resize block takes a (height, width) and returns it scaled by its parameter `factor`. The renderer
+  resamples with the methods in its parameters `method` and `back`.
 """
 
 On = Literal["luma", "color", "channels"]
-"""What a block works on: luma alone; RGB; or "channels", each channel by itself: luma while the picture is
+"""What a block works on: luma only; RGB; or "channels", each channel separately: luma while the picture is
 gray, else R, G and B."""
 
 RadiusFunction = Callable[..., int]
-"""From a filter's values to the number of rows above and below its own that it reads."""
+"""Maps a filter's values to the number of rows that it reads above and below each row."""
 
 PercentileFunction = Callable[..., Sequence[float]]
-"""From those values of a measured block that it names to the percentiles of luma that the block needs."""
+"""Maps the values of a measured block that it takes as parameters to the percentiles of luma that the block
+needs."""
 
 
 @dataclass(frozen=True)
 class PageRegion:
-    """Where the given rows lie on the page, for blocks whose result depends on the position.
+    """The position of the given rows on the page, for blocks whose result depends on it.
 
     Attributes:
         top: rows of the page above the array's first row.
         height, width: size of the page in working pixels.
-        margin: a filter's first and last rows that are only there to be read; its result is ignored there.
+        margin: numbers of first and last rows that a filter may read; its result for them is ignored.
     """
 
     top: int
@@ -68,37 +70,48 @@ class PageRegion:
 
 
 Margin = NewType("Margin", tuple[int, int])
-"""Injected: a filter's first and last rows that are only there to be read; its result is ignored there."""
+"""Injected: the numbers of first and last rows that a filter may read; its result for them is ignored."""
 LumaWeights = NewType("LumaWeights", np.ndarray)
-"""Injected: the weights of red, green and blue in luma, three float32, from the picture's own matrix."""
-Measured = NewType("Measured", np.ndarray)
-"""Injected into a measured block: the percentiles of luma that it asks for, smoothed over time."""
+"""Injected: the weights of red, green and blue in luma, three float32, from the picture's matrix."""
+Percentiles = NewType("Percentiles", np.ndarray)
+"""Injected into a measured block: the percentiles of luma that it requests, smoothed over time."""
 FrameTime = NewType("FrameTime", int)
-"""Injected: the time of the frame in whole milliseconds, below 2**32; 0 for a picture that stands alone."""
+"""Injected: the time of the frame in whole milliseconds, below 2**32; 0 for a single picture."""
 
 Limits = NewType("Limits", tuple[float, float])
-"""Injected into a block whose result may leave the range of its input and of 0..1: the ends of the range that
-it has to clip it to, of `core.picture`."""
+"""Injected into a block whose result may exceed the range of its input and 0..1: the range, from
+`core.picture`, that it must clip the result to."""
 
 ResultRows = NewType("ResultRows", np.ndarray)
 """Injected: float32 rows for the result, without the margin. The function fills and returns them, or returns
-another array, in which it has the margin."""
+another array that includes the margin."""
 
-INJECTED: tuple[object, ...] = (PageRegion, Margin, LumaWeights, Measured, FrameTime, Limits, ResultRows)
+INJECTED_TYPES: tuple[object, ...] = (
+    PageRegion,
+    Margin,
+    LumaWeights,
+    Percentiles,
+    FrameTime,
+    Limits,
+    ResultRows,
+)
 """The annotations of the parameters that the renderer fills in."""
 
 
 def moment_of(time: float | None) -> int:
-    """The `FrameTime` of a frame that is shown at a time in seconds."""
+    """Return the `FrameTime` of a frame that is shown at a time in seconds."""
     return 0 if time is None else math.floor(time * 1000 + 0.5) & 0xFFFFFFFF
 
 
-REDRAW_RATE = Slider(0, 60, "times a second that what is random is drawn anew; 0 for never")
+REDRAW_RATE = Slider(0, 60, "changes of the random parts per second; 0 for none")
 """The control of a block whose random parts may change with time; see `drawing_at`."""
 
 
 def drawing_at(moment: int, rate: int) -> int:
-    """Which drawing is shown if there are so many a second: a whole number, as a GPU has it in 32 bits."""
+    """Return the number of the drawing shown at a moment, at `rate` drawings per second.
+
+    Computed in 32 bits, as on a GPU.
+    """
     return (moment * rate & 0xFFFFFFFF) // 1000
 
 
@@ -107,9 +120,9 @@ class Block:
     """A filter block: a function with its declaration. Call it like the function.
 
     Attributes:
-        saves: the name under which every step of it saves its input.
-        is_identity: whether its function returns luma as it is, so that only the chroma changes.
-        exact: whether a GPU has to store its input and what filters make of its result as float32.
+        saves: the name under which each of its steps saves the input.
+        is_identity: whether its function returns luma unchanged, so that only the chroma changes.
+        exact: whether a GPU must store its input, and the results of filters on its output, as float32.
     """
 
     name: str
@@ -127,12 +140,12 @@ class Block:
 
     @property
     def overshoots(self) -> bool:
-        """Whether its result may leave the range of its input and of 0..1, but for `Limits`."""
+        """Whether its result may exceed the range of its input and 0..1, up to `Limits`."""
         return Limits in self.injected.values()
 
     @cached_property
     def saved_refs(self) -> dict[str, SavedRef]:
-        """The parameters that name saved pictures."""
+        """Controls of the parameters that name saved pictures."""
         controls = {name: parameter.control for name, parameter in self.parameters.items()}
         return {name: control for name, control in controls.items() if isinstance(control, SavedRef)}
 
@@ -146,18 +159,18 @@ class Block:
         return self.function(*arrays, **self.arguments_for(values))
 
     def arguments_for(self, values: dict[str, Any]) -> dict[str, Any]:
-        """The function's keyword arguments: values and defaults, colours as floats, empty names as None."""
+        """Return the function's keyword arguments, with defaults; colours as floats, empty names as None."""
         arguments = {name: parameter.default for name, parameter in self.parameters.items()} | values
         for name, parameter in self.parameters.items():
             arguments[name] = parameter.control.argument(arguments[name])
         return arguments
 
     def radius_for(self, values: dict[str, Any]) -> int:
-        """The rows above and below its own that it reads with these values."""
+        """Return the number of rows that it reads above and below each row with these values."""
         return 0 if self.radius is None else _call_with_known(self.radius, values)
 
     def percentiles_for(self, values: dict[str, Any]) -> tuple[float, ...]:
-        """The percentiles of luma that it needs with these values; none unless it is measured."""
+        """Return the percentiles of luma that it needs with these values; none unless it is measured."""
         return () if self.percentiles is None else tuple(_call_with_known(self.percentiles, values))
 
 
@@ -176,18 +189,19 @@ def block(
     is_identity: bool = False,
     exact: bool = False,
 ) -> Callable[[Callable[..., Any]], Block]:
-    """Declare a function as a block of its name.
+    """Declare a function as a block of the same name.
 
     Args:
         kind: how it computes its result.
         on: the channels that it works on.
-        percentiles: for a measured block, the percentiles of luma that the function gets as `Measured`:
+        percentiles: for a measured block, the percentiles of luma that the function gets as `Percentiles`:
             one to four numbers from 0 to 100.
-        radius: for a filter, the rows above and below that it reads; it may then run on bands of rows.
-        chroma: "dropped" where a luma block leaves a gray picture.
-        saves: a name under which each of its steps saves its input.
-        is_identity: for a luma block that only changes the chroma; a style does not call its function.
-        exact: the result shows differences that are smaller than a GPU's textures of 16 bits keep.
+        radius: for a filter, the number of rows that it reads above and below; it may then run on bands of
+            rows.
+        chroma: "dropped" if a luma block outputs a gray picture.
+        saves: a name under which each of its steps saves the input.
+        is_identity: True for a luma block that only changes the chroma; a style does not call its function.
+        exact: whether the result shows differences that are too small for 16-bit textures of a GPU.
 
     Raises:
         TypeError: at import, for an invalid declaration, such as a default out of range.
@@ -196,11 +210,11 @@ def block(
     def declare(function: Callable[..., Any]) -> Block:
         name = function.__name__
         if (kind == "measured") != (percentiles is not None):
-            raise TypeError(f"{name}: `percentiles` belong to measured blocks, and to all of them")
+            raise TypeError(f"{name}: measured blocks, and no others, declare `percentiles`")
         if (kind == "filter") != (radius is not None):
-            raise TypeError(f"{name}: `radius` belongs to filters, and to all of them")
+            raise TypeError(f"{name}: filters, and no other blocks, declare `radius`")
         if not inspect.getdoc(function):
-            raise TypeError(f"{name}: a block says in its docstring what it does")
+            raise TypeError(f"{name}: a block needs a docstring that describes it")
         parameters, injected = _read_signature(function, skip=0 if kind in ("recipe", "learned") else 1)
         return Block(
             name, kind, on, function, parameters, injected, percentiles, radius, chroma, saves, is_identity,
@@ -218,7 +232,7 @@ def _read_signature(
     injected: dict[str, object] = {}
     for name, parameter in list(inspect.signature(function).parameters.items())[skip:]:
         hint = hints.get(name)
-        if hint in INJECTED:
+        if hint in INJECTED_TYPES:
             injected[name] = hint
         else:
             parameters[name] = _read_parameter(f"{function.__name__}.{name}", parameter, hint)
@@ -229,9 +243,9 @@ def _read_parameter(where: str, parameter: inspect.Parameter, hint: object) -> P
     annotations: Sequence[object] = get_args(hint)
     controls = [item for item in annotations[1:] if isinstance(item, Control)]
     if get_origin(hint) is None or len(controls) != 1:
-        raise TypeError(f"{where}: annotate it as Annotated[type, control]")
+        raise TypeError(f"{where}: needs the annotation Annotated[type, control]")
     if parameter.default is inspect.Parameter.empty:
-        raise TypeError(f"{where}: give it a default")
+        raise TypeError(f"{where}: needs a default")
     read = Parameter(parameter.name, controls[0], parameter.default, annotations[0] is int)
     try:
         read.check(read.default)

@@ -1,4 +1,4 @@
-"""What may be set on a parameter of a block, and all that depends on the kind of its control."""
+"""Parameters of blocks and the base class of their controls."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from typing import Any, ClassVar, Literal
 
 
 class Control(ABC):
-    """One kind of value; a new kind is a subclass, and a function of its `kind` in `web/static/controls.js`.
+    """A kind of value; a new one needs a subclass and a function for its `kind` in `web/static/controls.js`.
 
     Attributes:
         help: one line, without a full stop.
-        changes_structure: whether another value may need other passes, kernels or files.
+        changes_structure: whether a change of value may require different passes, kernels or files.
         takes_text: whether a value is text, which needs no quotes on the command line.
-        picks: what its options are, if they depend on the style: saved pictures or files.
+        picks: the kind of its options if they depend on the style: saved pictures or files.
     """
 
     help: str
@@ -27,14 +27,14 @@ class Control(ABC):
     @property
     @abstractmethod
     def range_text(self) -> str:
-        """The values that are allowed, as text."""
+        """The allowed values, as text."""
 
     @abstractmethod
     def check(self, value: object, is_integer: bool) -> Any:
         """Return the value in its proper type.
 
         Raises:
-            ValueError: it is not valid; the message says what would be.
+            ValueError: it is invalid; the message names the valid values.
         """
 
     @abstractmethod
@@ -51,7 +51,7 @@ class Control(ABC):
 
     @abstractmethod
     def draw(self, random: Random, default: Any, is_integer: bool) -> Any:
-        """Return a random value from the range that suits random styles; the default if none is declared."""
+        """Return a random value from the range for random styles, or the default if no range is declared."""
 
     @abstractmethod
     def is_drawn(self, value: Any) -> bool:
@@ -62,11 +62,11 @@ class Control(ABC):
         """Return a random value near another one.
 
         Args:
-            spread: the standard deviation in relation to the value.
+            spread: the standard deviation relative to the value.
         """
 
     def text(self, value: Any) -> str:
-        """Return the value as it is written on the command line."""
+        """Return the value in the syntax of the command line."""
         return str(value)
 
     def argument(self, value: Any) -> Any:
@@ -107,15 +107,15 @@ class Parameter:
     is_integer: bool = False
 
     def check(self, value: object) -> Any:
-        """The value in its proper type.
+        """Return the value in its proper type.
 
         Raises:
-            ValueError: it is not valid; the message says what would be.
+            ValueError: it is invalid; the message names the valid values.
         """
         return self.control.check(value, self.is_integer)
 
     def schema(self) -> dict[str, Any]:
-        """Its JSON Schema, with help and default."""
+        """Return its JSON Schema, with help and default."""
         described = {"description": self.control.help, "default": self.default}
         return self.control.schema(self.is_integer) | described
 
@@ -128,5 +128,5 @@ class Parameter:
         return self.control.draw(random, self.default, self.is_integer)
 
     def draw_near(self, random: Random, value: Any, spread: float) -> Any:
-        """Return a random value near another one; `spread`: the standard deviation in relation to it."""
+        """Return a random value near another one; `spread`: the standard deviation relative to it."""
         return self.control.draw_near(random, value, spread, self.is_integer)

@@ -61,7 +61,7 @@ class Switch(OptionControl):
 
 @dataclass(frozen=True)
 class Color(OptionControl):
-    """A colour written "#rrggbb", "#rgb" or as CSS names it; the block gets three floats 0..1."""
+    """A colour: "#rrggbb", "#rgb" or a CSS name; the block gets three floats 0..1."""
 
     help: str
     explore: tuple[str, ...] = ()
@@ -69,7 +69,7 @@ class Color(OptionControl):
     range_text = "#rrggbb, #rgb or a CSS name"
 
     def check(self, value: object, is_integer: bool) -> str:
-        """The colour as "#rrggbb"."""
+        """Return the colour as "#rrggbb"."""
         text = value.strip().lower() if isinstance(value, str) else ""
         code = COLOR_NAMES.get(text, text)
         if re.fullmatch("#[0-9a-f]{3}", code):
@@ -92,7 +92,7 @@ class Color(OptionControl):
 
 
 def rgb_from_text(text: str) -> tuple[float, float, float]:
-    """The colour "#rrggbb" as red, green and blue, 0..1.
+    """Convert the colour "#rrggbb" to red, green and blue, 0..1.
 
     >>> rgb_from_text("#ff8000")
     (1.0, 0.5019607843137255, 0.0)

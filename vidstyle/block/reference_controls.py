@@ -19,7 +19,7 @@ class SavedRef(OptionControl):
     """The name of a picture that an earlier step saved, or "source"; the block gets the picture's array.
 
     Attributes:
-        on: what the block gets: "luma" an H x W array, "same" the channels of its own input; with "chroma"
+        on: what the block gets: "luma" an H x W array, "same" the same channels as its input; with "chroma"
             the renderer combines the result with that picture's chroma and the block gets None.
         optional: whether the name may be empty; the block then gets None.
     """
@@ -31,7 +31,7 @@ class SavedRef(OptionControl):
     range_text = "the name of a saved picture, or source"
 
     def check(self, value: object, is_integer: bool) -> str:
-        """The value, if it is a valid name. Whether a step saves it is checked with the style."""
+        """Return the value if it is a valid name. The check of the style verifies that a step saves it."""
         if value == "" and self.optional:
             return ""
         if not (isinstance(value, str) and re.fullmatch(NAME_PATTERN, value)):
@@ -50,12 +50,12 @@ class SavedRef(OptionControl):
 
 @dataclass(frozen=True)
 class Asset(OptionControl):
-    """A file or folder inside the style's own folder; the block gets its content.
+    """A file or folder in the style's folder; the block gets its content.
 
     Attributes:
-        read: reads the content from the checked path, once for each style; raises ValueError with the
-            reason when the content is not valid.
-        shipped: the files that come with vidstyle, by the name under which a style may use them.
+        read: reads the content from the checked path, once per style; raises ValueError with the reason if
+            the content is invalid.
+        shipped: the files shipped with vidstyle, by the name that styles use for them.
         optional: whether the path may be empty; the block then gets None.
     """
 
@@ -67,11 +67,11 @@ class Asset(OptionControl):
 
     @property
     def range_text(self) -> str:
-        """The shipped names, and what else it may be."""
+        """The shipped names, and the other allowed values."""
         return ", ".join([*sorted(self.shipped()), "a path inside the style's folder"])
 
     def check(self, value: object, is_integer: bool) -> str:
-        """The value, if it is a plain relative path. Whether it exists is checked with the style."""
+        """Return the value if it is a plain relative path. The check of the style verifies that it exists."""
         text = value if isinstance(value, str) and (value or self.optional) else "/"
         path = Path(text)
         if path.is_absolute() or ".." in path.parts or not {"\\", ":", "\0"}.isdisjoint(text):

@@ -10,10 +10,11 @@ from typing import Any, cast
 
 from vidstyle.block.controls import Control
 
-MAX_RANDOM_DIGITS = 3
-"""Significant digits of a random value: more could not be seen, and a file is read by people."""
-FULL_SPREAD_DEGREES = 90
-"""A random angle near another one has this standard deviation for a spread of 1."""
+RANDOM_DIGIT_COUNT = 3
+"""Significant digits of a random value: further digits have no visible effect and make style files harder to
+read."""
+ANGLE_DEVIATION = 90
+"""Standard deviation, in degrees, of a random angle from another one at a spread of 1."""
 
 
 @dataclass(frozen=True)
@@ -21,13 +22,13 @@ class Slider(Control):
     """A number in a range; an integer where the parameter is annotated `int`.
 
     Attributes:
-        low, high: the range, both ends included.
+        low, high: ends of the range, both included.
         help: one line, without a full stop.
-        unit: "px" for lengths that follow the picture's size, "s", "degrees", "levels of 255" and so on.
+        unit: "px" for lengths that scale with the picture, "s", "degrees", "levels of 255" and so on.
         explore: the range for random styles; None keeps the default.
-        power: by which power of a picture's size the value grows, in styles that name a `height`: 1 for the
-            slope of edges, and for lengths, which is what "px" means; -1 for the width of a ramp of tones.
-        grows_if: the name of a switch of the block without which it does not grow.
+        power: the power of the picture's size that the value is proportional to, in styles with a `height`: 1
+            for the slope of edges and for lengths (implied by "px"); -1 for the width of a ramp of tones.
+        grows_if: a switch of the block that must be on for the value to scale.
     """
 
     low: float
@@ -45,10 +46,10 @@ class Slider(Control):
             object.__setattr__(self, "power", 1)
 
     def check(self, value: object, is_integer: bool) -> int | float:
-        """The value as a number in range.
+        """Return the value as a number.
 
         Raises:
-            ValueError: it is not one; the message names the range.
+            ValueError: it is not a number in the range; the message names the range.
         """
         is_number = not isinstance(value, bool) and isinstance(value, int | float) and math.isfinite(value)
         if not is_number or (is_integer and value != int(cast(float, value))):
@@ -75,7 +76,7 @@ class Slider(Control):
         return self.draw_between(random, self.explore, is_integer) if self.explore else default
 
     def draw_between(self, random: Random, ends: tuple[float, float], is_integer: bool) -> float:
-        """Return a random value between two others, evenly distributed."""
+        """Return a uniformly distributed random value between two others."""
         if is_integer:
             return random.randint(*map(int, ends))
         return self.nearest(random.uniform(*ends), is_integer)
@@ -85,8 +86,8 @@ class Slider(Control):
 
     def draw_near(self, random: Random, value: Any, spread: float, is_integer: bool) -> Any:
         if self.unit == "degrees":
-            angle = value + random.gauss(0, FULL_SPREAD_DEGREES * spread)
-            # An angle outside the range comes in again at the other end.
+            angle = value + random.gauss(0, ANGLE_DEVIATION * spread)
+            # Angles wrap around at the ends of the range.
             return self.nearest((angle - self.low) % (self.high - self.low) + self.low, is_integer)
         changed = self.nearest(value * math.exp(random.gauss(0, spread)), is_integer)
         if changed == value and is_integer and random.random() < spread:
@@ -94,11 +95,11 @@ class Slider(Control):
         return changed
 
     def nearest(self, value: float, is_integer: bool) -> float:
-        """Return the value rounded, and moved into the range."""
+        """Return the value, rounded and clipped to the range."""
         if is_integer:
             value = round(value)
         elif value:
-            value = round(value, MAX_RANDOM_DIGITS - 1 - math.floor(math.log10(abs(value))))
+            value = round(value, RANDOM_DIGIT_COUNT - 1 - math.floor(math.log10(abs(value))))
         return self.check(min(max(value, self.low), self.high), is_integer)
 
     def text(self, value: Any) -> str:

@@ -1,4 +1,4 @@
-"""The filter blocks: each module of this package declares a block of its own name."""
+"""The filter blocks: each module of this package declares the block of the same name."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vidstyle.block import Block
 
 
 class _Blocks(UserDict[str, Any]):
-    """Imports a block when it is first asked for, so that a style costs only its own."""
+    """Imports a block at first access, so that a style loads only the blocks that it uses."""
 
     def __getitem__(self, name: str) -> Block:
         block: Block = self.data[name] or getattr(import_module(f"{__name__}.{name}"), name)
@@ -23,5 +23,5 @@ class _Blocks(UserDict[str, Any]):
 
 @cache
 def all_blocks() -> Mapping[str, Block]:
-    """Every block by name, in the order of the names."""
+    """Return all blocks by name, sorted by name."""
     return _Blocks(dict.fromkeys(sorted(module.name for module in pkgutil.iter_modules(__path__))))

@@ -10,18 +10,19 @@ import numpy as np
 from vidstyle.block import Choice, Limits, ResultRows, SavedRef, Slider, block
 from vidstyle.core.kernels import Compiled, compiled, gray_or_interleaved, interleaved, repeat_row
 
-ZERO, HALF, ONE, TWO = np.float32(0), np.float32(0.5), np.float32(1), np.float32(2)
-LEAST = np.float32(1 / 255)
-"""The least divisor."""
-NO_MASK = np.empty((0, 0), np.float32)
+BLACK_LEVEL, MIDDLE_LEVEL, WHITE_LEVEL = np.float32(0), np.float32(0.5), np.float32(1)
+DOUBLE_FACTOR = np.float32(2)
+MIN_DIVISOR = np.float32(1 / 255)
+"""Smallest divisor of `divide`, `dodge` and `burn`: one level of 255."""
+NO_MASK_WEIGHTS = np.empty((0, 0), np.float32)
 
-MODES: dict[str, Compiled[..., Any]] = {}
-"""The blend modes: formulas of one number of each picture."""
+MODE_FORMULAS: dict[str, Compiled[..., Any]] = {}
+"""The formula of each blend mode, from one number of each picture."""
 
 
 def _mode(formula: Callable[..., Any]) -> Compiled[..., Any]:
-    """Declare a mode by its name."""
-    return MODES.setdefault(formula.__name__.strip("_"), compiled(formula))
+    """Declare a formula as the mode of the same name."""
+    return MODE_FORMULAS.setdefault(formula.__name__.strip("_"), compiled(formula))
 
 
 @_mode
@@ -41,17 +42,25 @@ def _screen(below, above):  # type: ignore[no-untyped-def]
 
 @_mode
 def _overlay(below, above):  # type: ignore[no-untyped-def]
-    return TWO * above * below if below < HALF else ONE - TWO * (ONE - above) * (ONE - below)
+    return (
+        DOUBLE_FACTOR * above * below
+        if below < MIDDLE_LEVEL
+        else WHITE_LEVEL - DOUBLE_FACTOR * (WHITE_LEVEL - above) * (WHITE_LEVEL - below)
+    )
 
 
 @_mode
 def _hard_light(below, above):  # type: ignore[no-untyped-def]
-    return TWO * below * above if above < HALF else ONE - TWO * (ONE - below) * (ONE - above)
+    return (
+        DOUBLE_FACTOR * below * above
+        if above < MIDDLE_LEVEL
+        else WHITE_LEVEL - DOUBLE_FACTOR * (WHITE_LEVEL - below) * (WHITE_LEVEL - above)
+    )
 
 
 @_mode
 def _soft_light(below, above):  # type: ignore[no-untyped-def]
-    return below * (TWO * above + below * (ONE - TWO * above))
+    return below * (DOUBLE_FACTOR * above + below * (WHITE_LEVEL - DOUBLE_FACTOR * above))
 
 
 @_mode
@@ -66,12 +75,12 @@ def _lighten(below, above):  # type: ignore[no-untyped-def]
 
 @_mode
 def _add(below, above):  # type: ignore[no-untyped-def]
-    return min(below + above, ONE)
+    return min(below + above, WHITE_LEVEL)
 
 
 @_mode
 def _subtract(below, above):  # type: ignore[no-untyped-def]
-    return max(below - above, ZERO)
+    return max(below - above, BLACK_LEVEL)
 
 
 @_mode
@@ -81,27 +90,27 @@ def _difference(below, above):  # type: ignore[no-untyped-def]
 
 @_mode
 def _grain_extract(below, above):  # type: ignore[no-untyped-def]
-    return min(max(below - above + HALF, ZERO), ONE)
+    return min(max(below - above + MIDDLE_LEVEL, BLACK_LEVEL), WHITE_LEVEL)
 
 
 @_mode
 def _grain_merge(below, above):  # type: ignore[no-untyped-def]
-    return min(max(below + above - HALF, ZERO), ONE)
+    return min(max(below + above - MIDDLE_LEVEL, BLACK_LEVEL), WHITE_LEVEL)
 
 
 @_mode
 def _divide(below, above):  # type: ignore[no-untyped-def]
-    return min(max(below / max(above, LEAST), ZERO), ONE)
+    return min(max(below / max(above, MIN_DIVISOR), BLACK_LEVEL), WHITE_LEVEL)
 
 
 @_mode
 def _dodge(below, above):  # type: ignore[no-untyped-def]
-    return min(max(below / max(ONE - above, LEAST), ZERO), ONE)
+    return min(max(below / max(WHITE_LEVEL - above, MIN_DIVISOR), BLACK_LEVEL), WHITE_LEVEL)
 
 
 @_mode
 def _burn(below, above):  # type: ignore[no-untyped-def]
-    return ONE - min(max((ONE - below) / max(above, LEAST), ZERO), ONE)
+    return WHITE_LEVEL - min(max((WHITE_LEVEL - below) / max(above, MIN_DIVISOR), BLACK_LEVEL), WHITE_LEVEL)
 
 
 @block("pixel", on="channels")
@@ -109,29 +118,31 @@ def blend(
     picture: np.ndarray,
     out: ResultRows,
     limits: Limits,
-    other: Annotated[Any, SavedRef("picture blended over the current one")] = "source",
-    mode: Annotated[str, Choice(tuple(MODES), "blend mode", explore=("multiply", "overlay"))] = "normal",
+    other: Annotated[Any, SavedRef("picture to blend over the current one")] = "source",
+    mode: Annotated[
+        str, Choice(tuple(MODE_FORMULAS), "blend mode", explore=("multiply", "overlay"))
+    ] = "normal",
     opacity: Annotated[float, Slider(0, 1, "0 for no effect", explore=(0.3, 1))] = 0.5,
     mask: Annotated[
         Any, SavedRef("picture whose luma multiplies the opacity", on="luma", optional=True)
     ] = "",
 ) -> np.ndarray:
-    """Blend a saved picture over the current one; over a gray one, its luma."""
-    weights = NO_MASK if mask is None else np.ascontiguousarray(mask)
+    """Blend a saved picture over the current one; only its luma if the current one is gray."""
+    weights = NO_MASK_WEIGHTS if mask is None else np.ascontiguousarray(mask)
     ends = np.float32(limits[0]), np.float32(limits[1])
     pictures = interleaved(picture), gray_or_interleaved(other)
     line = np.empty(pictures[0].shape[1], np.float32)
-    _blend(*pictures, weights, MODES[mode], np.float32(opacity), ends, line, interleaved(out))
+    _blend(*pictures, weights, MODE_FORMULAS[mode], np.float32(opacity), ends, line, interleaved(out))
     return out
 
 
 @compiled
 def _blend(below, above, mask, mode, opacity, ends, line, out):  # type: ignore[no-untyped-def]
-    """Row by row; the mask has a number for each pixel, or none.
+    """Blend row by row; the mask is H x W, or empty.
 
     Args:
-        above: the upper picture; its luma, if it alone is gray.
-        line: scratch, a row.
+        above: the upper picture; its luma if only this one is gray.
+        line: scratch, one row.
     """
     for row in range(out.shape[0]):
         upper = above[row]
@@ -157,4 +168,4 @@ def _blend(below, above, mask, mode, opacity, ends, line, out):  # type: ignore[
 def _mix(below, above, mode, opacity, ends):  # type: ignore[no-untyped-def]
     mixed = mode(below, above)
     part = below + opacity * (mixed - below)
-    return min(max(mixed if opacity == ONE else part, ends[0]), ends[1])
+    return min(max(mixed if opacity == WHITE_LEVEL else part, ends[0]), ends[1])

@@ -7,17 +7,17 @@ from typing import Annotated
 import numpy as np
 
 from vidstyle.block import ResultRows, Slider, block
-from vidstyle.blocks.equalize import stretched
+from vidstyle.blocks.equalize import stretch
 
 
 @block("pixel", on="luma")
 def brightness(
     luma: np.ndarray,
     out: ResultRows,
-    factor: Annotated[float, Slider(0, 4, "factor of luma", explore=(0.8, 1.4))] = 1.3,
+    factor: Annotated[float, Slider(0, 4, "factor for luma; 1 for no change", explore=(0.8, 1.4))] = 1.3,
 ) -> np.ndarray:
     """Multiply luma by a factor and clip it to black and white.
 
     Paper, section 4.2 A.
     """
-    return stretched(luma, 0, factor, 0, out)
+    return stretch(luma, 0, factor, 0, out)

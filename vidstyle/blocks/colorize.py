@@ -20,9 +20,9 @@ def colorize(
     hue: Annotated[float, Slider(0, 360, "hue: 0 red, 120 green, 240 blue", "degrees", (0, 360))] = 30,
     saturation: Annotated[float, Slider(0, 1, "0 for gray, 1 for the pure hue", explore=(0.2, 0.8))] = 0.55,
 ) -> np.ndarray:
-    """Convert to tones of one hue, from black over the hue to white.
+    """Convert to tones of one hue, from black through the hue to white.
 
-    HSL with luma as its lightness. Paper, section 4.2 A.
+    HSL with luma as the lightness. Paper, section 4.2 A.
     """
     _color(gray_or_interleaved(picture), weights, _difference(hue, saturation), interleaved(out))
     return out
@@ -30,7 +30,7 @@ def colorize(
 
 @lru_cache(maxsize=16)
 def _difference(hue: float, saturation: float) -> np.ndarray:
-    """From gray to the colour, both of middle lightness; RGB."""
+    """Return the RGB difference between the colour and gray, both at middle lightness."""
     pure = np.array(colorsys.hls_to_rgb(hue / 360, 0.5, 1), np.float32)
     return np.float32(saturation) * (pure - np.float32(0.5))
 

@@ -15,19 +15,19 @@ from vidstyle.core.kernels import clipped_sum, compiled, interleaved, look_up_at
 
 
 def shipped_thresholds() -> dict[str, Path]:
-    """The tiles that come with vidstyle by name: Bayer's, and blue noise (tools/tables/blue_noise.py)."""
+    """Return the shipped tiles by name: Bayer's, and blue noise (tools/tables/blue_noise.py)."""
     return {file.stem: file for file in Path(__file__).with_name("thresholds").glob("*.png")}
 
 
 def read_thresholds(path: Path) -> tuple[np.ndarray]:
-    """The tones of a PNG by rank, so that each range of thresholds is as frequent as it is wide.
+    """Read the tones of a PNG, replaced by their rank so that thresholds are uniformly distributed.
 
     Returns:
         One tile, H x W float32 between 0 and 1.
 
     Raises:
-        ValueError: it is not a PNG, too large, or of one tone.
-        OSError: it cannot be read.
+        ValueError: the file is not a PNG, is too large, or has only one tone.
+        OSError: the file cannot be read.
     """
     tile = read_tile(path)
     tones, ranks, counts = np.unique(tile, return_inverse=True, return_counts=True)
@@ -46,14 +46,14 @@ def dither(
         Any, Asset("name of a pattern, or a .png tile", read_thresholds, shipped_thresholds)
     ] = "bayer4",
     strength: Annotated[
-        float, Slider(0, 1, "1 for two tones after it, 1/n for n tones", explore=(0.1, 0.5))
+        float, Slider(0, 1, "1 before quantizing to two tones, 1/n before n tones", explore=(0.1, 0.5))
     ] = 0.25,
-    cell: Annotated[float, Slider(1, 64, "size of a point, rounded to whole pixels", "px", (1, 4))] = 1,
+    cell: Annotated[float, Slider(1, 64, "size of a dot, rounded to whole pixels", "px", (1, 4))] = 1,
 ) -> np.ndarray:
-    """Add a fixed pattern, so that the tones of a quantizer after it mix.
+    """Add a fixed pattern, so that a following quantizer mixes its tones.
 
-    Thresholds repeat over the page, about 0; the result is clipped to 0..1. Then quantize with `posterize`
-    or `palette`. Bayer 1973; "blue" is blue noise, Ulichney 1993.
+    The pattern repeats over the page and has a mean of 0; the result is clipped to 0..1. Follow it with
+    `posterize` or `palette`. Bayer 1973; "blue" is blue noise, Ulichney 1993.
     """
     side, (tile,) = whole_side(cell), thresholds
     line = np.empty(picture.shape[1], np.float32)
@@ -64,7 +64,7 @@ def dither(
 
 @lru_cache(maxsize=16)
 def _columns(count: int, side: int, width: int) -> np.ndarray:
-    """The column of a tile of this width that each column of the page has."""
+    """Return the column of the tile for each column of the page; `width`: of the tile."""
     return (np.arange(count) // side % width).astype(np.int32)
 
 
@@ -73,8 +73,8 @@ def _add(picture, tile, rows, columns, strength, line, out):  # type: ignore[no-
     """Add the tile to all channels.
 
     Args:
-        rows: the number of the first one, and how many of them each row of the tile has.
-        line: scratch, what is added to a row.
+        rows: the number of the first row, and the number of rows for each row of the tile.
+        line: scratch, the numbers to add to a row.
     """
     top, side = rows
     for row in range(out.shape[0]):

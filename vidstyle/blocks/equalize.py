@@ -6,17 +6,17 @@ from typing import Annotated
 
 import numpy as np
 
-from vidstyle.block import Measured, ResultRows, Slider, block
+from vidstyle.block import Percentiles, ResultRows, Slider, block
 from vidstyle.core.kernels import compiled
 
 MIN_RANGE = 8 / 255
-"""The least range of luma: black frames and fades are not amplified into noise."""
+"""Minimum range of luma, so that black frames and fades are not amplified into noise."""
 
 
 @block("measured", on="luma", percentiles=lambda low, high: (low, high))
 def equalize(
     luma: np.ndarray,
-    measured: Measured,
+    measured: Percentiles,
     out: ResultRows,
     low: Annotated[float, Slider(0, 50, "percentile that becomes black", "percent", (1, 10))] = 5,
     high: Annotated[float, Slider(50, 100, "percentile that becomes white", "percent", (90, 99))] = 95,
@@ -24,14 +24,14 @@ def equalize(
 ) -> np.ndarray:
     """Stretch luma so that a low percentile becomes black and a high one white.
 
-    A range of less than 8 levels of 255 counts as 8. Paper, section 4.2 D, but of a reduced copy.
+    A range below 8 levels of 255 counts as 8. Paper, section 4.2 D, but measured on a reduced copy.
     """
     black, white = measured
-    return stretched(luma, black, 1 / max(white - black, MIN_RANGE), 0, out)
+    return stretch(luma, black, 1 / max(white - black, MIN_RANGE), 0, out)
 
 
-def stretched(luma: np.ndarray, center: float, gain: float, level: float, out: np.ndarray) -> np.ndarray:
-    """Luma widened about a center, which becomes another level, and clipped to 0..1; in `out`."""
+def stretch(luma: np.ndarray, center: float, gain: float, level: float, out: np.ndarray) -> np.ndarray:
+    """Scale luma about a center, move the center to another level, and clip to 0..1; written to `out`."""
     _stretch(luma, np.float32(center), np.float32(gain), np.float32(level), out)
     return out
 

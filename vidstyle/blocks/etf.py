@@ -8,26 +8,32 @@ from vidstyle.blade.bank import shipped_bank
 from vidstyle.blade.inference import BankRun
 from vidstyle.block import Choice, Slider, Switch, block
 
-BRUSHES = {"fine": "etf", "broad": "etf_broad"}
-"""The banks by the name of their brush."""
+BRUSH_BANKS = {"fine": "etf", "broad": "etf_broad"}
+"""The bank of each brush."""
 
 
 @block("learned", on="luma")
 def etf(
-    passes: Annotated[int, Slider(1, 12, "more for longer strokes", explore=(1, 6))] = 3,
+    passes: Annotated[int, Slider(1, 12, "number of passes: more for longer strokes", explore=(1, 6))] = 3,
     rho: Annotated[
         float,
-        Slider(0.5, 8, "smoothing of the structure tensor: more for broader strokes", "pixels", (1, 4)),
+        Slider(
+            0.5, 8, "standard deviation of the structure tensor: more for broader strokes", "pixels", (1, 4)
+        ),
     ] = 2,
-    reselect: Annotated[bool, Switch("select the filters in each pass: more accurate, slower")] = False,
+    reselect: Annotated[bool, Switch("select filters in every pass: more accurate, slower")] = False,
     brush: Annotated[
-        str, Choice(tuple(BRUSHES), "fine tidies edges; broad paints, best with rho 4 to 8", tuple(BRUSHES))
+        str,
+        Choice(
+            tuple(BRUSH_BANKS), "fine tidies edges, broad paints (best with rho 4 to 8)", tuple(BRUSH_BANKS)
+        ),
     ] = "fine",
 ) -> BankRun:
     """Smooth luma along the edges, like brush strokes.
 
-    Line integral convolution along the edge tangent flow, learned: with the fine brush a pass is a Gaussian
-    of 2 pixels along the edge, with the broad one of 4. Squares of 2 x 2 pixels share a filter. Paper,
-    sections 4.2 C and 5.4.2, whose tensor is that of each pass; here that takes `reselect`.
+    Learned. Line integral convolution along the edge tangent flow: a pass is a Gaussian along the edge, of
+    2 pixels with the fine brush and of 4 with the broad one. Squares of 2 x 2 pixels share a filter. Paper,
+    sections 4.2 C and 5.4.2; unlike in the paper, the tensor is computed again in each pass only with
+    `reselect`.
     """
-    return BankRun(shipped_bank(BRUSHES[brush]), rho=rho, passes=passes, reselect=reselect)
+    return BankRun(shipped_bank(BRUSH_BANKS[brush]), rho=rho, passes=passes, reselect=reselect)

@@ -1,4 +1,4 @@
-"""Flow difference of Gaussians: what XDoG thresholds."""
+"""Flow difference of Gaussians: the input of XDoG's threshold."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ def flow_dog(
 ) -> BankRun:
     """Sharpen across the edges and smooth along them.
 
-    (1 + p) G - p G', with Gaussians of sigma and 1.6 sigma across the edge, then one of 1.5 sigma along it,
-    learned. The result goes beyond black and white. Paper, section 4.2 C, which prints the two Gaussians the
-    other way round; Winnemoeller, Kyprianidis and Olsen 2012. Above 1 px it runs on a reduced picture, with
-    directions of that picture; between the sigmas that were learned, filters are interpolated by variance.
-    Filters are chosen by the orientation of lines and by their curvature, not by strength and coherence.
+    Learned. (1 + p) G - p G', with Gaussians of sigma and 1.6 sigma across the edge, then one of 1.5 sigma
+    along it. The result exceeds black and white. Paper, section 4.2 C, which prints the two Gaussians in
+    reverse order; Winnemoeller, Kyprianidis and Olsen 2012. Above 1 px it runs on a reduced picture and uses
+    the directions of that picture; between the learned sigmas, filters are interpolated by variance. Filters
+    are selected by the orientation and curvature of lines, not by strength and coherence.
     """
     name = "flow_dog_fine" if sigma <= 1 else "flow_dog"
     learned = shipped_bank(name).about["sigmas"]
@@ -35,5 +35,5 @@ def flow_dog(
 
 
 def _blur(sigma: float) -> float:
-    """What a filter depends on linearly: its variance, and from 1 px on what the reduction has blurred."""
+    """Return what filters depend on linearly: the variance, and from 1 px on the blur of the reduction."""
     return sigma**2 if sigma < 1 else 2 - sigma**-2

@@ -8,15 +8,15 @@ from vidstyle.block import Block, block
 from vidstyle.blocks.flow_dog import flow_dog
 from vidstyle.blocks.soft_threshold import soft_threshold
 
-_LINES, _INK = flow_dog.parameters, soft_threshold.parameters
+_LINE_PARAMETERS, _INK_PARAMETERS = flow_dog.parameters, soft_threshold.parameters
 
 
 @block("recipe", on="luma")
 def flow_xdog(
-    sigma: Annotated[float, _LINES["sigma"].control] = _LINES["sigma"].default,
-    p: Annotated[float, _LINES["p"].control] = _LINES["p"].default,
-    phi: Annotated[float, _INK["phi"].control] = 0.02,
-    epsilon: Annotated[float, _INK["epsilon"].control] = 130,
+    sigma: Annotated[float, _LINE_PARAMETERS["sigma"].control] = _LINE_PARAMETERS["sigma"].default,
+    p: Annotated[float, _LINE_PARAMETERS["p"].control] = _LINE_PARAMETERS["p"].default,
+    phi: Annotated[float, _INK_PARAMETERS["phi"].control] = 0.02,
+    epsilon: Annotated[float, _INK_PARAMETERS["epsilon"].control] = 130,
 ) -> list[tuple[Block, dict[str, Any]]]:
     """Draw the picture in lines that follow its edges.
 

@@ -12,12 +12,12 @@ import numpy as np
 from vidstyle.block import Margin, ResultRows, Slider, block
 from vidstyle.core.kernels import compiled, interleaved
 
-TAPS_AT_ONCE = 3
-"""Pairs of pixels at the same distance that are added in one go."""
-VECTOR = 16
-"""Numbers of a vector."""
-TILE = 512
-"""Numbers of a row that are blurred together."""
+UNROLLED_TAP_COUNT = 3
+"""Pairs of taps that one iteration of the inner loop adds."""
+VECTOR_SIZE = 16
+"""Numbers in a vector."""
+TILE_SIZE = 512
+"""Numbers of a row that form a tile: its rows stay in the first-level cache."""
 
 
 def _radius(sigma: float) -> int:
@@ -33,36 +33,36 @@ def gaussian(
 ) -> np.ndarray:
     """Blur: remove noise and small detail.
 
-    The kernel ends at three sigma; the border is repeated. Paper, section 4.2 B.
+    The kernel is cut off at three sigma; edge pixels are repeated beyond the border. Paper, section 4.2 B.
     """
     if sigma == 0:
         return picture
     weights, channels = _weights(sigma), picture.size // (picture.shape[0] * picture.shape[1])
-    line = np.empty(TILE + 2 * channels * weights.size + 2 * VECTOR, np.float32)
+    line = np.empty(TILE_SIZE + 2 * channels * weights.size + 2 * VECTOR_SIZE, np.float32)
     _blur(interleaved(picture), weights, channels, margin, line, interleaved(out))
     return out
 
 
 @lru_cache(maxsize=64)
 def _weights(sigma: float) -> np.ndarray:
-    """From the middle outwards, with zeros at the end for the sake of `TAPS_AT_ONCE`."""
+    """Return the weights from the middle outwards, padded by zeros to a multiple of `UNROLLED_TAP_COUNT`."""
     radius = _radius(sigma)
     half = cv2.getGaussianKernel(2 * radius + 1, sigma, cv2.CV_32F)[radius:, 0]
-    return np.pad(half, (0, -radius % TAPS_AT_ONCE))
+    return np.pad(half, (0, -radius % UNROLLED_TAP_COUNT))
 
 
 @compiled(fastmath=True, noalias=True)
 def _blur(picture, weights, channels, margin, line, out):  # type: ignore[no-untyped-def]
-    """A weighted sum of rows, then of places along it, in tiles whose rows stay in the first-level cache.
+    """Blur vertically, then horizontally, in tiles whose rows stay in the first-level cache.
 
     Args:
-        line: scratch, a row of a tile with the columns that are read on either side of it.
+        line: scratch, a row of a tile with the columns that are read on both sides of it.
     """
     (height, width), beside = picture.shape, channels * (weights.size - 1)
-    whole = -(-beside // VECTOR) * VECTOR
-    line = line[-(line.ctypes.data // 4) % VECTOR :]  # loads and stores across lines of the cache take longer
-    for begin in range(0, width, TILE):
-        end = min(begin + TILE, width)
+    whole = -(-beside // VECTOR_SIZE) * VECTOR_SIZE
+    line = line[-(line.ctypes.data // 4) % VECTOR_SIZE :]  # accesses that cross cache lines are slower
+    for begin in range(0, width, TILE_SIZE):
+        end = min(begin + TILE_SIZE, width)
         first, last = max(begin - whole, 0), min(end + beside, width)
         before, behind = whole - (begin - first), beside - (last - end)
         own = line[before : before + last - first]
@@ -82,7 +82,7 @@ def _add_rows(picture, row, first, weights, out):  # type: ignore[no-untyped-def
     middle = picture[row][first:]
     for x in range(out.size):
         out[x] = weights[0] * middle[x]
-    for tap in range(1, weights.size, TAPS_AT_ONCE):
+    for tap in range(1, weights.size, UNROLLED_TAP_COUNT):
         a, b, c = weights[tap], weights[tap + 1], weights[tap + 2]
         above, below = picture[max(row - tap, 0)][first:], picture[min(row + tap, last)][first:]
         above2, below2 = picture[max(row - tap - 1, 0)][first:], picture[min(row + tap + 1, last)][first:]
@@ -97,7 +97,7 @@ def _add_places(line, beside, step, weights, out):  # type: ignore[no-untyped-de
     middle = line[beside:]
     for x in range(out.size):
         out[x] = weights[0] * middle[x]
-    for tap in range(1, weights.size, TAPS_AT_ONCE):
+    for tap in range(1, weights.size, UNROLLED_TAP_COUNT):
         a, b, c = weights[tap], weights[tap + 1], weights[tap + 2]
         left, right = line[beside - step * tap :], line[beside + step * tap :]
         left2, right2 = line[beside - step * (tap + 1) :], line[beside + step * (tap + 1) :]

@@ -12,31 +12,32 @@ from vidstyle.blocks.pattern import read_tile
 from vidstyle.blocks.pixelate import average_cells, cells_across, rows_for, whole_side
 from vidstyle.core.kernels import TIE_LIFT, cached, compiled, interleaved, look_up_at
 
-DARKEST = np.float32(0.1)
-"""A darker colour is not raised to full brightness."""
+MIN_BRIGHTNESS = np.float32(0.1)
+"""Darker colours are not raised to full brightness."""
 
 
 def shipped_alphabets() -> dict[str, Path]:
-    """The glyphs that come with vidstyle, by name (tools/tables/alphabet.py)."""
+    """Return the shipped alphabets by name (tools/tables/alphabet.py)."""
     return {file.stem: file for file in Path(__file__).with_name("alphabets").glob("*.png")}
 
 
 class Alphabet(tuple[np.ndarray]):
-    """One table, float32 0..1, equal to itself alone.
+    """A table, float32 0..1; compared by identity.
 
-    It has the glyphs side by side, those that cover least first; in a last row the tone from which on each is
-    taken, in the column of its number.
+    It holds the glyphs side by side, sorted by increasing coverage. The last row holds the lowest tone of
+    each glyph, in the column of the glyph's number.
     """
 
     __eq__, __hash__ = object.__eq__, object.__hash__
 
 
 def read_alphabet(path: Path) -> Alphabet:
-    """Glyphs side by side in a PNG, white on black, each 3/5 as wide as it is high.
+    """Read glyphs from a PNG: side by side, white on black, each 3/5 as wide as it is high.
 
     Raises:
-        ValueError: it is not a PNG, or too large, or does not hold 2 or more glyphs that differ in tone.
-        OSError: it cannot be read.
+        ValueError: the file is not a PNG, is too large, or does not hold 2 or more glyphs that differ in
+            tone.
+        OSError: the file cannot be read.
     """
     tile = read_tile(path)
     height, columns = tile.shape
@@ -49,14 +50,14 @@ def read_alphabet(path: Path) -> Alphabet:
     order = np.argsort(cover, kind="stable")
     cover = cover[order]
     if cover[-1] <= cover[0]:
-        raise ValueError("has glyphs of one tone only")
+        raise ValueError("has glyphs of only one tone")
     tones = np.zeros((1, columns), np.float32)
     tones[0, 1:count] = ((cover[1:] + cover[:-1]) / 2 - cover[0]) / (cover[-1] - cover[0])
     return Alphabet([np.vstack([np.hstack(list(glyphs[order])), tones])])
 
 
 def _sides(cell: float) -> tuple[int, int]:
-    """Height and width of a cell in whole pixels, 5 to 3."""
+    """Return height and width of a cell in whole pixels, in the ratio 5 to 3."""
     width = whole_side(cell)
     return (10 * width + 3) // 6, width
 
@@ -70,20 +71,23 @@ def glyphs(
     alphabet: Annotated[
         Any, Asset("name of an alphabet, or a .png of glyphs side by side", read_alphabet, shipped_alphabets)
     ] = "letters",
-    cell: Annotated[float, Slider(3, 64, "width of a glyph, in whole pixels", "px", explore=(5, 12))] = 8,
-    invert: Annotated[bool, Switch("on white, with more of a glyph where it is darker")] = False,
+    cell: Annotated[
+        float, Slider(3, 64, "width of a glyph, rounded to whole pixels", "px", explore=(5, 12))
+    ] = 8,
+    invert: Annotated[bool, Switch("dark glyphs on white")] = False,
 ) -> np.ndarray:
-    """Draw a glyph in each cell of the page: the brighter it is, the more of the cell it covers.
+    """Draw a glyph in each cell of the page; brighter cells get glyphs that cover more.
 
-    On black; white glyphs for a gray picture, else in the cell's mean colour at full brightness, unless it is
-    nearly black. Glyphs are averaged over each pixel, so that they are smooth at any size.
+    The background is black. Glyphs are white if the picture is gray, else they have the cell's mean colour at
+    full brightness, unless it is nearly black. Glyphs are averaged over each pixel, so they are smooth at any
+    size.
     """
     (table,), (height, width), rows = alphabet, _sides(cell), interleaved(picture)
     channels = rows.shape[1] // picture.shape[1]
     cells = cells_across(picture.shape[1], width, channels)
     line, means = rows_for(cells[1].size, width, channels)
     tones = table[-1, : 5 * table.shape[1] // (3 * (table.shape[0] - 1))]
-    glyphs_ = tones, _fitted(alphabet, height, width)
+    glyphs_ = tones, _fit_to_cell(alphabet, height, width)
     drawn = np.empty(rows.shape[1] // channels, np.int32), np.empty(rows.shape[1], np.float32)
     page, step = (place.top, *place.margin), (height, width, channels)
     _draw(rows, page, step, *cells, line, means, weights, invert, *glyphs_, *drawn, interleaved(out))
@@ -95,11 +99,12 @@ def _draw(  # type: ignore[no-untyped-def]
     picture, page, step, owners, starts, counts, line, means, weights, invert, tones, glyphs_, places, colors,
     out,
 ):  # fmt: skip
-    """Each pixel's share of its cell's glyph, times the cell's colour.
+    """Draw the glyph of each cell, in the cell's colour.
 
     Args:
-        page: the row of the page that is the first, and how many are a margin above and below.
-        places, colors: scratch, where each pixel of a row is in the first row of its glyph, and its colour.
+        page: the number of the first row on the page, and the numbers of margin rows above and below.
+        places, colors: scratch: for each pixel of a row its index in the first row of its glyph, and its
+            colour.
     """
     (top, above, below), (height, width, channels) = page, step
     first, last = 0, picture.shape[0] - below
@@ -133,16 +138,16 @@ def _draw_row(shape, places, colors, invert, out):  # type: ignore[no-untyped-de
 
 @compiled
 def _choose(means, weights, invert, tones, sizes, places):  # type: ignore[no-untyped-def]
-    """The glyphs of a row of cells; their means become colours at full brightness.
+    """Choose the glyphs of a row of cells, and raise their means to full brightness in place.
 
     Args:
-        sizes: numbers of a row of a glyph, and of a glyph.
+        sizes: number of values in a row of a glyph, and in a glyph.
     """
     (width, area), zero, one = sizes, np.float32(0), np.float32(1)
     count = -(-places.size // width)
     channels = means.size // count
     for cell in range(count):
-        color, luma, brightest = means[channels * cell : channels * (cell + 1)], zero, DARKEST
+        color, luma, brightest = means[channels * cell : channels * (cell + 1)], zero, MIN_BRIGHTNESS
         for channel in range(channels):
             mean = min(max(color[channel], zero), one)
             color[channel] = one - mean if invert else mean
@@ -158,8 +163,8 @@ def _choose(means, weights, invert, tones, sizes, places):  # type: ignore[no-un
 
 
 @cached(maxsize=4)
-def _fitted(alphabet: Alphabet, height: int, width: int) -> np.ndarray:
-    """The glyphs averaged over the pixels of a cell: float32, each height x width, one after the other."""
+def _fit_to_cell(alphabet: Alphabet, height: int, width: int) -> np.ndarray:
+    """Average the glyphs over the pixels of a cell: float32, each height x width, in one flat array."""
     strip = alphabet[0][:-1]
     slim = len(strip) * 3 // 5
     drawn = strip.reshape(len(strip), -1, slim).transpose(1, 0, 2).astype(np.float64)
@@ -167,7 +172,7 @@ def _fitted(alphabet: Alphabet, height: int, width: int) -> np.ndarray:
 
 
 def _shares(pixels: int, parts: int) -> np.ndarray:
-    """How much of each pixel each part of a side takes, pixels x parts."""
+    """Return the share of each pixel that each part of a side covers, pixels x parts."""
     edges = np.arange(pixels + 1)[:, None] * parts / pixels - np.arange(parts)
     passed = np.clip(edges, 0, 1)
     return np.diff(passed, axis=0) * pixels / parts

@@ -12,18 +12,19 @@ import numpy as np
 from vidstyle.block import Choice, PageRegion, Slider, block
 from vidstyle.core.kernels import compiled, index_at, interleaved, look_up_at
 
-ANGLES = (15.0, 75.0, 0.0, 45.0)
-"""Degrees by which the screens of cyan, magenta, yellow and black are turned."""
+SCREEN_DEGREES = (15.0, 75.0, 0.0, 45.0)
+"""Angles of the screens of cyan, magenta, yellow and black."""
 
-INKS = {
+INK_COLORS = {
     "pure": ((0, 1, 1), (1, 0, 1), (1, 1, 0), (0, 0, 0)),
     "press": ((0, 0.62, 0.88), (0.87, 0.07, 0.5), (1, 0.9, 0.08), (0.13, 0.12, 0.13)),
 }
-"""What each ink leaves of red, green and blue on white paper; `press` is near ISO coated."""
+"""Red, green and blue of each ink on white paper; `press` approximates ISO coated."""
 
 
 def _radius(cell: float) -> int:
-    # A dot's centre lies at most half a diagonal away, and its ink comes from half a cell around that.
+    # A dot's centre is at most half a diagonal away, and its ink is averaged over half a cell around the
+    # centre.
     return math.ceil(cell * 0.7072 + cell / 2) + 2
 
 
@@ -32,18 +33,19 @@ def halftone(
     picture: np.ndarray,
     place: PageRegion,
     cell: Annotated[float, Slider(3, 64, "distance between dots", "px", explore=(4, 12))] = 6,
-    dot: Annotated[float, Slider(0.2, 1.5, "amount of ink; below 1 black areas show dots too")] = 1,
-    gain: Annotated[float, Slider(0, 0.4, "dot gain of the middle tones")] = 0.15,
-    black: Annotated[float, Slider(0, 1, "share of dark tones printed with black ink")] = 0.9,
-    inks: Annotated[str, Choice(tuple(INKS), "pure colours, or those of a printing press")] = "press",
+    dot: Annotated[float, Slider(0.2, 1.5, "amount of ink; below 1 even black areas show dots")] = 1,
+    gain: Annotated[float, Slider(0, 0.4, "dot gain in the midtones")] = 0.15,
+    black: Annotated[float, Slider(0, 1, "share of the dark tones printed with black ink")] = 0.9,
+    inks: Annotated[str, Choice(tuple(INK_COLORS), "ink colours: pure, or as on a printing press")] = "press",
 ) -> np.ndarray:
     """Print the picture in dots of cyan, magenta, yellow and black ink.
 
-    Screens at 15, 75, 0 and 45 degrees, fixed to the page; each dot's ink is averaged over its cell;
-    dots touch at half coverage and leave inverted dots above it; edges are anti-aliased. Paper,
-    section 4.2 B; dot gain a + 4 g a (1 - a).
+    The screens have angles of 15, 75, 0 and 45 degrees and are fixed to the page. The ink of a dot is
+    averaged over its cell. Dots touch at half coverage; above it, inverted dots remain. Edges are
+    anti-aliased. Paper, section 4.2 B; dot gain a + 4 g a (1 - a).
     """
-    # As a GPU has it: over a long page the rest of a double would add up to another pixel under a dot.
+    # float32 as on a GPU: over a long page, the rounding difference would add up to another pixel under a
+    # dot.
     cell = float(np.float32(cell))
     side = 2 * int(cell / 2) + 1
     averaged = cv2.blur(picture, (side, side), borderType=cv2.BORDER_REPLICATE)
@@ -58,16 +60,16 @@ def halftone(
 
 @lru_cache(maxsize=256)
 def _screens(cell: float, top: int, height: int, width: int) -> tuple[np.ndarray, int]:
-    """The lattices of cells that rows of the page touch, one for each ink.
+    """Find the cells that rows of the page touch, one lattice for each ink.
 
     Returns:
-        4 x 7 float64: cosine and sine of the angle by the cell; the first cell along and across the screen,
-        how many there are along and across, and the number of the first one among all. And how many there
-        are in all.
+        4 x 7 float64: cosine and sine of the angle divided by the cell size, first cell along and across the
+        screen, number of cells along and across, and index of the first cell among the cells of all inks.
+        Second, the total number of cells.
     """
     screens, cells = np.empty((4, 7)), 0
     corners = [(x, y) for x in (0, width) for y in (top, top + height)]
-    for screen, angle in zip(screens, map(math.radians, ANGLES), strict=True):
+    for screen, angle in zip(screens, map(math.radians, SCREEN_DEGREES), strict=True):
         cosine, sine = math.cos(angle) / cell, math.sin(angle) / cell
         along = [math.floor(x * cosine + y * sine) for x, y in corners]
         across = [math.floor(y * cosine - x * sine) for x, y in corners]
@@ -79,14 +81,15 @@ def _screens(cell: float, top: int, height: int, width: int) -> tuple[np.ndarray
 
 @lru_cache
 def _ink_colors(inks: str) -> np.ndarray:
-    return np.array(INKS[inks], np.float32)
+    return np.array(INK_COLORS[inks], np.float32)
 
 
 @compiled(noalias=True)
 def _ink_levels(averaged, shape, ink, screen, top, spread, levels):  # type: ignore[no-untyped-def]
-    """For each cell, the height at which the screen is cut so that the dot covers what it has to.
+    """Compute for each cell the height at which to cut the screen so that the dot has the right coverage.
 
-    Returns how many dots have ink.
+    Returns:
+        The number of dots with ink.
     """
     cosine, sine, first, second = screen[0], screen[1], screen[2], screen[3]
     rows, columns, start = int(screen[4]), int(screen[5]), int(screen[6])
@@ -99,11 +102,11 @@ def _ink_levels(averaged, shape, ink, screen, top, spread, levels):  # type: ign
     inverse = 1 / squared
     for i in range(rows):
         along = (first + i + 0.5) * inverse
-        # The turned band fills little of the lattice's square: only the cells near its rows count.
+        # The rotated band fills only a small part of the lattice: visit only the cells near its rows.
         begin = ((top - near - along * sine) / cosine) * squared - second - 0.5
         end = ((top + height + near - along * sine) / cosine) * squared - second - 0.5
         left, right = max(int(begin), 0), min(int(end) + 2, columns)
-        # A view, since an index that may be negative prevents vectors.
+        # A view, as an index that may be negative prevents vectorization.
         row = levels[start + i * columns + left :]
         for j in range(right - left):
             across = (second + (left + j) + 0.5) * inverse
@@ -126,11 +129,11 @@ def _ink_levels(averaged, shape, ink, screen, top, spread, levels):  # type: ign
 
 @compiled
 def _cut(share, per_pixel):  # type: ignore[no-untyped-def]
-    """The height above which the screen has just this share of its area, 0..1.
+    """Return the height above which the screen has this share of its area, 0..1.
 
-    The inverse of the distribution of the screen's heights as a polynomial, off by 0.6 % of the area
-    at most. The last term lifts the cut clear of the softened edge where no ink is wanted, and sinks
-    it where all is.
+    The polynomial approximates the inverse of the distribution of the screen's heights; its error is at most
+    0.6 % of the area. The last term keeps the softened edge out of cells without ink and of fully covered
+    cells.
     """
     x = np.float32(1) - np.float32(2) * share
     x2 = x * x
@@ -143,14 +146,15 @@ def _cut(share, per_pixel):  # type: ignore[no-untyped-def]
 
 @compiled(fastmath=True, noalias=True)
 def _cover_row(levels, screen, y, cover):  # type: ignore[no-untyped-def]
-    """How much of each pixel of a row an ink covers."""
+    """Compute the coverage of each pixel of a row by one ink."""
     one, half, two, three = np.float32(1), np.float32(0.5), np.float32(2), np.float32(3)
     cosine, sine = screen[0], screen[1]
     per_pixel = np.float32(np.sqrt(cosine * cosine + sine * sine))
-    # From pixel to pixel the height changes by 6 times a root, and by 0.5 at least, counted in cells.
+    # The slope of the height, in cells, is 6 times a root, and at least 0.5.
     gentle, flattest = one / (np.float32(6) * per_pixel), np.float32((0.5 / 6) ** 2)
     step, turn, width = np.float32(cosine), np.float32(sine), cover.shape[0]
-    # Counted from the row's own lowest cell, not the band's: float32 then rounds alike in every band.
+    # Relative to the lowest cell of the row, not of the band, so that float32 rounds identically in every
+    # band.
     first, second = np.floor(0.5 * cosine + y * sine), np.floor(y * cosine - width * sine)
     start, side = np.float32(0.5 * cosine + y * sine - first), np.float32(y * cosine - 0.5 * sine - second)
     lift = np.float32(1e-4) * per_pixel
@@ -170,11 +174,11 @@ def _cover_row(levels, screen, y, cover):  # type: ignore[no-untyped-def]
 
 @compiled(fastmath=True)
 def _print(averaged, screens, places, spread, inks, scratch, out):  # type: ignore[no-untyped-def]
-    """White paper multiplied by what the dots of each ink leave of it.
+    """Multiply white paper by the transmission of the dots of each ink.
 
     Args:
         places: the number of the first row on the page, and the margin.
-        scratch: a number for each cell, a row for each ink, and a number for each ink.
+        scratch: one number per cell, one row per ink, and one number per ink.
     """
     (top, margin), (levels, cover, dots) = places, scratch
     shape, cover[:] = (out.shape[0], cover.shape[1]), np.float32(0)

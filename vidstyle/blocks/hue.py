@@ -1,4 +1,4 @@
-"""Hue: turns the colours round and shifts them."""
+"""Hue: rotation of hues, and a tint."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ def hue(
     picture: np.ndarray,
     weights: LumaWeights,
     angle: Annotated[float, Slider(-180, 180, "rotation in the chroma plane", "degrees", (-60, 60))] = 60,
-    red: Annotated[float, Slider(-255, 255, "added to red", "levels of 255", (-30, 30))] = 0,
-    green: Annotated[float, Slider(-255, 255, "added to green", "levels of 255", (-30, 30))] = 0,
-    blue: Annotated[float, Slider(-255, 255, "added to blue", "levels of 255", (-30, 30))] = 0,
+    red: Annotated[float, Slider(-255, 255, "amount added to red", "levels of 255", (-30, 30))] = 0,
+    green: Annotated[float, Slider(-255, 255, "amount added to green", "levels of 255", (-30, 30))] = 0,
+    blue: Annotated[float, Slider(-255, 255, "amount added to blue", "levels of 255", (-30, 30))] = 0,
 ) -> Mixed:
     """Rotate all hues, keeping luma, and add a tint.
 
-    A rotation of (blue difference, red difference) and a bias in RGB, clipped to 0..1. Paper,
+    Rotates (blue difference, red difference), then adds a bias in RGB; the result is clipped to 0..1. Paper,
     section 4.2 A.
     """
     return Mixed(picture, _matrix(tuple(weights), math.radians(angle), (red, green, blue)))
@@ -31,7 +31,7 @@ def hue(
 
 @lru_cache(maxsize=16)
 def _matrix(weights: tuple[np.float32, ...], angle: float, tint: tuple[float, ...]) -> np.ndarray:
-    """Of RGB: turns chroma anticlockwise, blue difference to the right; adds the tint in levels of 255."""
+    """Return the RGB matrix: rotates chroma anticlockwise (blue difference to the right), adds the tint."""
     luma, (red, _, blue) = np.array(weights), map(float, weights)
     to_chroma = np.array([luma, ([0, 0, 1] - luma) / (2 - 2 * blue), ([1, 0, 0] - luma) / (2 - 2 * red)])
     cosine, sine = math.cos(angle), math.sin(angle)

@@ -15,29 +15,33 @@ from vidstyle.core.kernels.sector_tables import pair_lists, pixel_pairs, square_
 
 Kernels = tuple[np.ndarray, np.ndarray, np.ndarray]
 
-ORIENTATIONS, ANISOTROPIES = 32, 8
-"""Kernels for which weights are tabulated."""
-BORDERS = tuple(np.float32(math.tan((number + 0.5) * 2 * math.pi / ORIENTATIONS)) for number in range(4))
-"""Tangents of the angles between neighbouring directions, in an eighth of a turn."""
-STRIP = 64
-"""Columns of a strip."""
-ZERO_CROSSING = 0.58
-"""Angle in radians at which the weights of a sector end, at its middle radius."""
-BORDER = 1.0001
-"""The squared radius of the ellipse: rounding must not decide about pixels just on it."""
-SAMPLES = 4
-"""From the middle of an ellipse to its border, at least, where they are not side by side."""
-FALL = -3.125
-"""The exponent by which weights fall off, at the border of the ellipse."""
+ORIENTATION_COUNT, ANISOTROPY_COUNT = 32, 8
+"""Numbers of directions and shapes of ellipses for which weights are tabulated."""
+BORDER_TANGENTS = tuple(
+    np.float32(math.tan((number + 0.5) * 2 * math.pi / ORIENTATION_COUNT)) for number in range(4)
+)
+"""Tangents of the angles halfway between neighbouring directions, in an eighth of a turn."""
+STRIP_COLUMNS = 64
+"""Width of a strip, whose rows stay in the first-level cache."""
+ZERO_CROSSING_RADIANS = 0.58
+"""Angle at which the weights of a sector end, at its middle radius."""
+MAX_SQUARED_RADIUS = 1.0001
+"""The squared radius of the ellipse, slightly above 1 so that rounding does not decide about pixels on the
+border."""
+MIN_SAMPLE_COUNT = 4
+"""Minimum number of samples from the middle of an ellipse to its border, if not every pixel is sampled."""
+FALLOFF_EXPONENT = -3.125
+"""Exponent of the Gaussian weight at the border of the ellipse."""
 
 
 def _spacing(radius: float) -> int:
-    """Pixels from one sample to the next, odd: with it, large ellipses take the time of small ones."""
-    return 2 * max(int((radius / SAMPLES - 1) / 2 + 0.001), 0) + 1  # rounding must not decide at 12, 20 ...
+    """Return the distance of samples in pixels, odd; it keeps large ellipses as fast as small ones."""
+    # Rounding must not decide at 12, 20 ...
+    return 2 * max(int((radius / MIN_SAMPLE_COUNT - 1) / 2 + 0.001), 0) + 1
 
 
 def _reach(radius: float, stretch: float) -> int:
-    """Samples on each side of a pixel, at most."""
+    """Return the maximum number of samples on each side of a pixel."""
     return math.ceil(radius / _spacing(radius) * (1 + stretch))
 
 
@@ -53,17 +57,17 @@ def kuwahara(
     out: ResultRows,
     flow: Annotated[Any, SavedRef("smoothed result of `structure_tensor`")] = "source",
     radius: Annotated[float, Slider(1, 8, "size of the brush", "px", explore=(3, 7))] = 5,
-    stretch: Annotated[float, Slider(0, 1, "how much longer strokes are along edges than across")] = 1,
-    sharpness: Annotated[int, Slider(0, 3, "how clearly areas are set apart", explore=(1, 3))] = 2,
+    stretch: Annotated[float, Slider(0, 1, "elongation of strokes along edges; 0 for circles")] = 1,
+    sharpness: Annotated[int, Slider(0, 3, "how sharply areas are separated", explore=(1, 3))] = 2,
 ) -> np.ndarray:
-    """Flatten areas and sharpen the edges between them, with strokes along the edges: oil paint.
+    """Flatten areas and sharpen the edges between them, with strokes along the edges, like oil paint.
 
-    Each pixel becomes a mean of the eight sectors of an ellipse along the flow, each weighted by
+    Each pixel becomes the mean of the eight sectors of an ellipse along the flow, each weighted by
     1 / (1 + (255 v) ^ (2 ^ sharpness)), where v is the sector's variance, summed over channels. Kyprianidis,
     Kang and Döllner 2009, "Image and Video Abstraction by Anisotropic Kuwahara Filtering"; polynomial
     weights of sectors by Kyprianidis et al. 2010. Ellipses have one of 32 directions and 8 shapes. From a
-    radius of 12 pixels on, squares of 3 x 3 pixels have the same weight, from 20 on 5 x 5, and so on. Colours
-    are clipped to -1..2.
+    radius of 12 pixels on, squares of 3 x 3 pixels share a weight, from 20 on squares of 5 x 5, and so on.
+    Colours are clipped to -1..2.
     """
     spacing, reach, height = _spacing(radius), _reach(radius, stretch), len(out)
     chosen = np.empty(out.shape[:2], np.int32)
@@ -86,90 +90,91 @@ def kuwahara(
 def _run(
     around: np.ndarray, reach: int, chosen: np.ndarray, kernels: Kernels, sharpness: int, out: np.ndarray
 ) -> None:
-    """Filter a picture, of which `around` has the pixel pairs and `reach` more of them on all sides."""
+    """Filter a picture; `around` holds its pixel pairs, with `reach` additional ones on all sides."""
     starts, places, weights = kernels
     offsets = places[..., 0] * around.shape[1] + places[..., 1] * 4
-    way, sums = (around.shape[1], reach), aligned_empty((2 * LANES * STRIP,)).view(np.int32)
+    way, sums = (around.shape[1], reach), aligned_empty((2 * LANES * STRIP_COLUMNS,)).view(np.int32)
     listed = starts, offsets, weights
     _filter(around.reshape(-1), way, chosen, listed, (0,) * (1 + sharpness), sums, interleaved(out))
 
 
 @compiled
 def _choose(flow, chosen):  # type: ignore[no-untyped-def]
-    """The number of each pixel's kernel, by the vector of doubled angle and its length."""
-    one, two, least, shapes = np.float32(1), np.float32(2), np.float32(1e-6), np.float32(ANISOTROPIES)
+    """Choose the kernel of each pixel by the vector of the doubled angle and its length."""
+    one, two, least, shapes = np.float32(1), np.float32(2), np.float32(1e-6), np.float32(ANISOTROPY_COUNT)
     for row in range(chosen.shape[0]):
         for x in range(chosen.shape[1]):
             across, down = two * flow[row, 3 * x] - one, two * flow[row, 3 * x + 1] - one
             clearness = np.sqrt(across * across + down * down) / max(flow[row, 3 * x + 2], least)
-            shape = index_at(min(clearness, one) * shapes, ANISOTROPIES - 1)
-            chosen[row, x] = np.int32(_orientation(across, down) * np.int32(ANISOTROPIES)) + shape
+            shape = index_at(min(clearness, one) * shapes, ANISOTROPY_COUNT - 1)
+            chosen[row, x] = np.int32(_orientation(across, down) * np.int32(ANISOTROPY_COUNT)) + shape
 
 
 @compiled
 def _orientation(x, y):  # type: ignore[no-untyped-def]
-    """The direction nearest to a vector, int32: counted in an eighth of a turn, and from there on."""
+    """Return the direction nearest to a vector, int32: found within an eighth of a turn, then mirrored."""
     longer, shorter, number = max(abs(x), abs(y)), min(abs(x), abs(y)), np.int32(0)
-    for border in BORDERS:
+    for border in BORDER_TANGENTS:
         number = np.int32(number + np.int32(shorter > border * longer))
-    number = np.int32(ORIENTATIONS // 4 - number) if abs(y) > abs(x) else number
-    number = np.int32(ORIENTATIONS // 2 - number) if x < np.float32(0) else number
-    number = np.int32(ORIENTATIONS - number) if y < np.float32(0) else number
-    return np.int32(number & np.int32(ORIENTATIONS - 1))
+    number = np.int32(ORIENTATION_COUNT // 4 - number) if abs(y) > abs(x) else number
+    number = np.int32(ORIENTATION_COUNT // 2 - number) if x < np.float32(0) else number
+    number = np.int32(ORIENTATION_COUNT - number) if y < np.float32(0) else number
+    return np.int32(number & np.int32(ORIENTATION_COUNT - 1))
 
 
 @cached(maxsize=8)
 def _kernels(radius: float, stretch: float) -> Kernels:
-    """Where the pairs of each kernel begin; their rows and columns, n x 4 x 2, and weights, n x 4 x 4.
+    """Return the first pair of each kernel, rows and columns (n x 4 x 2), and weights (n x 4 x 4).
 
-    They are four lists side by side, as `sector_sums` reads them.
+    They are four interleaved lists, as `sector_sums` reads them.
     """
     kernels = [
         pair_lists(*_kernel(radius, stretch, orientation, shape))
-        for orientation in range(ORIENTATIONS)
-        for shape in range(ANISOTROPIES)
+        for orientation in range(ORIENTATION_COUNT)
+        for shape in range(ANISOTROPY_COUNT)
     ]
     places, weights = (np.concatenate(parts) for parts in zip(*kernels, strict=True))
     return np.cumsum([0] + [len(each) for each, _ in kernels]), places, weights
 
 
 def _kernel(radius: float, stretch: float, orientation: int, shape: int) -> tuple[np.ndarray, np.ndarray]:
-    """Rows and columns of the samples in half an ellipse, n x 2, and their weights in each sector, n x 8.
+    """Return rows and columns of the samples in half an ellipse, n x 2, and their sector weights, n x 8.
 
-    The other half lies opposite, with the same weights in the opposite sectors.
+    The other half is point-symmetric, with the same weights in the opposite sectors.
     """
-    longer, reach = 1 + stretch * (shape + 0.5) / ANISOTROPIES, _reach(radius, stretch)
-    angle = math.pi * (orientation / ORIENTATIONS + 0.5)  # of the edge; the gradient's is a right angle less
+    longer, reach = 1 + stretch * (shape + 0.5) / ANISOTROPY_COUNT, _reach(radius, stretch)
+    # Along the edge; the gradient's angle is a right angle less.
+    angle = math.pi * (orientation / ORIENTATION_COUNT + 0.5)
     rows, columns = np.mgrid[-reach : reach + 1, -reach : reach + 1]
     along = (math.cos(angle) * columns + math.sin(angle) * rows) / (radius * longer)
     across = (math.cos(angle) * rows - math.sin(angle) * columns) / (radius / longer)
-    inside = along**2 + across**2 <= BORDER
+    inside = along**2 + across**2 <= MAX_SQUARED_RADIUS
     along, across = along[inside], across[inside]
     lift = 2 / radius
-    narrowness = (lift + math.cos(ZERO_CROSSING)) / math.sin(ZERO_CROSSING) ** 2
+    narrowness = (lift + math.cos(ZERO_CROSSING_RADIANS)) / math.sin(ZERO_CROSSING_RADIANS) ** 2
     turns = 2 * math.pi * np.arange(SECTORS) / SECTORS
     ahead = np.outer(along, np.cos(turns)) + np.outer(across, np.sin(turns))
     aside = np.outer(across, np.cos(turns)) - np.outer(along, np.sin(turns))
     weights = np.maximum(ahead + lift - narrowness * aside**2, 0) ** 2
-    weights *= (np.exp(FALL * (along**2 + across**2)) / weights.sum(axis=1))[:, None]
+    weights *= (np.exp(FALLOFF_EXPONENT * (along**2 + across**2)) / weights.sum(axis=1))[:, None]
     places, weights = np.argwhere(inside) - reach, weights / weights.sum(axis=0)
     middle = len(places) // 2
-    weights[middle] /= 2  # its own opposite
+    weights[middle] /= 2  # is its own opposite
     return places[middle:], weights[middle:]
 
 
 @compiled
 def _filter(around, way, chosen, kernels, squarings, sums, out):  # type: ignore[no-untyped-def]
-    """A mean over the sectors of the kernel that is chosen for each pixel.
+    """Compute the mean over the sectors of the kernel chosen for each pixel.
 
-    In strips of columns, whose rows stay in the first-level cache.
+    It runs in strips of columns, whose rows stay in the first-level cache.
 
     Args:
-        sums: scratch, see `sector_sums`, for each pixel of a strip's row.
+        sums: scratch for each pixel of a strip's row, see `sector_sums`.
     """
     (columns, reach), (starts, offsets, weights), width = way, kernels, chosen.shape[1]
-    for left in range(0, width, STRIP):
-        right = min(left + STRIP, width)
+    for left in range(0, width, STRIP_COLUMNS):
+        right = min(left + STRIP_COLUMNS, width)
         for row in range(chosen.shape[0]):
             first = (row + reach) * columns + 4 * (reach + 1)
             for x in range(left, right):

@@ -1,4 +1,4 @@
-"""Learned: any bank, the user's own included."""
+"""Learned: any bank, including the user's."""
 
 from __future__ import annotations
 
@@ -14,18 +14,19 @@ def learned(
     bank: Annotated[Any, Asset("name of a bank, or a bank file (.npz)", load_bank, shipped_banks)] = "etf",
     amount: Annotated[float, Slider(0, 1, "0 for no effect", explore=(0.5, 1))] = 1,
     passes: Annotated[int, Slider(1, 8, "number of passes", explore=(1, 3))] = 1,
-    reselect: Annotated[bool, Switch("select the filters in each pass")] = True,
-    first: Annotated[float, Slider(0, 1, "the bank's first slider, from its low end to its high one")] = 0.5,
-    second: Annotated[float, Slider(0, 1, "the bank's second slider")] = 0.5,
-    third: Annotated[float, Slider(0, 1, "the bank's third slider")] = 0.5,
+    reselect: Annotated[bool, Switch("select filters in every pass")] = True,
+    first: Annotated[float, Slider(0, 1, "position of the bank's first slider, 0 for its low end")] = 0.5,
+    second: Annotated[float, Slider(0, 1, "position of the bank's second slider")] = 0.5,
+    third: Annotated[float, Slider(0, 1, "position of the bank's third slider")] = 0.5,
 ) -> BankRun:
-    """Apply a bank of learned filters; `vidstyle train` makes banks.
+    """Apply a bank of learned filters; `vidstyle train` trains banks.
 
-    A bank may declare sliders, which weigh its parts after the first; other parts are not used. It may filter
-    chroma, too. Paper, section 5, equation 2. All banks differ from it in this: windows of the structure
-    tensor have an even number of pixels and end at two rho; the weights of each filter add up to 1, or for
-    differences to 0; their smoothness is weighed by the energy of the samples that the filter had; filters
-    may be chosen by the curvature of lines, the local mean, or structure at a second scale, too.
+    A bank may declare sliders, which weight its parts after the first; other parts are not used. It may also
+    filter chroma. Paper, section 5, equation 2. All banks differ from the paper as follows: windows of the
+    structure tensor have an even number of pixels and end at two rho; the weights of each filter add up to 1,
+    or to 0 for differences; the weight of the smoothness of a filter is relative to the energy of its
+    samples; filters may also be selected by the curvature of lines, the local mean, or structure at a second
+    scale.
     """
     weights = tuple(amount * weight for weight in bank.weights_at((first, second, third)))
     return BankRun(bank, weights, 1 - amount, passes=passes, reselect=reselect)

@@ -28,27 +28,28 @@ def lic(
     moment: FrameTime,
     length: Annotated[float, Slider(2, 64, "length of the strokes", "px", explore=(8, 40))] = 20,
     size: Annotated[float, Slider(1, 16, "width of the strokes", "px", explore=(1, 4))] = 1.5,
-    angle: Annotated[float, Slider(-90, 90, "direction where there are no edges", "degrees")] = 30,
-    angle_strength: Annotated[float, Slider(0.01, 1, "strength of that direction beside weak edges")] = STILL,
-    contrast: Annotated[float, Slider(0, 2, "0 for even gray")] = 1,
+    angle: Annotated[float, Slider(-90, 90, "direction of strokes far from edges", "degrees")] = 30,
+    angle_strength: Annotated[float, Slider(0.01, 1, "strength of that direction near weak edges")] = STILL,
+    contrast: Annotated[float, Slider(0, 2, "contrast of the strokes; 0 for uniform gray")] = 1,
     rate: Annotated[int, REDRAW_RATE] = 0,
 ) -> np.ndarray:
-    """Draw strokes along the edges, black on white: bristles, hatching, fur.
+    """Draw black strokes on white along the edges, like bristles, hatching or fur.
 
-    Takes the smoothed result of `structure_tensor` and smears noise along it, with weights that fall off
-    towards both ends; the noise is fixed to the page until it is drawn anew. Cabral and Leedom 1993, "Imaging
-    Vector Fields Using Line Integral Convolution"; steps as long as the strokes are wide, by Euler's method.
+    Takes the smoothed result of `structure_tensor` and smears noise along it, with weights that decrease
+    towards both ends. The noise is fixed to the page and changes only at `rate`. Cabral and Leedom 1993,
+    "Imaging Vector Fields Using Line Integral Convolution"; integrated by Euler's method, with the stroke
+    width as step.
     """
     size = float(np.float32(size))
     reach, (height, width) = _radius(length, size), picture.shape[:2]
-    # Beyond the picture, so that no step has to look for its border.
+    # Extended beyond the picture, so that steps need not check for the border.
     around = np.empty((height + 2 * reach, 2 * (width + 2 * reach)), np.float32)
     _surround(*stroke_directions(picture, angle, angle_strength), reach, around)
-    lead = math.ceil(reach / size) + 1  # points of the noise around a pixel
+    lead = math.ceil(reach / size) + 1  # points of noise around a pixel
     rows, columns = _places(place.top, height, size, lead), _places(0, width, size, lead)
     points = [(int(each[0][0]), int(each[0][-1]) + 2 * lead + 2) for each in (rows, columns)]
     noise = _noise_pairs(points[0], points[1], drawing_at(moment, rate) * APART)
-    # Means of noise are paler the longer and finer the strokes.
+    # The longer and finer the strokes, the lower the contrast of the averaged noise.
     gain = np.float32(contrast * math.sqrt(1 + length / (2 * size)))
     out = np.empty((height, width), np.float32)
     way = _steps(length, size), np.float32(size), reach
@@ -60,14 +61,14 @@ def lic(
 
 @cached(maxsize=64)
 def _noise_pairs(rows: tuple[int, int], columns: tuple[int, int], drawing: int) -> np.ndarray:
-    """The noise between two rows and two columns; that of the last few bands is kept."""
+    """Return the noise between two rows and two columns; cached for the last few bands."""
     return pairs_of(white_noise(np.arange(*rows) + drawing, np.arange(*columns)))
 
 
 def _places(first: int, count: int, size: float, lead: int) -> tuple[np.ndarray, np.ndarray]:
-    """Where pixels lie upon the noise: a point `lead` points before each, and how far behind it the pixel is.
+    """Return the position of pixels on the noise: the point `lead` points before each, and the rest.
 
-    The same for a pixel of the page wherever its band begins.
+    The position of a pixel of the page does not depend on where its band begins.
     """
     places = (np.arange(first, first + count) + 0.5) / size
     points = np.floor(places).astype(np.int32)
@@ -76,7 +77,7 @@ def _places(first: int, count: int, size: float, lead: int) -> tuple[np.ndarray,
 
 @compiled
 def _surround(right, down, reach, around):  # type: ignore[no-untyped-def]
-    """Both parts of each direction side by side, with the border repeated `reach` pixels far."""
+    """Interleave both components of the directions, and repeat the border by `reach` pixels."""
     height, width = right.shape
     for row in range(around.shape[0]):
         inside = min(max(row - reach, 0), height - 1)
@@ -91,7 +92,7 @@ def _surround(right, down, reach, around):  # type: ignore[no-untyped-def]
 
 @compiled(fastmath=True)
 def _noise_at(noise, columns, first, y, x):  # type: ignore[no-untyped-def]
-    """Noise between the points of its lattice, which begins at its number `first`: 0..`PAIR_CODES`."""
+    """Interpolate the noise, 0..`PAIR_CODES`, between lattice points; `first`: index of its first point."""
     row, column = np.int32(y), np.int32(x)
     below, beside = y - np.float32(row), x - np.float32(column)
     at = look_up_at(np.int32(first + np.int32(np.int32(row * columns) + column)))
@@ -101,13 +102,13 @@ def _noise_at(noise, columns, first, y, x):  # type: ignore[no-untyped-def]
 
 @compiled(fastmath=True)
 def _smear(flat, widths, rows, columns, way, gain, margin, lines, out):  # type: ignore[no-untyped-def]
-    """The weighted mean of the noise along the directions, row by row and step by step.
+    """Compute the weighted mean of the noise along the directions, row by row and step by step.
 
-    All pixels of a row take a step together, in vectors.
+    All pixels of a row take a step together, vectorized.
 
     Args:
-        lines: scratch, five rows: the direction of each pixel's next step, how far it has come, and the sum
-            of the noise on the way.
+        lines: scratch, five rows: for each pixel the direction of the next step, the distance covered, and
+            the sum of the noise on the way.
     """
     (directions, noise), (steps, size, reach) = flat, way
     half, one, total = np.float32(0.5), np.float32(1), np.float32(steps + 1)
@@ -138,7 +139,7 @@ def _smear(flat, widths, rows, columns, way, gain, margin, lines, out):  # type:
 
 @compiled(fastmath=True, noalias=True)
 def _add_noise(noise, lattice, starts, x, scale, lines):  # type: ignore[no-untyped-def]
-    """Add the noise at the places that the pixels have come to."""
+    """Add the noise at the current positions of the pixels."""
     (columns, first, y), (per_pixel, weight) = lattice, scale
     across, along, mean, width, begin = lines[2], lines[3], lines[4], np.int32(columns), np.int32(first)
     for i in range(mean.size):
@@ -148,11 +149,11 @@ def _add_noise(noise, lattice, starts, x, scale, lines):  # type: ignore[no-unty
 
 @compiled(fastmath=True, noalias=True)
 def _turn(directions, place, size, lines):  # type: ignore[no-untyped-def]
-    """Go on by one step where the edge leads, but not back."""
+    """Move one step along the edge, never backwards."""
     right, down, across, along, (columns, row, reach) = lines[0], lines[1], lines[2], lines[3], place
     width, above, middle = np.int32(columns), np.int32(row), np.float32(reach) + np.float32(0.5)
     for i in range(right.size):
-        # From the pixel: far from the corner, places would be rounded off.
+        # Relative to the pixel: far from the corner, absolute positions would lose precision.
         line = np.int32(above + np.int32(middle + along[i]))
         column = np.int32(np.int32(i) + np.int32(middle + across[i]))
         at = look_up_at(np.int32(2) * np.int32(np.int32(line * width) + column))

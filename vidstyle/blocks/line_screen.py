@@ -1,4 +1,4 @@
-"""Line screen: tones as parallel lines of varying width that bend with the form."""
+"""Line screen: tones as parallel lines of varying width that follow the form."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ def line_screen(
     form: Annotated[Any, SavedRef("picture whose luma is the height of the form", on="luma")] = "source",
     spacing: Annotated[float, Slider(3, 64, "distance between lines", "px", explore=(4, 10))] = 6,
     angle: Annotated[float, Slider(-90, 90, "direction of the lines", "degrees", (-60, 60))] = 20,
-    bend: Annotated[float, Slider(-64, 64, "how far white displaces the lines", "px", (-32, 32))] = 10,
-    least: Annotated[float, Slider(0, 1, "width of lines in white, by their distance")] = 0,
-    most: Annotated[float, Slider(0, 1, "width of lines in black, by their distance")] = 1,
+    bend: Annotated[float, Slider(-64, 64, "displacement of the lines in white areas", "px", (-32, 32))] = 10,
+    least: Annotated[float, Slider(0, 1, "width of lines in white areas, relative to their distance")] = 0,
+    most: Annotated[float, Slider(0, 1, "width of lines in black areas, relative to their distance")] = 1,
 ) -> np.ndarray:
-    """Draw tones as black lines on white, wider where it is darker: engraving, banknote, etching.
+    """Draw tones as black lines on white, wider in darker areas, as in engravings and banknotes.
 
-    Lines are fixed to the page, but for `bend`: as on a surface seen from aside, they are displaced across
-    their direction by `bend` times the luma of `form`, which is to be smooth. Edges are anti-aliased.
-    Ostromoukhov 1999, "Digital Facial Engraving", draws lines along a form by hand.
+    Lines are fixed to the page except for `bend`: as on a surface seen at an angle, they are displaced across
+    their direction by `bend` times the luma of `form`, which should be smooth. Edges are anti-aliased.
+    Ostromoukhov 1999, "Digital Facial Engraving", places the lines along a form by hand.
     """
     turn, spacing = math.radians(angle), float(np.float32(spacing))
     rows = _turns(place.top, luma.shape[0], math.cos(turn) / spacing)
@@ -38,7 +38,7 @@ def line_screen(
 
 
 def _turns(first: int, count: int, per_pixel: float) -> np.ndarray:
-    """Where pixels lie between two lines, 0..1: reduced before float32 has too few bits for it."""
+    """Return the positions of pixels between two lines, 0..1, reduced before float32 loses precision."""
     places: np.ndarray = (np.arange(first, first + count) + 0.5) * per_pixel
     return (places - np.floor(places)).astype(np.float32)
 
@@ -47,7 +47,7 @@ def _turns(first: int, count: int, per_pixel: float) -> np.ndarray:
 def _draw(luma, form, rows, columns, size, out):  # type: ignore[no-untyped-def]
     spacing, bend, least, most = size
     zero, half, one = np.float32(0), np.float32(0.5), np.float32(1)
-    # Full width covers the softened edges as well.
+    # At full width, lines also cover the softened edges.
     whole = one + one / spacing
     for y in range(out.shape[0]):
         for x in range(out.shape[1]):

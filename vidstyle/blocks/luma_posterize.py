@@ -7,16 +7,16 @@ from typing import Annotated, Any
 from vidstyle.block import Block, block
 from vidstyle.blocks.posterize import posterize
 
-_TONES = posterize.parameters
+_TONE_PARAMETERS = posterize.parameters
 
 
 @block("recipe", on="luma")
 def luma_posterize(
-    levels: Annotated[int, _TONES["levels"].control] = _TONES["levels"].default,
-    softness: Annotated[float, _TONES["softness"].control] = _TONES["softness"].default,
+    levels: Annotated[int, _TONE_PARAMETERS["levels"].control] = _TONE_PARAMETERS["levels"].default,
+    softness: Annotated[float, _TONE_PARAMETERS["softness"].control] = _TONE_PARAMETERS["softness"].default,
 ) -> list[tuple[Block, dict[str, Any]]]:
     """Quantize luma to a few flat tones, keeping chroma.
 
-    Paper, section 4.2 A: posterization between to_gray and to_color.
+    Paper, section 4.2 A: `posterize` between `to_gray` and `to_color`.
     """
     return [(posterize, {"levels": levels, "softness": softness})]

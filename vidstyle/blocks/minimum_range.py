@@ -6,24 +6,26 @@ from typing import Annotated
 
 import numpy as np
 
-from vidstyle.block import Measured, ResultRows, Slider, block
-from vidstyle.blocks.equalize import MIN_RANGE, stretched
+from vidstyle.block import Percentiles, ResultRows, Slider, block
+from vidstyle.blocks.equalize import MIN_RANGE, stretch
 
 
 @block("measured", on="luma", percentiles=lambda: (5, 95))
 def minimum_range(
     luma: np.ndarray,
-    measured: Measured,
+    measured: Percentiles,
     out: ResultRows,
     dynamic_range: Annotated[
-        float, Slider(0, 255, "minimum distance of the 5 % and 95 % percentiles", "levels of 255", (100, 200))
+        float,
+        Slider(0, 255, "minimum distance between the 5 % and 95 % percentiles", "levels of 255", (100, 200)),
     ] = 180,
     settle: Annotated[float, Slider(0, 10, "time constant of temporal smoothing; 0 for none", "s")] = 0.4,
 ) -> np.ndarray:
-    """Expand the dynamic range of luma to a minimum; leave a picture with a larger range unchanged.
+    """Expand the dynamic range of luma to a minimum; a picture with a larger range stays unchanged.
 
-    It widens about the middle, which moves only as far as the new range needs to stay within black
-    and white. A range of less than 8 levels of 255 counts as 8. Paper, section 4.2 D, but of a reduced copy.
+    The range expands about its middle, which moves only as far as needed to keep the new range between black
+    and white. A range below 8 levels of 255 counts as 8. Paper, section 4.2 D, but measured on a reduced
+    copy.
     """
     wanted = dynamic_range / 255
     present = max(measured[1] - measured[0], MIN_RANGE)
@@ -31,4 +33,4 @@ def minimum_range(
         return luma
     middle = (measured[0] + measured[1]) / 2
     moved = min(max(middle, wanted / 2), 1 - wanted / 2)
-    return stretched(luma, middle, wanted / present, moved, out)
+    return stretch(luma, middle, wanted / present, moved, out)

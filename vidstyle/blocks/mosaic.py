@@ -11,12 +11,12 @@ from vidstyle.block import Color, PageRegion, ResultRows, Slider, block
 from vidstyle.core.kernels import cached, clipped_sum, compiled, interleaved, look_up_at
 from vidstyle.core.white_noise import white_noise
 
-AROUND = 2
-"""Squares of the grid on each side in which a tile is looked for."""
+NEAR_CELLS = 2
+"""Squares of the grid on each side that are searched for the nearest tile."""
 
 
 def _radius(size: float) -> int:
-    # The point in a pixel's own square is at most a diagonal away.
+    # The point in the pixel's square is at most a diagonal away.
     return math.ceil(1.4143 * size) + 1
 
 
@@ -26,22 +26,22 @@ def mosaic(
     place: PageRegion,
     out: ResultRows,
     size: Annotated[float, Slider(3, 96, "size of a tile", "px", explore=(8, 32))] = 16,
-    irregularity: Annotated[float, Slider(0, 1, "0 for squares")] = 0.8,
+    irregularity: Annotated[float, Slider(0, 1, "irregularity of the tiles; 0 for squares")] = 0.8,
     gap: Annotated[float, Slider(0, 16, "width of the gap between tiles", "px", explore=(0, 3))] = 1.5,
     gap_color: Annotated[Any, Color("colour of the gap")] = "#1a1a1e",
-    variation: Annotated[float, Slider(0, 1, "how much tiles differ in tone", explore=(0, 0.2))] = 0.06,
+    variation: Annotated[float, Slider(0, 1, "variation of tone between tiles", explore=(0, 0.2))] = 0.06,
 ) -> np.ndarray:
-    """Lay the picture in tiles of one colour each: stained glass, mosaic, cross stitch.
+    """Divide the picture into tiles of one colour each, as in stained glass, mosaic or cross stitch.
 
-    Each tile is the Voronoi cell of a random point in a square of a grid that is fixed to the page, and has
-    the colour of the picture there; smooth the picture first. Worley 1996, "A Cellular Texture Basis
+    Each tile is the Voronoi cell of a random point in a square of a grid, which is fixed to the page. It has
+    the picture's colour at that point, so smooth the picture first. Worley 1996, "A Cellular Texture Basis
     Function".
     """
     tiles, owners, gaps = _tiles(size, irregularity, gap, place.height, place.width)
     top = place.top + place.margin[0]
     bottom, colors = top + len(out), np.empty(tiles.shape, np.float32)
-    # A pixel's tile is that of its own square or of one beside it; one row more, for rounding.
-    near = slice(int(top / size) + AROUND - 2, int(bottom / size) + AROUND + 3)
+    # A pixel's tile belongs to its square or a neighbouring one; one extra row allows for rounding.
+    near = slice(int(top / size) + NEAR_CELLS - 2, int(bottom / size) + NEAR_CELLS + 3)
     _color_tiles(interleaved(picture), place.top, tiles[near], np.float32(variation), colors[near])
     flat = colors.reshape(-1)
     _fill(owners[top:bottom], gaps[top:bottom], flat, np.float32(gap_color), interleaved(out))
@@ -50,15 +50,15 @@ def mosaic(
 
 @cached(maxsize=4)
 def _tiles(size: float, irregularity: float, gap: float, height: int, width: int) -> tuple[np.ndarray, ...]:
-    """The tiles of a page, kept for the last few pages, since tiles do not move.
+    """Return the tiles of a page, cached for the last few pages, as tiles do not move.
 
     Returns:
-        Of each tile column and row of its middle and its tone, rows x columns x 3; the number of each pixel's
-        tile; how much of the pixel is gap, in 255ths.
+        Column and row of the middle of each tile and its tone, rows x columns x 3; the number of each pixel's
+        tile; the share of the pixel that is gap, in 255ths.
     """
-    count = math.ceil(height / size) + 2 * AROUND, math.ceil(width / size) + 2 * AROUND
-    rows, columns = (np.arange(-AROUND, each - AROUND) for each in count)
-    numbers = white_noise(rows, np.arange(-3 * AROUND, 3 * (count[1] - AROUND))).reshape(*count, 3)
+    count = math.ceil(height / size) + 2 * NEAR_CELLS, math.ceil(width / size) + 2 * NEAR_CELLS
+    rows, columns = (np.arange(-NEAR_CELLS, each - NEAR_CELLS) for each in count)
+    numbers = white_noise(rows, np.arange(-3 * NEAR_CELLS, 3 * (count[1] - NEAR_CELLS))).reshape(*count, 3)
     spread = np.float32(irregularity)
     middles = np.empty((*count, 3), np.float32)
     middles[..., 0] = (columns + np.float32(0.5) + spread * (numbers[..., 0] - np.float32(0.5))) * np.float32(
@@ -75,12 +75,12 @@ def _tiles(size: float, irregularity: float, gap: float, height: int, width: int
 
 @compiled(fastmath=True)
 def _divide(middles, size, half_gap, owners, gaps):  # type: ignore[no-untyped-def]
-    """The nearest of the middles, and how far the border with the next tile is."""
+    """Find the nearest middle for each pixel, and the distance to the border with the next tile."""
     half, one, zero, far = np.float32(0.5), np.float32(1), np.float32(0), np.float32(1e9)
     for y in range(owners.shape[0]):
         for x in range(owners.shape[1]):
             here_x, here_y = np.float32(x) + half, np.float32(y) + half
-            row, column = int(here_y / size) + AROUND, int(here_x / size) + AROUND
+            row, column = int(here_y / size) + NEAR_CELLS, int(here_x / size) + NEAR_CELLS
             nearest, best_row, best_column = far, row, column
             for i in range(row - 1, row + 2):
                 for j in range(column - 1, column + 2):
@@ -88,8 +88,10 @@ def _divide(middles, size, half_gap, owners, gaps):  # type: ignore[no-untyped-d
                     if dx * dx + dy * dy < nearest:
                         nearest, best_row, best_column = dx * dx + dy * dy, i, j
             own_x, own_y, border = middles[best_row, best_column, 0], middles[best_row, best_column, 1], far
-            for i in range(max(best_row - AROUND, 0), min(best_row + AROUND + 1, middles.shape[0])):
-                for j in range(max(best_column - AROUND, 0), min(best_column + AROUND + 1, middles.shape[1])):
+            for i in range(max(best_row - NEAR_CELLS, 0), min(best_row + NEAR_CELLS + 1, middles.shape[0])):
+                for j in range(
+                    max(best_column - NEAR_CELLS, 0), min(best_column + NEAR_CELLS + 1, middles.shape[1])
+                ):
                     if i != best_row or j != best_column:
                         dx, dy = middles[i, j, 0] - own_x, middles[i, j, 1] - own_y
                         ahead = (own_x + half * dx - here_x) * dx + (own_y + half * dy - here_y) * dy
@@ -101,7 +103,7 @@ def _divide(middles, size, half_gap, owners, gaps):  # type: ignore[no-untyped-d
 
 @compiled
 def _color_tiles(picture, top, tiles, variation, colors):  # type: ignore[no-untyped-def]
-    """The colour of each tile, right for those that have pixels in these rows."""
+    """Compute the colour of each tile; valid only for tiles with pixels in these rows."""
     half = np.float32(0.5)
     for i in range(tiles.shape[0]):
         for j in range(tiles.shape[1]):

@@ -22,14 +22,14 @@ from vidstyle.blocks.pixelate import whole_side
 from vidstyle.core.kernels import cached, clipped_sum, compiled, interleaved, look_up_at
 from vidstyle.core.white_noise import APART, white_noise
 
-OCTAVES = {"points": 0, "soft": 1, "clouds": 4}
-"""How many sizes of noise between points each kind is the sum of; none for the points themselves."""
-LATTICES = 16
-"""How many each drawing has: five for each channel."""
-CODES = 65535
-"""The highest code of noise that is kept."""
+OCTAVE_COUNTS = {"points": 0, "soft": 1, "clouds": 4}
+"""Number of octaves of interpolated noise in each kind; 0 for uninterpolated points."""
+LATTICE_COUNT = 16
+"""Number of lattices per drawing: five for each channel, and one for `shift`."""
+MAX_CODE = 65535
+"""Highest code of cached noise."""
 KEPT_BYTES = 1 << 28
-"""What kept pages may take together: four of 7680 x 4320 pixels."""
+"""Memory for all cached pages: four of 7680 x 4320 pixels."""
 
 
 @block("pixel", on="channels")
@@ -38,21 +38,23 @@ def noise(
     place: PageRegion,
     moment: FrameTime,
     out: ResultRows,
-    kind: Annotated[str, Choice(tuple(OCTAVES), "square points, soft ones, or clouds")] = "soft",
+    kind: Annotated[
+        str, Choice(tuple(OCTAVE_COUNTS), "kind of noise: square points, soft points, or clouds")
+    ] = "soft",
     size: Annotated[float, Slider(1, 256, "size of a point, or of the largest clouds", "px", (1, 12))] = 1.5,
-    stretch: Annotated[float, Slider(1, 64, "width by height", explore=(1, 6))] = 1,
-    amount: Annotated[float, Slider(0, 1, "range of what is added", explore=(0.05, 0.25))] = 0.15,
-    colored: Annotated[bool, Switch("each channel has its own")] = False,
+    stretch: Annotated[float, Slider(1, 64, "width relative to height", explore=(1, 6))] = 1,
+    amount: Annotated[float, Slider(0, 1, "range of the noise", explore=(0.05, 0.25))] = 0.15,
+    colored: Annotated[bool, Switch("separate noise for each channel")] = False,
     rate: Annotated[int, REDRAW_RATE] = 0,
 ) -> np.ndarray:
-    """Add random values about 0, which are fixed to the page until they are drawn anew.
+    """Add random values with a mean of 0, which are fixed to the page and change only at `rate`.
 
-    Points are rounded to whole pixels; soft ones are interpolated by 3 t^2 - 2 t^3; clouds are four octaves
-    of them. The result is clipped to 0..1. For blue noise, add that of `dither`.
+    Points are rounded to whole pixels; soft points are interpolated by 3 t^2 - 2 t^3; clouds are four octaves
+    of soft points. The result is clipped to 0..1. For blue noise, use `dither`.
     """
     sides = np.float32(size), np.float32(size) * np.float32(stretch)
     top, (height, width) = place.top, picture.shape[:2]
-    drawing = drawing_at(moment, rate) * LATTICES
+    drawing = drawing_at(moment, rate) * LATTICE_COUNT
     count = 3 if colored and picture.ndim == 3 else 1
     pages = [
         _codes(kind, sides, lattice, top, height, width)
@@ -61,7 +63,7 @@ def noise(
         for lattice in (drawing + 5 * each for each in range(count))
     ]
     of_channels = tuple(pages * (3 // count))
-    scale, middle = np.float32(amount / CODES), np.float32(amount / 2)
+    scale, middle = np.float32(amount / MAX_CODE), np.float32(amount / 2)
     _add(interleaved(picture), of_channels, scale, middle, interleaved(out))
     return out
 
@@ -70,14 +72,14 @@ def noise(
 def _kept_codes(
     kind: str, sides: tuple[np.float32, np.float32], lattice: int, height: int, width: int
 ) -> np.ndarray:
-    """The codes of a whole page, kept for the last few pages, since they do not move."""
+    """Return the codes of a whole page, cached for the last few pages, as they do not move."""
     return _codes(kind, sides, lattice, 0, height, width)
 
 
 def _codes(
     kind: str, sides: tuple[np.float32, np.float32], lattice: int, top: int, height: int, width: int
 ) -> np.ndarray:
-    """Noise from 0 to CODES, height x width uint16."""
+    """Return noise from 0 to `MAX_CODE`, height x width uint16."""
     codes = np.empty((height, width), np.uint16)
     _encode(_page(kind, sides, lattice, top, (height, width)), codes)
     return codes
@@ -87,7 +89,7 @@ def _codes(
 def _encode(page, codes):  # type: ignore[no-untyped-def]
     for row in range(codes.shape[0]):
         for x in range(codes.shape[1]):
-            value = (page[row, x] + np.float32(0.5)) * np.float32(CODES) + np.float32(0.5)
+            value = (page[row, x] + np.float32(0.5)) * np.float32(MAX_CODE) + np.float32(0.5)
             codes[row, x] = np.uint16(np.int32(value))
 
 
@@ -110,14 +112,14 @@ def _add(picture, pages, scale, middle, out):  # type: ignore[no-untyped-def]
 def _page(
     kind: str, sides: tuple[np.float32, np.float32], lattice: int, top: int, shape: tuple[int, int]
 ) -> np.ndarray:
-    """Noise from a lattice on, about 0; `sides` are the height and width of a point."""
+    """Return noise with a mean of 0 from this lattice on; `sides`: height and width of a point."""
     if kind == "points":
         rows = np.arange(top, top + shape[0]) // whole_side(sides[0])
         columns = np.arange(shape[1]) // whole_side(sides[1])
         points = lattice_points(lattice, rows[0], rows[-1] + 1, columns[-1] + 1)
         return points[np.ix_(rows - rows[0], columns)] - np.float32(0.5)
-    total, whole = np.zeros(shape, np.float32), 2 - 2 * 0.5 ** OCTAVES[kind]
-    for octave in range(OCTAVES[kind]):
+    total, whole = np.zeros(shape, np.float32), 2 - 2 * 0.5 ** OCTAVE_COUNTS[kind]
+    for octave in range(OCTAVE_COUNTS[kind]):
         part = np.float32(0.5**octave)
         rows, down = between_points(top, shape[0], sides[0] * part)
         columns, right = between_points(0, shape[1], sides[1] * part)
@@ -128,13 +130,13 @@ def _page(
 
 
 def lattice_points(number: int, top: int, bottom: int, right: int) -> np.ndarray:
-    """Part of the points of the lattice of an octave."""
+    """Return the points in these rows and columns of the lattice of an octave."""
     return white_noise(np.arange(top, bottom) + number * APART, np.arange(right) + number * APART)
 
 
 @lru_cache(maxsize=64)
 def between_points(first: int, count: int, size: np.float32) -> tuple[np.ndarray, np.ndarray]:
-    """The point before each pixel of a row or column, and the weight of the one after it."""
+    """Return the point before each pixel of a row or column, and the weight of the next point."""
     places = (np.arange(first, first + count, dtype=np.float32) + np.float32(0.5)) * (np.float32(1) / size)
     points = np.floor(places)
     parts = places - points
@@ -143,10 +145,10 @@ def between_points(first: int, count: int, size: np.float32) -> tuple[np.ndarray
 
 @compiled
 def _add_between(points, rows, down, columns, right, share, lines, total):  # type: ignore[no-untyped-def]
-    """Noise between the points, about 0: across for each row of points, then down for each row of pixels.
+    """Add interpolated noise: horizontally for each row of points, then vertically for each row of pixels.
 
     Args:
-        lines: scratch, two rows: those of the points above and below a pixel.
+        lines: scratch, two rows: the noise at the points above and below a pixel.
     """
     (upper, lower), present = lines, -2
     for row in range(total.shape[0]):

@@ -17,33 +17,33 @@ from vidstyle.core.oklab import TO_CONES, TO_LAB, lab_from_rgb
 MAX_COLORS = 64
 MAX_FILE_BYTES = 4096
 
-SIDE = 64
-"""Cubes along each side of the table that knows most answers."""
-UNSURE = 255
-"""In this table: more than one colour is the nearest within the cube."""
+SIDE_CELLS = 64
+"""Cubes along each side of the table of precomputed answers."""
+UNSURE_CODE = 255
+"""Marks a cube of this table within which more than one colour is the nearest."""
 
-FILM = "film"
-"""In a file of colours, before a number: so many of the film's own."""
+FILM_KEYWORD = "film"
+"""In a palette file, before a number N: the N main colours of the film."""
 
 
 def shipped_palettes() -> dict[str, Path]:
-    """The palettes that come with vidstyle, by name."""
+    """Return the shipped palettes by name."""
     return {file.stem: file for file in Path(__file__).with_name("palettes").glob("*.txt")}
 
 
 def read_palette(path: Path) -> tuple[np.ndarray]:
-    """The colours of a text file, one `#rrggbb` a line; or "film 16" for so many of the film's own.
+    """Read a text file of colours, one `#rrggbb` per line; or "film N" for the N main colours of the film.
 
     Returns:
-        One table, 6 x colours float32: their OKLab, and red, green and blue 0..1. A `FilmTable` for the
-        film's own.
+        One table, 6 x colours float32: OKLab, then red, green and blue 0..1. A `FilmTable` for colours of the
+        film.
 
     Raises:
-        ValueError: a line is not a colour, or there are not 2 to 64.
-        OSError: it cannot be read.
+        ValueError: a line is not a colour, or the number of colours is not 2 to 64.
+        OSError: the file cannot be read.
     """
     lines = read_regular_file(path, MAX_FILE_BYTES).decode("ascii", "replace").split()
-    if lines[:1] == [FILM] and len(lines) == 2 and lines[1].isdecimal():
+    if lines[:1] == [FILM_KEYWORD] and len(lines) == 2 and lines[1].isdecimal():
         lines = ["#000000"] * min(int(lines[1]), MAX_COLORS + 1)
         return FilmTable(_table(lines))
     if wrong := next((line for line in lines if not re.fullmatch("#[0-9a-fA-F]{6}", line)), None):
@@ -66,10 +66,10 @@ def palette(
         Any, Asset("name of a palette, or a text file of #rrggbb lines", read_palette, shipped_palettes)
     ] = "ember",
 ) -> np.ndarray:
-    """Replace each colour by the nearest of a palette of 2 to 64, in OKLab.
+    """Replace each colour by the nearest of a palette of 2 to 64 colours, in OKLab.
 
-    `dither` before it mixes them. The palettes "film-8", "film-16" and "film-32" are the main colours of the
-    film itself, as it is before the style. Ottosson 2020, "A perceptual color space for image processing".
+    Put `dither` before it to mix colours. The palettes "film-8", "film-16" and "film-32" are the main colours
+    of the unstyled film. Ottosson 2020, "A perceptual color space for image processing".
     """
     (table,) = colors
     sure = _sure_answers(table.tobytes())
@@ -81,25 +81,25 @@ def palette(
 
 @cached(maxsize=4)
 def _sure_answers(table: bytes) -> np.ndarray:
-    """For each cube of colours the nearest of the palette if all its corners share it: SIDE ** 3 uint8."""
+    """Return the colour nearest to all corners of each cube, or `UNSURE_CODE`: SIDE_CELLS ** 3 uint8."""
     points = np.frombuffer(table, np.float32).reshape(6, -1)[:3]
-    planes, sure = np.empty((2, (SIDE + 1) ** 2), np.uint8), np.empty(SIDE**3, np.uint8)
+    planes, sure = np.empty((2, (SIDE_CELLS + 1) ** 2), np.uint8), np.empty(SIDE_CELLS**3, np.uint8)
     _compare_corners(_corners(), np.ascontiguousarray(points), planes, sure)
     return sure
 
 
 @cached(maxsize=1)
 def _corners() -> np.ndarray:
-    """OKLab of the corners of all cubes, (SIDE + 1) ** 3 x 3 float32."""
-    levels = np.arange(SIDE + 1) / SIDE
+    """Return the OKLab values of the corners of all cubes, (SIDE_CELLS + 1) ** 3 x 3 float32."""
+    levels = np.arange(SIDE_CELLS + 1) / SIDE_CELLS
     planes = [np.stack(np.meshgrid([red], levels, levels, indexing="ij")).reshape(3, -1) for red in levels]
     return np.concatenate([lab_from_rgb(plane).T.astype(np.float32) for plane in planes])
 
 
 @compiled
 def _compare_corners(corners, points, planes, sure):  # type: ignore[no-untyped-def]
-    """The nearest of the points at each corner, a plane of corners after another; then the cubes between."""
-    side, plane = SIDE, (SIDE + 1) ** 2
+    """Find the point nearest to each corner, plane by plane, then the answers of the cubes between planes."""
+    side, plane = SIDE_CELLS, (SIDE_CELLS + 1) ** 2
     for red in range(side + 1):
         for i in range(plane):
             lab, nearest, least = corners[red * plane + i], 0, np.float32(1e9)
@@ -115,13 +115,13 @@ def _compare_corners(corners, points, planes, sure):  # type: ignore[no-untyped-
                 for k in range(2):
                     for step in (0, 1, side + 1, side + 2):
                         if planes[k, corner + step] != answer:
-                            answer = UNSURE
+                            answer = UNSURE_CODE
                 sure[((red - 1) * side + green) * side + blue] = answer
 
 
 @compiled(fastmath=True)
 def _cube_root(x):  # type: ignore[no-untyped-def]
-    """Of 0 or more: a third of its exponent, and Halley's method."""
+    """Return the cube root of x >= 0, by a third of its exponent and Halley's method."""
     y = np.int32(np.float32(x).view(np.int32) // np.int32(3) + np.int32(709958130)).view(np.float32)
     for _ in range(2):
         cube = y * y * y
@@ -131,7 +131,7 @@ def _cube_root(x):  # type: ignore[no-untyped-def]
 
 @compiled(fastmath=True)
 def _linear(value):  # type: ignore[no-untyped-def]
-    """Light of an sRGB value; the power 2.4 by the fifth root, with Newton's method."""
+    """Return the linear light of an sRGB value; the power 2.4 uses a fifth root by Newton's method."""
     x = max((value + np.float32(0.055)) * np.float32(1 / 1.055), np.float32(0.05))
     y = np.int32(np.float32(x).view(np.int32) // np.int32(5) + np.int32(852282573)).view(np.float32)
     for _ in range(3):
@@ -141,7 +141,7 @@ def _linear(value):  # type: ignore[no-untyped-def]
 
 @compiled(fastmath=True, noalias=True)
 def _to_lab(count, to_lab, values):  # type: ignore[no-untyped-def]
-    """OKLab of the first colours, in place."""
+    """Convert the first `count` colours to OKLab, in place."""
     cones, lab = to_lab
     first, second, third = values[0], values[1], values[2]
     for i in range(count):
@@ -156,7 +156,7 @@ def _to_lab(count, to_lab, values):  # type: ignore[no-untyped-def]
 
 @compiled
 def _find_nearest(count, table, nearest, values):  # type: ignore[no-untyped-def]
-    """The number of the nearest colour of each of the first ones; the first of equal ones, and of NaN."""
+    """Find the nearest colour for each of the first `count` values; the first one for ties and NaN."""
     lightness, a, b, least = values[0], values[1], values[2], values[3]
     for i in range(count):
         nearest[i], least[i] = np.int32(0), np.float32(1e9)
@@ -172,7 +172,7 @@ def _find_nearest(count, table, nearest, values):  # type: ignore[no-untyped-def
 
 @compiled
 def _choose(colors, sure, table, to_lab, lift, numbers, values, out):  # type: ignore[no-untyped-def]
-    """The nearest colour of the palette; a row like the one before, as `pixelate` leaves them, is copied.
+    """Choose the nearest colour of the palette; copy rows equal to the previous one, as from `pixelate`.
 
     Args:
         numbers, values: scratch for a row.
@@ -198,28 +198,28 @@ def _choose(colors, sure, table, to_lab, lift, numbers, values, out):  # type: i
 
 @compiled(noalias=True)
 def _number_cubes(colors, lift, numbers):  # type: ignore[no-untyped-def]
-    one, side = np.float32(1), np.float32(SIDE)
+    one, side = np.float32(1), np.float32(SIDE_CELLS)
     for x in range(numbers.size):
-        red = index_at(min(colors[3 * x] + lift, one) * side, SIDE - 1)
-        green = index_at(min(colors[3 * x + 1] + lift, one) * side, SIDE - 1)
-        blue = index_at(min(colors[3 * x + 2] + lift, one) * side, SIDE - 1)
-        numbers[x] = (red * np.int32(SIDE) + green) * np.int32(SIDE) + blue
+        red = index_at(min(colors[3 * x] + lift, one) * side, SIDE_CELLS - 1)
+        green = index_at(min(colors[3 * x + 1] + lift, one) * side, SIDE_CELLS - 1)
+        blue = index_at(min(colors[3 * x + 2] + lift, one) * side, SIDE_CELLS - 1)
+        numbers[x] = (red * np.int32(SIDE_CELLS) + green) * np.int32(SIDE_CELLS) + blue
 
 
 @compiled(noalias=True)
 def _look_up(sure, chosen, unsure):  # type: ignore[no-untyped-def]
-    """From numbers of cubes to those of colours. Returns how many are unsure, and lists their places."""
+    """Replace numbers of cubes by numbers of colours; list unsure positions and return their count."""
     count = 0
     for x in range(chosen.size):
         chosen[x] = sure[chosen[x]]
         unsure[count] = x
-        count += chosen[x] == UNSURE
+        count += chosen[x] == UNSURE_CODE
     return count
 
 
 @compiled(noalias=True)
 def _collect(count, colors, unsure, lift, places, values):  # type: ignore[no-untyped-def]
-    """The unsure colours, but for one like that before. Returns how many; where each is, is in `places`."""
+    """Collect distinct consecutive unsure colours, write their index to `places`, return their count."""
     zero, one, distinct = np.float32(0), np.float32(1), 0
     for i in range(count):
         x, last = 3 * unsure[i], max(distinct - 1, 0)

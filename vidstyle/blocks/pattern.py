@@ -14,23 +14,23 @@ from vidstyle.block import Asset, Choice, PageRegion, Slider, block
 from vidstyle.core.file_checks import read_regular_file
 from vidstyle.core.kernels import TIE_LIFT, cached, compiled
 
-TILE_SIDE = 1024
-"""The longest side of a tile in pixels."""
+MAX_TILE_SIDE_PX = 1024
+"""Maximum side of a tile."""
 MAX_TILE_BYTES = 16 << 20
-"""The largest file of a tile."""
+"""Maximum size of the file of a tile."""
 KEPT_BYTES = 1 << 28
-"""What the strokes of the last few pages may take together."""
+"""Memory for the cached strokes of the last few pages."""
 
-DIRECTIONS = {"cross": (0.0, 90.0, 45.0, 135.0), "parallel": (0.0,), "weave": (0.0, 90.0)}
-"""Angles of the sets of strokes relative to the first, in degrees; repeated for further sets."""
+LAYOUT_DEGREES = {"cross": (0.0, 90.0, 45.0, 135.0), "parallel": (0.0,), "weave": (0.0, 90.0)}
+"""Angles of the sets of strokes relative to the first, by layout; repeated for further sets."""
 
 
 def read_tiles(path: Path) -> tuple[np.ndarray, ...]:
-    """The PNG pictures of a folder as gray tiles, float32 0..1, darkest first.
+    """Read the PNG pictures of a folder as gray tiles, float32 0..1, darkest first.
 
     Raises:
-        ValueError: fewer than two, a link, not a PNG, or larger than TILE_SIDE.
-        OSError: one cannot be read.
+        ValueError: there are fewer than two, or one is a link, not a PNG, or larger than `MAX_TILE_SIDE_PX`.
+        OSError: a file cannot be read.
     """
     files = sorted(path.glob("*.png"))
     if not 2 <= len(files) <= 32:
@@ -41,19 +41,21 @@ def read_tiles(path: Path) -> tuple[np.ndarray, ...]:
 
 
 def read_tile(file: Path) -> np.ndarray:
-    """A PNG picture as a gray tile, float32 0..1.
+    """Read a PNG picture as a gray tile, float32 0..1.
 
     Raises:
-        ValueError: it is not a PNG, or larger than TILE_SIDE.
-        OSError: it cannot be read.
+        ValueError: the file is not a PNG, or larger than `MAX_TILE_SIDE_PX`.
+        OSError: the file cannot be read.
     """
     try:
         content = read_regular_file(file, MAX_TILE_BYTES)
     except ValueError as error:
         raise ValueError(f"{file.name} {error}") from None
     is_png = content[:4] == b"\x89PNG" and len(content) >= 24
-    if not is_png or not 0 < max(struct.unpack(">II", content[16:24])) <= TILE_SIDE:
-        raise ValueError(f"{file.name} is not a PNG of at most {TILE_SIDE} x {TILE_SIDE} pixels")
+    if not is_png or not 0 < max(struct.unpack(">II", content[16:24])) <= MAX_TILE_SIDE_PX:
+        raise ValueError(
+            f"{file.name} is not a PNG of at most {MAX_TILE_SIDE_PX} x {MAX_TILE_SIDE_PX} pixels"
+        )
     tile = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_GRAYSCALE)
     if tile is None:
         raise ValueError(f"{file.name} is damaged")
@@ -64,21 +66,25 @@ def read_tile(file: Path) -> np.ndarray:
 def pattern(
     luma: np.ndarray,
     place: PageRegion,
-    levels: Annotated[int, Slider(2, 9, "number of tones; the lightest is blank", explore=(3, 6))] = 5,
+    levels: Annotated[int, Slider(2, 9, "number of tones, including blank white", explore=(3, 6))] = 5,
     spacing: Annotated[float, Slider(3, 64, "distance between strokes", "px", explore=(5, 12))] = 7,
-    width: Annotated[float, Slider(0.05, 1, "width of a stroke by the distance", explore=(0.15, 0.4))] = 0.24,
-    angle: Annotated[float, Slider(-90, 90, "direction of the first strokes", "degrees", (-60, 60))] = 45,
-    layout: Annotated[str, Choice(tuple(DIRECTIONS), "directions of further sets of strokes")] = "cross",
+    width: Annotated[
+        float, Slider(0.05, 1, "width of a stroke, relative to the distance", explore=(0.15, 0.4))
+    ] = 0.24,
+    angle: Annotated[
+        float, Slider(-90, 90, "direction of the first set of strokes", "degrees", (-60, 60))
+    ] = 45,
+    layout: Annotated[str, Choice(tuple(LAYOUT_DEGREES), "directions of further sets of strokes")] = "cross",
     wobble: Annotated[float, Slider(0, 1, "irregularity of the strokes")] = 0.5,
-    softness: Annotated[float, Slider(0, 1, "part of each level over which its strokes fade in")] = 0.35,
+    softness: Annotated[float, Slider(0, 1, "share of each level over which its strokes fade in")] = 0.35,
     tiles: Annotated[
         Any, Asset("folder of .png tiles, one for each level, instead of strokes", read_tiles, optional=True)
     ] = "",
 ) -> np.ndarray:
-    """Draw tones as black hatching on white, with more strokes where it is darker.
+    """Draw tones as black hatching on white, with more strokes in darker areas.
 
-    Each level adds a set of strokes to those of the lighter ones, so that tones nest; the strokes are
-    fixed to the page. Tiles, if given, set the levels and repeat over the page. Paper, section 4.2 B.
+    Each level adds a set of strokes to the strokes of lighter levels; the strokes are fixed to the page. If
+    tiles are given, their number replaces `levels`, and they repeat over the page. Paper, section 4.2 B.
     """
     rows, columns = luma.shape
     if tiles is not None:
@@ -109,15 +115,15 @@ def _risen(above_border: np.ndarray, softness: float) -> np.ndarray:
 def _stroke_sets(
     levels: int, spacing: float, width: float, angle: float, layout: str, wobble: float, *page: int
 ) -> np.ndarray:
-    """The coverage of each pixel by each set of strokes, (levels - 1) x page height x page width uint8.
+    """Return the coverage of pixels by each set of strokes, (levels - 1) x page height x page width uint8.
 
-    Kept for the last few pages, since the strokes do not move.
+    Cached for the last few pages, as the strokes do not move.
     """
     sets = np.empty((levels - 1, *page), np.uint8)
-    turns = DIRECTIONS[layout]
+    turns = LAYOUT_DEGREES[layout]
     for number in range(levels - 1):
         direction = math.radians(angle + turns[number % len(turns)])
-        # Strokes that come again in a direction lie between those that are there already.
+        # Further strokes in the same direction lie between the existing ones.
         shift = 0.5 * (number // len(turns)) + 0.37 * (number % len(turns))
         cosine, sine = math.cos(direction) / spacing, -math.sin(direction) / spacing
         _draw_strokes(cosine, sine, shift, width / 2, wobble, spacing, sets[number])
@@ -126,7 +132,7 @@ def _stroke_sets(
 
 @compiled
 def _draw_strokes(cosine, sine, shift, half_width, wobble, spacing, out):  # type: ignore[no-untyped-def]
-    """Parallel strokes that sway and swell a little, each in its own way. Lengths are in spacings."""
+    """Draw parallel strokes that vary slightly in position and width. Lengths are in spacings."""
     for row in range(out.shape[0]):
         for x in range(out.shape[1]):
             along = (x + 0.5) * cosine + (row + 0.5) * sine
@@ -143,7 +149,7 @@ def _draw_strokes(cosine, sine, shift, half_width, wobble, spacing, out):  # typ
 
 @compiled
 def _hatch(luma, sets, softness, lift, out):  # type: ignore[no-untyped-def]
-    """Black strokes on white: set n is there where luma is below its border."""
+    """Draw black strokes on white: set n appears where luma is below its border."""
     half, one, three, two = np.float32(0.5), np.float32(1), np.float32(3), np.float32(2)
     count = sets.shape[0]
     levels = np.float32(count + 1)

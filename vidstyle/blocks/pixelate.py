@@ -12,7 +12,7 @@ from vidstyle.core.kernels import compiled, interleaved, look_up_at
 
 
 def whole_side(size: float | np.float32) -> int:
-    """A length in pixels rounded as a GPU has it, halves up."""
+    """Round a length in pixels as on a GPU, halves up."""
     return int(np.float32(size) + np.float32(0.5))
 
 
@@ -21,9 +21,9 @@ def pixelate(
     picture: np.ndarray,
     place: PageRegion,
     out: ResultRows,
-    size: Annotated[float, Slider(1, 64, "side of a pixel, rounded to whole ones", "px", (3, 12))] = 6,
+    size: Annotated[float, Slider(1, 64, "side of a square, rounded to whole pixels", "px", (3, 12))] = 6,
 ) -> np.ndarray:
-    """Fill squares, which are fixed to the page, with their mean colour."""
+    """Fill squares with their mean colour; the squares are fixed to the page."""
     side, rows = whole_side(size), interleaved(picture)
     channels = rows.shape[1] // picture.shape[1]
     cells = cells_across(picture.shape[1], side, channels)
@@ -34,11 +34,11 @@ def pixelate(
 
 @lru_cache(maxsize=64)
 def cells_across(width: int, side: int, channels: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """How the numbers of a row belong to cells of the page.
+    """Assign the numbers of a row to cells of the page.
 
     Returns:
-        int32, of each number of a row its number in a row of means; int32, of each mean the first number of a
-        row that it is of; float32, of each mean how many they are.
+        The index of the mean for each number of a row, int32; the index of the first number of each mean,
+        int32; the count of numbers of each mean, float32.
     """
     numbers = np.arange(width * channels)
     owners = numbers // channels // side * channels + numbers % channels
@@ -48,18 +48,18 @@ def cells_across(width: int, side: int, channels: int) -> tuple[np.ndarray, np.n
 
 
 def rows_for(means: int, side: int, channels: int) -> tuple[np.ndarray, np.ndarray]:
-    """Scratch for `average_cells`: a row of whole cells, with zeros at its end, and a row of means."""
+    """Return scratch for `average_cells`: a row of whole cells, padded by zeros, and a row of means."""
     return np.zeros(means * side + channels, np.float32), np.empty(means, np.float32)
 
 
 @compiled(noalias=True)
 def average_cells(rows, step, starts, counts, line, means):  # type: ignore[no-untyped-def]
-    """The means of cells of these rows.
+    """Compute the means of the cells of these rows.
 
     Args:
-        step: numbers along a cell, and to the next one of a channel.
+        step: count of numbers along a cell, and the distance to the next number of a channel.
         starts, counts: from `cells_across`.
-        line, means: from `rows_for`; the means are written.
+        line, means: from `rows_for`; means is written.
     """
     side, channels = step
     for x in range(rows.shape[1]):
@@ -79,10 +79,10 @@ def average_cells(rows, step, starts, counts, line, means):  # type: ignore[no-u
 
 @compiled(noalias=True)
 def _fill(picture, place, step, owners, starts, counts, line, means, out):  # type: ignore[no-untyped-def]
-    """Each cell with its mean; rows of the same cells are copies.
+    """Fill each cell with its mean; further rows of the same cells are copies.
 
     Args:
-        place: the row of the page that is the first, and how many are a margin above and below.
+        place: the number of the first row on the page, and the numbers of margin rows above and below.
     """
     top, above, below = place
     first, last = 0, picture.shape[0] - below

@@ -14,15 +14,15 @@ from vidstyle.core.kernels import TIE_LIFT, compiled, interleaved
 def posterize(
     picture: np.ndarray,
     out: ResultRows,
-    levels: Annotated[int, Slider(2, 32, "tones in each channel", explore=(5, 12))] = 10,
+    levels: Annotated[int, Slider(2, 32, "number of tones in each channel", explore=(5, 12))] = 10,
     softness: Annotated[
-        float, Slider(0, 1, "part of each step that is a ramp; reduces flicker", power=-1)
+        float, Slider(0, 1, "share of each step that is a ramp; reduces flicker", power=-1)
     ] = 0.15,
 ) -> np.ndarray:
     """Quantize each channel to a few flat tones.
 
-    Values outside 0..1 become the end tones. Paper, section 4.2 A; the soft steps are in the spirit
-    of Winnemoeller 2006, with a cubic ramp so that they meet the flats without a jump.
+    Values outside 0..1 become the darkest or lightest tone. Paper, section 4.2 A; the soft steps are similar
+    to Winnemoeller 2006, with a cubic ramp that joins the flat tones smoothly.
     """
     _quantize(interleaved(picture), TIE_LIFT, np.float32(levels), np.float32(softness), interleaved(out))
     return out
@@ -30,7 +30,7 @@ def posterize(
 
 @compiled(fastmath=True)
 def _quantize(values, lift, levels, softness, out):  # type: ignore[no-untyped-def]
-    # Row by row: what is left over after whole vectors is rounded otherwise, but alike in any band.
+    # Row by row: numbers after the last whole vector round differently, but identically in any band.
     zero, half, one = np.float32(0), np.float32(0.5), np.float32(1)
     sharpness, step = one / max(softness, np.float32(1e-6)), one / (levels - one)
     for row in range(values.shape[0]):

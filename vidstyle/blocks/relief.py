@@ -16,12 +16,14 @@ from vidstyle.core.kernels import compiled
 def relief(
     luma: np.ndarray,
     depth: Annotated[float, Slider(0, 16, "strength of light and shade", explore=(0.5, 3))] = 1,
-    angle: Annotated[float, Slider(-180, 180, "where the light comes from: 90 from above", "degrees")] = 135,
+    angle: Annotated[
+        float, Slider(-180, 180, "direction of the light; 90 for light from above", "degrees")
+    ] = 135,
 ) -> np.ndarray:
-    """Light luma as a relief: gray where it is flat, bright towards the light, dark away from it.
+    """Light luma as a relief: gray where flat, bright towards the light, dark away from it.
 
-    Half white plus depth times the slope towards the light (3 x 3 Sobel, divided by 8), cut off at black and
-    white. Lay it over a picture with `blend` and the mode grain_merge, for thick paint or rough paper.
+    Half white plus depth times the slope towards the light (3 x 3 Sobel, divided by 8), clipped to black and
+    white. For thick paint or rough paper, `blend` it over a picture with the mode grain_merge.
     """
     turn, step = math.radians(angle), depth / 8
     gains = np.float32(-step * math.cos(turn)), np.float32(step * math.sin(turn))

@@ -16,10 +16,10 @@ def saturation(
     picture: np.ndarray,
     weights: LumaWeights,
     factor: Annotated[
-        float, Slider(0, 4, "0 for gray, 1 for no change, above 1 more vivid", explore=(1.5, 2.2))
+        float, Slider(0, 4, "0 for gray, 1 for no change, above 1 for more vivid colours", explore=(1.5, 2.2))
     ] = 1.8,
 ) -> Mixed:
-    """Make the colours more vivid or more muted.
+    """Make colours more vivid or more muted.
 
     gray + factor (RGB - gray), clipped to 0..1. Paper, section 4.2 A.
     """

@@ -11,11 +11,13 @@ from vidstyle.core.resample import METHODS, scaled_shape
 @block("resize", on="channels")
 def scale(
     size: tuple[int, int],
-    factor: Annotated[float, Slider(0.05, 4, "working size by the current one", explore=(0.33, 1))] = 0.5,
+    factor: Annotated[
+        float, Slider(0.05, 4, "working size, relative to the current size", explore=(0.33, 1))
+    ] = 0.5,
     method: Annotated[str, Choice(tuple(METHODS), "interpolation to the working size")] = "area",
     back: Annotated[str, Choice(tuple(METHODS), "interpolation back to the output size")] = "bicubic",
 ) -> tuple[int, int]:
-    """Continue at another size: filters after it become coarser and faster, or finer.
+    """Change the working size: following filters become coarser and faster, or finer.
 
     Paper, section 4.2 B.
     """

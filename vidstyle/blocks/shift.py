@@ -18,10 +18,10 @@ from vidstyle.block import (
     block,
     drawing_at,
 )
-from vidstyle.blocks.noise import LATTICES, between_points, lattice_points
+from vidstyle.blocks.noise import LATTICE_COUNT, between_points, lattice_points
 from vidstyle.core.kernels import compiled, interleaved
 
-PLATES = ("all", "red", "green", "blue", "chroma")
+PLATE_NAMES = ("all", "red", "green", "blue", "chroma")
 
 
 def _radius(y: float, x: float, jitter: float) -> int:
@@ -35,32 +35,32 @@ def shift(
     place: PageRegion,
     moment: FrameTime,
     out: ResultRows,
-    plate: Annotated[str, Choice(PLATES, "what is moved; the rest stays")] = "chroma",
-    x: Annotated[float, Slider(-64, 64, "to the right", "px", (-6, 6))] = 4,
+    plate: Annotated[str, Choice(PLATE_NAMES, "part of the picture to move")] = "chroma",
+    x: Annotated[float, Slider(-64, 64, "distance to the right", "px", (-6, 6))] = 4,
     y: Annotated[float, Slider(-64, 64, "down", "px", (-4, 4))] = 0,
-    jitter: Annotated[float, Slider(0, 64, "by how much rows sway to both sides at random", "px")] = 0,
+    jitter: Annotated[float, Slider(0, 64, "random sway of rows to both sides", "px")] = 0,
     rate: Annotated[int, REDRAW_RATE] = 0,
 ) -> np.ndarray:
-    """Move one channel, the chroma or the whole picture, as ink out of register or colour late on a tape.
+    """Move one channel, the chroma or the whole picture, like misregistered ink or delayed colour on tape.
 
-    Fractions of a pixel are interpolated linearly; rows sway in waves three times as high as they are wide.
-    The result is clipped to 0..1.
+    Fractions of a pixel are interpolated linearly. Rows sway in waves whose height is three times their
+    width. The result is clipped to 0..1.
     """
     from_y = float(np.float32(-y))
     from_x = np.full(len(picture), -x, np.float32)
     if jitter:
         from_x -= np.float32(2 * jitter) * _waves(place.top, len(picture), jitter, drawing_at(moment, rate))
     down = math.floor(from_y), np.float32(from_y - math.floor(from_y))
-    moved = np.array([plate in ("all", "chroma", each) for each in PLATES[1:4]], np.uint8)
+    moved = np.array([plate in ("all", "chroma", each) for each in PLATE_NAMES[1:4]], np.uint8)
     line, own = np.empty(picture.shape[1] * 3, np.float32), weights * np.float32(plate == "chroma")
     _move(interleaved(picture), down, from_x, moved, own, place.margin[0], line, interleaved(out))
     return out
 
 
 def _waves(top: int, count: int, jitter: float, drawing: int) -> np.ndarray:
-    """By how much each row sways, about 0."""
+    """Return the sway of each row, with a mean of 0."""
     rows, parts = between_points(top, count, np.float32(max(3 * jitter, 1)))
-    lattice = drawing * LATTICES + LATTICES - 1
+    lattice = drawing * LATTICE_COUNT + LATTICE_COUNT - 1
     points = lattice_points(lattice, rows[0], rows[-1] + 2, 1)[:, 0]
     before, after = points[rows - rows[0]], points[rows - rows[0] + 1]
     return before + parts * (after - before) - np.float32(0.5)
@@ -68,11 +68,11 @@ def _waves(top: int, count: int, jitter: float, drawing: int) -> np.ndarray:
 
 @compiled
 def _move(picture, down, from_x, moved, weights, above, line, out):  # type: ignore[no-untyped-def]
-    """The picture between pixels for channels that are moved; the luma of its own where it has weights.
+    """Interpolate the moved channels between pixels; keep the original luma if there are weights.
 
     Args:
-        above: rows of the picture above those of the result.
-        line: scratch, a row.
+        above: number of the picture's rows above the first row of the result.
+        line: scratch, one row.
     """
     last, width, zero, one = picture.shape[0] - 1, out.shape[1] // 3, np.float32(0), np.float32(1)
     first, second, third = moved[0] != 0, moved[1] != 0, moved[2] != 0
@@ -100,18 +100,18 @@ def _move(picture, down, from_x, moved, weights, above, line, out):  # type: ign
 
 @compiled
 def _between_pixels(upper, lower, whole, part, below, ends, line):  # type: ignore[no-untyped-def]
-    """A row between two rows, `whole` pixels and a part of one further to the right in them, clipped."""
+    """Interpolate between two rows, `whole` pixels and a part of one further right, and clip the result."""
     least, most = ends
     last = line.size // 3 - 1
     begin, end = min(max(-whole, 0), last + 1), max(min(last - whole, last + 1), 0)
-    # Views, since an index that may be negative prevents vectors.
+    # Views, as an index that may be negative prevents vectorization.
     first = 3 * max(begin + whole, 0)
     high, low, inner = upper[first:], lower[first:], line[3 * begin :]
     for x in range(3 * (end - begin)):
         above = high[x] + part * (high[x + 3] - high[x])
         value = above + below * (low[x] + part * (low[x + 3] - low[x]) - above)
         inner[x] = min(max(value, least), most)
-    for channel in range(3):  # beyond the picture its edge is repeated
+    for channel in range(3):  # the edge is repeated beyond the picture
         left, edge = upper[channel] + below * (lower[channel] - upper[channel]), 3 * last + channel
         for column in range(min(begin, last + 1)):
             line[3 * column + channel] = min(max(left, least), most)

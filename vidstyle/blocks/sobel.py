@@ -18,11 +18,12 @@ def sobel(
     gain: Annotated[
         float, Slider(0, 16, "response to a step from black to white", explore=(1, 4), power=1)
     ] = 2,
-    invert: Annotated[bool, Switch("dark lines on white, as for the lines layer")] = False,
+    invert: Annotated[bool, Switch("dark lines on white, as in the lines layer")] = False,
 ) -> np.ndarray:
     """Detect edges: the magnitude of the luma gradient, as a gray picture.
 
-    3 x 3 Sobel, divided by 4 and cut off at white; the border is repeated. Paper, section 4.2 B.
+    3 x 3 Sobel, divided by 4 and clipped at white; edge pixels are repeated beyond the border. Paper, section
+    4.2 B.
     """
     scratch = np.empty((2, luma.shape[1] + 2), np.float32)
     _edges(luma, np.float32(gain / 4), invert, margin[0], scratch, out)
@@ -45,11 +46,11 @@ def _edges(luma, gain, invert, first, scratch, out):  # type: ignore[no-untyped-
 
 @compiled
 def smooth_and_steep(above, middle, below, smooth, steep):  # type: ignore[no-untyped-def]
-    """The vertical halves of a 3 x 3 Sobel filter: a row smoothed, and its slope down.
+    """Apply the vertical halves of a 3 x 3 Sobel filter: smooth a row, and compute its downward slope.
 
     Args:
         above, middle, below: three rows of W numbers.
-        smooth, steep: W + 2 numbers, written: those of the row, and beside them its ends again.
+        smooth, steep: W + 2 numbers, written; the first and last repeat the ends of the row.
     """
     width = middle.size
     for x in range(width):

@@ -9,7 +9,7 @@ import numpy as np
 from vidstyle.block import ResultRows, Slider, Switch, block
 from vidstyle.core.kernels import compiled
 
-SLOPE = Slider(
+SLOPE_CONTROL = Slider(
     0.001, 1, "slope of the ramp", "per level of 255", explore=(0.013, 0.059), power=1, grows_if="edges"
 )
 
@@ -18,18 +18,18 @@ SLOPE = Slider(
 def soft_threshold(
     picture: np.ndarray,
     out: ResultRows,
-    phi: Annotated[float, SLOPE] = 0.03,
+    phi: Annotated[float, SLOPE_CONTROL] = 0.03,
     epsilon: Annotated[
         float, Slider(0, 255, "threshold; everything above it is white", "levels of 255", explore=(50, 110))
     ] = 110,
-    edges: Annotated[bool, Switch("keep the ramp as narrow on larger pictures, as for lines")] = False,
+    edges: Annotated[bool, Switch("keep the ramp equally narrow on larger pictures; for lines")] = False,
 ) -> np.ndarray:
     """Make everything above a threshold white, with a tanh ramp to black below it.
 
     1 + tanh(min(0, phi (input - epsilon))): paper, section 4.2 A, equation 1; Winnemoeller 2012.
 
-    `edges` is for what makes lines: their slope falls as a picture grows, so that phi has to grow with it.
-    For a curve of tones it stays off.
+    Use `edges` for lines: their slope decreases as a picture grows, so phi must grow with it. Leave it off
+    for a curve of tones.
     """
     rows = len(picture), -1
     values = np.ascontiguousarray(picture).reshape(rows)
@@ -39,9 +39,9 @@ def soft_threshold(
 
 @compiled(fastmath=True)
 def _ramp(values, slope, cut_off, out):  # type: ignore[no-untyped-def]
-    # 1 + tanh(x) is 2 / (1 + e^t) with t = -2x. As the compiler makes no vectors of an exponential, it is the
+    # 1 + tanh(x) is 2 / (1 + e^t) with t = -2x. The compiler does not vectorize exponentials, so this is the
     # 32nd power of a polynomial for e^(t/32), off by 1e-8, and t ends at 16, where the ramp is at 2e-7.
-    # Row by row: what is left over after whole vectors is rounded otherwise, but alike in any band.
+    # Row by row: numbers after the last whole vector round differently, but identically in any band.
     one, steepness = np.float32(1), np.float32(1 / 16) * slope
     for row in range(values.shape[0]):
         for x in range(values.shape[1]):

@@ -13,14 +13,14 @@ from vidstyle.core.kernels.stroke_painting import MARKS, TILE, paint_strokes
 from vidstyle.core.stroke_directions import stroke_directions
 from vidstyle.core.white_noise import APART, white_noise
 
-NUMBERS = 4
-"""Random numbers of a stroke: its place across and down, which one it lies above, its tone."""
-GRAY_SPREAD = 0.15
-"""What share of `colors` strokes of gray differ by, as against those of strong colour."""
-MOST_ACROSS = 5
-"""Squares of the grid along a stroke, at most: a pixel has to look for strokes in all of them."""
+RANDOM_COUNT = 4
+"""Random numbers per stroke: position across and down, order, and tone."""
+GRAY_SPREAD_RATIO = 0.15
+"""Colour variation of gray strokes, relative to strokes of strong colour."""
+MAX_CELLS_ALONG = 5
+"""Maximum squares of the grid along a stroke: a pixel searches all of them for strokes."""
 KEPT_BYTES = 64 << 20
-"""Memory for strokes that are kept for the next frame."""
+"""Memory for strokes that are cached for the next frame."""
 
 
 def _radius(length: float, width: float) -> int:
@@ -34,25 +34,25 @@ def strokes(
     moment: FrameTime,
     out: ResultRows,
     flow: Annotated[Any, SavedRef("smoothed result of `structure_tensor`")] = "source",
-    under: Annotated[Any, SavedRef("picture that shows between strokes")] = "source",
+    under: Annotated[Any, SavedRef("picture that is visible between strokes")] = "source",
     length: Annotated[float, Slider(2, 96, "length of a stroke", "px", explore=(8, 36))] = 24,
     width: Annotated[float, Slider(2, 64, "width of a stroke", "px", explore=(4, 12))] = 7,
-    density: Annotated[float, Slider(0.25, 4, "strokes in each square of a stroke's width")] = 1,
-    angle: Annotated[float, Slider(-90, 90, "direction where there are no edges", "degrees")] = 35,
-    variation: Annotated[float, Slider(0, 1, "how much strokes differ in tone", explore=(0, 0.2))] = 0.1,
+    density: Annotated[float, Slider(0.25, 4, "number of strokes per square of the stroke's width")] = 1,
+    angle: Annotated[float, Slider(-90, 90, "direction of strokes far from edges", "degrees")] = 35,
+    variation: Annotated[float, Slider(0, 1, "variation of tone between strokes", explore=(0, 0.2))] = 0.1,
     colors: Annotated[
-        float, Slider(0, 1, "how much strokes differ in colour; gray ones less", explore=(0, 0.2))
+        float, Slider(0, 1, "variation of colour between strokes; gray strokes vary less", explore=(0, 0.2))
     ] = 0,
-    bristles: Annotated[float, Slider(0, 1, "contrast of the marks of bristles", explore=(0, 0.5))] = 0.25,
+    bristles: Annotated[float, Slider(0, 1, "contrast of the bristle marks", explore=(0, 0.5))] = 0.25,
     rate: Annotated[int, REDRAW_RATE] = 0,
 ) -> np.ndarray:
-    """Paint with strokes of one colour each, along the edges; with dots where they are as wide as long.
+    """Paint with strokes of one colour each along the edges; with dots if width equals length.
 
-    A stroke lies at a random place in its square of a grid, has the colour of the picture in its middle, and
-    bends with the flow; which of two lies above the other is random. All is fixed to the page until it is
-    drawn anew. Haeberli 1990, "Paint by Numbers: Abstract Image Representations".
+    A stroke has a random position in its square of a grid and the picture's colour in its middle, and bends
+    with the flow. The order of overlapping strokes is random. Strokes are fixed to the page and change only
+    at `rate`. Haeberli 1990, "Paint by Numbers: Abstract Image Representations".
     """
-    pitch = np.float32(max(width / math.sqrt(density), max(length, width) / MOST_ACROSS))
+    pitch = np.float32(max(width / math.sqrt(density), max(length, width) / MAX_CELLS_ALONG))
     size = np.float32(max(length - width, 0) / 2), np.float32(width / 2)
     grid, drawing = (float(pitch), _radius(length, width)), drawing_at(moment, rate) * APART
     strokes_, lists, counts = _strokes_in(place, picture.shape[:2], grid, float(size[0] + size[1]), drawing)
@@ -70,49 +70,52 @@ def strokes(
 def _strokes_in(
     place: PageRegion, shape: tuple[int, int], grid: tuple[float, int], half_size: float, drawing: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The strokes that may be seen in a band, which depend on no picture.
+    """Return the strokes that may be visible in a band; they do not depend on the picture.
 
     Args:
         shape: of the band.
-        grid: the side of its squares, each of which has one stroke, and the rows and columns that a stroke
-            reaches.
-        half_size: the farthest that a stroke's edge is from its middle.
+        grid: the side of its squares, each of which has one stroke, and the rows and columns within reach of
+            a stroke.
+        half_size: the maximum distance of a stroke's edge from its middle.
         drawing: the first row of random numbers.
 
     Returns:
-        3 x n float32, the uppermost stroke first: column and row of its middle on the page, and its tone; and
-        the strokes of each tile, see `paint_strokes`.
+        The strokes, topmost first, 3 x n float32: column and row of the middle on the page, and tone. And the
+        strokes of each tile, see `paint_strokes`.
     """
     (pitch, reach), (height, width) = grid, shape
     around = math.ceil(reach / pitch) + 1
     above, below = math.floor(place.top / pitch) - around, math.ceil((place.top + height) / pitch) + around
     left, right = -around, math.ceil(width / pitch) + around
-    noise = white_noise(np.arange(above, below) + drawing, np.arange(left * NUMBERS, right * NUMBERS))
-    across, down, order, tone = noise.reshape(below - above, right - left, NUMBERS).transpose(2, 0, 1)
+    noise = white_noise(
+        np.arange(above, below) + drawing, np.arange(left * RANDOM_COUNT, right * RANDOM_COUNT)
+    )
+    across, down, order, tone = noise.reshape(below - above, right - left, RANDOM_COUNT).transpose(2, 0, 1)
     x = (np.arange(left, right, dtype=np.float32) + across) * np.float32(pitch)
     y = (np.arange(above, below, dtype=np.float32)[:, None] + down) * np.float32(pitch)
     uppermost = np.argsort(-order.reshape(-1), kind="stable")
     strokes_ = np.ascontiguousarray(np.stack([x, y, tone]).reshape(3, -1)[:, uppermost])
     first, last = (place.top + place.margin[0]) // TILE, -(-(place.top + height - place.margin[1]) // TILE)
-    # Squares of the grid that are in reach of a tile, each with one stroke.
+    # Squares of the grid within reach of a tile, each with one stroke.
     most = (math.ceil((TILE + 2 * reach) / pitch) + 1) ** 2
     lists = np.empty((last - first, -(-width // TILE), most), np.int32)
     counts = np.zeros(lists.shape[:2], np.int32)
-    # Rather more than those that cover some of it: rounding, which depends on the first row, must not decide.
+    # Slightly more than the strokes that cover part of it, so that rounding, which depends on the first row,
+    # has no effect.
     _list_by_tile(strokes_, np.float32(half_size + 0.51), first * TILE, lists, counts)
     return strokes_, lists, counts
 
 
 @compiled
 def _list_by_tile(strokes_, edge, top, lists, counts):  # type: ignore[no-untyped-def]
-    """List, for each tile from row `top` of the page on, the strokes that come near it, in their order."""
+    """List for each tile, from row `top` of the page on, the strokes near it, in their order."""
     side, scale, half, zero = np.float32(TILE), np.float32(1 / TILE), np.float32(0.5), np.float32(0)
     rows, columns = counts.shape
     for i in range(strokes_.shape[1]):
         x, y = strokes_[0, i], strokes_[1, i] - np.float32(top)
         upper, lower = int(max(y - edge + half, zero) * scale), int(np.floor((y + edge - half) * scale))
         for row in range(upper, min(lower + 1, rows)):
-            # From the middle of its nearest pixels.
+            # Distance from the middle of its nearest pixels.
             down = y - np.float32(row) * side
             dy = max(half - down, down - side + half, zero)
             dx = np.sqrt(max(edge * edge - dy * dy, zero))
@@ -124,10 +127,10 @@ def _list_by_tile(strokes_, edge, top, lists, counts):  # type: ignore[no-untype
 
 @compiled(fastmath=True, noalias=True)
 def _choose_paint(strokes_, reds, greens, blues, shape, looks, out):  # type: ignore[no-untyped-def]
-    """Red, green and blue of each stroke where its bristles leave no mark, and where its marks begin.
+    """Compute red, green and blue of each stroke without bristle marks, and the start of its marks.
 
     Args:
-        reds, greens, blues: the samples of the picture, every third of which is of this channel.
+        reds, greens, blues: samples of the picture, of which every third belongs to the channel.
         shape: the picture's first row on the page, its height and width.
         out: 4 x strokes, written.
     """
@@ -135,12 +138,12 @@ def _choose_paint(strokes_, reds, greens, blues, shape, looks, out):  # type: ig
     top, height, width = np.int32(shape[0]), np.int32(shape[1]), np.int32(shape[2])
     for i in range(out.shape[1]):
         column, row, tone = np.int32(strokes_[0, i]), np.int32(strokes_[1, i]) - top, strokes_[2, i]
-        # Strokes in the margin, beyond the edge, have the colour at the edge.
+        # Strokes beyond the edge have the colour at the edge.
         column, row = min(max(column, zero), width - np.int32(1)), min(max(row, zero), height - np.int32(1))
         at = look_up_at(np.int32((row * width + column) * np.int32(3)))
         red, green, blue = reds[at], greens[at], blues[at]
         strength = max(red, green, blue) - min(red, green, blue)
-        spread = colors * min(np.float32(GRAY_SPREAD) + strength, np.float32(1))
+        spread = colors * min(np.float32(GRAY_SPREAD_RATIO) + strength, np.float32(1))
         more, less = tone * np.float32(7), tone * np.float32(13)
         more, less = spread * (more - np.floor(more) - half), spread * (less - np.floor(less) - half)
         change = variation * (tone - half) - half * bristles

@@ -13,13 +13,13 @@ from vidstyle.core.kernels import compiled, interleaved
 def structure_tensor(
     picture: np.ndarray, weights: LumaWeights, margin: Margin, out: ResultRows
 ) -> np.ndarray:
-    """Draw direction and strength of edges as colours, for `kuwahara`; smooth them with `gaussian`.
+    """Encode direction and strength of edges as colours, for `kuwahara` and others; smooth with `gaussian`.
 
-    With s the square root of the luma gradient's magnitude (3 x 3 Sobel, divided by 4, cut off at 1) and t
-    its direction, red is (1 + s cos 2t) / 2, green (1 + s sin 2t) / 2 and blue s: doubled angles may be
-    averaged, and opposite gradients count as one direction. Smoothed, it is the structure tensor of the
-    paper's section 5.3, equations 6 to 8, weighted by s in place of the squared magnitude, so that the
-    strongest edge nearby does not drown all others.
+    With s the square root of the luma gradient's magnitude (3 x 3 Sobel, divided by 4, clipped at 1) and t
+    its direction, red is (1 + s cos 2t) / 2, green (1 + s sin 2t) / 2 and blue s. Doubled angles can be
+    averaged, and opposite gradients have the same direction. Smoothed, the result is the structure tensor of
+    the paper's section 5.3, equations 6 to 8, weighted by s instead of the squared magnitude, so that the
+    strongest edge nearby does not dominate all others.
     """
     scratch = np.empty((5, picture.shape[1] + 2), np.float32)
     _encode(interleaved(picture), weights, margin, scratch, interleaved(out))
@@ -47,7 +47,7 @@ def _encode(picture, weights, margin, scratch, out):  # type: ignore[no-untyped-
         for x in range(width):
             across = np.float32(0.25) * (smooth[x + 2] - smooth[x])
             down = np.float32(0.25) * (steep[x] + two * steep[x + 1] + steep[x + 2])
-            # (x^2 - y^2, 2 x y) has the square of the length and twice the angle.
+            # (x^2 - y^2, 2 x y) has the squared length and twice the angle.
             squared = across * across + down * down
             strength = np.sqrt(min(np.sqrt(squared), one))
             each = half * strength / max(squared, least)

@@ -1,4 +1,4 @@
-"""To color: colours back onto luma."""
+"""To color: restores the colours of luma."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from vidstyle.block import SavedRef, block
 @block("pixel", on="luma", is_identity=True)
 def to_color(
     luma: np.ndarray,
-    chroma: Annotated[Any, SavedRef("picture whose chroma is used", on="chroma")] = "chroma",
+    chroma: Annotated[Any, SavedRef("picture whose chroma to use", on="chroma")] = "chroma",
 ) -> np.ndarray:
-    """Combine luma with the chroma of a saved picture, by default that saved by to_gray.
+    """Combine luma with the chroma of a saved picture, by default the one that to_gray saves.
 
     Paper, section 4.2 A.
     """

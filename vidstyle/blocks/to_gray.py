@@ -1,4 +1,4 @@
-"""To grayscale: luma alone."""
+"""To grayscale: luma only."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from vidstyle.block import block
 
 @block("pixel", on="luma", chroma="dropped", saves="chroma", is_identity=True)
 def to_gray(luma: np.ndarray) -> np.ndarray:
-    """Drop chroma; the input is saved as "chroma" for to_color.
+    """Discard chroma; save the input as "chroma" for to_color.
 
     Paper, section 4.2 A.
     """

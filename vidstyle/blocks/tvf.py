@@ -10,35 +10,37 @@ from vidstyle.blade.bank import shipped_bank, shipped_parts
 from vidstyle.blade.inference import BankRun
 from vidstyle.block import Choice, Slider, block
 
-TIME = 2.0
-"""For which a pass of curvature flows, in pixels^2."""
-SHARES = 3
-"""Steps in which a single pass flows, by filters for a third of its time: 1.7 dB closer than in one."""
+PASS_TIME = 2.0
+"""Time of a pass of curvature flow, in pixels^2."""
+STEPS_PER_PASS = 3
+"""A single pass runs in this number of steps, with filters for a third of its time: 1.7 dB closer than one
+step."""
 
 
 @block("learned", on="luma")
 def tvf(
-    passes: Annotated[int, Slider(1, 12, "more for flatter areas", explore=(1, 4))] = 2,
+    passes: Annotated[int, Slider(1, 12, "number of passes: more for flatter areas", explore=(1, 4))] = 2,
     amount: Annotated[float, Slider(0, 1, "0 for no effect", explore=(0.5, 1))] = 1,
     flow: Annotated[
         str,
         Choice(
             ("curvature", "variation"),
-            "curvature rounds shapes and keeps contrast; variation makes pieces of even tone",
+            "curvature rounds shapes and keeps contrast, variation creates areas of uniform tone",
             ("curvature", "variation"),
         ),
     ] = "curvature",
-    time: Annotated[float, Slider(1, 12, "of each pass of variation", "levels of 255 x pixels", (4, 12))] = 6,
+    time: Annotated[
+        float, Slider(1, 12, "time of each pass of variation", "levels of 255 x pixels", (4, 12))
+    ] = 6,
 ) -> BankRun:
     """Flatten texture and preserve edges.
 
     Learned. `curvature` is total variation flow in the form of Marquina and Osher, which the paper trains:
-    mean curvature motion; a single pass is made in three steps, which is closer. `variation` is the true
-    flow: a disc of radius r loses 2 time / r levels in each pass.
-    Paper, sections 4.2 C and 5.4.1.
+    mean curvature motion. A single pass runs in three steps, which is more accurate. `variation` is the true
+    flow: a disc of radius r loses 2 time / r levels in each pass. Paper, sections 4.2 C and 5.4.1.
     """
     if flow == "curvature":
-        part, passes = (1, SHARES) if passes == 1 else (0, passes)
+        part, passes = (1, STEPS_PER_PASS) if passes == 1 else (0, passes)
         return BankRun(shipped_parts("tvf", part, part + 1), (amount,), 1 - amount, passes=passes)
     bank = shipped_bank("tvf_flat")
     times = (0.0, *bank.about["times"])

@@ -145,7 +145,7 @@ def _sliders(texts: tuple[str, ...]) -> list[tuple[str, float, float]]:
 
 def _features(texts: tuple[str, ...]) -> tuple[Feature, ...]:
     from vidstyle.blade.bank import MAX_FEATURES, MAX_FILTERS, MAX_RHO
-    from vidstyle.blade.bins import FEATURES, Feature
+    from vidstyle.blade.bins import FEATURE_RANGES, Feature
 
     found = []
     for text in texts:
@@ -154,8 +154,8 @@ def _features(texts: tuple[str, ...]) -> tuple[Feature, ...]:
             bins, rho = int(scale.partition("@")[0]), float(scale.partition("@")[2])
         except ValueError:
             bins, rho = 0, 0.0
-        if name not in FEATURES or not (1 <= bins <= MAX_FILTERS and MIN_RHO <= rho <= MAX_RHO):
-            remedy = f"for example --feature mean=4@2; names are {', '.join(FEATURES)}"
+        if name not in FEATURE_RANGES or not (1 <= bins <= MAX_FILTERS and MIN_RHO <= rho <= MAX_RHO):
+            remedy = f"for example --feature mean=4@2; names are {', '.join(FEATURE_RANGES)}"
             raise UsageError(text, "is not NAME=BINS@RHO", remedy)
         found.append(Feature(name, bins, rho))
     if len(found) > MAX_FEATURES:

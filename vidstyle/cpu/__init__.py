@@ -1,1 +1,1 @@
-"""Execute a style on the CPU with NumPy, OpenCV and Numba; the reference that the GPU is compared with."""
+"""Execute a style on the CPU with NumPy, OpenCV and Numba; the GPU must agree with its results."""

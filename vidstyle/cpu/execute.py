@@ -38,8 +38,8 @@ class FrameExecutor:
     Args:
         pool: threads for the bands.
         source: the picture; its planes are only read.
-        follow: takes what was measured for a step and returns the smoothed numbers.
-        moment: of the frame.
+        follow: takes the measurements of a step and returns the smoothed numbers.
+        moment: `FrameTime` of the frame.
     """
 
     def __init__(
@@ -56,7 +56,7 @@ class FrameExecutor:
         self._numbers: dict[Measure[Node], np.ndarray] = {}
         for task, releases in schedule.tasks:
             if isinstance(task, Measure):
-                measured = percentiles(self._sampled(task.of), task.percentages)
+                measured = percentiles(self._sample(task.of), task.percentages)
                 self._numbers[task] = follow(task, measured)
             else:
                 self._run_sweep(task)
@@ -64,10 +64,9 @@ class FrameExecutor:
                 self._stored.pop(node, None)
 
     def picture(self, lowered: LoweredStyle) -> Picture:
-        """The result in the target's encoding, or as packed RGB.
+        """Return the result in the target's encoding, or as packed RGB.
 
-        Planes of the source that no step has touched are handed on as they are. Values are clipped to the
-        range of the samples.
+        Unmodified planes of the source are passed through. Values are clipped to the range of the samples.
         """
         source, output, chroma = self._source, self._output, lowered.chroma
         assembler = PictureAssembler(source, lowered.target, lowered.color is not None)
@@ -96,11 +95,11 @@ class FrameExecutor:
         return assembler.picture()
 
     def planes(self, node: Node) -> Value:
-        """All rows of a node that the schedule keeps."""
+        """Return all rows of a node that the schedule keeps."""
         return self._load(node, 0, node.shape[0])
 
     def _subsampled_chroma(self, node: Node) -> Chroma:
-        """Chroma on a grid: the source's planes, or resampled ones as float32."""
+        """Return chroma on a grid: the source's planes, or resampled planes as float32."""
         chroma: Chroma | None = self._source.chroma if node.op == "plane" else self._stored[node]
         assert chroma is not None
         return chroma
@@ -114,7 +113,7 @@ class FrameExecutor:
         in_bands(self._pool, sweep.stores[0].shape, sweep.radius, run, sweep.channels)
 
     def _run_band(self, sweep: Sweep, top: int, bottom: int) -> dict[Key, Value]:
-        """Compute the rows top..bottom; returns the sweep's results, at least."""
+        """Compute the rows top..bottom of all steps; return at least the sweep's results."""
         values: dict[Key, Value] = {}
         for step in sweep.steps:
             node, margin = step.node, step.margin
@@ -132,23 +131,23 @@ class FrameExecutor:
                 for half in (node, step.twin):
                     values[half, margin] = luma if half.kind == "luma" else tuple(chroma)
             else:
-                values[node, margin] = self._computed(node, inputs, first, last, stored.get(node))
+                values[node, margin] = self._compute(node, inputs, first, last, stored.get(node))
             for each, rows in stored.items():
                 values[each, 0] = _copy_rows(values[each, 0], rows)
             for key in step.releases:
                 del values[key]
         return values
 
-    def _computed(
+    def _compute(
         self, node: Node, inputs: dict[str, Value], top: int, bottom: int, out: Value | None
     ) -> Value:
-        """The rows top..bottom of a node: in `out`, if it is given and the operation can, or elsewhere."""
+        """Compute the rows top..bottom of a node, in `out` if it is given and the operation supports it."""
         if node.block is not None:
             return self._run_block(node, inputs, top, bottom, out)
         if node.op == "filter_bank":
             return _run_bank(node, inputs, top, bottom, out)
         if node.op == "resample":
-            return self._resampled(node, top, bottom, out)
+            return self._resample(node, top, bottom, out)
         if node.op == "upsample":
             chroma = node.inputs["chroma"]
             assert chroma.grid is not None
@@ -166,14 +165,14 @@ class FrameExecutor:
             out = np.empty((bottom - top, *inputs["image"].shape[1:]), np.float32)
         pictures = {name: inputs.get(name) for name in block.saved_refs}
         others = {
-            name: out if kind is ResultRows else self._injected(kind, node, top, margin)
+            name: out if kind is ResultRows else self._inject(kind, node, top, margin)
             for name, kind in block.injected.items()
         }
         result: Value = block.function(inputs["image"], **node.values, **pictures, **others)
         return result[margin[0] : margin[0] + bottom - top] if node.radius and result is not out else result
 
-    def _injected(self, kind: object, node: Node, top: int, margin: tuple[int, int]) -> Any:
-        """What a block gets that is no value of its own, from row `top` on; `kind`: of `INJECTED`."""
+    def _inject(self, kind: object, node: Node, top: int, margin: tuple[int, int]) -> Any:
+        """Return an argument that the renderer supplies, from row `top` on; `kind`: of `INJECTED_TYPES`."""
         if kind is PageRegion:
             return PageRegion(top - margin[0], *node.shape, margin)
         if kind is Margin:
@@ -194,13 +193,13 @@ class FrameExecutor:
             return planes[0][top:bottom], planes[1][top:bottom]
         return planes[top:bottom]
 
-    def _resampled(self, node: Node, top: int, bottom: int, out: Value | None) -> Value:
-        """The rows of a node at this size, of an image at another one."""
+    def _resample(self, node: Node, top: int, bottom: int, out: Value | None) -> Value:
+        """Resample an image of another size for these rows of a node."""
         image, source = node.inputs["image"], self._source
         resampling = Resampling(image.shape, node.shape, node.values["method"])
         first, last = resampling.rows_read(top, bottom)
         codes = stored_planes(source, image.kind) if image.op == "plane" else ()
-        if codes:  # decoded afterwards: most resampling of a source makes it smaller
+        if codes:  # decoded afterwards, as resampling usually reduces a source
             planes = (resampling.rows(plane[first:last], first, top, bottom) for plane in codes)
             values = tuple(decoded(plane, image.kind, source.encoding) for plane in planes)
             return values if image.kind == "chroma" else values[0]
@@ -214,12 +213,12 @@ class FrameExecutor:
             return tuple(map(resampled, value, out or (None, None)))
         return resampled(value, out)
 
-    def _sampled(self, node: Node) -> np.ndarray:
-        """A small copy of luma or RGB that is at hand as planes, but for a conversion."""
+    def _sample(self, node: Node) -> np.ndarray:
+        """Return a small copy of luma or RGB whose planes are stored, converted if necessary."""
         if node.op == "plane":
             return sampled_values(self._source)
         if node.op == "luma_from_rgb" and node not in self._stored:
-            return luma_from_rgb(self._sampled(node.inputs["color"]), encoding_of(node.matrix))
+            return luma_from_rgb(self._sample(node.inputs["color"]), encoding_of(node.matrix))
         return sampled(self._stored[node])
 
 
@@ -234,7 +233,7 @@ def _run_bank(node: Node, inputs: dict[str, Value], top: int, bottom: int, out: 
 
 
 def _margin(node: Node, top: int, bottom: int) -> tuple[int, int]:
-    """How many rows the inputs of a node have above and below the rows that are wanted of it."""
+    """Return the number of rows that the inputs of a node have above and below its requested rows."""
     return min(node.radius, top), min(node.radius, node.shape[0] - bottom)
 
 
@@ -245,7 +244,7 @@ def _empty_planes(node: Node) -> Value:
 
 
 def _copy_rows(value: Value, rows: Value) -> Value:
-    """The rows that a value is wanted in: where it was computed elsewhere, copied there."""
+    """Copy a value to the requested rows if it was computed elsewhere, and return these rows."""
     value = at_every_pixel(value, rows)
     pairs = zip(value, rows, strict=True) if isinstance(value, tuple) else [(value, rows)]
     for computed, wanted in pairs:

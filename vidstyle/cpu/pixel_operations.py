@@ -19,11 +19,11 @@ Value = Any
 `Tints`."""
 
 TAKES_DEFERRED = ("luma_from_rgb", "inked_color", "inked_chroma")
-"""Operations that take values whose computation is deferred: `Mixed`, `Printed` and `Tints`."""
+"""Operations that accept deferred values: `Mixed`, `Printed` and `Tints`."""
 
 
 def per_pixel(node: Node, shape: tuple[int, int], inputs: dict[str, Value], out: Value | None) -> Value:
-    """The operations that compute each pixel from the same pixel of their inputs, in `out` if they can."""
+    """Compute each pixel from the same pixel of the inputs, in `out` if the operation supports it."""
     values = node.values
     match node.op:
         case "luma_from_rgb" if isinstance(inputs["color"], Mixed):
@@ -58,19 +58,19 @@ def per_pixel(node: Node, shape: tuple[int, int], inputs: dict[str, Value], out:
 
 @lru_cache(maxsize=4)
 def _constant(shape: tuple[int, int], level: float) -> np.ndarray:
-    """The same for all bands of a height; read-only."""
+    """Return constant luma, shared by all bands of a height; read-only."""
     plane = np.full(shape, level, np.float32)
     plane.setflags(write=False)
     return plane
 
 
 def planes_of(chroma: Chroma | Tints) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
-    """Planes and the sums of them that chroma is, as `store_chroma` takes them."""
+    """Return chroma as planes and weights for their sums, for `store_chroma`."""
     return (chroma.planes, chroma.mix) if isinstance(chroma, Tints) else (chroma, UNMIXED)
 
 
 def at_every_pixel(value: Value, out: Value | None = None) -> Value:
-    """The value as planes, in `out` if it can."""
+    """Return the value as planes, in `out` if possible."""
     if isinstance(value, Mixed | Printed):
         return value.whole(out)
     return value.chroma() if isinstance(value, Tints) else value

@@ -1,9 +1,9 @@
-"""Which nodes of a lowered style are computed together in bands of rows, and which are kept as whole planes.
+"""Schedules nodes of a lowered style: which are computed together in bands, and which are stored as planes.
 
 A sweep computes nodes band by band, on all cores, so that a band stays in a core's cache from the first node
-to the last. A neighborhood operation reads rows around its band: what it reads is stored as whole planes
-first, and the per-pixel operations after it run in the same sweep. Conversions between RGB and luma with
-chroma, and resampled pictures, are computed again for the rows in question rather than stored.
+to the last. A neighborhood operation reads rows around its band: its inputs are stored as whole planes first,
+and the per-pixel operations after it run in the same sweep. Conversions between RGB and luma with chroma, and
+resampled pictures, are computed again for the necessary rows instead of stored.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from dataclasses import dataclass
 from vidstyle.style.limits import CHANNELS
 from vidstyle.style.nodes import LoweredStyle, Measure, Node, in_order, nodes_in_order
 
-CONVERSIONS = ("luma_from_rgb", "chroma_from_rgb", "rgb_from_yuv", "rgb_from_gray", "upsample")
+CONVERSION_OPERATIONS = ("luma_from_rgb", "chroma_from_rgb", "rgb_from_yuv", "rgb_from_gray", "upsample")
 READS_PLANES = ("resample", "upsample")
-"""Operations that read planes of another size, which are stored for them."""
+"""Operations that read stored planes of another size."""
 
 Key = tuple[Node, int]
-"""A node, and how many rows above and below the band it is computed for."""
+"""A node, and the numbers of rows above and below the band that it is computed for."""
 
 
 @dataclass(frozen=True)
@@ -28,11 +28,11 @@ class BandStep:
     """One node computed in a band.
 
     Attributes:
-        margin: rows above and below the band that it is computed for.
-        is_loaded: whether it is read from planes instead.
-        inputs: what it is computed from, by the names of the operation's inputs.
-        twin: the other half of a conversion from RGB, which is computed along with it.
-        releases: what no later step of the band reads.
+        margin: numbers of rows above and below the band that it is computed for.
+        is_loaded: whether it is read from planes instead of computed.
+        inputs: its inputs, by the names of the operation's inputs.
+        twin: the other half of a conversion from RGB, computed together with it.
+        releases: values that no later step of the band reads.
     """
 
     node: Node
@@ -49,9 +49,9 @@ class Sweep:
 
     Attributes:
         steps: in order.
-        results: nodes that it is for.
+        results: the nodes to compute.
         stores: nodes that are stored as whole planes.
-        radius: rows that are read around each band.
+        radius: number of rows that are read around each band.
     """
 
     steps: tuple[BandStep, ...]
@@ -61,17 +61,17 @@ class Sweep:
 
     @property
     def channels(self) -> int:
-        """Numbers of a pixel in its largest value."""
+        """Numbers per pixel of its largest value."""
         return max(CHANNELS[step.node.kind] for step in self.steps)
 
 
 Task = Sweep | Measure[Node]
-"""A sweep, or percentiles to be measured."""
+"""A sweep, or percentiles to measure."""
 
 
 @dataclass(frozen=True)
 class Schedule:
-    """What is done for each picture.
+    """The tasks for each picture.
 
     Attributes:
         tasks: in order, each with the stored nodes that no later task reads.
@@ -83,10 +83,10 @@ class Schedule:
 
 
 def schedule(lowered: LoweredStyle, kept: Sequence[Node] = ()) -> Schedule:
-    """The schedule of a lowered style. What several sweeps would compute is stored by the first.
+    """Schedule a lowered style. Nodes that several sweeps would compute are stored by the first.
 
     Args:
-        kept: nodes whose planes are wanted as well (`FrameExecutor.planes`).
+        kept: additional nodes whose planes are requested (`FrameExecutor.planes`).
     """
     whole = _needed_whole([*lowered.outputs, *kept]) | set(kept)
     repeated: set[Node] = set()
@@ -96,11 +96,11 @@ def schedule(lowered: LoweredStyle, kept: Sequence[Node] = ()) -> Schedule:
         if not more:
             return scheduler.schedule()
         repeated |= more
-        whole |= {node for node in more if node.op == "resample"}  # a sweep may have it with margins only
+        whole |= {node for node in more if node.op == "resample"}  # a sweep may only have it with margins
 
 
 def _needed_whole(outputs: Sequence[Node]) -> set[Node]:
-    """The nodes that neighborhood operations, measures and resampling need as whole planes, or subsampled."""
+    """Return the nodes that neighborhood operations, measures and resampling need as whole planes."""
     nodes = nodes_in_order(outputs)
     users = Counter([*outputs, *(other for node in nodes for other in node.inputs.values())])
 
@@ -109,7 +109,7 @@ def _needed_whole(outputs: Sequence[Node]) -> set[Node]:
             return set()
         color = node.inputs.get("color")
         is_used_once = node.op == "luma_from_rgb" and color and color.op != "plane" and users[color] == 1
-        if node.op not in CONVERSIONS or is_used_once:  # then one plane is stored instead of three
+        if node.op not in CONVERSION_OPERATIONS or is_used_once:  # store one plane instead of three
             return {node}
         return set().union(*map(behind_conversions, node.inputs.values()))
 
@@ -126,11 +126,11 @@ def _needed_whole(outputs: Sequence[Node]) -> set[Node]:
 
 
 class _Scheduler:
-    """One attempt.
+    """One attempt at a schedule.
 
     Args:
-        whole: nodes for each of which there is a sweep.
-        repeated: nodes that the first sweep that computes them stores along with its own.
+        whole: nodes that each get a sweep.
+        repeated: nodes that are also stored by the first sweep that computes them.
         kept: nodes that are never released.
     """
 
@@ -148,7 +148,7 @@ class _Scheduler:
         self._output = self._sweep(_results(lowered, self._stores), is_output=True)
 
     def schedule(self) -> Schedule:
-        """The tasks, with what each releases."""
+        """Return the tasks, and the nodes that each releases."""
         last = {
             node: number
             for number, task in enumerate([*self._tasks, self._output])
@@ -161,13 +161,13 @@ class _Scheduler:
         return Schedule(tuple(tasks), self._output)
 
     def computed_twice(self) -> set[Node]:
-        """What more than one sweep computes, but for conversions and for what only such nodes read."""
+        """Return nodes that several sweeps compute, except conversions and nodes read only by such nodes."""
         sweeps = [each for each in (*self._tasks, self._output) if isinstance(each, Sweep)]
         computed = Counter(step.node for each in sweeps for step in each.steps if not step.is_loaded)
         twice = {
             node
             for node, count in computed.items()
-            if count > 1 and node.inputs and node.op not in CONVERSIONS
+            if count > 1 and node.inputs and node.op not in CONVERSION_OPERATIONS
         }
         return twice - {other for node in twice for other in node.inputs.values()}
 
@@ -199,14 +199,14 @@ class _Scheduler:
         return node in self._done or node.op == "plane"
 
     def _inputs(self, key: Key) -> tuple[tuple[str, Key], ...]:
-        """The inputs of a node at its own size, with the rows that it reads of them."""
+        """Return the inputs of a node at its size, with the rows that it reads."""
         node, margin = key
         if self._is_loaded(node) or node.op in READS_PLANES:
             return ()
         return tuple((name, (other, margin + node.radius)) for name, other in node.inputs.items())
 
     def _twins(self, order: list[Key]) -> dict[Key, Key]:
-        """Conversions from RGB, each with the later one that is the other half of it."""
+        """Map conversions from RGB to the later conversion that is their other half."""
         firsts: dict[object, Key] = {}
         twins: dict[Key, Key] = {}
         for node, margin in order:
@@ -218,7 +218,7 @@ class _Scheduler:
 
 
 def _results(lowered: LoweredStyle, stored: set[Node]) -> list[Node]:
-    """What the last sweep computes; RGB where luma and chroma are converted from it and from nothing else."""
+    """Return the results of the last sweep; RGB if luma and chroma are only converted from it."""
     luma = None if lowered.luma_untouched else lowered.luma
     chroma = lowered.chroma if lowered.chroma and not lowered.chroma.grid else None
     if luma and chroma and {luma.op, chroma.op} == {"luma_from_rgb", "chroma_from_rgb"}:
@@ -229,7 +229,7 @@ def _results(lowered: LoweredStyle, stored: set[Node]) -> list[Node]:
 
 
 def _planes_read(task: Task) -> Iterable[Node]:
-    """The nodes whose planes a task reads."""
+    """Return the nodes whose planes a task reads."""
     if isinstance(task, Measure):
         return nodes_in_order([task.of])
     loaded = [step.node for step in task.steps if step.is_loaded]

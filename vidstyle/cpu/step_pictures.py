@@ -1,4 +1,4 @@
-"""What leaves each step of a style, from one run."""
+"""The output of each step of a style, from one run."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from vidstyle.style.resolve import resolve
 
 
 def step_pictures(style: Style, picture: Picture, pool: Executor) -> dict[StepKey, np.ndarray]:
-    """The picture that leaves each step of a style, at whatever size the step works.
+    """Return the output of each step of a style, at the working size of the step.
 
     Args:
-        picture: what the style is given, standing alone.
+        picture: the input of the style, a single picture.
         pool: threads for bands of rows.
 
     Returns:
-        By layer and place in it, recipes not expanded: H x W x 3 RGB uint8, values outside 0..1 clipped.
+        By layer and position in it, with recipes as one step: H x W x 3 RGB uint8, values clipped to 0..1.
 
     Raises:
         StyleError: an asset of the style cannot be read.
@@ -52,7 +52,7 @@ def step_pictures(style: Style, picture: Picture, pool: Executor) -> dict[StepKe
 
 
 def _watched(layer: str, steps: tuple[Step, ...]) -> Iterator[Step]:
-    """The steps, each followed by one that saves its result, under a name that no file can have."""
+    """Yield the steps, each followed by a step that saves its result under a name invalid in files."""
     for number, step in enumerate(steps):
         yield step
         yield Step("", save=_name(layer, number))

@@ -1,4 +1,4 @@
-"""Chroma of inks on paper, which follows from what covers the paper."""
+"""Chroma of inks on paper, from the coverage of the paper."""
 
 from __future__ import annotations
 
@@ -15,13 +15,11 @@ Tint = tuple[float, ...]
 
 @dataclass(frozen=True)
 class Tints:
-    """Chroma as a sum: planes, each with a tint by which it is multiplied, and the same tint everywhere.
-
-    There may be one plane instead of two.
+    """Chroma as a sum: planes, each multiplied by a tint, and a constant tint.
 
     Attributes:
         planes: N x W float32, any number of them.
-        tints: one for each.
+        tints: one per plane.
         everywhere: the tint that is added.
     """
 
@@ -30,18 +28,18 @@ class Tints:
     everywhere: Tint
 
     def inked(self, ink: Tint, lines: np.ndarray) -> Tints:
-        """With ink of this tint where the lines, N x W, are dark."""
+        """Add ink of this tint where the lines, N x W, are dark."""
         planes = *(plane * lines for plane in self.planes), lines
         left = tuple(under - over for under, over in zip(self.everywhere, ink, strict=True))
         return Tints(planes, (*self.tints, left), ink)
 
     @property
     def mix(self) -> np.ndarray:
-        """The sums as `store_chroma` takes them."""
+        """Weights of the sums for `store_chroma`."""
         return np.array((*self.tints, self.everywhere), np.float32)
 
     def chroma(self) -> Chroma:
-        """Blue and red difference."""
+        """Return blue and red difference as planes."""
         blue, red = np.empty((2, *self.planes[0].shape), np.float32)
         for out, everywhere, *parts in zip((blue, red), self.everywhere, *self.tints, strict=True):
             out.fill(everywhere)

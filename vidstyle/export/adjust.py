@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from vidstyle.errors import VidstyleError
-from vidstyle.gpu.compile.es import COMPONENTS
+from vidstyle.gpu.compile.es import COMPONENT_COUNTS
 from vidstyle.style import Style, set_values
 from vidstyle.style.panel import panel
 
@@ -165,7 +165,7 @@ def _integers(base: dict[str, Any]) -> Iterator[int]:
     index = len(base["pages"]) - 1
     for each in base["passes"]:
         for _, kind, count in each["uniforms"]:
-            length = COMPONENTS[kind] * max(count, 1)
+            length = COMPONENT_COUNTS[kind] * max(count, 1)
             yield from range(index, index + length) if kind in INTEGERS else ()
             index += length
 

@@ -18,7 +18,7 @@ import numpy as np
 import vidstyle
 from vidstyle.blocks import all_blocks
 from vidstyle.export.adjust import is_same
-from vidstyle.gpu.compile.es import COMPONENTS
+from vidstyle.gpu.compile.es import COMPONENT_COUNTS
 from vidstyle.style import Style
 
 STEP = 1.02
@@ -126,7 +126,7 @@ def _passes(style: Style, plan: dict[str, Any], powers: list[int], frozen: Froze
         values: dict[str, list[float]] = {}
         lengths: dict[str, int] = {}
         for name, kind, length in each["uniforms"]:
-            end = at + COMPONENTS[kind] * max(length, 1)
+            end = at + COMPONENT_COUNTS[kind] * max(length, 1)
             if end == at + 1 and powers[at]:
                 lengths[name] = powers[at]
             values[name], at = plan["values"][at:end], end
@@ -271,7 +271,7 @@ class _Source:
 
     def _literal(self, name: str) -> str:
         kind, length = next((kind, length) for each, kind, length in self._pass["uniforms"] if each == name)
-        numbers, size = self._values[name], COMPONENTS[kind]
+        numbers, size = self._values[name], COMPONENT_COUNTS[kind]
         parts = [_constant(kind, numbers[start : start + size]) for start in range(0, len(numbers), size)]
         return f"{kind}[{length}]({', '.join(parts)})" if length else parts[0]
 

@@ -15,7 +15,8 @@ from vidstyle.gpu.session import FrameRequest, GpuSession, InFlightFrame
 from vidstyle.style import Style
 
 HANG_SECONDS = 10.0
-"""Seconds without a picture after which a GPU counts as lost. Software renderers may be slow and never do."""
+"""A GPU counts as lost after this time without a picture. Software renderers may be slow and never count as
+lost."""
 
 
 class Fallback(Protocol):
@@ -41,7 +42,7 @@ class PendingFrame:
         """The restyled picture.
 
         Raises:
-            DeviceError: neither the GPU nor the CPU can make it.
+            DeviceError: neither the GPU nor the CPU can restyle it.
             StyleError: the style cannot be used.
         """
         return self._renderer.finish(self)
@@ -50,13 +51,13 @@ class PendingFrame:
 class GpuRenderer:
     """Restyles one picture after another on a GPU; implements `Backend`.
 
-    Start a picture before asking for the result of the one before: the GPU then works on one while the
-    other is transferred. When the context is lost or its memory runs out, it is opened once more; when that
-    fails too, the fallback takes over.
+    Start a picture before requesting the result of the previous one: the GPU then works on one picture while
+    the other is transferred. If the context is lost or out of memory, it is reopened once; after a second
+    failure the fallback takes over.
 
     Args:
-        fallback: makes what takes over, for a style.
-        form: how passes run; None: as the device does best.
+        fallback: creates the fallback renderer for a style.
+        form: form of the passes; None for the best form of the device.
     """
 
     frames_in_flight = 1
@@ -89,7 +90,7 @@ class GpuRenderer:
         return self.start(picture, time, target, rgb).result()
 
     def finish(self, pending: PendingFrame) -> Picture:
-        """The result of a started picture, made anew if the context was lost since."""
+        """Return the result of a started picture; restyle it again if the context was lost since."""
         while (session := self._session) is not None:
             if pending.session is not session:
                 pending = PendingFrame(self, pending.request, session)
@@ -111,7 +112,7 @@ class GpuRenderer:
         return pending.session.fetch(pending.started.result(seconds)).result(seconds)
 
     def _reopen(self, session: GpuSession, error: Exception) -> None:
-        """Close a context that has failed and open it again, once."""
+        """Close a context that has failed and reopen it, once."""
         hangs = isinstance(error, FutureTimeout)
         reason = f"no picture for {HANG_SECONDS:g} s" if hangs else str(error).partition("\n")[0]
         session.close()
@@ -120,11 +121,11 @@ class GpuRenderer:
             self._reopened = True
             try:
                 self._session = GpuSession(self._device, self._form)
-                log.warning("the GPU is lost (%s): opened again", reason)
+                log.warning("the GPU is lost (%s): reopened", reason)
                 return
             except DeviceError as again:
                 reason = again.reason
-        log.warning("the GPU is lost (%s): the CPU goes on", reason)
+        log.warning("the GPU is lost (%s): continuing on the CPU", reason)
 
     def _run_fallback(self, request: FrameRequest) -> Picture:
         try:
@@ -132,4 +133,6 @@ class GpuRenderer:
             self._fallback.change_style(request.style)
             return self._fallback.run(request.picture, request.time, request.target, request.rgb)
         except MemoryError:
-            raise DeviceError("the GPU", "is lost, and there is no memory to go on without it") from None
+            raise DeviceError(
+                "the GPU", "is lost, and there is not enough memory to continue on the CPU"
+            ) from None

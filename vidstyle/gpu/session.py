@@ -1,4 +1,4 @@
-"""Restyles pictures on one OpenGL context, as long as it is not lost."""
+"""Restyles pictures on one OpenGL context until it is lost."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ from vidstyle.style.lower import Steps
 from vidstyle.style.resolve import film_tables, has_fixed_marks, resolve, structure
 
 END_SECONDS = 2.0
-"""Seconds to wait for a context to be closed."""
+"""Maximum time to wait for closing a context."""
 
 
 @dataclass(frozen=True)
 class FrameRequest:
-    """A picture to be restyled, and the style; the other arguments are those of `Backend.run`."""
+    """A picture to restyle, and the style; see `Backend.run` for the other arguments."""
 
     style: Style
     picture: Picture
@@ -50,10 +50,10 @@ class FrameRequest:
 
 @dataclass(frozen=True)
 class InFlightFrame:
-    """What has been started for a request.
+    """The work that has been started for a request.
 
     Attributes:
-        finish: what remains to be done with the result on the CPU, if anything.
+        finish: work on the CPU that the result still needs, or None.
     """
 
     request: FrameRequest
@@ -63,16 +63,16 @@ class InFlightFrame:
 
 
 class GpuSession:
-    """A context, its thread, and what the style of the last request needs there.
+    """A context, its thread, and the resources for the style of the last request.
 
-    Another style reuses what is compiled and allocated where it fits. Where only values differ it compiles
-    nothing, and percentiles and stabilization go on.
+    Another style reuses compiled programs and textures that fit. If only values differ, nothing is compiled,
+    and percentiles and stabilization continue.
 
     Args:
-        device: what to open.
-        form: how passes run; None: as the device does best.
-        fused: False makes a pass of every call, for comparison.
-        max_side: a page with a longer side is processed in tiles.
+        device: the device to open.
+        form: form of the passes; None for the best form of the device.
+        fused: False to make every call a separate pass, for comparison.
+        max_side: pages with a longer side are processed in tiles.
 
     Raises:
         DeviceError: the context cannot be opened.
@@ -103,7 +103,7 @@ class GpuSession:
         return self._thread.submit(self._start, request)
 
     def fetch(self, frame: InFlightFrame) -> Future[Picture]:
-        """The restyled picture; waits, in the context's thread, until the GPU is done with it."""
+        """Return the restyled picture; the context's thread waits until the GPU has finished it."""
         return self._thread.submit(self._fetch, frame)
 
     def close(self) -> None:
@@ -138,7 +138,7 @@ class GpuSession:
             return InFlightFrame(request, runner.plan, readbacks, finish)
 
     def _prepare(self, request: FrameRequest) -> Runner:
-        """The runner for such a request: that of the request before, or a new one."""
+        """Return the runner for a request: the previous runner, or a new one."""
         style, is_steady = request.style, request.style.steady > 0 and request.time is not None
         layout = stabilized_layout(request.picture) if is_steady else PictureLayout.of(request.picture)
         old = self._runner.plan if self._runner else None
@@ -174,7 +174,7 @@ class GpuSession:
         if self._stabilizer is not None:
             self._stabilizer.change_strength(steady, is_fixed)
         elif is_tiled:
-            log.info("pictures larger than one texture: the CPU keeps the film steady, which takes longer")
+            log.info("pictures larger than one texture: stabilization runs on the CPU, which is slower")
             self._stabilizer = Stabilizer(steady, is_fixed, shared_pool())
         else:
             source = planes_encoding(request.picture)
@@ -216,7 +216,7 @@ class GpuSession:
 
 @contextmanager
 def driver_errors() -> Iterator[None]:
-    """Within the block, what moderngl raises for the driver becomes a DeviceError."""
+    """Convert errors of the driver within the block to `DeviceError`."""
     moderngl: Any = importlib.import_module("moderngl")
     try:
         yield
@@ -226,7 +226,7 @@ def driver_errors() -> Iterator[None]:
 
 
 def _picture(frame: InFlightFrame, planes: dict[str, np.ndarray]) -> Picture:
-    """The result, with what the passes have left untouched."""
+    """Return the result, including planes that the passes have not changed."""
     source, target = frame.request.picture, frame.request.target
     alpha = alpha_in_depth(source, target.depth)
     if frame.request.rgb:

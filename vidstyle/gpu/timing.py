@@ -26,21 +26,22 @@ from vidstyle.style.resolve import resolve
 
 MIN_RUNS = 3
 MAX_RUNS = 200
-"""Limits the number of timer queries, one for each pass of each run."""
-RATE = 25
-"""Frames per second of the timed film."""
+"""Limits on the number of timed runs; each run has one timer query per pass."""
+FRAME_RATE = 25
+"""Frame rate of the timed film, in frames per second."""
 
 
 @dataclass(frozen=True)
 class GpuTimes:
-    """Seconds for each frame.
+    """Times per frame, in seconds.
 
     Attributes:
         plan: the plan that was run.
         clock: the clock of `passes`.
-        passes: median of each pass, without transfers.
-        upload, download: median of the planes alone, waiting for each.
-        whole: from picture to picture when the next one is uploaded before the last has come back: the mean.
+        passes: median time of each pass, without transfers.
+        upload, download: median time of transferring only the planes, waiting for each transfer.
+        whole: mean time from picture to picture if the next one is uploaded before the last has been
+            returned.
     """
 
     plan: Plan
@@ -52,13 +53,13 @@ class GpuTimes:
 
 
 def time_style(style: Style, picture: Picture, device: Device, form: Form, seconds: float) -> GpuTimes:
-    """Time a style on pictures such as this one.
+    """Time a style on pictures like this one.
 
-    A software renderer runs compute passes outside of its queues, where timer queries do not see them: there
-    the wall clock is used.
+    A software renderer runs compute passes outside of its queues, where timer queries do not measure them, so
+    its passes are timed by the wall clock.
 
     Args:
-        seconds: about how long to measure the passes, and as long again for whole frames.
+        seconds: approximate time for measuring the passes, and again for whole frames.
 
     Raises:
         DeviceError: the GPU fails.
@@ -76,7 +77,7 @@ def time_style(style: Style, picture: Picture, device: Device, form: Form, secon
 
 
 def median_time(call: Callable[[], object], seconds: float) -> float:
-    """The median of as many calls as fit, in seconds, after a warm-up call."""
+    """Return the median time of all calls that fit into `seconds`, after a warm-up call."""
     call()
     times: list[float] = []
     end = time.perf_counter() + seconds
@@ -90,7 +91,7 @@ def median_time(call: Callable[[], object], seconds: float) -> float:
 def _time_parts(
     plan: Plan, picture: Picture, device: Device, clock: TimerKind, seconds: float
 ) -> tuple[tuple[float, ...], float, float]:
-    """Times of passes, upload and download, on a context of their own."""
+    """Time passes, upload and download on a separate context."""
     context = open_context(device.index)
     try:
         with driver_errors():
@@ -130,11 +131,11 @@ def _time_download(resources: GpuResources, plan: Plan, seconds: float) -> float
 
 
 def _time_whole(style: Style, picture: Picture, device: Device, form: Form, seconds: float) -> float:
-    """The mean time from picture to picture, with one in flight."""
+    """Return the mean time from picture to picture, with one in flight."""
     session = GpuSession(device, form)
 
     def start(number: int) -> Future[InFlightFrame]:
-        return session.start(FrameRequest(style, picture, number / RATE, picture.encoding, False))
+        return session.start(FrameRequest(style, picture, number / FRAME_RATE, picture.encoding, False))
 
     def fetch(started: Future[InFlightFrame]) -> None:
         session.fetch(started.result()).result()
@@ -156,21 +157,21 @@ def _time_whole(style: Style, picture: Picture, device: Device, form: Form, seco
 
 
 TimerKind = Literal["timer queries", "wall clock"]
-"""What passes are timed with: the GPU's own clock, or this program's, waiting before and after each pass."""
+"""The clock for passes: the GPU's, or the program's with waiting before and after each pass."""
 
 Reading = Callable[[], float]
-"""Returns a time in seconds; waits for the GPU if it is called early."""
+"""Returns a time in seconds; waits for the GPU if necessary."""
 
 
 class TimedRunner(Runner):
-    """Times passes over many runs, without transfers. Whoever calls it owns the context."""
+    """Times passes over many runs, without transfers. The caller owns the context."""
 
     def __init__(self, resources: GpuResources, plan: Plan, max_side: int, clock: TimerKind) -> None:
         super().__init__(resources, plan, max_side)
         self._clock = clock
 
     def run(self, picture: Picture, runs: int) -> tuple[float, ...]:
-        """The median time of each pass for a picture, in seconds."""
+        """Return the median time of each pass for a picture, in seconds."""
         weights = {each.sampled.step: 1.0 for each in self.plan.passes if each.sampled}
         total = dict.fromkeys(self.plan.passes, 0.0)
         for job in self._jobs:
@@ -180,13 +181,13 @@ class TimedRunner(Runner):
                 with self._timed(times[each]):
                     self._run_pass(job, each, uploaded, weights)
             for each in job.passes:
-                # Read after all runs are queued, so that the GPU never waits for this program.
+                # Read after all runs are queued, so that the GPU never waits for the program.
                 total[each] += median(read() for read in times[each])
         return tuple(total.values())
 
     @contextmanager
     def _timed(self, times: list[Reading]) -> Iterator[None]:
-        """Append the reading of the time that the GPU takes for the block."""
+        """Append a reading of the time that the GPU takes for the block."""
         context = self._resources.context
         if self._clock == "timer queries":
             query = context.query(time=True)

@@ -1,1 +1,1 @@
-"""Temporal stabilization of restyled films: each frame is blended with the warped previous one."""
+"""Temporal stabilization of restyled films: blend each frame with the warped previous frame."""

@@ -1,7 +1,7 @@
-"""Kernels that blend planes of 16 bits, in sums and products of 16 bits: twice as many at once as of floats.
+"""Kernels that blend 16-bit planes with 16-bit arithmetic: vectors hold twice as many numbers as with floats.
 
-A product is the upper half of 32 bits, rounded down. Where two of them make a value, 1 is added, so that what
-is blended again and again does not darken.
+A product is the upper half of 32 bits, rounded down. If a value is the sum of two products, 1 is added, so
+that repeated blending does not darken it.
 """
 
 from __future__ import annotations
@@ -9,13 +9,14 @@ from __future__ import annotations
 import numpy as np
 
 from vidstyle.core.kernels import compiled
-from vidstyle.stabilize.segment import SEGMENT
-from vidstyle.stabilize.warp import LINES, grid_row, has_moved, warp_group
+from vidstyle.stabilize.segment import SEGMENT_SIZE
+from vidstyle.stabilize.warp import LINE_COUNT, grid_row, has_moved, warp_group
 
-WHOLE = 255
-"""The weight 1 as it is stored."""
+FULL_WEIGHT = 255
+"""The stored form of the weight 1."""
 LIMIT_STEPS = 17
-"""Most steps of change up to the limit: the sum of nine squares has room until the weight is 0."""
+"""Maximum steps of change up to the limit, so that the sum of nine squares does not overflow before the
+weight is 0."""
 
 
 @compiled
@@ -23,9 +24,9 @@ def source_code_rows(plane, before, samples, moves, guide, step, numbers, rows, 
     """See `blend.source_rows`.
 
     Args:
-        numbers: uint16: gain from codes to those of 16 bits, and what is taken off then; half a step of
-            change, and the step's logarithm to the base 2; weight of the previous plane, 1 as 257. And
-            float32: 1 / (9 limit^2), the limit in steps.
+        numbers: uint16: gain from codes to 16-bit codes, and the amount then subtracted; half a step of
+            change, and the binary logarithm of the step; weight of the previous plane, 1 as 257. And float32:
+            1 / (9 limit^2), with the limit in steps.
     """
     across, down = step
     codes, rate = numbers
@@ -36,7 +37,7 @@ def source_code_rows(plane, before, samples, moves, guide, step, numbers, rows, 
         while compared <= min(y + 1, last):
             if compared == warped:
                 warped = warp_group(before, samples, warped, min(bottom, last) + 1, moves, beside, lines)
-            old = lines[compared % LINES] if has_moved(compared, last + 1, moves) else before[compared]
+            old = lines[compared % LINE_COUNT] if has_moved(compared, last + 1, moves) else before[compared]
             _change_of_row(plane[compared], codes, old, others[compared % 2], squares[compared % 3])
             compared += 1
         _add_rows(squares[max(y - 1, 0) % 3], squares[y % 3], squares[min(y + 1, last) % 3], columns)
@@ -46,7 +47,7 @@ def source_code_rows(plane, before, samples, moves, guide, step, numbers, rows, 
         else:
             _row_weights(columns, rate, weights[y])
             _set_factors(ones, weights[y], 1, codes[4], factors)
-        old = lines[y % LINES] if has_moved(y, last + 1, moves) else before[y]
+        old = lines[y % LINE_COUNT] if has_moved(y, last + 1, moves) else before[y]
         _blend_row(others[y % 2], old, factors, out[y])
 
 
@@ -55,9 +56,9 @@ def result_code_rows(plane, before, samples, moves, parts, guide, step, numbers,
     """See `blend.result_rows`.
 
     Args:
-        parts: weights of segments as stored, h x w.
-        numbers: uint16: gain from codes to those of 16 bits, half of it, and its logarithm to the base 2;
-            weight of the previous plane, 1 as 257.
+        parts: stored weights of segments, h x w.
+        numbers: uint16: gain from codes to 16-bit codes, half of it, and its binary logarithm; weight of the
+            previous plane, 1 as 257.
     """
     across, down = step
     (lines, factors, of_row, beside), filled, warped = scratch, -1, rows[0]
@@ -67,10 +68,10 @@ def result_code_rows(plane, before, samples, moves, parts, guide, step, numbers,
         place = grid_row(y, plane.shape[0], parts.shape[0])
         if place != filled:
             for x in range(of_row.size):
-                of_row[x] = parts[place, x // SEGMENT]
+                of_row[x] = parts[place, x // SEGMENT_SIZE]
             filled = place
         _set_factors(of_row, guide[y * down], across, numbers[3], factors)
-        old = lines[y % LINES] if has_moved(y, plane.shape[0], moves) else before[y]
+        old = lines[y % LINE_COUNT] if has_moved(y, plane.shape[0], moves) else before[y]
         _blend_result(plane[y], numbers, old, factors, out[y], codes[y])
 
 
@@ -81,7 +82,7 @@ def _upper(first, second):  # type: ignore[no-untyped-def]
 
 @compiled
 def _bounded_sum(first, second):  # type: ignore[no-untyped-def]
-    """At most 65535; the compiler knows this form as one instruction."""
+    """Add, up to 65535; the compiler turns this form into one instruction."""
     return np.uint16(first + min(second, np.uint16(np.uint16(65535) - first)))
 
 
@@ -112,8 +113,8 @@ def _add_rows(first, second, third, columns):  # type: ignore[no-untyped-def]
 
 @compiled(fastmath=True)
 def _row_weights(columns, rate, weights):  # type: ignore[no-untyped-def]
-    """Reciprocals may be approximate, which takes a third of the time."""
-    one, half, whole = np.float32(1), np.float32(0.5), np.float32(WHOLE)
+    """Compute the weights of a row; approximate reciprocals take a third of the time."""
+    one, half, whole = np.float32(1), np.float32(0.5), np.float32(FULL_WEIGHT)
     for x in range(weights.size):
         change = _bounded_sum(_bounded_sum(columns[x], columns[x + 1]), columns[x + 2])
         ratio = np.float32(np.int32(change)) * rate
@@ -122,7 +123,7 @@ def _row_weights(columns, rate, weights):  # type: ignore[no-untyped-def]
 
 @compiled
 def _set_factors(parts, guide, across, weight, factors):  # type: ignore[no-untyped-def]
-    """Products of stored weights in 65536ths. LLVM makes vectors of the loops with a fixed step."""
+    """Compute products of stored weights in 65536ths. LLVM vectorizes the loops with a fixed step."""
     if across == 1:
         for x in range(parts.size):
             factors[x] = np.uint16(_product(parts[x], guide[x]) * weight)
@@ -136,7 +137,7 @@ def _set_factors(parts, guide, across, weight, factors):  # type: ignore[no-unty
 
 @compiled
 def _product(first, second):  # type: ignore[no-untyped-def]
-    return np.uint16(np.uint16(np.uint16(first) * np.uint16(second) + np.uint16(WHOLE)) >> 8)
+    return np.uint16(np.uint16(np.uint16(first) * np.uint16(second) + np.uint16(FULL_WEIGHT)) >> 8)
 
 
 @compiled

@@ -1,16 +1,16 @@
-"""Kernels that blend planes of floats."""
+"""Kernels that blend float planes."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from vidstyle.core.kernels import compiled
-from vidstyle.stabilize.blend_codes import WHOLE
-from vidstyle.stabilize.segment import SEGMENT
-from vidstyle.stabilize.warp import LINES, grid_row, has_moved, warp_group
+from vidstyle.stabilize.blend_codes import FULL_WEIGHT
+from vidstyle.stabilize.segment import SEGMENT_SIZE
+from vidstyle.stabilize.warp import LINE_COUNT, grid_row, has_moved, warp_group
 
-_ONE = np.float32(1)
-_PART = np.float32(1 / WHOLE)
+_UNIT_WEIGHT = np.float32(1)
+_CODE_WEIGHT = np.float32(1 / FULL_WEIGHT)
 
 
 @compiled
@@ -29,16 +29,16 @@ def source_float_rows(plane, before, samples, moves, guide, step, numbers, rows,
         while compared <= min(y + 1, last):
             if compared == warped:
                 warped = warp_group(before, samples, warped, min(bottom, last) + 1, moves, beside, lines)
-            old = lines[compared % LINES] if has_moved(compared, last + 1, moves) else before[compared]
+            old = lines[compared % LINE_COUNT] if has_moved(compared, last + 1, moves) else before[compared]
             _change_of_row(plane[compared], gain, offset, old, changes[compared % 3])
             compared += 1
         _add_rows(changes[max(y - 1, 0) % 3], changes[y % 3], changes[min(y + 1, last) % 3], columns)
-        old = lines[y % LINES] if has_moved(y, last + 1, moves) else before[y]
+        old = lines[y % LINE_COUNT] if has_moved(y, last + 1, moves) else before[y]
         stored = weights[y % weights.shape[0]]
         _row_weights(columns, rate, stored)
         _set_weights(stored, 1, weight, own)
         if guide.size > 1:
-            _set_weights(guide[y * down], across, _ONE, other)
+            _set_weights(guide[y * down], across, _UNIT_WEIGHT, other)
             for x in range(plane.shape[1]):
                 own[x] *= other[x]
         for x in range(plane.shape[1]):
@@ -58,12 +58,12 @@ def result_float_rows(plane, before, samples, moves, parts, guide, step, rows, s
     for y in range(rows[0], rows[1]):
         if y == warped:
             warped = warp_group(before, samples, y, rows[1], moves, beside, lines)
-        _set_weights(guide[y * down], across, _ONE, weights)
+        _set_weights(guide[y * down], across, _UNIT_WEIGHT, weights)
         place = grid_row(y, plane.shape[0], parts.shape[0])
-        old = lines[y % LINES] if has_moved(y, plane.shape[0], moves) else before[y]
+        old = lines[y % LINE_COUNT] if has_moved(y, plane.shape[0], moves) else before[y]
         for x in range(plane.shape[1]):
             value = plane[y, x]
-            out[y, x] = value + parts[place, x // SEGMENT] * weights[x] * (old[x] - value)
+            out[y, x] = value + parts[place, x // SEGMENT_SIZE] * weights[x] * (old[x] - value)
 
 
 @compiled
@@ -82,7 +82,7 @@ def _add_rows(first, second, third, columns):  # type: ignore[no-untyped-def]
 
 @compiled
 def _row_weights(columns, rate, weights):  # type: ignore[no-untyped-def]
-    one, whole, half = np.float32(1), np.float32(WHOLE), np.float32(0.5)
+    one, whole, half = np.float32(1), np.float32(FULL_WEIGHT), np.float32(0.5)
     for x in range(weights.size):
         ratio = (columns[x] + columns[x + 1] + columns[x + 2]) * rate
         weights[x] = np.uint8(whole / (one + ratio * ratio) + half)
@@ -90,6 +90,6 @@ def _row_weights(columns, rate, weights):  # type: ignore[no-untyped-def]
 
 @compiled
 def _set_weights(stored, across, weight, weights):  # type: ignore[no-untyped-def]
-    part = weight * _PART
+    part = weight * _CODE_WEIGHT
     for x in range((stored.size + across - 1) // across):
         weights[x] = np.float32(stored[x * across]) * part

@@ -1,4 +1,4 @@
-"""Motion from frame to frame, and the level of noise."""
+"""Motion between frames, and the noise level."""
 
 from __future__ import annotations
 
@@ -11,36 +11,43 @@ import numpy as np
 
 from vidstyle.core.kernels import compiled
 from vidstyle.core.picture import Picture
-from vidstyle.stabilize.segment import SEGMENT
+from vidstyle.stabilize.segment import SEGMENT_SIZE
 
-FLOW_SIDE = 480
-"""Motion is estimated in a copy of at most this many pixels on a side, the picture halved again and again."""
-FLOW_GRID = 2
-"""Pixels of that copy between two samples of the stored flow, which are at least half a `SEGMENT` apart."""
-MAX_GAP = 0.5
-"""Seconds without a frame after which stabilization resets."""
+# These numbers control where motion is estimated, and which estimates are accepted.
+MAX_FLOW_SIDE_PX = 480
+"""Maximum side of the copy in which motion is estimated, the picture repeatedly halved."""
+FLOW_GRID_PX = 2
+"""Pixels of the copy between two samples of the stored flow, which are at least half a `SEGMENT_SIZE`
+apart."""
+MAX_STILL_CHANGE = 1
+"""Mean change of the copy, in 8-bit codes, below which a picture counts as still."""
+NOISE_AREA_PX = 5
+"""Side of the area over which changes of the copy are averaged."""
+MAX_RESIDUAL_RATIO = 3, 4
+"""Motion is accepted if its residual is below this fraction (numerator, denominator) of the residual without
+motion."""
+MAX_JUMP_PX = 0.5
+"""Maximum difference of motion between neighbours, in pixels of the copy, without a border of motion."""
+
+# These numbers control how strongly the previous frame is blended into the current one.
+MAX_GAP_SECONDS = 0.5
+"""Stabilization resets after this time without a frame."""
 MAX_WEIGHT = 0.9
-"""Weight of the previous frame at `steady` 1; more would freeze slow changes."""
+"""Weight of the previous frame at `steady` 1; higher weights would freeze slow changes."""
 RESULT_FACTOR = 0.6
-"""Factor on the weight for the result of a style, whose input is stabilized already."""
-MIN_MOTION = 0.35
-"""Minimum motion in pixels for which a result is warped, as each interpolation blurs lines a little more."""
-MAX_STILL = 1
-"""Mean change of the copy, in codes of 8 bits, below which nothing moves."""
-NOISE_AREA = 5
-"""Pixels on a side over which changes of the copy are averaged."""
-NOISE_SAMPLES = 160
-"""Places on the longer side at which noise is measured."""
-MAX_JUMP = 0.5
-"""Motion that differs by more pixels of the copy between neighbours has a border there."""
-MAX_RESIDUAL = 3, 4
-"""Motion is accepted where its residual is less than this fraction of the residual without motion."""
+"""Factor for the weight when blending the result of a style, whose input is already stabilized."""
+MIN_MOTION_PX = 0.35
+"""Minimum motion for which a result is warped, as each interpolation blurs lines slightly."""
 MIN_LIMIT = 2.5 / 255
-"""Smallest limit of change, for a film without noise."""
+"""Minimum limit of change, for a film without noise."""
 NOISE_FACTOR = 2.5
 """Limit of change in standard deviations of the noise."""
+
+# These numbers control the estimation of noise.
+NOISE_SAMPLE_COUNT = 160
+"""Number of points along the longer side at which noise is measured."""
 NOISE_PERCENTILE = 30
-"""Percentile of the local Laplacian that noise is estimated from: below that of most textures."""
+"""Percentile of the local Laplacian for estimating noise: low enough to exclude most textures."""
 
 
 @dataclass(frozen=True)
@@ -48,13 +55,13 @@ class Warp:
     """How the previous frame is warped and blended into the current one.
 
     Attributes:
-        weight: of the previous frame where nothing has changed, 0..1.
-        limit: change, as part of the way from black to white, that halves the weight.
-        flow: where each pixel was, relative to where it is, in pixels of the page to the right and down:
-            h x w x 2 float32 on a coarse grid over the page; None where everything stands still.
-        result_weight: of the result before.
-        is_fixed: whether the style makes marks that lie still on the page.
-        max_jump: difference of flow across which a result is not blended, in pixels.
+        weight: weight of the previous frame for unchanged pixels, 0..1.
+        limit: change that halves the weight, relative to the distance from black to white.
+        flow: previous position of each pixel relative to its current one, in pixels of the page to the right
+            and down: h x w x 2 float32 on a coarse grid over the page; None if nothing moves.
+        result_weight: weight of the previous result.
+        is_fixed: whether the style draws marks that are fixed to the page.
+        max_jump: maximum difference of flow between neighbours for blending a result, in pixels.
     """
 
     weight: float
@@ -66,40 +73,37 @@ class Warp:
 
     @cached_property
     def result_flow(self) -> np.ndarray | None:
-        """The flow that a result is warped by: none below `MIN_MOTION`, and none for marks that lie still."""
+        """The flow by which a result is warped, 0 below `MIN_MOTION_PX`; None for 0, and for fixed marks."""
         if self.flow is None or self.is_fixed:
             return None
-        moves = self._speed >= MIN_MOTION
+        moves = self._speed >= MIN_MOTION_PX
         return cv2.copyTo(self.flow, moves.view(np.uint8)) if moves.any() else None
 
     @cached_property
     def result_guide(self) -> np.ndarray:
-        """Where a result is blended.
+        """Weights for blending a result, h x w x 1 float32 on the grid of the flow.
 
-        Marks that lie still are so only where nothing moves. All else is not along the borders of what moves:
-        filters carry what stands there over to both sides.
-
-        Returns:
-            Weights, h x w x 1 float32 on the grid of the flow: at `MIN_MOTION` marks that lie still have 0.
+        Fixed marks are only blended where nothing moves, with weight 0 from `MIN_MOTION_PX` on. Other results
+        are not blended along borders of motion, as filters mix both sides.
         """
         if self.flow is None:
             return np.ones((1, 1, 1), np.float32)
         if self.is_fixed:
-            return np.clip(1 - self._speed / MIN_MOTION, 0, 1)[..., None]
+            return np.clip(1 - self._speed / MIN_MOTION_PX, 0, 1)[..., None]
         return np.float32(1) - _jumps(self.flow, self.max_jump)[..., None]
 
     @property
     def _speed(self) -> np.ndarray:
-        """Of each cell in pixels, h x w float32."""
+        """Motion of each cell in pixels, h x w float32."""
         assert self.flow is not None
         return cv2.magnitude(*cv2.split(self.flow))
 
 
 def _jumps(flow: np.ndarray, most: float) -> np.ndarray:
-    """Cells that differ by more than `most` pixels from one beside them, or lie next to such.
+    """Mark cells that differ by more than `most` pixels from a neighbour, and their neighbours.
 
     Returns:
-        h x w float32, 1 there and 0 elsewhere.
+        h x w float32, 1 for marked cells and 0 for others.
     """
     found = np.zeros(flow.shape[:2], np.uint8)
     for axis in range(2):
@@ -114,7 +118,7 @@ class MotionEstimator:
 
     Args:
         steady: 0 to 1, as in a style.
-        is_fixed: whether the style makes marks that lie still on the page.
+        is_fixed: whether the style draws marks that are fixed to the page.
     """
 
     def __init__(self, steady: float, is_fixed: bool) -> None:
@@ -129,7 +133,7 @@ class MotionEstimator:
         self._weight, self._is_fixed = MAX_WEIGHT * steady * (2 - steady), is_fixed
 
     def estimate(self, picture: Picture, time: float, scene_cut: bool) -> Warp | None:
-        """The warp of the previous frame into this one; None at a scene cut.
+        """Return the warp of the previous frame into this one; None at a scene cut.
 
         Args:
             time: presentation time in seconds.
@@ -139,19 +143,19 @@ class MotionEstimator:
         elapsed, self._time = time - self._time, time
         continues = not scene_cut and self._shape == picture.shape
         self._shape = picture.shape
-        if before is None or not continues or not 0 <= elapsed <= MAX_GAP:
+        if before is None or not continues or not 0 <= elapsed <= MAX_GAP_SECONDS:
             return None
         limit = float(np.hypot(MIN_LIMIT, NOISE_FACTOR * noise_level(picture)))
         flow = self._flow(before, picture.shape[1])
         weights = self._weight, RESULT_FACTOR * self._weight
-        jump = MAX_JUMP * picture.shape[1] / self._reduced.shape[1]
+        jump = MAX_JUMP_PX * picture.shape[1] / self._reduced.shape[1]
         return Warp(weights[0], limit, flow, weights[1], self._is_fixed, jump)
 
     def _flow(self, before: np.ndarray, width: int) -> np.ndarray | None:
         now = self._reduced
         assert now is not None
         change = _change(now, before)
-        if min(now.shape) < 16 or change.max() <= MAX_STILL * NOISE_AREA**2:
+        if min(now.shape) < 16 or change.max() <= MAX_STILL_CHANGE * NOISE_AREA_PX**2:
             return None
         flow: np.ndarray = self._estimator.calc(now, before, None)
         is_better = _is_better(flow, now, before, change)
@@ -159,16 +163,17 @@ class MotionEstimator:
             return None
         flow = cv2.copyTo(flow, is_better.view(np.uint8))
         scale = width / now.shape[1]
-        cell = max(FLOW_GRID, round(SEGMENT / 2 / scale))
+        cell = max(FLOW_GRID_PX, round(SEGMENT_SIZE / 2 / scale))
         grid = now.shape[1] // cell, now.shape[0] // cell
         return cv2.resize(flow, grid, interpolation=cv2.INTER_AREA) * np.float32(scale)
 
 
-def _estimator() -> Any:  # the stubs of `calc` require an initial flow, the function does not
-    """Dense inverse search (Kroeger 2016), without variational refinement.
+def _estimator() -> Any:  # its stubs require an initial flow for `calc`, the function does not
+    """Return a dense inverse search (Kroeger 2016), without variational refinement.
 
-    That takes as long again and makes nothing steadier. Patches are compared less their mean: as they are
-    they explain more of the change, but more noise becomes motion, and what lies still flickers more.
+    Refinement doubles the time without improving stability. Patches are compared after subtracting their
+    mean: otherwise they explain more of the change, but more noise becomes motion, and still areas flicker
+    more.
     """
     estimator = cv2.DISOpticalFlow.create(cv2.DISOPTICAL_FLOW_PRESET_FAST)
     estimator.setVariationalRefinementIterations(0)
@@ -176,12 +181,14 @@ def _estimator() -> Any:  # the stubs of `calc` require an initial flow, the fun
 
 
 def _change(now: np.ndarray, before: np.ndarray) -> np.ndarray:
-    """Sum of differences over a neighbourhood, h x w uint16."""
-    return cv2.boxFilter(cv2.absdiff(now, before), cv2.CV_16U, (NOISE_AREA, NOISE_AREA), normalize=False)
+    """Sum differences over a neighbourhood, h x w uint16."""
+    return cv2.boxFilter(
+        cv2.absdiff(now, before), cv2.CV_16U, (NOISE_AREA_PX, NOISE_AREA_PX), normalize=False
+    )
 
 
 def _is_better(flow: np.ndarray, now: np.ndarray, before: np.ndarray, still: np.ndarray) -> np.ndarray:
-    """Where motion explains a change better than noise on a still picture would, h x w bool.
+    """Return where motion explains a change better than noise on a still picture, h x w bool.
 
     Args:
         still: the change without motion.
@@ -189,16 +196,16 @@ def _is_better(flow: np.ndarray, now: np.ndarray, before: np.ndarray, still: np.
     both: Any = None  # coordinates are in the first map
     relative = cv2.INTER_LINEAR | cv2.WARP_RELATIVE_MAP
     moved = cv2.remap(before, flow, both, relative, borderMode=cv2.BORDER_REPLICATE)
-    part, whole = MAX_RESIDUAL
-    return (still > MAX_STILL * NOISE_AREA**2) & (whole * _change(now, moved) < part * still)
+    part, whole = MAX_RESIDUAL_RATIO
+    return (still > MAX_STILL_CHANGE * NOISE_AREA_PX**2) & (whole * _change(now, moved) < part * still)
 
 
 def _reduced_luma(picture: Picture) -> np.ndarray:
-    """Luma, uint8, averaged down."""
+    """Return luma, uint8, reduced by averaging."""
     plane = picture.luma if picture.color is None else picture.color
     assert plane is not None
     small = plane
-    while max(small.shape[:2]) > FLOW_SIDE and min(small.shape[:2]) > 1:
+    while max(small.shape[:2]) > MAX_FLOW_SIDE_PX and min(small.shape[:2]) > 1:
         height, width = small.shape[0] // 2, small.shape[1] // 2
         small = cv2.resize(small[: 2 * height, : 2 * width], (width, height), interpolation=cv2.INTER_AREA)
     if small.ndim == 3:
@@ -210,20 +217,20 @@ def _reduced_luma(picture: Picture) -> np.ndarray:
 
 
 def noise_level(picture: Picture) -> float:
-    """Standard deviation of the noise in luma, as part of the way from black to white.
+    """Estimate the standard deviation of the noise in luma, relative to the distance from black to white.
 
-    From a Laplacian that leaves no slope (Immerkaer 1996) at scattered pixels. A low percentile is taken,
-    so that most of a picture may be texture.
+    Uses a Laplacian that cancels slopes (Immerkaer 1996) at scattered pixels, and a low percentile, so that
+    most of a picture may be texture.
     """
     plane = picture.luma if picture.color is None else picture.color[..., 1]
     assert plane is not None
     black, white = picture.encoding.luma_levels
     if min(plane.shape) < 3:
         return 0.0
-    stride = -(-max(plane.shape) // NOISE_SAMPLES)
+    stride = -(-max(plane.shape) // NOISE_SAMPLE_COUNT)
     found = np.empty([-(-side // stride) for side in plane.shape], np.float32)
     _laplacian(plane, stride, found)
-    # The Laplacian's own gain is 6; that percentile of the size of a normal number is 0.385 deviations.
+    # The Laplacian's gain is 6; this percentile of the size of a normal variable is 0.385 deviations.
     rank = found.size * NOISE_PERCENTILE // 100
     return float(np.partition(found, rank, axis=None)[rank]) / (6 * 0.385 * (white - black))
 

@@ -1,7 +1,7 @@
 """Bilinear interpolation of neighbouring samples of a row as SIMD instructions.
 
-LLVM makes no vectors of a loop over a few samples, as it would have to prove that what is read and what is
-written are apart.
+LLVM does not vectorize a loop over a few samples, as it cannot prove that the memory read and the memory
+written do not overlap.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from vidstyle.core.kernels import Compiled, compiled
 from vidstyle.core.kernels.intrinsic import Intrinsic
 from vidstyle.core.kernels.vectors import VectorEmitter
 
-SEGMENT = 16
-"""Samples that are moved alike."""
+SEGMENT_SIZE = 16
+"""Samples that have the same displacement."""
 
 
 class SegmentIntrinsic(Intrinsic):
@@ -23,20 +23,20 @@ class SegmentIntrinsic(Intrinsic):
 
     Gain: stabilizing 1280 x 720 on one core is 3 times as fast as with the plain form.
 
-    Writes `SEGMENT` samples in each of a number of rows: each is the weighted sum of a sample, of that right
-    of it, and of the two below. The rows are written out one after the other, not as a loop: out of a loop
-    LLVM takes the widening of the weights, and then no longer sees that products of 16 bits do.
+    Writes `SEGMENT_SIZE` samples in each of several rows: each is the weighted sum of a sample, its right
+    neighbour, and the two samples below. The rows are unrolled: LLVM would move the widening of the weights
+    out of a loop, and then no longer recognize that 16-bit products suffice.
 
     Args:
-        rows: how many.
+        rows: number of rows.
 
     Args of the compiled call:
         samples: a plane as one row, uint16 or float32, contiguous.
-        first, stride: integers, the index of the first sample, and the distance to the one below it. The
-            caller makes sure that `SEGMENT` + 1 samples follow each.
-        weights: a tuple of four: of a sample, right of it, below, and below on the right; float32, or
-            65536ths in uint16, of a sum of at most 65535.
-        lines: of the same type, contiguous rows, written from number `place` on.
+        first, stride: integers, the index of the first sample, and the distance to the sample below it. The
+            caller ensures that `SEGMENT_SIZE` + 1 samples are readable in each row.
+        weights: a tuple of four weights: of a sample, right of it, below, and below on the right; float32, or
+            uint16 in 65536ths with a sum of at most 65535.
+        lines: written, contiguous rows of the same type, from index `place` on.
         place, pitch: integers; the distance from one row to the next.
     """
 
@@ -61,43 +61,43 @@ class SegmentIntrinsic(Intrinsic):
 
 
 class _SegmentEmitter(VectorEmitter):
-    """Emits vectors of `SEGMENT` numbers of one type."""
+    """Emits vectors of `SEGMENT_SIZE` numbers of one type."""
 
     def __init__(self, builder: Any, item: Any) -> None:
         super().__init__(builder)
-        self.row, self._wide = self.ir.VectorType(item, SEGMENT), self.integers(SEGMENT)
+        self.row, self._wide = self.ir.VectorType(item, SEGMENT_SIZE), self.integers(SEGMENT_SIZE)
         self._is_float = item == self.ir.FloatType()
         self.item_bytes = 4 if self._is_float else item.width // 8
 
     def pair(self, samples: Any, first: Any) -> list[Any]:
-        """Load the samples from number `first` on, and those right of them."""
+        """Load the samples from index `first` on, and their right neighbours."""
         places = first, self.builder.add(first, first.type(1))
         return [self.load(samples, place, self.row, self.item_bytes) for place in places]
 
     def weighted_sum(self, vectors: list[Any], factors: list[Any]) -> Any:
-        """Return the sum of products; of whole numbers their upper halves, and 1."""
+        """Return the sum of products; for integers the sum of their upper halves, plus 1."""
         builder = self.builder
-        total = self.row(None) if self._is_float else self.row([1] * SEGMENT)
+        total = self.row(None) if self._is_float else self.row([1] * SEGMENT_SIZE)
         for vector, factor in zip(vectors, factors, strict=True):
             if self._is_float:
                 product = builder.fmul(vector, factor, flags=["contract"])
                 total = builder.fadd(total, product, flags=["contract"])
             else:
                 product = builder.mul(builder.zext(vector, self._wide), builder.zext(factor, self._wide))
-                upper = builder.lshr(product, self._wide([16] * SEGMENT))
+                upper = builder.lshr(product, self._wide([16] * SEGMENT_SIZE))
                 total = builder.add(total, builder.trunc(upper, self.row))
         return total
 
 
-GROUP = 4
-"""Rows that are moved alike, of which most samples are read once instead of twice."""
+GROUP_ROWS = 4
+"""Rows that have the same displacement, so that most samples are read once instead of twice."""
 
 
 @compiled
 def _take_segment(samples, first, stride, weights, lines, place, pitch):  # type: ignore[no-untyped-def]
     below, width = first + stride, lines.shape[1]
     of_sample, of_right, of_below, of_both = weights
-    for x in range(SEGMENT):
+    for x in range(SEGMENT_SIZE):
         one, right = samples[first + x], samples[first + x + 1]
         lower, both = samples[below + x], samples[below + x + 1]
         row, column = (place + x) // width, (place + x) % width
@@ -117,10 +117,10 @@ def _upper_half(sample, weight):  # type: ignore[no-untyped-def]
 
 @compiled
 def _take_segments(samples, first, stride, weights, lines, place, pitch):  # type: ignore[no-untyped-def]
-    for row in range(GROUP):
+    for row in range(GROUP_ROWS):
         _take_segment(samples, first + row * stride, stride, weights, lines, place + row * pitch, pitch)
 
 
 take_segment: Any = SegmentIntrinsic(1, _take_segment)
-take_segments: Any = SegmentIntrinsic(GROUP, _take_segments)
-"""For `GROUP` rows."""
+take_segments: Any = SegmentIntrinsic(GROUP_ROWS, _take_segments)
+"""The intrinsic for `GROUP_ROWS` rows."""

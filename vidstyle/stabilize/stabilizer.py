@@ -16,9 +16,9 @@ from vidstyle.stabilize.blend import Rows, result_rows, source_rows
 from vidstyle.stabilize.motion import MotionEstimator, Warp
 from vidstyle.stabilize.warp import Moves, in_segments, moves_of
 
-BAND_RADIUS = 24
-"""As the radius for `in_bands`: bands are much higher than the row that is read beside them, so that few rows
-are computed twice."""
+BAND_RADIUS_ROWS = 24
+"""Radius for `in_bands`: makes bands much higher than the rows read around them, so that few rows are
+computed twice."""
 
 Planes = dict[str, np.ndarray]
 """Planes by name: "luma", "blue" and "red", or "first", "second" and "third" of RGB."""
@@ -29,8 +29,8 @@ class Stabilized:
     """A stabilized picture for the style, and what `Stabilizer.after` needs for its result.
 
     Attributes:
-        warp: of the previous frame, or None if none was blended in.
-        weights: of the previous frame at each pixel, H x W uint8; see `source_rows`.
+        warp: warp of the previous frame, or None if it was not blended.
+        weights: weights of the previous frame at each pixel, H x W uint8; see `source_rows`.
     """
 
     picture: Picture
@@ -39,15 +39,15 @@ class Stabilized:
 
 
 class Stabilizer:
-    """Blends luma and chroma, and then the result of the style, with those of the previous frame.
+    """Blends the input of a style, and then its result, with the previous frame's.
 
-    The first removes noise that a style would turn into flickering lines and steps; the second removes the
-    flicker that remains.
+    The first blend removes noise that a style would turn into flickering lines and steps; the second removes
+    the remaining flicker.
 
     Args:
         steady: 0 to 1, as in a style.
-        is_fixed: whether the style makes marks fixed to the page, which are not warped: they are blended
-            only where nothing moves.
+        is_fixed: whether the style draws marks fixed to the page, which are not warped, and are blended only
+            where nothing moves.
     """
 
     def __init__(self, steady: float, is_fixed: bool, pool: Executor) -> None:
@@ -64,13 +64,13 @@ class Stabilizer:
     def before(
         self, picture: Picture, time: float | None, scene_cut: bool, needs_chroma: bool = True
     ) -> Stabilized:
-        """The stabilized input of the style: luma and chroma in `stabilized_encoding`.
+        """Return the stabilized input of the style: luma and chroma in `stabilized_encoding`.
 
         Args:
             picture: the next frame.
-            time: presentation time in seconds; None for a still, which stays unchanged.
-            scene_cut: whether it begins a scene.
-            needs_chroma: whether the style reads chroma; else the result has none.
+            time: presentation time in seconds; None for a still picture, which stays unchanged.
+            scene_cut: whether the frame begins a scene.
+            needs_chroma: whether the style reads chroma; otherwise the result has none.
         """
         if time is None:
             return Stabilized(picture)
@@ -84,16 +84,16 @@ class Stabilizer:
         if warp is None:
             for name, plane in planes.items():
                 (gain, offset), _ = code_scale(name, now.encoding, encoding)
-                planes[name] = _scaled(plane, gain, offset, encoding.depth == 0)
+                planes[name] = _scale(plane, gain, offset, encoding.depth == 0)
         else:
-            planes, weights = self._blended(planes, now.encoding, encoding, warp)
+            planes, weights = self._blend(planes, now.encoding, encoding, warp)
         self._encoding, self._source = encoding, planes
         chroma = (planes["blue"], planes["red"]) if "blue" in planes else None
         alpha = alpha_in_depth(now, encoding.depth)
         return Stabilized(Picture(encoding, planes["luma"], chroma, alpha=alpha), warp, weights)
 
-    def _blended(self, now: Planes, old: Encoding, new: Encoding, warp: Warp) -> tuple[Planes, np.ndarray]:
-        """The planes of the source blended with those before, and the weights of luma."""
+    def _blend(self, now: Planes, old: Encoding, new: Encoding, warp: Warp) -> tuple[Planes, np.ndarray]:
+        """Return the planes of the source, blended with the previous ones, and the weights of luma."""
         out = {name: np.empty(plane.shape, new.dtype) for name, plane in now.items()}
         guide = np.empty(now["luma"].shape, np.uint8)
         jobs, moves = {}, cache(partial(_plane_moves, warp.flow, np.dtype(new.dtype)))
@@ -112,11 +112,11 @@ class Stabilizer:
         warp, weights, old, encoding = stabilized.warp, stabilized.weights, self._result, result.encoding
         planes, gain, floats = dict(_named_planes(result)), result_gain(encoding), encoding.depth == 0
         if warp is None or weights is None or not _same_shapes(planes, old):
-            self._result = {name: _scaled(each, gain, 0, floats) for name, each in planes.items()}
+            self._result = {name: _scale(each, gain, 0, floats) for name, each in planes.items()}
             return result
         shown = result.map_planes(lambda plane, kind: plane if kind == "alpha" else np.empty_like(plane))
         codes, jobs = dict(_named_planes(shown)), {}
-        # Planes of one size share them.
+        # Planes of the same size share moves.
         dtype = np.dtype(np.float32 if floats else np.uint16)
         moves = cache(partial(_plane_moves, warp.result_flow, dtype))
         parts_of = cache(partial(in_segments, warp.result_guide))
@@ -138,14 +138,14 @@ class Stabilizer:
                 _, down = plane_step(name, encoding)
                 rows(top // down, -(-bottom // down))
 
-        in_bands(self._pool, shape, BAND_RADIUS, run)
+        in_bands(self._pool, shape, BAND_RADIUS_ROWS, run)
 
 
 def stabilized_encoding(encoding: Encoding) -> Encoding:
-    """How blended planes are stored: with 16 bits, as most noise is less than a code of 8.
+    """Return the encoding of blended planes: 16 bits, as most noise is smaller than an 8-bit code.
 
-    Floats, and what has 16 bits itself, as floats: so planes that a style leaves alone are never taken for
-    the source's own.
+    Float and 16-bit sources are stored as floats, so that planes which a style does not change are never
+    mistaken for planes of the source.
     """
     if 0 < encoding.depth < 16:
         return replace(encoding, depth=16)
@@ -153,24 +153,24 @@ def stabilized_encoding(encoding: Encoding) -> Encoding:
 
 
 def stabilized_layout(picture: Picture) -> PictureLayout:
-    """The layout of what a style sees of such a picture in a stabilized film."""
+    """Return the layout of the input of a style for such a picture in a stabilized film."""
     layout = PictureLayout.of(picture)
     encoding = stabilized_encoding(planes_encoding(picture))
     return PictureLayout(encoding, layout.shape, "gray" if layout.planes == "gray" else "chroma")
 
 
 def result_gain(encoding: Encoding) -> float:
-    """How many units of its stored form a code of the result is: the codes fill 16 bits."""
+    """Return the size of a code of the result in units of its stored form: the codes fill 16 bits."""
     return 2.0 ** (16 - encoding.depth) if encoding.depth else 1.0
 
 
 def planes_encoding(picture: Picture) -> Encoding:
-    """The encoding of `with_planes`."""
+    """Return the encoding of the result of `with_planes`."""
     return picture.encoding if picture.color is None else picture.encoding.as_float()
 
 
 def with_planes(picture: Picture) -> Picture:
-    """The picture as luma and chroma; RGB becomes floats."""
+    """Return the picture as luma and chroma; RGB becomes floats."""
     if picture.color is None:
         return picture
     encoding = planes_encoding(picture)
@@ -179,16 +179,16 @@ def with_planes(picture: Picture) -> Picture:
 
 
 def plane_step(name: str, encoding: Encoding) -> tuple[int, int]:
-    """Pixels for each sample of a plane, across and down."""
+    """Return the pixels per sample of a plane, across and down."""
     return encoding.step if name in ("blue", "red") else (1, 1)
 
 
 def segment_flow(flow: np.ndarray | None, width: int, step: tuple[int, int]) -> np.ndarray:
-    """The flow of a `Warp` for the segments of a plane, in its samples; see `in_segments`.
+    """Return the flow of a `Warp` for the segments of a plane, in its samples; see `in_segments`.
 
     Args:
-        width: of the plane.
-        step: luma pixels for each of its samples, across and down.
+        width: width of the plane.
+        step: luma pixels per sample, across and down.
     """
     segments = in_segments(flow, width)
     return segments if step == (1, 1) else segments / np.array(step, np.float32)
@@ -199,7 +199,7 @@ def _plane_moves(flow: np.ndarray | None, dtype: np.dtype, width: int, step: tup
 
 
 def code_scale(name: str, old: Encoding, new: Encoding) -> tuple[tuple[float, float], float]:
-    """Gain and offset from codes of a plane to codes, and how many new ones lie between black and white."""
+    """Return gain and offset from old to new codes of a plane, and the new codes between black and white."""
     (zero, span), (new_zero, new_span) = (
         (each.luma_levels[0], each.luma_levels[1] - each.luma_levels[0])
         if name == "luma"
@@ -214,8 +214,8 @@ def _same_shapes(planes: Planes, old: Planes) -> bool:
     return [each.shape for each in planes.values()] == [each.shape for each in old.values()]
 
 
-def _scaled(plane: np.ndarray, gain: float, offset: float, floats: bool) -> np.ndarray:
-    # In rows, whatever the order of the plane: the next picture looks for samples by their number.
+def _scale(plane: np.ndarray, gain: float, offset: float, floats: bool) -> np.ndarray:
+    # In C order, independent of the plane's: the next picture accesses samples by their index.
     values = np.multiply(plane, np.float32(gain), dtype=np.float32, order="C")
     values += np.float32(offset if floats else offset + 0.5)
     return values if floats else np.clip(values, 0, 65535, out=values).astype(np.uint16)

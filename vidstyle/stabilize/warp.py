@@ -1,78 +1,80 @@
-"""Rows of a plane as the plane before shows them, warped along the motion."""
+"""Rows of a plane, predicted from the previous plane by warping it along the motion."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from vidstyle.core.kernels import compiled, index_at
-from vidstyle.stabilize.segment import GROUP, SEGMENT, take_segment, take_segments
+from vidstyle.stabilize.segment import GROUP_ROWS, SEGMENT_SIZE, take_segment, take_segments
 
-STILL = np.zeros((1, 1, 2), np.float32)
-"""The flow of a film in which nothing moves."""
-WHOLE_PART = 65535
-"""The sum of the weights of four samples as `Moves` has them for planes of 16 bits."""
+NO_MOTION = np.zeros((1, 1, 2), np.float32)
+"""The flow of a film without motion."""
+FULL_WEIGHT_SUM = 65535
+"""Sum of the weights of four samples in `Moves` for 16-bit planes."""
 
-LINES = 2 * GROUP
-"""Lines that warped rows are put into in turn: those of one group, and of the one before it."""
+LINE_COUNT = 2 * GROUP_ROWS
+"""Number of lines in the ring buffer of warped rows: for one group, and the previous one."""
 
 Moves = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""For each segment: int32, h x w x 2, whole samples to the right and down; h x w x 4, weights of a sample, of
-that right of it, and of the two below, float32, or uint16 of the sum `WHOLE_PART`. For each row of segments:
-int32, h x 3, 1 if it has not moved, and the first and the end of those within the plane's columns."""
+"""For each segment: int32, h x w x 2, whole samples to the right and down; h x w x 4, weights of a sample,
+its right neighbour and the two samples below, float32, or uint16 with the sum `FULL_WEIGHT_SUM`. For each row
+of segments: int32, h x 3, 1 if it has not moved, and the first and the end of the segments within the plane's
+columns."""
 
 
 def in_segments(grid: np.ndarray | None, width: int) -> np.ndarray:
-    """A grid over the page, interpolated at the middle of each `SEGMENT` samples of a plane's row.
+    """Interpolate a grid over the page at the middle of each `SEGMENT_SIZE` samples of a plane's row.
 
-    Those samples are moved and weighted alike, so that they can be read side by side.
+    These samples have the same displacement and weight, so that they can be read together.
 
     Args:
         grid: h x w x n float32; None for a flow of 0.
-        width: of the plane.
+        width: width of the plane.
 
     Returns:
-        h x ceil(width / `SEGMENT`) x n float32, contiguous.
+        h x ceil(width / `SEGMENT_SIZE`) x n float32, contiguous.
     """
-    grid = STILL if grid is None else grid
-    out = np.empty((grid.shape[0], -(-width // SEGMENT), grid.shape[2]), np.float32)
+    grid = NO_MOTION if grid is None else grid
+    out = np.empty((grid.shape[0], -(-width // SEGMENT_SIZE), grid.shape[2]), np.float32)
     _in_segments(grid, width, out)
     return out
 
 
 def moves_of(flow: np.ndarray, width: int, dtype: np.dtype) -> Moves:
-    """What `warp_group` needs of the flow of a plane's segments, computed once for all of its rows.
+    """Convert the flow of a plane's segments for `warp_group`, once for all of its rows.
 
     Args:
-        flow: where each segment was, in samples of the plane to the right and down; see `in_segments`.
-        width: of the plane.
-        dtype: of its samples, uint16 or float32.
+        flow: previous position of each segment, in samples of the plane to the right and down; see
+            `in_segments`.
+        width: width of the plane.
+        dtype: type of its samples, uint16 or float32.
     """
     places, parts = np.empty(flow.shape, np.int32), np.empty((*flow.shape[:2], 4), dtype)
-    rows, whole = np.empty((len(flow), 3), np.int32), 1 if dtype == np.float32 else WHOLE_PART
+    rows, whole = np.empty((len(flow), 3), np.int32), 1 if dtype == np.float32 else FULL_WEIGHT_SUM
     _fill_moves(flow, width, np.float32(whole), places, parts, rows)
     return places, parts, rows
 
 
 @compiled
 def warp_group(before, samples, y, bottom, moves, beside, lines):  # type: ignore[no-untyped-def]
-    """Fill lines with rows of a plane as the plane before shows them, linear between samples.
+    """Fill lines with warped rows of the previous plane, interpolated linearly between samples.
 
     Args:
         before, samples: H x W, and the same as one row; uint16 or float32.
         y: the first row.
-        bottom: the row before which to stop, at the latest.
+        bottom: the row to stop before, at the latest.
         moves: see `moves_of`.
-        beside: 4 x `SEGMENT`, of the same type; scratch.
-        lines: `LINES` x whole segments, of the same type; row y belongs in that of number
-            y % `LINES`, if it `has_moved`.
+        beside: 4 x `SEGMENT_SIZE`, of the same type; scratch.
+        lines: `LINE_COUNT` x whole segments, of the same type; row y is written to line y % `LINE_COUNT` if
+            it `has_moved`.
 
     Returns:
-        The row after the last one that was warped.
+        The row after the last warped row.
     """
     places, parts, rows = moves
     row, height = grid_row(y, before.shape[0], rows.shape[0]), before.shape[0]
     end = y + 1
-    while end % GROUP and end < bottom and grid_row(end, height, rows.shape[0]) == row:
+    while end % GROUP_ROWS and end < bottom and grid_row(end, height, rows.shape[0]) == row:
         end += 1
     if not rows[row, 0]:
         _warp_alike(before, samples, (y, end), places[row], parts[row], rows[row], beside, lines)
@@ -81,14 +83,14 @@ def warp_group(before, samples, y, bottom, moves, beside, lines):  # type: ignor
 
 @compiled
 def has_moved(y, height, moves):  # type: ignore[no-untyped-def]
-    """Whether a row is in its line after `warp_group`; else it is that of the plane before."""
+    """Whether `warp_group` writes a row to its line; otherwise it equals the row of the previous plane."""
     rows = moves[2]
     return rows[grid_row(y, height, rows.shape[0]), 0] == 0
 
 
 @compiled
 def grid_row(y, height, rows):  # type: ignore[no-untyped-def]
-    """The row of a grid over the page in which a row of a plane lies."""
+    """Return the row of a grid over the page that contains a row of a plane."""
     return (2 * y + 1) * rows // (2 * height)
 
 
@@ -97,7 +99,7 @@ def _in_segments(grid, width, out):  # type: ignore[no-untyped-def]
     half, last = np.float32(0.5), np.int32(grid.shape[1] - 1)
     each = np.float32(grid.shape[1]) / np.float32(width)
     for segment in range(out.shape[1]):
-        place = np.float32(segment * SEGMENT + SEGMENT // 2) * each - half
+        place = np.float32(segment * SEGMENT_SIZE + SEGMENT_SIZE // 2) * each - half
         before = np.floor(place)
         left, right = index_at(before, last), index_at(before + np.float32(1), last)
         for row in range(out.shape[0]):
@@ -124,7 +126,7 @@ def _fill_moves(flow, width, whole, places, parts, rows):  # type: ignore[no-unt
             parts[row, segment, 0] = max(whole - others, np.float32(0))
             if across != 0 or down != 0:
                 rows[row, 0] = 0
-            first, end = segment * SEGMENT, segment * SEGMENT + SEGMENT
+            first, end = segment * SEGMENT_SIZE, segment * SEGMENT_SIZE + SEGMENT_SIZE
             if first + right < 0:
                 rows[row, 1] = segment + 1
             if (end + right >= width or end > width) and segment < rows[row, 2]:
@@ -133,17 +135,17 @@ def _fill_moves(flow, width, whole, places, parts, rows):  # type: ignore[no-unt
 
 @compiled
 def _warp_alike(before, samples, span, places, parts, columns, beside, lines):  # type: ignore[no-untyped-def]
-    """Warp the rows from the first of a span to before the second, whose segments are moved alike."""
+    """Warp the rows of a span, end excluded, whose segments have the same displacements."""
     (y, end), last, width, pitch = span, before.shape[0] - 1, before.shape[1], lines.shape[1]
     for segment in range(places.shape[0]):
         right, down = places[segment, 0], places[segment, 1]
         weights = parts[segment, 0], parts[segment, 1], parts[segment, 2], parts[segment, 3]
-        first, line = segment * SEGMENT, y % LINES * pitch + segment * SEGMENT
+        first, line = segment * SEGMENT_SIZE, y % LINE_COUNT * pitch + segment * SEGMENT_SIZE
         if segment < columns[1] or segment >= columns[2]:
             for row in range(y, end):
                 _take_border(before, row + down, first + right, beside)
-                take_segment(beside, 0, 2 * SEGMENT, weights, lines, line + (row - y) * pitch, pitch)
-        elif end - y == GROUP and y + down >= 0 and end + down <= last:
+                take_segment(beside, 0, 2 * SEGMENT_SIZE, weights, lines, line + (row - y) * pitch, pitch)
+        elif end - y == GROUP_ROWS and y + down >= 0 and end + down <= last:
             place = (y + down) * width + first + right
             take_segments(samples, place, width, weights, lines, line, pitch)
         else:
@@ -156,14 +158,14 @@ def _warp_alike(before, samples, span, places, parts, columns, beside, lines):  
 
 @compiled
 def _take_border(before, y, x, beside):  # type: ignore[no-untyped-def]
-    """Copy a segment and the one below it, a part of which lies outside the plane: its border is repeated."""
+    """Copy a segment and the one below it that are partly outside the plane, repeating its border."""
     last, width = before.shape[0] - 1, before.shape[1]
     upper, lower = min(max(y, 0), last), min(max(y + 1, 0), last)
-    for number in range(SEGMENT + 1):
+    for number in range(SEGMENT_SIZE + 1):
         column = min(max(x + number, 0), width - 1)
-        beside[number], beside[2 * SEGMENT + number] = before[upper, column], before[lower, column]
+        beside[number], beside[2 * SEGMENT_SIZE + number] = before[upper, column], before[lower, column]
 
 
 def whole_segments(width: int) -> int:
-    """The least width of whole segments that holds a row."""
-    return -(-width // SEGMENT) * SEGMENT
+    """Return the smallest width of whole segments that holds a row."""
+    return -(-width // SEGMENT_SIZE) * SEGMENT_SIZE

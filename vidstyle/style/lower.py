@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from vidstyle.blade.inference import RESAMPLING, BankRun
+from vidstyle.blade.inference import RESAMPLING_METHOD, BankRun
 from vidstyle.block import Block, rgb_from_text
 from vidstyle.core.picture import Encoding, PictureLayout
 from vidstyle.core.resample import fitting_method
@@ -262,7 +262,7 @@ class GraphBuilder:
         """The picture after a bank, which may run at a smaller size, and may leave chroma as it is."""
         small = luma = self.luma(image)
         if run.scale != 1:
-            small = self.resampled(luma, run.shape_at_scale(luma.shape), RESAMPLING)
+            small = self.resampled(luma, run.shape_at_scale(luma.shape), RESAMPLING_METHOD)
             self.sizes.setdefault(small.shape, (luma.shape, run.scale))
         filtered = self.node(
             "filter_bank", "luma", small.shape, {"luma": small}, values={"run": run}, radius=run.radius,
@@ -271,17 +271,17 @@ class GraphBuilder:
         chroma = self.stored_chroma(image)
         if run.bank.chroma is not None and chroma is not None:
             chroma = self._run_bank_on_chroma(image, small, run)
-        return ImageValue(self.resampled(filtered, luma.shape, RESAMPLING), chroma, back=image.back)
+        return ImageValue(self.resampled(filtered, luma.shape, RESAMPLING_METHOD), chroma, back=image.back)
 
     def _run_bank_on_chroma(self, image: ImageValue, luma: Node, run: BankRun) -> Node:
         """Its chroma after a bank; luma, at the size at which the bank runs, chooses the filters."""
         chroma = self.chroma(image)
         assert chroma is not None
-        inputs = {"luma": luma, "chroma": self.resampled(chroma, luma.shape, RESAMPLING)}
+        inputs = {"luma": luma, "chroma": self.resampled(chroma, luma.shape, RESAMPLING_METHOD)}
         filtered = self.node(
             "filter_bank", "chroma", luma.shape, inputs, values={"run": run}, radius=run.radius
         )
-        return self.resampled(filtered, chroma.shape, RESAMPLING)
+        return self.resampled(filtered, chroma.shape, RESAMPLING_METHOD)
 
     def _call(
         self,

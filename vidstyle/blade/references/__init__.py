@@ -1,7 +1,8 @@
-"""The reference filters that the shipped banks approximate: slow, and written for clarity.
+"""The reference filters that the shipped banks approximate: written for clarity, not speed.
 
-All take luma, H x W, 0..1 and gamma-encoded as video is, and return new H x W float32; lengths are in pixels,
-the border is repeated. They commute with turns and mirroring, as does a bank that learns from all eight.
+All take luma, H x W, 0..1 and gamma-encoded like video, and return new H x W float32. Lengths are in pixels;
+the border is repeated. They commute with rotations and reflections, as do banks trained on all eight
+symmetries.
 """
 
 from vidstyle.blade.references.detail_base import detail_base

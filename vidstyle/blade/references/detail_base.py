@@ -1,8 +1,8 @@
-"""Detail control: an edge-aware smoothing, whose residual is the detail.
+"""Detail control: edge-aware smoothing, whose residual is the detail.
 
 Talebi and Milanfar 2016: W z + (W2 z - W z) + ... + (z - Wk z) with ever finer kernels, each layer of detail
-times its own factor. Their kernels are powers of one another, element by element: the square of a kernel is
-that of a contrast smaller by the root of 2. A block combines the bases W z that are computed here.
+times its factor. Their kernels are elementwise powers of one another: squaring a kernel divides its contrast
+by the root of 2. A block combines the bases W z that are computed here.
 """
 
 from __future__ import annotations
@@ -13,21 +13,21 @@ from vidstyle.blade.references.edge_flow import gaussian
 from vidstyle.blade.references.rows import for_all_rows, require_positive
 from vidstyle.core.kernels import compiled
 
-RADIUS = 4
-"""Pixels to each side from which the base is averaged: windows of 9 x 9."""
+WINDOW_RADIUS_PX = 4
+"""Pixels on each side that the base is averaged from: windows of 9 x 9."""
 
 
 def detail_base(luma: np.ndarray, contrast: float = 40.0, spread: float = 2.5) -> np.ndarray:
-    """Luma without its detail: the average of nearby pixels with similar neighbourhoods.
+    """Remove detail from luma: average nearby pixels with similar neighbourhoods.
 
     The non-local means kernel of Talebi and Milanfar 2016 (Buades et al. 2005) over 9 x 9 pixels,
-    comparing squares of 3 x 3, which also flattens the speckles that a bilateral filter leaves. Normalized by
-    the sum of its weights; their form without a division can overshoot where many pixels are similar.
+    comparing squares of 3 x 3, which also flattens speckles that a bilateral filter leaves. Normalized by the
+    sum of its weights; their form without a division can overshoot where many pixels are similar.
 
     Args:
         luma: H x W, 0..1; beyond its border the border is repeated.
-        contrast: levels of 255 that count as detail: a root mean square difference of that size between two
-            squares gives a weight of exp(-1/2).
+        contrast: levels of 255 that count as detail: this root mean square difference between two squares
+            gives a weight of exp(-1/2).
         spread: standard deviation in pixels of the weight by distance.
 
     Returns:
@@ -37,9 +37,9 @@ def detail_base(luma: np.ndarray, contrast: float = 40.0, spread: float = 2.5) -
         UsageError: contrast or spread is not above 0.
     """
     require_positive(contrast=contrast, spread=spread)
-    weights = gaussian(np.arange(-RADIUS, RADIUS + 1), spread).astype(np.float32)
+    weights = gaussian(np.arange(-WINDOW_RADIUS_PX, WINDOW_RADIUS_PX + 1), spread).astype(np.float32)
     falloff = np.float32(1 / (2 * 9 * (contrast / 255) ** 2))
-    padded = np.pad(luma.astype(np.float32), RADIUS + 1, mode="edge")
+    padded = np.pad(luma.astype(np.float32), WINDOW_RADIUS_PX + 1, mode="edge")
     out = np.empty(luma.shape, np.float32)
 
     def run(top: int, bottom: int) -> None:
@@ -52,7 +52,7 @@ def detail_base(luma: np.ndarray, contrast: float = 40.0, spread: float = 2.5) -
 
 @compiled(fastmath=True)
 def _average_alike(top, bottom, padded, weights, falloff, scratch, out):  # type: ignore[no-untyped-def]
-    """Row by row and shift by shift: the picture against itself shifted."""
+    """Compare the picture with its shifted copies, row by row and shift by shift."""
     width, size = out.shape[1], weights.shape[0]
     squares, totals = scratch
     for row in range(top, bottom):
@@ -73,7 +73,7 @@ def _average_alike(top, bottom, padded, weights, falloff, scratch, out):  # type
 
 @compiled(fastmath=True)
 def _compare_columns(rows, shifted, start, shifted_start, squares):  # type: ignore[no-untyped-def]
-    """The squared differences of three rows, added up for each column."""
+    """Sum the squared differences of three rows for each column."""
     for x in range(squares.shape[0]):
         upper = rows[0, start + x] - shifted[0, shifted_start + x]
         middle = rows[1, start + x] - shifted[1, shifted_start + x]

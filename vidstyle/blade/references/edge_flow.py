@@ -16,32 +16,33 @@ from vidstyle.blade.structure_tensor import window_weights
 from vidstyle.core.kernels import compiled, index_at
 from vidstyle.core.resample import resample, scaled_shape
 
-CUT = 3
-"""Standard deviations at which a Gaussian ends. At 2 it would lose a twentieth of its weight and an eighth of
-its standard deviation, so that a sigma would not mean what it says; at 3 it loses a seventieth."""
+MAX_GAUSSIAN_DEVIATIONS = 3
+"""Standard deviations at which a Gaussian is cut off. At 2 it would lose a twentieth of its weight and an
+eighth of its standard deviation, so sigma would be wrong; at 3 it loses a seventieth."""
 
-ISOTROPIC = 1e-9
-"""Share of the tensor's trace by which its eigenvalues must differ; less is rounding."""
+MIN_EIGENVALUE_DIFFERENCE = 1e-9
+"""Minimum difference of the tensor's eigenvalues, relative to its trace; less is rounding error."""
 
-ALONG = 1.5
-"""Standard deviation along the flow by that across it, at sigma 1 and above."""
+ALONG_ACROSS_RATIO = 1.5
+"""Ratio of the standard deviations along and across the flow, at sigma 1 and above."""
 
-WIDER = 1.6
-"""Ratio of the two Gaussians, whose difference approximates a Laplacian (Marr and Hildreth 1980)."""
+WIDE_NARROW_RATIO = 1.6
+"""Ratio of the standard deviations of two Gaussians whose difference approximates a Laplacian (Marr and
+Hildreth 1980)."""
 
 
 def edge_tangent_flow(luma: np.ndarray, sigma: float = 2.0, rho: float = 2.0, steps: float = 1) -> np.ndarray:
-    """Luma averaged along its edges.
+    """Average luma along its edges.
 
-    Paper, section 5.4.2, equation 12: diffusion along the tangent of the smoothed structure tensor, whatever
-    the strength of the gradient, as a line integral convolution with second-order Runge-Kutta steps of one
-    pixel.
+    Paper, section 5.4.2, equation 12: diffusion along the tangent of the smoothed structure tensor,
+    independent of the strength of the gradient, as a line integral convolution with second-order Runge-Kutta
+    steps of one pixel.
 
     Args:
         luma: H x W, 0..1; beyond its border the border is repeated.
         sigma: standard deviation in pixels along the line; diffusion for the time sigma^2 / 2.
-        rho: standard deviation in pixels of the tensor's smoothing; larger ones give broader strokes.
-        steps: how often, each time along the lines of what the step before has made, as in the paper.
+        rho: standard deviation in pixels of the tensor's smoothing; larger values give broader strokes.
+        steps: number of repetitions, each along the lines of the previous result, as in the paper.
 
     Returns:
         H x W float32, new, within the range of luma.
@@ -59,19 +60,20 @@ def edge_tangent_flow(luma: np.ndarray, sigma: float = 2.0, rho: float = 2.0, st
 def flow_dog_parts(
     luma: np.ndarray, sigma: float = 1.0, sigma_m: float | None = None, rho: float = 2.0
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The two pictures of which the flow-guided high-emphasis filter is smooth + p * difference.
+    """Return the two parts of the flow-guided high-emphasis filter, smooth + p * difference.
 
-    That filter, Flow-XDoG before its soft threshold, is (1 + p) G_sigma - p G_1.6sigma across the edge, then
+    This filter, Flow-XDoG without its soft threshold, is (1 + p) G_sigma - p G_1.6sigma across the edge, then
     a Gaussian along the flow (Kang et al. 2009; Winnemoeller et al. 2012). The paper (section 5.4.3)
-    prints the two Gaussians the other way round, which would blur. It goes far beyond 0..1.
+    prints the two Gaussians in reverse order, which would blur. The result far exceeds 0..1.
 
-    All lengths grow with sigma: directions are those of the picture reduced by sigma, where sigma is above 1,
-    which is what the choice of filters sees too. Broad lines follow broad shapes, not the grain on them.
+    All lengths scale with sigma. Above 1, directions are computed on the picture reduced by sigma, as in the
+    selection of filters, so that broad lines follow broad shapes and not their grain.
 
     Args:
         luma: H x W, 0..1; beyond its border the border is repeated.
         sigma: standard deviation in pixels across the edge, of the narrower Gaussian.
-        sigma_m: standard deviation in pixels along the flow; None for `ALONG` sigma, or `ALONG` below 1.
+        sigma_m: standard deviation in pixels along the flow; None for `ALONG_ACROSS_RATIO` times sigma, or
+            times 1 below 1.
         rho: standard deviation of the structure tensor's smoothing, in pixels of the reduced picture.
 
     Returns:
@@ -81,7 +83,7 @@ def flow_dog_parts(
         UsageError: a length is not above 0.
     """
     coarseness = max(sigma, 1.0)
-    along = ALONG * coarseness if sigma_m is None else sigma_m
+    along = ALONG_ACROSS_RATIO * coarseness if sigma_m is None else sigma_m
     require_positive(sigma=sigma, sigma_m=along, rho=rho)
     reduced = resample(luma, scaled_shape(luma.shape, 1 / coarseness), "smooth")
     tensor = resample(structure_tensor(reduced, rho), luma.shape, "bilinear")
@@ -98,11 +100,11 @@ def flow_dog_parts(
 
 @compiled(fastmath=True)
 def _filter_across(top, bottom, luma, tensor, sigma, pace, scratch, out):  # type: ignore[no-untyped-def]
-    """G_sigma and its difference from the wider one on the straight line across the edge.
+    """Compute G_sigma and its difference from the wider Gaussian on the straight line across the edge.
 
-    The samples lie on the grid's columns, or rows where the line is steep, so that they are interpolated
-    between two pixels only and blurred less; `pace` of them to a column, more for a narrow Gaussian.
-    Without a direction the pixel is its own smooth value and there is no difference.
+    The samples are on the grid's columns, or on rows if the line is steep, so that they are interpolated
+    between only two pixels and blurred less; `pace` samples per column, more for a narrow Gaussian. Without a
+    direction the smooth value is the pixel and the difference is 0.
     """
     samples, sums = scratch[0], scratch[1]
     for row in range(top, bottom):
@@ -115,13 +117,13 @@ def _filter_across(top, bottom, luma, tensor, sigma, pace, scratch, out):  # typ
             step = 1 / (pace * steepest)
             totals_narrow = totals_wide = 1.0
             sums[0] = sums[1] = luma[row, column, 0]
-            for number in range(1, math.ceil(CUT * WIDER * sigma / step) + 1):
+            for number in range(1, math.ceil(MAX_GAUSSIAN_DEVIATIONS * WIDE_NARROW_RATIO * sigma / step) + 1):
                 distance = number * step
                 samples[0] = 0
                 add_sample(luma, column + distance * across, row - distance * down, 1.0, samples)
                 add_sample(luma, column - distance * across, row + distance * down, 1.0, samples)
                 narrow = math.exp(-((distance / sigma) ** 2) / 2)
-                wide = math.exp(-((distance / (WIDER * sigma)) ** 2) / 2)
+                wide = math.exp(-((distance / (WIDE_NARROW_RATIO * sigma)) ** 2) / 2)
                 sums[0] += narrow * samples[0]
                 sums[1] += wide * samples[0]
                 totals_narrow += 2 * narrow
@@ -131,11 +133,12 @@ def _filter_across(top, bottom, luma, tensor, sigma, pace, scratch, out):  # typ
 
 
 def structure_tensor(luma: np.ndarray, rho: float) -> np.ndarray:
-    """Products of the derivatives, smoothed: H x W x 3 float64, xx, xy and yy, y pointing down.
+    """Return the smoothed products of the derivatives: H x W x 3 float64, xx, xy and yy, y pointing down.
 
-    Differences along the diagonals of 2 x 2 pixels, as in the features by which filters are chosen (paper,
-    section 5.3), in the same window, so both see the same lines. They lie between the pixels; the Gaussian of
-    standard deviation rho has an even number of taps and brings them back. It is cut at two rho.
+    Differences along the diagonals of 2 x 2 pixels, as in the features by which filters are selected (paper,
+    section 5.3), in the same window, so that both see the same lines. The differences are between the pixels;
+    the Gaussian of standard deviation rho has an even number of taps and recenters them. It is cut off at two
+    rho.
     """
     weights = window_weights(rho).astype(np.float64)
     radius = len(weights) // 2
@@ -149,27 +152,27 @@ def structure_tensor(luma: np.ndarray, rho: float) -> np.ndarray:
 
 
 def gaussian(offsets: np.ndarray, sigma: float) -> np.ndarray:
-    """Weights of a Gaussian of standard deviation sigma at these offsets; they add up to 1."""
+    """Return the weights of a Gaussian of standard deviation sigma at these offsets; they add up to 1."""
     weights = np.exp(-(offsets**2) / (2 * sigma**2))
     return weights / weights.sum()
 
 
 def average_along_lines(planes: np.ndarray, tensor: np.ndarray, sigma: float) -> np.ndarray:
-    """Line integral convolution: Gaussian averages over arc length (Cabral and Leedom 1993).
+    """Compute a line integral convolution: Gaussian averages over arc length (Cabral and Leedom 1993).
 
     Args:
         planes: H x W x N float64.
         tensor: from `structure_tensor`.
-        sigma: standard deviation of the Gaussian in pixels, to both sides.
+        sigma: standard deviation of the Gaussian in pixels.
 
     Returns:
-        H x W x N float64, new. Each pixel is an average with positive weights, so nothing overshoots and a
-        constant stays. Where the tensor has no direction the pixel stays as it is, and a line that gets there
-        goes straight on. In the faint noise of flat places directions are random; the average along any line
-        is weaker noise.
+        H x W x N float64, new. Each pixel is an average with positive weights, so there is no overshoot and a
+        constant is kept. Pixels where the tensor has no direction stay unchanged, and lines continue straight
+        across them. In the faint noise of flat areas directions are random; the average along any line is
+        weaker noise.
     """
     step = min(1.0, sigma)
-    weights = gaussian(step * np.arange(math.ceil(CUT * sigma / step) + 1), sigma)
+    weights = gaussian(step * np.arange(math.ceil(MAX_GAUSSIAN_DEVIATIONS * sigma / step) + 1), sigma)
     out = np.empty(planes.shape)
     for_all_rows(_average_along_lines, planes.shape[:2], planes, tensor, weights, step, out)
     return out
@@ -197,15 +200,15 @@ def _average_along_lines(top, bottom, planes, tensor, weights, step, out):  # ty
 
 @compiled(fastmath=True)
 def _midpoint_direction(tensor, x, y, along_x, along_y, step):  # type: ignore[no-untyped-def]
-    """The direction half a step ahead: second-order Runge-Kutta."""
-    half_x, half_y = _turned_with(tangent_at(tensor, x, y), along_x, along_y)
+    """Return the direction half a step ahead: second-order Runge-Kutta."""
+    half_x, half_y = _turn_with(tangent_at(tensor, x, y), along_x, along_y)
     middle = tangent_at(tensor, x + step / 2 * half_x, y + step / 2 * half_y)
-    return _turned_with(middle, half_x, half_y)
+    return _turn_with(middle, half_x, half_y)
 
 
 @compiled(fastmath=True)
-def _turned_with(tangent, along_x, along_y):  # type: ignore[no-untyped-def]
-    """A tangent has no sign; give it the one that goes on along the line. Without one go straight on."""
+def _turn_with(tangent, along_x, along_y):  # type: ignore[no-untyped-def]
+    """Choose the sign of the tangent that continues the line; without a tangent continue straight."""
     x, y = tangent
     if x == 0 and y == 0:
         return along_x, along_y
@@ -214,7 +217,7 @@ def _turned_with(tangent, along_x, along_y):  # type: ignore[no-untyped-def]
 
 @compiled(fastmath=True)
 def tangent_at(tensor, x, y):  # type: ignore[no-untyped-def]
-    """The unit eigenvector of the smaller eigenvalue at a place between pixels; 0, 0 where there is none."""
+    """Return the unit eigenvector of the smaller eigenvalue at a point between pixels, or 0, 0."""
     left, right, upper, lower, u, v = _neighbours(tensor.shape[1], tensor.shape[0], x, y)
     a, b, c, d = (1 - u) * (1 - v), u * (1 - v), (1 - u) * v, u * v
     p, q, r, s = tensor[upper, left], tensor[upper, right], tensor[lower, left], tensor[lower, right]
@@ -223,9 +226,9 @@ def tangent_at(tensor, x, y):  # type: ignore[no-untyped-def]
     yy = a * p[2] + b * q[2] + c * r[2] + d * s[2]
     difference = (xx - yy) / 2
     spread = np.sqrt(difference * difference + xy * xy)
-    if spread <= ISOTROPIC * (xx + yy):
+    if spread <= MIN_EIGENVALUE_DIFFERENCE * (xx + yy):
         return 0.0, 0.0
-    # Of the two formulas for the gradient's direction, that which adds numbers of the same sign.
+    # Of the two formulas for the gradient's direction, use the one that adds numbers of the same sign.
     across, down = (difference + spread, xy) if difference >= 0 else (xy, spread - difference)
     length = np.sqrt(across * across + down * down)
     return -down / length, across / length
@@ -233,7 +236,7 @@ def tangent_at(tensor, x, y):  # type: ignore[no-untyped-def]
 
 @compiled(fastmath=True)
 def add_sample(planes, x, y, weight, total):  # type: ignore[no-untyped-def]
-    """Add the weighted values at a place between pixels, interpolated bilinearly, to a total of N numbers."""
+    """Add the weighted values at a point between pixels, interpolated bilinearly, to a total of N numbers."""
     left, right, upper, lower, u, v = _neighbours(planes.shape[1], planes.shape[0], x, y)
     for plane in range(planes.shape[2]):
         above = (1 - u) * planes[upper, left, plane] + u * planes[upper, right, plane]
@@ -243,7 +246,7 @@ def add_sample(planes, x, y, weight, total):  # type: ignore[no-untyped-def]
 
 @compiled(fastmath=True)
 def _neighbours(width, height, x, y):  # type: ignore[no-untyped-def]
-    """The columns and rows around a place, and how far it lies between them; the border is repeated."""
+    """Return the columns and rows around a point, and its position between them; the border is repeated."""
     x, y = min(max(x, 0.0), width - 1.0), min(max(y, 0.0), height - 1.0)
     left, upper = index_at(x, width - 1), index_at(y, height - 1)
     return left, min(left + 1, width - 1), upper, min(upper + 1, height - 1), x - left, y - upper

@@ -1,4 +1,4 @@
-"""The paper's scheme for total variation flow, beside which ours is measured."""
+"""The paper's scheme for total variation flow, for comparison with ours."""
 
 from __future__ import annotations
 
@@ -8,17 +8,18 @@ import numpy as np
 
 from vidstyle.blade.references.rows import require_positive
 
-STEP = 0.25
-"""Longest time step; oscillations begin at 0.4."""
-LEVELS = 255
+MAX_TIME_STEP = 0.25
+"""Maximum time step; oscillations begin at 0.4."""
+WHITE_LEVEL = 255
+"""The flow runs on luma 0..255."""
 
 
 def second_order_tv_flow(luma: np.ndarray, time: float = 2.0) -> np.ndarray:
-    """Luma after u_t = |grad u| div(grad u / |grad u|), by differences of second order.
+    """Return luma after u_t = |grad u| div(grad u / |grad u|), by second-order differences.
 
-    Marquina and Osher 2000: fluxes between two pixels, whose slope along the border between them is the mean
-    of those of both, each the smaller of its two one-sided slopes or 0 where their signs differ (minmod),
-    times the central gradient. Their upwinding is for a term that this flow lacks.
+    Marquina and Osher 2000: fluxes between two pixels, times the central gradient. The slope along the border
+    between two pixels is the mean of the slopes of both; the slope of a pixel is the smaller of its two
+    one-sided slopes, or 0 if their signs differ (minmod). Their upwinding is for a term that this flow lacks.
 
     Args:
         luma: H x W, 0..1; beyond its border the border is repeated.
@@ -31,18 +32,18 @@ def second_order_tv_flow(luma: np.ndarray, time: float = 2.0) -> np.ndarray:
         UsageError: time is not above 0.
     """
     require_positive(time=time)
-    count = math.ceil(time / STEP)
-    now = luma.astype(np.float64) * LEVELS
+    count = math.ceil(time / MAX_TIME_STEP)
+    now = luma.astype(np.float64) * WHITE_LEVEL
     for _ in range(count):
         around = np.pad(now, 2, mode="edge")
         curvature = _divergence(around) + _divergence(around.T).T
         across, down = (around[2:-2, 3:-1] - around[2:-2, 1:-3]), (around[3:-1, 2:-2] - around[1:-3, 2:-2])
         now = now + time / count * curvature * np.hypot(across, down) / 2
-    return (now / LEVELS).astype(np.float32)
+    return (now / WHITE_LEVEL).astype(np.float32)
 
 
 def _divergence(around: np.ndarray) -> np.ndarray:
-    """The change across of the flux across, H x W, of a picture with a border of two pixels."""
+    """Return the horizontal derivative of the horizontal flux, H x W; the picture has a border of 2."""
     rows = around[1:-1, 1:-1]
     slope = np.diff(rows, axis=1)
     above, below = rows - around[:-2, 1:-1], around[2:, 1:-1] - rows

@@ -1,4 +1,4 @@
-"""Total variation flow in two forms: the paper's, which is mean curvature motion, and the true one."""
+"""Total variation flow in two forms: the paper's, which is mean curvature motion, and the true flow."""
 
 from __future__ import annotations
 
@@ -11,68 +11,68 @@ from vidstyle.blade.references.rows import for_all_rows, require_positive
 from vidstyle.core.kernels import compiled
 from vidstyle.errors import UsageError
 
-LEVELS = 255
+WHITE_LEVEL = 255
 """Both flows run on luma 0..255."""
 
-CURVATURE_STEP = 0.25
-"""Longest time step of mean curvature motion, half of what is stable."""
+MAX_CURVATURE_TIME_STEP = 0.25
+"""Maximum time step of mean curvature motion, half of the stable limit."""
 
-FAINT_CURVATURE = 1.0
-"""Levels per pixel; in fainter gradients mean curvature motion turns to blurring."""
+MIN_CURVATURE_GRADIENT = 1.0
+"""Levels per pixel; in fainter gradients mean curvature motion becomes blurring."""
 
-FAINT_VARIATION = 0.25
-"""Levels per pixel; in fainter gradients true flow turns to blurring. Its time step is a quarter."""
+MIN_VARIATION_GRADIENT = 0.25
+"""Levels per pixel; in fainter gradients true flow becomes blurring. Its time step is a quarter of this."""
 
 
 def tv_flow(luma: np.ndarray, time: float = 2.0, gradient_power: int = 1) -> np.ndarray:
-    """Luma after total variation flow: u_t = |grad u|^gradient_power div(grad u / |grad u|).
+    """Return luma after total variation flow: u_t = |grad u|^gradient_power div(grad u / |grad u|).
 
     Args:
         luma: H x W, 0..1; beyond its border the border is repeated.
-        time: how long it flows. Power 1: in pixels^2; a disc of radius r shrinks to sqrt(r^2 - 2 time),
-            whatever its contrast. Power 0: in levels of 255 times pixels; a disc of radius r keeps its size
-            and loses 2 time / r levels.
+        time: duration of the flow. Power 1: in pixels^2; a disc of radius r shrinks to sqrt(r^2 - 2 time),
+            independent of its contrast. Power 0: in levels of 255 times pixels; a disc of radius r keeps its
+            size and loses 2 time / r levels.
         gradient_power: 1 is the form of Marquina and Osher 2000 that the paper uses (section 5.4.1, equation
-            11). It equals mean curvature motion: it rounds and removes what is small and keeps the contrast
+            11). It equals mean curvature motion: it rounds shapes, removes small ones and keeps the contrast
             of the rest. 0 is the true flow, which lowers contrast until regions are flat.
 
     Returns:
         H x W float32, new.
 
     Raises:
-        UsageError: time is not above 0, or gradient_power neither 0 nor 1.
+        UsageError: time is not above 0, or gradient_power is neither 0 nor 1.
     """
     require_positive(time=time)
     if gradient_power not in (0, 1):
         raise UsageError("gradient_power", f"cannot be {gradient_power}", "choose 0 or 1")
     if gradient_power == 1:
-        return _evolve(_move_by_curvature, luma, time, CURVATURE_STEP, FAINT_CURVATURE)
-    return _evolve(_with_two_rows, luma, time, FAINT_VARIATION / 4, FAINT_VARIATION)
+        return _evolve(_move_by_curvature, luma, time, MAX_CURVATURE_TIME_STEP, MIN_CURVATURE_GRADIENT)
+    return _evolve(_with_two_rows, luma, time, MIN_VARIATION_GRADIENT / 4, MIN_VARIATION_GRADIENT)
 
 
 def _evolve(
     move: Callable[..., None], luma: np.ndarray, time: float, longest: float, faint: float
 ) -> np.ndarray:
-    """Explicit steps of equal length; the pictures are held with a border of one pixel."""
+    """Run explicit steps of equal length on pictures with a border of one pixel."""
     count = math.ceil(time / longest)
-    now = np.pad(luma.astype(np.float32) * np.float32(LEVELS), 1, mode="edge")
+    now = np.pad(luma.astype(np.float32) * np.float32(WHITE_LEVEL), 1, mode="edge")
     then = np.empty_like(now)
     for _ in range(count):
         for_all_rows(move, luma.shape, now, np.float32(time / count), np.float32(faint**2), then)
         then[[0, -1]] = then[[1, -2]]
         then[:, [0, -1]] = then[:, [1, -2]]
         now, then = then, now
-    return now[1:-1, 1:-1] / np.float32(LEVELS)
+    return now[1:-1, 1:-1] / np.float32(WHITE_LEVEL)
 
 
 @compiled(fastmath=True)
 def _move_by_curvature(top, bottom, now, time, faint, then):  # type: ignore[no-untyped-def]
-    """The second derivative along the level line, which is what |grad u| div(grad u / |grad u|) works out to.
+    """Add the second derivative along the level line, which equals |grad u| div(grad u / |grad u|).
 
-    The weights of the nine pixels are those of Alvarez and Morel 1994: exact for straight edges at multiples
-    of 45 degrees, and less smeared between them than with central differences. On peaks and in faint
-    gradients, where there is no level line, it is the mean over all directions, half the Laplacian.
-    Curvature makes no new extremes; those that negative weights would make are cut off.
+    The weights of the nine pixels follow Alvarez and Morel 1994: exact for straight edges at multiples of 45
+    degrees, and less smeared between these angles than with central differences. On peaks and in faint
+    gradients, which have no level line, it is the mean over all directions, half the Laplacian. Curvature
+    motion creates no new extremes; extremes that negative weights would create are clipped.
     """
     one, half, diagonal = np.float32(1), np.float32(0.5), np.float32(math.sqrt(0.5))
     whole = np.float32(2 + 4 * math.sqrt(0.5))
@@ -107,9 +107,9 @@ def _with_two_rows(top: int, bottom: int, now: np.ndarray, *arguments: object) -
 
 @compiled(fastmath=True)
 def _lower_variation(top, bottom, now, scratch, time, faint, then):  # type: ignore[no-untyped-def]
-    """Steepest descent of the total variation, the sum of |grad u| over all cells of four pixels.
+    """Descend the total variation, the sum of |grad u| over all cells of four pixels, most steeply.
 
-    It amounts to an exchange between neighbours, so that the mean is kept and nothing overshoots.
+    This is an exchange between neighbours, so the mean is kept and there is no overshoot.
     """
     half = np.float32(0.5)
     above, below = scratch[0], scratch[1]
@@ -128,7 +128,7 @@ def _lower_variation(top, bottom, now, scratch, time, faint, then):  # type: ign
 
 @compiled(fastmath=True)
 def _divide_by_gradient(upper, lower, factor, faint, cells):  # type: ignore[no-untyped-def]
-    """The factor over |grad u| in the cells between two rows: from the mean squares of both their slopes."""
+    """Divide the factor by |grad u| in the cells between two rows; |grad u| from mean squares of slopes."""
     half = np.float32(0.5)
     for x in range(cells.shape[0]):
         across, across_lower = upper[x + 1] - upper[x], lower[x + 1] - lower[x]

@@ -6,7 +6,7 @@ import numpy as np
 
 
 def layers_of(arrays: tuple[np.ndarray, ...]) -> np.ndarray:
-    """One layer for each array, in its upper left corner; a single empty pixel for none.
+    """Return one layer per array, with the array in the upper left corner; one empty pixel without arrays.
 
     Args:
         arrays: H x W float32, or H x W x 4 float16 or float32.

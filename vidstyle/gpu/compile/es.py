@@ -1,21 +1,22 @@
 """A plan for WebGL 2 as plain data, which `vidstyle/export/runner` runs without Python.
 
 - `format`: the version of this description.
-- `size`: width and height of the picture; the plan fits all pictures whose shorter side is as long.
-- `samples`: the most samples across and down of what is measured.
-- `vertex`, `shaders`: the text of the vertex shader of all passes, and those of the fragment shaders.
-- `pages`: for each size at which passes run, the number of the one that it is made of; first the picture's.
+- `size`: width and height of the picture; the plan fits all pictures with a shorter side of the same length.
+- `samples`: the maximum samples across and down of a measurement.
+- `vertex`, `shaders`: the text of the vertex shader of all passes, and the texts of the fragment shaders.
+- `pages`: for each size of passes, the number of the size that it is derived from; the first is the
+  picture's.
 - `images`: the textures that passes write: `page`, `kind` ("working", "samples" or "result"), `components`.
 - `passes`: in order: `shader`, `page`, `writes` (images), `reads` and `sizes` by uniform, `uniforms`; and
-  `measures` where what it writes is measured.
+  `measures` if its output is measured.
 - `measures`: for each measurement its step and the number of its percentiles.
-- `values`: all numbers: factors of the pages but the first; uniforms, pass by pass; for each measurement its
-  time constant in seconds and its percentages.
+- `values`: all numbers: factors of all pages except the first; uniforms, pass by pass; for each measurement
+  its time constant in seconds and its percentages.
 - `textures`: the assets by name: width, height and layers, `components`, `type` ("half" or "float"), base64;
-  and `film` where the film's own colours take its place, with the constants of `core.film_colors`.
-- `server`: what of the style this form cannot run, such as "steady".
+  and `film` if the film's colours replace it, with the constants of `core.film_colors`.
+- `server`: features of the style that this form cannot run, such as "steady".
 
-Moving a slider changes `values` alone, except where it changes which passes run.
+Moving a slider only changes `values`, unless it changes the passes.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ import numpy as np
 from vidstyle.core import film_colors
 from vidstyle.core.measured import SAMPLES
 from vidstyle.gpu.compile.asset_layers import layers_of
-from vidstyle.gpu.compile.glsl import TRIANGLE, Form, read_source
+from vidstyle.gpu.compile.glsl import TRIANGLE_SHADER, Form, read_source
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan, plan_for_rgb
 from vidstyle.gpu.compile.shader import ImageOf, Shader
@@ -43,38 +44,38 @@ from vidstyle.gpu.compile.tiles import jobs_of
 from vidstyle.style import Style
 from vidstyle.style.nodes import Measure, Shape
 
-FORMAT = 1
-COMPONENTS = {"bool": 1, "int": 1, "float": 1, "ivec2": 2, "vec2": 2, "vec3": 3, "vec4": 4, "mat3": 9}
-"""Numbers in each type of uniform."""
+FORMAT_VERSION = 1
+COMPONENT_COUNTS = {"bool": 1, "int": 1, "float": 1, "ivec2": 2, "vec2": 2, "vec3": 3, "vec4": 4, "mat3": 9}
+"""Number of components of each type of uniform."""
 
-_SIZE = re.compile(r"(page|old_size|new_size)_\d+")
-"""Uniforms that are the size of a picture, which the runner knows."""
-_UNTILED = 2**31
+_SIZE_UNIFORM = re.compile(r"(page|old_size|new_size)_\d+")
+"""Uniforms for the size of a picture, which the runner sets."""
+_MAX_UNTILED_SIDE = 2**31
 
 
 def es_plan(style: Style, width: int, height: int, depth: int = 8) -> dict[str, Any]:
-    """The plan of a style for pictures of this size, as plain data.
+    """Return the plan of a style for pictures of this size, as plain data.
 
     Args:
         depth: bits of a sample of the picture and the result; 0 for floats.
 
     Raises:
-        StyleError: an asset of the style cannot be read, or the style takes more than a style may.
+        StyleError: an asset of the style cannot be read, or the style exceeds a limit.
     """
     plan = plan_for_rgb(style, width, height, depth)
     left = ["steady"] if style.steady else []
-    return {"format": FORMAT} | _Description(plan).data | {"server": left}
+    return {"format": FORMAT_VERSION} | _Description(plan).data | {"server": left}
 
 
 def vertex_shader(form: Form) -> str:
-    """The vertex shader of fragment passes."""
-    text = read_source(TRIANGLE)
+    """Return the vertex shader of fragment passes."""
+    text = read_source(TRIANGLE_SHADER)
     return text.replace("#version 330", "#version 300 es") if form == "es" else text
 
 
 @dataclass(eq=False)
 class _Image:
-    """A texture that passes write; `number`: its place in the description."""
+    """A texture that passes write; `number`: its index in the description."""
 
     height: int
     width: int
@@ -90,7 +91,9 @@ class _Description:
         self._shaders = {each: write_shader(plan, each) for each in plan.passes}
         self._texts = list(dict.fromkeys(shader.assembly.text for shader in self._shaders.values()))
         self._images: list[_Image] = []
-        self._slots = Slots(TexturePool(self._new_image), plan, jobs_of(plan, _UNTILED), self._shaders)
+        self._slots = Slots(
+            TexturePool(self._new_image), plan, jobs_of(plan, _MAX_UNTILED_SIDE), self._shaders
+        )
         self._results: list[Any] = [
             self._slots.texture(each, number)
             for each, shader in self._shaders.items()
@@ -129,7 +132,7 @@ class _Description:
         return {node.shape: (node.around.shape, 0.5) for node in nodes if node.around is not None}
 
     def _page(self, shape: Shape) -> int:
-        """The number of a size."""
+        """Return the number of a size."""
         if shape not in self._pages:
             made_of, factor = self._sizes[shape]
             parent = self._page(made_of)
@@ -140,7 +143,7 @@ class _Description:
 
     def _pass(self, each: Pass, shader: Shader) -> dict[str, Any]:
         writes: list[Any] = [self._slots.texture(each, number) for number in range(len(shader.targets))]
-        sizes = {name: value for name, value in shader.uniforms.items() if _SIZE.fullmatch(name)}
+        sizes = {name: value for name, value in shader.uniforms.items() if _SIZE_UNIFORM.fullmatch(name)}
         found = {
             "shader": self._texts.index(shader.assembly.text),
             "page": self._page(each.shape),
@@ -186,20 +189,20 @@ class _Description:
         yield from self._factors
         for shader in self._shaders.values():
             for name, value in shader.uniforms.items():
-                if not _SIZE.fullmatch(name):
+                if not _SIZE_UNIFORM.fullmatch(name):
                     yield from numbers_of(value)
         for measure in self._plan.measures:
             yield from (measure.time_constant, *measure.percentages)
 
 
 def numbers_of(value: Any) -> list[float]:
-    """The numbers of a uniform in the order of GLSL, matrices column by column."""
+    """Return the numbers of a uniform in the order of GLSL, matrices column by column."""
     if isinstance(value, np.ndarray) and value.ndim == 2:
         value = value.T
     return [float(number) for number in np.asarray(value, np.float64).ravel()]
 
 
 def _short(number: float) -> float | int:
-    """The number as float32 tells it from its neighbours, in few digits."""
+    """Round a number to the fewest digits that identify it as float32."""
     short = float(f"{number:.9g}")
     return int(short) if short.is_integer() and abs(short) < 2**31 else short

@@ -1,9 +1,9 @@
 """Describes the passes of a plan and their memory traffic, without a GPU.
 
-Every texture that a pass reads or writes counts once, however often it reads a pixel, as caches serve
+Every texture that a pass reads or writes counts once, even if it reads a pixel several times, as caches serve
 repeated reads. The result is a lower bound: time on a card is at least these bytes divided by its bandwidth.
-Not counted are the histograms of measured steps, about a megabyte for a picture of any size, and the overlap
-of tiles.
+It excludes the histograms of measured steps, about a megabyte for a picture of any size, and the overlap of
+tiles.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from vidstyle.core.measured import Sampling
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan
 from vidstyle.gpu.compile.shader import RenderTarget
-from vidstyle.gpu.compile.shader_nodes import CHANNELS, Format, ShaderNode, plane_format, working_format
+from vidstyle.gpu.compile.shader_nodes import CHANNEL_COUNTS, Format, ShaderNode, plane_format, working_format
 from vidstyle.gpu.compile.shader_writer import write_shader
 from vidstyle.gpu.compile.slots import Slots, TexturePool
 from vidstyle.gpu.compile.tiles import MAX_SIDE, jobs_of
@@ -27,7 +27,7 @@ from vidstyle.style.nodes import Shape
 
 @dataclass(frozen=True)
 class Traffic:
-    """Bytes for each pixel of the source's page."""
+    """Bytes per pixel of the source's page."""
 
     read: float
     written: float
@@ -38,7 +38,7 @@ class Traffic:
 
 @dataclass(frozen=True)
 class HeldTexture:
-    """A texture: its height and width, and what it holds."""
+    """A texture: its height, width and format."""
 
     height: int
     width: int
@@ -51,7 +51,7 @@ class HeldTexture:
 
 
 def pass_traffic(plan: Plan, each: Pass) -> Traffic:
-    """The traffic of a pass. One that samples reads only the pixels of its grid."""
+    """Return the traffic of a pass. A pass that samples only reads the pixels of its grid."""
     places = prod(Sampling.of(*each.shape).shape if each.sampled else each.shape)
     most = places if each.sampled else None
     read = sum(_image_bytes(plan, image, most) for image in each.images)
@@ -61,17 +61,17 @@ def pass_traffic(plan: Plan, each: Pass) -> Traffic:
 
 
 def plan_traffic(plan: Plan) -> Traffic:
-    """The traffic of all passes together."""
+    """Return the total traffic of all passes."""
     return sum((pass_traffic(plan, each) for each in plan.passes), Traffic(0, 0))
 
 
 def upload_bytes(plan: Plan) -> float:
-    """Bytes sent to the GPU for each pixel of the source's page, without the padding of rows."""
+    """Return the bytes sent to the GPU per pixel of the source's page, without the padding of rows."""
     return sum(_image_bytes(plan, plane) for plane in plan.planes) / prod(plan.source.shape)
 
 
 def download_bytes(plan: Plan) -> float:
-    """Bytes read back for each pixel of the source's page."""
+    """Return the bytes read back per pixel of the source's page."""
     # Of the four components of an RGB texture, three are read back.
     sizes = (
         prod(target.shape) * target.format.bytes * (3 if target.name == "color" else 4) // 4
@@ -81,16 +81,16 @@ def download_bytes(plan: Plan) -> float:
 
 
 def result_targets(plan: Plan) -> list[RenderTarget]:
-    """The planes of the result that the passes write."""
+    """Return the planes of the result that the passes write."""
     targets = (target for each in plan.passes for target in write_shader(plan, each).targets)
     return [target for target in targets if target.is_plane]
 
 
 def held_textures(plan: Plan, max_side: int) -> list[HeldTexture]:
-    """The textures that the passes write; one is reused for values that are not needed at the same time.
+    """Return the textures that the passes write; values that are not needed at the same time share one.
 
     Args:
-        plan: of a style.
+        plan: plan of a style.
         max_side: maximum side of a texture in pixels.
     """
     made: list[HeldTexture] = []
@@ -105,15 +105,15 @@ def held_textures(plan: Plan, max_side: int) -> list[HeldTexture]:
 
 
 def _image_bytes(plan: Plan, image: ShaderNode, most: int | None = None) -> int:
-    """Bytes of a picture, or of at most `most` of its pixels."""
+    """Return the bytes of a picture, or of at most `most` of its pixels."""
     pixels = prod(image.shape) if most is None else min(prod(image.shape), most)
     if not image.is_plane:
         return working_format(image, plan.form).bytes * pixels
-    return plane_format(plan.source.encoding.depth).bytes * CHANNELS[image.kind] * pixels
+    return plane_format(plan.source.encoding.depth).bytes * CHANNEL_COUNTS[image.kind] * pixels
 
 
 def explain(plan: Plan) -> dict[str, Any]:
-    """The passes and the traffic of a plan as plain data; bytes are per pixel of the source."""
+    """Return the passes and traffic of a plan as plain data; bytes are per pixel of the source."""
     names, traffic, textures = _names_of_values(plan), plan_traffic(plan), held_textures(plan, MAX_SIDE)
     return {
         "size": _size(plan.source.shape),
@@ -128,7 +128,7 @@ def explain(plan: Plan) -> dict[str, Any]:
 
 
 def calls_of(plan: Plan, each: Pass) -> list[str]:
-    """The functions that a pass calls, in order: "gaussian (across)" for gaussian_across."""
+    """Return the functions that a pass calls, in order: "gaussian (across)" for gaussian_across."""
     runs = [(call, len(list(alike))) for call, alike in groupby(map(_call, each.nodes))]
     made = [call if count == 1 else f"{count} x {call}" for call, count in runs]
     if each.sampled:
@@ -140,7 +140,7 @@ def calls_of(plan: Plan, each: Pass) -> list[str]:
 
 
 def lines_of(explained: dict[str, Any]) -> Iterator[str]:
-    """The data of `explain` as lines of text."""
+    """Format the data of `explain` as lines of text."""
     width, height = explained["size"]
     count = len(explained["passes"])
     yield f"{width}x{height}, {explained['form']} form: {count} pass{'' if count == 1 else 'es'}"
@@ -169,7 +169,7 @@ def _explain_pass(plan: Plan, each: Pass, names: dict[ShaderNode, str]) -> dict[
 
 
 def _names_of_values(plan: Plan) -> dict[ShaderNode, str]:
-    """A name for each value that is stored between passes: its kind and a number."""
+    """Name each value that is stored between passes: its kind and a number."""
     stored = (node for each in plan.passes for node in each.stored)
     return {node: f"{node.kind} {number}" for number, node in enumerate(stored, 1)}
 
@@ -196,7 +196,7 @@ def _target(target: RenderTarget, names: dict[ShaderNode, str]) -> str:
 
 
 def _format_name(coding: Format) -> str:
-    """OpenGL's name of a format.
+    """Return OpenGL's name of a format.
 
     >>> _format_name(Format(4, "nu2"))
     'RGBA16'

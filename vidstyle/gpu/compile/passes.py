@@ -1,4 +1,4 @@
-"""Partitions a graph into passes: which calls are fused, and which values become textures.
+"""Partitions a graph into passes: decides which calls are fused and which values become textures.
 
 A pass computes values at every pixel of a page, one after the other, in registers. Each neighborhood filter
 starts a pass; per-pixel operations are fused into it.
@@ -11,14 +11,14 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
-from vidstyle.gpu.compile.shader_nodes import CHANNELS, ShaderMeasure, ShaderNode
+from vidstyle.gpu.compile.shader_nodes import CHANNEL_COUNTS, ShaderMeasure, ShaderNode
 from vidstyle.style.nodes import Shape, in_order
 
-RECOMPUTED = 12
-"""Maximum number of per-pixel calls that are repeated in each pass rather than stored in a texture, as
+MAX_RECOMPUTED_CALLS = 12
+"""Maximum number of per-pixel calls to repeat in each pass instead of storing their value in a texture, as
 arithmetic costs less than memory traffic."""
 
-MAX_STORED = 5
+MAX_STORED_VALUES = 5
 """Maximum number of values that a pass stores: OpenGL guarantees eight render targets, of which three may be
 planes."""
 
@@ -28,8 +28,8 @@ class Result:
     """Values that are written together as planes of the result.
 
     Attributes:
-        role: "planes" for luma, with or without chroma, which is averaged to the result's own grid;
-            "chroma" for chroma that has that grid already; "color" for RGB.
+        role: "planes" for luma, with or without chroma, which is averaged to the result's grid; "chroma" for
+            chroma that already has this grid; "color" for RGB.
         nodes: the values.
         shape: height and width of their page.
     """
@@ -46,11 +46,11 @@ class Pass:
     Attributes:
         shape: the page's height and width.
         stored: values stored in textures for later passes.
-        sampled: the value that is measured, at a grid of pixels only; then nothing else is computed.
+        sampled: the value that is measured at a grid of pixels; the pass then computes nothing else.
         result: values written as planes.
         before: the passes that it depends on.
         nodes: all values computed, in order.
-        loads: textures and planes that it reads at each pixel's own position.
+        loads: textures and planes that it reads only at the position of each pixel.
     """
 
     shape: Shape
@@ -63,7 +63,7 @@ class Pass:
 
     @property
     def images(self) -> list[ShaderNode]:
-        """All pictures that it reads, without repetition."""
+        """All pictures that it reads, without duplicates."""
         around = [node.around for node in self.nodes if node.around is not None]
         return list(dict.fromkeys([*self.loads, *around]))
 
@@ -79,7 +79,7 @@ class Pass:
         return self.sampled is None and not any(node.is_heavy for node in self.nodes)
 
     def needs(self, other: Pass) -> bool:
-        """Whether it depends on the other one, directly or indirectly."""
+        """Whether it depends on the other pass, directly or indirectly."""
         seen, waiting = set(self.before), list(self.before)
         while waiting:
             each = waiting.pop()
@@ -91,10 +91,10 @@ class Pass:
 
 
 def partition(results: Sequence[Result], fused: bool = True) -> list[Pass]:
-    """The passes that compute the results and the measurements they need, in order.
+    """Return the passes that compute the results and the necessary measurements, in order.
 
     Args:
-        fused: False stores the result of every call in a texture, for comparison.
+        fused: False to store the result of every call in a texture, for comparison.
     """
     kept = set() if fused else {node for node in _ordered(results) if not node.is_plane}
     while True:
@@ -106,7 +106,7 @@ def partition(results: Sequence[Result], fused: bool = True) -> list[Pass]:
 
 
 class _Partition:
-    """One attempt at a partition, given nodes that are stored in textures."""
+    """One attempt at a partition, given the nodes to store in textures."""
 
     def __init__(self, results: Sequence[Result], kept: set[ShaderNode]) -> None:
         nodes = _ordered(results)
@@ -130,14 +130,14 @@ class _Partition:
             each.loads = [node for node in dict.fromkeys(wanted) if node not in each.nodes]
 
     def worth_keeping(self) -> set[ShaderNode]:
-        """Per-pixel nodes that take too many calls to be repeated in several passes."""
+        """Return per-pixel nodes that need too many calls to repeat them in several passes."""
         users = Counter(node for each in self._passes if each.sampled is None for node in each.nodes)
         often = [node for node, count in users.items() if count > 1 and node not in self._stored]
-        long = {node for node in often if len(self._calls([node], None)) > RECOMPUTED}
+        long = {node for node in often if len(self._calls([node], None)) > MAX_RECOMPUTED_CALLS}
         return long - {other for node in long for other in node.inputs.values()}
 
     def in_order(self) -> list[Pass]:
-        """The passes in the order of their dependencies."""
+        """Return the passes in the order of their dependencies."""
         roots = [each for each in self._passes if each.roots]
         return in_order(roots, lambda each: sorted(each.before, key=self._passes.index))
 
@@ -160,7 +160,7 @@ class _Partition:
             home = self._pass_around(node, measured) or self._new_pass(node.shape)
             self._store_elsewhere(node.inputs.values(), home)
         else:
-            # Its neighbourhood must be complete: it cannot be fused into the pass that computes its input.
+            # It needs a complete neighbourhood, so it cannot be fused into the pass that computes its input.
             before = measured.union(self._needs[node.around] if node.around else ())
             home = self._ride(node.inputs.values(), before, node.shape)
         if home is None and node in self._stored:
@@ -180,7 +180,7 @@ class _Partition:
             self._store(node, home)
 
     def _pass_around(self, node: ShaderNode, measured: set[Pass]) -> Pass | None:
-        """A pass that already filters the same picture: each sample is then read from memory once."""
+        """Return a pass that already filters the same picture, so that it reads each sample only once."""
         assert node.around is not None
         finished = measured | self._needs[node.around]
         beside = set().union(*(self._needs[other] for other in node.inputs.values()))
@@ -193,20 +193,20 @@ class _Partition:
         return None
 
     def _store_elsewhere(self, nodes: Iterable[ShaderNode], home: Pass | None) -> None:
-        """Store those of the nodes that other passes than this one compute."""
+        """Store the nodes that other passes compute."""
         for node in nodes:
             other = self._homes.get(node)
             if other is not None and other is not home and not other.is_light:
                 self._store(node, other)
 
     def _ride(self, nodes: Iterable[ShaderNode], measured: set[Pass], shape: Shape) -> Pass | None:
-        """The pass of one of these nodes that can be extended with all; nodes of other passes are stored.
+        """Return the pass of one of the nodes that all can be added to; store nodes of other passes.
 
-        It is that of the node with most channels, as the others are cheaper to store.
+        It is the pass of the node with the most channels, as other nodes are cheaper to store.
         """
         nodes = list(nodes)
         riding = [node for node in nodes if node in self._homes and not self._homes[node].is_light]
-        riding.sort(key=lambda node: -CHANNELS[node.kind])
+        riding.sort(key=lambda node: -CHANNEL_COUNTS[node.kind])
         homes = (self._homes[node] for node in riding)
         found = next((home for home in homes if self._can_ride(home, nodes, measured, shape)), None)
         self._store_elsewhere(riding, found)
@@ -218,7 +218,7 @@ class _Partition:
         return home.shape == shape and not any(each is home or each.needs(home) for each in needed)
 
     def _light_pass(self, shape: Shape, needed: set[Pass]) -> Pass:
-        """A per-pixel pass: an existing one, if the order of dependencies allows it."""
+        """Return a per-pixel pass: an existing one if the order of dependencies allows it."""
         for each in self._passes:
             if each.is_light and each.shape == shape:
                 if not any(other.needs(each) for other in needed if other is not each):
@@ -243,11 +243,11 @@ class _Partition:
 
     def _divide(self, each: Pass, order: list[ShaderNode]) -> None:
         """Move values that exceed the limit of a pass to new passes before it."""
-        while len(each.stored) > MAX_STORED:
+        while len(each.stored) > MAX_STORED_VALUES:
             each.stored.sort(key=order.index)
             first = self._new_pass(each.shape)
             first.before = set(each.before)
-            first.stored, each.stored = each.stored[:MAX_STORED], each.stored[MAX_STORED:]
+            first.stored, each.stored = each.stored[:MAX_STORED_VALUES], each.stored[MAX_STORED_VALUES:]
             self._homes.update(dict.fromkeys(first.stored, first))
             for other in self._passes:
                 if each in other.before:
@@ -255,7 +255,7 @@ class _Partition:
             each.before.add(first)
 
     def _calls(self, roots: list[ShaderNode], home: Pass | None) -> list[ShaderNode]:
-        """The nodes computed for the roots, in order, without planes and values stored by other passes."""
+        """Return the nodes computed for the roots, in order, without planes and values of other passes."""
 
         def is_at_hand(node: ShaderNode) -> bool:
             return node.is_plane or (node in self._stored and self._homes.get(node) is not home)
@@ -267,13 +267,13 @@ class _Partition:
 
 
 def _both_prepare(each: Pass, node: ShaderNode) -> bool:
-    """Whether both the node and one in the pass prepare data for a compute group, which only one can."""
+    """Whether both the node and a node of the pass prepare data for a compute group; only one node can."""
     functions = (other.function for other in (node, *each.nodes) if other.is_heavy)
     return sum(function is not None and function.signature.prepares for function in functions) > 1
 
 
 def _ordered(results: Sequence[Result]) -> list[ShaderNode]:
-    """All nodes that the results need, each after those that it needs."""
+    """Return all nodes that the results need, each after its inputs."""
 
     def needs(node: ShaderNode) -> list[ShaderNode]:
         around = [node.around] if node.around else []

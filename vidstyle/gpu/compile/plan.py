@@ -1,4 +1,4 @@
-"""A style as GPU passes for pictures of one layout, without calling OpenGL."""
+"""Plans the GPU passes of a style for pictures of one layout, without calling OpenGL."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ class Plan:
 
     Attributes:
         source: layout of the pictures.
-        target: how the planes of the result are encoded.
+        target: encoding of the planes of the result.
         rgb: whether the result is packed RGB.
-        form: of all its passes.
-        passes: in the order in which they run.
+        form: form of all passes.
+        passes: the passes, in the order of execution.
         luma: whether luma is "made" by the passes or is the source's own plane, "untouched".
-        chroma: the same, or "gray" where there is none.
-        sizes: as in `LoweredStyle`.
+        chroma: the same, or "gray" without chroma.
+        sizes: see `LoweredStyle`.
     """
 
     source: PictureLayout
@@ -42,17 +42,17 @@ class Plan:
     sizes: Mapping[Shape, tuple[Shape, float]]
 
     def fits(self, source: PictureLayout, target: Encoding, rgb: bool) -> bool:
-        """Whether it is valid for these arguments."""
+        """Whether the plan is valid for these arguments."""
         return (self.source, self.target, self.rgb) == (source, target, rgb)
 
     @property
     def measures(self) -> list[ShaderMeasure]:
-        """The measurements that it takes of each picture."""
+        """The measurements for each picture."""
         return [each.sampled for each in self.passes if each.sampled]
 
     @property
     def planes(self) -> list[ShaderNode]:
-        """The planes of the source that have to be uploaded."""
+        """The planes of the source to upload."""
         images = (image for each in self.passes for image in each.images)
         return list(dict.fromkeys(image for image in images if image.is_plane))
 
@@ -66,16 +66,16 @@ def make_plan(
     form: Form,
     fused: bool = True,
 ) -> Plan:
-    """The plan of a style.
+    """Plan the passes of a style.
 
     Args:
-        style: for its ink and paper.
-        steps: the style's, prepared for pictures of the source's size.
+        style: the style, for its ink and paper.
+        steps: the steps of the style, resolved for the size of the source.
         source: layout of the pictures.
         target: encoding of the planes of the result.
-        rgb: whether to make packed RGB of the target's depth instead.
-        form: how the passes run.
-        fused: False makes a pass of every call, for comparison.
+        rgb: whether to produce packed RGB of the target's depth instead.
+        form: form of the passes.
+        fused: False to make every call a separate pass, for comparison.
     """
     lowered = lower(style, steps, source, target, rgb)
     graph = ShaderGraph(form)
@@ -94,7 +94,7 @@ def make_plan(
 
 
 def plan_for_video(style: Style, width: int, height: int, form: Form) -> Plan:
-    """The plan for common video: 4:2:0, 8 bit; in the form "es", for the RGB that a browser makes of it.
+    """Plan a style for common video, 8-bit 4:2:0; in the form "es" for RGB, as decoded by a browser.
 
     Raises:
         StyleError: an asset of the style cannot be read.
@@ -106,7 +106,7 @@ def plan_for_video(style: Style, width: int, height: int, form: Form) -> Plan:
 
 
 def plan_for_rgb(style: Style, width: int, height: int, depth: int) -> Plan:
-    """The plan in the form "es", from RGB of this many bits, or of floats for 0, to the same.
+    """Plan a style in the form "es" for RGB of this many bits as input and output; 0 for floats.
 
     Raises:
         StyleError: an asset of the style cannot be read.
@@ -116,10 +116,10 @@ def plan_for_rgb(style: Style, width: int, height: int, depth: int) -> Plan:
 
 
 def _results(lowered: LoweredStyle, graph: ShaderGraph, form: Form) -> list[Result]:
-    """The values that are written together.
+    """Return the values that are written together.
 
-    A compute pass averages chroma to the target's grid itself, as its invocations share their values;
-    fragments do not, so that averaging is a separate pass.
+    A compute pass averages chroma to the target's grid, as its invocations share values. Fragments do not
+    share values, so that averaging is a separate pass.
     """
     shape, target = lowered.source.shape, lowered.target
     if lowered.color is not None:

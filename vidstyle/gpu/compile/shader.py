@@ -1,4 +1,4 @@
-"""The shader of a pass: its source, its render targets, and the uniforms and samplers to be bound."""
+"""The shader of a pass: its source, its render targets, and the uniforms and samplers to bind."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from typing import Any
 
 from vidstyle.core.measured import Sampling
 from vidstyle.core.picture import Encoding
-from vidstyle.gpu.compile.glsl import TYPES, Assembly, Form, ShaderParameter
+from vidstyle.gpu.compile.glsl import VALUE_TYPES, Assembly, Form, ShaderParameter
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan
 from vidstyle.gpu.compile.shader_nodes import (
-    CHANNELS,
+    CHANNEL_COUNTS,
     Format,
     ShaderKind,
     ShaderMeasure,
@@ -23,9 +23,9 @@ from vidstyle.gpu.compile.shader_nodes import (
 )
 from vidstyle.gpu.compile.shared import Pair
 
-GROUPS: dict[Pair | None, Pair] = {None: (16, 16), (1, 0): (32, 8), (0, 1): (8, 32)}
+GROUP_SIZES: dict[Pair | None, Pair] = {None: (16, 16), (1, 0): (32, 8), (0, 1): (8, 32)}
 """Size of a work group of a compute pass: longer in the direction in which its filters read, as neighbours in
-that direction read the same pixels."""
+this direction read the same pixels."""
 
 
 @dataclass(frozen=True)
@@ -33,11 +33,12 @@ class RenderTarget:
     """A texture that a pass writes.
 
     Attributes:
-        name: "working" for the result of a node that later passes read, "samples" for what is measured, or
-            the plane of the result: "luma", "blue", "red", "color".
-        node: what is written.
-        format: of the texture.
-        shape: its height and width.
+        name: "working" for the result of a node that later passes read, "samples" for samples to measure, or
+            the
+            plane of the result: "luma", "blue", "red", "color".
+        node: the node that is written.
+        format: format of the texture.
+        shape: height and width of the texture.
     """
 
     name: str
@@ -61,15 +62,15 @@ class ImageOf:
 
 @dataclass
 class Shader:
-    """The source of a shader, and the uniforms and samplers to be bound.
+    """The source of a shader, and the uniforms and samplers to bind.
 
     Attributes:
-        assembly: its source and the files that it comes from.
+        assembly: its source and the files of the source.
         targets: textures that it writes, in the order of the bindings.
         uniforms: values by name.
-        types: of the uniforms: GLSL's name, and the length of an array, else 0.
-        samplers: by name what each reads: a picture, the percentiles of a measure, or an asset's arrays.
-        groups: pixels across and down for each group of a compute pass.
+        types: types of the uniforms: GLSL's name, and the length of an array, or 0.
+        samplers: the input of each sampler: a picture, the percentiles of a measure, or an asset's arrays.
+        groups: pixels across and down per group of a compute pass.
     """
 
     assembly: Assembly
@@ -77,7 +78,7 @@ class Shader:
     uniforms: dict[str, Any] = field(default_factory=dict)
     types: dict[str, tuple[str, int]] = field(default_factory=dict)
     samplers: dict[str, ImageOf | ShaderMeasure | tuple] = field(default_factory=dict)
-    groups: Pair = GROUPS[None]
+    groups: Pair = GROUP_SIZES[None]
 
     def add_sampler(self, name: str, kind: str, what: ImageOf | ShaderMeasure | tuple) -> None:
         """Declare a sampler and record what it reads."""
@@ -99,8 +100,8 @@ def declare_image(shader: Shader, node: ShaderNode, name: str, plan: Plan) -> No
     shader.add_sampler(name, "sampler2D", ImageOf(node))
     words = {
         "IMAGE": name,
-        "VALUE": TYPES[CHANNELS[node.kind]],
-        "CHANNELS": "rgba"[: CHANNELS[node.kind]],
+        "VALUE": VALUE_TYPES[CHANNEL_COUNTS[node.kind]],
+        "CHANNELS": "rgba"[: CHANNEL_COUNTS[node.kind]],
     }
     if node.is_plane:
         _declare_plane(shader, node, name, plan.source.encoding, words)
@@ -129,13 +130,13 @@ def _declare_plane(
 
 
 def _declare_levels(shader: Shader, name: str, coding: Format, words: dict[str, str]) -> None:
-    """Declare functions that read a texture and map its numbers to values."""
+    """Declare functions that read a texture and convert its numbers to values."""
     shader.assembly.add(f"const float {name}_low = {coding.low}, {name}_span = {coding.span};")
     shader.assembly.add_template("frame/image.glsl", words)
 
 
 def targets_of(plan: Plan, each: Pass) -> list[RenderTarget]:
-    """The textures that the pass writes, in the order of the bindings."""
+    """Return the textures that the pass writes, in the order of the bindings."""
     targets = [
         RenderTarget("working", node, working_format(node, plan.form), node.shape) for node in each.stored
     ]
@@ -159,7 +160,7 @@ def _planes_of(plan: Plan, node: ShaderNode) -> list[RenderTarget]:
 
 
 def shrinks(plan: Plan, each: Pass) -> bool:
-    """Whether the pass averages chroma to the result's grid itself."""
+    """Whether the pass averages chroma to the result's grid."""
     result = each.result
     if result is None or result.role != "planes" or plan.target.step == (1, 1):
         return False
@@ -170,7 +171,7 @@ def declare_targets(text: Assembly, targets: list[RenderTarget], groups: tuple[i
     """Declare render targets, and functions `store_0`, `store_1` and so on that write to them.
 
     Args:
-        groups: pixels across and down for each group of a compute pass; None in a fragment pass.
+        groups: pixels across and down per group of a compute pass; None in a fragment pass.
     """
     if groups is not None:
         text.add(f"layout(local_size_x = {groups[0]}, local_size_y = {groups[1]}) in;")
@@ -186,18 +187,18 @@ def declare_targets(text: Assembly, targets: list[RenderTarget], groups: tuple[i
 
 
 def store_working(shader: Shader, form: Form, name: str, number: int) -> str:
-    """The line that stores the value of this name in target `number`, which later passes read."""
+    """Return the line that stores a named value in target `number`, for later passes."""
     target = shader.targets[number]
     if form == "es" and target.node.kind == "luma":
         shader.assembly.add_once("uniform bool halved;")
         shader.assembly.include("frame/halves.glsl")
         return f"store_{number}(place, halves({name}, halved));"
-    coding, padding = target.format, ", 0.0" * (4 - CHANNELS[target.node.kind])
+    coding, padding = target.format, ", 0.0" * (4 - CHANNEL_COUNTS[target.node.kind])
     return f"store_{number}(place, vec4(({name} - {coding.low}) / {coding.span}{padding}));"
 
 
 def store_planes(text: Assembly, encoding: Encoding, kind: ShaderKind, name: str, number: int) -> list[str]:
-    """Lines that store the value of this name in planes of the result, from target `number` on."""
+    """Return lines that store a named value in planes of the result, from target `number` on."""
     zero, one = levels(encoding, kind)
     coding = plane_format(encoding.depth)
     numbers = f"{zero}, {one}, {float(2**encoding.depth - 1)}, {float(coding.most)}"

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any, cast
 
 from vidstyle.blade.bank import MAX_RHO
-from vidstyle.blade.bins import CURVE, Bins, Feature
+from vidstyle.blade.bins import MIDDLE_CURVATURE, Bins, Feature
 from vidstyle.blade.choice import feature_radius
 from vidstyle.blade.inference import BankRun
 from vidstyle.blade.structure_tensor import half_window, window_radius
@@ -15,25 +15,28 @@ from vidstyle.block import Block, Choice, LumaWeights
 from vidstyle.core.picture import RANGES
 from vidstyle.core.resample import METHODS
 from vidstyle.gpu.compile.glsl import Form, functions_of_block, signatures
-from vidstyle.gpu.compile.shader_nodes import CHANNELS, Function, ShaderKind, ShaderMeasure, ShaderNode
+from vidstyle.gpu.compile.shader_nodes import CHANNEL_COUNTS, Function, ShaderKind, ShaderMeasure, ShaderNode
 from vidstyle.style.nodes import Measure, Node, encoding_of, identity_key, nodes_in_order
 
-FILES = {name: file for file in ("frame/color.glsl", "frame/layers.glsl") for name in signatures(file)}
-"""The operations that are a GLSL function of the same name, and its file."""
+OPERATION_FILES = {
+    name: file for file in ("frame/color.glsl", "frame/layers.glsl") for name in signatures(file)
+}
+"""Operations with a GLSL function of the same name, and its file."""
 
 MAX_TAPS = window_radius(MAX_RHO)
-"""Weights of one half of the window that `chosen_filter` takes."""
-NO_LIMITS = (-1e30, 1e30)
-"""For a resampled picture that is not clipped: another method, which may be, must not change the shader."""
+"""Number of weights of one half of the window in `chosen_filter`."""
+UNCLIPPED_RANGE = (-1e30, 1e30)
+"""Limits of a resampled picture that is not clipped: a change to a method that clips must not change the
+shader."""
 MAX_PARTS = 8
-"""Parts of a bank that `filtered` takes."""
+"""Maximum number of parts of a bank in `filtered`."""
 
 
 class ShaderGraph:
-    """Shader nodes for the nodes of a style, equal ones only once.
+    """Shader nodes for the nodes of a style, without duplicates.
 
     Args:
-        form: of the passes.
+        form: form of the passes.
     """
 
     def __init__(self, form: Form) -> None:
@@ -44,7 +47,7 @@ class ShaderGraph:
         self._exact: set[Node] = set()
 
     def add(self, outputs: Iterable[Node]) -> None:
-        """Make the shader nodes for these nodes and their inputs."""
+        """Create the shader nodes for these nodes and their inputs."""
         order = nodes_in_order(outputs)
         self._exact |= _exact_nodes(order)
         for node in order:
@@ -57,11 +60,11 @@ class ShaderGraph:
         return self._made[node]
 
     def node(self, node: ShaderNode) -> ShaderNode:
-        """The node, or the equal one made before."""
+        """Return the node, or an existing equal one."""
         return self._nodes.setdefault(identity_key(node), node)
 
     def recoded(self, chroma: Node) -> ShaderNode:
-        """Chroma on the target's grid, converted where its codes differ."""
+        """Return chroma on the target's grid, converted if its codes differ."""
         made = self[chroma]
         call = ShaderNode("chroma", made.shape, Function("frame/color.glsl", "same_chroma"), {"chroma": made})
         return self.node(replace(call, grid=made.grid, page=made.page))
@@ -79,7 +82,7 @@ class ShaderGraph:
             case "block":
                 return self._block(node)
         inputs = {name: self[other] for name, other in node.inputs.items()}
-        values, function = dict(node.values), Function(FILES[node.op], node.op)
+        values, function = dict(node.values), Function(OPERATION_FILES[node.op], node.op)
         if node.matrix:
             encoding = encoding_of(node.matrix)
             values |= {"from_rgb": encoding.from_rgb, "to_rgb": encoding.to_rgb}
@@ -104,14 +107,14 @@ class ShaderGraph:
             ShaderNode(
                 node.kind,
                 node.shape,
-                Function("frame/resampled.glsl", "resampled", CHANNELS[node.kind]),
+                Function("frame/resampled.glsl", "resampled", CHANNEL_COUNTS[node.kind]),
                 around=image,
                 values=values,
                 options={"method": methods},
                 grid=node.grid,
                 page=node.page,
                 is_wide=node.is_wide,
-                limits=node.limits or NO_LIMITS,
+                limits=node.limits or UNCLIPPED_RANGE,
             )
         )
 
@@ -127,7 +130,7 @@ class ShaderGraph:
             call = ShaderNode(
                 node.kind,
                 node.shape,
-                Function(signature.file, signature.name, CHANNELS[node.kind]),
+                Function(signature.file, signature.name, CHANNEL_COUNTS[node.kind]),
                 pictures,
                 values=values,
                 options=options,
@@ -150,7 +153,7 @@ class ShaderGraph:
         return self._measures[measure]
 
     def _filter_bank(self, node: Node) -> ShaderNode:
-        """Luma or chroma after all passes of a bank."""
+        """Return luma or chroma after all passes of a bank."""
         run: BankRun = node.values["run"]
         luma = self[node.inputs["luma"]]
         filtered = self[node.inputs[node.kind]]
@@ -165,13 +168,13 @@ class ShaderGraph:
         return luma if node.kind == "luma" else filtered
 
     def _filtered(self, image: ShaderNode, chosen: ShaderNode, run: BankRun) -> ShaderNode:
-        """Luma or chroma after one pass."""
+        """Return luma or chroma after one pass."""
         is_luma = image.kind == "luma"
         return self.node(
             ShaderNode(
                 image.kind,
                 image.shape,
-                Function("blade/filtered.glsl", "filtered", CHANNELS[image.kind]),
+                Function("blade/filtered.glsl", "filtered", CHANNEL_COUNTS[image.kind]),
                 {"chosen": chosen},
                 around=image,
                 radius=run.bank.size // 2,
@@ -182,7 +185,7 @@ class ShaderGraph:
         )
 
     def _chosen(self, luma: ShaderNode, run: BankRun) -> ShaderNode:
-        """The number of each pixel's filter."""
+        """Return the number of each pixel's filter."""
         chosen = self._of_tensor(luma, run.bank.bins, run.window)
         for feature in run.bank.bins.features:
             level = (
@@ -197,7 +200,7 @@ class ShaderGraph:
         return chosen
 
     def _of_mean(self, luma: ShaderNode, feature: Feature) -> ShaderNode:
-        """The bin of each pixel's local mean, from the filter of the block `gaussian`."""
+        """Return the bin of each pixel's local mean, computed by the filter of the block `gaussian`."""
         mean, radius = luma, feature_radius(feature)
         for name in ("gaussian_across", "gaussian"):
             function = Function("blocks/gaussian.glsl", name)
@@ -211,10 +214,10 @@ class ShaderGraph:
         return self.node(ShaderNode("luma", luma.shape, function, {"mean": mean}, values=values))
 
     def _of_tensor(self, luma: ShaderNode, bins: Bins, rho: float) -> ShaderNode:
-        """The bin of each pixel's structure tensor.
+        """Return the bin of each pixel's structure tensor.
 
-        A compute group shares what it reads; fragments do not, so there one chooses for 2 x 2 pixels, in a
-        pass of its own. So it is where these share a filter.
+        A compute group shares the pixels that it reads. Fragments do not, so that one fragment selects for 2
+        x 2 pixels in a separate pass; this is also done if 2 x 2 pixels share a filter.
         """
         if bins.curvatures == 1:
             return self._of_window(luma, bins, rho)
@@ -230,20 +233,20 @@ class ShaderGraph:
         values = {
             "curvatures": float(bins.curvatures),
             "per_orientation": float(bins.strengths * bins.coherences),
-            "curve": CURVE,
+            "curve": MIDDLE_CURVATURE,
         }
         return self.node(ShaderNode("luma", luma.shape, function, around=direction, radius=1, values=values))
 
     def _of_window(self, luma: ShaderNode, bins: Bins, rho: float) -> ShaderNode:
-        """The bin of the tensor but for its curvature."""
-        if self._form == "compute" and bins.step == 1:
+        """Return the bin of the tensor without curvature."""
+        if self._form == "compute" and bins.pitch == 1:
             function = Function("blade/chosen_filter.glsl", "chosen_filter")
             return self._around(luma, "luma", function, bins, rho)
-        return self._of_four(luma, "chosen_filters" if bins.step == 1 else "chosen_for_square", bins, rho)
+        return self._of_four(luma, "chosen_filters" if bins.pitch == 1 else "chosen_for_square", bins, rho)
 
     def _of_four(self, luma: ShaderNode, name: str, bins: Bins, rho: float) -> ShaderNode:
-        """What a function finds for 2 x 2 pixels, at each of them."""
-        file = "chosen_for_square" if bins.step == 2 else "chosen_filters"
+        """Return the result of a function for 2 x 2 pixels at each of these pixels."""
+        file = "chosen_for_square" if bins.pitch == 2 else "chosen_filters"
         four = self._around(luma, "choices", Function(f"blade/{file}.glsl", name), bins, rho)
         own = Function("blade/own_choice.glsl", "IMAGE_own_choice")
         return self.node(ShaderNode("luma", luma.shape, own, around=four))
@@ -251,7 +254,7 @@ class ShaderGraph:
     def _around(
         self, luma: ShaderNode, kind: ShaderKind, function: Function, bins: Bins, rho: float
     ) -> ShaderNode:
-        """What a function finds in the window around each pixel, or around 2 x 2 of them."""
+        """Return the result of a function of the window around each pixel, or each 2 x 2 pixels."""
         shape, values = luma.shape, choice_values(bins, rho)
         if kind == "choices":
             shape = (shape[0] + 1) // 2, (shape[1] + 1) // 2
@@ -262,11 +265,10 @@ class ShaderGraph:
 
 
 def _exact_nodes(order: Sequence[Node]) -> set[Node]:
-    """The nodes that are stored as float32, since what reads them shows smaller errors than 16 bits have.
+    """Return the nodes to store as float32, as rounding to 16 bits would be visible in later results.
 
-    That is all that leads to directions, or to a bank that multiplies differences or runs at a reduced size,
-    where the choice of another filter for one pixel shows in many; and directions with what filters make of
-    them.
+    These are all inputs of directions, and of banks that multiply differences or run at a reduced size, where
+    a different filter for one pixel is visible in many; also directions and filtered directions.
     """
     directions: set[Node] = set()
     for node in order:
@@ -288,7 +290,7 @@ def _is_sensitive(node: Node) -> bool:
 
 
 def _numbered(block: Block, values: dict[str, Any]) -> tuple[dict[str, Any], dict[str, tuple[str, ...]]]:
-    """The values with each choice replaced by its number, and the words of the choices."""
+    """Return the values with each choice replaced by its number, and the words of the choices."""
     controls = {name: block.parameters[name].control for name in values}
     options = {name: control.options for name, control in controls.items() if isinstance(control, Choice)}
     numbered = {
@@ -298,9 +300,9 @@ def _numbered(block: Block, values: dict[str, Any]) -> tuple[dict[str, Any], dic
 
 
 def choice_values(bins: Bins, rho: float) -> dict[str, Any]:
-    """The values of the functions that choose filters."""
+    """Return the arguments of the functions that select filters."""
     radius = window_radius(rho)
-    half = tuple(map(float, half_window(rho, bins.step)))
+    half = tuple(map(float, half_window(rho, bins.pitch)))
     orientations, strengths, coherences, _, *ranges = (float(number) for number in bins.as_array)
     return {
         "radius": radius,
@@ -312,10 +314,10 @@ def choice_values(bins: Bins, rho: float) -> dict[str, Any]:
 
 
 def filter_values(run: BankRun) -> dict[str, Any]:
-    """The values of `filtered`."""
+    """Return the arguments of `filtered`."""
     padding = (0.0,) * (MAX_PARTS - len(run.weights))
     return {
-        # Weights of twenty and more would make the rounding of half floats visible.
+        # Weights of twenty or more would make the rounding of half floats visible.
         "bank": run.bank.packed if run.is_wide else run.bank.packed_in_half,
         "size": run.bank.size,
         "part_weights": (*map(float, run.weights), *padding),

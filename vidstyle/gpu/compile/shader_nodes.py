@@ -1,4 +1,4 @@
-"""The graph of GLSL calls that the shaders of a style make at every pixel, and the formats of textures."""
+"""The graph of GLSL calls that the shaders of a style run at every pixel, and the formats of textures."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vidstyle.style.nodes import Measure, Shape
 ShaderKind = Literal["luma", "chroma", "color", "direction", "choices"]
 """Kinds of values; "choices" are numbers of filters or angles of 2 x 2 pixels, "direction" is one of each."""
 
-CHANNELS: dict[ShaderKind, int] = {"luma": 1, "chroma": 2, "color": 3, "direction": 2, "choices": 4}
+CHANNEL_COUNTS: dict[ShaderKind, int] = {"luma": 1, "chroma": 2, "color": 3, "direction": 2, "choices": 4}
 """Number of channels of each kind of value."""
 
 
@@ -21,9 +21,10 @@ class Function:
     """A GLSL function.
 
     Attributes:
-        file: its path below shaders/.
+        file: its path in shaders/.
         name: its name there.
-        channels: what the word `channels` in the file stands for: 1 or 3 numbers (2 for chroma).
+        channels: the number of channels that the word `channels` in the file stands for: 1 or 3 (2 for
+            chroma).
     """
 
     file: str
@@ -38,22 +39,22 @@ class Function:
 
 @dataclass(frozen=True, eq=False)
 class ShaderNode:
-    """One value at every pixel, made by one call of a GLSL function.
+    """One value at every pixel, computed by one call of a GLSL function.
 
     Attributes:
-        kind: what the value is.
-        shape: of the picture that it belongs to; for chroma with a grid, in samples of that grid.
+        kind: kind of the value.
+        shape: shape of the picture that it belongs to; for chroma with a grid, in samples of the grid.
         function: the function that computes it; None for a plane of the source.
-        inputs: the function's parameters that are values at the same pixel.
-        around: the picture that the function reads at other pixels, too, or None.
-        radius: pixels around its own that it reads there, if the sizes are equal.
-        values: the function's parameters that are the same for all pixels.
-        options: the words of parameters that are choices.
+        inputs: parameters of the function that are values at the same pixel.
+        around: the picture that the function also reads at other pixels, or None.
+        radius: number of pixels on each side that it reads in this picture, if the sizes are equal.
+        values: parameters of the function that are the same for all pixels.
+        options: words of parameters that are choices.
         measure: the percentiles that it receives.
         grid: for subsampled chroma, step and siting of its samples; None for chroma at every pixel.
-        page: for subsampled chroma, the shape of the luma that it belongs to.
-        is_wide: whether its range, or what reads it, requires storing it as float32.
-        limits: what its values are clipped to, or None.
+        page: for subsampled chroma, the shape of its luma.
+        is_wide: whether its range, or the nodes that read it, require storing it as float32.
+        limits: the range that its values are clipped to, or None.
     """
 
     kind: ShaderKind
@@ -77,19 +78,19 @@ class ShaderNode:
 
     @property
     def is_enlarged(self) -> bool:
-        """Whether it is upsampled: chroma of a subsampled grid, or the choice of a filter."""
+        """Whether it is upsampled: chroma of a subsampled grid, or the number of a filter."""
         if self.around is None:
             return False
         return self.around.kind == "choices" or (self.around.grid is not None and self.grid is None)
 
     @property
     def is_heavy(self) -> bool:
-        """Whether it reads a neighbourhood large enough for a pass of its own, and is computed only once."""
+        """Whether it reads a neighbourhood large enough for a separate pass, and is computed only once."""
         return self.around is not None and not self.is_enlarged
 
 
 ShaderMeasure = Measure[ShaderNode]
-"""Percentiles of luma that a shader takes."""
+"""Percentiles of luma that a shader receives."""
 
 
 @dataclass(frozen=True)
@@ -97,9 +98,9 @@ class Format:
     """A texture format.
 
     Attributes:
-        components: numbers in a texel.
+        components: number of components of a texel.
         dtype: moderngl's name of their type: "f1" and "nu2" are normalized 8 and 16 bit, "f4" is float32.
-        low, span: the value that the normalized 0 represents, and the distance to that of 1.
+        low, span: the value that the normalized 0 represents, and the distance to the value of 1.
     """
 
     components: int
@@ -128,37 +129,38 @@ def _working_texture(kind: str, components: int) -> Format:
     return Format(components, "nu2", low, high - low)
 
 
-WORKING: dict[ShaderKind, Format] = {
+WORKING_FORMATS: dict[ShaderKind, Format] = {
     "luma": _working_texture("luma", 1),
     "chroma": _working_texture("chroma", 2),
     "color": _working_texture("color", 4),
     "direction": Format(2, "nu2"),
     "choices": Format(4, "nu2"),
 }
-"""Textures between passes: normalized 16 bit, not half floats of the same size. Near white the error of a
-half float is up to 1/4096, which a difference of Gaussians with a soft threshold multiplies by forty, to
-three levels of 255; here it is 1/65000 of white in luma and 1/43000 in RGB."""
+"""Textures between passes: normalized 16 bit, which are more accurate than half floats of the same size. Near
+white the error of a half float is up to 1/4096, which a difference of Gaussians with a soft threshold
+multiplies by forty, to three levels of 255; here it is 1/65000 of white in luma and 1/43000 in RGB."""
 
 
 def working_format(node: ShaderNode, form: Form) -> Format:
-    """The format in which a value is stored between passes.
+    """Return the format in which a value is stored between passes.
 
-    WebGL draws into floats everywhere, but into normalized 16 bit only by an extension that many lack. Where
-    it has half floats only, luma takes two of them, and RGB is stored about 0, where they are more accurate.
+    WebGL can always draw into floats, but into normalized 16 bit only with an extension that many devices
+    lack. If it only has half floats, luma is stored in two of them, and RGB is stored around 0, where they
+    are more accurate.
     """
     if form == "es":
-        return Format(WORKING[node.kind].components, "f4", low=0.5 if node.kind == "color" else 0.0)
-    # Of luma far beyond black and white, such as a difference of Gaussians times twenty, and of directions.
-    return Format(WORKING[node.kind].components, "f4") if node.is_wide else WORKING[node.kind]
+        return Format(WORKING_FORMATS[node.kind].components, "f4", low=0.5 if node.kind == "color" else 0.0)
+    # For directions, and for luma far outside 0..1, such as a difference of Gaussians times twenty.
+    return Format(WORKING_FORMATS[node.kind].components, "f4") if node.is_wide else WORKING_FORMATS[node.kind]
 
 
 def sample_format(form: Form) -> Format:
-    """The format of samples of luma that are measured."""
-    return Format(1, "f4") if form == "es" else WORKING["luma"]
+    """Return the format of samples of luma to measure."""
+    return Format(1, "f4") if form == "es" else WORKING_FORMATS["luma"]
 
 
 def plane_format(depth: int, components: int = 1) -> Format:
-    """The format for a plane of the source or of the result.
+    """Return the format of a plane of the source or the result.
 
     Args:
         depth: bits of an integer sample, 0 for float32.
@@ -168,7 +170,7 @@ def plane_format(depth: int, components: int = 1) -> Format:
 
 
 def levels(encoding: Encoding, kind: ShaderKind) -> tuple[float, float]:
-    """The codes of the values 0 and 1 in a plane; RGB always has the full range."""
+    """Return the codes of the values 0 and 1 in a plane; RGB always has the full range."""
     if kind == "chroma":
         neutral, span = encoding.chroma_levels
         return neutral, neutral + span

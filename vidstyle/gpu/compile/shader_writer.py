@@ -1,7 +1,7 @@
 """Writes the shader of a pass: uniforms, included GLSL files, and calls of their functions in order.
 
 The source does not depend on the values of parameters, which become uniforms: moving a slider compiles
-nothing, unless a filter then needs another amount of shared memory.
+nothing, unless it changes the amount of shared memory that a filter needs.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ from typing import Any
 
 from vidstyle.core.codes import chroma_radius
 from vidstyle.errors import VidstyleError
-from vidstyle.gpu.compile.glsl import TYPES, Assembly, ShaderParameter, signatures
+from vidstyle.gpu.compile.glsl import VALUE_TYPES, Assembly, ShaderParameter, signatures
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan
 from vidstyle.gpu.compile.shader import (
-    GROUPS,
+    GROUP_SIZES,
     Shader,
     declare_image,
     declare_targets,
@@ -24,15 +24,15 @@ from vidstyle.gpu.compile.shader import (
     store_working,
     targets_of,
 )
-from vidstyle.gpu.compile.shader_nodes import CHANNELS, ShaderNode
-from vidstyle.gpu.compile.shared import BYTES, Pair, sharing_of
+from vidstyle.gpu.compile.shader_nodes import CHANNEL_COUNTS, ShaderNode
+from vidstyle.gpu.compile.shared import VALUE_BYTES, Pair, sharing_of
 
-TILES: dict[Pair | None, Pair] = {None: (32, 16), (1, 0): (32, 16), (0, 1): (16, 32)}
-"""Pixels across and down that a work group computes where chroma is averaged."""
+TILE_SIZES: dict[Pair | None, Pair] = {None: (32, 16), (1, 0): (32, 16), (0, 1): (16, 32)}
+"""Pixels across and down that a work group computes if it averages chroma."""
 
 
 def write_shader(plan: Plan, each: Pass) -> Shader:
-    """The shader of one pass of a plan, for the plan's form.
+    """Write the shader of one pass of a plan, in the plan's form.
 
     Raises:
         VidstyleError: a GLSL function has a parameter that its block does not declare.
@@ -51,7 +51,7 @@ class _Writer:
             self._text.add("#extension GL_ARB_texture_gather : enable")
         self._shrinks = shrinks(plan, each)
         self._sharing = sharing_of(each) if plan.form == "compute" else None
-        self._area = self.shader.groups = GROUPS[self._sharing.line if self._sharing else None]
+        self._area = self.shader.groups = GROUP_SIZES[self._sharing.line if self._sharing else None]
         self._declare_targets()
         for node, name in self._images.items():
             declare_image(self.shader, node, name, plan)
@@ -73,7 +73,7 @@ class _Writer:
     def _declare_tile(self) -> None:
         target = self._plan.target
         rims = [chroma_radius(target, axis) for axis in (0, 1)]
-        tile = self.shader.groups = TILES[self._sharing.line if self._sharing else None]
+        tile = self.shader.groups = TILE_SIZES[self._sharing.line if self._sharing else None]
         self._area = tile[0] + sum(rims[0]), tile[1] + sum(rims[1])
         for name, (across, down) in {
             "TILE": tile,
@@ -89,7 +89,7 @@ class _Writer:
         self._text.add("void store_chroma(ivec2 place, vec2 value) {", *lines, "}")
 
     def _declare_sharing(self) -> None:
-        used = BYTES[2] * self._area[0] * self._area[1] if self._shrinks else 0
+        used = VALUE_BYTES[2] * self._area[0] * self._area[1] if self._shrinks else 0
         capacities = self._sharing.capacities(self._area, used) if self._sharing else None
         if self._sharing is None or capacities is None:
             self._sharing = None
@@ -100,15 +100,15 @@ class _Writer:
         self._text.add("uniform ivec2 around_radius;")
         self.shader.uniforms["around_radius"] = self._sharing.radius
         image = self._sharing.image
-        words = {"IMAGE": self._images[image], "VALUE": TYPES[CHANNELS[image.kind]]}
+        words = {"IMAGE": self._images[image], "VALUE": VALUE_TYPES[CHANNEL_COUNTS[image.kind]]}
         self._text.add_template("frame/around.glsl", words)
 
     def _load(self, node: ShaderNode) -> list[str]:
-        """A picture's own value at the pixel. Chroma on another grid is read by `between` instead."""
+        """Return lines that load a picture at the pixel; `between` reads chroma on another grid instead."""
         if node.grid is not None and node.shape != self._pass.shape:
             return []
         name = self._names[node] = f"loaded_{len(self._names)}"
-        return [f"{TYPES[CHANNELS[node.kind]]} {name} = {self._images[node]}_at(at);"]
+        return [f"{VALUE_TYPES[CHANNEL_COUNTS[node.kind]]} {name} = {self._images[node]}_at(at);"]
 
     def _compute(self, node: ShaderNode) -> list[str]:
         assert node.function is not None
@@ -133,7 +133,7 @@ class _Writer:
                 f"limits_{number}", ShaderParameter("vec2", "limits"), node.limits
             )
             call = f"clamp({call}, {limits}.x, {limits}.y)"
-        return [f"{TYPES[CHANNELS[node.kind]]} {name} = {call};"]
+        return [f"{VALUE_TYPES[CHANNEL_COUNTS[node.kind]]} {name} = {call};"]
 
     def _add_enlarging(self, node: ShaderNode) -> str:
         assert node.around is not None and node.function is not None
@@ -143,13 +143,13 @@ class _Writer:
         return name
 
     def _add_template_once(self, file: str, name: str, words: dict[str, str]) -> None:
-        """Add a template for all calls of the function of this name in it."""
+        """Add a template once for all calls of its function of this name."""
         if not any(f"{name}(" in line for line in self._text.lines):
             self._text.add_template(file, words)
 
     def _add_around(self, node: ShaderNode) -> None:
         assert node.around is not None and node.function is not None
-        type_name, image = TYPES[CHANNELS[node.around.kind]], self._images[node.around]
+        type_name, image = VALUE_TYPES[CHANNEL_COUNTS[node.around.kind]], self._images[node.around]
         if node.kind == "choices":
             self._add_template_once("blade/quad.glsl", "quad_at", {"IMAGE": image})
             return
@@ -159,7 +159,7 @@ class _Writer:
         self._text.add_once(f"{type_name} {reads}(ivec2 at) {{ return {image}_at(at); }}")
 
     def _argument(self, node: ShaderNode, number: int, parameter: ShaderParameter) -> str:
-        name = parameter.name.rstrip("_")  # added where the name is a word of GLSL
+        name = parameter.name.rstrip("_")  # added to names that are keywords of GLSL
         if name in node.inputs:
             return self._names[node.inputs[name]]
         if name == "at":
@@ -178,9 +178,9 @@ class _Writer:
         return self.shader.add_uniform(f"{name}_{number}", parameter, self._value(node, parameter))
 
     def _value(self, node: ShaderNode, parameter: ShaderParameter) -> Any:
-        """A parameter that is the same for all pixels.
+        """Return a parameter that is the same for all pixels.
 
-        NAME_count and NAME_sizes tell of the asset NAME, NAME_size of one that is a single array.
+        NAME_count and NAME_sizes describe the asset NAME, NAME_size an asset that is a single array.
         """
         name = parameter.name.rstrip("_")
         owner, _, what = name.rpartition("_")
@@ -193,7 +193,7 @@ class _Writer:
         if what == "sizes" and owner in node.values:
             sizes = [array.shape[::-1] for array in node.values[owner] or ()]
             return [*sizes, *[(1, 1)] * (parameter.count - len(sizes))]
-        if parameter.type == "float":  # a saved picture that may be left out, and has been
+        if parameter.type == "float":  # an optional saved picture that is not set
             return 1.0
         file = node.function.file if node.function else ""
         raise VidstyleError(f"shaders/{file}", f"unknown parameter {parameter.name!r}", "correct it")
@@ -219,7 +219,7 @@ class _Writer:
         returned = self._names[chroma] if chroma and self._shrinks else "vec2(0.0)"
         stores = [line for number in range(len(self.shader.targets)) for line in self._store(number)]
         self._text.add(
-            "// The values at a pixel of the page, kept at a place of the targets if they are its own.",
+            "// Compute the values at a pixel of the page; store them at a place of the targets if `own`.",
             "vec2 evaluate(ivec2 at, ivec2 place, bool own) {",
             *(f"    {line}" for line in [*loads, *body]),
             "    if (own) {",

@@ -1,4 +1,4 @@
-"""Allocation of textures to the values of a plan; values that are not needed at the same time share one."""
+"""Allocates textures for the values of a plan; values that are not needed at the same time share one."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ if TYPE_CHECKING:
     import moderngl
 
 
-WASTE = 2
-"""Maximum ratio of the area of a texture to that of the picture in it."""
+MAX_AREA_RATIO = 2
+"""Maximum ratio of the area of a texture to the area of the picture in it."""
 
 
 class TexturePool:
-    """Textures for reuse. Whoever calls it owns the context.
+    """Textures for reuse. The caller owns the context.
 
     Args:
-        make: a new texture of a height and width.
+        make: creates a texture of a height and width.
     """
 
     def __init__(self, make: Callable[[Shape, Format], moderngl.Texture]) -> None:
@@ -32,10 +32,10 @@ class TexturePool:
         self._free: list[tuple[Format, moderngl.Texture]] = []
 
     def take(self, shape: Shape, coding: Format, exact: bool = False) -> moderngl.Texture:
-        """A texture of at least this height and width: the smallest free one, else a new one.
+        """Return a texture of at least this height and width: the smallest free one, or a new one.
 
         Args:
-            exact: it must not be larger.
+            exact: whether it must not be larger.
         """
         fitting = [free for free in self._free if free[0] == coding and fits(free[1], shape, exact)]
         if not fitting:
@@ -56,16 +56,16 @@ class TexturePool:
 
 
 class Slots:
-    """The textures that a plan writes. Whoever calls it owns the context.
+    """The textures that a plan writes. The caller owns the context.
 
     Attributes:
-        nodes: the texture in which each stored value is kept.
-        samples: the texture of what is sampled for each measure.
+        nodes: the texture of each stored value.
+        samples: the texture with the samples of each measure.
     """
 
     def __init__(self, pool: TexturePool, plan: Plan, jobs: list[Job], shaders: dict[Pass, Shader]) -> None:
         self._pool = pool
-        # The textures of a framebuffer have one size; those that a compute shader writes may be larger.
+        # Textures of a framebuffer have the same size; textures that a compute shader writes may be larger.
         self._exact = plan.form != "compute"
         self._shaders = shaders
         self._taken: list[tuple[moderngl.Texture, Format]] = []
@@ -82,7 +82,7 @@ class Slots:
         }
 
     def texture(self, each: Pass, number: int) -> moderngl.Texture:
-        """The texture of a pass's target."""
+        """Return the texture of a pass's target."""
         target = self._shaders[each].targets[number]
         if target.name == "working":
             return self.nodes[target.node]
@@ -92,7 +92,7 @@ class Slots:
         return self._results[target.name]
 
     def release(self) -> None:
-        """Give all textures back to the pool."""
+        """Return all textures to the pool."""
         for texture, coding in self._taken:
             self._pool.give(texture, coding)
         self._taken.clear()
@@ -103,7 +103,7 @@ class Slots:
         return texture
 
     def _place(self, plan: Plan, jobs: list[Job]) -> dict[ShaderNode, moderngl.Texture]:
-        """A texture for each stored value, reused once its value is no longer read."""
+        """Assign a texture to each stored value; textures are reused when their value is no longer read."""
         needed, found, reused = shapes_of_stored(jobs), dict[ShaderNode, Any](), TexturePool(self._take)
         for number, each in enumerate(plan.passes):
             for node in each.stored:
@@ -114,7 +114,7 @@ class Slots:
 
 
 def shapes_of_stored(jobs: list[Job]) -> dict[ShaderNode, Shape]:
-    """Size of the texture of each stored value: that of its largest window."""
+    """Return the size of the texture of each stored value: the size of its largest window."""
     shapes: dict[ShaderNode, Shape] = {}
     for job in jobs:
         for each in job.passes:
@@ -124,7 +124,7 @@ def shapes_of_stored(jobs: list[Job]) -> dict[ShaderNode, Shape]:
 
 
 def shapes_of_results(jobs: list[Job], shaders: dict[Pass, Shader]) -> dict[tuple[str, Format], Shape]:
-    """Size of the texture of each plane of the result."""
+    """Return the size of the texture of each plane of the result."""
     shapes: dict[tuple[str, Format], Shape] = {}
     for job in jobs:
         for target in (target for each in job.passes for target in shaders[each].targets if target.is_plane):
@@ -139,7 +139,7 @@ def _grow(shapes: dict[T, Shape], key: T, shape: Shape) -> None:
 
 
 def ending(plan: Plan, number: int) -> list[ShaderNode]:
-    """The stored values that no later pass reads."""
+    """Return the stored values that no later pass reads."""
     later = {image for each in plan.passes[number + 1 :] for image in each.images}
     now = plan.passes[number]
     alive = dict.fromkeys(node for each in plan.passes[: number + 1] for node in each.stored)
@@ -152,4 +152,4 @@ def fits(texture: moderngl.Texture, shape: Shape, exact: bool) -> bool:
     if exact:
         return size == shape
     enough = size[0] >= shape[0] and size[1] >= shape[1]
-    return enough and size[0] * size[1] <= WASTE * shape[0] * shape[1]
+    return enough and size[0] * size[1] <= MAX_AREA_RATIO * shape[0] * shape[1]

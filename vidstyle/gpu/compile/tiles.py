@@ -16,13 +16,13 @@ from vidstyle.gpu.compile.plan import Plan
 from vidstyle.gpu.compile.shader_nodes import ShaderNode
 from vidstyle.style.nodes import Shape
 
-RESAMPLING_RADIUS = 5
-"""Pixels beyond its own area that a resampling method reads at most: one more than Lanczos."""
+RESAMPLING_RADIUS_PX = 5
+"""Maximum number of pixels beyond its area that a resampling method reads: one more than Lanczos."""
 MAX_SIDE = 8192
-"""A page with a longer side is processed in tiles, even where the device supports larger textures, since it
-may lack the memory for them."""
-TILE_STEP = 64
-"""Tiles begin at multiples of this, which chroma steps and sizes of work groups divide."""
+"""Pages with a longer side are processed in tiles, even if the device supports larger textures, as it may not
+have enough memory for them."""
+TILE_PITCH_PX = 64
+"""Tiles begin at multiples of this, a multiple of chroma subsampling and of the sizes of work groups."""
 
 
 class Window(NamedTuple):
@@ -35,7 +35,7 @@ class Window(NamedTuple):
 
     @classmethod
     def whole(cls, shape: Shape) -> Window:
-        """A whole page."""
+        """Return the window of a whole page."""
         return cls(0, 0, *shape)
 
     @property
@@ -44,25 +44,25 @@ class Window(NamedTuple):
         return self.bottom - self.top, self.right - self.left
 
     def joined(self, other: Window | None) -> Window:
-        """The smallest window that contains both."""
+        """Return the smallest window that contains both."""
         if other is None:
             return self
         return Window(*map(min, self[:2], other[:2]), *map(max, self[2:], other[2:]))
 
     def within(self, shape: Shape) -> Window:
-        """The part that lies on a page, at least one pixel."""
+        """Return the part within a page, at least one pixel."""
         top, left = (min(max(start, 0), side - 1) for start, side in zip(self[:2], shape, strict=True))
         bottom, right = map(min, self[2:], shape)
         return Window(top, left, max(bottom, top + 1), max(right, left + 1))
 
     def grown(self, rows: tuple[int, int], columns: tuple[int, int]) -> Window:
-        """The window enlarged by rows above and below and columns left and right."""
+        """Return the window enlarged by rows above and below and columns left and right."""
         return Window(
             self.top - rows[0], self.left - columns[0], self.bottom + rows[1], self.right + columns[1]
         )
 
     def on_grid(self, encoding: Encoding) -> Window:
-        """The chroma samples whose areas begin in it."""
+        """Return the chroma samples whose areas begin in the window."""
         across, down = encoding.step
         return Window(
             self.top // down, self.left // across, -(-self.bottom // down), -(-self.right // across)
@@ -72,15 +72,15 @@ class Window(NamedTuple):
 def windows_for(
     passes: Sequence[Pass], wanted: dict[Pass, Window], target: Encoding
 ) -> dict[ShaderNode | Pass, Window]:
-    """The window that each pass has to compute, and that of each plane of the source that is needed.
+    """Return the windows that each pass must compute, and that are needed of each plane of the source.
 
     Args:
         passes: the passes to run, in order.
-        wanted: windows of the last ones.
+        wanted: windows of the last passes.
         target: encoding of the result.
 
     Returns:
-        Windows of passes and of the source's planes; none for passes that are not needed.
+        Windows of passes and of the source's planes; passes that are not needed have none.
     """
     windows: dict[ShaderNode | Pass, Window] = dict(wanted.items())
     for each in reversed(passes):
@@ -96,7 +96,7 @@ def windows_for(
 
 
 def tiles(shape: Shape, side: int) -> list[Window]:
-    """The tiles of a page, with sides of at most `side` pixels, a multiple of TILE_STEP."""
+    """Return the tiles of a page, with sides of at most `side` pixels, a multiple of `TILE_PITCH_PX`."""
     return [
         Window(top, left, min(top + side, shape[0]), min(left + side, shape[1]))
         for top in range(0, shape[0], side)
@@ -114,7 +114,7 @@ def _read(each: Pass, window: Window) -> Iterator[tuple[ShaderNode, Window]]:
 
 
 def _around(node: ShaderNode, image: ShaderNode, window: Window) -> Window:
-    """The window of its input that a node reads for a window of its own."""
+    """Return the window of its input that a node reads for a window of its result."""
     if node.is_enlarged and image.grid is not None:
         return _between(window, image.grid)
     if node.function is not None and node.function.name == "shrunk_chroma":
@@ -125,7 +125,7 @@ def _around(node: ShaderNode, image: ShaderNode, window: Window) -> Window:
         down, across = (old / new for old, new in zip(image.shape, node.shape, strict=True))
         top, left = floor(window.top * down), floor(window.left * across)
         mapped = Window(top, left, ceil(window.bottom * down), ceil(window.right * across))
-        radius = max(RESAMPLING_RADIUS, node.radius)
+        radius = max(RESAMPLING_RADIUS_PX, node.radius)
         return mapped.grown((radius, radius), (radius, radius))
     return window.grown((node.radius,) * 2, (node.radius,) * 2)
 
@@ -149,8 +149,8 @@ class Job:
 
     Attributes:
         plan: the plan of the passes.
-        windows: of each pass, and of the planes of the source.
-        ends_measure: whether it is the last one that samples for a measure.
+        windows: windows of each pass, and of the planes of the source.
+        ends_measure: whether it is the last job that samples for a measure.
     """
 
     plan: Plan
@@ -168,11 +168,11 @@ class Job:
         return {node: window for node, window in self.windows.items() if isinstance(node, ShaderNode)}
 
     def window_of(self, node: ShaderNode) -> Window:
-        """The part of a picture that its texture holds."""
+        """Return the part of a picture that its texture holds."""
         return self.windows.get(node) or self.windows[self._homes[node]]
 
     def area(self, each: Pass) -> tuple[Pair, Pair, Pair, int]:
-        """The area that a pass computes, x before y.
+        """Return the area that a pass computes, x before y.
 
         Returns:
             First texel in its targets, number of texels, pixel of the page at texel (0, 0), and pixels from
@@ -189,7 +189,7 @@ class Job:
         return (left, top), (right - left, bottom - top), (column, row), sampling.stride
 
     def result_window(self, name: str) -> Window:
-        """The window of a plane of the result, in its own samples."""
+        """Return the window of a plane of the result, in samples of the plane."""
         kind = "chroma" if name in ("blue", "red") else name
         window, role = next(
             (self.windows[each], each.result.role)
@@ -204,7 +204,7 @@ class Job:
 
 
 def jobs_of(plan: Plan, max_side: int) -> list[Job]:
-    """The jobs for one picture.
+    """Return the jobs for one picture.
 
     Args:
         max_side: maximum side of a texture in pixels; larger pages are processed in tiles.
@@ -217,14 +217,14 @@ def jobs_of(plan: Plan, max_side: int) -> list[Job]:
 
 
 def _tiled(plan: Plan, max_side: int) -> list[Job]:
-    """Measures first, each over all tiles, then the tiles of the result."""
-    side = max_side // TILE_STEP * TILE_STEP
+    """Return jobs for measures, each over all tiles, then for the tiles of the result."""
+    side = max_side // TILE_PITCH_PX * TILE_PITCH_PX
     while True:
         jobs = [job for each in plan.passes if each.sampled for job in _over_tiles(plan, each, side)]
         jobs += _result_tiles(plan, side)
-        if side <= TILE_STEP or all(_fits(job, max_side) for job in jobs):
+        if side <= TILE_PITCH_PX or all(_fits(job, max_side) for job in jobs):
             return jobs
-        side = side // 2 // TILE_STEP * TILE_STEP
+        side = side // 2 // TILE_PITCH_PX * TILE_PITCH_PX
 
 
 def _over_tiles(plan: Plan, each: Pass, side: int) -> list[Job]:

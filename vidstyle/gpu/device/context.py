@@ -20,24 +20,26 @@ from typing import Any, ParamSpec, TypeVar
 from vidstyle.errors import DeviceError
 
 EGL_LIBRARY = "libEGL.so.1"
-"""Opens contexts on Linux without a display. Named, as moderngl finds it only with `ldconfig`."""
+"""Library for contexts on Linux without a display. Named explicitly, as moderngl only finds it with
+`ldconfig`."""
 GL_LIBRARIES = (EGL_LIBRARY, "libOpenGL.so.0", "libGL.so.1")
-"""Libraries with OpenGL's functions; moderngl by default tries only the last, which servers often lack."""
-# NVIDIA gives just the version that is asked for, and the Mac's one version whatever is asked for.
-VERSIONS = (330,) if sys.platform == "darwin" else (460, 430, 330)
-"""The versions of OpenGL to ask for, the best first."""
+"""Libraries with OpenGL's functions; by default moderngl only tries the last, which servers often lack."""
+# NVIDIA returns exactly the requested version; macOS has only one version.
+GL_VERSIONS = (330,) if sys.platform == "darwin" else (460, 430, 330)
+"""Versions of OpenGL to request, the best first."""
 
 
 def open_context(index: int | None = None) -> Any:
-    """A moderngl context of at least OpenGL 3.3, current in this thread.
+    """Open a moderngl context of at least OpenGL 3.3 and make it current in this thread.
 
-    On Linux it is one of EGL's devices; where EGL has none, and elsewhere, the platform's own, number 0.
+    On Linux it uses one of EGL's devices. If EGL has none, and on other systems, it uses the platform's
+    device, number 0.
 
     Args:
-        index: the number of the device; None: the first that can be opened.
+        index: the number of the device; None for the first that can be opened.
 
     Raises:
-        DeviceError: there is no such device, or it cannot be opened.
+        DeviceError: the device does not exist or cannot be opened.
     """
     devices, failure = _devices()
     subject = "OpenGL" if index is None else f"gpu:{index}"
@@ -47,7 +49,7 @@ def open_context(index: int | None = None) -> Any:
     for settings in devices if index is None else [devices[index]]:
         try:
             return _open(settings)
-        except Exception as error:  # moderngl raises plain Exception when it finds no library or device
+        except Exception as error:  # moderngl raises Exception if it finds no library or device
             failures.append(f"no OpenGL 3.3 ({error})")
     if failure:
         raise DeviceError(subject, failure, "apt-get install libegl1 libgl1 libgl1-mesa-dri")
@@ -55,26 +57,26 @@ def open_context(index: int | None = None) -> Any:
 
 
 def close_context(context: Any) -> None:
-    """Release the context and everything created in it."""
-    # Makes no context current, or the one before. A context that is released while current stays alive with
-    # its textures until its thread opens another, and for ever if the thread ends first.
+    """Release the context and all its objects."""
+    # Makes no context or the previous one current. A context released while current stays alive with its
+    # textures until its thread opens another context, or forever if the thread ends first.
     with context:
         pass
     context.release()
 
 
 def count_devices() -> int:
-    """The number of devices; some may fail to open."""
+    """Return the number of devices; some may fail to open."""
     return len(_devices()[0])
 
 
 def _devices() -> tuple[list[dict[str, Any]], str]:
-    """The arguments of moderngl for each device, and why EGL has none where it should."""
+    """Return the arguments of moderngl for each device, and the reason if EGL has none on Linux."""
     if not sys.platform.startswith("linux"):
         return [{}], ""
     try:
         count = _count_egl_devices()
-    except (OSError, AttributeError) as error:  # no such library, or one without such a function
+    except (OSError, AttributeError) as error:  # the library or its function is missing
         return [{}], str(error)
     if not count:
         return [{}], "EGL finds no device"
@@ -82,7 +84,7 @@ def _devices() -> tuple[list[dict[str, Any]], str]:
 
 
 def _count_egl_devices() -> int:
-    os.environ.setdefault("EGL_LOG_LEVEL", "fatal")  # else Mesa writes to standard error
+    os.environ.setdefault("EGL_LOG_LEVEL", "fatal")  # otherwise Mesa writes to standard error
     library = ctypes.CDLL(EGL_LIBRARY)
     library.eglGetProcAddress.restype = ctypes.c_void_p
     address = library.eglGetProcAddress(b"eglQueryDevicesEXT")
@@ -95,15 +97,15 @@ def _count_egl_devices() -> int:
 
 
 def _open(settings: dict[str, Any]) -> Any:
-    """The context of the first library and version that work; else the first failure."""
-    # Any: moderngl declares its keyword arguments as dictionaries.
+    """Open a context with the first library and version that work, or raise the first failure."""
+    # Any, as moderngl annotates its keyword arguments as dictionaries.
     moderngl: Any = importlib.import_module("moderngl")
     choices = [settings | {"libgl": library} for library in GL_LIBRARIES] if settings else [settings]
     failures: list[Exception] = []
-    for choice, version in product(choices, VERSIONS):
+    for choice, version in product(choices, GL_VERSIONS):
         try:
             return moderngl.create_context(version, standalone=True, **choice)
-        except Exception as error:  # a plain one, as above
+        except Exception as error:  # moderngl raises Exception, see above
             failures.append(error)
     raise failures[0]
 
@@ -115,7 +117,7 @@ Result = TypeVar("Result")
 class ContextThread:
     """Runs calls in order in one thread, as a context belongs to one thread.
 
-    A daemon thread: a driver that hangs must not keep the program from ending.
+    It is a daemon thread, so that a hanging driver does not keep the program from exiting.
     """
 
     def __init__(self, name: str) -> None:
@@ -132,7 +134,7 @@ class ContextThread:
         return future
 
     def end(self, seconds: float) -> None:
-        """End the thread after the submitted calls; wait for at most so many seconds."""
+        """End the thread after the submitted calls; wait for at most `seconds`."""
         self._calls.put(None)
         self._thread.join(seconds)
 
@@ -143,5 +145,5 @@ class ContextThread:
                 future.set_result(call())
             except BaseException as error:  # raised to the caller of result()
                 future.set_exception(error)
-            # Else the last result, perhaps a picture, would stay alive until the next call.
+            # Otherwise the last result, which may be a picture, would stay alive until the next call.
             del item, future, call

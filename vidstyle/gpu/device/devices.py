@@ -1,4 +1,4 @@
-"""The OpenGL devices of this machine, and the choice of one."""
+"""The OpenGL devices of this machine, and the selection of one."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from vidstyle.gpu.device.context import close_context, count_devices, open_conte
 if TYPE_CHECKING:
     from vidstyle.gpu.compile.glsl import Form
 
-DEVICES = ("auto", "cpu", "gpu", "gpu:N")
+DEVICE_NAMES = ("auto", "cpu", "gpu", "gpu:N")
 """Names of devices; N is a number."""
-SOFTWARE = ("llvmpipe", "softpipe", "swr", "swiftshader", "software", "basic render")
+SOFTWARE_NAMES = ("llvmpipe", "softpipe", "swr", "swiftshader", "software", "basic render")
 """Words in the names of software renderers, which do not count as a GPU (docs/rules.md, Devices)."""
 DEVICE_FILES = ("/dev/dri/renderD*", "/dev/nvidia[0-9]*", "/dev/dxg")
-"""Device files of graphics cards on Linux: those with a Mesa driver, NVIDIA's, and Windows' below WSL."""
+"""Device files of graphics cards on Linux: with a Mesa driver, of NVIDIA, and of Windows in WSL."""
 
 
 @dataclass(frozen=True)
@@ -30,11 +30,12 @@ class Device:
     """An OpenGL device.
 
     Attributes:
-        index: its number for `open_context`.
-        name: of the renderer.
-        version: of OpenGL, 450 for 4.5; for some drivers the highest of `context.VERSIONS`.
-        software: whether it draws on the CPU.
-        texture_size: the largest width and height of a texture, in pixels.
+        index: number of the device for `open_context`.
+        name: name of the renderer.
+        version: version of OpenGL, 450 for 4.5; some drivers return the highest requested one
+            (`GL_VERSIONS`).
+        software: whether it renders on the CPU.
+        texture_size: maximum width and height of a texture, in pixels.
     """
 
     index: int
@@ -45,7 +46,7 @@ class Device:
 
     @property
     def form(self) -> Form:
-        """How passes run on it by default."""
+        """The default form of passes on this device."""
         return "compute" if self.version >= 430 else "fragment"
 
     def __str__(self) -> str:
@@ -57,8 +58,8 @@ class DeviceChoice:
     """The device that a style runs on.
 
     Attributes:
-        device: None for the CPU, without OpenGL.
-        notice: which device it is and why, in one line; empty where the user asked for the CPU.
+        device: the OpenGL device, or None for the CPU.
+        notice: one line with the device and the reason; empty if the user requested the CPU.
     """
 
     device: Device | None
@@ -66,32 +67,33 @@ class DeviceChoice:
 
 
 def list_devices() -> list[Device]:
-    """All devices that can be opened, in the order of their numbers; cached."""
+    """Return all devices that can be opened, in the order of their numbers; cached."""
     return [device for device in map(_device, range(count_devices())) if isinstance(device, Device)]
 
 
 def has_gpu_hardware() -> bool:
-    """Whether there may be a graphics card, without loading OpenGL, which takes time."""
+    """Whether the machine may have a graphics card, without the delay of loading OpenGL."""
     return not sys.platform.startswith("linux") or bool(_device_files())
 
 
 def choose(device: str) -> DeviceChoice:
-    """The device of a name.
+    """Choose a device by name.
 
     Args:
-        device: "auto": the first real GPU, else the CPU; "cpu"; "gpu": the first real GPU, else the first
-            software renderer; "gpu:N": the one with that number.
+        device: "auto" for the first hardware GPU, or the CPU if there is none; "cpu"; "gpu" for the first
+            hardware GPU, or the first software renderer if there is none; "gpu:N" for the device with this
+            number.
 
     Raises:
-        UsageError: an unknown name.
-        DeviceError: there is no such device.
+        UsageError: the name is unknown.
+        DeviceError: the device does not exist.
     """
     if device == "cpu":
         return DeviceChoice(None)
     if device == "auto":
         return _choose_auto()
     if not re.fullmatch("gpu(:[0-9]{1,4})?", device):
-        raise UsageError(device, "is not a device", f"choose one of {', '.join(DEVICES)}")
+        raise UsageError(device, "is not a device", f"choose one of {', '.join(DEVICE_NAMES)}")
     return _choice(_first_gpu() or _first_device(device) if device == "gpu" else _numbered(device))
 
 
@@ -109,12 +111,12 @@ def _choose_auto() -> DeviceChoice:
 
 def _choice(device: Device) -> DeviceChoice:
     if device.software:
-        return DeviceChoice(device, f"{device}, is software that draws on the CPU: --device cpu is faster")
+        return DeviceChoice(device, f"{device}, is a software renderer: --device cpu is faster")
     return DeviceChoice(device, f"using {device}")
 
 
 def _first_gpu() -> Device | None:
-    """The first real GPU; later ones are not opened."""
+    """Return the first hardware GPU, without opening later devices."""
     devices = (_device(index) for index in range(count_devices()))
     return next((each for each in devices if isinstance(each, Device) and not each.software), None)
 
@@ -137,9 +139,9 @@ def _numbered(word: str) -> Device:
 
 @cache
 def _device(index: int) -> Device | DeviceError:
-    """A device, or why it cannot be opened.
+    """Return a device, or the error that prevents opening it.
 
-    Opened in another thread, as a new context would replace the caller's current one.
+    It is opened in another thread, as a new context would replace the caller's current one.
     """
     with ThreadPoolExecutor(1) as thread:
         try:
@@ -153,7 +155,7 @@ def _probe(index: int) -> Device:
     try:
         info = context.info
         name = info["GL_RENDERER"]
-        software = any(word in name.lower() for word in SOFTWARE)
+        software = any(word in name.lower() for word in SOFTWARE_NAMES)
         return Device(index, name, context.version_code, software, info["GL_MAX_TEXTURE_SIZE"])
     finally:
         close_context(context)
@@ -164,7 +166,7 @@ def _device_files() -> list[str]:
 
 
 def _why_unusable() -> str:
-    """Why a graphics card cannot be used, in the two cases that are frequent on Linux."""
+    """Return why a graphics card cannot be used, for the two common cases on Linux, or an empty text."""
     files = _device_files()
     closed = [path for path in files if not os.access(path, os.R_OK | os.W_OK)]
     if closed:

@@ -1,48 +1,48 @@
-"""Percentiles measured and smoothed on the GPU, so that no frame waits for a readback."""
+"""Percentiles that are measured and smoothed on the GPU, so that no frame waits for a readback."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from vidstyle.gpu.compile.glsl import TRIANGLE, read_source
+from vidstyle.gpu.compile.glsl import TRIANGLE_SHADER, read_source
 
 if TYPE_CHECKING:
     import moderngl
 
-_BINS = 256
+_SIDE_BINS = 256
 """Rows and columns of the histogram: one bin for each 16-bit value."""
 
 
-class Percentiles:
-    """The percentiles of one measured step. Whoever calls it owns the context.
+class GpuPercentiles:
+    """The percentiles of one measured step. The caller owns the context.
 
-    An exact histogram: each sample is drawn as a point on its bin, and blending counts them, which
-    OpenGL 3.3 supports; floats count exactly up to 2^24. Further passes sum the rows of bins, find the
-    samples next to each percentile, and interpolate and smooth over time.
+    It uses an exact histogram: each sample is drawn as a point on its bin, and blending counts the points,
+    which OpenGL 3.3 supports; floats count exactly up to 2^24. Further passes sum the rows of bins, find the
+    samples next to each percentile, interpolate, and smooth over time.
 
     Args:
-        low, span: the samples' values lie from low to low + span.
+        low, span: the range of the samples' values, from low to low + span.
     """
 
     def __init__(self, context: moderngl.Context, low: float, span: float) -> None:
         self._context = context
-        self._bins = _Target(context, (_BINS, _BINS), 1, context.BLEND)
-        self._rows = _Target(context, (_BINS, 1), 1)
+        self._bins = _Target(context, (_SIDE_BINS, _SIDE_BINS), 1, context.BLEND)
+        self._rows = _Target(context, (_SIDE_BINS, 1), 1)
         self._ordered = _Target(context, (4, 2), 1)
         self._smoothed = [_Target(context, (1, 1), 4) for _ in range(2)]
         self._into_bins = _shader(context, "measure/bin_vertex.glsl", "bin_fragment")
-        self._into_rows = _shader(context, TRIANGLE, "row_fragment")
-        self._order = _shader(context, TRIANGLE, "order_fragment", bins=0, rows=1)
+        self._into_rows = _shader(context, TRIANGLE_SHADER, "row_fragment")
+        self._order = _shader(context, TRIANGLE_SHADER, "order_fragment", bins=0, rows=1)
         self._smoothing = _shader(
-            context, TRIANGLE, "smooth_fragment", ordered=0, remembered=1, low=low, span=span
+            context, TRIANGLE_SHADER, "smooth_fragment", ordered=0, remembered=1, low=low, span=span
         )
         self._first = True
 
     def measure(
         self, samples: moderngl.Texture, size: tuple[int, int], percentages: Sequence[float], weight: float
     ) -> moderngl.Texture:
-        """The smoothed percentiles after these samples.
+        """Measure percentiles of these samples and return the smoothed percentiles.
 
         Percentiles between two samples are interpolated as by `numpy.percentile`.
 
@@ -51,15 +51,15 @@ class Percentiles:
             size: width and height of the part to measure, from the first row and column; at most 2^24
                 samples.
             percentages: one to four, 0 to 100.
-            weight: of the new percentiles, 0 to 1; the first ones are taken as they are.
+            weight: weight of the new percentiles, 0 to 1; the first percentiles are not smoothed.
 
         Returns:
-            A 1 x 1 texture of four floats, the last percentile repeated where there are fewer; good
-            until the next but one call.
+            A 1 x 1 texture of four floats, the last percentile repeated if there are fewer than four; valid
+            until the second next call.
         """
         ranks = [percentage / 100 * (size[0] * size[1] - 1) for percentage in percentages]
         ranks += ranks[-1:] * (4 - len(ranks))
-        # Split in double precision: between black and white a fraction must be accurate to 2^-16.
+        # Split in double precision: the fraction must be accurate to 2^-16 of the range from black to white.
         self._order.program["ranks"] = tuple(float(int(rank)) for rank in ranks)
         self._smoothing.program["fractions"] = tuple(rank % 1 for rank in ranks)
         self._smoothing.program["weight"] = 1.0 if self._first else weight
@@ -78,7 +78,7 @@ class Percentiles:
         self._into_bins.program["width"] = size[0]
         context.blend_func = context.ONE, context.ONE
         self._bins.draw(self._into_bins, samples, mode=context.POINTS, vertices=size[0] * size[1])
-        # The default of a context; moderngl cannot read the one that is set.
+        # The default of a context; moderngl cannot read the current value.
         context.blend_func = context.SRC_ALPHA, context.ONE_MINUS_SRC_ALPHA
 
     def release(self) -> None:
@@ -91,7 +91,7 @@ class Percentiles:
 
 
 class _Target:
-    """A texture of floats to draw into; restores the framebuffer and the flags in use before."""
+    """A texture of floats to draw into; restores the previous framebuffer and flags."""
 
     def __init__(
         self, context: moderngl.Context, size: tuple[int, int], components: int, enabled: int = 0
@@ -112,7 +112,7 @@ class _Target:
         """Draw with these textures in the units from 0 on; by default one triangle."""
         for unit, source in enumerate(sources):
             source.use(unit)
-        # Made for each draw, as it restores what was in use when it was made.
+        # Created for each draw, as it restores the state at its creation.
         scope = self._context.scope(self.framebuffer, self._enabled)
         with scope:
             shader.render(mode, vertices)

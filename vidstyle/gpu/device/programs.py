@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vidstyle.errors import DeviceError
-from vidstyle.gpu.compile.glsl import TRIANGLE, Assembly, read_source
+from vidstyle.gpu.compile.glsl import TRIANGLE_SHADER, Assembly, read_source
 
 if TYPE_CHECKING:
     import moderngl
 
 MAX_UNUSED = 64
-"""Programs kept for styles that may come back."""
+"""Maximum number of programs kept for styles that may be used again."""
 
 
 class Program:
@@ -31,15 +31,15 @@ class Program:
             if assembly.is_compute:
                 self._program = context.compute_shader(assembly.text)
             else:
-                self._program = context.program(read_source(TRIANGLE), assembly.text)
+                self._program = context.program(read_source(TRIANGLE_SHADER), assembly.text)
                 self._triangle = context.vertex_array(self._program, [])
         except moderngl.Error as error:
             message = assembly.name_places(str(error))
             reason = next((line for line in message.splitlines() if "error" in line.lower()), message)
-            raise DeviceError("the GPU", f"refuses a shader: {reason.strip()}", "use --device cpu") from None
+            raise DeviceError("the GPU", f"rejects a shader: {reason.strip()}", "use --device cpu") from None
 
     def set(self, name: str, value: Any) -> None:
-        """Set a uniform, unless it has the value already or the compiler has removed it."""
+        """Set a uniform, unless it already has the value or the compiler has removed it."""
         plain = _plain(value)
         if self._values.get(name) == plain:
             return
@@ -73,18 +73,18 @@ class Programs:
         self._programs: dict[str, Program] = {}
 
     def get(self, assembly: Assembly) -> Program:
-        """The program of a shader, compiled if it is new.
+        """Return the program of a shader; compile it if it is new.
 
         Raises:
-            DeviceError: the driver does not compile it; the message names our file and line.
+            DeviceError: the driver does not compile it; the message names the file in shaders/ and the line.
         """
         text = assembly.text
         program = self._programs.pop(text) if text in self._programs else Program(self._context, assembly)
-        self._programs[text] = program  # at the end: the most recently used
+        self._programs[text] = program  # at the end, as the most recently used
         return program
 
     def trim(self, used: Iterable[Assembly]) -> None:
-        """Release the least recently used programs, but for those in use and `MAX_UNUSED` more."""
+        """Release the least recently used programs, except programs in use and `MAX_UNUSED` others."""
         texts = {assembly.text for assembly in used}
         unused = [text for text in self._programs if text not in texts]
         for text in unused[: max(len(unused) - MAX_UNUSED, 0)]:
@@ -92,7 +92,7 @@ class Programs:
 
 
 def _plain(value: Any) -> Any:
-    """The value as moderngl takes it, matrices in column order."""
+    """Convert a value for moderngl, matrices in column order."""
     if isinstance(value, np.ndarray):
         return tuple(float(number) for number in (value.T if value.ndim == 2 else value).ravel())
     return list(value) if isinstance(value, list) else value

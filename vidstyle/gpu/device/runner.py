@@ -1,4 +1,4 @@
-"""Runs a plan on the GPU: binds textures and uniforms, starts the passes, reads the planes back."""
+"""Runs a plan on the GPU: binds textures and uniforms, starts the passes, reads back the planes."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from vidstyle.core.picture import Picture
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan
 from vidstyle.gpu.compile.shader import ImageOf, Shader
-from vidstyle.gpu.compile.shader_nodes import WORKING, ShaderMeasure, ShaderNode
+from vidstyle.gpu.compile.shader_nodes import WORKING_FORMATS, ShaderMeasure, ShaderNode
 from vidstyle.gpu.compile.shader_writer import write_shader
 from vidstyle.gpu.compile.slots import Slots, TexturePool
 from vidstyle.gpu.compile.tiles import Job, Window, jobs_of
-from vidstyle.gpu.device.percentiles import Percentiles
+from vidstyle.gpu.device.percentiles import GpuPercentiles
 from vidstyle.gpu.device.programs import Programs
 from vidstyle.gpu.device.stabilizer import GpuStabilizer
 from vidstyle.gpu.device.textures import AssetTextures, new_texture
@@ -37,7 +37,7 @@ class Readback:
     """Planes of one tile of the result in transfer from the GPU.
 
     Attributes:
-        windows: where each plane lies, in its own samples, by its name.
+        windows: position of each plane by name, in samples of the plane.
     """
 
     transfer: PlaneTransfer
@@ -54,36 +54,36 @@ class GpuResources:
         self.assets = AssetTextures(context)
         self.upload = Upload(context)
         self.download = Download(context)
-        self._percentiles: dict[tuple[str, int], Percentiles] = {}
+        self._percentiles: dict[tuple[str, int], GpuPercentiles] = {}
         self._framebuffers: dict[tuple[int, ...], moderngl.Framebuffer] = {}
         self._unused = context.framebuffer([context.renderbuffer((1, 1))])
 
     def draw_into(self, textures: Sequence[moderngl.Texture]) -> None:
-        """Let the next programs that are not compute shaders draw into these textures of the pool."""
+        """Make the following fragment shaders draw into these textures of the pool."""
         key = tuple(texture.glo for texture in textures)
         if key not in self._framebuffers:
             self._framebuffers[key] = self.context.framebuffer(textures)
         self._framebuffers[key].use()
 
-    def percentiles_of(self, measure: ShaderMeasure) -> Percentiles:
-        """The percentiles of a measured step."""
+    def percentiles_of(self, measure: ShaderMeasure) -> GpuPercentiles:
+        """Return the percentiles of a measured step."""
         if measure.step not in self._percentiles:
-            coding = WORKING["luma"]
-            self._percentiles[measure.step] = Percentiles(self.context, coding.low, coding.span)
+            coding = WORKING_FORMATS["luma"]
+            self._percentiles[measure.step] = GpuPercentiles(self.context, coding.low, coding.span)
         return self._percentiles[measure.step]
 
     def forget_percentiles(self) -> None:
-        """Release all percentiles, before another structure of steps."""
+        """Release all percentiles before the structure of the steps changes."""
         while self._percentiles:
             self._percentiles.popitem()[1].release()
 
     def trim(self, shaders: Iterable[Shader]) -> None:
-        """Release textures, framebuffers and programs that have no use once these shaders run."""
+        """Release textures, framebuffers and programs that these shaders do not use."""
         shaders = list(shaders)
         self.programs.trim(shader.assembly for shader in shaders)
         samplers = (what for shader in shaders for what in shader.samplers.values())
         self.assets.trim(what for what in samplers if isinstance(what, tuple))
-        # moderngl rebinds the framebuffer in use when it makes another, which fails if that was released.
+        # When moderngl creates a framebuffer it rebinds the current one, which fails if that was released.
         self._unused.use()
         while self._framebuffers:
             self._framebuffers.popitem()[1].release()
@@ -91,7 +91,7 @@ class GpuResources:
 
 
 class Runner:
-    """A plan with its programs and textures on the GPU. Whoever calls it owns the context."""
+    """A plan with its programs and textures on the GPU. The caller owns the context."""
 
     def __init__(self, resources: GpuResources, plan: Plan, max_side: int) -> None:
         self._resources = resources
@@ -118,13 +118,13 @@ class Runner:
         stabilizer: GpuStabilizer | None = None,
         moment: int = 0,
     ) -> list[Readback]:
-        """Start all passes of a picture; does not wait for the GPU.
+        """Start all passes of a picture without waiting for the GPU.
 
         Args:
-            picture: of the plan's layout, or of planes that `stabilizer` brings to it.
-            weights: of the new percentiles of each measured step.
-            stabilizer: temporal stabilization; not for a page that is processed in tiles.
-            moment: of the frame.
+            picture: a picture of the plan's layout, or planes that `stabilizer` converts to it.
+            weights: weights of the new percentiles of each measured step.
+            stabilizer: temporal stabilization; not supported for pages in tiles.
+            moment: `FrameTime` of the frame.
         """
         self._moment = moment
         found = (self._run_job(job, picture, weights, stabilizer) for job in self._jobs)
@@ -160,7 +160,7 @@ class Runner:
         return Readback(self._resources.download.begin(textures, parts), windows)
 
     def _planes_of(self, job: Job, picture: Picture) -> dict[str, np.ndarray]:
-        """The part of each plane of the source that a job reads, by name."""
+        """Return the part of each plane of the source that a job reads, by name."""
         return {
             name: plane[window.top : window.bottom, window.left : window.right]
             for node, window in job.planes.items()
@@ -223,7 +223,7 @@ def _plane_names(node: ShaderNode) -> Sequence[str]:
 
 
 def plane_arrays(node: ShaderNode, picture: Picture) -> dict[str, np.ndarray]:
-    """The arrays of a node that is a plane of the source, by their names."""
+    """Return the arrays of a node that is a plane of the source, by name."""
     planes = {"luma": (picture.luma,), "chroma": picture.chroma, "color": (picture.color,)}[node.kind]
     assert planes is not None
     return {name: plane for name, plane in zip(_plane_names(node), planes, strict=True) if plane is not None}

@@ -1,4 +1,4 @@
-"""Temporal stabilization on the GPU; planes of the previous frame are kept as textures."""
+"""Temporal stabilization on the GPU, with planes of the previous frame in textures."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vidstyle.core.picture import Encoding, Picture
 from vidstyle.gpu.compile.glsl import Assembly
 from vidstyle.gpu.compile.shader_nodes import Format, plane_format
 from vidstyle.stabilize.motion import MotionEstimator, Warp
-from vidstyle.stabilize.segment import SEGMENT
+from vidstyle.stabilize.segment import SEGMENT_SIZE
 from vidstyle.stabilize.stabilizer import (
     code_scale,
     plane_step,
@@ -28,16 +28,16 @@ if TYPE_CHECKING:
 
     from vidstyle.gpu.device.runner import GpuResources
 
-WEIGHT = Format(1, "nu2")
-WARPED = Format(2, "f4")
+WEIGHT_FORMAT = Format(1, "nu2")
+WARPED_FORMAT = Format(2, "f4")
 
 
 class GpuStabilizer:
-    """As `Stabilizer`, for planes in textures. Whoever calls it owns the context.
+    """Does the same as `Stabilizer` for planes in textures. The caller owns the context.
 
     Args:
         steady: 0 to 1, as in a style.
-        is_fixed: whether the style makes marks fixed to the page.
+        is_fixed: whether the style draws marks fixed to the page.
         source: encoding of the input planes.
         target: encoding of the planes of the result.
     """
@@ -57,24 +57,24 @@ class GpuStabilizer:
         self._motion.change_strength(steady, is_fixed)
 
     def estimate(self, picture: Picture, time: float, scene_cut: bool) -> None:
-        """Estimate the warp of the previous planes into those of this picture, the next one."""
+        """Estimate the warp of the previous planes into the planes of this picture."""
         self._warp = self._motion.estimate(picture, time, scene_cut)
 
     def before(
         self, uploaded: Mapping[str, moderngl.Texture], shapes: Mapping[str, Shape]
     ) -> dict[str, moderngl.Texture]:
-        """Stabilize the uploaded planes "luma", "blue" and "red", for the style.
+        """Stabilize the uploaded planes "luma", "blue" and "red" for the style.
 
         Args:
-            shapes: height and width of each; a texture may be wider.
+            shapes: height and width of each plane; a texture may be wider.
         """
         names = [name for name in ("luma", "blue", "red") if name in uploaded]
-        return {name: self._stabilized(name, uploaded[name], shapes[name]) for name in names}
+        return {name: self._stabilize(name, uploaded[name], shapes[name]) for name in names}
 
     def after(self, results: Iterable[tuple[str, moderngl.Texture]]) -> list[moderngl.Texture]:
-        """Stabilize the planes that the style has made, by name."""
+        """Stabilize the named planes of the style's result."""
         self._resources.context.memory_barrier()
-        return [self._result(name, texture) for name, texture in results]
+        return [self._stabilize_result(name, texture) for name, texture in results]
 
     def release(self) -> None:
         """Return the textures to the pool."""
@@ -82,15 +82,15 @@ class GpuStabilizer:
             self._resources.textures.give(texture, coding)
         self._taken.clear()
 
-    def _stabilized(self, name: str, plane: moderngl.Texture, shape: Shape) -> moderngl.Texture:
+    def _stabilize(self, name: str, plane: moderngl.Texture, shape: Shape) -> moderngl.Texture:
         warp, old, new = self._warp, self._source, stabilized_encoding(self._source)
         (gain, offset), span = code_scale(name, old, new)
         coding = plane_format(new.depth)
         newest, next_one = self._newest_and_next(name, shape, coding)
-        warped = self._take(f"warped {shape}", shape, WARPED)
+        warped = self._take(f"warped {shape}", shape, WARPED_FORMAT)
         values = {
             "size": shape[::-1],
-            "segment": SEGMENT,
+            "segment": SEGMENT_SIZE,
             "luma_step": plane_step(name, old),
             "scale": (gain * plane_format(old.depth).most, offset),
             "white": float(coding.most),
@@ -102,14 +102,14 @@ class GpuStabilizer:
             flow = segment_flow(warp.flow, shape[1], plane_step(name, old))
             images = {"plane": plane, "before": newest, "flow": self._grid("slight flow", flow)}
             self._run("warped", images, values, [warped])
-        weights = self._take(f"weights {name}", shape, WEIGHT)
+        weights = self._take(f"weights {name}", shape, WEIGHT_FORMAT)
         images = {"plane": plane, "warped": warped}
         if name != "luma":
             images["guide"] = self._taken["weights luma"][0]
         self._run("blended", images, values, [next_one, weights])
         return next_one
 
-    def _result(self, name: str, plane: moderngl.Texture) -> moderngl.Texture:
+    def _stabilize_result(self, name: str, plane: moderngl.Texture) -> moderngl.Texture:
         shape, target, warp = (plane.height, plane.width), self._target, self._warp
         coding = plane_format(target.depth, plane.components)
         deep = plane_format(16 if target.depth else 0, plane.components)
@@ -131,7 +131,7 @@ class GpuStabilizer:
             images["guide"] = weights
         values = {
             "size": shape[::-1],
-            "segment": SEGMENT,
+            "segment": SEGMENT_SIZE,
             "luma_step": step,
             "gain": result_gain(target),
             "white": float(deep.most),
@@ -158,21 +158,21 @@ class GpuStabilizer:
         program.run((0, 0), targets[0].size, (1, 1))
 
     def _grid(self, name: str, grid: np.ndarray) -> moderngl.Texture:
-        """A texture with a grid of segments, h x w x 2, or x 1, which stands for two alike."""
-        texture = self._take(f"{name} {grid.shape}", (grid.shape[0], grid.shape[1]), WARPED)
+        """Return a texture with a grid of segments, h x w x 2, or h x w x 1 for two equal components."""
+        texture = self._take(f"{name} {grid.shape}", (grid.shape[0], grid.shape[1]), WARPED_FORMAT)
         texture.write(np.ascontiguousarray(np.broadcast_to(grid, (*grid.shape[:2], 2))))
         return texture
 
     def _newest_and_next(
         self, name: str, shape: Shape, coding: Format
     ) -> tuple[moderngl.Texture, moderngl.Texture]:
-        """The newest texture of a plane, and the one to draw, which is the newest from then on."""
+        """Return the newest texture of a plane, and the texture to draw next, which becomes the newest."""
         old = self._newest.get(name, 0)
         self._newest[name] = 1 - old
         return self._take(f"{name} {old}", shape, coding), self._take(f"{name} {1 - old}", shape, coding)
 
     def _take(self, name: str, shape: Shape, coding: Format) -> moderngl.Texture:
-        """The texture of this name, taken from the pool when it is first asked for."""
+        """Return the texture of this name, taken from the pool at first use."""
         if name not in self._taken:
             self._taken[name] = self._resources.textures.take(shape, coding, exact=True), coding
         return self._taken[name][0]
@@ -180,7 +180,7 @@ class GpuStabilizer:
 
 @cache
 def _assembly(name: str) -> Assembly:
-    """A shader of shaders/stabilize/, assembled once."""
+    """Return a shader of shaders/stabilize/, assembled once."""
     assembly = Assembly("fragment")
     assembly.include(f"stabilize/{name}.glsl")
     return assembly

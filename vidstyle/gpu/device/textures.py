@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def new_texture(context: moderngl.Context, shape: Shape, coding: Format) -> moderngl.Texture:
-    """A texture of a height and width, whose texels are read as they are."""
+    """Return a texture of a height and width, read without interpolation."""
     texture = context.texture((shape[1], shape[0]), coding.components, dtype=coding.dtype)
     texture.filter = context.NEAREST, context.NEAREST
     texture.repeat_x = texture.repeat_y = False
@@ -25,17 +25,17 @@ def new_texture(context: moderngl.Context, shape: Shape, coding: Format) -> mode
 
 
 class AssetTextures:
-    """Array textures of assets, cached by identity. Whoever calls it owns the context."""
+    """Array textures of assets, cached by identity. The caller owns the context."""
 
     def __init__(self, context: moderngl.Context) -> None:
         self._context = context
         self._textures: dict[int, tuple[tuple[np.ndarray, ...], moderngl.TextureArray]] = {}
 
     def get(self, arrays: tuple[np.ndarray, ...]) -> moderngl.TextureArray:
-        """The layers of the arrays, see `layers_of`; as they are now where the film decides."""
+        """Return the layers of the arrays, see `layers_of`; of a film's palette, its current colours."""
         key = id(arrays)
         if key not in self._textures:
-            # The arrays are kept with the texture, so that nothing else can get their identity.
+            # The arrays are kept with the texture, so that their identity is not reused.
             self._textures[key] = arrays, self._make(layers_of(arrays))
         texture = self._textures[key][1]
         if isinstance(arrays, FilmTable):
@@ -43,7 +43,7 @@ class AssetTextures:
         return texture
 
     def trim(self, used: Iterable[tuple[np.ndarray, ...]]) -> None:
-        """Release all textures but those of these arrays."""
+        """Release all textures except the textures of these arrays."""
         for key in self._textures.keys() - {id(arrays) for arrays in used}:
             self._textures.pop(key)[1].release()
 

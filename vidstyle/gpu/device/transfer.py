@@ -22,13 +22,13 @@ _SAMPLE_TYPES: dict[str, np.dtype] = {
     "nu2": np.dtype(np.uint16),
     "f4": np.dtype(np.float32),
 }
-"""The type of samples by moderngl's name of the texture's type; integers are normalized."""
+"""Type of samples by moderngl's name of the texture's type; integers are normalized."""
 _TEXTURE_TYPES = {sample: texture for texture, sample in _SAMPLE_TYPES.items()}
 
-_ROW_PADDING = 128
-"""Rows with more padding pixels than this are made contiguous first, as the texture includes the padding."""
-_OFFSET_STEP = 64
-"""Planes in a buffer are aligned to so many bytes: one cache line."""
+_MAX_ROW_PADDING_PX = 128
+"""Rows with more padding are copied to contiguous memory first, as the texture includes the padding."""
+_OFFSET_ALIGNMENT_BYTES = 64
+"""Alignment of planes in a buffer: one cache line."""
 
 
 @dataclass(frozen=True)
@@ -36,9 +36,9 @@ class _Layout:
     """Memory layout of a plane, in the terms of OpenGL.
 
     Attributes:
-        size: pixels from one row to the next, and rows.
-        components: samples in a pixel.
-        alignment: rows begin at a multiple of so many bytes: 1, 2, 4 or 8.
+        size: pixels from one row to the next, and number of rows.
+        components: samples per pixel.
+        alignment: alignment of rows in bytes: 1, 2, 4 or 8.
         row: bytes from one row to the next.
     """
 
@@ -50,7 +50,7 @@ class _Layout:
 
 
 class Upload:
-    """Uploads planes to textures. Whoever calls it owns the context."""
+    """Uploads planes to textures. The caller owns the context."""
 
     def __init__(self, context: moderngl.Context) -> None:
         self._context = context
@@ -59,13 +59,13 @@ class Upload:
         self._turn = 0
 
     def send(self, planes: Mapping[str, np.ndarray]) -> dict[str, moderngl.Texture]:
-        """The planes as textures, valid until the next but one call; the planes may be changed at once.
+        """Upload planes to textures, valid until the second next call; planes may be modified at once.
 
-        A texture can be wider than its plane, as rows are sent with their padding, which is undefined.
+        A texture can be wider than its plane, as rows are sent with their undefined padding.
 
         Args:
-            planes: H x W or H x W x 3, of uint8, uint16 or float32, under names that stay the same from
-                picture to picture.
+            planes: H x W or H x W x 3, uint8, uint16 or float32, by names that stay the same for all
+                pictures.
         """
         slots = self._sets[self._turn]
         self._turn = 1 - self._turn
@@ -83,7 +83,7 @@ class Upload:
 
 
 class _Slot:
-    """A pixel buffer and the texture that is filled from it."""
+    """A pixel buffer and the texture that it fills."""
 
     def __init__(self, context: moderngl.Context, layout: _Layout) -> None:
         self.layout = layout
@@ -92,7 +92,7 @@ class _Slot:
         self._texture = new_texture(context, layout.size[::-1], coding)
 
     def write(self, memory: np.ndarray) -> moderngl.Texture:
-        # Orphaned, as the GPU may still be reading the data of the time before.
+        # Orphaned, as the GPU may still be reading the previous data.
         self._buffer.orphan()
         self._buffer.write(memory)
         self._texture.write(self._buffer, alignment=self.layout.alignment)
@@ -104,7 +104,7 @@ class _Slot:
 
 
 def _layout_and_memory(plane: np.ndarray, widest: int) -> tuple[_Layout, np.ndarray]:
-    """The layout of a plane and its memory, from first to last sample; a copy if OpenGL cannot read it."""
+    """Return the layout of a plane and its memory, first to last sample; a copy if OpenGL cannot read it."""
     layout = _layout(plane)
     if layout is None or layout.size[0] > widest:
         plane = np.ascontiguousarray(plane, plane.dtype.newbyteorder("="))
@@ -118,18 +118,18 @@ def _layout_and_memory(plane: np.ndarray, widest: int) -> tuple[_Layout, np.ndar
 
 
 def _layout(plane: np.ndarray) -> _Layout | None:
-    """The layout of a plane, or None if OpenGL cannot read its rows."""
+    """Return the layout of a plane, or None if OpenGL cannot read its rows."""
     if not (plane.dtype.isnative and plane[0].flags.c_contiguous):
         return None
     height, width, *channels = plane.shape
     components = math.prod(channels)
     pixel = components * plane.itemsize
-    # The stride of a single row means nothing.
+    # The stride of a single row has no meaning.
     row = plane.strides[0] if height > 1 else width * pixel
     across = row // pixel
-    if not width <= across <= width + _ROW_PADDING:
+    if not width <= across <= width + _MAX_ROW_PADDING_PX:
         return None
-    # Rows of RGB often end with less than a pixel, which the alignment skips.
+    # Rows of RGB often end with less than a pixel of padding, which the alignment skips.
     for alignment in (1, 2, 4, 8):
         if -(-across * pixel // alignment) * alignment == row:
             return _Layout((across, height), components, plane.dtype, alignment, row)
@@ -137,12 +137,12 @@ def _layout(plane: np.ndarray) -> _Layout | None:
 
 
 class Download:
-    """Downloads textures as planes. Whoever calls it owns the context."""
+    """Downloads textures as planes. The caller owns the context."""
 
     def __init__(self, context: moderngl.Context) -> None:
         self._context = context
         self._buffers = [context.buffer(reserve=1, dynamic=True) for _ in range(2)]
-        # Weak: a finished transfer holds its arrays, and one without a reference need not finish.
+        # Weak references: a finished transfer holds its arrays, and an unreferenced one need not finish.
         self._transfers: list[Callable[[], PlaneTransfer | None]] = [lambda: None] * 2
         self._turn = 0
 
@@ -151,13 +151,13 @@ class Download:
         textures: Sequence[moderngl.Texture],
         shapes: Sequence[tuple[int, int]] | None = None,
     ) -> PlaneTransfer:
-        """Start to read the textures; waits only if the transfer before the last is still in flight.
+        """Start reading the textures; wait only if the second last transfer is still in flight.
 
-        Needs a memory barrier after a compute shader has written.
+        After a compute shader has written, a memory barrier is required before this call.
 
         Args:
-            textures: each with one component, or with four, of which the first three are read.
-            shapes: how many rows and columns of each, from the first on; None: all.
+            textures: textures with one component, or with four components, of which the first three are read.
+            shapes: numbers of rows and columns of each to read, from the first on; None for all.
         """
         shapes = shapes or [(texture.height, texture.width) for texture in textures]
         arrays = list(map(_empty_plane, textures, shapes))
@@ -189,7 +189,7 @@ class Download:
             dtype=texture.dtype,
             write_offset=offset,
         )
-        # Not cached: it would keep the memory of a texture that its owner has released.
+        # Not cached, as a cache would keep the memory of a texture that its owner has released.
         framebuffer.release()
 
 
@@ -204,7 +204,8 @@ class PlaneTransfer:
     def arrays(self) -> list[np.ndarray]:
         """Wait for the planes, H x W or H x W x 3; the same arrays each time.
 
-        They have the textures' samples: uint8, uint16 or float32. Row 0 is the texture's first.
+        The samples have the type of the textures: uint8, uint16 or float32. Row 0 is the first row of the
+            texture.
         """
         if self._buffer is not None:
             for array, offset in zip(self._arrays, self._offsets, strict=True):
@@ -218,4 +219,4 @@ def _empty_plane(texture: moderngl.Texture, shape: tuple[int, int]) -> np.ndarra
 
 
 def _aligned(size: int) -> int:
-    return -(-size // _OFFSET_STEP) * _OFFSET_STEP
+    return -(-size // _OFFSET_ALIGNMENT_BYTES) * _OFFSET_ALIGNMENT_BYTES

@@ -1,4 +1,4 @@
-"""The order of pictures that are restyled side by side."""
+"""The order of pictures that are restyled concurrently."""
 
 from __future__ import annotations
 
@@ -8,14 +8,16 @@ from threading import Condition
 from typing import Self
 
 
-class Turn:
-    """The turn of one picture at each thing that remembers earlier pictures. Leaving its context ends it.
+class FrameOrder:
+    """The place of one picture in the order in which pictures use state of earlier pictures.
+
+    Leaving its context ends it.
 
     Args:
-        before: the turn of the picture before.
+        before: the place of the previous picture.
     """
 
-    def __init__(self, before: Turn | None = None) -> None:
+    def __init__(self, before: FrameOrder | None = None) -> None:
         self._before = before
         self._changed = Condition()
         self._used: list[object] = []
@@ -28,11 +30,11 @@ class Turn:
         with self._changed:
             self._has_ended = True
             self._changed.notify_all()
-        self._before = None  # else all turns of a film would be kept
+        self._before = None  # otherwise the objects of all frames would stay alive
 
     @contextmanager
     def at(self, memory: object) -> Iterator[None]:
-        """Use `memory` after the picture before has used it, or has ended."""
+        """Use `memory` after the previous picture has used it or has ended."""
         if self._before is not None:
             self._before._wait_for(memory)
         yield

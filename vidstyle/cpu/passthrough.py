@@ -1,4 +1,4 @@
-"""A renderer for the empty style, which loads what restyling takes only where a picture must be changed."""
+"""A renderer for the empty style that loads modules for restyling only if a picture must change."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from vidstyle.cpu.renderer import CpuRenderer
 
 
-class PlainRenderer(Closing):
-    """Returns pictures as they are; another encoding or style is left to a `CpuRenderer`, opened then.
+class PassthroughRenderer(Closing):
+    """Returns pictures unchanged; opens a `CpuRenderer` for another encoding or style.
 
     Attributes:
         frames_in_flight: see `CpuRenderer`.
@@ -40,9 +40,9 @@ class PlainRenderer(Closing):
     def run(
         self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
     ) -> Picture:
-        """Restyle a picture; the arguments are those of `Backend.run`."""
+        """Restyle a picture; see `Backend.run` for the arguments."""
         if self._renderer is None:
-            if stays(picture, self.style, target, rgb):
+            if is_passthrough(picture, self.style, target, rgb):
                 return picture
             from vidstyle.cpu.renderer import CpuRenderer
 
@@ -52,18 +52,18 @@ class PlainRenderer(Closing):
     def start(
         self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
     ) -> Future[Picture]:
-        """The same as `run`, as a future."""
-        return done(self.run(picture, time, target, rgb))
+        """Return the result of `run` as a future."""
+        return completed_future(self.run(picture, time, target, rgb))
 
 
-def done(picture: Picture) -> Future[Picture]:
-    """A future with this result."""
+def completed_future(picture: Picture) -> Future[Picture]:
+    """Return a completed future with this result."""
     future: Future[Picture] = Future()
     future.set_result(picture)
     return future
 
 
-def stays(picture: Picture, style: Style, target: Encoding | None, rgb: bool) -> bool:
-    """Whether a picture is its own result."""
+def is_passthrough(picture: Picture, style: Style, target: Encoding | None, rgb: bool) -> bool:
+    """Whether the result is the picture itself."""
     same = target in (None, picture.encoding) and rgb == (picture.color is not None)
     return style.is_plain and same
