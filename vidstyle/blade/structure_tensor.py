@@ -15,7 +15,7 @@ from functools import lru_cache
 import numpy as np
 
 from vidstyle.blade.bins import CURVE, Bins
-from vidstyle.core.kernels import LINE, aligned_parts, compiled, index_at, rounded_up
+from vidstyle.core.kernels import CACHE_LINE_FLOATS, aligned_parts, compiled, index_at, rounded_up
 
 STRIP = 256
 """The most columns of pixels for which a kernel keeps products: 8 rows fill half a first-level cache."""
@@ -69,14 +69,14 @@ def select_filters(
 
     Returns:
         int32, as many as there are squares of which luma has any pixel, part of an array whose width is that
-        of a multiple of `LINE`; undefined in the margin.
+        of a multiple of `CACHE_LINE_FLOATS`; undefined in the margin.
     """
     (height, width), step = luma.shape, bins.step
-    lead, columns = top % step, rounded_up(width, LINE) // step
+    lead, columns = top % step, rounded_up(width, CACHE_LINE_FLOATS) // step
     radius, edge = window_radius(rho), int(bins.curvatures > 1)
-    strip = rounded_up(-(-columns // -(-columns * step // STRIP)), LINE)
+    strip = rounded_up(-(-columns // -(-columns * step // STRIP)), CACHE_LINE_FLOATS)
     planes = 2 if bins.strengths * bins.coherences == 1 else 3
-    wide = rounded_up((strip + 2 * edge + 1) * step + 2 * (radius - step), LINE)
+    wide = rounded_up((strip + 2 * edge + 1) * step + 2 * (radius - step), CACHE_LINE_FLOATS)
     window = _window(rho, step, planes * wide)
     taps = window[2].size
     products, narrow, halves, tensor, directions = aligned_parts(
