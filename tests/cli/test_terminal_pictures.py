@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from vidstyle.cli import main
-from vidstyle.cli.terminal_pictures import CHUNK, protocol_of, sheet_lines
+from vidstyle.cli.terminal_pictures import MAX_CHUNK_BYTES, protocol_of, sheet_lines
 
 RED, BLUE = np.full((90, 160, 3), (255, 0, 0), np.uint8), np.full((90, 160, 3), (0, 0, 255), np.uint8)
 NAMED = [("red", RED), ("blue", BLUE), ("third", RED)]
@@ -53,7 +53,7 @@ def test_a_row_is_one_picture_with_gaps_that_are_transparent(protocol: str) -> N
         parts = re.findall(r"\x1b_G([^;]*);([^\x1b]*)\x1b\\", line)
         assert parts[0][0] == "a=T,f=100,q=2,c=59,r=8,m=1"
         assert {keys for keys, _ in parts[1:-1]} == {"m=1"} and parts[-1][0] == "m=0"
-        assert max(len(data) for _, data in parts) <= CHUNK
+        assert max(len(data) for _, data in parts) <= MAX_CHUNK_BYTES
         png = b64decode("".join(data for _, data in parts))
     else:
         found = re.fullmatch(r"\x1b]1337;File=inline=1;size=(\d+);width=59;height=8;[^:]*:(.*)\a", line)

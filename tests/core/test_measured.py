@@ -9,7 +9,7 @@ import pytest
 from media import photograph
 from pictures import FLOAT, noise, step, style
 
-from vidstyle.core.measured import SAMPLES, ExponentialSmoother, sampled
+from vidstyle.core.measured import MAX_SIDE_SAMPLES, ExponentialSmoother, sampled
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.style import Style
@@ -19,10 +19,10 @@ from vidstyle.style import Style
 def test_the_small_copy_is_small_and_made_of_the_pictures_own_pixels(shape: tuple[int, ...]) -> None:
     plane = np.arange(np.prod(shape), dtype=np.float32).reshape(shape)
     copy = sampled(plane)
-    assert max(copy.shape[:2]) <= SAMPLES
+    assert max(copy.shape[:2]) <= MAX_SIDE_SAMPLES
     assert min(copy.shape) >= 1
     assert np.isin(copy, plane).all()
-    if max(shape[:2]) <= SAMPLES:
+    if max(shape[:2]) <= MAX_SIDE_SAMPLES:
         np.testing.assert_array_equal(copy, plane)
 
 

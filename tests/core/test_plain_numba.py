@@ -17,9 +17,8 @@ from vidstyle.blade.simd import filter_pixel_block, packed_filters
 from vidstyle.core.kernels import Compiled, compiled
 from vidstyle.core.kernels.intrinsic import Intrinsic
 from vidstyle.core.kernels.neighbors import add_neighbors
-from vidstyle.core.kernels.sector_means import LANES as SECTOR_LANES
-from vidstyle.core.kernels.sector_means import mean_of_sectors, sector_sums
-from vidstyle.core.kernels.vectors import LANES
+from vidstyle.core.kernels.sector_means import SECTOR_LANES, mean_of_sectors, sector_sums
+from vidstyle.core.kernels.vectors import VECTOR_LANES
 from vidstyle.stabilize.segment import GROUP_ROWS, SEGMENT_SIZE, take_segment, take_segments
 from vidstyle.style import style_names
 
@@ -210,8 +209,10 @@ def agree(
 @pytest.mark.parametrize(("windows", "tap"), [((0,), 0), ((0, 0), 0), ((0, 0), 2)])
 def test_add_neighbors_is_equal(windows, tap):
     draw = np.random.default_rng(1)
-    line, weights, out = (draw.random(shape, np.float32) for shape in (64, (4, LANES), 2 * LANES))
-    offsets = np.sort(draw.integers(0, len(windows) * LANES, LANES)).astype(np.int32)
+    line, weights, out = (
+        draw.random(shape, np.float32) for shape in (64, (4, VECTOR_LANES), 2 * VECTOR_LANES)
+    )
+    offsets = np.sort(draw.integers(0, len(windows) * VECTOR_LANES, VECTOR_LANES)).astype(np.int32)
     plain, arguments = out.copy(), (line, 3, 2, offsets, weights, tap, windows, (0, 0))
     call_add_neighbors(*arguments, out, 5)
     add_neighbors.plain(*arguments, plain, 5)

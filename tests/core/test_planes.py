@@ -11,7 +11,7 @@ import pytest
 from covering import in_one_test
 from pictures import codes
 
-from vidstyle.core.codes import UNMIXED, chroma_radius, store, store_chroma, store_yuv
+from vidstyle.core.codes import IDENTITY_MIX_WEIGHTS, chroma_radius, store, store_chroma, store_yuv
 from vidstyle.core.deferred_color import Mixed, Printed
 from vidstyle.core.picture import SITINGS, Encoding, Picture
 from vidstyle.core.planes import (
@@ -50,7 +50,7 @@ def averaged(plane: np.ndarray, above: int, rows: int, encoding: Encoding) -> np
     """The chroma samples of a band, as floats."""
     encoding = replace(encoding, depth=0)
     blue, red = np.empty((2, *encoding.chroma_shape(rows, plane.shape[1])), np.float32)
-    store_chroma((plane, -plane), UNMIXED, above, encoding, (blue, red))
+    store_chroma((plane, -plane), IDENTITY_MIX_WEIGHTS, above, encoding, (blue, red))
     np.testing.assert_array_equal(red, -blue)
     return blue
 
@@ -188,7 +188,7 @@ def test_rgb_is_stored_as_its_luma_and_its_chroma(step: tuple[int, int], siting:
     luma, in_bands = np.zeros((2, 29, 31), np.uint8)
     store(wanted, *encoding.luma_levels, 8, luma)
     chroma, chroma_in_bands = np.zeros((2, 2, *encoding.chroma_shape(29, 31)), np.uint8)
-    store_chroma((planes[0], planes[1]), UNMIXED, 0, encoding, (chroma[0], chroma[1]))
+    store_chroma((planes[0], planes[1]), IDENTITY_MIX_WEIGHTS, 0, encoding, (chroma[0], chroma[1]))
     above, below = chroma_radius(encoding)
     for top, bottom in ((0, 8), (8, 20), (20, 29)):
         first, last = max(top - above, 0), min(bottom + below, 29)
@@ -228,7 +228,7 @@ def test_chroma_that_is_a_sum_of_planes(step: tuple[int, int], siting: tuple[flo
     summed = np.tensordot(mix[:3], planes, (0, 0)) + mix[3, :, None, None]
     stored, wanted = np.empty((2, 2, *encoding.chroma_shape(9, 11)), np.uint16)
     store_chroma(tuple(planes), mix, 0, encoding, (stored[0], stored[1]))
-    store_chroma((summed[0], summed[1]), UNMIXED, 0, encoding, (wanted[0], wanted[1]))
+    store_chroma((summed[0], summed[1]), IDENTITY_MIX_WEIGHTS, 0, encoding, (wanted[0], wanted[1]))
     np.testing.assert_allclose(stored.astype(float), wanted, atol=1)
 
 

@@ -10,7 +10,7 @@ import pytest
 from media import moving_frames, photograph
 from pictures import noise
 
-from vidstyle.core.block_matching import SEARCH_RADIUS, best_correlations, blocks_of
+from vidstyle.core.block_matching import SEARCH_RADIUS_PX, best_correlations, blocks_of
 from vidstyle.core.kernels import dry_run
 from vidstyle.core.scene_cuts import MAX_BLANKS, SceneCutDetector
 
@@ -179,7 +179,7 @@ def test_blocks_are_matched_as_by_opencv(shape: tuple[int, int]) -> None:
     first, second = noise(*shape, seed=1), noise(*shape, seed=2)
     second[:-2, 3:] += first[2:, :-3]
     blocks, places = blocks_of(first)
-    side = SEARCH_RADIUS
+    side = SEARCH_RADIUS_PX
     wider = cv2.copyMakeBorder(second, side, side, side, side, cv2.BORDER_REPLICATE)
 
     wanted = []

@@ -25,7 +25,7 @@ from vidstyle.media.read.reader import Reader
 from vidstyle.media.write.film_writer import FilmWriter
 from vidstyle.pipeline.progress import Progress
 from vidstyle.pipeline.render import first_frames, render
-from vidstyle.pipeline.stages import QUEUE_CAPACITY, batches
+from vidstyle.pipeline.stages import MAX_QUEUED_BATCHES, batches
 
 ROOT = Path(__file__).parents[2]
 POSTER = {"format": 1, "background": [{"block": "posterize", "levels": 2}]}
@@ -74,7 +74,7 @@ def test_plain_hands_over_the_decoders_own_frames(
 def test_the_queues_are_short(clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """Before the first frame is written, as many are read as can be; then the writer goes on."""
     # Two queues, and what each of the three threads has in its hands.
-    most = 2 * QUEUE_CAPACITY + 3
+    most = 2 * MAX_QUEUED_BATCHES + 3
     read: list[int] = []
     written: list[int] = []
     ahead: list[int] = []

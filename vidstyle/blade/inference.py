@@ -13,7 +13,7 @@ import numpy as np
 from vidstyle.blade.bank import Bank
 from vidstyle.blade.choice import choice_radius, choose_filters
 from vidstyle.blade.simd import filter_pixel_block, packed_filters
-from vidstyle.core.kernels import LINE, aligned_parts, compiled, rounded_up
+from vidstyle.core.kernels import CACHE_LINE_FLOATS, aligned_parts, compiled, rounded_up
 from vidstyle.core.picture import RANGES, WIDE_RANGE
 from vidstyle.core.resample import resample, scaled_shape
 
@@ -186,15 +186,19 @@ def apply_filters(
         margin.
     """
     (height, width), lead = luma.shape, top % step
-    columns = rounded_up(width, LINE)
+    columns = rounded_up(width, CACHE_LINE_FLOATS)
     rows = (margin[0] + lead) // step, -(-(height - margin[1] + lead) // step)
     together = 1 if step > 1 else min(ROWS_AT_ONCE, rows[1] - rows[0])
-    shape = size + together * step - 1, columns + rounded_up(size, LINE) + LINE
-    kept, again = aligned_parts(shape, (shape[0] * shape[1] + LINE,))
+    shape = size + together * step - 1, columns + rounded_up(size, CACHE_LINE_FLOATS) + CACHE_LINE_FLOATS
+    kept, again = aligned_parts(shape, (shape[0] * shape[1] + CACHE_LINE_FLOATS,))
     # Pixels that start within a cache line read rows that also start within one.
-    around = kept, again[LINE // 2 : -LINE // 2].reshape(shape)
+    around = kept, again[CACHE_LINE_FLOATS // 2 : -CACHE_LINE_FLOATS // 2].reshape(shape)
     ends = np.float32(limits[0]), np.float32(limits[1])
-    if out is None or width % LINE or any((row + lead) % step for row in (margin[0], height - margin[1])):
+    if (
+        out is None
+        or width % CACHE_LINE_FLOATS
+        or any((row + lead) % step for row in (margin[0], height - margin[1]))
+    ):
         out, first = np.empty((len(selected) * step, columns), np.float32), 0
         result = out[lead : lead + height, :width]
     else:

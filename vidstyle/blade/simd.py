@@ -18,7 +18,7 @@ import numpy as np
 from vidstyle.core.kernels import compiled
 from vidstyle.core.kernels.aligned import aligned
 from vidstyle.core.kernels.intrinsic import Intrinsic
-from vidstyle.core.kernels.vectors import LANES, VectorEmitter
+from vidstyle.core.kernels.vectors import VECTOR_LANES, VectorEmitter
 
 INTERLEAVED_PIXELS = 2
 """Neighbouring pixels whose sums are interleaved, as additions to the same sum depend on one another."""
@@ -35,13 +35,13 @@ def packed_filters(filters: np.ndarray) -> np.ndarray:
     rows = np.pad(filters[:, :, :width], ((0, 0), (0, 0), (0, max(width - size, 0))))
     column = filters[:, :, width:].reshape(count, -1)
     numbers = np.concatenate([rows.reshape(count, -1), column], axis=1)
-    numbers = np.pad(numbers, ((0, 0), (0, -numbers.shape[1] % LANES)))
+    numbers = np.pad(numbers, ((0, 0), (0, -numbers.shape[1] % VECTOR_LANES)))
     return aligned(numbers)
 
 
 def body_width(size: int) -> int:
     """Return the numbers of a filter's row that are loaded as vectors: all, padded, or all but the last."""
-    return size - 1 if size == LANES + 1 else -(-size // LANES) * LANES
+    return size - 1 if size == VECTOR_LANES + 1 else -(-size // VECTOR_LANES) * VECTOR_LANES
 
 
 class PixelBlockIntrinsic(Intrinsic):
@@ -55,7 +55,7 @@ class PixelBlockIntrinsic(Intrinsic):
         bank: from `packed_filters`.
         bins: int32, the filter of each square of pixels, for the rows of squares that are filtered together.
         luma: float32, a ring buffer of the loaded rows, of which `row` is the top one; padded so that the
-            windows at `column` begin there, and `LANES` more columns can be read.
+            windows at `column` begin there, and `VECTOR_LANES` more columns can be read.
         sides: three tuples, of which only the lengths are used: the rows of a filter, the side of a square,
             and the rows of squares that are filtered together.
         low, high: float32, ends of the range that the result is clipped to.
@@ -73,9 +73,9 @@ class PixelBlockIntrinsic(Intrinsic):
 @compiled(fastmath=True)
 def _filter_pixel_block(bank, bins, luma, row, column, sides, low, high, out):  # type: ignore[no-untyped-def]
     size, shared, together = len(sides[0]), len(sides[1]), len(sides[2])
-    width = size - 1 if size == LANES + 1 else -(-size // LANES) * LANES
+    width = size - 1 if size == VECTOR_LANES + 1 else -(-size // VECTOR_LANES) * VECTOR_LANES
     for down in range(shared * together):
-        for x in range(column, column + LANES):
+        for x in range(column, column + VECTOR_LANES):
             chosen, total = bank[bins[down // shared, x // shared]], np.float32(0)
             for y in range(size):
                 window = luma[(row + down + y) % luma.shape[0], x : x + size]
@@ -102,7 +102,7 @@ class _BlockEmitter(VectorEmitter):
         self._size, self._shared, together = sides
         (bank, bins, luma, out), (row, column) = arrays, place
         self._lanes = body_width(self._size)
-        self._filter_bytes = 4 * (self._size * self._lanes + (0 if self._is_padded else 2 * LANES))
+        self._filter_bytes = 4 * (self._size * self._lanes + (0 if self._is_padded else 2 * VECTOR_LANES))
         self._bank, self._column = self._bytes(bank), self._times(column, 4)
         self._bins = list(self._rows(bins, self.index(0), together))
         self._windows = list(self._rows(luma, row, self._size + together * self._shared - 1))
@@ -116,7 +116,9 @@ class _BlockEmitter(VectorEmitter):
     def emit(self, low: Any, high: Any) -> None:
         """Emit the code for eight pixels of each row, clipped."""
         starts = [self._filter_starts(row) for row in self._bins for _ in range(self._shared)]
-        groups = (range(first, first + INTERLEAVED_PIXELS) for first in range(0, LANES, INTERLEAVED_PIXELS))
+        groups = (
+            range(first, first + INTERLEAVED_PIXELS) for first in range(0, VECTOR_LANES, INTERLEAVED_PIXELS)
+        )
         sums = [self._sums(group, starts) for group in groups]
         for down, there in enumerate(self._out):
             filtered = self._row([each for group in sums for each in group[down]], starts[down], down)
@@ -144,7 +146,7 @@ class _BlockEmitter(VectorEmitter):
         """Return eight pixels of a row, unclipped."""
         if self._is_padded:
             return self._total_of_each(sums)
-        column = self._transpose([self._last_column(down + row) for row in range(LANES)])
+        column = self._transpose([self._last_column(down + row) for row in range(VECTOR_LANES)])
         sums = [self._sum(*each) for each in zip(sums, map(self._of_column, starts, column), strict=True)]
         return self._sum(self._total_of_each(sums), self._times_corner(starts, down))
 
@@ -159,7 +161,7 @@ class _BlockEmitter(VectorEmitter):
     def _filter_starts(self, bins: Any) -> list[Any]:
         """Return the addresses of the filters of eight pixels of a row."""
         first = self._at(bins, self.builder.udiv(self._column, self.index(self._shared)))
-        return [self._filter_start(first, 4 * (pixel // self._shared)) for pixel in range(LANES)]
+        return [self._filter_start(first, 4 * (pixel // self._shared)) for pixel in range(VECTOR_LANES)]
 
     def _filter_start(self, bins: Any, place: int) -> Any:
         """Return the address of the filter whose index is stored there."""
@@ -182,14 +184,14 @@ class _BlockEmitter(VectorEmitter):
 
     def _of_column(self, start: Any, pixels: Any) -> Any:
         """Return the products of the last column, without its last row."""
-        weights = self.load(start, 4 * self._size * self._lanes, self.floats(LANES), 32)
+        weights = self.load(start, 4 * self._size * self._lanes, self.floats(VECTOR_LANES), 32)
         return self._product(weights, pixels)
 
     def _times_corner(self, starts: list[Any], down: int) -> Any:
         """Return the products of the last numbers of the filters and the last pixels of the eight windows."""
-        weights = self.ir.Constant(self.floats(LANES), [0.0] * LANES)
+        weights = self.ir.Constant(self.floats(VECTOR_LANES), [0.0] * VECTOR_LANES)
         for number, start in enumerate(starts):
-            there = 4 * (self._size * self._lanes + LANES)
+            there = 4 * (self._size * self._lanes + VECTOR_LANES)
             weight = self.load(start, there, self.ir.FloatType())
             lane = self.ir.Constant(self.ir.IntType(32), number)
             weights = self.builder.insert_element(weights, weight, lane)
@@ -198,17 +200,17 @@ class _BlockEmitter(VectorEmitter):
     def _transpose(self, rows: list[Any]) -> list[Any]:
         """Transpose eight vectors of eight by exchanging halves of increasingly distant neighbours."""
         for step in (4, 2, 1):
-            low = [lane + (LANES - step if lane & step else 0) for lane in range(LANES)]
+            low = [lane + (VECTOR_LANES - step if lane & step else 0) for lane in range(VECTOR_LANES)]
             high = [lane + step for lane in low]
-            for number in (each for each in range(LANES) if not each & step):
+            for number in (each for each in range(VECTOR_LANES) if not each & step):
                 pair = rows[number], rows[number + step]
                 rows[number], rows[number + step] = (self.permute(*pair, order) for order in (low, high))
         return rows
 
     def _reduce(self, vector: Any) -> Any:
         """Reduce a vector of several registers to eight numbers."""
-        starts = range(0, self._lanes, LANES)
-        parts = (self.permute(vector, vector, list(range(start, start + LANES))) for start in starts)
+        starts = range(0, self._lanes, VECTOR_LANES)
+        parts = (self.permute(vector, vector, list(range(start, start + VECTOR_LANES))) for start in starts)
         return reduce(self._sum, parts)
 
     def _total_of_each(self, vectors: list[Any]) -> Any:

@@ -10,7 +10,7 @@ import numpy as np
 
 from vidstyle.block import Margin, ResultRows, SavedRef, Slider, block
 from vidstyle.core.kernels import aligned_empty, cached, compiled, index_at, interleaved
-from vidstyle.core.kernels.sector_means import LANES, SECTORS, mean_of_sectors, sector_sums
+from vidstyle.core.kernels.sector_means import SECTOR_COUNT, SECTOR_LANES, mean_of_sectors, sector_sums
 from vidstyle.core.kernels.sector_tables import pair_lists, pixel_pairs, square_means
 
 Kernels = tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -93,7 +93,7 @@ def _run(
     """Filter a picture; `around` holds its pixel pairs, with `reach` additional ones on all sides."""
     starts, places, weights = kernels
     offsets = places[..., 0] * around.shape[1] + places[..., 1] * 4
-    way, sums = (around.shape[1], reach), aligned_empty((2 * LANES * STRIP_COLUMNS,)).view(np.int32)
+    way, sums = (around.shape[1], reach), aligned_empty((2 * SECTOR_LANES * STRIP_COLUMNS,)).view(np.int32)
     listed = starts, offsets, weights
     _filter(around.reshape(-1), way, chosen, listed, (0,) * (1 + sharpness), sums, interleaved(out))
 
@@ -152,7 +152,7 @@ def _kernel(radius: float, stretch: float, orientation: int, shape: int) -> tupl
     along, across = along[inside], across[inside]
     lift = 2 / radius
     narrowness = (lift + math.cos(ZERO_CROSSING_RADIANS)) / math.sin(ZERO_CROSSING_RADIANS) ** 2
-    turns = 2 * math.pi * np.arange(SECTORS) / SECTORS
+    turns = 2 * math.pi * np.arange(SECTOR_COUNT) / SECTOR_COUNT
     ahead = np.outer(along, np.cos(turns)) + np.outer(across, np.sin(turns))
     aside = np.outer(across, np.cos(turns)) - np.outer(along, np.sin(turns))
     weights = np.maximum(ahead + lift - narrowness * aside**2, 0) ** 2
@@ -179,7 +179,7 @@ def _filter(around, way, chosen, kernels, squarings, sums, out):  # type: ignore
             first = (row + reach) * columns + 4 * (reach + 1)
             for x in range(left, right):
                 begin, end = starts[chosen[row, x]], starts[chosen[row, x] + 1]
-                place = 2 * LANES * (x - left)
+                place = 2 * SECTOR_LANES * (x - left)
                 sector_sums(around, first + 4 * x, offsets, weights, begin, end, sums, place)
             for x in range(left, right):
-                mean_of_sectors(sums, 2 * LANES * (x - left), squarings, out[row], 3 * x)
+                mean_of_sectors(sums, 2 * SECTOR_LANES * (x - left), squarings, out[row], 3 * x)

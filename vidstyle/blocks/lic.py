@@ -9,8 +9,8 @@ import numpy as np
 
 from vidstyle.block import REDRAW_RATE, FrameTime, PageRegion, Slider, block, drawing_at
 from vidstyle.core.kernels import cached, compiled, gray_rgb, look_up_at
-from vidstyle.core.stroke_directions import STILL, stroke_directions
-from vidstyle.core.white_noise import APART, PAIR_CODES, between_pair, pairs_of, white_noise
+from vidstyle.core.stroke_directions import DEFAULT_ANGLE_STRENGTH, stroke_directions
+from vidstyle.core.white_noise import LATTICE_PART_SIZE, MAX_PAIR_CODE, between_pair, pairs_of, white_noise
 
 
 def _steps(length: float, size: float) -> int:
@@ -29,7 +29,9 @@ def lic(
     length: Annotated[float, Slider(2, 64, "length of the strokes", "px", explore=(8, 40))] = 20,
     size: Annotated[float, Slider(1, 16, "width of the strokes", "px", explore=(1, 4))] = 1.5,
     angle: Annotated[float, Slider(-90, 90, "direction of strokes far from edges", "degrees")] = 30,
-    angle_strength: Annotated[float, Slider(0.01, 1, "strength of that direction near weak edges")] = STILL,
+    angle_strength: Annotated[
+        float, Slider(0.01, 1, "strength of that direction near weak edges")
+    ] = DEFAULT_ANGLE_STRENGTH,
     contrast: Annotated[float, Slider(0, 2, "contrast of the strokes; 0 for uniform gray")] = 1,
     rate: Annotated[int, REDRAW_RATE] = 0,
 ) -> np.ndarray:
@@ -48,7 +50,7 @@ def lic(
     lead = math.ceil(reach / size) + 1  # points of noise around a pixel
     rows, columns = _places(place.top, height, size, lead), _places(0, width, size, lead)
     points = [(int(each[0][0]), int(each[0][-1]) + 2 * lead + 2) for each in (rows, columns)]
-    noise = _noise_pairs(points[0], points[1], drawing_at(moment, rate) * APART)
+    noise = _noise_pairs(points[0], points[1], drawing_at(moment, rate) * LATTICE_PART_SIZE)
     # The longer and finer the strokes, the lower the contrast of the averaged noise.
     gain = np.float32(contrast * math.sqrt(1 + length / (2 * size)))
     out = np.empty((height, width), np.float32)
@@ -133,7 +135,7 @@ def _smear(flat, widths, rows, columns, way, gain, margin, lines, out):  # type:
                 weight -= one / total
                 _add_noise(noise, lattice, starts, x, (one / size, weight), lines)
         for i in range(mean.size):
-            shown = mean[i] / (total * np.float32(PAIR_CODES))
+            shown = mean[i] / (total * np.float32(MAX_PAIR_CODE))
             out[row, i] = min(max(half + gain * (shown - half), np.float32(0)), one)
 
 

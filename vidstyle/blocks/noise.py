@@ -20,7 +20,7 @@ from vidstyle.block import (
 )
 from vidstyle.blocks.pixelate import whole_side
 from vidstyle.core.kernels import cached, clipped_sum, compiled, interleaved, look_up_at
-from vidstyle.core.white_noise import APART, white_noise
+from vidstyle.core.white_noise import LATTICE_PART_SIZE, white_noise
 
 OCTAVE_COUNTS = {"points": 0, "soft": 1, "clouds": 4}
 """Number of octaves of interpolated noise in each kind; 0 for uninterpolated points."""
@@ -131,7 +131,9 @@ def _page(
 
 def lattice_points(number: int, top: int, bottom: int, right: int) -> np.ndarray:
     """Return the points in these rows and columns of the lattice of an octave."""
-    return white_noise(np.arange(top, bottom) + number * APART, np.arange(right) + number * APART)
+    return white_noise(
+        np.arange(top, bottom) + number * LATTICE_PART_SIZE, np.arange(right) + number * LATTICE_PART_SIZE
+    )
 
 
 @lru_cache(maxsize=64)

@@ -12,7 +12,7 @@ from vidstyle.block import Asset, ResultRows, block, rgb_from_text
 from vidstyle.core.file_checks import read_regular_file
 from vidstyle.core.film_colors import FilmTable
 from vidstyle.core.kernels import TIE_LIFT, cached, compiled, index_at, interleaved, look_up_at
-from vidstyle.core.oklab import TO_CONES, TO_LAB, lab_from_rgb
+from vidstyle.core.oklab import CONE_WEIGHTS, LAB_WEIGHTS, lab_from_rgb
 
 MAX_COLORS = 64
 MAX_FILE_BYTES = 4096
@@ -73,7 +73,7 @@ def palette(
     """
     (table,) = colors
     sure = _sure_answers(table.tobytes())
-    to_lab = TO_CONES.astype(np.float32), TO_LAB.astype(np.float32)
+    to_lab = CONE_WEIGHTS.astype(np.float32), LAB_WEIGHTS.astype(np.float32)
     numbers, values = np.empty((4, picture.shape[1]), np.int32), np.empty((4, picture.shape[1]), np.float32)
     _choose(interleaved(picture), sure, table, to_lab, TIE_LIFT, numbers, values, interleaved(out))
     return out

@@ -9,9 +9,9 @@ import numpy as np
 
 from vidstyle.block import REDRAW_RATE, FrameTime, PageRegion, ResultRows, SavedRef, Slider, block, drawing_at
 from vidstyle.core.kernels import cached, compiled, interleaved, look_up_at
-from vidstyle.core.kernels.stroke_painting import MARKS, TILE, paint_strokes
+from vidstyle.core.kernels.stroke_painting import MARK_COLUMNS, TILE_SIZE, paint_strokes
 from vidstyle.core.stroke_directions import stroke_directions
-from vidstyle.core.white_noise import APART, white_noise
+from vidstyle.core.white_noise import LATTICE_PART_SIZE, white_noise
 
 RANDOM_COUNT = 4
 """Random numbers per stroke: position across and down, order, and tone."""
@@ -54,7 +54,7 @@ def strokes(
     """
     pitch = np.float32(max(width / math.sqrt(density), max(length, width) / MAX_CELLS_ALONG))
     size = np.float32(max(length - width, 0) / 2), np.float32(width / 2)
-    grid, drawing = (float(pitch), _radius(length, width)), drawing_at(moment, rate) * APART
+    grid, drawing = (float(pitch), _radius(length, width)), drawing_at(moment, rate) * LATTICE_PART_SIZE
     strokes_, lists, counts = _strokes_in(place, picture.shape[:2], grid, float(size[0] + size[1]), drawing)
     looks, shape = (np.float32(variation), np.float32(colors), np.float32(bristles)), picture.shape[:2]
     painted, samples = np.empty((4, strokes_.shape[1]), np.float32), interleaved(picture).reshape(-1)
@@ -95,21 +95,24 @@ def _strokes_in(
     y = (np.arange(above, below, dtype=np.float32)[:, None] + down) * np.float32(pitch)
     uppermost = np.argsort(-order.reshape(-1), kind="stable")
     strokes_ = np.ascontiguousarray(np.stack([x, y, tone]).reshape(3, -1)[:, uppermost])
-    first, last = (place.top + place.margin[0]) // TILE, -(-(place.top + height - place.margin[1]) // TILE)
+    first, last = (
+        (place.top + place.margin[0]) // TILE_SIZE,
+        -(-(place.top + height - place.margin[1]) // TILE_SIZE),
+    )
     # Squares of the grid within reach of a tile, each with one stroke.
-    most = (math.ceil((TILE + 2 * reach) / pitch) + 1) ** 2
-    lists = np.empty((last - first, -(-width // TILE), most), np.int32)
+    most = (math.ceil((TILE_SIZE + 2 * reach) / pitch) + 1) ** 2
+    lists = np.empty((last - first, -(-width // TILE_SIZE), most), np.int32)
     counts = np.zeros(lists.shape[:2], np.int32)
     # Slightly more than the strokes that cover part of it, so that rounding, which depends on the first row,
     # has no effect.
-    _list_by_tile(strokes_, np.float32(half_size + 0.51), first * TILE, lists, counts)
+    _list_by_tile(strokes_, np.float32(half_size + 0.51), first * TILE_SIZE, lists, counts)
     return strokes_, lists, counts
 
 
 @compiled
 def _list_by_tile(strokes_, edge, top, lists, counts):  # type: ignore[no-untyped-def]
     """List for each tile, from row `top` of the page on, the strokes near it, in their order."""
-    side, scale, half, zero = np.float32(TILE), np.float32(1 / TILE), np.float32(0.5), np.float32(0)
+    side, scale, half, zero = np.float32(TILE_SIZE), np.float32(1 / TILE_SIZE), np.float32(0.5), np.float32(0)
     rows, columns = counts.shape
     for i in range(strokes_.shape[1]):
         x, y = strokes_[0, i], strokes_[1, i] - np.float32(top)
@@ -148,4 +151,4 @@ def _choose_paint(strokes_, reds, greens, blues, shape, looks, out):  # type: ig
         more, less = spread * (more - np.floor(more) - half), spread * (less - np.floor(less) - half)
         change = variation * (tone - half) - half * bristles
         out[0, i], out[1, i] = red + more + change, green - half * (more + less) + change
-        out[2, i], out[3, i] = blue + less + change, tone * np.float32(MARKS)
+        out[2, i], out[3, i] = blue + less + change, tone * np.float32(MARK_COLUMNS)

@@ -14,7 +14,7 @@ from vidstyle.cli.reporting import say
 from vidstyle.errors import UsageError, printable
 from vidstyle.pipeline.progress import StepProgress
 
-SHOWN = 5
+MAX_SHOWN_STYLES = 5
 """How many styles are named."""
 
 
@@ -41,7 +41,7 @@ def print_like(picture: str, source: str | None, options: Mapping[str, Any], as_
         nearest = ranked(wanted, photograph, known_styles(), step)
         best = searched(wanted, photograph, nearest, step) if output is not None else None
     rows = [{"name": each.style.name, "distance": round(each.distance, 3)} for each in nearest]
-    lines = [f"{each.style.name:20} {each.words}" for each in nearest[:SHOWN]]
+    lines = [f"{each.style.name:20} {each.words}" for each in nearest[:MAX_SHOWN_STYLES]]
     if output is not None and best is not None:
         save_style(best.style, output)
         lines.append(f"{printable(str(output)):20} {best.words}")

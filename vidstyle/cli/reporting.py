@@ -39,7 +39,7 @@ _LACK_OF_MEMORY = (
     "or raise the limits (ulimit -v, ulimit -u)"
 )
 
-ALWAYS = logging.CRITICAL + 1
+ALWAYS_SHOWN_LEVEL = logging.CRITICAL + 1
 """The level of what the user has asked for, which --log-level does not hide."""
 
 
@@ -160,14 +160,14 @@ def _usage(error: click.UsageError) -> str:
 def say(line: str, summary: Mapping[str, object] | None = None) -> None:
     """Print a message on standard error; with --progress json a summary, if there is one, in its place."""
     if summary is None:
-        log.log(ALWAYS, "%s", line)
+        log.log(ALWAYS_SHOWN_LEVEL, "%s", line)
     else:
         event("summary", summary, line)
 
 
 def event(name: str, facts: Mapping[str, object], text: str = "") -> None:
     """Print an event as JSON with --progress json, else its text."""
-    log.log(ALWAYS, "%s", text, extra={"event": name, "facts": facts})
+    log.log(ALWAYS_SHOWN_LEVEL, "%s", text, extra={"event": name, "facts": facts})
 
 
 def reporting_options(command: Any) -> Any:

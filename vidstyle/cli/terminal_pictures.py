@@ -13,9 +13,9 @@ if TYPE_CHECKING:
 
 MIN_COLUMNS, MAX_COLUMNS = 24, 48
 """Width of one picture, in characters."""
-GAP = 1
+GAP_COLUMNS = 1
 """Columns between two pictures."""
-CHUNK = 4096
+MAX_CHUNK_BYTES = 4096
 """Bytes of a picture in one escape sequence of kitty."""
 
 
@@ -43,12 +43,12 @@ def sheet_lines(named: Sequence[tuple[str, np.ndarray]], protocol: str, columns:
         protocol: as `protocol_of` says, not "".
         columns: of the terminal.
     """
-    across = min(len(named), max(1, (columns + GAP) // (MIN_COLUMNS + GAP)))
-    width = min(MAX_COLUMNS, (columns + GAP) // across - GAP)
+    across = min(len(named), max(1, (columns + GAP_COLUMNS) // (MIN_COLUMNS + GAP_COLUMNS)))
+    width = min(MAX_COLUMNS, (columns + GAP_COLUMNS) // across - GAP_COLUMNS)
     for first in range(0, len(named), across):
         row = named[first : first + across]
         yield from row_lines([picture for _, picture in row], protocol, width)
-        names = (" " * GAP).join(f"{name[:width]:{width}}" for name, _ in row).rstrip()
+        names = (" " * GAP_COLUMNS).join(f"{name[:width]:{width}}" for name, _ in row).rstrip()
         yield from [names] if names else []
 
 
@@ -57,10 +57,10 @@ def row_lines(pictures: Sequence[np.ndarray], protocol: str, width: int) -> Iter
     height = max(1, round(width * pictures[0].shape[0] / pictures[0].shape[1] / 2))
     if protocol == "blocks":
         blocks = [_block_lines(picture, width, height) for picture in pictures]
-        yield from ((" " * GAP).join(parts) for parts in zip(*blocks, strict=True))
+        yield from ((" " * GAP_COLUMNS).join(parts) for parts in zip(*blocks, strict=True))
         return
     strip = _png_strip(pictures, width)
-    columns = len(pictures) * (width + GAP) - GAP
+    columns = len(pictures) * (width + GAP_COLUMNS) - GAP_COLUMNS
     yield (_kitty if protocol == "kitty" else _iterm)(strip, columns, height)
 
 
@@ -82,7 +82,7 @@ def _png_strip(pictures: Sequence[np.ndarray], width: int) -> bytes:
     import cv2
     import numpy as np
 
-    gap = round(pictures[0].shape[1] * GAP / width)
+    gap = round(pictures[0].shape[1] * GAP_COLUMNS / width)
     opaque = (cv2.cvtColor(picture, cv2.COLOR_RGB2BGRA) for picture in pictures)
     framed = [cv2.copyMakeBorder(each, 0, 0, 0, gap, cv2.BORDER_CONSTANT) for each in opaque]
     done, content = cv2.imencode(".png", np.hstack(framed)[:, :-gap])
@@ -93,7 +93,7 @@ def _png_strip(pictures: Sequence[np.ndarray], width: int) -> bytes:
 def _kitty(png: bytes, columns: int, rows: int) -> str:
     """See https://sw.kovidgoyal.net/kitty/graphics-protocol/."""
     data = b64encode(png).decode()
-    chunks = [data[start : start + CHUNK] for start in range(0, len(data), CHUNK)]
+    chunks = [data[start : start + MAX_CHUNK_BYTES] for start in range(0, len(data), MAX_CHUNK_BYTES)]
     keys = [f"a=T,f=100,q=2,c={columns},r={rows},"] + [""] * (len(chunks) - 1)
     more = [1] * (len(chunks) - 1) + [0]
     return "".join(

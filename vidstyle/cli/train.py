@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from vidstyle.blade.reference_filter import ReferenceFilter
     from vidstyle.blade.regression import TrainingConfig
 
-LEARNABLE = 0.4
+MIN_LEARNED_SHARE = 0.4
 """The part of a filter's change below which a bank is not worth its name."""
 
 
@@ -117,7 +117,7 @@ def _train(path: Path, options: dict[str, Any]) -> None:
     say(str(report))
     if fidelity:
         say(_fidelity_text(fidelity, held_out))
-        if fidelity["explained"] < LEARNABLE:
+        if fidelity["explained"] < MIN_LEARNED_SHARE:
             say(
                 f"explains {fidelity['explained']:.0%} of the change: this filter is not local "
                 f"(a result depends on more than {config.size} x {config.size} pixels and their direction)"

@@ -7,14 +7,14 @@ import numpy as np
 
 from vidstyle.core.kernels import compiled
 
-BLOCK = 16
+BLOCK_SIZE = 16
 """Pixels on a side of a block."""
-SEARCH_RADIUS = 10
+SEARCH_RADIUS_PX = 10
 """Pixels that a block may move between pictures, in each direction."""
 
-_PLACES = 2 * SEARCH_RADIUS + 1
-_LINE = 32
-"""Places side by side that the kernel computes: whole vectors, of which the first `_PLACES` are used."""
+_POSITION_COUNT = 2 * SEARCH_RADIUS_PX + 1
+_PADDED_POSITION_COUNT = 32
+"""Positions that the kernel computes: full vectors, of which the first `_POSITION_COUNT` are used."""
 
 
 def blocks_of(picture: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -24,9 +24,9 @@ def blocks_of(picture: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         picture: H x W.
 
     Returns:
-        n x h x w, at most `BLOCK` on a side, and n x 2 int32, the row and column of their first pixels.
+        n x h x w, at most `BLOCK_SIZE` on a side, and n x 2 int32, the row and column of their first pixels.
     """
-    tall, wide = (min(BLOCK, side) for side in picture.shape)
+    tall, wide = (min(BLOCK_SIZE, side) for side in picture.shape)
     (rows, top), (columns, left) = divmod(picture.shape[0], tall), divmod(picture.shape[1], wide)
     inner = picture[top // 2 :, left // 2 :][: rows * tall, : columns * wide]
     blocks = inner.reshape(rows, tall, columns, wide).swapaxes(1, 2).reshape(-1, tall, wide)
@@ -40,7 +40,7 @@ def best_correlations(
     """How well each block matches a picture around its place.
 
     Args:
-        blocks: n x h x w float32, at most `BLOCK` on a side, none of one tone.
+        blocks: n x h x w float32, at most `BLOCK_SIZE` on a side, none of one tone.
         places: n x 2 int32, the row and column of their first pixels.
         picture: H x W float32; its border is repeated.
         min_deviation: the least standard deviation that is assumed of what a block is compared with.
@@ -48,18 +48,18 @@ def best_correlations(
     Returns:
         The greatest correlation coefficient of each, 0..1 float32; 1 in a dry run.
     """
-    (tall, wide), side = blocks.shape[1:], SEARCH_RADIUS
-    beyond = side + BLOCK, side + _LINE  # the kernel reads so far
+    (tall, wide), side = blocks.shape[1:], SEARCH_RADIUS_PX
+    beyond = side + BLOCK_SIZE, side + _PADDED_POSITION_COUNT  # the kernel reads so far
     wider = cv2.copyMakeBorder(picture, side, beyond[0], side, beyond[1], cv2.BORDER_REPLICATE)
     means, squares = (
         each(wider, cv2.CV_64F, (wide, tall), anchor=(0, 0)) for each in (cv2.boxFilter, cv2.sqrBoxFilter)
     )
     deviations = np.sqrt(np.maximum(squares - means**2, min_deviation**2)).astype(np.float32)
     centred = blocks - blocks.mean(axis=(1, 2), keepdims=True)
-    whole = np.zeros((len(blocks), BLOCK, BLOCK), np.float32)
+    whole = np.zeros((len(blocks), BLOCK_SIZE, BLOCK_SIZE), np.float32)
     whole[:, :tall, :wide] = centred / (tall * wide * centred.std(axis=(1, 2), keepdims=True))
     best = np.ones(len(blocks), np.float32)
-    _correlate(whole, places, wider, deviations, np.empty(_LINE, np.float32), best)
+    _correlate(whole, places, wider, deviations, np.empty(_PADDED_POSITION_COUNT, np.float32), best)
     return best
 
 
@@ -67,11 +67,13 @@ def best_correlations(
 def _correlate(blocks, places, wider, deviations, line, best):  # type: ignore[no-untyped-def]
     for block in range(best.size):
         top, left, most = places[block, 0], places[block, 1], np.float32(0)
-        for row in range(top, top + _PLACES):
+        for row in range(top, top + _POSITION_COUNT):
             line[:] = 0
-            for y in range(BLOCK):
-                _add_products(blocks[block, y], wider[row + y, left : left + BLOCK + _LINE], line)
-            for place in range(_PLACES):
+            for y in range(BLOCK_SIZE):
+                _add_products(
+                    blocks[block, y], wider[row + y, left : left + BLOCK_SIZE + _PADDED_POSITION_COUNT], line
+                )
+            for place in range(_POSITION_COUNT):
                 most = max(most, line[place] / deviations[row, left + place])
         best[block] = most
 
@@ -79,10 +81,10 @@ def _correlate(blocks, places, wider, deviations, line, best):  # type: ignore[n
 @compiled(fastmath=True, noalias=True)
 def _add_products(own, others, line):  # type: ignore[no-untyped-def]
     """Four columns at once: each sum is loaded and stored a quarter as often."""
-    for x in range(0, BLOCK, 4):
+    for x in range(0, BLOCK_SIZE, 4):
         first, second, third, fourth = own[x], own[x + 1], own[x + 2], own[x + 3]
         beside = others[x:]
-        for place in range(_LINE):
+        for place in range(_PADDED_POSITION_COUNT):
             line[place] += (
                 first * beside[place]
                 + second * beside[place + 1]

@@ -23,7 +23,7 @@ SampleArea = tuple[int, int, np.ndarray]
 Levels = tuple[np.float32, np.float32, np.float32]
 """What values are multiplied by, what is added, and the highest code."""
 
-UNMIXED = np.eye(3, 2, dtype=np.float32)
+IDENTITY_MIX_WEIGHTS = np.eye(3, 2, dtype=np.float32)
 """The mix of two planes that are blue and red difference themselves."""
 
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from vidstyle.core.bands import in_bands, shared_pool
-from vidstyle.core.codes import UNMIXED, Chroma, chroma_radius, store, store_chroma, store_yuv
+from vidstyle.core.codes import IDENTITY_MIX_WEIGHTS, Chroma, chroma_radius, store, store_chroma, store_yuv
 from vidstyle.core.deferred_color import Printed
 from vidstyle.core.kernels import interleaved
 from vidstyle.core.picture import Encoding, Picture
@@ -105,7 +105,12 @@ class PictureAssembler:
         store(luma, *self.target.luma_levels, self.target.depth, self._luma[top : top + len(luma)])
 
     def put_chroma(
-        self, top: int, bottom: int, above: int, planes: tuple[np.ndarray, ...], mix: np.ndarray = UNMIXED
+        self,
+        top: int,
+        bottom: int,
+        above: int,
+        planes: tuple[np.ndarray, ...],
+        mix: np.ndarray = IDENTITY_MIX_WEIGHTS,
     ) -> None:
         """Store chroma at luma's resolution, -0.5..0.5, for the rows of `put_color`.
 

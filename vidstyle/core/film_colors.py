@@ -10,25 +10,25 @@ from vidstyle.core.measured import ExponentialSmoother, small_colors
 from vidstyle.core.oklab import lab_from_rgb, rgb_from_lab
 from vidstyle.core.picture import Picture
 
-SIDE = 96
+MAX_SIDE_PX = 96
 """Largest side in pixels of the small copy that colours are taken from."""
-BINS = 24
+LIGHTNESS_BINS = 24
 """Cubes of OKLab along the range of lightness; those that hold a colour are what is grouped."""
-FIRST_ROUNDS, ROUNDS = 12, 2
+FIRST_ROUNDS, NEXT_ROUNDS = 12, 2
 """Rounds of k-means for a picture that begins a scene, and for each one after it."""
-SETTLE = 1.0
+SETTLE_SECONDS = 1.0
 """Time constant in seconds by which colours follow the film."""
-HELD = 0.008
+MIN_COLOR_DIFFERENCE = 0.008
 """A colour stays as it is until it would have to move as far, in OKLab; 0.02 is about what an eye can see."""
-CHROMA = 2.0
+CHROMA_WEIGHT = 2.0
 """How many times as much as a difference in lightness one in hue or saturation counts for groups."""
 CONSTANTS = {
-    "chroma": CHROMA,
-    "side": SIDE,
-    "bins": BINS,
-    "rounds": [FIRST_ROUNDS, ROUNDS],
-    "settle": SETTLE,
-    "held": HELD,
+    "chroma": CHROMA_WEIGHT,
+    "side": MAX_SIDE_PX,
+    "bins": LIGHTNESS_BINS,
+    "rounds": [FIRST_ROUNDS, NEXT_ROUNDS],
+    "settle": SETTLE_SECONDS,
+    "held": MIN_COLOR_DIFFERENCE,
 }
 
 
@@ -62,18 +62,18 @@ class FilmColors:
         """
         if time is None or (self._groups is not None and len(self._groups) != table.shape[1]):
             self.restart()
-        stretch = np.array([1, CHROMA, CHROMA])
-        colors, weights = _binned(lab_from_rgb(small_colors(picture, SIDE).reshape(-1, 3).T))
+        stretch = np.array([1, CHROMA_WEIGHT, CHROMA_WEIGHT])
+        colors, weights = _binned(lab_from_rgb(small_colors(picture, MAX_SIDE_PX).reshape(-1, 3).T))
         colors *= stretch
-        rounds = ROUNDS
+        rounds = NEXT_ROUNDS
         if self._groups is None:
             self._groups, rounds = _seeds(colors, weights, table.shape[1]), FIRST_ROUNDS
         for _ in range(rounds):
             self._groups = _regrouped(colors, weights, self._groups)
-        wanted = self._smoother.follow(self._groups, time, SETTLE) / stretch
+        wanted = self._smoother.follow(self._groups, time, SETTLE_SECONDS) / stretch
         if self._shown is None:
             self._shown = wanted.copy()
-        moved = np.square(wanted - self._shown).sum(axis=1) > HELD**2
+        moved = np.square(wanted - self._shown).sum(axis=1) > MIN_COLOR_DIFFERENCE**2
         self._shown[moved] = wanted[moved]
         table[3:] = rgb_from_lab(self._shown.T)
         table[:3] = lab_from_rgb(table[3:].astype(float))
@@ -104,9 +104,9 @@ class FilmPalettes:
 
 def _binned(lab: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The mean colour of each cube of OKLab that holds any, n x 3, and its weight."""
-    lightness, a, b = np.floor(lab * BINS).astype(np.int64) + BINS
+    lightness, a, b = np.floor(lab * LIGHTNESS_BINS).astype(np.int64) + LIGHTNESS_BINS
     _, cubes, counts = np.unique(
-        (lightness * 3 * BINS + a) * 3 * BINS + b, return_inverse=True, return_counts=True
+        (lightness * 3 * LIGHTNESS_BINS + a) * 3 * LIGHTNESS_BINS + b, return_inverse=True, return_counts=True
     )
     sums = np.stack([np.bincount(cubes.reshape(-1), part) for part in lab], axis=1)
     return sums / counts[:, None], np.sqrt(counts)

@@ -11,7 +11,7 @@ import numpy as np
 from vidstyle.core.picture import Picture
 from vidstyle.core.planes import luma_from_rgb
 
-SAMPLES = 320
+MAX_SIDE_SAMPLES = 320
 """Largest side of a small copy in pixels."""
 
 
@@ -32,7 +32,7 @@ class Sampling:
     shape: tuple[int, int]
 
     @classmethod
-    def of(cls, height: int, width: int, most: int = SAMPLES) -> Sampling:
+    def of(cls, height: int, width: int, most: int = MAX_SIDE_SAMPLES) -> Sampling:
         """The sampling of a picture of this size, of at most so many across and down.
 
         >>> Sampling.of(1080, 1920)
@@ -43,7 +43,7 @@ class Sampling:
         return cls(stride, (top, left), (-(-(height - top) // stride), -(-(width - left) // stride)))
 
 
-def sampled(plane: np.ndarray, most: int = SAMPLES) -> np.ndarray:
+def sampled(plane: np.ndarray, most: int = MAX_SIDE_SAMPLES) -> np.ndarray:
     """The small copy of a plane, a view."""
     height, width = plane.shape[:2]
     sampling = Sampling.of(height, width, most)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-TO_CONES = np.array(
+CONE_WEIGHTS = np.array(
     [
         [0.4122214708, 0.5363325363, 0.0514459929],
         [0.2119034982, 0.6806995451, 0.1073969566],
         [0.0883024619, 0.2817188376, 0.6299787005],
     ]
 )
-TO_LAB = np.array(
+LAB_WEIGHTS = np.array(
     [
         [0.2104542553, 0.7936177850, -0.0040720468],
         [1.9779984951, -2.4285922050, 0.4505937099],
@@ -27,12 +27,12 @@ def light_of(values: np.ndarray) -> np.ndarray:
 
 def lab_from_rgb(colors: np.ndarray) -> np.ndarray:
     """OKLab of sRGB colours within 0..1, both 3 x n float64."""
-    return _product(TO_LAB, np.cbrt(_product(TO_CONES, light_of(colors))))
+    return _product(LAB_WEIGHTS, np.cbrt(_product(CONE_WEIGHTS, light_of(colors))))
 
 
 def rgb_from_lab(lab: np.ndarray) -> np.ndarray:
     """The inverse of `lab_from_rgb`, clipped to 0..1."""
-    light = _product(np.linalg.inv(TO_CONES), _product(np.linalg.inv(TO_LAB), lab) ** 3).clip(0, 1)
+    light = _product(np.linalg.inv(CONE_WEIGHTS), _product(np.linalg.inv(LAB_WEIGHTS), lab) ** 3).clip(0, 1)
     return np.where(light <= 0.0031308, light * 12.92, 1.055 * light ** (1 / 2.4) - 0.055)
 
 

@@ -30,7 +30,7 @@ SITINGS = {
 }
 """Position of the first chroma sample of 4:2:0, in luma pixels right and down from the first."""
 
-NEUTRAL = 1e-6
+MAX_NEUTRAL_CHROMA = 1e-6
 """Chroma below this is rounding."""
 
 RANGES = {"luma": (-0.5, 1.5), "chroma": (-0.75, 0.75), "color": (-1.0, 2.0)}
@@ -115,7 +115,7 @@ class Encoding:
     def yuv_from_color(self, color: tuple[float, float, float]) -> tuple[float, float, float]:
         """Luma, blue and red difference of one RGB colour; of a gray the last two are exactly 0."""
         luma, *chroma = (float(part) for part in self.from_rgb @ np.array(color, np.float32))
-        blue, red = (0.0 if abs(part) <= NEUTRAL else part for part in chroma)
+        blue, red = (0.0 if abs(part) <= MAX_NEUTRAL_CHROMA else part for part in chroma)
         return luma, blue, red
 
     def chroma_shape(self, height: int, width: int) -> tuple[int, int]:

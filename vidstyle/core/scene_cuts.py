@@ -7,7 +7,7 @@ import numpy as np
 
 from vidstyle.core.block_matching import best_correlations, blocks_of
 
-CUT_THRESHOLD = 0.27
+MIN_CUT_SHARE = 0.27
 """At a cut, at least this part of a picture has no match in the one before, 0..1, beyond the usual loss.
 
 Chosen on a trailer of 70 s with 25 cuts, whip pans and gunfire, and on eleven short clips with one cut: cuts
@@ -18,7 +18,7 @@ ACTION_FACTOR = 0.6
 MAX_BLANKS = 8
 """After so many blank pictures in a row a scene begins; fewer count as a flash."""
 
-_SIDE = 96
+_MAX_SIDE_PX = 96
 """Pixels of a small copy: blocks may move by a tenth of that."""
 _MIN_DEVIATION = 0.012
 """A block with a smaller standard deviation shows only noise; 0..1."""
@@ -71,15 +71,15 @@ class SceneCutDetector:
         """Whether the blocks match neither the last picture nor, if that may be a flash, the one before."""
         lost, average = 1 - _correlation(blocks, before[0]), self._average_loss
         # Cuts count as well, up to the threshold, so that fast action after a cut is not all cuts.
-        self._average_loss += (min(lost, CUT_THRESHOLD) - average) / 2
-        if lost <= CUT_THRESHOLD + ACTION_FACTOR * average:
+        self._average_loss += (min(lost, MIN_CUT_SHARE) - average) / 2
+        if lost <= MIN_CUT_SHARE + ACTION_FACTOR * average:
             return False
-        return all(1 - _correlation(blocks, each) > CUT_THRESHOLD for each in before[1:])
+        return all(1 - _correlation(blocks, each) > MIN_CUT_SHARE for each in before[1:])
 
 
 def _reduced(luma: np.ndarray) -> np.ndarray:
-    """A copy of at most `_SIDE` pixels on a side, averaged, which reduces noise."""
-    scale = min(1.0, _SIDE / max(luma.shape))
+    """A copy of at most `_MAX_SIDE_PX` pixels on a side, averaged, which reduces noise."""
+    scale = min(1.0, _MAX_SIDE_PX / max(luma.shape))
     height, width = (max(1, round(side * scale)) for side in luma.shape)
     return np.array(cv2.resize(luma, (width, height), interpolation=cv2.INTER_AREA), np.float32)
 

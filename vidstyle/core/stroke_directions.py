@@ -8,12 +8,12 @@ import numpy as np
 
 from vidstyle.core.kernels import compiled, interleaved
 
-STILL = 0.06
+DEFAULT_ANGLE_STRENGTH = 0.06
 """The usual strength of the fixed direction beside that of edges: it decides where there are none."""
 
 
 def stroke_directions(
-    flow: np.ndarray, angle: float, strength: float = STILL
+    flow: np.ndarray, angle: float, strength: float = DEFAULT_ANGLE_STRENGTH
 ) -> tuple[np.ndarray, np.ndarray]:
     """The unit vector along the edge at each pixel: to the right and down, H x W float32 each.
 

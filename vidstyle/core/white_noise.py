@@ -6,9 +6,9 @@ import numpy as np
 
 from vidstyle.core.kernels import compiled
 
-PAIR_CODES = 32767
+MAX_PAIR_CODE = 32767
 """The highest code of the numbers in a pair, so that their difference has 16 bits, too."""
-APART = 10007
+LATTICE_PART_SIZE = 10007
 """Points between the parts of the lattice that two drawings, or two octaves, take."""
 
 
@@ -43,7 +43,7 @@ def pairs_of(noise: np.ndarray) -> np.ndarray:
 
     There is one look-up for both; the codes are in the low halves.
     """
-    codes = np.rint(noise * np.float32(PAIR_CODES)).astype(np.int32)
+    codes = np.rint(noise * np.float32(MAX_PAIR_CODE)).astype(np.int32)
     return codes[:, :-1] | np.diff(codes, axis=1) << 16
 
 

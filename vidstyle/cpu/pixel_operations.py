@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vidstyle.core.codes import UNMIXED, Chroma
+from vidstyle.core.codes import IDENTITY_MIX_WEIGHTS, Chroma
 from vidstyle.core.deferred_color import Mixed, Printed
 from vidstyle.core.kernels import compiled, gray_rgb
 from vidstyle.core.planes import luma_from_rgb, rgb_from_yuv, yuv_from_rgb
@@ -66,7 +66,7 @@ def _constant(shape: tuple[int, int], level: float) -> np.ndarray:
 
 def planes_of(chroma: Chroma | Tints) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
     """Return chroma as planes and weights for their sums, for `store_chroma`."""
-    return (chroma.planes, chroma.mix) if isinstance(chroma, Tints) else (chroma, UNMIXED)
+    return (chroma.planes, chroma.mix) if isinstance(chroma, Tints) else (chroma, IDENTITY_MIX_WEIGHTS)
 
 
 def at_every_pixel(value: Value, out: Value | None = None) -> Value:

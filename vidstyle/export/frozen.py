@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from vidstyle.core.convert import to_rgb
-from vidstyle.core.film_colors import SIDE, FilmColors
+from vidstyle.core.film_colors import MAX_SIDE_PX, FilmColors
 from vidstyle.core.measured import sampled
 from vidstyle.core.picture import Picture
 from vidstyle.cpu.renderer import CpuRenderer
@@ -39,7 +39,7 @@ def frozen_percentiles(style: Style, pictures: Iterable[np.ndarray]) -> dict[str
 
 def freeze_colors(plan: dict[str, Any], pictures: Iterable[np.ndarray]) -> None:
     """Put the main colours of pictures, H x W x 3 uint8, into the textures of a plan that await them."""
-    all_of_them = Picture.from_array(np.concatenate([sampled(each, SIDE) for each in pictures]))
+    all_of_them = Picture.from_array(np.concatenate([sampled(each, MAX_SIDE_PX) for each in pictures]))
     for texture in plan["textures"].values():
         if "film" in texture:
             table = np.empty(texture["size"][1::-1], np.float32)

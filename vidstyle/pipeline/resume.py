@@ -27,7 +27,7 @@ HARMLESS = ("allow_url", "max_pixels", "overwrite", "new_sound")
 """Options that change no picture."""
 STABLE_FRAMES = 100
 """Frames after which a style with temporal smoothing gives the same pictures, wherever it began."""
-SETTLED = 7
+SETTLED_FACTOR = 7
 """Time constants after which what is measured of a film is the same, but for a thousandth."""
 
 
@@ -79,7 +79,7 @@ def warm_up_frames(style: Style, rate: float) -> int:
     settle = max(
         (_arguments(step.block, step.values).get("settle") or 0 for step in expand(style).steps), default=0
     )
-    return STABLE_FRAMES + round(SETTLED * settle * rate)
+    return STABLE_FRAMES + round(SETTLED_FACTOR * settle * rate)
 
 
 def build() -> str:

@@ -17,9 +17,9 @@ from vidstyle.media.frame import Frame
 from vidstyle.media.write.base import Writer
 from vidstyle.pipeline.bounded_queue import BoundedQueue, QueueClosedError
 
-QUEUE_CAPACITY = 3
+MAX_QUEUED_BATCHES = 3
 """Batches in the queue between two stages: enough that no stage starves, few enough to bound memory."""
-BATCH = 32
+MAX_BATCH_ITEMS = 32
 """Items in a batch at most. A batch ends with its frame, so that a run of packets does not fill a queue."""
 WATCH_SECONDS = 0.1
 """How often the calling thread reports progress."""
@@ -57,8 +57,8 @@ class Stages:
         self._restyle = restyle
         self._frames_in_flight = frames_in_flight
         self._writer = writer
-        self._source: BoundedQueue[Batch] = BoundedQueue(QUEUE_CAPACITY)
-        self._result: BoundedQueue[Batch] = BoundedQueue(QUEUE_CAPACITY)
+        self._source: BoundedQueue[Batch] = BoundedQueue(MAX_QUEUED_BATCHES)
+        self._result: BoundedQueue[Batch] = BoundedQueue(MAX_QUEUED_BATCHES)
         self._halted = threading.Event()
         self._over = threading.Event()
         self._error: BaseException | None = None
@@ -184,7 +184,7 @@ def batches(items: Iterable[Any]) -> Iterator[Batch]:
     batch: Batch = []
     for item in items:
         batch.append(item)
-        if isinstance(item, Frame) or len(batch) == BATCH:
+        if isinstance(item, Frame) or len(batch) == MAX_BATCH_ITEMS:
             yield batch
             batch = []
     if batch:

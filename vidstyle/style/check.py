@@ -21,7 +21,7 @@ from vidstyle.style.values import MAX_MISTAKES, asset_path, read_values, to_text
 from vidstyle.style.variants import read_variants, table_of_variant
 from vidstyle.style.wiring import wire_layers
 
-FORMAT = 1
+FORMAT_VERSION = 1
 MAX_STEPS = 256
 MAX_FILES = 4
 """The most files and folders of its own that a style reads: each may take 130 MiB of memory."""
@@ -62,11 +62,11 @@ def style_from_table(
 def _is_known_format(table: Mapping[str, object], mistakes: list[str]) -> bool:
     version = table.get("format")
     if version is None:
-        mistakes.append(f"format is missing; a style file says format = {FORMAT}")
+        mistakes.append(f"format is missing; a style file says format = {FORMAT_VERSION}")
         return True
-    if isinstance(version, int) and not isinstance(version, bool) and version == FORMAT:
+    if isinstance(version, int) and not isinstance(version, bool) and version == FORMAT_VERSION:
         return True
-    mistakes.append(f"format {to_text(version)} is unknown; this vidstyle reads format {FORMAT}")
+    mistakes.append(f"format {to_text(version)} is unknown; this vidstyle reads format {FORMAT_VERSION}")
     return False
 
 

@@ -14,16 +14,16 @@ MAX_WORK = 1 << 16
 """The most operations for each pixel of the picture. Shipped styles take a thousand or two, of 8192 x 8192
 pixels up to eight thousand, as lengths grow with the picture."""
 MAX_SAMPLES = 1 << 28
-"""The most numbers that are kept at once, 1 GiB; large pictures may take `SAMPLES_A_PIXEL` instead."""
-SAMPLES_A_PIXEL = 32
+"""The most numbers that are kept at once, 1 GiB; large pictures may take `MAX_PIXEL_SAMPLES` instead."""
+MAX_PIXEL_SAMPLES = 32
 
-NODE_WORK = 32
+NODE_COST = 32
 """Operations for each number of a node that reads no neighbours; where resampling reads or writes it,
 half as many."""
-SMALLEST = 64 * 64
+MIN_COUNTED_PIXELS = 64 * 64
 """Smaller pictures count as so many pixels: rounding makes their working sizes larger."""
 CHANNELS = {"luma": 1, "chroma": 2, "color": 3}
-STROKE_SAMPLES = 2
+STROKE_SAMPLE_COUNT = 2
 """Numbers that a block fixed to the page keeps for each pixel, from picture to picture."""
 
 
@@ -34,14 +34,14 @@ def excess(outputs: Sequence[Node], page: Shape) -> str:
         outputs: the nodes of the result.
         page: height and width of the picture.
     """
-    nodes, pixels = nodes_in_order(outputs), max(page[0] * page[1], SMALLEST)
+    nodes, pixels = nodes_in_order(outputs), max(page[0] * page[1], MIN_COUNTED_PIXELS)
     found = []
     height, width = max((node.shape for node in nodes), key=math.prod)
     if height * width > MAX_GROWTH * pixels:
         found.append(f"works at {width} x {height}")
     if (work := sum(map(_work, nodes)) / pixels) > MAX_WORK:
         found.append(f"takes {work:.0f} operations for each pixel, more than {MAX_WORK}")
-    if (samples := _most_samples(nodes)) > max(MAX_SAMPLES, SAMPLES_A_PIXEL * pixels):
+    if (samples := _most_samples(nodes)) > max(MAX_SAMPLES, MAX_PIXEL_SAMPLES * pixels):
         found.append(f"keeps {4 * samples / (1 << 30):.1f} GiB at once")
     if not found:
         return ""
@@ -58,8 +58,8 @@ def _work(node: Node) -> float:
     if node.op == "filter_bank":
         return _samples(node) * float(node.values["run"].work)
     if node.op == "resample":
-        return NODE_WORK / 2 * (_samples(node) + _samples(node.inputs["image"]))
-    return _samples(node) * (NODE_WORK + 4.0 * node.radius)
+        return NODE_COST / 2 * (_samples(node) + _samples(node.inputs["image"]))
+    return _samples(node) * (NODE_COST + 4.0 * node.radius)
 
 
 def _most_samples(nodes: Sequence[Node]) -> int:
@@ -71,7 +71,7 @@ def _most_samples(nodes: Sequence[Node]) -> int:
         ending[last.get(node, -1)] = ending.get(last.get(node, -1), 0) + _samples(node)
         now += _samples(node)
         if node.block is not None and PageRegion in node.block.injected.values():
-            now += STROKE_SAMPLES * node.shape[0] * node.shape[1]
+            now += STROKE_SAMPLE_COUNT * node.shape[0] * node.shape[1]
         most = max(most, now)
         now -= ending.pop(number, 0)
     return most

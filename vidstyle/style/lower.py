@@ -22,7 +22,7 @@ from vidstyle.style.nodes import Kind, LoweredStyle, Measure, Node, Op, Shape, S
 from vidstyle.style.resolve import ResolvedStep
 from vidstyle.style.wiring import START, wiring_of
 
-UNDONE = 1e-3
+UNDONE_TOLERANCE = 1e-3
 """Factors whose product is as close to 1 undo each other: 0.75 and 1.3333 do."""
 
 Steps = Mapping[str, tuple[ResolvedStep, ...]]
@@ -246,7 +246,7 @@ class GraphBuilder:
     def _scaled(self, shape: Shape, size: Shape, factor: float) -> Shape:
         """The size that a step asks for; where it undoes an earlier scaling, the very size before that."""
         before, earlier = self.sizes[shape]
-        if abs(factor * earlier - 1) < UNDONE:
+        if abs(factor * earlier - 1) < UNDONE_TOLERANCE:
             return before
         self.sizes.setdefault(size, (shape, factor))
         return size

@@ -6,7 +6,7 @@ from typing import Any
 
 from vidstyle.block import NAME_PATTERN, Block
 from vidstyle.blocks import all_blocks
-from vidstyle.style.check import FORMAT, MAX_KNOBS, MAX_STEPS, TEXTS
+from vidstyle.style.check import FORMAT_VERSION, MAX_KNOBS, MAX_STEPS, TEXTS
 from vidstyle.style.model import FIELDS, LAYERS, Step, Style
 from vidstyle.style.variants import MAX_VARIANTS, VARIANT_PATTERN
 
@@ -25,7 +25,7 @@ def style_schema() -> dict[str, Any]:
         "required": ["format"],
         "additionalProperties": False,
         "properties": {
-            "format": {"const": FORMAT},
+            "format": {"const": FORMAT_VERSION},
             **{key: {"type": "string", "maxLength": longest} for key, longest in TEXTS.items()},
             "knobs": {
                 "type": "array",

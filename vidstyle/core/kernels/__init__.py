@@ -1,6 +1,6 @@
 """Loops over pixels as machine code: how kernels are declared, compiled, kept and loaded."""
 
-from vidstyle.core.kernels.aligned import LINE, aligned_empty, aligned_parts, rounded_up
+from vidstyle.core.kernels.aligned import CACHE_LINE_FLOATS, aligned_empty, aligned_parts, rounded_up
 from vidstyle.core.kernels.channels import (
     clipped_sum,
     gray_or_interleaved,
@@ -13,7 +13,7 @@ from vidstyle.core.kernels.declare import Compiled, cached, compiled, dry_run
 from vidstyle.core.kernels.indices import TIE_LIFT, index_at, look_up_at
 
 __all__ = [
-    "LINE",
+    "CACHE_LINE_FLOATS",
     "TIE_LIFT",
     "Compiled",
     "aligned_empty",

@@ -7,9 +7,9 @@ from itertools import accumulate, pairwise
 
 import numpy as np
 
-CACHE_LINE = 64
+CACHE_LINE_BYTES = 64
 """Bytes of a line of the cache, and of the longest vectors: one across the end of a line is loaded twice."""
-LINE = CACHE_LINE // 4
+CACHE_LINE_FLOATS = CACHE_LINE_BYTES // 4
 """Numbers of 32 bits in a line."""
 
 
@@ -25,8 +25,8 @@ def rounded_up(number: int, multiple: int) -> int:
 def aligned_empty(shape: tuple[int, ...]) -> np.ndarray:
     """A new float32 array."""
     size = 4 * math.prod(shape)
-    memory = np.empty(size + CACHE_LINE, np.uint8)
-    start = -memory.__array_interface__["data"][0] % CACHE_LINE
+    memory = np.empty(size + CACHE_LINE_BYTES, np.uint8)
+    start = -memory.__array_interface__["data"][0] % CACHE_LINE_BYTES
     return memory[start : start + size].view(np.float32).reshape(shape)
 
 
@@ -39,7 +39,7 @@ def aligned(array: np.ndarray) -> np.ndarray:
 
 def aligned_parts(*shapes: tuple[int, ...]) -> tuple[np.ndarray, ...]:
     """Several new float32 arrays in one piece of memory, which takes less time than one for each."""
-    lines = (rounded_up(math.prod(shape), LINE) for shape in shapes)
+    lines = (rounded_up(math.prod(shape), CACHE_LINE_FLOATS) for shape in shapes)
     starts = list(accumulate(lines, initial=0))
     memory = aligned_empty((starts[-1],))
     places = zip(shapes, pairwise(starts), strict=True)

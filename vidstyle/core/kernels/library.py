@@ -186,7 +186,7 @@ def _needed_soon() -> list[Kernel]:
     return list(needed)
 
 
-ANNOUNCEMENTS = (1.0, True), (3.0, False)
+ANNOUNCEMENT_SECONDS = (1.0, True), (3.0, False)
 """Seconds of waiting after which it is announced, and whether only on a terminal."""
 PAUSE_SECONDS = 1.0
 """Waits with a shorter pause between them are one."""
@@ -202,7 +202,7 @@ def _delivered(code: Future[bytes]) -> bytes:
     now = time.monotonic()
     _Wait.began = now if now - _Wait.ended > PAUSE_SECONDS else _Wait.began
     try:
-        for seconds, only_on_terminal in ANNOUNCEMENTS:
+        for seconds, only_on_terminal in ANNOUNCEMENT_SECONDS:
             with suppress(TimeoutError):
                 return code.result(timeout=max(_Wait.began + seconds - time.monotonic(), 0))
             announce(only_on_terminal)

@@ -11,16 +11,16 @@ from vidstyle.core.kernels.declare import compiled
 from vidstyle.core.kernels.intrinsic import Intrinsic
 from vidstyle.core.kernels.vectors import VectorEmitter
 
-SECTORS, CHANNELS = 8, 4
-HALF = SECTORS // 2
+SECTOR_COUNT, CHANNEL_COUNT = 8, 4
+HALF_SECTOR_COUNT = SECTOR_COUNT // 2
 """Sectors side by side that weights are given for: most pairs of pixels lie in no more. As many lists of
 pairs are read side by side."""
-LANES = HALF * CHANNELS
-WHOLE = 1 << 15
+SECTOR_LANES = HALF_SECTOR_COUNT * CHANNEL_COUNT
+FULL_SECTOR_WEIGHT = 1 << 15
 """What the weights of a sector add up to: sums of products of 16 bits have room in 32."""
-LOWEST, HIGHEST, LEVELS = -1.0, 2.0, 21844
+MIN_CODED_LEVEL, MAX_CODED_LEVEL, COLOR_LEVELS = -1.0, 2.0, 21844
 """Red, green and blue that 16 bits have codes for, 0 in their middle, and how many codes from 0 to 1."""
-MIDDLE_SQUARE, SQUARE_LEVELS = 3.375, 9708
+MIDDLE_SQUARE_LEVEL, SQUARE_LEVELS = 3.375, 9708
 """The same for the sum of squares of differences from that middle: its code 0, and codes from 0 to 1."""
 
 
@@ -41,8 +41,8 @@ class SectorSums(Intrinsic):
             squares in the low halves, and those of the next pixel in the high halves.
         at, first, last, place: int64.
         offsets: numbers x 4 int64.
-        weights: numbers x 4 x 4 int32, pairs; those of each sector add up to `WHOLE`.
-        out: int32, one row; 2 * `LANES` numbers are written from number `place` on, four for each sector.
+        weights: numbers x 4 x 4 int32, pairs; those of each sector add up to `FULL_SECTOR_WEIGHT`.
+        out: int32, one row; 2 * `SECTOR_LANES` numbers are written from number `place` on, four per sector.
     """
 
     def emit(  # type: ignore[override]
@@ -52,7 +52,7 @@ class SectorSums(Intrinsic):
         emitter = _SectorEmitter(builder)
         low, high = emitter.sums((pixels.data, at), offsets.data, weights.data, (first, last))
         emitter.store(low, out.data, place)
-        emitter.store(high, out.data, builder.add(place, emitter.index(LANES)))
+        emitter.store(high, out.data, builder.add(place, emitter.index(SECTOR_LANES)))
 
 
 class MeanOfSectors(Intrinsic):
@@ -75,25 +75,30 @@ class MeanOfSectors(Intrinsic):
         self, builder: Any, sums: Any, first: Any, squarings: Any, out: Any, place: Any
     ) -> None:
         emitter = _SectorEmitter(builder)
-        low = emitter.load(sums.data, first, emitter.integers(LANES))
-        high = emitter.load(sums.data, builder.add(first, emitter.index(LANES)), emitter.integers(LANES))
+        low = emitter.load(sums.data, first, emitter.integers(SECTOR_LANES))
+        high = emitter.load(
+            sums.data, builder.add(first, emitter.index(SECTOR_LANES)), emitter.integers(SECTOR_LANES)
+        )
         emitter.store(emitter.mean(low, high, squarings.type.count - 1), out.data, place)
 
 
 @compiled
 def _sector_sums(pixels, at, offsets, weights, first, last, out, place):  # type: ignore[no-untyped-def]
-    for lane in range(2 * LANES):
+    for lane in range(2 * SECTOR_LANES):
         out[place + lane] = 0
     for number in range(first, last):
-        for column in range(HALF):
+        for column in range(HALF_SECTOR_COUNT):
             start = at + offsets[number, column]
-            opposite = at - CHANNELS - offsets[number, column]
-            for each in range(HALF):
+            opposite = at - CHANNEL_COUNT - offsets[number, column]
+            for each in range(HALF_SECTOR_COUNT):
                 weight = weights[number, column, each]
                 swapped = np.int32((weight << np.int32(16)) | ((weight >> np.int32(16)) & np.int32(0xFFFF)))
-                sector = each if each >= column else each + HALF
-                for channel in range(CHANNELS):
-                    own, other = CHANNELS * sector + channel, CHANNELS * ((sector + HALF) % SECTORS) + channel
+                sector = each if each >= column else each + HALF_SECTOR_COUNT
+                for channel in range(CHANNEL_COUNT):
+                    own, other = (
+                        CHANNEL_COUNT * sector + channel,
+                        CHANNEL_COUNT * ((sector + HALF_SECTOR_COUNT) % SECTOR_COUNT) + channel,
+                    )
                     out[place + own] += _product_of_pairs(weight, pixels[start + channel])
                     out[place + other] += _product_of_pairs(swapped, pixels[opposite + channel])
 
@@ -107,19 +112,22 @@ def _product_of_pairs(one, other):  # type: ignore[no-untyped-def]
 @compiled(fastmath=True)
 def _mean_of_sectors(sums, first, squarings, out, place):  # type: ignore[no-untyped-def]
     one, zero, whole = np.float32(1), np.float32(0), np.float32(0)
-    scale, square_scale = np.float32(1 / (WHOLE * LEVELS)), np.float32(1 / (WHOLE * SQUARE_LEVELS))
+    scale, square_scale = (
+        np.float32(1 / (FULL_SECTOR_WEIGHT * COLOR_LEVELS)),
+        np.float32(1 / (FULL_SECTOR_WEIGHT * SQUARE_LEVELS)),
+    )
     red, green, blue = zero, zero, zero
-    for sector in range(SECTORS):
-        i = first + CHANNELS * sector
+    for sector in range(SECTOR_COUNT):
+        i = first + CHANNEL_COUNT * sector
         reds, greens, blues = sums[i] * scale, sums[i + 1] * scale, sums[i + 2] * scale
-        square = sums[i + 3] * square_scale + np.float32(MIDDLE_SQUARE)
+        square = sums[i + 3] * square_scale + np.float32(MIDDLE_SQUARE_LEVEL)
         variance = max(square - reds * reds - greens * greens - blues * blues, zero) * np.float32(255)
         for _ in range(len(squarings) - 1):
             variance *= variance
         share = one / (one + variance)
         whole, red = whole + share, red + share * reds
         green, blue = green + share * greens, blue + share * blues
-    middle = np.float32((LOWEST + HIGHEST) / 2)
+    middle = np.float32((MIN_CODED_LEVEL + MAX_CODED_LEVEL) / 2)
     out[place], out[place + 1] = red / whole + middle, green / whole + middle
     out[place + 2] = blue / whole + middle
 
@@ -135,26 +143,36 @@ class _SectorEmitter(VectorEmitter):
     ) -> tuple[Any, Any]:
         """Sums of codes in the sectors 0 to 3, and 4 to 7."""
         cgutils: Any = importlib.import_module("numba.core.cgutils")
-        builder, vector = self.builder, self.integers(LANES)
-        totals = [cgutils.alloca_once(builder, vector) for _ in range(2 * HALF)]
+        builder, vector = self.builder, self.integers(SECTOR_LANES)
+        totals = [cgutils.alloca_once(builder, vector) for _ in range(2 * HALF_SECTOR_COUNT)]
         for total in totals:
-            builder.store(vector([0] * LANES), total)
-        opposite, half = builder.sub(pixel[1], self.index(CHANNELS)), vector([16] * LANES)
+            builder.store(vector([0] * SECTOR_LANES), total)
+        opposite, half = builder.sub(pixel[1], self.index(CHANNEL_COUNT)), vector([16] * SECTOR_LANES)
         with cgutils.for_range_slice(builder, *numbers, self.index(1), inc=True) as (number, _):
-            first = builder.mul(number, self.index(HALF))
-            listed = self.load(weights, builder.mul(first, self.index(HALF)), self.integers(HALF * HALF))
-            for column in range(HALF):
+            first = builder.mul(number, self.index(HALF_SECTOR_COUNT))
+            listed = self.load(
+                weights,
+                builder.mul(first, self.index(HALF_SECTOR_COUNT)),
+                self.integers(HALF_SECTOR_COUNT * HALF_SECTOR_COUNT),
+            )
+            for column in range(HALF_SECTOR_COUNT):
                 weight = self.permute(
-                    listed, listed, [column * HALF + lane // CHANNELS for lane in range(LANES)]
+                    listed,
+                    listed,
+                    [column * HALF_SECTOR_COUNT + lane // CHANNEL_COUNT for lane in range(SECTOR_LANES)],
                 )
                 swapped = builder.or_(builder.shl(weight, half), builder.lshr(weight, half))
                 offset = builder.load(builder.gep(offsets, [builder.add(first, self.index(column))]))
                 self._add_pair(pixel[0], builder.add(pixel[1], offset), weight, totals[column])
-                self._add_pair(pixel[0], builder.sub(opposite, offset), swapped, totals[HALF + column])
-        low, high = builder.load(totals[0]), builder.load(totals[HALF])
-        for column in range(1, HALF):
-            one, other = builder.load(totals[column]), builder.load(totals[HALF + column])
-            crossing = [lane + LANES * (lane // CHANNELS < column) for lane in range(LANES)]
+                self._add_pair(
+                    pixel[0], builder.sub(opposite, offset), swapped, totals[HALF_SECTOR_COUNT + column]
+                )
+        low, high = builder.load(totals[0]), builder.load(totals[HALF_SECTOR_COUNT])
+        for column in range(1, HALF_SECTOR_COUNT):
+            one, other = builder.load(totals[column]), builder.load(totals[HALF_SECTOR_COUNT + column])
+            crossing = [
+                lane + SECTOR_LANES * (lane // CHANNEL_COUNT < column) for lane in range(SECTOR_LANES)
+            ]
             low = builder.add(low, self.permute(one, other, crossing))
             high = builder.add(high, self.permute(other, one, crossing))
         return low, high
@@ -164,40 +182,51 @@ class _SectorEmitter(VectorEmitter):
         builder, fast = self.builder, ["fast"]
         means = [self._means(sums) for sums in (low, high)]
         # In place of squares -1, which makes sums over a sector's lanes negative variances, and of shares.
-        replaced = [lane + LANES * (lane % CHANNELS == CHANNELS - 1) for lane in range(LANES)]
+        replaced = [
+            lane + SECTOR_LANES * (lane % CHANNEL_COUNT == CHANNEL_COUNT - 1) for lane in range(SECTOR_LANES)
+        ]
         signed = [self.permute(each, self._constant(-1.0), replaced) for each in means]
         products = [builder.fmul(*pair, flags=fast) for pair in zip(means, signed, strict=True)]
         # In each group of lanes that of a low sector, twice, and of a high one.
-        pairs = [self._groups(lane, lane + 2, LANES + lane, LANES + lane + 2) for lane in (0, 1)]
+        pairs = [
+            self._groups(lane, lane + 2, SECTOR_LANES + lane, SECTOR_LANES + lane + 2) for lane in (0, 1)
+        ]
         negative = self._added(*products, *pairs)
         negative = self._added(negative, negative, self._groups(0, 1, 2, 3), self._groups(1, 0, 3, 2))
-        variance = builder.fsub(self._constant(MIDDLE_SQUARE), negative, flags=fast)
+        variance = builder.fsub(self._constant(MIDDLE_SQUARE_LEVEL), negative, flags=fast)
         shares = self._shares(builder.fmul(variance, self._constant(255.0), flags=fast), squarings)
         parts = [
-            builder.fmul(self.permute(shares, shares, self._groups(*[lane] * CHANNELS)), each, flags=fast)
+            builder.fmul(
+                self.permute(shares, shares, self._groups(*[lane] * CHANNEL_COUNT)), each, flags=fast
+            )
             for lane, each in zip((0, 2), signed, strict=True)
         ]
         total = builder.fadd(*parts, flags=fast)
-        for lanes in (LANES // 2, LANES // 4):
+        for lanes in (SECTOR_LANES // 2, SECTOR_LANES // 4):
             total = self._added(total, total, list(range(lanes)), list(range(lanes, 2 * lanes)))
-        whole = builder.fneg(self.permute(total, total, [CHANNELS - 1] * 3))
+        whole = builder.fneg(self.permute(total, total, [CHANNEL_COUNT - 1] * 3))
         mean = builder.fdiv(self.permute(total, total, [0, 1, 2]), whole)
-        return builder.fadd(mean, self._constant((LOWEST + HIGHEST) / 2, 3))
+        return builder.fadd(mean, self._constant((MIN_CODED_LEVEL + MAX_CODED_LEVEL) / 2, 3))
 
     def _add_pair(self, pixels: Any, start: Any, weight: Any, total: Any) -> None:
         """Written so that LLVM finds the instruction that adds products of 16 bits in pairs."""
         builder = self.builder
-        channels = self.load(pixels, start, self.integers(CHANNELS))
-        pair = self.permute(channels, channels, [lane % CHANNELS for lane in range(LANES)])
-        halves, wide = self.integers(2 * LANES, bits=16), self.integers(2 * LANES)
+        channels = self.load(pixels, start, self.integers(CHANNEL_COUNT))
+        pair = self.permute(channels, channels, [lane % CHANNEL_COUNT for lane in range(SECTOR_LANES)])
+        halves, wide = self.integers(2 * SECTOR_LANES, bits=16), self.integers(2 * SECTOR_LANES)
         product = builder.mul(*(builder.sext(builder.bitcast(each, halves), wide) for each in (weight, pair)))
-        even, odd = (self.permute(product, product, list(range(half, 2 * LANES, 2))) for half in (0, 1))
+        even, odd = (
+            self.permute(product, product, list(range(half, 2 * SECTOR_LANES, 2))) for half in (0, 1)
+        )
         builder.store(builder.add(builder.load(total), builder.add(even, odd)), total)
 
     def _means(self, sums: Any) -> Any:
         """Differences from the middles of codes."""
-        floats = self.floats(LANES)
-        scales = [1 / (WHOLE * levels) for levels in (LEVELS, LEVELS, LEVELS, SQUARE_LEVELS)] * HALF
+        floats = self.floats(SECTOR_LANES)
+        scales = [
+            1 / (FULL_SECTOR_WEIGHT * levels)
+            for levels in (COLOR_LEVELS, COLOR_LEVELS, COLOR_LEVELS, SQUARE_LEVELS)
+        ] * HALF_SECTOR_COUNT
         return self.builder.fmul(self.builder.sitofp(sums, floats), floats(scales), flags=["fast"])
 
     def _shares(self, variance: Any, squarings: int) -> Any:
@@ -211,13 +240,13 @@ class _SectorEmitter(VectorEmitter):
     def _added(self, one: Any, other: Any, first: list[int], second: list[int]) -> Any:
         return self.builder.fadd(self.permute(one, other, first), self.permute(one, other, second))
 
-    def _constant(self, value: float, lanes: int = LANES) -> Any:
+    def _constant(self, value: float, lanes: int = SECTOR_LANES) -> Any:
         return self.ir.Constant(self.floats(lanes), [value] * lanes)
 
     @staticmethod
     def _groups(*lanes: int) -> list[int]:
         """These lanes of each group of four."""
-        return [group + lane for group in range(0, LANES, CHANNELS) for lane in lanes]
+        return [group + lane for group in range(0, SECTOR_LANES, CHANNEL_COUNT) for lane in lanes]
 
 
 sector_sums: Any = SectorSums(_sector_sums)

@@ -9,18 +9,22 @@ from vidstyle.core.kernels.aligned import aligned_empty
 from vidstyle.core.kernels.channels import interleaved
 from vidstyle.core.kernels.declare import compiled
 from vidstyle.core.kernels.sector_means import (
-    HALF,
-    HIGHEST,
-    LEVELS,
-    LOWEST,
-    MIDDLE_SQUARE,
-    SECTORS,
+    COLOR_LEVELS,
+    FULL_SECTOR_WEIGHT,
+    HALF_SECTOR_COUNT,
+    MAX_CODED_LEVEL,
+    MIDDLE_SQUARE_LEVEL,
+    MIN_CODED_LEVEL,
+    SECTOR_COUNT,
     SQUARE_LEVELS,
-    WHOLE,
 )
 
 OUTSIDE = np.array(
-    [[(each - turn) % SECTORS >= HALF for turn in range(SECTORS)] for each in range(SECTORS)], float
+    [
+        [(each - turn) % SECTOR_COUNT >= HALF_SECTOR_COUNT for turn in range(SECTOR_COUNT)]
+        for each in range(SECTOR_COUNT)
+    ],
+    float,
 )
 """By sector and turn, 1 where the sector is not one of four from the turn on."""
 
@@ -56,9 +60,9 @@ def square_means(picture: np.ndarray, margin: tuple[int, int], radius: int, size
     """
     above, below = (radius - rows for rows in margin)
     around = cv2.copyMakeBorder(
-        np.clip(picture, LOWEST, HIGHEST), above, below, radius, radius, cv2.BORDER_REPLICATE
+        np.clip(picture, MIN_CODED_LEVEL, MAX_CODED_LEVEL), above, below, radius, radius, cv2.BORDER_REPLICATE
     )
-    centred = around - np.float32((LOWEST + HIGHEST) / 2)
+    centred = around - np.float32((MIN_CODED_LEVEL + MAX_CODED_LEVEL) / 2)
     squares = np.einsum("ijk,ijk->ij", centred, centred)
     weights, half = np.full(size, 1 / size, np.float32), size // 2
     means = cv2.sepFilter2D(np.dstack([around, squares]), cv2.CV_32F, weights, weights)
@@ -90,13 +94,16 @@ def _surround(picture, channels, top, left, codes, out):  # type: ignore[no-unty
 @compiled(noalias=True)
 def _encode(row, codes):  # type: ignore[no-untyped-def]
     """Red, green, blue and the sum of their squares."""
-    middle, most = np.float32((LOWEST + HIGHEST) / 2), np.float32((HIGHEST - LOWEST) / 2)
-    scale, square_scale = np.float32(LEVELS), np.float32(SQUARE_LEVELS)
+    middle, most = (
+        np.float32((MIN_CODED_LEVEL + MAX_CODED_LEVEL) / 2),
+        np.float32((MAX_CODED_LEVEL - MIN_CODED_LEVEL) / 2),
+    )
+    scale, square_scale = np.float32(COLOR_LEVELS), np.float32(SQUARE_LEVELS)
     for x in range(row.size // 3):
         red = min(max(row[3 * x] - middle, -most), most)
         green = min(max(row[3 * x + 1] - middle, -most), most)
         blue = min(max(row[3 * x + 2] - middle, -most), most)
-        square = red * red + green * green + blue * blue - np.float32(MIDDLE_SQUARE)
+        square = red * red + green * green + blue * blue - np.float32(MIDDLE_SQUARE_LEVEL)
         codes[4 * x], codes[4 * x + 1] = np.int32(np.rint(red * scale)), np.int32(np.rint(green * scale))
         codes[4 * x + 2] = np.int32(np.rint(blue * scale))
         codes[4 * x + 3] = np.int32(np.rint(square * square_scale))
@@ -105,11 +112,11 @@ def _encode(row, codes):  # type: ignore[no-untyped-def]
 @compiled(noalias=True)
 def _encode_means(row, codes):  # type: ignore[no-untyped-def]
     """The same of means, whose squares are given."""
-    middle, scale = np.float32((LOWEST + HIGHEST) / 2), np.float32(LEVELS)
+    middle, scale = np.float32((MIN_CODED_LEVEL + MAX_CODED_LEVEL) / 2), np.float32(COLOR_LEVELS)
     for x in range(row.size // 4):
         for channel in range(3):
             codes[4 * x + channel] = np.int32(np.rint((row[4 * x + channel] - middle) * scale))
-        square = row[4 * x + 3] - np.float32(MIDDLE_SQUARE)
+        square = row[4 * x + 3] - np.float32(MIDDLE_SQUARE_LEVEL)
         codes[4 * x + 3] = np.int32(np.rint(square * np.float32(SQUARE_LEVELS)))
 
 
@@ -135,11 +142,14 @@ def pair_lists(places: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.
 
 
 def _codes(weights: np.ndarray) -> np.ndarray:
-    """Weights of half an ellipse as whole numbers, n x 8; with the opposite ones each sector has `WHOLE`."""
-    opposite = weights.reshape(-1, 2, HALF).swapaxes(0, 1)
-    ends = np.rint(WHOLE * np.cumsum(opposite.reshape(-1, HALF), axis=0))
+    """Return weights of half an ellipse as integers, n x 8.
+
+    With the opposite half, the weights of each sector add up to `FULL_SECTOR_WEIGHT`.
+    """
+    opposite = weights.reshape(-1, 2, HALF_SECTOR_COUNT).swapaxes(0, 1)
+    ends = np.rint(FULL_SECTOR_WEIGHT * np.cumsum(opposite.reshape(-1, HALF_SECTOR_COUNT), axis=0))
     codes = np.diff(ends, axis=0, prepend=0).astype(np.int16).reshape(opposite.shape)
-    return codes.swapaxes(0, 1).reshape(-1, SECTORS)
+    return codes.swapaxes(0, 1).reshape(-1, SECTOR_COUNT)
 
 
 def _in_pairs(places: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -160,18 +170,27 @@ def _in_lists(places: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.n
         Places of the left samples, n x 4 x 2, and weights, n x 4 x 4 pairs of int16 in one int32.
     """
     fits = weights.sum(axis=1) @ OUTSIDE == 0
-    lists: list[list[tuple[int, int]]] = [[] for _ in range(HALF)]  # pairs, and the first of four sectors
+    lists: list[list[tuple[int, int]]] = [
+        [] for _ in range(HALF_SECTOR_COUNT)
+    ]  # pairs, and the first of four sectors
     for pair in np.argsort(fits.sum(axis=1), kind="stable").tolist():  # those first that fit few lists
         possible = np.flatnonzero(fits[pair]).tolist()
-        turn = min(possible or range(HALF), key=lambda turn: len(lists[turn % HALF]))
-        lists[turn % HALF] += [(pair, turn)] if possible else [(pair, turn), (pair, turn + HALF)]
+        turn = min(
+            possible or range(HALF_SECTOR_COUNT), key=lambda turn: len(lists[turn % HALF_SECTOR_COUNT])
+        )
+        lists[turn % HALF_SECTOR_COUNT] += (
+            [(pair, turn)] if possible else [(pair, turn), (pair, turn + HALF_SECTOR_COUNT)]
+        )
     length = max(map(len, lists))
-    listed_places = np.zeros((length, HALF, 2), np.int64)
-    listed_weights = np.zeros((length, HALF, HALF, 2), np.int16)
+    listed_places = np.zeros((length, HALF_SECTOR_COUNT, 2), np.int64)
+    listed_weights = np.zeros((length, HALF_SECTOR_COUNT, HALF_SECTOR_COUNT, 2), np.int16)
     for column, each in enumerate(lists):
         pairs, turns = np.array(each, np.int64).reshape(-1, 2, 1).swapaxes(0, 1)
-        sectors, own = (turns + (np.arange(HALF) - turns) % HALF) % SECTORS, places[pairs[:, 0]]
-        listed_places[: len(each), column] = np.where(turns < HALF, own, -own - (0, 1))
-        straight, is_turned = weights[pairs, :, sectors], turns[..., None] >= HALF
+        sectors, own = (
+            (turns + (np.arange(HALF_SECTOR_COUNT) - turns) % HALF_SECTOR_COUNT) % SECTOR_COUNT,
+            places[pairs[:, 0]],
+        )
+        listed_places[: len(each), column] = np.where(turns < HALF_SECTOR_COUNT, own, -own - (0, 1))
+        straight, is_turned = weights[pairs, :, sectors], turns[..., None] >= HALF_SECTOR_COUNT
         listed_weights[: len(each), column] = np.where(is_turned, straight[..., ::-1], straight)
     return listed_places, listed_weights.view(np.int32)[..., 0]

@@ -6,7 +6,7 @@ import importlib
 from collections.abc import Sequence
 from typing import Any
 
-LANES = 8
+VECTOR_LANES = 8
 """Numbers of 32 bits in a vector that most processors can permute. Sixteen are hardly faster."""
 
 

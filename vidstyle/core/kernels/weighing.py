@@ -11,7 +11,7 @@ from vidstyle.core.kernels.aligned import aligned
 from vidstyle.core.kernels.declare import Compiled, compiled
 from vidstyle.core.kernels.indices import look_up_at
 from vidstyle.core.kernels.neighbors import add_neighbors
-from vidstyle.core.kernels.vectors import LANES
+from vidstyle.core.kernels.vectors import VECTOR_LANES
 
 Taps = tuple[np.ndarray, np.ndarray]
 """For each sample the first of the places that it is the sum of, count int64, and the weights of that one and
@@ -42,20 +42,20 @@ class Columns:
         left = channels * max(0, -int(taps[0].min()))
         places = left + (channels * taps[0][:, None] + np.arange(channels)).reshape(-1)
         right = max(0, int(places.max()) + channels * weights.shape[1] - left - channels * width)
-        blocks = np.pad(places, (0, -len(places) % LANES), "edge").reshape(-1, LANES)
-        windows = int(np.ptp(blocks, axis=1).max()) // LANES + 1
+        blocks = np.pad(places, (0, -len(places) % VECTOR_LANES), "edge").reshape(-1, VECTOR_LANES)
+        windows = int(np.ptp(blocks, axis=1).max()) // VECTOR_LANES + 1
         if windows > 2:
             far = places.astype(np.int32), np.ascontiguousarray(weights.T)
             return cls(channels, left, right, _weigh_far, (*far, channels))
         near = _near_tables(blocks, weights, windows)
-        return cls(channels, left, right + LANES * (windows + 1), _weigh_near, (*near, channels))
+        return cls(channels, left, right + VECTOR_LANES * (windows + 1), _weigh_near, (*near, channels))
 
 
 def _near_tables(blocks: np.ndarray, weights: np.ndarray, windows: int) -> tuple[Any, ...]:
     """Tables for `add_neighbors`.
 
     Args:
-        blocks: blocks x LANES, the first places.
+        blocks: blocks x VECTOR_LANES, the first places.
         weights: numbers x taps.
         windows: how many vectors the places of a block reach over.
     """
@@ -190,17 +190,17 @@ def _weigh_four(rows, numbers, weights, adds, out):  # type: ignore[no-untyped-d
 def _weigh_near(line, tables, out):  # type: ignore[no-untyped-def]
     """By blocks of numbers that are made of neighbouring ones; the last ones of the line are scratch."""
     starts, offsets, weights, windows, taps, step = tables
-    whole, rest = out.size // LANES, out.size % LANES
-    scratch = line[line.size - LANES :]
+    whole, rest = out.size // VECTOR_LANES, out.size % VECTOR_LANES
+    scratch = line[line.size - VECTOR_LANES :]
     for tap in range(0, weights.shape[1], len(taps)):
         for block in range(whole):
             how = offsets[block], weights[block], tap, windows, taps
-            add_neighbors(line, starts[block], step, *how, out, LANES * block)
+            add_neighbors(line, starts[block], step, *how, out, VECTOR_LANES * block)
         if rest:
             how = offsets[whole], weights[whole], tap, windows, taps
             add_neighbors(line, starts[whole], step, *how, scratch, 0)
     for x in range(rest):
-        out[LANES * whole + x] = scratch[x]
+        out[VECTOR_LANES * whole + x] = scratch[x]
 
 
 @compiled(noalias=True)

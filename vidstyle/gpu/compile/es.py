@@ -31,7 +31,7 @@ from typing import Any
 import numpy as np
 
 from vidstyle.core import film_colors
-from vidstyle.core.measured import SAMPLES
+from vidstyle.core.measured import MAX_SIDE_SAMPLES
 from vidstyle.gpu.compile.asset_layers import layers_of
 from vidstyle.gpu.compile.glsl import TRIANGLE_SHADER, Form, read_source
 from vidstyle.gpu.compile.passes import Pass
@@ -109,7 +109,7 @@ class _Description:
         images = [self._image(image) for image in self._images]
         self.data: dict[str, Any] = {
             "size": list(plan.source.shape[::-1]),
-            "samples": SAMPLES,
+            "samples": MAX_SIDE_SAMPLES,
             "vertex": vertex_shader(plan.form),
             "shaders": self._texts,
             "pages": self._parents,
