@@ -339,7 +339,7 @@ def test_by_keyboard_alone_a_look_is_found_kept_compared_and_saved(
     press(opened, "c")
     press(opened, "ArrowUp")
     press(opened, "c")
-    eventually(lambda: opened.run("return document.getElementById('closer').open"))
+    eventually(lambda: opened.run("return document.getElementById('lightbox').open"))
     assert "beside" in opened.run("return document.getElementById('how').textContent")
     opened.run("document.getElementById('name').focus()")
     opened.call("Input.insertText", text="by-keyboard")
@@ -347,7 +347,7 @@ def test_by_keyboard_alone_a_look_is_found_kept_compared_and_saved(
     eventually(lambda: (user_styles() / "by-keyboard.toml").exists())
     shown = page.exploration.tile(page.state()["tiles"][2]["tile"]).style
     assert load_style("by-keyboard").layers == shown.layers
-    opened.run("document.getElementById('closer').close()")
+    opened.run("document.getElementById('lightbox').close()")
     press(opened, "b")
     eventually(lambda: chooser.at < at)
     press(opened, "?")
@@ -419,8 +419,8 @@ def test_a_tile_is_opened_in_the_designer(
     eventually(lambda: opened.run(READY))
     opened.run("globalThis.open = (address) => { globalThis.opened = address; };")
     style = page.exploration.tile(page.state()["tiles"][0]["tile"]).style
-    opened.run("document.querySelector('[aria-label=\"Look closer at 1\"]').click()")
-    opened.until("document.getElementById('closer').open && !document.getElementById('design').hidden")
+    opened.run("document.querySelector('[aria-label=\"Enlarge tile 1\"]').click()")
+    opened.until("document.getElementById('lightbox').open && !document.getElementById('design').hidden")
     opened.run("document.getElementById('design').click()")
     opened.until("globalThis.opened")
     opened.open(opened.run("return globalThis.opened"))

@@ -31,7 +31,7 @@ _SUFFIXES = (".html", ".png", ".jpg")
 
 _FIGURE = Template("""\
 <figure>
-<button type="button" aria-label="Show $name large"><img src="$picture" alt="$name" width="$width"
+<button type="button" aria-label="Enlarge $name"><img src="$picture" alt="$name" width="$width"
  height="$height"></button>
 <figcaption><strong>$name</strong> <span>$note</span></figcaption>
 </figure>

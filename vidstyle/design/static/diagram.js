@@ -4,7 +4,7 @@
  * @module
  */
 
-import { get, icon, make, drawn, words } from "./elements.js";
+import { get, icon, make, makeSvg, words } from "./elements.js";
 import { layoutOf, pathOf } from "./layout.js";
 import { nameOf, placeOf, stepsOf } from "./types.js";
 import { enableDragging } from "./drag.js";
@@ -161,18 +161,18 @@ export class Diagram {
   /** @param {import("./layout.js").Wire} wire */
   #wire({ points, saved, used, from, to }) {
     const kind = saved ? `saved wire-${this.#color(saved)}` : "chain";
-    const path = drawn("path", { d: pathOf(points, saved ? 5 : 9), class: `${kind}${used ? "" : " unused"}` });
+    const path = makeSvg("path", { d: pathOf(points, saved ? 5 : 9), class: `${kind}${used ? "" : " unused"}` });
     if (!saved) return [path];
     path.setAttribute("data-ends", `${from} ${to}`);
     const [x, y] = points[points.length - 1];
     const up = points[points.length - 2][1] > y ? 1 : -1;
-    const head = drawn("path", { d: `M${x - 3.5} ${y + 6 * up} L${x} ${y + up} L${x + 3.5} ${y + 6 * up}z`, class: `head wire-${this.#color(saved)}` });
+    const head = makeSvg("path", { d: `M${x - 3.5} ${y + 6 * up} L${x} ${y + up} L${x + 3.5} ${y + 6 * up}z`, class: `head wire-${this.#color(saved)}` });
     head.setAttribute("data-ends", `${from} ${to}`);
     return [path, head];
   }
 
   /**
-   * Returns the button of a gap. Buttons are reused when the diagram is redrawn, else a click in progress would be lost.
+   * Returns the button of a gap. Buttons are reused when the diagram is remakeSvg, else a click in progress would be lost.
    * @param {import("./layout.js").Gap} gap
    */
   #gap({ layer, index, x, y }) {

@@ -51,7 +51,7 @@ export class ValueList {
     const name = !this.pins && entry.about ? `${words(entry.about)}: ${words(entry.name)}` : words(entry.name);
     const label = make("label", { htmlFor: id, textContent: title(name), title: `${entry.path}\nDouble-click to reset: ${entry.default ?? "not set"}` });
     const pin = this.pins ? this.#pin(entry) : null;
-    const top = make("div", { className: "top" }, label, ...(pin ? [pin] : []), make("div", { className: "number" }, ...shown.beside));
+    const top = make("div", { className: "top" }, label, ...(pin ? [pin] : []), make("div", { className: "number" }, ...shown.inline));
     const parts = [top, ...(shown.below ? [this.#track(entry, shown.below)] : [])];
     const box = make("div", { className: "value" }, ...parts, make("p", { className: "help", textContent: entry.help }));
     box.dataset.path = entry.path;
