@@ -80,16 +80,17 @@ MEASURES = (
     "RATIO RATIOS SHARE FACTOR WEIGHT COST SCORE SCORES RANGE RANGES DEVIATION DEVIATIONS CORRELATION"
     " SIMILARITY INTERSECTION DIFFERENCE MOTION ASPECT TOLERANCE EXPONENT HEIGHT SIZE SEED QUALITY VERSION"
 )
-QUANTITIES = frozenset(f"{ROLES} {UNITS} {COUNTED} {MEASURES}".split())
+RELATIONS = (
+    "RATE SPEED SPEEDS MS STEP SCALE SCALES WEIGHTS MATRIX DEGREES SEMITONES CHARACTERS PERCENTILE QUANTILES"
+    " DISTANCE"
+)
+QUANTITIES = frozenset(f"{ROLES} {UNITS} {COUNTED} {MEASURES} {RELATIONS}".split())
 """A numeric constant of a module has at least two words, one of them from this set, which may be extended."""
 
 NUMERIC_CALLS = {"Fraction", "math", "np"}
 """Types and modules whose calls with numbers give numbers."""
 
-NOT_CONVERTED = set(
-    "bench blade blocks cli core cpu demo design diagram explore export gallery gpu live media pipeline"
-    " stabilize style".split()
-)
+NOT_CONVERTED = set("blade blocks cli core cpu gpu media pipeline stabilize style".split())
 """Packages with numeric constants that still break this rule; the list only shrinks."""
 
 

@@ -20,7 +20,7 @@ from vidstyle.pipeline.render import render
 from vidstyle.renderer import open_renderer
 from vidstyle.style import Style
 
-WARMING = 2
+WARMUP_FRAMES = 2
 """Frames before the first that is timed: their kernels may have to be compiled."""
 
 
@@ -58,7 +58,7 @@ class FilmBench:
             began = clock()
             self._frames = list(islice(_frames(reader), frames))
             self._decode = (clock() - began) / max(1, len(self._frames))
-        if len(self._frames) <= WARMING:
+        if len(self._frames) <= WARMUP_FRAMES:
             raise InputError(film, f"has {len(self._frames)} frames", "give a longer film")
 
     def run(self, subjects: Sequence[Subject], device: str = "auto") -> Iterator[FilmTimes]:
@@ -87,7 +87,7 @@ class FilmBench:
                 began, target = self._clock(), (writer.encoding, writer.wants_rgb)
                 results.append(renderer.run(frame.picture, float(frame.time), *target))
                 times.append(self._clock() - began)
-            return median(times[WARMING:]), results
+            return median(times[WARMUP_FRAMES:]), results
         finally:
             renderer.close()
 

@@ -18,7 +18,7 @@ from vidstyle.errors import UsageError, suggest
 from vidstyle.gallery.style_samples import style_of_block
 from vidstyle.style import Style, load_style, style_names
 
-FILM_TIME = 1.3
+PICTURE_SECONDS = 1.3
 """Seconds into the demo film, where faces, letters and hills are visible."""
 
 
@@ -51,7 +51,7 @@ def subjects(styles: Sequence[str] = (), blocks: Sequence[str] = ()) -> list[Sub
 
 def film_picture_at(width: int, height: int) -> Picture:
     """A picture of the demo film at this size, 4:2:0, 8 bit."""
-    drawn = resample(film_picture(FILM_TIME).astype(np.float32), (height, width), "bicubic")
+    drawn = resample(film_picture(PICTURE_SECONDS).astype(np.float32), (height, width), "bicubic")
     return convert(Picture.from_array(np.rint(drawn).clip(0, 255).astype(np.uint8)), Encoding())
 
 

@@ -22,7 +22,7 @@ from vidstyle.style.nodes import StepKey
 
 CAREFUL_SECONDS = 0.5
 """How long a picture may take that is made while nothing changes."""
-_RGB = Encoding(full_range=True, depth=8, step=(1, 1))
+_RGB_ENCODING = Encoding(full_range=True, depth=8, step=(1, 1))
 
 
 class Restyler:
@@ -100,6 +100,6 @@ def steadied(
 
 
 def _run(backend: Backend, frame: np.ndarray, time: float | None) -> np.ndarray:
-    color = backend.run(Picture.from_array(frame), time, _RGB, rgb=True).color
+    color = backend.run(Picture.from_array(frame), time, _RGB_ENCODING, rgb=True).color
     assert color is not None
     return color

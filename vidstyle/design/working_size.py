@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-SIDES = (1440, 1080, 900, 720, 600, 540, 480, 432, 360, 300, 270, 240, 216, 180)
+WORKING_SIDES_PX = (1440, 1080, 900, 720, 600, 540, 480, 432, 360, 300, 270, 240, 216, 180)
 """Shorter sides of pictures, from the largest."""
 MAX_SECONDS = 0.06
 """The longest that restyling may take, so that the picture follows a slider within 0.1 s."""
@@ -35,5 +35,7 @@ class WorkingSize:
             aspect: longer side over shorter.
             seconds: how long it may take.
         """
-        fitting = (side for side in SIDES if side * side * aspect * self._seconds_per_pixel <= seconds)
-        return min(most, next(fitting, SIDES[-1]))
+        fitting = (
+            side for side in WORKING_SIDES_PX if side * side * aspect * self._seconds_per_pixel <= seconds
+        )
+        return min(most, next(fitting, WORKING_SIDES_PX[-1]))

@@ -9,12 +9,12 @@ from itertools import chain, repeat
 from vidstyle.diagram.graph import DiagramNode
 from vidstyle.style import LAYERS
 
-SPACING = 3
+LANE_PITCH_CHARACTERS = 3
 """Distance of two lanes in characters."""
-MIN_WORDS = 30
+MIN_TEXT_CHARACTERS = 30
 """The least width of the text in characters."""
 
-_ASCII = str.maketrans(dict(zip("●│─├┤╮╭╯╰┼◄►", "*|-+++++++<>", strict=True)) | {"→": "->"})
+_ASCII_FALLBACKS = str.maketrans(dict(zip("●│─├┤╮╭╯╰┼◄►", "*|-+++++++<>", strict=True)) | {"→": "->"})
 _NO_BREAK = "\N{NO-BREAK SPACE}"
 """Replaces spaces at which a line must not be wrapped."""
 
@@ -34,7 +34,7 @@ def graph_text(nodes: Sequence[DiagramNode], width: int = 80, encoding: str = "u
     layer = ""
     for node in nodes:
         lines += (" " * left + row for row in _rows_above(node, live, lanes))
-        words = _words(node, max(MIN_WORDS, width - left - lanes * SPACING))
+        words = _words(node, max(MIN_TEXT_CHARACTERS, width - left - lanes * LANE_PITCH_CHARACTERS))
         headings = chain([node.block.layer if node.block.layer != layer else ""], repeat(""))
         rows = _rows_beside(node, len(words), live, lanes)
         lines += (
@@ -56,7 +56,7 @@ def _words(node: DiagramNode, room: int) -> list[str]:
 def _rows_beside(node: DiagramNode, count: int, live: set[int], lanes: int) -> Iterator[str]:
     """The row of a block, and further rows for the rest of its text."""
     live.add(node.lane)
-    yield _row(live, lanes, {node.lane * SPACING: "●"})
+    yield _row(live, lanes, {node.lane * LANE_PITCH_CHARACTERS: "●"})
     if not node.used:
         live.remove(node.lane)
     yield from [_row(live, lanes)] * (count - 1)
@@ -75,27 +75,36 @@ def _rows_above(node: DiagramNode, live: set[int], lanes: int) -> Iterator[str]:
 
 
 def _fork(lane: int, to: int, live: set[int], lanes: int) -> str:
-    ends = {lane * SPACING: "├" if to > lane else "┤", to * SPACING: "╮" if to > lane else "╭"}
+    ends = {
+        lane * LANE_PITCH_CHARACTERS: "├" if to > lane else "┤",
+        to * LANE_PITCH_CHARACTERS: "╮" if to > lane else "╭",
+    }
     return _row(live, lanes, _across(lane, to, live) | ends)
 
 
 def _join(lane: int, to: int, continues: bool, live: set[int], lanes: int) -> str:
     from_right = lane > to
     turn = ("┤" if from_right else "├") if continues else ("╯" if from_right else "╰")
-    head = {to * SPACING + 1: "◄"} if from_right else {to * SPACING - 1: "►"}
-    return _row(live, lanes, _across(lane, to, live) | head | {lane * SPACING: turn, to * SPACING: "│"})
+    head = {to * LANE_PITCH_CHARACTERS + 1: "◄"} if from_right else {to * LANE_PITCH_CHARACTERS - 1: "►"}
+    return _row(
+        live,
+        lanes,
+        _across(lane, to, live)
+        | head
+        | {lane * LANE_PITCH_CHARACTERS: turn, to * LANE_PITCH_CHARACTERS: "│"},
+    )
 
 
 def _across(lane: int, to: int, live: set[int]) -> dict[int, str]:
     """A horizontal line between two lanes, crossing those in between."""
-    first, last = sorted((lane * SPACING, to * SPACING))
-    crossed = {each * SPACING for each in live}
+    first, last = sorted((lane * LANE_PITCH_CHARACTERS, to * LANE_PITCH_CHARACTERS))
+    crossed = {each * LANE_PITCH_CHARACTERS for each in live}
     return {at: "┼" if at in crossed else "─" for at in range(first + 1, last)}
 
 
 def _row(live: set[int], lanes: int, drawn: dict[int, str] | None = None) -> str:
-    row = [" "] * (lanes * SPACING)
-    for at, character in ({lane * SPACING: "│" for lane in live} | (drawn or {})).items():
+    row = [" "] * (lanes * LANE_PITCH_CHARACTERS)
+    for at, character in ({lane * LANE_PITCH_CHARACTERS: "│" for lane in live} | (drawn or {})).items():
         row[at] = character
     return "".join(row)
 
@@ -104,5 +113,5 @@ def _drawable(line: str, encoding: str) -> str:
     try:
         line.encode(encoding)
     except (UnicodeEncodeError, LookupError):
-        return line.translate(_ASCII)
+        return line.translate(_ASCII_FALLBACKS)
     return line

@@ -12,14 +12,22 @@ from threading import Event
 import numpy as np
 
 from vidstyle.core.cores import available_cores
-from vidstyle.explore.gates import ALIKE, MAX_UNSTEADY, PASSED, UNSTEADY, fault, is_like_another, pruned
+from vidstyle.explore.gates import (
+    DUPLICATE_FAULT,
+    MAX_UNSTEADY,
+    NO_FAULT,
+    UNSTEADY_FAULT,
+    fault,
+    is_like_another,
+    pruned,
+)
 from vidstyle.explore.generate import Rules, random_style
-from vidstyle.explore.measure import Measures, Original
+from vidstyle.explore.measure import Original, PictureMetrics
 from vidstyle.explore.score import score, spread_out
 from vidstyle.pipeline.progress import OnStep, unwatched
 from vidstyle.style import Style
 
-HOPELESS = 50
+MAX_ATTEMPTS_PER_STYLE = 50
 """So many times as many styles as are wanted are tried, for pictures of which few styles make anything."""
 
 
@@ -36,7 +44,7 @@ class RandomStyle:
 
     style: Style
     picture: np.ndarray
-    measures: Measures
+    measures: PictureMetrics
     signature: np.ndarray
     fault: str
     steadiness: float
@@ -63,11 +71,11 @@ class Found:
 def examined(original: Original, style: Style) -> RandomStyle:
     """A style with the measures, the fault and the score of what it makes of the original."""
     picture = original.drawn(style)
-    measures = original.measures(picture)
+    measures = original.measure(picture)
     reason, steadiness = fault(measures), 0.0
     if not reason:
         steadiness = original.steadiness(style, picture)
-        reason = UNSTEADY if steadiness > MAX_UNSTEADY else PASSED
+        reason = UNSTEADY_FAULT if steadiness > MAX_UNSTEADY else NO_FAULT
     signature = original.signature(picture, measures)
     return RandomStyle(style, picture, measures, signature, reason, steadiness, score(measures))
 
@@ -97,10 +105,10 @@ def search(
     """
     found, passed, is_stopped = Found(), list[RandomStyle](), False
     on_step("drawing styles", 0, tries or wanted)
-    for candidate in _drawn(original, seed, rules, tries or HOPELESS * wanted):
+    for candidate in _drawn(original, seed, rules, tries or MAX_ATTEMPTS_PER_STYLE * wanted):
         reason = candidate.fault
         if not reason and is_like_another(candidate.signature, [each.signature for each in passed]):
-            reason = ALIKE
+            reason = DUPLICATE_FAULT
         found.faults[reason] += 1
         if not reason:
             passed.append(replace(candidate, score=judge(candidate.picture)) if judge else candidate)

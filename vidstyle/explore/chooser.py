@@ -13,26 +13,26 @@ from vidstyle.explore.look import Look, NewLooks, nearest
 from vidstyle.explore.taste import Taste
 from vidstyle.style import Style
 
-CHOSEN = "chosen"
-PLACES = ("step", "values", "cross", "values", CHOSEN, "values", "wild", "values", "step")
+CHOSEN_KIND = "chosen"
+SCREEN_KINDS = ("step", "values", "cross", "values", CHOSEN_KIND, "values", "wild", "values", "step")
 """How the tile at each place of a screen is made from the one that was taken, row by row."""
-FIRST = ("shipped", "wild", "shipped", "wild", "wild", "wild", "shipped", "wild", "shipped")
+FIRST_SCREEN_KINDS = ("shipped", "wild", "shipped", "wild", "wild", "wild", "shipped", "wild", "shipped")
 """The same for a screen that follows none."""
-DRAWN = {"values": 10, "step": 6, "cross": 4, "wild": 3, "shipped": 6}
+CANDIDATE_COUNTS = {"values": 10, "step": 6, "cross": 4, "wild": 3, "shipped": 6}
 """How many of each kind are tried for a screen; those that are shown are chosen among them."""
-ROUNDS = 4
+MAX_ROUNDS = 4
 """How often others are tried where too few pass."""
-ALIKE = 0.3
+MIN_TILE_DISTANCE = 0.3
 """Distance below which two tiles would look alike."""
-GENTLE, FAR_OFF = 0.25, 0.6
+FIRST_MUTATION_DISTANCE, WILD_MUTATION_DISTANCE = 0.25, 0.6
 """How far mutants of shipped styles are from them: on a first screen, and as wild cards."""
-NOVELTY = 0.8
+NOVELTY_WEIGHT = 0.8
 """What it counts that a tile is unlike those chosen before it, beside liking."""
-FAR = 0.7
+MAX_NOVELTY_DISTANCE = 0.7
 """Distance above which more counts no more."""
-NARROWER = 0.7
+REPEAT_DISTANCE_FACTOR = 0.7
 """Factor of distances each time that the same tile is taken again: nothing was better."""
-LIKING = 4.0
+UTILITY_RANGE = 4.0
 """Utility above the mean at which liking is nearly certain."""
 
 
@@ -113,7 +113,7 @@ class Chooser:
 
     def new_screen(self) -> TileScreen:
         """Show nine tiles that follow from none: mutants of shipped styles, and wild cards."""
-        return self._show(self._filled(FIRST, [], self._first_draws), None)
+        return self._show(self._filled(FIRST_SCREEN_KINDS, [], self._first_draws), None)
 
     def more_like(self, place: int) -> TileScreen:
         """Take a tile of the screen, and show others like it."""
@@ -126,8 +126,8 @@ class Chooser:
 
     def again(self, taken: Tile | None = None) -> TileScreen:
         """Show other tiles like the one in the middle, or like this one."""
-        middle = replace(taken or self.screen.tiles[len(PLACES) // 2], kind=CHOSEN)
-        tiles = self._filled(PLACES, [middle], lambda number: self._draws(middle, number))
+        middle = replace(taken or self.screen.tiles[len(SCREEN_KINDS) // 2], kind=CHOSEN_KIND)
+        tiles = self._filled(SCREEN_KINDS, [middle], lambda number: self._draws(middle, number))
         return self._show(tiles, self.at)
 
     def likely_styles(self, place: int) -> list[Style]:
@@ -173,34 +173,42 @@ class Chooser:
         """Candidates for a screen that follows none."""
         seeds = self._seeds(number)
         order = np.random.default_rng(next(seeds)).permutation(len(self.shipped))
-        named = [self.shipped[each] for each in order[: DRAWN["shipped"]]]
-        made = [Proposal(mutate(each, next(seeds), GENTLE), "shipped", (each.name,)) for each in named]
-        return made + [Proposal(random_style(next(seeds)), "wild") for _ in range(4 * DRAWN["wild"])]
+        named = [self.shipped[each] for each in order[: CANDIDATE_COUNTS["shipped"]]]
+        made = [
+            Proposal(mutate(each, next(seeds), FIRST_MUTATION_DISTANCE), "shipped", (each.name,))
+            for each in named
+        ]
+        return made + [
+            Proposal(random_style(next(seeds)), "wild") for _ in range(4 * CANDIDATE_COUNTS["wild"])
+        ]
 
     def _draws(self, taken: Tile, number: int) -> list[Proposal]:
         """Candidates made from a tile; farther from it with each round."""
         seeds, style, own = self._seeds(number), taken.style, (taken.style.name,)
-        middle = self.near * NARROWER ** self._repeats(taken) * (1 + number)
+        middle = self.near * REPEAT_DISTANCE_FACTOR ** self._repeats(taken) * (1 + number)
         made = [
             Proposal(mutate(style, next(seeds), min(1.0, float(each)), self.locks), "values", own)
-            for each in middle * np.linspace(0.5, 1.5, DRAWN["values"])
+            for each in middle * np.linspace(0.5, 1.5, CANDIDATE_COUNTS["values"])
         ]
         if "steps" not in self.locks:
-            altered = (alter(style, next(seeds), self.locks) for _ in range(DRAWN["step"]))
+            altered = (alter(style, next(seeds), self.locks) for _ in range(CANDIDATE_COUNTS["step"]))
             made += [Proposal(each, "step", own) for each in altered]
         for other in self._partners(taken, next(seeds)):
             crossed = cross(style, other, next(seeds), self.locks)
             made.append(Proposal(crossed, "cross", (style.name, other.name)))
-        wild = [random_style(next(seeds)) for _ in range(DRAWN["wild"])]
+        wild = [random_style(next(seeds)) for _ in range(CANDIDATE_COUNTS["wild"])]
         # Most random styles fail somewhere; these rarely do.
         order = np.random.default_rng(next(seeds)).permutation(len(self.shipped))
-        wild += [mutate(self.shipped[each], next(seeds), FAR_OFF) for each in order[: DRAWN["wild"]]]
+        wild += [
+            mutate(self.shipped[each], next(seeds), WILD_MUTATION_DISTANCE)
+            for each in order[: CANDIDATE_COUNTS["wild"]]
+        ]
         return made + [Proposal(self._with_locks(each, style, next(seeds)), "wild") for each in wild]
 
     def _repeats(self, taken: Tile) -> int:
         """How many screens in a row have had this tile in the middle."""
         count, screen = 0, self.screen
-        while screen.before is not None and screen.tiles[len(PLACES) // 2].style == taken.style:
+        while screen.before is not None and screen.tiles[len(SCREEN_KINDS) // 2].style == taken.style:
             count, screen = count + 1, self.screens[screen.before]
         return count
 
@@ -215,7 +223,7 @@ class Chooser:
         liked = [tile.style for tile in [*self.stars[::-1], *self._favourites[::-1]]]
         order = np.random.default_rng(seed).permutation(len(self.shipped))
         named = {style.name: style for style in [*liked, *(self.shipped[each] for each in order)]}
-        return [style for style in named.values() if style != taken.style][: DRAWN["cross"]]
+        return [style for style in named.values() if style != taken.style][: CANDIDATE_COUNTS["cross"]]
 
     # What is shown
 
@@ -231,7 +239,7 @@ class Chooser:
         """
         wanted = Counter(kinds) - Counter(tile.kind for tile in tiles)
         found: list[Tile] = []
-        for number in range(ROUNDS):
+        for number in range(MAX_ROUNDS):
             proposals = draws(number)
             found += self._tried(proposals)
             chosen = self._chosen(wanted, tiles, found)
@@ -275,9 +283,11 @@ class Chooser:
         if not candidates:
             return None
         apart = nearest([each.look for each in candidates], [each.look for each in taken])
-        worth = liking * self._utility([each.look for each in candidates]) + NOVELTY * np.minimum(apart, FAR)
-        best = int(np.argmax(np.where(apart >= ALIKE, worth, -np.inf)))
-        return candidates[best] if apart[best] >= ALIKE else None
+        worth = liking * self._utility([each.look for each in candidates]) + NOVELTY_WEIGHT * np.minimum(
+            apart, MAX_NOVELTY_DISTANCE
+        )
+        best = int(np.argmax(np.where(apart >= MIN_TILE_DISTANCE, worth, -np.inf)))
+        return candidates[best] if apart[best] >= MIN_TILE_DISTANCE else None
 
     def _farthest(self, candidates: list[Tile], taken: list[Tile]) -> list[Tile]:
         """The candidates in the order in which each is farthest from all before it."""
@@ -297,7 +307,7 @@ class Chooser:
     def _utility(self, looks: Sequence[Look]) -> np.ndarray:
         """What looks are worth by what was learned, between -1 and 1."""
         features = np.array([look.features for look in looks])
-        return np.tanh(self._taste_of(features[0]).utility(features - features.mean(axis=0)) / LIKING)
+        return np.tanh(self._taste_of(features[0]).utility(features - features.mean(axis=0)) / UTILITY_RANGE)
 
     def _taste_of(self, features: np.ndarray) -> Taste:
         """Before the first choice, what is like the shipped styles is liked."""

@@ -19,18 +19,18 @@ MAX_GLARE = 0.11
 """The largest product of lightness and chroma, in Oklch, of a tint; that of poster's orange is 0.13."""
 
 # Björn Ottosson, "A perceptual color space for image processing", 2020.
-_TO_CONES = np.array(
+_RGB_TO_LMS_MATRIX = np.array(
     [[0.4122214708, 0.5363325363, 0.0514459929],
      [0.2119034982, 0.6806995451, 0.1073969566],
      [0.0883024619, 0.2817188376, 0.6299787005]]
 )  # fmt: skip
-_TO_LAB = np.array(
+_LMS_TO_LAB_MATRIX = np.array(
     [[0.2104542553, 0.7936177850, -0.0040720468],
      [1.9779984951, -2.4285922050, 0.4505937099],
      [0.0259040371, 0.7827717662, -0.8086757660]]
 )  # fmt: skip
 
-HARMONIES = (0.0, 0.0, 30.0, -30.0, 150.0, 180.0, 210.0, 120.0, -120.0)
+HARMONY_DEGREES = (0.0, 0.0, 30.0, -30.0, 150.0, 180.0, 210.0, 120.0, -120.0)
 """Degrees between the hues of ink and paper: same, analogous, complementary and its neighbours, triads."""
 
 
@@ -52,7 +52,7 @@ def palette(random: Random, like: Style | None = None) -> Palette:
             what is left of the paper between marks, as in `crayon`, and stands on the picture itself.
     """
     hue = random.uniform(0, 360)
-    other = hue + random.choice(HARMONIES) + random.gauss(0, 8)
+    other = hue + random.choice(HARMONY_DEGREES) + random.gauss(0, 8)
     tint = hsl_hue(oklch(0.6, 0.12, hue))
     if like is not None and is_pale(like.ink):
         ink = oklch(random.uniform(0.93, 0.99), random.uniform(0, 0.04), other)
@@ -108,7 +108,7 @@ def oklch(lightness: float, chroma: float, hue: float) -> str:
     turn = math.radians(hue)
     while True:
         lab = np.array([lightness, chroma * math.cos(turn), chroma * math.sin(turn)])
-        linear = np.linalg.solve(_TO_CONES, np.linalg.solve(_TO_LAB, lab) ** 3)
+        linear = np.linalg.solve(_RGB_TO_LMS_MATRIX, np.linalg.solve(_LMS_TO_LAB_MATRIX, lab) ** 3)
         if chroma == 0 or (linear.min() > -1e-4 and linear.max() < 1 + 1e-4):
             break
         chroma = max(chroma - 0.005, 0.0)
@@ -129,7 +129,7 @@ def to_oklch(color: str) -> tuple[float, float, float]:
 
 def oklab(rgb: np.ndarray) -> np.ndarray:
     """Oklab of gamma-encoded RGB 0..1 along the last axis."""
-    return np.cbrt(_linear(rgb) @ _TO_CONES.T) @ _TO_LAB.T
+    return np.cbrt(_linear(rgb) @ _RGB_TO_LMS_MATRIX.T) @ _LMS_TO_LAB_MATRIX.T
 
 
 def contrast(one: str, other: str) -> float:

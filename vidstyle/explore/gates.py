@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vidstyle.explore.measure import Measures, Original
+from vidstyle.explore.measure import Original, PictureMetrics
 from vidstyle.explore.random_steps import is_valid, with_layers, without_idle_steps
 from vidstyle.gallery.style_samples import restyled
 from vidstyle.style import LAYERS, Style
@@ -48,18 +48,18 @@ MAX_UNSTEADY = 2.5
 """The most that a style may amplify the grain of a film; `ink` has 2.15."""
 MIN_DISTANCE = 0.5
 """Pictures whose signatures are nearer look alike."""
-ONE_CODE = 1.0
+MIN_STEP_DIFFERENCE = 1.0
 """A step counts that changes the picture by so many levels of 255, on at least one sample in a hundred."""
 
-UNSTEADY, ALIKE, PASSED = "flickering", "like another", ""
+UNSTEADY_FAULT, DUPLICATE_FAULT, NO_FAULT = "flickering", "like another", ""
 
 
-def fault(measures: Measures) -> str:
+def fault(measures: PictureMetrics) -> str:
     """Why a picture is thrown out, in a word or two; empty if it passes."""
     for gate in GATES:
         if not gate.low <= getattr(measures, gate.measure) <= gate.high:
             return gate.reason
-    return PASSED
+    return NO_FAULT
 
 
 def is_like_another(signature: np.ndarray, others: Sequence[np.ndarray]) -> bool:
@@ -95,4 +95,4 @@ def _without(style: Style, layer: str, place: int) -> Style | None:
 
 def _is_same(one: np.ndarray, other: np.ndarray) -> bool:
     difference = np.abs(one.astype(np.int16) - other)
-    return float(np.percentile(difference, 99)) < ONE_CODE
+    return float(np.percentile(difference, 99)) < MIN_STEP_DIFFERENCE

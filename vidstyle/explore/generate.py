@@ -14,7 +14,7 @@ from typing import Literal
 
 from vidstyle.blocks import all_blocks
 from vidstyle.explore.colors import calm_saturation, is_pale, palette, readable, shifted
-from vidstyle.explore.phrases import EDGE, Phrase, closed_layer, grammar
+from vidstyle.explore.phrases import LAYER_END, Phrase, closed_layer, grammar
 from vidstyle.explore.random_steps import (
     is_valid,
     join_layers,
@@ -25,27 +25,35 @@ from vidstyle.explore.random_steps import (
     with_layers,
     without_idle_steps,
 )
-from vidstyle.explore.rules import COUNT, FILTERS, GRAY, GRAY_SHARE, HEIGHT, STEADY, FilterRule
+from vidstyle.explore.rules import (
+    DEFAULT_STEADY,
+    FILTER_COUNT_RANGE,
+    FILTER_RULES,
+    GRAY_RULE,
+    GRAY_SHARE,
+    STYLE_HEIGHT,
+    FilterRule,
+)
 from vidstyle.style import LAYERS, Step, Style
 
 Rules = Literal["open", "paper"]
 LOCKS = ("lines", "background", "colors", "steps")
 """What a variation may leave as it is: a layer and the base; ink, paper and tints; which steps there are."""
 
-TRIES = 24
+MAX_ATTEMPTS = 24
 """How often a change that would not be valid is drawn anew; then only values change."""
 MAX_PHRASES = 9
 """The most phrases of a layer."""
-FAITHFUL = 0.6
+SAME_STYLE_SHARE = 0.6
 """How often a phrase is followed by one of the same style."""
-SPREAD = 0.2
+PHRASE_DEVIATION = 0.2
 """How far the values of a phrase move, as in `near`."""
 FREE_BLOCKS = ("brightness", "colorize", "equalize", "etf", "halftone", "hue", "luma_posterize", "tvf")
 """Blocks that may stand anywhere in a background, whatever the shipped styles do."""
 FREE_SHARE = 0.25
 """The share of styles that have one."""
-LINEAGE = "Random: "
-MAX_LINEAGE = 900
+LINEAGE_PREFIX = "Random: "
+MAX_LINEAGE_CHARACTERS = 900
 
 
 def random_style(seed: int | str, rules: Rules = "open") -> Style:
@@ -61,7 +69,7 @@ def random_style(seed: int | str, rules: Rules = "open") -> Style:
     """
     random = Random(f"{rules} {seed}")
     name = f"{rules}-{seed}"
-    style = Style(name, f"{LINEAGE}{rules} rules, seed {seed}.", HEIGHT, steady=STEADY)
+    style = Style(name, f"{LINEAGE_PREFIX}{rules} rules, seed {seed}.", STYLE_HEIGHT, steady=DEFAULT_STEADY)
     return _paper_style(random, style) if rules == "paper" else _open_style(random, style)
 
 
@@ -92,7 +100,7 @@ def alter(style: Style, seed: int | str, locks: Iterable[str] = ()) -> Style:
     """The style with one step changed, added or removed; where no step may be, with other values."""
     random, locks = Random(f"alter {seed}"), frozenset(locks)
     layers = [layer for layer in _open_layers(locks) if style.layers[layer] or layer != "base"]
-    for _ in range(TRIES if layers and "steps" not in locks else 0):
+    for _ in range(MAX_ATTEMPTS if layers and "steps" not in locks else 0):
         layer = random.choice(layers)
         steps = _altered(random, layer, style.layers[layer])
         changed = with_fitting_sizes(with_layers(style, {layer: steps}), _open_layers(locks))
@@ -106,7 +114,7 @@ def cross(style: Style, other: Style, seed: int | str, locks: Iterable[str] = ()
     random, locks = Random(f"cross {seed}"), frozenset(locks)
     choices = [layer for layer in ("lines", "background") if layer in _open_layers(locks)]
     choices = [layer for layer in choices if other.layers[layer] != style.layers[layer]]
-    for _ in range(TRIES if choices and "steps" not in locks else 0):
+    for _ in range(MAX_ATTEMPTS if choices and "steps" not in locks else 0):
         layer = random.choice(choices)
         changed = _with_layer(random, style, other, layer, locks)
         if "colors" not in locks:
@@ -120,13 +128,13 @@ def cross(style: Style, other: Style, seed: int | str, locks: Iterable[str] = ()
 
 
 def _paper_style(random: Random, style: Style) -> Style:
-    count = random.randint(*COUNT)
+    count = random.randint(*FILTER_COUNT_RANGE)
     is_gray = random.random() < GRAY_SHARE
     rules: list[FilterRule] = []
     while len(rules) < count - is_gray:
-        rules.append(random.choice([rule for rule in FILTERS if rule.repeats or rule not in rules]))
+        rules.append(random.choice([rule for rule in FILTER_RULES if rule.repeats or rule not in rules]))
     if is_gray:
-        rules.insert(random.randint(0, len(rules)), GRAY)
+        rules.insert(random.randint(0, len(rules)), GRAY_RULE)
     steps = []
     for rule in rules:
         parameters = all_blocks()[rule.block].parameters
@@ -159,22 +167,22 @@ def _phrases(random: Random, layer: str) -> list[Phrase]:
     counted = grammar()
     out: list[Phrase] = []
     while len(out) < MAX_PHRASES:
-        if out and random.random() < FAITHFUL:
+        if out and random.random() < SAME_STYLE_SHARE:
             blocks = out[-1].next
         else:
-            follows = counted.follows[layer, out[-1].blocks if out else EDGE]
+            follows = counted.follows[layer, out[-1].blocks if out else LAYER_END]
             blocks = random.choices(list(follows), list(follows.values()))[0]
-        if blocks == EDGE:
+        if blocks == LAYER_END:
             break
         same = [phrase for phrase in counted.phrases[layer] if phrase.blocks == blocks]
         own = [phrase for phrase in same if out and phrase.origin is out[-1].origin]
-        out.append(random.choice(own if own and random.random() < FAITHFUL else same))
+        out.append(random.choice(own if own and random.random() < SAME_STYLE_SHARE else same))
     return out
 
 
 def _varied(random: Random, phrase: Phrase) -> list[Step]:
     """The steps of a phrase with other values; a single one may take any that look well."""
-    varied = [step_near(random, step, SPREAD) for step in phrase.steps]
+    varied = [step_near(random, step, PHRASE_DEVIATION) for step in phrase.steps]
     if len(varied) > 1 or random.random() > 0.4:
         return varied
     step, parameters = phrase.steps[0], all_blocks()[phrase.steps[0].block].parameters
@@ -264,9 +272,13 @@ def _with_layer(random: Random, style: Style, other: Style, layer: str, locks: f
 
 def _made(style: Style, how: str) -> Style:
     """The style, named after what it was made of, with the way it was made in its note."""
-    before = style.note[style.note.find(LINEAGE) :] if LINEAGE in style.note else f"{LINEAGE}{style.name}."
+    before = (
+        style.note[style.note.find(LINEAGE_PREFIX) :]
+        if LINEAGE_PREFIX in style.note
+        else f"{LINEAGE_PREFIX}{style.name}."
+    )
     note = f"{before} Then {how}."
-    if len(note) > MAX_LINEAGE:
-        note = f"{LINEAGE}... {note[-MAX_LINEAGE:]}"
+    if len(note) > MAX_LINEAGE_CHARACTERS:
+        note = f"{LINEAGE_PREFIX}... {note[-MAX_LINEAGE_CHARACTERS:]}"
     root = style.name.partition("~")[0].replace(":", "-")
     return replace(style, name=f"{root}~{sha256(note.encode()).hexdigest()[:8]}", note=note)

@@ -15,17 +15,17 @@ from vidstyle.explore.measure import reduced
 from vidstyle.explore.phrases import shipped_styles
 from vidstyle.gallery.preview import read_still
 from vidstyle.gallery.style_samples import restyled
-from vidstyle.gallery.thumbnail import FOLDER
+from vidstyle.gallery.thumbnail import THUMBNAIL_FOLDER
 from vidstyle.pipeline.progress import OnStep, unwatched
 from vidstyle.style import PLAIN, Style, load_style
 
-NEAR, FAR = 1.25, 2.0
+MAX_NEAR_DISTANCE, MIN_FAR_DISTANCE = 1.25, 2.0
 """Distances up to which two looks are near, and from which on they are far; 1 is usual within one style."""
-TRIED_SIDE = 720
+MAX_PHOTOGRAPH_SIDE_PX = 720
 """The longest side in pixels of the picture that styles are tried on."""
-ROUNDS = 6
+SEARCH_ROUNDS = 6
 """How often the search goes on from the best styles that it has."""
-PARENTS, CHILDREN = 4, 3
+PARENT_COUNT, CHILD_COUNT = 4, 3
 """How many styles it goes on from, and how many of each kind of variation it makes of each."""
 
 
@@ -39,7 +39,13 @@ class Likeness:
     @property
     def words(self) -> str:
         """How near it is: "0.93, near"."""
-        word = "near" if self.distance <= NEAR else "far" if self.distance >= FAR else "not near"
+        word = (
+            "near"
+            if self.distance <= MAX_NEAR_DISTANCE
+            else "far"
+            if self.distance >= MIN_FAR_DISTANCE
+            else "not near"
+        )
         return f"{self.distance:.2f}, {word}"
 
 
@@ -54,7 +60,7 @@ def known_styles() -> list[Style]:
 
 def photograph_for(source: str | None) -> np.ndarray:
     """The picture that styles are tried on, H x W x 3 uint8: of the source, or of the gallery."""
-    return reduced(read_still(source or FOLDER / f"{PLAIN}.webp"), TRIED_SIDE)
+    return reduced(read_still(source or THUMBNAIL_FOLDER / f"{PLAIN}.webp"), MAX_PHOTOGRAPH_SIDE_PX)
 
 
 def ranked(
@@ -79,8 +85,8 @@ def searched(
     wanted: np.ndarray, photograph: np.ndarray, known: list[Likeness], on_step: OnStep = unwatched
 ) -> Likeness:
     """The nearest style that variations of known ones lead to, each round from the best of the one before."""
-    best = known[:PARENTS]
-    for turn in range(ROUNDS):
+    best = known[:PARENT_COUNT]
+    for turn in range(SEARCH_ROUNDS):
         reach = 0.5 / (1 + turn / 2)
         children = [
             child
@@ -88,13 +94,13 @@ def searched(
             for child in _children(parent.style, best[0].style, f"{turn}-{number}", reach)
         ]
         best += ranked(wanted, photograph, children)
-        best = sorted(best, key=lambda each: each.distance)[:PARENTS]
-        on_step("searching", turn + 1, ROUNDS)
+        best = sorted(best, key=lambda each: each.distance)[:PARENT_COUNT]
+        on_step("searching", turn + 1, SEARCH_ROUNDS)
     return best[0]
 
 
 def _children(style: Style, best: Style, seed: str, reach: float) -> list[Style]:
-    seeds = [f"{seed}-{number}" for number in range(CHILDREN)]
+    seeds = [f"{seed}-{number}" for number in range(CHILD_COUNT)]
     mutants = [mutate(style, each, reach) for each in seeds]
     altered = [alter(style, each) for each in seeds[:1]]
     return mutants + altered + ([cross(style, best, seed)] if style != best else [])

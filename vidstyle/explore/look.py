@@ -10,13 +10,13 @@ import numpy as np
 
 from vidstyle.errors import VidstyleError
 from vidstyle.explore.gates import fault
-from vidstyle.explore.measure import SPREADS, Original, oklab_thumbnail, reduced
+from vidstyle.explore.measure import METRIC_DEVIATIONS, Original, oklab_thumbnail, reduced
 from vidstyle.explore.score import score
 from vidstyle.style import Style
 
-SIDE = 200
+MAX_LOOK_SIDE_PX = 200
 """The longer side of the picture on which candidates are tried, in pixels."""
-LIKELY, COLOR = 2.0, 0.1
+LOG_ODDS_DEVIATION, COLOR_DEVIATION = 2.0, 0.1
 """By how much the logarithm of the odds of the score, and colours in Oklab, usually differ."""
 
 
@@ -43,23 +43,23 @@ NewLooks = Callable[[Sequence[Style]], Sequence[Look | None]]
 
 
 def look_of(picture: np.ndarray, style: Style) -> Look | None:
-    """What a style makes of a picture, H x W x 3 uint8, at a side of `SIDE`; None if it cannot be used."""
+    """What a style makes of a picture, H x W x 3 uint8, at a side of `MAX_LOOK_SIDE_PX`; None if it cannot be used."""
     original = _original(picture.tobytes(), picture.shape)
     try:
         drawn = original.drawn(style)
     except VidstyleError:
         return None
-    measures = original.measures(drawn)
+    measures = original.measure(drawn)
     colors = oklab_thumbnail(drawn).reshape(-1, 3)
     chance = min(max(score(measures), 0.01), 0.99)
-    features = [np.log(chance / (1 - chance)) / LIKELY, *np.array(measures) / SPREADS]
-    features += [*colors.mean(axis=0) / COLOR, *colors.std(axis=0) / COLOR]
+    features = [np.log(chance / (1 - chance)) / LOG_ODDS_DEVIATION, *np.array(measures) / METRIC_DEVIATIONS]
+    features += [*colors.mean(axis=0) / COLOR_DEVIATION, *colors.std(axis=0) / COLOR_DEVIATION]
     return Look(drawn, original.signature(drawn), np.array(features), fault(measures))
 
 
 @lru_cache(2)
 def _original(content: bytes, shape: tuple[int, ...]) -> Original:
-    return Original(reduced(np.frombuffer(content, np.uint8).reshape(shape), SIDE))
+    return Original(reduced(np.frombuffer(content, np.uint8).reshape(shape), MAX_LOOK_SIDE_PX))
 
 
 def nearest(looks: Sequence[Look], taken: Sequence[Look]) -> np.ndarray:

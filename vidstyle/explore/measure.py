@@ -13,23 +13,23 @@ from vidstyle.explore.colors import oklab
 from vidstyle.gallery.style_samples import restyled
 from vidstyle.style import Style
 
-DRAWN_SIDE = 320
+MAX_DRAWN_SIDE_PX = 320
 """The longest side in pixels at which candidates are drawn; smaller, marks would be larger than in a film."""
-MEASURED_SIDE = 160
+MAX_MEASURED_SIDE_PX = 160
 """The longest side of what is measured: marks are then what an eye sees of them, tone and texture."""
-THUMBNAIL = 16
+THUMBNAIL_SIZE_PX = 16
 """Rows and columns of the thumbnail that tells pictures apart."""
-GRAIN = 2.0
+GRAIN_DEVIATION = 2.0
 """Standard deviation of the noise between the frames that steadiness is measured on, in levels of 255."""
-DARK, BRIGHT = 0.15, 0.92
+MAX_INK_LEVEL, MIN_PAPER_LEVEL = 0.15, 0.92
 """Luma below which there is ink, and above which there is paper."""
-STRONG = 80
+STRONG_EDGE_PERCENTILE = 80
 """Percentile of the gradient above which an edge of the source is strong."""
 
-_WEIGHTS = np.array([0.2126, 0.7152, 0.0722], np.float32)
+_LUMA_WEIGHTS = np.array([0.2126, 0.7152, 0.0722], np.float32)
 
 
-class Measures(NamedTuple):
+class PictureMetrics(NamedTuple):
     """Numbers about a restyled picture beside its source; luma is 0..1.
 
     Attributes:
@@ -41,12 +41,12 @@ class Measures(NamedTuple):
         noise: the same where the source is flat.
         range: distance of the 5 % and 95 % percentiles of luma.
         middle: mean of luma.
-        ink, paper: shares of the picture that are darker than `DARK` and brighter than `BRIGHT`.
+        ink, paper: shares of the picture that are darker than `MAX_INK_LEVEL` and brighter than `MIN_PAPER_LEVEL`.
         contrast: standard deviation of blurred luma.
         color: colourfulness (Hasler and Suesstrunk 2003), 1 for 255 levels.
         garish: share of the picture with colours as pure as a screen shows them.
         sharp: 98 % percentile of the gradient of luma.
-        crisp: the same before the picture is reduced to `MEASURED_SIDE`.
+        crisp: the same before the picture is reduced to `MAX_MEASURED_SIDE_PX`.
         photo: correlation of the finest detail of luma, at that size, with the source's: 1 for a photograph.
         change: mean distance to the source in Oklab.
     """
@@ -69,7 +69,9 @@ class Measures(NamedTuple):
     change: float
 
 
-SPREADS = Measures(0.4, 0.25, 0.25, 0.04, 0.03, 0.25, 0.2, 0.15, 0.25, 0.08, 0.12, 0.15, 0.15, 0.1, 0.3, 0.12)
+METRIC_DEVIATIONS = PictureMetrics(
+    0.4, 0.25, 0.25, 0.04, 0.03, 0.25, 0.2, 0.15, 0.25, 0.08, 0.12, 0.15, 0.15, 0.1, 0.3, 0.12
+)
 """How much measures usually differ between pictures: by it, differences are comparable."""
 
 
@@ -77,18 +79,18 @@ class Original:
     """The picture that candidates are drawn of, H x W x 3 uint8, prepared to be compared with results.
 
     Attributes:
-        picture: it, reduced to `DRAWN_SIDE`.
+        picture: it, reduced to `MAX_DRAWN_SIDE_PX`.
         large: it, as it was given.
     """
 
     def __init__(self, picture: np.ndarray) -> None:
-        self.picture, self.large = reduced(picture, DRAWN_SIDE), picture
-        small = reduced(picture, MEASURED_SIDE)
+        self.picture, self.large = reduced(picture, MAX_DRAWN_SIDE_PX), picture
+        small = reduced(picture, MAX_MEASURED_SIDE_PX)
         self._lab = oklab(small / 255.0)
         self._luma = luma_of_codes(small)
         self._band = _band(self._luma)
         gradient = gradient_of(cv2.GaussianBlur(self._luma, (0, 0), 1))
-        self._edges = gradient >= max(float(np.percentile(gradient, STRONG)), 0.01)
+        self._edges = gradient >= max(float(np.percentile(gradient, STRONG_EDGE_PERCENTILE)), 0.01)
         self._fine = _fine(luma_of_codes(self.picture))
         self._flat = ~cv2.dilate(self._edges.astype(np.uint8), np.ones((5, 5))).astype(bool)
         height, width = self._luma.shape
@@ -99,7 +101,7 @@ class Original:
         """The picture in a style, H x W x 3 uint8."""
         return restyled(self.picture, style)
 
-    def measures(self, picture: np.ndarray) -> Measures:
+    def measure(self, picture: np.ndarray) -> PictureMetrics:
         """The measures of the picture restyled: H x W x 3 uint8, at any size."""
         small = cv2.resize(picture, self._luma.shape[::-1], interpolation=cv2.INTER_AREA)
         luma, lab = luma_of_codes(small), oklab(small / 255.0)
@@ -109,9 +111,9 @@ class Original:
         low, high = np.percentile(luma, (5, 95))
         blurred = cv2.GaussianBlur(luma, (0, 0), 4)
         near = cv2.dilate(gradient, np.ones((3, 3)))
-        strong = near >= max(float(np.percentile(near, 100 - 1.5 * (100 - STRONG))), 0.03)
+        strong = near >= max(float(np.percentile(near, 100 - 1.5 * (100 - STRONG_EDGE_PERCENTILE))), 0.03)
         top, bottom = small.max(axis=2), small.min(axis=2)
-        return Measures(
+        return PictureMetrics(
             tone=correlation(blurred, cv2.GaussianBlur(self._luma, (0, 0), 4)),
             shapes=abs(correlation(_band(luma), self._band)),
             edges=float((self._weights * strong).sum() / max(self._weights.sum(), 1e-6)),
@@ -119,8 +121,8 @@ class Original:
             noise=float(fine[self._flat].mean()) if self._flat.any() else float(fine.mean()),
             range=float(high - low),
             middle=float(luma.mean()),
-            ink=float((luma < DARK).mean()),
-            paper=float((luma > BRIGHT).mean()),
+            ink=float((luma < MAX_INK_LEVEL).mean()),
+            paper=float((luma > MIN_PAPER_LEVEL).mean()),
             contrast=float(blurred.std()),
             color=_colorfulness(small / 255.0),
             garish=float(((top > 230) & (bottom < 40)).mean()),
@@ -130,13 +132,13 @@ class Original:
             change=float(np.linalg.norm(lab - self._lab, axis=2).mean()),
         )
 
-    def signature(self, picture: np.ndarray, measures: Measures | None = None) -> np.ndarray:
+    def signature(self, picture: np.ndarray, measures: PictureMetrics | None = None) -> np.ndarray:
         """The picture restyled, as a point: pictures that look alike are near; 1 apart is plainly different.
 
         It has the measures and a thumbnail in colour; distances are Euclidean.
         """
-        numbers = np.array(measures or self.measures(picture)) / SPREADS
-        colors = oklab_thumbnail(picture).reshape(-1) / (0.1 * THUMBNAIL)
+        numbers = np.array(measures or self.measure(picture)) / METRIC_DEVIATIONS
+        colors = oklab_thumbnail(picture).reshape(-1) / (0.1 * THUMBNAIL_SIZE_PX)
         return np.concatenate([0.5 * numbers / np.sqrt(len(numbers)), colors])
 
     def steadiness(self, style: Style, picture: np.ndarray) -> float:
@@ -147,7 +149,7 @@ class Original:
         Args:
             picture: the original in the style.
         """
-        noise = np.random.RandomState(1).normal(0, GRAIN, (2, *self.picture.shape[:2], 1))
+        noise = np.random.RandomState(1).normal(0, GRAIN_DEVIATION, (2, *self.picture.shape[:2], 1))
         grainy = [np.clip(self.picture + each, 0, 255).round().astype(np.uint8) for each in noise]
         changes = _changes([picture, *(restyled(frame, style) for frame in grainy)])
         return changes / max(_changes([self.picture, *grainy]), 1e-6)
@@ -163,13 +165,15 @@ def reduced(picture: np.ndarray, side: int) -> np.ndarray:
 
 
 def oklab_thumbnail(picture: np.ndarray) -> np.ndarray:
-    """`THUMBNAIL` x `THUMBNAIL` x 3 of a picture, in Oklab."""
-    return oklab(cv2.resize(picture, (THUMBNAIL, THUMBNAIL), interpolation=cv2.INTER_AREA) / 255.0)
+    """`THUMBNAIL_SIZE_PX` x `THUMBNAIL_SIZE_PX` x 3 of a picture, in Oklab."""
+    return oklab(
+        cv2.resize(picture, (THUMBNAIL_SIZE_PX, THUMBNAIL_SIZE_PX), interpolation=cv2.INTER_AREA) / 255.0
+    )
 
 
 def luma_of_codes(picture: np.ndarray) -> np.ndarray:
     """Luma of RGB in 0..255, as float32 in 0..1."""
-    return (picture @ _WEIGHTS / 255).astype(np.float32)
+    return (picture @ _LUMA_WEIGHTS / 255).astype(np.float32)
 
 
 def gradient_of(luma: np.ndarray) -> np.ndarray:

@@ -17,11 +17,11 @@ from vidstyle.assets import asset_folder
 from vidstyle.style import LAYERS, SOURCE, Step, Style, load_style
 from vidstyle.style.wiring import START, wiring_of
 
-BASE = "@base"
+BASE_RESULT = "@base"
 """In a phrase, stands for the result of the base layer."""
 BlockNames = tuple[str, ...]
 """The blocks of a phrase."""
-EDGE: BlockNames = ()
+LAYER_END: BlockNames = ()
 """What stands before the first phrase of a layer and after the last."""
 
 
@@ -30,14 +30,14 @@ class Phrase:
     """Steps that belong together.
 
     Attributes:
-        steps: their saved pictures are their own; `BASE` and "source" are those of others.
+        steps: their saved pictures are their own; `BASE_RESULT` and "source" are those of others.
         origin: the style that it comes from.
         next: the blocks of the phrase that follows it there.
     """
 
     steps: tuple[Step, ...]
     origin: Style
-    next: BlockNames = EDGE
+    next: BlockNames = LAYER_END
 
     @property
     def blocks(self) -> BlockNames:
@@ -51,7 +51,7 @@ class Grammar:
     Attributes:
         layers: how often which layers occur together.
         phrases: the phrases of each layer.
-        follows: for each layer and the blocks of a phrase, how often which follow; `EDGE` begins and ends a
+        follows: for each layer and the blocks of a phrase, how often which follow; `LAYER_END` begins and ends a
             layer.
     """
 
@@ -75,7 +75,7 @@ def grammar() -> Grammar:
         for layer, phrases in layers.items():
             counted.phrases[layer] += phrases
             for before, after in pairwise(
-                [EDGE, *(phrase.blocks for phrase in phrases), EDGE] * bool(phrases)
+                [LAYER_END, *(phrase.blocks for phrase in phrases), LAYER_END] * bool(phrases)
             ):
                 counted.follows[layer, before][after] += 1
     return counted
@@ -85,7 +85,7 @@ def phrases_of(style: Style, layer: str) -> list[Phrase]:
     """The phrases of a layer of a style. A base layer that the background does not start from has none."""
     unused = layer == "base" and any(step.source for step in style.background[:1])
     runs = [] if unused else list(_runs(tuple(closed_layer(style, layer))))
-    followers = [tuple(step.block for step in run) for run in runs[1:]] + [EDGE]
+    followers = [tuple(step.block for step in run) for run in runs[1:]] + [LAYER_END]
     return [Phrase(run, style, after) for run, after in zip(runs, followers, strict=bool(runs))]
 
 
@@ -97,19 +97,19 @@ def closed_layer(style: Style, layer: str) -> Iterator[Step]:
         values = dict(step.values)
         wiring = wiring_of(step)
         outside = {key for key, name in wiring.reads.items() if name != SOURCE and name not in own}
-        source = BASE if START in outside else step.source
+        source = BASE_RESULT if START in outside else step.source
         for name in outside - {START}:
             assert wiring.block is not None
             if wiring.block.saved_refs[name].on == "chroma":
                 values.pop(name, None)
             else:
-                values[name] = BASE
+                values[name] = BASE_RESULT
         yield replace(step, values=values, source=source)
 
 
 def names_used(step: Step) -> set[str]:
     """Return the saved pictures that a step reads."""
-    return set(wiring_of(step).reads.values()) - {SOURCE, BASE}
+    return set(wiring_of(step).reads.values()) - {SOURCE, BASE_RESULT}
 
 
 def _runs(steps: Sequence[Step]) -> Iterator[tuple[Step, ...]]:

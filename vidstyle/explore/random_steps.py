@@ -11,16 +11,16 @@ from typing import Any
 from vidstyle.block import Parameter, Slider
 from vidstyle.blocks import all_blocks
 from vidstyle.errors import StyleError
-from vidstyle.explore.phrases import BASE, names_used
+from vidstyle.explore.phrases import BASE_RESULT, names_used
 from vidstyle.style import LAYERS, SOURCE, Step, Style, style_from_table, table_from_style
 from vidstyle.style.paths import find_value
 from vidstyle.style.wiring import rename_pictures, wiring_of
 
-LEAST_SCALE = 0.2
+MIN_WORKING_SCALE = 0.2
 """The smallest working size in a random style: below it nothing is recognized."""
 EDGE_BLOCKS = ("luma_posterize", "posterize", "soft_threshold")
 """Blocks that make edges where there were slopes."""
-BLUR_SCALE = 0.125
+MIN_BLUR_SCALE = 0.125
 """The working size of wide blurs."""
 
 
@@ -69,8 +69,8 @@ def join_layers(style: Style, layers: Mapping[str, Iterable[Step]]) -> Style:
 
     Args:
         style: the rest.
-        layers: their steps. `BASE` in them stands for the result of the base layer; their saved pictures get
-            names that no other layer uses, their working sizes are kept within `LEAST_SCALE` and 1.
+        layers: their steps. `BASE_RESULT` in them stands for the result of the base layer; their saved pictures get
+            names that no other layer uses, their working sizes are kept within `MIN_WORKING_SCALE` and 1.
     """
     built = {layer: list(steps) for layer, steps in style.layers.items() if layer not in layers}
     taken = {step.save for steps in built.values() for step in steps}
@@ -111,12 +111,12 @@ def with_layers(style: Style, layers: Mapping[str, Sequence[Step]]) -> Style:
 
 def _on_base(steps: list[Step], base: Sequence[Step], taken: set[str]) -> list[Step]:
     """The steps of a layer with a name for the result of the base layer, which is where they begin."""
-    if not any(BASE in wiring_of(step).reads.values() for step in steps):
+    if not any(BASE_RESULT in wiring_of(step).reads.values() for step in steps):
         return steps
     if base and base[-1].save:
-        return [rename_pictures(step, {BASE: base[-1].save}) for step in steps]
+        return [rename_pictures(step, {BASE_RESULT: base[-1].save}) for step in steps]
     first = numbered([Step("", save="base")], taken)
-    return first + [rename_pictures(step, {BASE: first[0].save}) for step in steps]
+    return first + [rename_pictures(step, {BASE_RESULT: first[0].save}) for step in steps]
 
 
 def numbered(steps: Iterable[Step], taken: set[str]) -> list[Step]:
@@ -163,14 +163,14 @@ def is_valid(style: Style) -> bool:
 def _fitting(steps: Iterable[Step], base: Sequence[Step]) -> list[Step]:
     """The steps with working sizes that are neither too small nor larger than the picture."""
     parameter = all_blocks()["scale"].parameters["factor"]
-    sizes = {BASE: _final_size(base)}
-    now, out = sizes[BASE], []
+    sizes = {BASE_RESULT: _final_size(base)}
+    now, out = sizes[BASE_RESULT], []
     for step in steps:
         now = sizes.get(step.source, 1.0) if step.source else now
         if step.block == "scale":
             wanted = now * step.values.get("factor", parameter.default)
             # For wide blurs, which a later step lays over a larger picture.
-            least = LEAST_SCALE if wanted > BLUR_SCALE else BLUR_SCALE
+            least = MIN_WORKING_SCALE if wanted > MIN_BLUR_SCALE else MIN_BLUR_SCALE
             factor = _scale_factor(min(max(wanted, least), 1.0) / now)
             now *= factor
             step = replace(step, values=step.values | {"factor": factor})
@@ -193,7 +193,7 @@ def _is_idle(step: Step) -> bool:
 def _sharpened(steps: list[Step], base: Sequence[Step]) -> list[Step]:
     """The steps of a layer, the last that makes edges at the size of the picture, as in shipped styles."""
     last = max((place for place, step in enumerate(steps) if step.block in EDGE_BLOCKS), default=0)
-    size = _final_size([*base, Step("", save=BASE), *steps[:last]])
+    size = _final_size([*base, Step("", save=BASE_RESULT), *steps[:last]])
     if not last or steps[last].source or size > 0.95:
         return steps
     factor = _scale_factor(1 / size)

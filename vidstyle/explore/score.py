@@ -11,18 +11,18 @@ import cv2
 import numpy as np
 
 from vidstyle.errors import InputError
-from vidstyle.explore.measure import Measures
+from vidstyle.explore.measure import PictureMetrics
 
-MODEL = Path(__file__).with_name("score.json")
+MODEL_FILE = Path(__file__).with_name("score.json")
 """What `tools/explore/score.py` has fitted."""
 
-JUDGE_SIDE = 224
-JUDGE_MEAN, JUDGE_SPREAD = np.array([0.485, 0.456, 0.406]), np.array([0.229, 0.224, 0.225])
+JUDGE_SIDE_PX = 224
+JUDGE_MEAN_LEVEL, JUDGE_LEVEL_DEVIATION = np.array([0.485, 0.456, 0.406]), np.array([0.229, 0.224, 0.225])
 """By which models expect RGB to be normalized that were trained on ImageNet with PyTorch."""
-CLASSES = 10
+CLASS_COUNT = 10
 
 
-def score(measures: Measures) -> float:
+def score(measures: PictureMetrics) -> float:
     """How much a picture is like those that shipped styles make, and unlike random ones: 0..1."""
     return float(1 / (1 + np.exp(-log_odds(np.array(measures), _model()))))
 
@@ -71,13 +71,13 @@ class Judge:
         self._path = path
         try:
             self._net = cv2.dnn.readNetFromONNX(str(path))
-            classes = self._run(np.zeros((JUDGE_SIDE, JUDGE_SIDE, 3), np.uint8)).size
+            classes = self._run(np.zeros((JUDGE_SIDE_PX, JUDGE_SIDE_PX, 3), np.uint8)).size
         except cv2.error as error:
             reason = " ".join(str(error.err or error).split())[:80]
             raise InputError(path, f"is not a model that can judge: {reason}") from None
-        if classes not in (1, CLASSES):
+        if classes not in (1, CLASS_COUNT):
             raise InputError(
-                path, f"gives {classes} numbers; a judge gives one, or the shares of {CLASSES} classes"
+                path, f"gives {classes} numbers; a judge gives one, or the shares of {CLASS_COUNT} classes"
             )
 
     def __call__(self, picture: np.ndarray) -> float:
@@ -86,16 +86,16 @@ class Judge:
         if given.size == 1:
             return float(given[0])
         shares = given / max(float(given.sum()), 1e-9)
-        return float(shares @ np.arange(1, CLASSES + 1))
+        return float(shares @ np.arange(1, CLASS_COUNT + 1))
 
     def _run(self, picture: np.ndarray) -> np.ndarray:
-        small = cv2.resize(picture, (JUDGE_SIDE, JUDGE_SIDE), interpolation=cv2.INTER_AREA)
-        normal = (small / 255.0 - JUDGE_MEAN) / JUDGE_SPREAD
+        small = cv2.resize(picture, (JUDGE_SIDE_PX, JUDGE_SIDE_PX), interpolation=cv2.INTER_AREA)
+        normal = (small / 255.0 - JUDGE_MEAN_LEVEL) / JUDGE_LEVEL_DEVIATION
         self._net.setInput(normal.transpose(2, 0, 1)[None].astype(np.float32))
         return np.asarray(self._net.forward()).reshape(-1)
 
 
 @cache
 def _model() -> dict[str, np.ndarray]:
-    model = json.loads(MODEL.read_text(encoding="utf-8"))
+    model = json.loads(MODEL_FILE.read_text(encoding="utf-8"))
     return {name: np.array(values) for name, values in model.items() if name != "measures"}

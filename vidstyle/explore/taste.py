@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-SPREAD = 1.0
+WEIGHT_DEVIATION = 1.0
 """Standard deviation of each weight before the first click; features vary by about 1."""
-STEPS = 30
+MAX_NEWTON_STEPS = 30
 """Most steps of Newton's method; it takes about six."""
 
 
@@ -41,8 +41,8 @@ class Taste:
 
     def _fitted(self, weights: np.ndarray) -> np.ndarray:
         """The weights of the highest posterior probability, which is log-concave."""
-        inverse = np.eye(len(weights)) / SPREAD**2
-        for _ in range(STEPS):
+        inverse = np.eye(len(weights)) / WEIGHT_DEVIATION**2
+        for _ in range(MAX_NEWTON_STEPS):
             lost = 1 / (1 + np.exp(np.clip(self._differences @ weights, -50, 50)))
             slope = lost @ self._differences - inverse @ (weights - self._prior)
             bend = (self._differences.T * (lost * (1 - lost))) @ self._differences + inverse

@@ -1,4 +1,4 @@
-"""Fine tuning on a plane: the two values of a style to which the picture is most sensitive."""
+"""Fine tuning on a tuning pad: the two values of a style to which the picture is most sensitive."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from vidstyle.explore.look import NewLooks, look_distance
 from vidstyle.style import Style, set_values
 from vidstyle.style.panel import panel
 
-PROBE = 0.08
+PROBE_SHARE = 0.08
 """By how much of its range a value is moved to see what it changes."""
-LEAST_STEPS = 4
+MIN_STEPS = 4
 """Whole numbers with fewer steps make no axis."""
-DECADES = 100
+MIN_FACTOR_RATIO = 100
 """A range of such a ratio is taken by factors instead of differences."""
-REACH = 1.6
-"""How far the picture changes from the middle of the plane to an end of an axis, about (`look_distance`)."""
-LEAST = 0.02
+AXIS_DISTANCE = 1.6
+"""How far the picture changes from the middle of the tuning pad to an end of an axis, about (`look_distance`)."""
+MIN_CHANGE_DISTANCE = 0.02
 """Change below which a value does nothing here."""
 
 
 @dataclass(frozen=True)
 class Axis:
-    """One value and the part of its range that the plane shows.
+    """One value and the part of its range that the tuning pad shows.
 
     Attributes:
         path: as for `set_values`.
@@ -56,7 +56,7 @@ class Axis:
 
 
 @dataclass(frozen=True)
-class Plane:
+class TuningPad:
     """Two axes, and the style that is tuned on them."""
 
     style: Style
@@ -75,13 +75,13 @@ class Plane:
         return x, y
 
 
-def plane_of(style: Style, looks: NewLooks) -> Plane | None:
-    """The plane of a style; None if fewer than two values change anything.
+def tuning_pad_of(style: Style, looks: NewLooks) -> TuningPad | None:
+    """The tuning pad of a style; None if fewer than two values change anything.
 
     Two values of different steps are preferred: those of one step often do the same.
     """
     sliders = _sliders(style)
-    probed = [_moved(each, PROBE) for each in sliders]
+    probed = [_moved(each, PROBE_SHARE) for each in sliders]
     tried = [set_values(style, {each["path"]: at}) for each, at in zip(sliders, probed, strict=True)]
     middle, *others = looks([style, *tried])
     if middle is None:
@@ -89,14 +89,14 @@ def plane_of(style: Style, looks: NewLooks) -> Plane | None:
     axes = []
     for slider, look in zip(sliders, others, strict=True):
         change = look_distance(middle, look) if look is not None else 0.0
-        if change > LEAST:
+        if change > MIN_CHANGE_DISTANCE:
             axes.append((change, slider["step"], _axis(slider, change)))
-    axes = [each for each in axes if not each[2].is_whole or each[2].high - each[2].low >= LEAST_STEPS]
+    axes = [each for each in axes if not each[2].is_whole or each[2].high - each[2].low >= MIN_STEPS]
     axes.sort(key=lambda each: -each[0])
     if len(axes) < 2:
         return None
     other = next((each for each in axes[1:] if each[1] != axes[0][1]), axes[1])
-    return Plane(style, (axes[0][2], other[2]))
+    return TuningPad(style, (axes[0][2], other[2]))
 
 
 def _sliders(style: Style) -> list[dict[str, Any]]:
@@ -105,7 +105,7 @@ def _sliders(style: Style) -> list[dict[str, Any]]:
 
 
 def _is_factor(slider: dict[str, Any]) -> bool:
-    return not slider["whole"] and slider["low"] > 0 and slider["high"] / slider["low"] >= DECADES
+    return not slider["whole"] and slider["low"] > 0 and slider["high"] / slider["low"] >= MIN_FACTOR_RATIO
 
 
 def _moved(slider: dict[str, Any], part: float) -> float:
@@ -120,10 +120,10 @@ def _moved(slider: dict[str, Any], part: float) -> float:
 
 
 def _axis(slider: dict[str, Any], change: float) -> Axis:
-    """The axis on which the picture changes by about `REACH` to both sides."""
+    """The axis on which the picture changes by about `AXIS_DISTANCE` to both sides."""
     low, high, value = slider["low"], slider["high"], slider["value"]
-    parts = min(REACH / change, 10.0)
-    moved = _moved(slider, PROBE)
+    parts = min(AXIS_DISTANCE / change, 10.0)
+    moved = _moved(slider, PROBE_SHARE)
     if _is_factor(slider):
         factor = (moved / value if moved > value else value / moved) ** parts
         return Axis(slider["path"], max(low, value / factor), min(high, value * factor), False, True)

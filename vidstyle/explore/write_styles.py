@@ -22,8 +22,8 @@ from vidstyle.media.write.atomic import atomic_file, check_folder
 from vidstyle.pipeline.progress import OnStep, unwatched
 from vidstyle.style import save_style
 
-PAGE, SHEET, TABLE = "sheet.html", "sheet.png", "styles.json"
-SHOWN_SIDE = 640
+PAGE_FILE, SHEET_FILE, TABLE_FILE = "sheet.html", "sheet.png", "styles.json"
+MAX_DRAWN_SIDE_PX = 640
 """The longest side in pixels at which styles are drawn for the sheet; the picture itself may be smaller."""
 
 
@@ -73,7 +73,7 @@ def explore_to_folder(
     for candidate in found.chosen:
         save_style(candidate.style, folder / f"{candidate.style.name}.toml")
     facts = {"input": Path(source).name, "seed": seed, "rules": rules, "judge": judge and judge.name}
-    _write(folder / TABLE, (json.dumps(facts | _table(found), indent=1) + "\n").encode())
+    _write(folder / TABLE_FILE, (json.dumps(facts | _table(found), indent=1) + "\n").encode())
     _write_sheets(
         folder, f"{len(found.chosen)} styles of {Path(source).name}", picture, found.chosen, on_step
     )
@@ -105,13 +105,15 @@ def _write_sheets(
     folder: Path, heading: str, picture: np.ndarray, candidates: Sequence[RandomStyle], on_step: OnStep
 ) -> None:
     samples: list[StyleSample] = []
-    shown = reduced(picture, SHOWN_SIDE)
+    shown = reduced(picture, MAX_DRAWN_SIDE_PX)
     for sample in samples_of(shown, [candidate.style for candidate in candidates]):
         samples.append(sample)
         on_step("drawing the sheet", len(samples), len(candidates))
-    _write(folder / PAGE, preview_page(heading, samples).encode("utf-8"))
-    sheet = sheet_of_samples([(each.style.name, reduced(each.picture, SHOWN_SIDE // 2)) for each in samples])
-    _write(folder / SHEET, encoded(sheet, ".png"))
+    _write(folder / PAGE_FILE, preview_page(heading, samples).encode("utf-8"))
+    sheet = sheet_of_samples(
+        [(each.style.name, reduced(each.picture, MAX_DRAWN_SIDE_PX // 2)) for each in samples]
+    )
+    _write(folder / SHEET_FILE, encoded(sheet, ".png"))
 
 
 def _write(path: Path, content: bytes) -> None:

@@ -18,9 +18,9 @@ from vidstyle.gpu.compile.es import COMPONENTS
 from vidstyle.style import Style, set_values
 from vidstyle.style.panel import panel
 
-POSITIONS = 5
+SLIDER_POSITIONS = 5
 """Positions of a slider that are tried where the numbers do not follow it linearly."""
-INTEGERS = ("bool", "int", "ivec2")
+INTEGER_TYPES = ("bool", "int", "ivec2")
 MakePlan = Callable[[Style], dict[str, Any]]
 ValuesAt = Callable[[object], list[float] | None]
 """The values of the plan with another value of a control; None if its passes are others."""
@@ -101,7 +101,7 @@ def _of_control(control: dict[str, Any], base: dict[str, Any], values_at: Values
     if all(number in found for number in at) and _is_linear(at, [found[number] for number in at]):
         return _described([low, high], [found[low], found[high]], base)
     whole = round if control["whole"] else float
-    evenly = {whole(float(number)) for number in np.linspace(low, high, POSITIONS)}
+    evenly = {whole(float(number)) for number in np.linspace(low, high, SLIDER_POSITIONS)}
     return _of_positions(sorted(evenly | {control["value"]}), control["value"], base, values_at)
 
 
@@ -166,7 +166,7 @@ def _integers(base: dict[str, Any]) -> Iterator[int]:
     for each in base["passes"]:
         for _, kind, count in each["uniforms"]:
             length = COMPONENTS[kind] * max(count, 1)
-            yield from range(index, index + length) if kind in INTEGERS else ()
+            yield from range(index, index + length) if kind in INTEGER_TYPES else ()
             index += length
 
 

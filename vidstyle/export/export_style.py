@@ -9,8 +9,8 @@ from vidstyle.errors import InputError, UsageError
 from vidstyle.media.write.atomic import atomic_file
 from vidstyle.style import Style, style_from_table, style_text, table_from_style
 
-ENDINGS = (".html", ".hook", ".toml")
-ASPECT = 16 / 9
+EXPORT_SUFFIXES = (".html", ".hook", ".toml")
+DEFAULT_ASPECT = 16 / 9
 """Of the pictures that a hook is made for, unless a film or a size says otherwise."""
 
 
@@ -41,8 +41,8 @@ def export_style(
         OutputError: the target cannot be written.
     """
     ending = target.suffix.lower()
-    if ending not in ENDINGS:
-        raise UsageError(target, "is no kind of export", f"end its name in {', '.join(ENDINGS)}")
+    if ending not in EXPORT_SUFFIXES:
+        raise UsageError(target, "is no kind of export", f"end its name in {', '.join(EXPORT_SUFFIXES)}")
     if ending != ".hook" and (film or size):
         raise UsageError("--from and --size", "belong to OUT.hook", "leave them out")
     if ending != ".html" or not style.name:
@@ -78,7 +78,7 @@ def _hook(style: Style, film: Path | None, size: tuple[int, int] | None) -> str:
         height, width = frames[0].shape[:2]
     else:
         height = round(style.height or 720)
-        width, height = size or (round(height * ASPECT), height)
+        width, height = size or (round(height * DEFAULT_ASPECT), height)
     plan = es_plan(style, width, height, depth=0)
     powers = growing(plan, lambda other: es_plan(other, width, height, depth=0), style)
     shown = frames or [usual_picture(width // 4, height // 4)]

@@ -21,7 +21,7 @@ from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import ReadOptions, open_reader, open_source
 from vidstyle.style import Style
 
-FRAMES = 8
+MEASURED_FRAMES = 8
 """Frames of a film that are measured."""
 
 
@@ -48,13 +48,13 @@ def freeze_colors(plan: dict[str, Any], pictures: Iterable[np.ndarray]) -> None:
 
 
 def frames_of(film: Path) -> Iterator[np.ndarray]:
-    """Frames from all of a film, H x W x 3 uint8: the middles of `FRAMES` parts of equal length.
+    """Frames from all of a film, H x W x 3 uint8: the middles of `MEASURED_FRAMES` parts of equal length.
 
     Raises:
         InputError: it cannot be read.
     """
     with closing(open_source(film, ReadOptions())) as opened:
-        parts = FRAMES if opened.duration and opened.frames != 1 else 1
+        parts = MEASURED_FRAMES if opened.duration and opened.frames != 1 else 1
         length = opened.duration or Fraction(0)
     for part in range(parts):
         start = length * (2 * part + 1) / (2 * parts) if parts > 1 else None

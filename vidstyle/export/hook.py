@@ -21,10 +21,10 @@ from vidstyle.export.adjust import is_same
 from vidstyle.gpu.compile.es import COMPONENTS
 from vidstyle.style import Style
 
-STEP = 1.02
+HEIGHT_PROBE_FACTOR = 1.02
 """By how much the height of a style is moved to see what follows it: little, so that its passes stay."""
 
-FRAME_TIME = 40
+FRAME_MS = 40
 """Of a frame, in milliseconds. libplacebo tells no time, but how many passes of hooks there were."""
 
 Factors = list[tuple[float, int]]
@@ -32,13 +32,13 @@ Factors = list[tuple[float, int]]
 Frozen = Mapping[str, tuple[float, ...]]
 """The percentiles of each measured step, by its name in a plan."""
 
-_UNIFORM = re.compile(r"^uniform (?P<type>\w+) (?P<names>[^;]+);$")
-_STORE = re.compile(r"^void store_(?P<number>\d+)\(ivec2 place, vec4 value\)")
-_CALL = re.compile(r"value_(?P<number>\d+) = (?:clamp\()?(?P<function>\w+)\(")
-_MEASURED = re.compile(r"texelFetch\((?P<name>measured_\d+), ivec2\(0\), 0\)")
+_UNIFORM_LINE = re.compile(r"^uniform (?P<type>\w+) (?P<names>[^;]+);$")
+_STORE_FUNCTION = re.compile(r"^void store_(?P<number>\d+)\(ivec2 place, vec4 value\)")
+_VALUE_CALL = re.compile(r"value_(?P<number>\d+) = (?:clamp\()?(?P<function>\w+)\(")
+_MEASURED_FETCH = re.compile(r"texelFetch\((?P<name>measured_\d+), ivec2\(0\), 0\)")
 _TAIL = "// One pixel for each fragment."
 
-_HEAD = """\
+_HOOK_HEAD = """\
 // {name}: a style of vidstyle {version}, made for pictures of {width} x {height}.
 // {note}
 //
@@ -60,11 +60,13 @@ def growing(plan: dict[str, Any], make: Callable[[Style], dict[str, Any]], style
     """
     if style.height is None:
         return [0] * len(plan["values"])
-    other = make(replace(style, height=style.height * STEP))
+    other = make(replace(style, height=style.height * HEIGHT_PROBE_FACTOR))
     if not is_same(other, plan):
         return [0] * len(plan["values"])
     now, then = (np.array(each["values"], float) for each in (plan, other))
-    grows, shrinks = (np.isclose(then * STEP**power, now, rtol=1e-4, atol=0) for power in (1, -1))
+    grows, shrinks = (
+        np.isclose(then * HEIGHT_PROBE_FACTOR**power, now, rtol=1e-4, atol=0) for power in (1, -1)
+    )
     changed = ~np.isclose(then, now, rtol=1e-6, atol=0)
     return [int(number) for number in np.where(changed & grows, 1, np.where(changed & shrinks, -1, 0))]
 
@@ -90,7 +92,7 @@ def _head(style: Style, plan: dict[str, Any], measured_from: str) -> str:
     if "steady" in plan["server"]:
         left.append("// Left out: steadying over time.")
     width, height = plan["size"]
-    return _HEAD.format(
+    return _HOOK_HEAD.format(
         name=style.name,
         version=vidstyle.__version__,
         width=width,
@@ -188,7 +190,7 @@ class _Source:
         self._plan, self._pass, self._values, self._frozen = plan, each, values, frozen
         self._lengths = lengths
         text = plan["shaders"][each["shader"]]
-        self._functions = {match["number"]: match["function"] for match in _CALL.finditer(text)}
+        self._functions = {match["number"]: match["function"] for match in _VALUE_CALL.finditer(text)}
         self._body = text[: text.index("#if __VERSION__ < 430")].splitlines()
         self._factors, self._frame = factors, frame
 
@@ -222,13 +224,13 @@ class _Source:
         for line in self._body:
             if line.startswith(("#version", "precision ", "layout(location")):
                 continue
-            if match := _STORE.match(line):
+            if match := _STORE_FUNCTION.match(line):
                 body = "vidstyle_result = value; " if int(match["number"]) == target else ""
                 line = f"{match[0]} {{ {body}}}"
-            elif match := _UNIFORM.match(line):
+            elif match := _UNIFORM_LINE.match(line):
                 yield from self._declared(match["type"], match["names"])
                 continue
-            line = _MEASURED.sub(lambda found: self._measured(found["name"]), line)
+            line = _MEASURED_FETCH.sub(lambda found: self._measured(found["name"]), line)
             # It reads one component, and luma has two here.
             line = line.replace("#ifdef GL_ARB_texture_gather", "#if 0")
             yield line.replace("sampler2DArray", "sampler3D")
@@ -240,7 +242,7 @@ class _Source:
             yield "const bool halved = true;"
         elif names == "moment":
             # A macro would take the place of parameters of this name, too.
-            yield f"uint moment = uint{self._frame} * {FRAME_TIME}u;"
+            yield f"uint moment = uint{self._frame} * {FRAME_MS}u;"
         elif names.startswith("origin,"):
             yield "const ivec2 origin = ivec2(0), stride = ivec2(1);"
         elif names.endswith("_last"):

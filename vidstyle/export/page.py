@@ -18,7 +18,7 @@ from vidstyle.gpu.compile.es import es_plan
 from vidstyle.style import Style, set_values
 from vidstyle.style.panel import panel
 
-SIDES = (720, 360, 1080)
+WORKING_SIDES_PX = (720, 360, 1080)
 """Lengths of the shorter side at which a page works; first the usual one."""
 
 
@@ -45,14 +45,14 @@ def page_of_style(style: Style) -> str:
 
 
 def page_data(style: Style) -> dict[str, Any]:
-    """The plans of a style for each of `SIDES`, its controls, and how the plans' values follow them.
+    """The plans of a style for each of `WORKING_SIDES_PX`, its controls, and how the plans' values follow them.
 
     Texts of shaders and textures are held once for all plans.
     """
     style = with_tints(style)
     controls = main_controls(style)
     plans: list[dict[str, Any]] = []
-    for side in SIDES:
+    for side in WORKING_SIDES_PX:
         plan = es_plan(style, _width(side), side)
         alike = next((other for other in plans if is_alike(plan, other["plan"])), None)
         plans.append({"side": side, "plan": plan, "tables": _tables(style, plan, controls, alike)})

@@ -27,9 +27,9 @@ from vidstyle.style import Style
 MAX_SIDE = 960
 """The longest side of the picture in pixels: styles take seconds at this size."""
 
-_SUFFIXES = (".html", ".png", ".jpg")
+_PREVIEW_SUFFIXES = (".html", ".png", ".jpg")
 
-_FIGURE = Template("""\
+_FIGURE_TEMPLATE = Template("""\
 <figure>
 <button type="button" aria-label="Enlarge $name"><img src="$picture" alt="$name" width="$width"
  height="$height"></button>
@@ -66,8 +66,8 @@ def write_preview(
     """
     target = Path(target)
     suffix = target.suffix.lower()
-    if suffix not in _SUFFIXES:
-        raise UsageError(target, "cannot be a preview", f"end its name in {' or '.join(_SUFFIXES)}")
+    if suffix not in _PREVIEW_SUFFIXES:
+        raise UsageError(target, "cannot be a preview", f"end its name in {' or '.join(_PREVIEW_SUFFIXES)}")
     count = len(styles) - 1
     name = "standard input" if str(source) == "-" else Path(source).name
     heading = f"{name} in {count} style{'s' * (count != 1)}"
@@ -95,7 +95,7 @@ def preview_page(heading: str, samples: Sequence[StyleSample]) -> str:
 
 def _figure(sample: StyleSample) -> str:
     height, width = sample.picture.shape[:2]
-    return _FIGURE.substitute(
+    return _FIGURE_TEMPLATE.substitute(
         name=escape(sample.style.name),
         note=_to_html(sample.style.note),
         picture=f"data:image/jpeg;base64,{b64encode(encoded(sample.picture, '.jpg')).decode('ascii')}",

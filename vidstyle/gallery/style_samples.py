@@ -17,14 +17,14 @@ from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.style import Step, Style
 from vidstyle.style.wiring import wiring_of
 
-LABEL, GAP = 24, 4
+LABEL_HEIGHT_PX, BORDER_PX = 24, 4
 """Height of the label above a picture, and width of the border on its other sides, in pixels."""
 SHEET_ASPECT = 16 / 10
 """The aspect ratio that the layout of a sheet approximates."""
 MAX_SHEET_SIDE = 480
 """The longest side of one picture on a sheet of samples, in pixels."""
 
-_PARAMETERS = {
+_ENCODER_PARAMETERS = {
     ".png": [],
     # Subsampled chroma would wash out coloured dots and strokes.
     ".jpg": [
@@ -68,8 +68,10 @@ def restyled(picture: np.ndarray, style: Style) -> np.ndarray:
 
 def labelled(picture: np.ndarray, name: str) -> np.ndarray:
     """The picture, H x W x 3 uint8, in a white frame with its name above."""
-    framed = cv2.copyMakeBorder(picture, LABEL, GAP, GAP, GAP, cv2.BORDER_CONSTANT, value=(255, 255, 255))
-    at = (GAP, LABEL - 8)
+    framed = cv2.copyMakeBorder(
+        picture, LABEL_HEIGHT_PX, BORDER_PX, BORDER_PX, BORDER_PX, cv2.BORDER_CONSTANT, value=(255, 255, 255)
+    )
+    at = (BORDER_PX, LABEL_HEIGHT_PX - 8)
     return cv2.putText(framed, name, at, cv2.FONT_HERSHEY_SIMPLEX, 0.45, (0, 0, 0), 1, cv2.LINE_AA)
 
 
@@ -86,7 +88,7 @@ def sheet_of_samples(named: Sequence[tuple[str, np.ndarray]]) -> np.ndarray:
     height, width = named[0][1].shape[:2]
     factor = min(1, MAX_SHEET_SIDE / max(height, width))
     size = max(1, round(width * factor)), max(1, round(height * factor))
-    columns = round((len(named) * SHEET_ASPECT * (size[1] + LABEL) / size[0]) ** 0.5)
+    columns = round((len(named) * SHEET_ASPECT * (size[1] + LABEL_HEIGHT_PX) / size[0]) ** 0.5)
     return sheet_of(
         (labelled(cv2.resize(each, size, interpolation=cv2.INTER_AREA), name) for name, each in named),
         min(max(1, columns), len(named)),
@@ -95,6 +97,6 @@ def sheet_of_samples(named: Sequence[tuple[str, np.ndarray]]) -> np.ndarray:
 
 def encoded(picture: np.ndarray, suffix: str) -> bytes:
     """A picture, H x W x 3 uint8 RGB, as the content of a .png or .jpg file."""
-    done, content = cv2.imencode(suffix, picture[..., ::-1], _PARAMETERS[suffix])
+    done, content = cv2.imencode(suffix, picture[..., ::-1], _ENCODER_PARAMETERS[suffix])
     assert done, suffix
     return content.tobytes()

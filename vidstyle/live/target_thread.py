@@ -236,7 +236,7 @@ class ConstantRateTarget(TargetThread):
             self.repeated += 1
 
 
-TOLERANCE = 0.75
+EARLY_TOLERANCE = 0.75
 """Share of a frame's duration by which it may miss its slot, so that jitter drops and repeats nothing."""
 MAX_GAP = 1.0
 """Seconds without a write after which the reader itself has stood still; slots go on from there."""
@@ -264,14 +264,14 @@ class FramePacer:
         if self._start is None or now - self._time(next_slot) > MAX_GAP:
             self._start = now - next_slot / self._rate
         position = (now - self._start) * self._rate
-        if position < next_slot - TOLERANCE:
+        if position < next_slot - EARLY_TOLERANCE:
             return None
         self.last = max(next_slot, floor(position))
         return self.last
 
     def timeout(self, now: float) -> float | None:
         """Seconds until the last frame must be repeated, or None before the first."""
-        return None if self._start is None else max(0.0, self._time(self.last + 1 + TOLERANCE) - now)
+        return None if self._start is None else max(0.0, self._time(self.last + 1 + EARLY_TOLERANCE) - now)
 
     def _time(self, slot: float) -> float:
         assert self._start is not None

@@ -27,8 +27,8 @@ from vidstyle.media.write.containers import kind_of
 from vidstyle.media.write.images import is_numbered
 from vidstyle.media.write.writer import WriteOptions, open_writer
 
-TIME_BASE = Fraction(1, 90000)
-FILE_CAPACITY = 8
+TIME_BASE_SECONDS = Fraction(1, 90000)
+FILE_QUEUE_FRAMES = 8
 """Frames that may wait for a disk or an encoder that pauses."""
 
 TargetMaker = Callable[[TargetContext], Target]
@@ -99,7 +99,9 @@ def _pieces(playlist: Path) -> list[Path]:
 def file_target(path: str | Path, context: TargetContext, options: WriteOptions) -> TargetThread:
     """A video file, in which every frame has the time of its capture; raises as `FileSink`."""
     options = replace(options, new_sound=context.sound)
-    return TargetThread(str(path), lambda: FileSink(path, context, options), context, capacity=FILE_CAPACITY)
+    return TargetThread(
+        str(path), lambda: FileSink(path, context, options), context, capacity=FILE_QUEUE_FRAMES
+    )
 
 
 def _stream_maker(
@@ -156,17 +158,17 @@ class FileSink:
         """Raises VidstyleError if the file exists, or cannot be written."""
         (height, width), encoding = context.first.picture.shape, context.first.picture.encoding
         tags = default_tags(encoding, height)
-        info = VideoInfo(width, height, encoding, tags, TIME_BASE, context.rate, still=still)
+        info = VideoInfo(width, height, encoding, tags, TIME_BASE_SECONDS, context.rate, still=still)
         self._writer = open_writer(target, info, options)
         self._start: float | None = None
-        self._duration = round(1 / (context.rate * TIME_BASE))
+        self._duration = round(1 / (context.rate * TIME_BASE_SECONDS))
         self._convert(context.first)  # so that frames do not wait for what is compiled or allocated only once
 
     def write(self, frame: LiveFrame, number: int) -> None:
         """See Sink; the frame's own time counts instead of its number."""
         self._start = frame.captured if self._start is None else self._start
-        pts = round((frame.captured - self._start) / TIME_BASE)
-        self._writer.write(Frame(self._convert(frame), pts, TIME_BASE, self._duration))
+        pts = round((frame.captured - self._start) / TIME_BASE_SECONDS)
+        self._writer.write(Frame(self._convert(frame), pts, TIME_BASE_SECONDS, self._duration))
 
     def push_audio(self, chunk: AudioChunk) -> None:
         """See Sink; sound before the first frame is left out."""

@@ -15,7 +15,7 @@ from typing import Protocol
 import numpy as np
 
 from vidstyle.core.convert import to_rgb
-from vidstyle.demo.drawing import HEIGHT, RATE, SECONDS, WIDTH, film_picture
+from vidstyle.demo.drawing import FILM_HEIGHT_PX, FILM_RATE, FILM_SECONDS, FILM_WIDTH_PX, film_picture
 from vidstyle.errors import InputError
 from vidstyle.media.capture.sources import SourceOptions, is_file_name, live_source
 from vidstyle.media.read.headers import has_picture_ending
@@ -192,7 +192,7 @@ class DemoClip:
     """The film of `vidstyle demo`, drawn frame by frame; see `Clip`."""
 
     name, source, live = "demo", "film.mp4", False
-    count, fps, size = SECONDS * RATE, float(RATE), (WIDTH, HEIGHT)
+    count, fps, size = FILM_SECONDS * FILM_RATE, float(FILM_RATE), (FILM_WIDTH_PX, FILM_HEIGHT_PX)
 
     def __init__(self) -> None:
         self._draw = lru_cache(self.count)(_drawn)
@@ -218,7 +218,7 @@ class DemoClip:
 
 
 def _drawn(number: int) -> np.ndarray:
-    picture = film_picture(number / RATE)
+    picture = film_picture(number / FILM_RATE)
     picture.flags.writeable = False
     return picture
 

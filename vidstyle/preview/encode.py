@@ -9,7 +9,7 @@ import numpy as np
 
 PictureFormat = Literal["png", "jpeg"]
 
-_OPTIONS: dict[PictureFormat, tuple[str, list[int]]] = {
+_ENCODER_OPTIONS: dict[PictureFormat, tuple[str, list[int]]] = {
     "png": (".png", [cv2.IMWRITE_PNG_COMPRESSION, 0]),  # it is not sent far: time counts, not bytes
     "jpeg": (
         ".jpg",
@@ -24,7 +24,7 @@ _OPTIONS: dict[PictureFormat, tuple[str, list[int]]] = {
 
 def encode(picture: np.ndarray, format: PictureFormat) -> bytes:
     """An H x W x 3 uint8 RGB picture as a PNG, which is exact, or a JPEG, which is small."""
-    suffix, options = _OPTIONS[format]
+    suffix, options = _ENCODER_OPTIONS[format]
     done, content = cv2.imencode(suffix, picture[..., ::-1], options)
     assert done
     return content.tobytes()

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from vidstyle.errors import OutputError, UsageError
 
-_NAME = re.compile(r"\w[\w .()+-]{0,98}")
-_RESERVED = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
+_VALID_NAME = re.compile(r"\w[\w .()+-]{0,98}")
+_RESERVED_NAME = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
 """Names that are devices on Windows."""
 
 
@@ -33,7 +33,12 @@ def checked_name(name: str, ending: str = "") -> str:
     """A file name that a page has given, with its ending; arguments and errors as for `checked_path`."""
     if ending and not name.lower().endswith(ending):
         name += ending
-    if not _NAME.fullmatch(name) or name.endswith((" ", ".")) or ".." in name or _RESERVED.fullmatch(name):
+    if (
+        not _VALID_NAME.fullmatch(name)
+        or name.endswith((" ", "."))
+        or ".." in name
+        or _RESERVED_NAME.fullmatch(name)
+    ):
         raise UsageError(name, "is not a file name", "use letters, digits, spaces and - . _ ( ) +")
     if not ending and not Path(name).suffix:
         raise UsageError(name, "has no ending", "end it in .mp4, .png or another that render takes")

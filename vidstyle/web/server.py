@@ -18,7 +18,7 @@ from typing import Any, Protocol, TypeVar
 
 from aiohttp import WSCloseCode, web
 
-SHARED = Path(__file__).with_name("static")
+SHARED_FOLDER = Path(__file__).with_name("static")
 """Modules that every page may import."""
 THIS_MACHINE, ANY_ADDRESS = "127.0.0.1", "0.0.0.0"
 """The address that only this machine reaches, and that which stands for all addresses of this machine."""
@@ -40,7 +40,7 @@ class SocketViewer(Protocol):
 
 Viewing = TypeVar("Viewing", bound=SocketViewer)
 
-POLICY = (
+CONTENT_POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
@@ -85,7 +85,7 @@ class WebServer:
         Args:
             name: of the thread.
             handlers: by path.
-            static: files, and folders whose files, are served by their names, as are those of `SHARED`.
+            static: files, and folders whose files, are served by their names, as are those of `SHARED_FOLDER`.
             index: the one of them that is served as "/".
             port: 0 chooses a free one.
             address: IPv4 address of this machine in its network, where it listens; `ANY_ADDRESS` for all;
@@ -100,7 +100,11 @@ class WebServer:
         self._loop = asyncio.new_event_loop()
         app = web.Application(middlewares=[self._guard])
         app.on_response_prepare.append(self._add_headers)
-        found = [file for path in (SHARED, *static) for file in (path.iterdir() if path.is_dir() else [path])]
+        found = [
+            file
+            for path in (SHARED_FOLDER, *static)
+            for file in (path.iterdir() if path.is_dir() else [path])
+        ]
         files = {"/" if file.name == index else f"/{file.name}": partial(_send, file) for file in found}
         for path, handler in (files | dict(handlers)).items():
             app.router.add_get(path, handler, allow_head=False)
@@ -205,7 +209,7 @@ class WebServer:
         del response.headers["Server"]
         # Not every browser lets 'self' stand for WebSockets too.
         sockets = " ".join(f"ws://{host}" for host in own_hosts(request))
-        policy = f"{POLICY}; connect-src 'self' {sockets}"
+        policy = f"{CONTENT_POLICY}; connect-src 'self' {sockets}"
         response.headers.update(SECURITY_HEADERS | {"Content-Security-Policy": policy})
 
     def _run(self) -> None:

@@ -15,9 +15,9 @@ from vidstyle.design.document.history import History
 from vidstyle.errors import StyleError, UsageError
 from vidstyle.style import LAYERS, Style, style_from_table
 
-SLOTS = ("a", "b")
+SNAPSHOT_SLOTS = ("a", "b")
 """Snapshots: contents that are kept aside for comparison."""
-_PLACE = re.compile(rf"({'|'.join(LAYERS)}) step (\d+)(?: \(\w+\))?: ")
+_STEP_PREFIX = re.compile(rf"({'|'.join(LAYERS)}) step (\d+)(?: \(\w+\))?: ")
 
 
 @dataclass(frozen=True)
@@ -158,7 +158,7 @@ class Document:
             self.mistakes = list(map(self._mistake, error.mistakes))
 
     def _mistake(self, text: str) -> Mistake:
-        found = _PLACE.match(text)
+        found = _STEP_PREFIX.match(text)
         if not found:
             return Mistake(text, None)
         step = self.content.layers[found[1]][int(found[2]) - 1]
@@ -166,6 +166,6 @@ class Document:
 
 
 def _known_slot(slot: str) -> str:
-    if slot not in SLOTS:
-        raise UsageError(slot, "is not a snapshot", f"there are {' and '.join(SLOTS)}")
+    if slot not in SNAPSHOT_SLOTS:
+        raise UsageError(slot, "is not a snapshot", f"there are {' and '.join(SNAPSHOT_SLOTS)}")
     return slot

@@ -13,7 +13,7 @@ from vidstyle.style.model import Step
 if TYPE_CHECKING:
     from vidstyle.design.document.content import Content, PlacedStep
 
-SIZE = (64, 48)
+COMPARED_SIZE = (64, 48)
 """Width and height of the pictures for which plans are compared."""
 
 
@@ -70,6 +70,6 @@ def _table(step: Step) -> dict[str, Any]:
 def _plan(style: Style) -> dict[str, Any]:
     from vidstyle.gpu.compile.es import es_plan
 
-    plan = es_plan(style, *SIZE)
+    plan = es_plan(style, *COMPARED_SIZE)
     measures = [{**each, "step": ""} for each in plan["measures"]]
     return {**plan, "measures": measures}

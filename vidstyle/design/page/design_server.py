@@ -13,19 +13,19 @@ from aiohttp import web
 import vidstyle.web
 from vidstyle.blocks import all_blocks
 from vidstyle.design.designer import Designer
-from vidstyle.design.page.design_page import DesignPage
 from vidstyle.design.page.jobs import Jobs
+from vidstyle.design.page.page_connection import PageConnection
 from vidstyle.design.restyling import Restyler, StepPictures
 from vidstyle.design.samples import block_sample, style_sample
 from vidstyle.errors import InputError, OutputError, StyleError
-from vidstyle.export import RUNNER
+from vidstyle.export import RUNNER_FOLDER
 from vidstyle.preview.clip import Clip
 from vidstyle.preview.encode import encode
 from vidstyle.style import load_style, style_names
 
-STATIC = Path(__file__).parent.with_name("static")
+STATIC_FOLDER = Path(__file__).parent.with_name("static")
 MAX_PAGES = 3
-STEP_SIDE = 120
+STEP_THUMBNAIL_PX = 120
 """Shorter side of the small pictures of steps."""
 SETTLED_SECONDS = 0.12
 """After so long without an edit the pictures of steps are made anew."""
@@ -52,7 +52,7 @@ class DesignServer:
             OutputError: the port is taken or needs privileges.
         """
         self.designer = designer
-        self.pages: list[DesignPage] = []
+        self.pages: list[PageConnection] = []
         self.restyler, self.jobs = Restyler(device), Jobs(self)
         self._steps = StepPictures()
         self._work = ThreadPoolExecutor(1, "vidstyle design")
@@ -68,7 +68,7 @@ class DesignServer:
         }
         try:
             self._server = vidstyle.web.WebServer(
-                "vidstyle designer", handlers, [STATIC, RUNNER], "index.html", port
+                "vidstyle designer", handlers, [STATIC_FOLDER, RUNNER_FOLDER], "index.html", port
             )
         except OSError as error:
             reason = error.strerror or str(error)
@@ -167,7 +167,7 @@ class DesignServer:
             return
         clip = self.designer.clip
         try:
-            made = await self.picture(lambda: self._steps.of(style, clip.frame(number, STEP_SIDE)))
+            made = await self.picture(lambda: self._steps.of(style, clip.frame(number, STEP_THUMBNAIL_PX)))
         except (StyleError, InputError):  # is told where the whole picture is made
             return
         for (layer, place), picture in made.items():
@@ -194,7 +194,7 @@ class DesignServer:
         return handler
 
     async def _serve_socket(self, request: web.Request) -> web.StreamResponse:
-        return await self._server.serve(request, DesignPage(self), self.pages, MAX_PAGES)
+        return await self._server.serve(request, PageConnection(self), self.pages, MAX_PAGES)
 
 
 def clip_message(clip: Clip) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from vidstyle.errors import VidstyleError
 from vidstyle.preview.encode import encode
 
 if TYPE_CHECKING:
-    from vidstyle.design.page.design_page import DesignPage
+    from vidstyle.design.page.page_connection import PageConnection
 
 SOURCE, STYLED = 1, 2
 """Kinds of pictures."""
@@ -27,7 +27,7 @@ class FrameSender:
         number: of the frame that is shown.
     """
 
-    def __init__(self, page: DesignPage) -> None:
+    def __init__(self, page: PageConnection) -> None:
         self._page = page
         self.number = 0
         self._playing: asyncio.Task[None] | None = None

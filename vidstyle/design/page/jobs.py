@@ -13,13 +13,13 @@ from vidstyle.preview.encode import encode
 from vidstyle.preview.places import checked_path, refuse_existing
 
 if TYPE_CHECKING:
-    from vidstyle.design.page.design_page import DesignPage
     from vidstyle.design.page.design_server import DesignServer
+    from vidstyle.design.page.page_connection import PageConnection
     from vidstyle.pipeline.progress import Progress
 
 STEADIED = 6
 """Kind of the pictures of a steadied second."""
-STEADY_SIDE = 270
+MAX_STEADY_SIDE_PX = 270
 """Shorter side of these pictures."""
 
 
@@ -74,7 +74,7 @@ class Jobs:
         told_last = {"done": summary.frames, "total": summary.frames, "text": text, "finished": True}
         await self._tell({"kind": "render", "file": path.name} | told_last)
 
-    async def steady(self, page: DesignPage) -> None:
+    async def steady(self, page: PageConnection) -> None:
         """Send a page a second of the clip with the steadying of the style.
 
         Raises:
@@ -82,7 +82,7 @@ class Jobs:
         """
         style = self._server.designer.opened.valid_style()
         stop, clip = self._begin(), self._server.designer.clip
-        made = steadied(style, clip, page.number, min(page.side, STEADY_SIDE), stop.is_set)
+        made = steadied(style, clip, page.number, min(page.side, MAX_STEADY_SIDE_PX), stop.is_set)
         try:
             revision = self._server.designer.opened.revision
             done = 0

@@ -7,7 +7,7 @@ from collections.abc import Awaitable, Callable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from vidstyle.design.page.kinds import EDIT_FIELDS
+from vidstyle.design.page.message_fields import EDIT_FIELDS
 from vidstyle.design.page.uploads import FileUpload
 from vidstyle.design.restyling import exact
 from vidstyle.errors import StyleError, UsageError
@@ -16,18 +16,18 @@ from vidstyle.style import load_style, style_names
 from vidstyle.web.messages import MessageError
 
 if TYPE_CHECKING:
-    from vidstyle.design.page.design_page import DesignPage
+    from vidstyle.design.page.page_connection import PageConnection
 
 Values = dict[str, Any]
-Action = Callable[["DesignPage", int, Values], Awaitable[None]]
-START_SIDE = 160
+Action = Callable[["PageConnection", int, Values], Awaitable[None]]
+STYLE_PREVIEW_PX = 160
 """Shorter side of the pictures on the start screen."""
 
 
-def _changing(function: Callable[[DesignPage, Values], Values | None]) -> Action:
+def _changing(function: Callable[[PageConnection, Values], Values | None]) -> Action:
     """An action that changes the document: all pages are told before it is answered."""
 
-    async def action(page: DesignPage, id: int, fields: Values) -> None:
+    async def action(page: PageConnection, id: int, fields: Values) -> None:
         async def work() -> Values | None:
             before = page.server.designer.document
             revision = before.revision if before else None
@@ -42,10 +42,12 @@ def _changing(function: Callable[[DesignPage, Values], Values | None]) -> Action
     return action
 
 
-def _asking(work: Callable[[DesignPage, Values], Awaitable[Values | None]], beside: bool = False) -> Action:
+def _asking(
+    work: Callable[[PageConnection, Values], Awaitable[Values | None]], beside: bool = False
+) -> Action:
     """An action that changes no document; `beside`: further messages do not wait for it."""
 
-    async def action(page: DesignPage, id: int, fields: Values) -> None:
+    async def action(page: PageConnection, id: int, fields: Values) -> None:
         if not beside:
             await page.answer(id, partial(work, page, fields))
         elif page.is_busy:
@@ -57,7 +59,7 @@ def _asking(work: Callable[[DesignPage, Values], Awaitable[Values | None]], besi
 
 
 def _edit(kind: str) -> Action:
-    def function(page: DesignPage, fields: Values) -> Values | None:
+    def function(page: PageConnection, fields: Values) -> Values | None:
         # Two pages, or one that was loaded anew, may count gestures alike.
         fields["gesture"] = (id(page), fields["gesture"])
         step = page.server.designer.opened.edit(kind, **fields)
@@ -69,7 +71,7 @@ def _edit(kind: str) -> Action:
 def _document(name: str) -> Action:
     """A method of the document."""
 
-    def function(page: DesignPage, fields: Values) -> None:
+    def function(page: PageConnection, fields: Values) -> None:
         getattr(page.server.designer.opened, name)(**fields)
 
     return _changing(function)
@@ -78,7 +80,7 @@ def _document(name: str) -> Action:
 def _designer(name: str) -> Action:
     """A method of the designer."""
 
-    def function(page: DesignPage, fields: Values) -> None:
+    def function(page: PageConnection, fields: Values) -> None:
         getattr(page.server.designer, name)(**fields)
 
     return _changing(function)
@@ -88,11 +90,11 @@ async def _refused() -> Values:
     raise UsageError("the designer", "is at work", "wait for its answers")
 
 
-async def _command(page: DesignPage, fields: Values) -> Values:
+async def _command(page: PageConnection, fields: Values) -> Values:
     return {"text": await page.server.run(page.server.designer.command)}
 
 
-async def _watch(page: DesignPage, fields: Values) -> None:
+async def _watch(page: PageConnection, fields: Values) -> None:
     # What a camera shows is asked for by nothing else.
     is_other = fields["side"] != page.side or page.server.designer.clip.live
     page.solo, page.side, page.where = fields["solo"], fields["side"], fields["where"]
@@ -101,14 +103,14 @@ async def _watch(page: DesignPage, fields: Values) -> None:
     await page.show_style()
 
 
-async def _frame(page: DesignPage, fields: Values) -> None:
+async def _frame(page: PageConnection, fields: Values) -> None:
     page.frames.stop()
     page.frames.number = min(fields["number"], page.server.designer.clip.count - 1)
     await page.frames.send()
     page.server.refresh_steps()
 
 
-async def _play(page: DesignPage, fields: Values) -> None:
+async def _play(page: PageConnection, fields: Values) -> None:
     last = page.server.designer.clip.count - 1
     first, end = min(fields["from"], last), min(fields["to"], last)
     if not first <= fields["at"] <= end:
@@ -116,13 +118,13 @@ async def _play(page: DesignPage, fields: Values) -> None:
     page.frames.play(fields["at"], first, max(first, end), float(fields["fps"]))
 
 
-async def _pause(page: DesignPage, fields: Values) -> None:
+async def _pause(page: PageConnection, fields: Values) -> None:
     page.frames.stop()
     await page.frames.send()
     page.server.refresh_steps()
 
 
-async def _check(page: DesignPage, fields: Values) -> None:
+async def _check(page: PageConnection, fields: Values) -> None:
     style, number, server = page.style, page.number, page.server
     if style is None:
         raise UsageError("the designer", "has no style open", "open one first")
@@ -131,10 +133,10 @@ async def _check(page: DesignPage, fields: Values) -> None:
     await page.send_picture(4, number, server.designer.opened.revision, data)
 
 
-async def _start(page: DesignPage, fields: Values) -> None:
+async def _start(page: PageConnection, fields: Values) -> None:
     """All styles on the user's own picture."""
     server = page.server
-    frame = await server.run(server.designer.clip.frame, page.number, START_SIDE)
+    frame = await server.run(server.designer.clip.frame, page.number, STYLE_PREVIEW_PX)
     for index, name in enumerate(style_names()):
         try:
             style = await server.run(load_style, name)
@@ -144,27 +146,27 @@ async def _start(page: DesignPage, fields: Values) -> None:
         await page.send_picture(5, index, 0, data)
 
 
-async def _thumbnails(page: DesignPage, fields: Values) -> None:
+async def _thumbnails(page: PageConnection, fields: Values) -> None:
     page.server.refresh_steps()
 
 
-async def _export(page: DesignPage, fields: Values) -> Values:
+async def _export(page: PageConnection, fields: Values) -> Values:
     return {"file": await asyncio.to_thread(page.server.designer.export, **fields)}
 
 
-async def _render(page: DesignPage, fields: Values) -> None:
+async def _render(page: PageConnection, fields: Values) -> None:
     await page.server.jobs.render(**fields)
 
 
-async def _steady(page: DesignPage, fields: Values) -> None:
+async def _steady(page: PageConnection, fields: Values) -> None:
     await page.server.jobs.steady(page)
 
 
-async def _cancel(page: DesignPage, fields: Values) -> None:
+async def _cancel(page: PageConnection, fields: Values) -> None:
     page.server.jobs.cancel()
 
 
-async def _upload(page: DesignPage, id: int, fields: Values) -> None:
+async def _upload(page: PageConnection, id: int, fields: Values) -> None:
     if page.upload is not None:
         raise MessageError("upload: a file is on its way")
     upload = FileUpload(page, id, **fields)

@@ -16,15 +16,15 @@ from vidstyle.style.files import read_style_text
 from vidstyle.web.messages import MessageError
 
 if TYPE_CHECKING:
-    from vidstyle.design.page.design_page import DesignPage
+    from vidstyle.design.page.page_connection import PageConnection
 
-_ENDING = re.compile(r"\.\w{1,8}")
+_SAFE_SUFFIX = re.compile(r"\.\w{1,8}")
 
 
 class FileUpload:
     """A file on its way."""
 
-    def __init__(self, page: DesignPage, id: int, name: str, size: int) -> None:
+    def __init__(self, page: PageConnection, id: int, name: str, size: int) -> None:
         """`id`: of the message that announced it; `size`: in bytes."""
         self._page, self._id, self._missing = page, id, size
         self._name = printable(name)
@@ -43,7 +43,7 @@ class FileUpload:
             raise OutputError(self._name, f"does not fit into {folder}", "name it on the command line")
         self._folder = tempfile.TemporaryDirectory(prefix="vidstyle-")
         ending = Path(self._name).suffix
-        path = Path(self._folder.name) / ("dropped" + (ending if _ENDING.fullmatch(ending) else ""))
+        path = Path(self._folder.name) / ("dropped" + (ending if _SAFE_SUFFIX.fullmatch(ending) else ""))
         try:
             self._file = path.open("xb")
         except OSError as error:

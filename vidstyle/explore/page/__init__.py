@@ -9,7 +9,7 @@ from contextlib import closing
 import vidstyle.web  # noqa: F401  # first of all: it says what to install if aiohttp is missing
 from vidstyle.errors import log
 from vidstyle.explore.page.exploration import Exploration
-from vidstyle.explore.page.explore_page import ExplorePage, OpenDesigner
+from vidstyle.explore.page.explore_server import ExploreServer, OpenDesigner
 from vidstyle.preview.clip import open_clip
 
 __all__ = ["explore"]
@@ -39,7 +39,7 @@ def explore(
         OutputError: the port is taken or needs privileges.
     """
     with closing(open_clip(source)) as clip, Exploration(clip, seed) as exploration:
-        with closing(ExplorePage(exploration, port, designer)) as page:
+        with closing(ExploreServer(exploration, port, designer)) as page:
             log.warning("page: %s", page.url)
             if browse is not None:
                 browse(page.one_time_url)

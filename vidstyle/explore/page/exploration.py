@@ -15,9 +15,9 @@ import numpy as np
 from vidstyle.core.closing import Closing
 from vidstyle.errors import UsageError
 from vidstyle.explore.chooser import Chooser, Tile
-from vidstyle.explore.look import SIDE, Look, look_of
+from vidstyle.explore.look import MAX_LOOK_SIDE_PX, Look, look_of
 from vidstyle.explore.phrases import shipped_styles
-from vidstyle.explore.plane import Plane, plane_of
+from vidstyle.explore.tuning_pad import TuningPad, tuning_pad_of
 from vidstyle.explore.workers import Workers
 from vidstyle.gallery.style_samples import restyled, sheet_of
 from vidstyle.preview.clip import Clip
@@ -28,13 +28,13 @@ from vidstyle.style import Style
 NOW, SHOWN, AHEAD, MOVING, LATER = range(5)
 """How urgent work is: what a click waits for; the first picture of a tile; what the likeliest next clicks
 need; the pictures by which tiles move; what other clicks would need."""
-LIKELIEST = 4
+LIKELY_CHOICE_COUNT = 4
 """Number of the likeliest clicks."""
-KEPT_LOOKS = 1000
-MOVING_SECONDS, MOVING_RATE = 3.0, 15.0
+MAX_CACHED_LOOKS = 1000
+EXCERPT_SECONDS, MAX_EXCERPT_RATE = 3.0, 15.0
 """Length of the part of a film that moves in the tiles, and its most frames a second."""
-GRID = 5
-"""Rows and columns of the small pictures behind a plane."""
+PAD_GRID_SIZE = 5
+"""Rows and columns of the small pictures behind a tuning pad."""
 
 
 class Exploration(Closing):
@@ -50,7 +50,7 @@ class Exploration(Closing):
         self.clip = clip
         self._workers = Workers()
         self._looks: OrderedDict[str, Future[Look | None]] = OrderedDict()
-        self._planes: dict[int, Plane | None] = {}
+        self._pads: dict[int, TuningPad | None] = {}
         self._tiles: list[Tile] = []
         self._numbers: dict[int, int] = {}
         self._turn, self._lock = threading.Lock(), threading.RLock()
@@ -58,7 +58,7 @@ class Exploration(Closing):
         self._latest = -1
         self._ahead: list[tuple[str, Future[Look | None]]] = []
         self.move_to(0.4)
-        self._picture = np.ascontiguousarray(clip.frame(self.frames[0], SIDE))
+        self._picture = np.ascontiguousarray(clip.frame(self.frames[0], MAX_LOOK_SIDE_PX))
         self.chooser = Chooser(self._looks_of, shipped_styles(), seed)
 
     def close(self) -> None:
@@ -69,8 +69,8 @@ class Exploration(Closing):
     def move_to(self, part: float) -> None:
         """Let the tiles show what follows this part of the clip, from 0 to 1."""
         fps, count = self.clip.fps, self.clip.count
-        step = max(1, round(fps / MOVING_RATE))
-        length = min(count, max(1, round(MOVING_SECONDS * fps)))
+        step = max(1, round(fps / MAX_EXCERPT_RATE))
+        length = min(count, max(1, round(EXCERPT_SECONDS * fps)))
         first = round(part * (count - length))
         self.frames = range(first, first + length, step)
         self.rate = fps / step
@@ -173,7 +173,7 @@ class Exploration(Closing):
             if future is None or future.cancelled():
                 future = self._workers.submit(urgency, look_of, self._picture, style)
                 self._looks[key] = future
-                if len(self._looks) > KEPT_LOOKS:
+                if len(self._looks) > MAX_CACHED_LOOKS:
                     self._looks.popitem(last=False)
             elif urgency == NOW and not future.done():
                 self._workers.hurry(future, NOW)
@@ -193,7 +193,7 @@ class Exploration(Closing):
                 if self._latest != change:
                     return
                 styles = self.chooser.likely_styles(place)
-                urgency = AHEAD if rank < LIKELIEST else LATER
+                urgency = AHEAD if rank < LIKELY_CHOICE_COUNT else LATER
                 self._ahead += [self._ordered(style, urgency) for style in styles]
 
     def _stop_looking_ahead(self) -> None:
@@ -227,30 +227,30 @@ class Exploration(Closing):
 
     # Fine tuning
 
-    def plane(self, number: int) -> Plane:
-        """The plane of a tile.
+    def pad(self, number: int) -> TuningPad:
+        """The tuning pad of a tile.
 
         Raises:
             UsageError: the style has none.
         """
-        if number not in self._planes:
-            self._planes[number] = plane_of(self.tile(number).style, self._looks_of)
-        plane = self._planes[number]
-        if plane is None:
+        if number not in self._pads:
+            self._pads[number] = tuning_pad_of(self.tile(number).style, self._looks_of)
+        pad = self._pads[number]
+        if pad is None:
             raise UsageError(self.tile(number).style.name, "has no two values that change this picture")
-        return plane
+        return pad
 
-    def plane_picture(self, number: int) -> bytes:
-        """Small pictures of what the plane of a tile holds, as one JPEG."""
-        plane, places = self.plane(number), np.linspace(0, 1, GRID)
-        looks = self._looks_of([plane.style_at(x, 1 - y) for y in places for x in places])
+    def pad_picture(self, number: int) -> bytes:
+        """Small pictures of what the tuning pad of a tile holds, as one JPEG."""
+        pad, places = self.pad(number), np.linspace(0, 1, PAD_GRID_SIZE)
+        looks = self._looks_of([pad.style_at(x, 1 - y) for y in places for x in places])
         pictures = [look.picture if look else np.zeros_like(self.tile(number).look.picture) for look in looks]
         framed = [np.pad(each, ((1, 1), (1, 1), (0, 0))) for each in pictures]
-        return encode(sheet_of(framed, GRID), "jpeg")
+        return encode(sheet_of(framed, PAD_GRID_SIZE), "jpeg")
 
     def tuned(self, number: int, x: float, y: float) -> int:
-        """A new tile: the style at a point of the plane of a tile."""
-        style = self.plane(number).style_at(x, y)
+        """A new tile: the style at a point of the tuning pad of a tile."""
+        style = self.pad(number).style_at(x, y)
         style = replace(style, name=f"{style.name.partition('~')[0]}~tuned{len(self._tiles)}")
         (look,) = self._looks_of([style])
         assert look is not None

@@ -16,8 +16,8 @@ from vidstyle.preview.clip import Clip
 from vidstyle.preview.places import checked_name, checked_path, refuse_existing
 from vidstyle.style import PLAIN, Style, user_styles
 
-KINDS = ("html", "hook", "toml")
-FILM, PICTURE = ".mp4", ".png"
+EXPORT_KINDS = ("html", "hook", "toml")
+FILM_SUFFIX, PICTURE_SUFFIX = ".mp4", ".png"
 
 
 def save(style: Style, name: str, overwrite: bool = False) -> Path:
@@ -42,7 +42,7 @@ def write_export(style: Style, name: str, kind: str) -> Path:
     """Write a style for another program to the working folder.
 
     Args:
-        kind: of `KINDS`.
+        kind: of `EXPORT_KINDS`.
 
     Raises:
         UsageError: the name cannot be used, or the file exists.
@@ -66,7 +66,7 @@ def render_clip(
     source = clip.file()
     if source is None:
         raise UsageError(clip.name, "is a camera", "give a film to render it")
-    target = checked_path(Path.cwd(), name, FILM if clip.count > 1 else PICTURE)
+    target = checked_path(Path.cwd(), name, FILM_SUFFIX if clip.count > 1 else PICTURE_SUFFIX)
     refuse_existing(target, False)
     render(source, target, style, on_progress=watch, stop=stop)
     return target

@@ -13,7 +13,7 @@ from vidstyle.explore.chooser import Tile
 from vidstyle.explore.page.exploration import Exploration
 from vidstyle.web.server import Handler
 
-SIDES = (180, 270, 360, 540, 720, 1080)
+PICTURE_SIDES_PX = (180, 270, 360, 540, 720, 1080)
 """Shorter sides of pictures that the page may ask for."""
 
 
@@ -24,7 +24,7 @@ def picture_handlers(exploration: Exploration) -> dict[str, Handler]:
         "/frame.jpg": pictures.frame,
         "/tile.jpg": pictures.tile,
         "/look.jpg": pictures.look,
-        "/plane.jpg": pictures.plane,
+        "/pad.jpg": pictures.pad,
         "/tuned.jpg": pictures.tuned,
     }
 
@@ -47,14 +47,14 @@ class _Pictures:
         self._tile(request)
         return _jpeg(await asyncio.to_thread(self._exploration.look, _number(request, "tile")))
 
-    async def plane(self, request: web.Request) -> web.StreamResponse:
+    async def pad(self, request: web.Request) -> web.StreamResponse:
         self._tile(request)
-        return _jpeg(await self._or_nothing(self._exploration.plane_picture, _number(request, "tile")))
+        return _jpeg(await self._or_nothing(self._exploration.pad_picture, _number(request, "tile")))
 
     async def tuned(self, request: web.Request) -> web.StreamResponse:
         self._tile(request)
-        plane = await self._or_nothing(self._exploration.plane, _number(request, "tile"))
-        style = plane.style_at(_part(request, "x"), _part(request, "y"))
+        pad = await self._or_nothing(self._exploration.pad, _number(request, "tile"))
+        style = pad.style_at(_part(request, "x"), _part(request, "y"))
         frame = _number(request, "frame", self._exploration.clip.count)
         future = await asyncio.to_thread(self._exploration.styled, style, frame, _side(request))
         return _jpeg(await asyncio.wrap_future(future))
@@ -81,7 +81,7 @@ def _number(request: web.Request, name: str, count: int = 2**31) -> int:
 
 def _side(request: web.Request) -> int:
     side = _number(request, "side")
-    if side not in SIDES:
+    if side not in PICTURE_SIDES_PX:
         raise web.HTTPNotFound
     return side
 

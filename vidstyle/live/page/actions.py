@@ -20,7 +20,7 @@ def _are_values(value: object) -> bool:
     )
 
 
-_KINDS: dict[str, tuple[Callable[..., None] | None, Fields]] = {
+_MESSAGE_KINDS: dict[str, tuple[Callable[..., None] | None, Fields]] = {
     "shown": (None, {"number": is_index}),
     "set": (Controls.set_values, {"values": _are_values}),
     "choose": (Controls.choose, {"style": is_text}),
@@ -31,7 +31,7 @@ _KINDS: dict[str, tuple[Callable[..., None] | None, Fields]] = {
 }
 """What each kind of message but "shown" does, and its fields, which are the arguments."""
 
-FIELDS = {kind: fields for kind, (_, fields) in _KINDS.items()}
+MESSAGE_FIELDS = {kind: fields for kind, (_, fields) in _MESSAGE_KINDS.items()}
 """The fields of each kind of message."""
 
 
@@ -41,6 +41,6 @@ def dispatch(message: dict[str, Any], controls: Controls) -> None:
     Raises:
         VidstyleError: unknown style, variant or parameter, or an invalid value.
     """
-    action, fields = _KINDS[message["do"]]
+    action, fields = _MESSAGE_KINDS[message["do"]]
     assert action is not None
     action(controls, *(message[name] for name in fields))

@@ -25,7 +25,7 @@ from vidstyle.style.panel import panel
 from vidstyle.web import WebServer
 
 MAX_VIEWERS = 4
-STATIC = Path(__file__).with_name("static")
+STATIC_FOLDER = Path(__file__).with_name("static")
 
 
 class PageTarget:
@@ -83,7 +83,7 @@ class PageTarget:
             "/socket": self._serve_socket,
         }
         try:
-            self._server = WebServer("vidstyle page", handlers, [STATIC], "page.html", port, address)
+            self._server = WebServer("vidstyle page", handlers, [STATIC_FOLDER], "page.html", port, address)
         except OSError as error:
             if error.errno == errno.EADDRNOTAVAIL:
                 remedy = "give one with --host, or 0.0.0.0 for all"

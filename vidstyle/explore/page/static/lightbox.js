@@ -182,11 +182,11 @@ export class Lightbox {
     get("axes").replaceChildren();
     point.hidden = true;
     try {
-      const { axes, start } = await this.handlers.ask("plane", { tile: tile.tile });
+      const { axes, start } = await this.handlers.ask("pad", { tile: tile.tile });
       if (this.padTile !== tile) return;
       [this.axes, this.at] = [axes, start];
       const samples = /** @type {HTMLImageElement} */ (get("samples"));
-      samples.src = `plane.jpg?tile=${tile.tile}`;
+      samples.src = `pad.jpg?tile=${tile.tile}`;
       this.#placePoint();
       await samples.decode();
       if (this.padTile === tile) pad.classList.add("ready");

@@ -10,7 +10,7 @@ MAX_STYLE_TEXT = 60_000
 """Characters of a style file that is dropped on the page: less than a message may have."""
 MAX_UPLOAD = 2 << 30
 """Bytes of a film that is dropped on the page."""
-SIDES = (64, 2160)
+PREVIEW_SIDE_RANGE = (64, 2160)
 """Pixels of the shorter side at which the page shows the picture: at least and at most."""
 
 
@@ -45,7 +45,7 @@ def _is_style_text(value: object) -> bool:
 
 
 def _is_side(value: object) -> bool:
-    return is_index(value) and SIDES[0] <= int(str(value)) <= SIDES[1]
+    return is_index(value) and PREVIEW_SIDE_RANGE[0] <= int(str(value)) <= PREVIEW_SIDE_RANGE[1]
 
 
 def _is_rate(value: object) -> bool:
@@ -86,7 +86,7 @@ EDIT_FIELDS: dict[str, Fields] = {
 }
 """The fields of each edit, but for its `gesture`."""
 
-_OTHERS: dict[str, Fields] = {
+_OTHER_FIELDS: dict[str, Fields] = {
     "undo": {},
     "redo": {},
     "jump": {"entry": is_index},
@@ -113,11 +113,11 @@ _OTHERS: dict[str, Fields] = {
     "upload": {"name": is_text, "size": _is_size},
 }
 
-FIELDS: dict[str, Fields] = {
+MESSAGE_FIELDS: dict[str, Fields] = {
     kind: {"id": is_index, **fields}
     for kind, fields in (
         *((kind, {**fields, "gesture": is_index}) for kind, fields in EDIT_FIELDS.items()),
-        *_OTHERS.items(),
+        *_OTHER_FIELDS.items(),
     )
 }
 """All messages: each has an `id`, by which it is answered."""

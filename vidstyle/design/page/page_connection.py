@@ -12,7 +12,7 @@ from aiohttp import web
 
 from vidstyle.design.document.solo import solo
 from vidstyle.design.page.frames import FrameSender
-from vidstyle.design.page.kinds import FIELDS
+from vidstyle.design.page.message_fields import MESSAGE_FIELDS
 from vidstyle.design.page.page_actions import ACTIONS
 from vidstyle.design.page.uploads import FileUpload
 from vidstyle.errors import StyleError, VidstyleError
@@ -29,11 +29,11 @@ MAX_MESSAGES = 400
 """Messages a second; parts of a dropped file are not counted."""
 MAX_TASKS = 8
 """What takes longer is done beside other messages, but no more at once."""
-HEADER = struct.Struct(">B3xIQ")
+PICTURE_HEADER = struct.Struct(">B3xIQ")
 """In front of a picture: what it is, a number, and the revision of the document."""
 
 
-class DesignPage:
+class PageConnection:
     """Serves one WebSocket until it closes.
 
     Attributes:
@@ -99,7 +99,7 @@ class DesignPage:
     async def send_picture(self, kind: int, number: int, revision: int, data: bytes) -> None:
         """Send a picture as PNG or JPEG."""
         try:
-            await self._socket.send_bytes(HEADER.pack(kind, number, revision) + data)
+            await self._socket.send_bytes(PICTURE_HEADER.pack(kind, number, revision) + data)
         except ConnectionError:
             pass
 
@@ -172,7 +172,7 @@ class DesignPage:
             await self.upload.take(data)
             return
         self._limit.count()
-        message = read_message(data, FIELDS)
+        message = read_message(data, MESSAGE_FIELDS)
         kind, id = message.pop("do"), message.pop("id")
         await ACTIONS[kind](self, id, message)
 

@@ -15,15 +15,15 @@ from vidstyle.errors import OutputError, UsageError, VidstyleError
 from vidstyle.explore.chooser import Tile
 from vidstyle.explore.page import outputs
 from vidstyle.explore.page.exploration import Exploration
-from vidstyle.explore.page.explore_messages import ACTIONS, FIELDS
+from vidstyle.explore.page.explore_messages import ACTIONS, MESSAGE_FIELDS
 from vidstyle.explore.page.pictures import picture_handlers
-from vidstyle.export import RUNNER
+from vidstyle.export import RUNNER_FOLDER
 from vidstyle.pipeline.progress import Progress
 from vidstyle.style import Style
 from vidstyle.web.messages import RateLimit, read_message, receive, refuse
 from vidstyle.web.server import WebServer
 
-STATIC = Path(__file__).with_name("static")
+STATIC_FOLDER = Path(__file__).with_name("static")
 MAX_VIEWERS, MAX_MESSAGES, MAX_UNDER_WAY = 4, 250, 40
 """Browsers that show the page; messages of each in a second, and how many may wait for their answers."""
 
@@ -31,7 +31,7 @@ OpenDesigner = Callable[[str | None, Style], str]
 """Opens the designer on a source with a style; returns the page's address."""
 
 
-class ExplorePage:
+class ExploreServer:
     """Serves the page until it is closed.
 
     Attributes:
@@ -56,7 +56,9 @@ class ExplorePage:
         self._failure: BaseException | None = None
         handlers = {"/socket": self._serve_socket, **picture_handlers(exploration)}
         try:
-            self._server = WebServer("vidstyle page", handlers, [STATIC, RUNNER], "explore.html", port)
+            self._server = WebServer(
+                "vidstyle page", handlers, [STATIC_FOLDER, RUNNER_FOLDER], "explore.html", port
+            )
         except OSError as error:
             reason = f"port {port}: {error.strerror or error}"
             raise OutputError("page", reason, "give another with --port") from error
@@ -159,18 +161,18 @@ class ExplorePage:
             VidstyleError: it cannot be done.
         """
         do, exploration = message["do"], self.exploration
-        fields = [message[name] for name in FIELDS[do] if name != "id"]
+        fields = [message[name] for name in MESSAGE_FIELDS[do] if name != "id"]
         match do:
             case "plan":
                 return await self._plan(exploration.tile(message["tile"]).style, message, sent)
             case "tune":
-                plane = await asyncio.to_thread(exploration.plane, message["tile"])
-                return await self._plan(plane.style_at(message["x"], message["y"]), message, sent)
-            case "plane":
-                plane = await asyncio.to_thread(exploration.plane, message["tile"])
+                pad = await asyncio.to_thread(exploration.pad, message["tile"])
+                return await self._plan(pad.style_at(message["x"], message["y"]), message, sent)
+            case "pad":
+                pad = await asyncio.to_thread(exploration.pad, message["tile"])
                 axes = [{"path": axis.path, "low": axis.low, "high": axis.high, "whole": axis.is_whole,
-                         "factor": axis.is_factor} for axis in plane.axes]  # fmt: skip
-                return {"axes": axes, "start": plane.start}
+                         "factor": axis.is_factor} for axis in pad.axes]  # fmt: skip
+                return {"axes": axes, "start": pad.start}
             case "save":
                 tile, name, overwrite = fields
                 style = exploration.tile(tile).style
@@ -223,7 +225,7 @@ class ExplorePage:
 class _Viewer:
     """Serves one WebSocket until it closes."""
 
-    def __init__(self, page: ExplorePage) -> None:
+    def __init__(self, page: ExploreServer) -> None:
         self._page = page
         self._sent: set[str] = set()
         self._under_way = asyncio.Semaphore(MAX_UNDER_WAY)
@@ -250,7 +252,7 @@ class _Viewer:
 
     async def _handle(self, data: str | bytes) -> None:
         self._limit.count()
-        message = read_message(data, FIELDS)
+        message = read_message(data, MESSAGE_FIELDS)
         await self._under_way.acquire()
         self._tasks.create_task(self._answer(message))
 
