@@ -151,7 +151,7 @@ def test_a_recipe_opens_into_steps_that_make_the_same_picture(name: str) -> None
     [
         ("set", {"step": 1, "name": "sigma", "value": 99.0}, "sigma: 99 is outside"),
         ("set", {"step": 1, "name": "sigmas", "value": 1.0}, "did you mean 'sigma'"),
-        ("set", {"step": 9, "name": "sigma", "value": 1.0}, "is not in the style any more"),
+        ("set", {"step": 9, "name": "sigma", "value": 1.0}, "no longer exists"),
         ("add", {"layer": "lines", "index": 9, "block": "hue"}, "is not in the layer"),
         ("add", {"layer": "line", "index": 0, "block": "hue"}, "is not a layer"),
         ("add", {"layer": "lines", "index": 0, "block": "hues"}, "did you mean 'hue'"),

@@ -282,4 +282,4 @@ def test_a_page_that_asks_for_too_much_at_once_is_told_so(page: Page) -> None:
     page.ask("open", style="comic")
     ids = [page.say("check") for _ in range(20)]
     told = [page.answer(id).get("error", "") for id in ids]
-    assert any("is at work" in each for each in told) and "" in told
+    assert any("is busy" in each for each in told) and "" in told

@@ -1,4 +1,4 @@
-"""Choosing: screens of nine that follow from what was taken, the taste learned from it, and the tuning pad."""
+"""Screens of nine that follow from choices, the taste learned from them, and the tuning pad."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from vidstyle.cli import main
 from vidstyle.explore import like
 from vidstyle.explore.appearance import appearance_distance, appearance_of
 from vidstyle.explore.like import MAX_NEAR_DISTANCE, MIN_FAR_DISTANCE, known_styles, ranked, searched
-from vidstyle.explore.measure import reduced
+from vidstyle.explore.measure import reduce_picture
 from vidstyle.explore.phrases import shipped_styles
 from vidstyle.gallery.style_samples import restyled
 from vidstyle.style import load_style
@@ -23,7 +23,7 @@ SIDE = 300
 
 
 def photograph(name: str) -> np.ndarray:
-    return reduced(getattr(data, name)(), SIDE)
+    return reduce_picture(getattr(data, name)(), SIDE)
 
 
 def named_among_three(given: str, tried: str, wanted: list[str], known: list[str]) -> int:

@@ -52,7 +52,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 def page(folder: Path) -> Iterator[ExploreServer]:
     """A page with a film of half a second, whose first screen is there.
 
-    It draws less ahead, which would keep all cores busy as long as it is open, and fewer pictures of a tuning pad.
+    It renders less ahead, which would keep all cores busy, and fewer samples on the tuning pad.
     """
     film = make_clip(folder / "film.mp4", size=SIZE, frames=15)
     clip = open_clip(film)

@@ -63,7 +63,7 @@ def rows_of(file: Path, count: int) -> tuple[np.ndarray, np.ndarray]:
     random = [random_style(f"{SEED}-{file.stem}-{number}") for number in range(count)]
     with ThreadPoolExecutor() as pool:
         rows = list(
-            pool.map(lambda style: original.measure(original.drawn(style)), shipped + variants + random)
+            pool.map(lambda style: original.measure(original.render(style)), shipped + variants + random)
         )
     return np.array(rows[:-count]), np.array(rows[-count:])
 

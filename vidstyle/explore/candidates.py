@@ -70,7 +70,7 @@ class Found:
 
 def examined(original: Original, style: Style) -> RandomStyle:
     """A style with the measures, the fault and the score of what it makes of the original."""
-    picture = original.drawn(style)
+    picture = original.render(style)
     measures = original.measure(picture)
     reason, steadiness = fault(measures), 0.0
     if not reason:

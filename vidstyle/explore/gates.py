@@ -76,7 +76,7 @@ def pruned(style: Style, original: Original, picture: np.ndarray) -> Style:
     for layer in LAYERS:
         for place in reversed(range(len(style.layers[layer]))):
             shorter = _without(style, layer, place)
-            if shorter is None or not _is_same(original.drawn(shorter), picture):
+            if shorter is None or not _is_same(original.render(shorter), picture):
                 continue
             # Lengths of a pixel or two come to nothing in a small picture.
             if _is_same(restyled(original.large, shorter), restyled(original.large, style)):

@@ -18,8 +18,8 @@ from vidstyle.explore.phrases import LAYER_END, Phrase, closed_layer, grammar
 from vidstyle.explore.random_steps import (
     is_valid,
     join_layers,
+    random_step,
     random_value,
-    step_drawn,
     step_near,
     with_fitting_sizes,
     with_layers,
@@ -155,7 +155,7 @@ def _open_style(random: Random, style: Style) -> Style:
             for layer, each in phrases.items()
         }
         if random.random() < FREE_SHARE and "background" in layers:
-            free = step_drawn(random, random.choice(FREE_BLOCKS))
+            free = random_step(random, random.choice(FREE_BLOCKS))
             layers["background"].insert(random.randint(0, len(layers["background"])), free)
         made = without_idle_steps(join_layers(replace(style, ink=colors.ink, paper=colors.paper), layers))
         if is_valid(made):
@@ -248,7 +248,7 @@ def _altered(random: Random, layer: str, steps: tuple[Step, ...]) -> tuple[Step,
     single = [phrase.steps[0] for phrase in grammar().phrases[layer] if len(phrase.steps) == 1]
     new = step_near(random, random.choice(single), 0.3)
     if random.random() < 0.3:
-        new = step_drawn(random, random.choice(sorted(all_blocks())))
+        new = random_step(random, random.choice(sorted(all_blocks())))
     if change == "add" or not steps:
         return steps[:place] + (new,) + steps[place:]
     old = steps[place]

@@ -11,7 +11,7 @@ import numpy as np
 from vidstyle.core.cores import available_cores
 from vidstyle.explore.appearance import appearance_distance, appearance_of
 from vidstyle.explore.generate import alter, cross, mutate
-from vidstyle.explore.measure import reduced
+from vidstyle.explore.measure import reduce_picture
 from vidstyle.explore.phrases import shipped_styles
 from vidstyle.gallery.preview import read_still
 from vidstyle.gallery.style_samples import restyled
@@ -60,7 +60,7 @@ def known_styles() -> list[Style]:
 
 def photograph_for(source: str | None) -> np.ndarray:
     """The picture that styles are tried on, H x W x 3 uint8: of the source, or of the gallery."""
-    return reduced(read_still(source or THUMBNAIL_FOLDER / f"{PLAIN}.webp"), MAX_PHOTOGRAPH_SIDE_PX)
+    return reduce_picture(read_still(source or THUMBNAIL_FOLDER / f"{PLAIN}.webp"), MAX_PHOTOGRAPH_SIDE_PX)
 
 
 def ranked(

@@ -1,27 +1,27 @@
-"""The paper's rules for random styles (section 6.2), as data."""
+"""The rules of the paper for random styles (section 6.2), as data."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 
 STYLE_HEIGHT = 720
-"""The picture height for which random styles give lengths; that of the shipped styles."""
+"""The height of random styles, to which lengths refer; same as in the shipped styles."""
 DEFAULT_STEADY = 0.5
-"""Temporal smoothing of random styles; that of the shipped styles."""
+"""Temporal smoothing of random styles; same as in the shipped styles."""
 
 PAPER_SECTION = "paper, section 6.2"
 
 
 @dataclass(frozen=True)
 class FilterRule:
-    """A filter that a random style may have.
+    """A filter of random styles.
 
     Attributes:
         block: the block that is this filter.
-        parameters: those that are drawn evenly from the ends that the block declares for random styles.
-        ends: those whose ends have another unit in the paper, with their ends in the block's.
-        repeats: whether a style may have it more than once.
-        source: where it is said, and how it is read.
+        parameters: parameters drawn uniformly from the range that the block declares for random styles.
+        ends: ranges of parameters whose unit in the paper differs, in the unit of the block.
+        repeats: whether a style may use it more than once.
+        source: where the paper defines it, and how we interpret it.
     """
 
     block: str
@@ -32,9 +32,9 @@ class FilterRule:
 
 
 FILTER_COUNT_RANGE = (4, 9)
-"""How many filters a style has, the conversion to gray among them; any number is as likely."""
+"""Minimum and maximum number of filters, including conversion to gray; uniformly distributed."""
 GRAY_SHARE = 0.2
-"""The share of styles that are converted to gray, at any place among their filters."""
+"""Share of styles with a conversion to gray, at a random position."""
 GRAY_RULE = FilterRule("to_gray", source=f"{PAPER_SECTION}: To GrayScale (20 % probability)")
 
 FILTER_RULES = (
@@ -42,8 +42,8 @@ FILTER_RULES = (
         "flow_dog",
         ("sigma", "p"),
         repeats=True,
-        source=f"{PAPER_SECTION}: XDoG (sigma 0.5 to 8, p 1 to 40). Its threshold is a filter by itself, as in "
-        "section 4.2 C, where Flow-XDoG has no other parameters",
+        source=f"{PAPER_SECTION}: XDoG (sigma 0.5 to 8, p 1 to 40). Its threshold is a "
+        "separate filter, as in section 4.2 C, where Flow-XDoG has no other parameters",
     ),
     FilterRule("tvf", repeats=True, source=f"{PAPER_SECTION}: TVF, without parameters"),
     FilterRule(
@@ -57,7 +57,7 @@ FILTER_RULES = (
     FilterRule(
         "scale",
         ends={"factor": (100 / STYLE_HEIGHT, 300 / STYLE_HEIGHT)},
-        source=f"{PAPER_SECTION}: Size (size 100 to 300), read as the working height where it is {STYLE_HEIGHT}",
+        source=f"{PAPER_SECTION}: Size (size 100 to 300), read as the working height of {STYLE_HEIGHT} lines",
     ),
 )
-"""Each filter is as likely as any other that may still come; their order is that in which they are drawn."""
+"""Filters of random styles; all that are still allowed are equally likely."""

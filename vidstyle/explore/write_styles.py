@@ -13,7 +13,7 @@ import numpy as np
 from vidstyle.errors import InputError, UsageError
 from vidstyle.explore.candidates import Found, RandomStyle, search
 from vidstyle.explore.generate import Rules
-from vidstyle.explore.measure import Original, reduced
+from vidstyle.explore.measure import Original, reduce_picture
 from vidstyle.explore.score import Judge
 from vidstyle.gallery.preview import preview_page, read_still
 from vidstyle.gallery.style_samples import StyleSample, encoded, samples_of, sheet_of_samples
@@ -105,13 +105,13 @@ def _write_sheets(
     folder: Path, heading: str, picture: np.ndarray, candidates: Sequence[RandomStyle], on_step: OnStep
 ) -> None:
     samples: list[StyleSample] = []
-    shown = reduced(picture, MAX_DRAWN_SIDE_PX)
+    shown = reduce_picture(picture, MAX_DRAWN_SIDE_PX)
     for sample in samples_of(shown, [candidate.style for candidate in candidates]):
         samples.append(sample)
         on_step("drawing the sheet", len(samples), len(candidates))
     _write(folder / PAGE_FILE, preview_page(heading, samples).encode("utf-8"))
     sheet = sheet_of_samples(
-        [(each.style.name, reduced(each.picture, MAX_DRAWN_SIDE_PX // 2)) for each in samples]
+        [(each.style.name, reduce_picture(each.picture, MAX_DRAWN_SIDE_PX // 2)) for each in samples]
     )
     _write(folder / SHEET_FILE, encoded(sheet, ".png"))
 

@@ -1,4 +1,4 @@
-"""What each message of the page does."""
+"""The actions of the messages from the page."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from vidstyle.design.page.message_fields import EDIT_FIELDS
 from vidstyle.design.page.uploads import FileUpload
-from vidstyle.design.restyling import exact
+from vidstyle.design.restyling import render_exactly
 from vidstyle.errors import StyleError, UsageError
 from vidstyle.preview.encode import encode
 from vidstyle.style import load_style, style_names
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 Values = dict[str, Any]
 Action = Callable[["PageConnection", int, Values], Awaitable[None]]
 STYLE_PREVIEW_PX = 160
-"""Shorter side of the pictures on the start screen."""
+"""Shorter side of the previews on the start screen."""
 
 
-def _changing(function: Callable[[PageConnection, Values], Values | None]) -> Action:
-    """An action that changes the document: all pages are told before it is answered."""
+def _edit_action(function: Callable[[PageConnection, Values], Values | None]) -> Action:
+    """Return an action that changes the document; all browsers get the change before the answer."""
 
     async def action(page: PageConnection, id: int, fields: Values) -> None:
         async def work() -> Values | None:
@@ -42,16 +42,20 @@ def _changing(function: Callable[[PageConnection, Values], Values | None]) -> Ac
     return action
 
 
-def _asking(
-    work: Callable[[PageConnection, Values], Awaitable[Values | None]], beside: bool = False
+def _query_action(
+    work: Callable[[PageConnection, Values], Awaitable[Values | None]], in_background: bool = False
 ) -> Action:
-    """An action that changes no document; `beside`: further messages do not wait for it."""
+    """Return an action that leaves the document unchanged.
+
+    Args:
+        in_background: whether later messages are handled before it is done.
+    """
 
     async def action(page: PageConnection, id: int, fields: Values) -> None:
-        if not beside:
+        if not in_background:
             await page.answer(id, partial(work, page, fields))
         elif page.is_busy:
-            await page.answer(id, _refused)
+            await page.answer(id, _refuse)
         else:
             page.begin(page.answer(id, partial(work, page, fields)))
 
@@ -60,34 +64,34 @@ def _asking(
 
 def _edit(kind: str) -> Action:
     def function(page: PageConnection, fields: Values) -> Values | None:
-        # Two pages, or one that was loaded anew, may count gestures alike.
+        # Two browsers, or a reloaded page, may use the same gesture numbers.
         fields["gesture"] = (id(page), fields["gesture"])
         step = page.server.designer.opened.edit(kind, **fields)
         return None if step is None else {"step": step}
 
-    return _changing(function)
+    return _edit_action(function)
 
 
 def _document(name: str) -> Action:
-    """A method of the document."""
+    """Return an action that calls a method of the document."""
 
     def function(page: PageConnection, fields: Values) -> None:
         getattr(page.server.designer.opened, name)(**fields)
 
-    return _changing(function)
+    return _edit_action(function)
 
 
 def _designer(name: str) -> Action:
-    """A method of the designer."""
+    """Return an action that calls a method of the designer."""
 
     def function(page: PageConnection, fields: Values) -> None:
         getattr(page.server.designer, name)(**fields)
 
-    return _changing(function)
+    return _edit_action(function)
 
 
-async def _refused() -> Values:
-    raise UsageError("the designer", "is at work", "wait for its answers")
+async def _refuse() -> Values:
+    raise UsageError("the designer", "is busy", "wait for the running requests")
 
 
 async def _command(page: PageConnection, fields: Values) -> Values:
@@ -95,10 +99,10 @@ async def _command(page: PageConnection, fields: Values) -> Values:
 
 
 async def _watch(page: PageConnection, fields: Values) -> None:
-    # What a camera shows is asked for by nothing else.
-    is_other = fields["side"] != page.side or page.server.designer.clip.live
+    # No other message requests the frames of a camera.
+    needs_frame = fields["side"] != page.side or page.server.designer.clip.live
     page.solo, page.side, page.where = fields["solo"], fields["side"], fields["where"]
-    if is_other:
+    if needs_frame:
         await page.frames.send()
     await page.show_style()
 
@@ -129,19 +133,19 @@ async def _check(page: PageConnection, fields: Values) -> None:
     if style is None:
         raise UsageError("the designer", "has no style open", "open one first")
     frame = await server.run(server.designer.clip.frame, number, page.side)
-    data = await server.picture(lambda: encode(exact(style, frame), "png"))
+    data = await server.picture(lambda: encode(render_exactly(style, frame), "png"))
     await page.send_picture(4, number, server.designer.opened.revision, data)
 
 
 async def _start(page: PageConnection, fields: Values) -> None:
-    """All styles on the user's own picture."""
+    """Send a preview of each style, rendered from the current frame."""
     server = page.server
     frame = await server.run(server.designer.clip.frame, page.number, STYLE_PREVIEW_PX)
     for index, name in enumerate(style_names()):
         try:
             style = await server.run(load_style, name)
-            data = await server.picture(lambda style=style: encode(exact(style, frame), "jpeg"))
-        except StyleError:  # a file of the user's own, which the list describes
+            data = await server.picture(lambda style=style: encode(render_exactly(style, frame), "jpeg"))
+        except StyleError:  # an invalid style file of the user; the list shows its error
             continue
         await page.send_picture(5, index, 0, data)
 
@@ -168,7 +172,7 @@ async def _cancel(page: PageConnection, fields: Values) -> None:
 
 async def _upload(page: PageConnection, id: int, fields: Values) -> None:
     if page.upload is not None:
-        raise MessageError("upload: a file is on its way")
+        raise MessageError("upload: another upload is in progress")
     upload = FileUpload(page, id, **fields)
 
     async def work() -> None:
@@ -183,18 +187,18 @@ ACTIONS: Mapping[str, Action] = {
     **{kind: _document(kind) for kind in ("undo", "redo", "jump", "snapshot", "restore")},
     **{kind: _designer(kind) for kind in ("new", "open", "open_text", "save", "save_as")},
     "draft": _designer("open_draft"),
-    "command": _asking(_command),
-    "watch": _asking(_watch),
-    "frame": _asking(_frame),
-    "play": _asking(_play),
-    "pause": _asking(_pause),
-    "thumbnails": _asking(_thumbnails),
-    "start": _asking(_start, beside=True),
-    "check": _asking(_check, beside=True),
-    "steady": _asking(_steady, beside=True),
-    "export": _asking(_export, beside=True),
-    "render": _asking(_render, beside=True),
-    "cancel": _asking(_cancel),
+    "command": _query_action(_command),
+    "watch": _query_action(_watch),
+    "frame": _query_action(_frame),
+    "play": _query_action(_play),
+    "pause": _query_action(_pause),
+    "thumbnails": _query_action(_thumbnails),
+    "start": _query_action(_start, in_background=True),
+    "check": _query_action(_check, in_background=True),
+    "steady": _query_action(_steady, in_background=True),
+    "export": _query_action(_export, in_background=True),
+    "render": _query_action(_render, in_background=True),
+    "cancel": _query_action(_cancel),
     "upload": _upload,
 }
-"""By the kind of the message."""
+"""Actions by message."""
