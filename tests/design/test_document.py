@@ -64,7 +64,7 @@ def test_the_history_is_jumped_through_and_has_an_end() -> None:
     assert len(entries) == 200
     document.jump(entries[10].number)
     assert document.content.fields["steady"] == entries[10].state.fields["steady"]
-    with pytest.raises(UsageError, match="is not in the history"):
+    with pytest.raises(UsageError, match="is no longer in the history"):
         document.jump(3)
 
 

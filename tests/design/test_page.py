@@ -299,7 +299,7 @@ def test_the_browser_restyles_and_a_dragged_value_compiles_nothing(page: Page) -
     assert compiled == before[0]
     assert picture != before[1]
     browser.press("Escape", "k")
-    page.told("no value differs by more than one")
+    page.told("no value differs by more than 1")
 
 
 def test_files_are_dropped_on_the_page(page: Page) -> None:

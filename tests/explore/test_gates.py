@@ -11,7 +11,7 @@ from face_network import brightness_judge
 from skimage import data
 
 from vidstyle.errors import InputError
-from vidstyle.explore.gates import MAX_UNSTEADY, fault, is_like_another, pruned
+from vidstyle.explore.gates import MAX_UNSTEADY, fault, is_like_another, prune
 from vidstyle.explore.generate import mutate, random_style
 from vidstyle.explore.measure import MAX_MEASURED_SIDE_PX, Original, PictureMetrics, reduce_picture
 from vidstyle.explore.phrases import shipped_styles
@@ -83,7 +83,7 @@ def test_pruning_removes_what_changes_nothing(cat: Original) -> None:
     idle = Step("saturation", {"factor": 1.0})
     steps = (Step("to_gray"), Step("etf"), idle, Step("brightness", {"factor": 1.0}), Step("to_color"))
     style = Style("idle", background=(*steps, Step("luma_posterize", {"levels": 5}), idle))
-    left = pruned(style, cat, cat.render(style))
+    left = prune(style, cat, cat.render(style))
     assert [step.block for step in left.steps] == ["to_gray", "etf", "to_color", "luma_posterize"]
 
 

@@ -340,7 +340,7 @@ def test_by_keyboard_alone_a_look_is_found_kept_compared_and_saved(
     press(opened, "ArrowUp")
     press(opened, "c")
     eventually(lambda: opened.run("return document.getElementById('lightbox').open"))
-    assert "beside" in opened.run("return document.getElementById('how').textContent")
+    assert "compared with" in opened.run("return document.getElementById('how').textContent")
     opened.run("document.getElementById('name').focus()")
     opened.call("Input.insertText", text="by-keyboard")
     press(opened, "Enter", text="\r")

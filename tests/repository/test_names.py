@@ -82,7 +82,7 @@ MEASURES = (
 )
 RELATIONS = (
     "RATE SPEED SPEEDS MS STEP SCALE SCALES WEIGHTS MATRIX DEGREES SEMITONES CHARACTERS PERCENTILE QUANTILES"
-    " DISTANCE"
+    " DISTANCE DIGITS"
 )
 QUANTITIES = frozenset(f"{ROLES} {UNITS} {COUNTED} {MEASURES} {RELATIONS}".split())
 """A numeric constant of a module has at least two words, one of them from this set, which may be extended."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import colorsys
 import math
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -16,21 +17,30 @@ FILM_WIDTH_PX, FILM_HEIGHT_PX = 640, 360
 FILM_RATE, FILM_SECONDS = 25, 4
 SAMPLE_RATE = 48000
 
-_OVERSAMPLING_FACTOR = 2  # drawn larger and averaged down, so that edges are smooth
-_BEAT_SECONDS = 0.5  # seconds from one touch of the ground to the next
-_BALLS = ((0.10, 0.0, 46, 0.02), (0.62, 0.25, 34, 0.56))
-"""Where each ball starts (of the width), its delay in seconds, radius in pixels, and hue."""
-Ball = tuple[float, float, float, float]
+_OVERSAMPLING_FACTOR = 2  # pictures are drawn larger and reduced, for smooth edges
+_BEAT_SECONDS = 0.5  # time between two bounces
 Point = tuple[float, float]
 Rgb = tuple[float, float, float]
 """Red, green and blue, 0..1."""
 
+
+class Ball(NamedTuple):
+    """A bouncing ball: start as a share of the width, delay in seconds, radius in pixels, and hue."""
+
+    start: float
+    delay: float
+    radius: float
+    hue: float
+
+
+_BALLS = (Ball(0.10, 0.0, 46, 0.02), Ball(0.62, 0.25, 34, 0.56))
+
 _MELODY_SEMITONES = (0, 4, 7, 12, 9, 7, 4, 2, 0, 4, 9, 12, 14, 12, 7, 0)
-"""Semitones above C, one each quarter of a second."""
+"""Semitones above C, four notes per second."""
 
 
 def film_picture(time: float) -> np.ndarray:
-    """The picture at this time in seconds: FILM_HEIGHT_PX x FILM_WIDTH_PX x 3 RGB, uint8."""
+    """Draw the picture at a time in seconds: FILM_HEIGHT_PX x FILM_WIDTH_PX x 3 RGB, uint8."""
     canvas = _sky(time)
     _draw_sun(canvas, time)
     for depth in range(3):
@@ -43,7 +53,7 @@ def film_picture(time: float) -> np.ndarray:
 
 
 def film_sound() -> np.ndarray:
-    """The tune of the whole film: mono float32, -1..1, SAMPLE_RATE."""
+    """Return the music of the whole film: mono float32, -1..1, at `SAMPLE_RATE`."""
     sound = np.zeros(FILM_SECONDS * SAMPLE_RATE)
     for number, semitones in enumerate(_MELODY_SEMITONES):
         _add(sound, number * _BEAT_SECONDS / 2, _plucked(261.63 * 2 ** (semitones / 12)) * 0.25)
@@ -57,7 +67,7 @@ def film_sound() -> np.ndarray:
 
 
 def _sky(time: float) -> np.ndarray:
-    """Blue above, warm at the horizon, lighter as the sun comes up."""
+    """Draw a sky that is blue at the top, warm at the horizon, and brightens at sunrise."""
     height, width = FILM_HEIGHT_PX * _OVERSAMPLING_FACTOR, FILM_WIDTH_PX * _OVERSAMPLING_FACTOR
     down = np.minimum(np.linspace(0, 1.7, height, dtype=np.float32), 1)[:, None, None]
     morning = time / FILM_SECONDS
@@ -82,7 +92,7 @@ def _draw_sun(canvas: np.ndarray, time: float) -> None:
 
 
 def _hill_line(time: float, depth: int) -> np.ndarray:
-    """The height of the hills' upper edge at each column, in pixels from above; nearer ones pass faster."""
+    """Return the y coordinate of the hills at each column, in pixels; nearer hills move faster."""
     across = np.arange(FILM_WIDTH_PX * _OVERSAMPLING_FACTOR) / _OVERSAMPLING_FACTOR + time * 12 * (depth + 1)
     waves: np.ndarray = 22 * np.sin(across / (70 + 20 * depth) + depth * 2) + 9 * np.sin(across / 29 + depth)
     waves *= 1 - depth / 4
@@ -98,7 +108,7 @@ def _draw_hills(canvas: np.ndarray, time: float, depth: int) -> None:
 
 
 def _draw_grass(canvas: np.ndarray, time: float) -> None:
-    """Blades that stand still on the moving ground and bend in the wind."""
+    """Draw blades of grass that move with the ground and bend in the wind."""
     line = _hill_line(time, 2)
     random = np.random.default_rng(7)
     width = canvas.shape[1]
@@ -128,7 +138,7 @@ def _draw_ball(canvas: np.ndarray, time: float, ball: Ball) -> None:
 
 
 def _shade_ball(canvas: np.ndarray, center: Point, radii: Point, hue: float) -> None:
-    """A round body lit from the upper right, with a highlight."""
+    """Draw a sphere lit from the upper right, with a highlight."""
     (x, y), (wide, tall) = center, radii
     for step in np.linspace(0, 1, 14):
         color = colorsys.hls_to_rgb((hue + 0.05 * step) % 1, 0.30 + 0.38 * step, 0.85)
@@ -149,7 +159,7 @@ def _draw_face(canvas: np.ndarray, center: Point, radii: Point, smile: float) ->
 
 
 def _draw_title(canvas: np.ndarray, time: float) -> None:
-    """The name in letters that bob one after the other."""
+    """Draw the title in letters that bob one after another."""
     font, size = cv2.FONT_HERSHEY_DUPLEX, 1.5 * _OVERSAMPLING_FACTOR
     x = 40 * _OVERSAMPLING_FACTOR
     for number, letter in enumerate("vidstyle"):
@@ -182,7 +192,7 @@ def _add(sound: np.ndarray, start: float, note: np.ndarray) -> None:
 
 
 def _plucked(frequency: float) -> np.ndarray:
-    """A string: overtones that die away faster the higher they are."""
+    """Return a plucked string: higher overtones decay faster."""
     time = np.arange(SAMPLE_RATE) / SAMPLE_RATE
     order = np.arange(1, 6)[:, None]
     tones = np.sin(2 * np.pi * frequency * order * time) * np.exp(-(3 + order) * time) / order
@@ -190,6 +200,6 @@ def _plucked(frequency: float) -> np.ndarray:
 
 
 def _thump(frequency: float) -> np.ndarray:
-    """A ball on the ground: a low tone that falls and dies away at once."""
+    """Return a bounce: a low, falling tone with a fast decay."""
     time = np.arange(SAMPLE_RATE // 4) / SAMPLE_RATE
     return np.asarray(np.sin(2 * np.pi * frequency * (time - time**2)) * np.exp(-25 * time))

@@ -1,4 +1,4 @@
-"""Writes the demo: a generated film, its restyled versions and a comic page."""
+"""Write the demo: a generated film, restyled versions and a comic page."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ PANEL_COUNT = 4
 
 
 def make_demo(folder: Path) -> Iterator[Path]:
-    """Write the film, its restyled versions and a comic page into the folder, over older ones.
+    """Write the film, restyled versions and a comic page to a folder; overwrite existing files.
 
-    Yields the path of each when it is done. Without Pillow there is no comic page, and a warning.
+    Yield each path when it is complete. Without Pillow, skip the comic page with a warning.
 
     Raises:
         OutputError: the folder cannot be created or written to.
@@ -42,7 +42,9 @@ def make_demo(folder: Path) -> Iterator[Path]:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise OutputError(folder, f"cannot be made ({error.strerror})", "choose another --output") from error
+        raise OutputError(
+            folder, f"cannot be created ({error.strerror})", "choose another --output"
+        ) from error
     film = folder / "film.mp4"
     make_film(film)
     yield film
@@ -59,7 +61,7 @@ def make_demo(folder: Path) -> Iterator[Path]:
 
 
 def make_page(film: Path, target: Path) -> Path:
-    """Write a comic page of the film, with its subtitles, which are written beside the film."""
+    """Write a comic page of the film, and its subtitles next to the film."""
     words = film.with_suffix(".srt")
     text = "\n".join(
         f"{number}\n00:00:{start:06.3f} --> 00:00:{end:06.3f}\n".replace(".", ",") + f"{line}\n"

@@ -1,4 +1,4 @@
-"""The graph of a style as SVG: labelled blocks coloured by kind, and arrows between them."""
+"""The graph of a style as SVG: labelled blocks, coloured by kind, with arrows between them."""
 
 from __future__ import annotations
 
@@ -59,15 +59,15 @@ _SMALL_TEXT = 'fill="#777" font-size="10"'
 
 
 def graph_svg(nodes: Sequence[DiagramNode], name: str) -> str:
-    """The graph as an SVG file.
+    """Return the graph as the text of an SVG file.
 
     Args:
         nodes: from `graph_of`.
-        name: of the style.
+        name: the name of the style.
     """
     page = _Drawing(nodes)
     legend = _Legend(nodes, page.width - 2 * MARGIN_PX)
-    parts = [_SVG_HEAD.format(width=page.width, height=page.height + legend.height, title=_escaped(name))]
+    parts = [_SVG_HEAD.format(width=page.width, height=page.height + legend.height, title=_escape(name))]
     parts += [page.arrow(edge) for node in nodes for edge in node.edges]
     parts += [part for node in nodes for part in page.block(node)]
     parts += legend.draw(page.height)
@@ -98,7 +98,7 @@ class _Drawing:
         self.height = self._tops[-1] + heights[-1] + MARGIN_PX
 
     def block(self, node: DiagramNode) -> Iterator[str]:
-        """The box of a block with its text."""
+        """Yield the box of a block with its text."""
         left, top = self._middles[node.lane] - BLOCK_WIDTH_PX / 2, self._tops[node.row]
         lines = _words(node)
         yield _rect(left, top, BLOCK_WIDTH_PX, _height(node), KIND_COLORS[node.block.kind], radius=6)
@@ -116,7 +116,7 @@ class _Drawing:
                 yield _rect(left + BLOCK_WIDTH_PX - 24, top + number * LINE_HEIGHT_PX - 11, 14, 13, color[0])
 
     def arrow(self, edge: DiagramEdge) -> str:
-        """The path of a picture, and the names under which it is used."""
+        """Return the path of a picture, and the names by which it is read."""
         start, end = self._nodes[edge.start], self._nodes[edge.end]
         x = self._middles[start.lane]
         path = f"M{x:g} {self._tops[start.row] + _height(start):g}"
@@ -128,12 +128,12 @@ class _Drawing:
         return f'<path d="{path}V{top - 1:g}" {_ARROW_ATTRIBUTES}/>\n' + _names(edge, end, x, top - 9)
 
     def _track(self, picture: int, row: int) -> float:
-        """The y coordinate of a picture's line in the gap above a row."""
+        """Return the y coordinate of the line of a picture in the gap above a row."""
         return self._tops[row] - ROW_GAP_PX / 2 - TRACK_PITCH_PX * self._tracks[picture, row]
 
 
 def _tracks(nodes: Sequence[DiagramNode]) -> dict[tuple[int, int], int]:
-    """The track, from 0 for the lowest, of each picture's line in the gap above each row."""
+    """Return the track of each line in the gap above each row; 0 is the lowest."""
     tracks: dict[tuple[int, int], int] = {}
     counts: Counter[int] = Counter()
     for edge in (edge for node in nodes for edge in node.edges):
@@ -145,13 +145,13 @@ def _tracks(nodes: Sequence[DiagramNode]) -> dict[tuple[int, int], int]:
 
 
 def _turns(edge: DiagramEdge) -> list[Move]:
-    """Its moves, merged within each gap."""
+    """Return the moves of an edge, merged within each gap."""
     gaps = [list(moves) for _, moves in groupby(edge.moves, key=lambda move: move.row)]
     return [Move(moves[0].row, moves[0].lane, moves[-1].to) for moves in gaps]
 
 
 def _aside(edge: DiagramEdge, end: DiagramNode) -> float:
-    """The offset of an arrow's head from the block's middle: all but the first end on their own side."""
+    """Return the offset of an arrow head from the middle of the block; only the first ends in the middle."""
     position = [each.start for each in end.edges].index(edge.start)
     if position == 0:
         return 0
@@ -160,7 +160,7 @@ def _aside(edge: DiagramEdge, end: DiagramNode) -> float:
 
 
 def _names(edge: DiagramEdge, end: DiagramNode, x: float, y: float) -> str:
-    """The names beside an arrow's head, on its free side."""
+    """Return the names next to an arrow head, on its free side."""
     if not edge.names:
         return ""
     others = max((_aside(each, end) for each in end.edges), default=0)
@@ -171,7 +171,7 @@ def _names(edge: DiagramEdge, end: DiagramNode, x: float, y: float) -> str:
 
 
 def _words(node: DiagramNode) -> list[str]:
-    """The lines under the title of a block."""
+    """Return the lines under the title of a block."""
     words = node.block.words + [f"→ {', '.join(node.block.saves)}"] * bool(node.block.saves)
     return [text if len(text) <= MAX_CHARACTERS else f"{text[: MAX_CHARACTERS - 1]}…" for text in words]
 
@@ -189,7 +189,7 @@ class _Legend:
         self.height = LINE_HEIGHT_PX * -(-len(self._kinds) // self._columns) + LINE_HEIGHT_PX
 
     def draw(self, top: float) -> Iterator[str]:
-        """The rows below a y coordinate."""
+        """Yield the rows below a y coordinate."""
         for number, kind in enumerate(self._kinds):
             row, column = divmod(number, self._columns)
             left, upper = MARGIN_PX + column * LEGEND_ENTRY_PX, top + row * LINE_HEIGHT_PX
@@ -198,16 +198,16 @@ class _Legend:
 
 
 def _rect(left: float, top: float, width: float, height: float, color: str, radius: float = 0) -> str:
-    """A filled box with an outline."""
+    """Return a filled box with an outline."""
     size = f'x="{left:g}" y="{top:g}" width="{width:g}" height="{height:g}" rx="{radius:g}"'
     return f'<rect {size} fill="{color}" stroke="#8a8a8a"/>\n'
 
 
 def _text(x: float, y: float, words: str, how: str) -> str:
-    """Text with its baseline at x, y; `how` are further attributes."""
-    return f'<text x="{x:g}" y="{y:g}" {how}>{_escaped(words)}</text>\n'
+    """Return text with its baseline at x, y; `how` holds further attributes."""
+    return f'<text x="{x:g}" y="{y:g}" {how}>{_escape(words)}</text>\n'
 
 
-def _escaped(words: str) -> str:
-    """The words escaped: styles are not trusted."""
+def _escape(words: str) -> str:
+    """Escape text, since styles are untrusted."""
     return escape(printable(words))

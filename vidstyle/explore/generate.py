@@ -1,7 +1,7 @@
-"""Random styles, by the paper's rules or by open ones, and variations of any style.
+"""Random styles, by the rules of the paper or by open rules, and variations of any style.
 
-Everything here is pure: the same arguments give the same style. What a style was made by is the last part of
-its note, from "Random:" on: the rules and the seed, and what was then changed with which seed.
+All functions are pure: the same arguments give the same style. The note of a style ends with its lineage,
+after "Random:": the rules, the seed, and later changes with their seeds.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from random import Random
 from typing import Literal
 
 from vidstyle.blocks import all_blocks
-from vidstyle.explore.colors import calm_saturation, is_pale, palette, readable, shifted
+from vidstyle.explore.colors import calm_saturation, ensure_contrast, is_pale, palette, shift_color
 from vidstyle.explore.phrases import LAYER_END, Phrase, closed_layer, grammar
 from vidstyle.explore.random_steps import (
     is_valid,
@@ -38,31 +38,31 @@ from vidstyle.style import LAYERS, Step, Style
 
 Rules = Literal["open", "paper"]
 LOCKS = ("lines", "background", "colors", "steps")
-"""What a variation may leave as it is: a layer and the base; ink, paper and tints; which steps there are."""
+"""Parts that a variation can keep: a layer with the base; ink, paper and tints; the list of steps."""
 
 MAX_ATTEMPTS = 24
-"""How often a change that would not be valid is drawn anew; then only values change."""
+"""Number of attempts at a valid change of steps; after that, only values change."""
 MAX_PHRASES = 9
-"""The most phrases of a layer."""
+"""Maximum number of phrases in a layer."""
 SAME_STYLE_SHARE = 0.6
-"""How often a phrase is followed by one of the same style."""
+"""Probability that a phrase is followed by one of the same style."""
 PHRASE_DEVIATION = 0.2
-"""How far the values of a phrase move, as in `near`."""
+"""Variation of the values of a phrase."""
 FREE_BLOCKS = ("brightness", "colorize", "equalize", "etf", "halftone", "hue", "luma_posterize", "tvf")
-"""Blocks that may stand anywhere in a background, whatever the shipped styles do."""
+"""Blocks that can be inserted anywhere in a background."""
 FREE_SHARE = 0.25
-"""The share of styles that have one."""
+"""Share of styles with such a block."""
 LINEAGE_PREFIX = "Random: "
 MAX_LINEAGE_CHARACTERS = 900
 
 
 def random_style(seed: int | str, rules: Rules = "open") -> Style:
-    """A random style.
+    """Return a random style.
 
     Args:
         seed: any number or short text.
-        rules: "paper" for the paper's, section 6.2; "open" for phrases of the shipped styles in new order,
-            and palettes.
+        rules: "paper" for section 6.2 of the paper; "open" for recombined phrases of the shipped styles with
+            random palettes.
 
     >>> random_style(7) == random_style(7), random_style(7) == random_style(8)
     (True, False)
@@ -74,17 +74,18 @@ def random_style(seed: int | str, rules: Rules = "open") -> Style:
 
 
 def mutate(style: Style, seed: int | str, distance: float = 0.4, locks: Iterable[str] = ()) -> Style:
-    """The style with other values.
+    """Return the style with different values.
 
     Args:
-        distance: how far, from 0 (the style itself) to 1.
+        distance: amount of change, from 0 (none) to 1.
         locks: of `LOCKS`.
     """
     random, locks = Random(f"mutate {seed}"), frozenset(locks)
     spread = 0.7 * distance
     layers = {
         layer: tuple(
-            step if _is_kept(step, locks) else step_near(random, _told(step), spread) for step in steps
+            step if _is_kept(step, locks) else step_near(random, _fill_in_defaults(step), spread)
+            for step in steps
         )
         if layer in _open_layers(locks)
         else steps
@@ -92,25 +93,25 @@ def mutate(style: Style, seed: int | str, distance: float = 0.4, locks: Iterable
     }
     changed = with_fitting_sizes(with_layers(style, layers), _open_layers(locks))
     if "colors" not in locks:
-        changed = _recolored(random, changed, distance)
-    return _made(changed, f"other values, distance {distance:g}, seed {seed}")
+        changed = _recolor(random, changed, distance)
+    return _with_lineage(changed, f"other values, distance {distance:g}, seed {seed}")
 
 
 def alter(style: Style, seed: int | str, locks: Iterable[str] = ()) -> Style:
-    """The style with one step changed, added or removed; where no step may be, with other values."""
+    """Return the style with one step changed, added or removed; with different values if steps are locked."""
     random, locks = Random(f"alter {seed}"), frozenset(locks)
     layers = [layer for layer in _open_layers(locks) if style.layers[layer] or layer != "base"]
     for _ in range(MAX_ATTEMPTS if layers and "steps" not in locks else 0):
         layer = random.choice(layers)
-        steps = _altered(random, layer, style.layers[layer])
+        steps = _alter_steps(random, layer, style.layers[layer])
         changed = with_fitting_sizes(with_layers(style, {layer: steps}), _open_layers(locks))
         if steps != style.layers[layer] and is_valid(changed):
-            return _made(changed, f"one step changed, seed {seed}")
+            return _with_lineage(changed, f"one step changed, seed {seed}")
     return mutate(style, seed, locks=locks)
 
 
 def cross(style: Style, other: Style, seed: int | str, locks: Iterable[str] = ()) -> Style:
-    """The style with a whole layer of another one, and the colour that belongs to it."""
+    """Return the style with a layer of another style and the matching colour."""
     random, locks = Random(f"cross {seed}"), frozenset(locks)
     choices = [layer for layer in ("lines", "background") if layer in _open_layers(locks)]
     choices = [layer for layer in choices if other.layers[layer] != style.layers[layer]]
@@ -120,10 +121,10 @@ def cross(style: Style, other: Style, seed: int | str, locks: Iterable[str] = ()
         if "colors" not in locks:
             ink = other.ink if layer == "lines" else style.ink
             paper = other.paper if layer == "background" or random.random() < 0.5 else style.paper
-            ink, paper = readable(ink, paper) if changed.lines else (ink, paper)
+            ink, paper = ensure_contrast(ink, paper) if changed.lines else (ink, paper)
             changed = replace(changed, ink=ink, paper=paper)
         if is_valid(changed):
-            return _made(changed, f"{layer} of {other.name}, seed {seed}")
+            return _with_lineage(changed, f"{layer} of {other.name}, seed {seed}")
     return mutate(style, seed, locks=locks)
 
 
@@ -151,7 +152,7 @@ def _open_style(random: Random, style: Style) -> Style:
         phrases = {layer: _phrases(random, layer) for layer in present}
         colors = palette(random, phrases["lines"][-1].origin if "lines" in phrases else None)
         layers = {
-            layer: _tinted(random, [step for phrase in each for step in _varied(random, phrase)], colors.tint)
+            layer: _tint(random, [step for phrase in each for step in _vary(random, phrase)], colors.tint)
             for layer, each in phrases.items()
         }
         if random.random() < FREE_SHARE and "background" in layers:
@@ -163,7 +164,7 @@ def _open_style(random: Random, style: Style) -> Style:
 
 
 def _phrases(random: Random, layer: str) -> list[Phrase]:
-    """Phrases for a layer, each drawn by what follows the one before in its own style, or in all of them."""
+    """Return random phrases for a layer; each follows the previous one as in its style or in all styles."""
     counted = grammar()
     out: list[Phrase] = []
     while len(out) < MAX_PHRASES:
@@ -180,8 +181,8 @@ def _phrases(random: Random, layer: str) -> list[Phrase]:
     return out
 
 
-def _varied(random: Random, phrase: Phrase) -> list[Step]:
-    """The steps of a phrase with other values; a single one may take any that look well."""
+def _vary(random: Random, phrase: Phrase) -> list[Step]:
+    """Return the steps of a phrase with varied values; a single step may take any recommended value."""
     varied = [step_near(random, step, PHRASE_DEVIATION) for step in phrase.steps]
     if len(varied) > 1 or random.random() > 0.4:
         return varied
@@ -194,8 +195,8 @@ def _varied(random: Random, phrase: Phrase) -> list[Step]:
     return [replace(step, values=values)]
 
 
-def _tinted(random: Random, steps: Sequence[Step], hue: float) -> list[Step]:
-    """The steps with the tints of the palette."""
+def _tint(random: Random, steps: Sequence[Step], hue: float) -> list[Step]:
+    """Return the steps with the tint of the palette."""
     parameter = all_blocks()["colorize"].parameters["hue"]
     out = []
     for step in steps:
@@ -208,7 +209,7 @@ def _tinted(random: Random, steps: Sequence[Step], hue: float) -> list[Step]:
 
 
 def _open_layers(locks: Iterable[str]) -> list[str]:
-    """The layers that may change. The base feeds both others, and is locked with either."""
+    """Return the unlocked layers. The base is the input of the others and is locked with either."""
     return [layer for layer in LAYERS if layer not in locks
             and not (layer == "base" and {"lines", "background"} & set(locks))]  # fmt: skip
 
@@ -217,8 +218,8 @@ def _is_kept(step: Step, locks: Iterable[str]) -> bool:
     return not step.block or ("colors" in locks and step.block in ("colorize", "hue", "saturation"))
 
 
-def _told(step: Step) -> Step:
-    """The step with those values written out that random styles may draw."""
+def _fill_in_defaults(step: Step) -> Step:
+    """Return the step with the defaults of randomizable values filled in."""
     parameters = all_blocks()[step.block].parameters
     shown = {
         name: each.default for name, each in parameters.items() if getattr(each.control, "explore", None)
@@ -226,23 +227,25 @@ def _told(step: Step) -> Step:
     return replace(step, values=shown | step.values)
 
 
-def _recolored(random: Random, style: Style, distance: float) -> Style:
-    """The style with ink and paper turned together and a little by themselves; far off, a new palette."""
+def _recolor(random: Random, style: Style, distance: float) -> Style:
+    """Rotate the hues of ink and paper together, with small separate changes, or draw a new palette."""
     if random.random() < 0.5 * (distance - 0.3):
         colors = palette(random, style)
         return replace(style, ink=colors.ink, paper=colors.paper)
     turn = random.gauss(0, 90 * distance)
     ink, paper = (
-        shifted(color, random.gauss(0, 0.04 * distance), random.gauss(0, 0.05 * distance), turn)
+        shift_color(color, random.gauss(0, 0.04 * distance), random.gauss(0, 0.05 * distance), turn)
         for color in (style.ink, style.paper)
     )
     if style.lines and style.ink != style.paper:
-        ink, paper = (ink, paper) if is_pale(style.ink) and is_pale(style.paper) else readable(ink, paper)
+        ink, paper = (
+            (ink, paper) if is_pale(style.ink) and is_pale(style.paper) else ensure_contrast(ink, paper)
+        )
     return replace(style, ink=ink, paper=paper)
 
 
-def _altered(random: Random, layer: str, steps: tuple[Step, ...]) -> tuple[Step, ...]:
-    """The steps with one more, one less or another one in place of one."""
+def _alter_steps(random: Random, layer: str, steps: tuple[Step, ...]) -> tuple[Step, ...]:
+    """Add, remove or replace one step."""
     change = random.choice(("add", "remove", "replace", "replace"))
     place = random.randint(0, len(steps)) if change == "add" or not steps else random.randrange(len(steps))
     single = [phrase.steps[0] for phrase in grammar().phrases[layer] if len(phrase.steps) == 1]
@@ -258,20 +261,20 @@ def _altered(random: Random, layer: str, steps: tuple[Step, ...]) -> tuple[Step,
 
 
 def _with_layer(random: Random, style: Style, other: Style, layer: str, locks: frozenset[str]) -> Style:
-    """The style with a layer of another; a background may bring the base layer that it was made for."""
+    """Return the style with a layer of another; a background may include its base layer."""
     names = [layer]
     if layer == "background" and "base" in _open_layers(locks) and random.random() < 0.5:
         names = ["base", layer]
     layers = {name: closed_layer(other, name) for name in names}
     changed = join_layers(style, layers)
     if "lines" not in (*names, *locks) and not is_valid(changed):
-        # The lines have used pictures of the layers that are gone.
+        # The lines read pictures of the replaced layers.
         changed = join_layers(style, layers | {"lines": closed_layer(style, "lines")})
     return changed
 
 
-def _made(style: Style, how: str) -> Style:
-    """The style, named after what it was made of, with the way it was made in its note."""
+def _with_lineage(style: Style, how: str) -> Style:
+    """Return the style with its lineage in name and note."""
     before = (
         style.note[style.note.find(LINEAGE_PREFIX) :]
         if LINEAGE_PREFIX in style.note

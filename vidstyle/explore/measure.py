@@ -35,7 +35,7 @@ class PictureMetrics(NamedTuple):
     Attributes:
         tone: correlation of blurred luma with that in the source, -1..1.
         shapes: absolute correlation of band-passed luma with that in the source.
-        edges: share of strong source edges that stay strong; edges in the middle, near the subject, weigh more.
+        edges: share of strong source edges that stay strong; those in the middle weigh more.
         clutter: mean difference between luma and luma blurred by 1.5 pixels.
         noise: clutter where the source is flat.
         range: difference between the 5 % and 95 % percentiles of luma.
@@ -47,7 +47,7 @@ class PictureMetrics(NamedTuple):
         garish: share of pixels with nearly pure screen colours.
         sharp: 98 % percentile of the gradient of luma.
         crisp: the same percentile before reduction to `MAX_MEASURED_SIDE_PX`.
-        photo: correlation of the finest luma detail, at that size, with that in the source; 1 for a photograph.
+        photo: correlation of the finest luma detail with that in the source; 1 for a photograph.
         change: mean Oklab distance from the source.
     """
 

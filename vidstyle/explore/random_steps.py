@@ -69,8 +69,8 @@ def join_layers(style: Style, layers: Mapping[str, Iterable[Step]]) -> Style:
 
     Args:
         style: the style with the other layers.
-        layers: the new steps. `BASE_RESULT` stands for the result of the base layer; saved pictures get unique
-            names, and working sizes are limited to `MIN_WORKING_SCALE`..1.
+        layers: the new steps. `BASE_RESULT` stands for the result of the base layer; saved pictures get
+            unique names, and working sizes are limited to `MIN_WORKING_SCALE`..1.
     """
     built = {layer: list(steps) for layer, steps in style.layers.items() if layer not in layers}
     taken = {step.save for steps in built.values() for step in steps}

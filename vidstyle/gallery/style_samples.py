@@ -1,4 +1,4 @@
-"""A picture in several styles, labelled, arranged on a sheet and encoded."""
+"""Samples: render a picture in several styles, label, arrange and encode the results."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class StyleSample:
 
 
 def style_of_block(block: Block) -> Style:
-    """A block as the only step, at its defaults, or after the block that saves the picture it needs."""
+    """Return a style with one block at its defaults, after the blocks whose saved pictures it reads."""
     step = Step(block.name)
     wanted = set(wiring_of(step).reads.values())
     savers = [other for other in map(Step, all_blocks()) if wanted & set(wiring_of(other).saves)]
@@ -52,13 +52,13 @@ def style_of_block(block: Block) -> Style:
 
 
 def samples_of(picture: np.ndarray, styles: Iterable[Style]) -> Iterator[StyleSample]:
-    """The picture, H x W x 3 uint8, in each style, in order, as soon as it is ready; uses all cores."""
+    """Render a picture, H x W x 3 uint8, in each style; yield samples in order. Uses all cores."""
     with ThreadPoolExecutor(available_cores(), thread_name_prefix="vidstyle-gallery") as pool:
         yield from pool.map(lambda style: StyleSample(style, restyled(picture, style)), styles)
 
 
 def restyled(picture: np.ndarray, style: Style) -> np.ndarray:
-    """The picture, H x W x 3 uint8, in a style; uses one thread."""
+    """Render a picture, H x W x 3 uint8, in a style. Uses one thread."""
     source = Picture.from_array(picture)
     with CpuRenderer(replace(style, steady=0.0), threads=1) as renderer:
         color = renderer.run(source, None, source.encoding, rgb=True).color
@@ -67,7 +67,7 @@ def restyled(picture: np.ndarray, style: Style) -> np.ndarray:
 
 
 def labelled(picture: np.ndarray, name: str) -> np.ndarray:
-    """The picture, H x W x 3 uint8, in a white frame with its name above."""
+    """Return the picture, H x W x 3 uint8, with a white border and its name above."""
     framed = cv2.copyMakeBorder(
         picture, LABEL_HEIGHT_PX, BORDER_PX, BORDER_PX, BORDER_PX, cv2.BORDER_CONSTANT, value=(255, 255, 255)
     )
@@ -76,7 +76,7 @@ def labelled(picture: np.ndarray, name: str) -> np.ndarray:
 
 
 def sheet_of(pictures: Iterable[np.ndarray], columns: int) -> np.ndarray:
-    """Pictures of one size in rows of so many columns; H x W x 3 uint8."""
+    """Arrange pictures of one size in rows of `columns`; H x W x 3 uint8."""
     pictures = list(pictures)
     pictures += [np.full_like(pictures[0], 255)] * (-len(pictures) % columns)
     rows = (pictures[first : first + columns] for first in range(0, len(pictures), columns))
@@ -84,7 +84,7 @@ def sheet_of(pictures: Iterable[np.ndarray], columns: int) -> np.ndarray:
 
 
 def sheet_of_samples(named: Sequence[tuple[str, np.ndarray]]) -> np.ndarray:
-    """Labelled pictures of one size, reduced, on a sheet of about `SHEET_ASPECT`."""
+    """Arrange labelled, reduced pictures of one size on a sheet of about `SHEET_ASPECT`."""
     height, width = named[0][1].shape[:2]
     factor = min(1, MAX_SHEET_SIDE / max(height, width))
     size = max(1, round(width * factor)), max(1, round(height * factor))
@@ -96,7 +96,7 @@ def sheet_of_samples(named: Sequence[tuple[str, np.ndarray]]) -> np.ndarray:
 
 
 def encoded(picture: np.ndarray, suffix: str) -> bytes:
-    """A picture, H x W x 3 uint8 RGB, as the content of a .png or .jpg file."""
+    """Encode a picture, H x W x 3 uint8 RGB, as a .png or .jpg file."""
     done, content = cv2.imencode(suffix, picture[..., ::-1], _ENCODER_PARAMETERS[suffix])
     assert done, suffix
     return content.tobytes()

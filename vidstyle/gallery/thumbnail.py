@@ -1,4 +1,4 @@
-"""Small pictures of styles, for lists and buttons: one photograph in each style."""
+"""Thumbnails of styles for lists and buttons: the same photograph in each style."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from vidstyle.style import PLAIN, Style, load_style
 
 THUMBNAIL_WIDTH_PX, THUMBNAIL_HEIGHT_PX = 240, 135
 THUMBNAIL_FOLDER = Path(__file__).with_name("thumbnails")
-"""The thumbnails of the shipped styles, and the photograph at twice their size, as that of `plain`."""
+"""The thumbnails of the shipped styles; the thumbnail of `plain` is the photograph at twice the size."""
 
 
 def thumbnail(style: Style) -> np.ndarray:
-    """The photograph in a style: THUMBNAIL_HEIGHT_PX x THUMBNAIL_WIDTH_PX x 3 uint8 RGB.
+    """Return the photograph in a style: THUMBNAIL_HEIGHT_PX x THUMBNAIL_WIDTH_PX x 3 uint8 RGB.
 
-    That of a shipped style is read, so that no list of styles waits for kernels to be compiled.
+    Thumbnails of shipped styles are read from files, so that lists do not wait for kernels to compile.
     """
     shipped = {file.stem: file for file in THUMBNAIL_FOLDER.glob("*.webp")}
     if style.name in shipped and style == load_style(style.name):
@@ -27,7 +27,7 @@ def thumbnail(style: Style) -> np.ndarray:
 
 
 def restyled_thumbnail(style: Style) -> np.ndarray:
-    """The thumbnail of a style, made anew."""
+    """Render the thumbnail of a style."""
     return _small(restyled(_read(THUMBNAIL_FOLDER / f"{PLAIN}.webp"), style))
 
 

@@ -13,6 +13,7 @@ from aiohttp import web
 import vidstyle.web
 from vidstyle.blocks import all_blocks
 from vidstyle.design.designer import Designer
+from vidstyle.design.page.frames import PictureType
 from vidstyle.design.page.jobs import Jobs
 from vidstyle.design.page.page_connection import PageConnection
 from vidstyle.design.restyling import Restyler, StepPictures
@@ -174,7 +175,7 @@ class DesignServer:
         for (layer, place), picture in made.items():
             data = await self.picture(encode, picture, "jpeg")
             for page in list(self.pages):
-                await page.send_picture(3, content.layers[layer][place].number, revision, data)
+                await page.send_picture(PictureType.STEP, content.layers[layer][place].number, revision, data)
 
     def _send_sample(
         self, names: Callable[[], Any], make: Callable[[str], bytes]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from contextlib import suppress
+from enum import IntEnum
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,8 +15,18 @@ from vidstyle.preview.encode import encode
 if TYPE_CHECKING:
     from vidstyle.design.page.page_connection import PageConnection
 
-SOURCE, STYLED = 1, 2
-"""Types of pictures; the page names all of them in `preview.js`."""
+
+class PictureType(IntEnum):
+    """The types of pictures in messages to the page; `preview.js` lists the same."""
+
+    SOURCE = 1
+    STYLED = 2
+    STEP = 3
+    EXACT = 4
+    STYLE = 5
+    STEADY = 6
+
+
 IDLE_SECONDS = 0.35
 """Time without a change after which a reduced preview is rendered again at a larger size."""
 
@@ -52,7 +63,7 @@ class FrameSender:
             self.play(0, 0, 0, clip.fps)
             return
         frame = await self._page.server.run(clip.frame, self.number, self._page.side)
-        await self._send(SOURCE, frame, exact=True)
+        await self._send(PictureType.SOURCE, frame, exact=True)
         if self._page.where == "server":
             self.restyle()
 
@@ -86,7 +97,7 @@ class FrameSender:
             return False
         make = server.restyler.render_large if large else server.restyler.render_preview
         picture = await server.picture(make, style, clip, self.number, side)
-        await self._send(STYLED, picture, exact=large)
+        await self._send(PictureType.STYLED, picture, exact=large)
         return min(picture.shape[:2]) < side
 
     async def _play(self, at: int, first: int, last: int, fps: float) -> None:
@@ -98,7 +109,7 @@ class FrameSender:
             try:
                 clip = page.server.designer.clip
                 frame = await page.server.run(clip.frame, self.number, page.side)
-                await self._send(SOURCE, frame)
+                await self._send(PictureType.SOURCE, frame)
                 if page.where == "server":
                     await self._send_styled()
             except VidstyleError as error:

@@ -7,6 +7,7 @@ import threading
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
+from vidstyle.design.page.frames import PictureType
 from vidstyle.design.restyling import render_second
 from vidstyle.errors import UsageError, VidstyleError
 from vidstyle.preview.encode import encode
@@ -17,10 +18,8 @@ if TYPE_CHECKING:
     from vidstyle.design.page.page_connection import PageConnection
     from vidstyle.pipeline.progress import Progress
 
-STEADY = 6
-"""Type of the pictures of `Jobs.steady`."""
 MAX_STEADY_SIDE_PX = 270
-"""Maximum shorter side of these pictures."""
+"""Maximum shorter side of the pictures of `Jobs.steady`."""
 
 
 class Jobs:
@@ -90,7 +89,7 @@ class Jobs:
                 number, count, picture = item
                 done += 1
                 data = await asyncio.to_thread(encode, picture, "jpeg")
-                await page.send_picture(STEADY, number, revision, data)
+                await page.send_picture(PictureType.STEADY, number, revision, data)
                 await self._tell({"kind": "steady", "done": done, "total": count, "finished": False})
         finally:
             await self._server.picture(_close, made)

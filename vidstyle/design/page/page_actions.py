@@ -7,6 +7,7 @@ from collections.abc import Awaitable, Callable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from vidstyle.design.page.frames import PictureType
 from vidstyle.design.page.message_fields import EDIT_FIELDS
 from vidstyle.design.page.uploads import FileUpload
 from vidstyle.design.restyling import render_exactly
@@ -134,7 +135,7 @@ async def _check(page: PageConnection, fields: Values) -> None:
         raise UsageError("the designer", "has no style open", "open one first")
     frame = await server.run(server.designer.clip.frame, number, page.side)
     data = await server.picture(lambda: encode(render_exactly(style, frame), "png"))
-    await page.send_picture(4, number, server.designer.opened.revision, data)
+    await page.send_picture(PictureType.EXACT, number, server.designer.opened.revision, data)
 
 
 async def _start(page: PageConnection, fields: Values) -> None:
@@ -147,7 +148,7 @@ async def _start(page: PageConnection, fields: Values) -> None:
             data = await server.picture(lambda style=style: encode(render_exactly(style, frame), "jpeg"))
         except StyleError:  # an invalid style file of the user; the list shows its error
             continue
-        await page.send_picture(5, index, 0, data)
+        await page.send_picture(PictureType.STYLE, index, 0, data)
 
 
 async def _thumbnails(page: PageConnection, fields: Values) -> None:
