@@ -261,7 +261,7 @@ def test_one_that_says_nothing_is_not_waited_for_for_ever():
 
 def test_no_sound_and_a_microphone(capfd: pytest.CaptureFixture[str]):
     assert cli.main(["live", "test", "--microphone", "test", "--audio", "none", "--to", "null"]) == 2
-    assert "leave one of them out" in capfd.readouterr().err
+    assert "remove one of them" in capfd.readouterr().err
 
 
 def test_the_command_records_a_microphone(tmp_path: Path):

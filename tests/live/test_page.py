@@ -312,7 +312,7 @@ def test_a_session_shows_itself_on_the_page() -> None:
 
 def test_the_page_sends_what_the_server_knows() -> None:
     scripts = "".join(path.read_text(encoding="utf-8") for path in STATIC_FOLDER.glob("*.js"))
-    assert set(re.findall(r'\bdo: "(\w+)"', scripts)) == actions.FIELDS.keys()
+    assert set(re.findall(r'\bdo: "(\w+)"', scripts)) == actions.MESSAGE_FIELDS.keys()
 
 
 def test_every_part_that_the_scripts_name_is_there() -> None:
@@ -325,7 +325,7 @@ def test_every_part_that_the_scripts_name_is_there() -> None:
 
 def test_messages_are_read_as_they_are_written() -> None:
     message = {"do": "choose", "style": "ink:green"}
-    assert read_message(json.dumps(message), actions.FIELDS) == message
+    assert read_message(json.dumps(message), actions.MESSAGE_FIELDS) == message
 
 
 @pytest.mark.parametrize("words", [["live", "test"], ["design", "test"]], ids=" ".join)

@@ -1,4 +1,4 @@
-"""How a picture looks, whatever it shows: colours, tones, lines, texture and directions, in numbers."""
+"""Appearance descriptors independent of content: colours, tones, lines, texture and directions."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from vidstyle.explore.colors import oklab
 from vidstyle.explore.measure import gradient_of, luma_of_codes
 
 COMPARED_SIDE_PX = 480
-"""The shorter side in pixels at which looks are compared; marks keep their share of the picture."""
+"""Shorter side at which appearances are compared; marks keep their relative size."""
 MODEL_FILE = Path(__file__).with_name("appearance.json")
-"""What differs between looks and little within one; made by `tools/explore/appearance.py`."""
+"""Axes that separate styles but vary little within one; fitted by `tools/explore/appearance.py`."""
 
 LUMA_QUANTILES = (0.02, 0.1, 0.25, 0.5, 0.75, 0.9, 0.98)
 LINE_RADII_PX = (1, 2, 4, 8)
-"""Pixels by which lines are thinner than the structure around them, at `COMPARED_SIDE_PX`."""
+"""Radii of the structuring elements that extract lines, at `COMPARED_SIDE_PX`."""
 DIRECTION_BINS = 12
 TEXTURE_BLOCK_PX = 24
-"""Side in pixels of the squares whose texture is compared."""
+"""Side of the squares whose texture is compared."""
 
 
 def appearance_of(picture: np.ndarray) -> np.ndarray:
-    """What of a picture depends on its style and little on its subject.
+    """Return a descriptor that depends on the style of a picture and little on its subject.
 
     Args:
         picture: H x W x 3 uint8, of any size.
@@ -40,13 +40,13 @@ def appearance_of(picture: np.ndarray) -> np.ndarray:
 
 
 def appearance_distance(one: np.ndarray, other: np.ndarray) -> float:
-    """How far two looks are apart: 1 is usual between pictures of one style that show different things."""
+    """Return the distance of two appearances; 1 is usual between different pictures in one style."""
     axes, usual = _model()
     return float(np.linalg.norm(axes @ (one - other)) / usual)
 
 
 def _colors(picture: np.ndarray) -> np.ndarray:
-    """Mean colour of each fifth of the tones, dark to bright, its variation, and how pure colours are."""
+    """Return mean colour and variation of each fifth of the tones, dark to bright, and colour purity."""
     lab = oklab(picture[::3, ::3] / 255.0).reshape(-1, 3)  # not averaged: dots keep their inks
     order = np.argsort(lab[:, 0], kind="stable")
     numbers = []
@@ -60,7 +60,7 @@ def _colors(picture: np.ndarray) -> np.ndarray:
 
 
 def _tones(luma: np.ndarray) -> np.ndarray:
-    """Percentiles of luma, and into how few tones it falls."""
+    """Return percentiles of luma, and its concentration in few tones."""
     counts = np.sort(np.histogram(luma, 64, (0, 1))[0])[::-1] / luma.size
     shares = counts[counts > 0]
     entropy = -(shares * np.log(shares)).sum()
@@ -70,7 +70,7 @@ def _tones(luma: np.ndarray) -> np.ndarray:
 
 
 def _lines(luma: np.ndarray) -> np.ndarray:
-    """How much dark and bright lines of several widths stand out, and how steep edges are."""
+    """Return the strength of dark and bright lines of several widths, and the steepness of edges."""
     numbers = []
     for radius in LINE_RADII_PX:
         element = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * radius + 1, 2 * radius + 1))
@@ -82,7 +82,7 @@ def _lines(luma: np.ndarray) -> np.ndarray:
 
 
 def _texture(luma: np.ndarray) -> np.ndarray:
-    """The strength of each octave of detail, also where there is least and most of it."""
+    """Return the strength of each octave of detail, as percentiles over squares."""
     numbers, blurred = [], luma
     for sigma in (0.7, 1.4, 2.8, 5.6, 11.2):
         next_blurred = cv2.GaussianBlur(luma, (0, 0), sigma)
@@ -98,7 +98,7 @@ def _texture(luma: np.ndarray) -> np.ndarray:
 
 
 def _directions(luma: np.ndarray) -> np.ndarray:
-    """How evenly fine edges point in all directions, and how alike they are from place to place."""
+    """Return the distribution of fine edge directions, and their local coherence."""
     fine = luma - cv2.GaussianBlur(luma, (0, 0), 3)
     across, down = (cv2.Sobel(fine, cv2.CV_32F, *order) for order in ((1, 0), (0, 1)))
     angle = np.mod(np.arctan2(down, across), np.pi)

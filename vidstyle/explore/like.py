@@ -1,4 +1,4 @@
-"""`vidstyle styles --like PICTURE`: which style makes pictures that look like a given one."""
+"""`vidstyle styles --like PICTURE`: find the styles whose results look like a given picture."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ from vidstyle.pipeline.progress import OnStep, unwatched
 from vidstyle.style import PLAIN, Style, load_style
 
 MAX_NEAR_DISTANCE, MIN_FAR_DISTANCE = 1.25, 2.0
-"""Distances up to which two looks are near, and from which on they are far; 1 is usual within one style."""
+"""Distances up to which two looks are near, and from which they are far; 1 is usual within one style."""
 MAX_PHOTOGRAPH_SIDE_PX = 720
-"""The longest side in pixels of the picture that styles are tried on."""
+"""Maximum longer side of the photograph on which styles are compared."""
 SEARCH_ROUNDS = 6
-"""How often the search goes on from the best styles that it has."""
+"""Number of search rounds, each from the best styles so far."""
 PARENT_COUNT, CHILD_COUNT = 4, 3
-"""How many styles it goes on from, and how many of each kind of variation it makes of each."""
+"""Number of styles kept in each round, and of variations of each kind per style."""
 
 
 @dataclass(frozen=True)
 class Likeness:
-    """A style, and the distance of what it makes of a photograph to the look that is wanted."""
+    """A style, and the distance of its rendering of the photograph to the wanted look."""
 
     style: Style
     distance: float
 
     @property
     def words(self) -> str:
-        """How near it is: "0.93, near"."""
+        """The distance in words: "0.93, near"."""
         word = (
             "near"
             if self.distance <= MAX_NEAR_DISTANCE
@@ -50,7 +50,7 @@ class Likeness:
 
 
 def known_styles() -> list[Style]:
-    """The shipped styles and their variants."""
+    """Return the shipped styles and their variants."""
     return [
         variant
         for style in shipped_styles()
@@ -59,14 +59,14 @@ def known_styles() -> list[Style]:
 
 
 def photograph_for(source: str | None) -> np.ndarray:
-    """The picture that styles are tried on, H x W x 3 uint8: of the source, or of the gallery."""
+    """Return the photograph for comparing styles, H x W x 3 uint8: from `source`, or from the gallery."""
     return reduce_picture(read_still(source or THUMBNAIL_FOLDER / f"{PLAIN}.webp"), MAX_PHOTOGRAPH_SIDE_PX)
 
 
 def ranked(
     wanted: np.ndarray, photograph: np.ndarray, styles: Iterable[Style], on_step: OnStep = unwatched
 ) -> list[Likeness]:
-    """Styles by how near the look of what they make of a photograph is to that of a picture, nearest first.
+    """Return styles sorted by the distance of their rendering of `photograph` to `wanted`, nearest first.
 
     Args:
         wanted, photograph: H x W x 3 uint8.
@@ -84,7 +84,7 @@ def ranked(
 def searched(
     wanted: np.ndarray, photograph: np.ndarray, known: list[Likeness], on_step: OnStep = unwatched
 ) -> Likeness:
-    """The nearest style that variations of known ones lead to, each round from the best of the one before."""
+    """Search variations of known styles for the nearest one; each round starts from the best so far."""
     best = known[:PARENT_COUNT]
     for turn in range(SEARCH_ROUNDS):
         reach = 0.5 / (1 + turn / 2)

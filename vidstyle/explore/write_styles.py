@@ -1,4 +1,4 @@
-"""`vidstyle explore` without a page: random styles as files, with a sheet of what they make of a picture."""
+"""`vidstyle explore` without a page: write random styles as files, with a sheet of their results."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from vidstyle.style import save_style
 
 PAGE_FILE, SHEET_FILE, TABLE_FILE = "sheet.html", "sheet.png", "styles.json"
 MAX_DRAWN_SIDE_PX = 640
-"""The longest side in pixels at which styles are drawn for the sheet; the picture itself may be smaller."""
+"""Maximum longer side at which styles are rendered for the sheet."""
 
 
 def explore_to_folder(
@@ -40,21 +40,21 @@ def explore_to_folder(
     on_step: OnStep = unwatched,
     stop: Event | None = None,
 ) -> Found:
-    """Write random styles that make something of a picture.
+    """Write random styles that pass the quality gates on a picture.
 
-    The folder gets a file for each style, named by its seed; a page and a sheet of what they make of the
-    picture, the best first; and a table with their scores and measures, and why others were thrown out.
+    The folder gets a style file for each seed, a page and a sheet of the results, best first, and a table
+    with scores, metrics and the reasons for rejections.
 
     Args:
-        source: a picture or a film, of which one picture is taken.
-        folder: new or empty.
-        count, seed, rules, tries, stop: as for `search`.
+        source: a picture, or a film from which one picture is used.
+        folder: a new or empty folder.
+        count, seed, rules, tries, stop: see `search`.
         judge: a model that scores pictures.
-        overwrite: whether the folder may have files, which are replaced where names are the same.
+        overwrite: whether the folder may contain files; files with the same names are replaced.
 
     Raises:
-        UsageError: the folder is a file, or has files.
-        InputError: the source or the model cannot be read, or no style makes anything of the picture.
+        UsageError: the folder is a file, or is not empty.
+        InputError: the source or the model cannot be read, or no style passes.
         OutputError: a file cannot be written.
     """
     check_folder(folder)

@@ -13,7 +13,7 @@ from typing import Any
 
 import vidstyle
 from vidstyle.export import runner_module
-from vidstyle.export.adjust import holds, is_alike, main_controls, tables_of, with_tints
+from vidstyle.export.adjust import is_alike, main_controls, tables_fit, tables_of, with_tints
 from vidstyle.gpu.compile.es import es_plan
 from vidstyle.style import Style, set_values
 from vidstyle.style.panel import panel
@@ -82,7 +82,7 @@ def _tables(
     for control in controls:
         serves = alike is not None and control.get("unit") != "px"
         found = alike["tables"].get(control["path"], []) if alike and serves else []
-        if not serves or not holds(found, control, plan):
+        if not serves or not tables_fit(found, control, plan):
             found = tables_of(style, plan, control, lambda changed: es_plan(changed, width, height))
         if found:
             tables[control["path"]] = found
