@@ -1,4 +1,4 @@
-"""Reads a source or a microphone in a thread of its own, and reconnects when it is lost."""
+"""Capture of a source or a microphone in a separate thread, with reconnection."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Targets with a thread of their own, so that a slow or broken one delays no other."""
+"""Targets with separate threads, so that a slow or broken target does not delay others."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ from vidstyle.media.write.writer import WriteOptions, open_writer
 
 TIME_BASE_SECONDS = Fraction(1, 90000)
 FILE_QUEUE_FRAMES = 8
-"""Frames that may wait for a disk or an encoder that pauses."""
+"""Number of frames that may wait for a slow disk or encoder."""
 
 TargetMaker = Callable[[TargetContext], Target]
 
@@ -135,11 +135,11 @@ class StreamSink:
     def write(self, frame: LiveFrame, number: int) -> None:
         """See Sink."""
         time = self._stream.write(frame.video, number)
-        if frame is not self._last:  # time goes on while one is repeated, and sound with it
+        if frame is not self._last:  # time and sound advance while a frame is repeated
             self._last, self._offset = frame, time - frame.captured
 
     def push_audio(self, chunk: AudioChunk) -> None:
-        """See Sink; sound is placed beside the frame that was captured with it."""
+        """See Sink; sound is aligned with the frame captured at the same time."""
         self._stream.push_audio(chunk, chunk.time + self._offset)
 
     def close(self) -> None:
@@ -162,16 +162,16 @@ class FileSink:
         self._writer = open_writer(target, info, options)
         self._start: float | None = None
         self._duration = round(1 / (context.rate * TIME_BASE_SECONDS))
-        self._convert(context.first)  # so that frames do not wait for what is compiled or allocated only once
+        self._convert(context.first)  # compile and allocate now, so that frames do not wait
 
     def write(self, frame: LiveFrame, number: int) -> None:
-        """See Sink; the frame's own time counts instead of its number."""
+        """See Sink; use the capture time instead of the number."""
         self._start = frame.captured if self._start is None else self._start
         pts = round((frame.captured - self._start) / TIME_BASE_SECONDS)
         self._writer.write(Frame(self._convert(frame), pts, TIME_BASE_SECONDS, self._duration))
 
     def push_audio(self, chunk: AudioChunk) -> None:
-        """See Sink; sound before the first frame is left out."""
+        """See Sink; discard sound before the first frame."""
         if self._start is not None:
             self._writer.push_audio(chunk, chunk.time - self._start)
 

@@ -1,4 +1,4 @@
-"""What the explorer's page may ask for: the messages, and the methods of an exploration that they call."""
+"""The schema of the messages from the page, and the methods that they call."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ MESSAGE_FIELDS: dict[str, Fields] = {
         "design": TILE_FIELD,
     }.items()
 }
-"""The messages of the page. Each is answered, by its `id`."""
+"""The fields of all messages; the answer to a message repeats its `id`."""
 
 ACTIONS = {
     "like": "more_like",
@@ -61,4 +61,4 @@ ACTIONS = {
     "move": "move_to",
     "keep": "tuned",
 }
-"""The methods of `Exploration` that messages call, after which all browsers are told what is shown."""
+"""The methods of `Exploration` that messages call; all browsers get the new state afterwards."""

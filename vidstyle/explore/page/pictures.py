@@ -1,4 +1,4 @@
-"""The pictures of the explorer's page, by address."""
+"""HTTP handlers for the pictures of the page."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from vidstyle.explore.page.exploration import Exploration
 from vidstyle.web.server import Handler
 
 PICTURE_SIDES_PX = (180, 270, 360, 540, 720, 1080)
-"""Shorter sides of pictures that the page may ask for."""
+"""Sizes of pictures that the page may request: the shorter side."""
 
 
 def picture_handlers(exploration: Exploration) -> dict[str, Handler]:
-    """What answers requests for pictures, JPEG, by address; what there is not gets 404."""
+    """Return handlers for JPEG pictures by path; unknown pictures give 404."""
     pictures = _Pictures(exploration)
     return {
         "/frame.jpg": pictures.frame,
