@@ -81,7 +81,7 @@ def _speed(size: tuple[int, int], seconds: float) -> dict[str, float | None]:
 
 
 def markdown(data: dict[str, Any]) -> str:
-    """The data of `results.as_dict`: for each size a table of the CPU and of each form of passes."""
+    """Return `data` as Markdown: for each size, tables for the CPU and each form of GPU passes."""
     machine, results = data["machine"], data["results"]
     lines = [", ".join(f"{name}: {fact}" for name, fact in machine.items())]
     for size in dict.fromkeys(tuple(result["size"]) for result in results):
@@ -96,7 +96,7 @@ def markdown(data: dict[str, Any]) -> str:
 
 
 def film_markdown(timed: Sequence[FilmTimes]) -> str:
-    """A table of a film in several styles: milliseconds a frame of parts, frames a second of all."""
+    """Return a table of a film in several styles: ms per frame of each part, and total frames per second."""
     parts = ("decode", "style", "steady", "encode")
     rows = [
         {"style": each.name}
@@ -116,7 +116,7 @@ def _cpu_row(result: dict[str, Any]) -> TableRow:
 
 
 def _gpu_row(result: dict[str, Any], gpu: dict[str, Any]) -> TableRow:
-    """Times in ms; empty where nothing runs on the GPU."""
+    """Return times in ms; empty without GPU passes."""
     runs = bool(gpu["passes"])
     share = gpu["share_of_bandwidth"]
     return _subject(result) | {
@@ -145,7 +145,7 @@ def _paper(result: dict[str, Any]) -> str:
 
 
 def _number(value: float | None) -> str:
-    """Three digits, and as many more as it takes.
+    """Format a number with at least three significant digits.
 
     >>> [_number(value) for value in (0.01234, 1.5, 1719.4, None)]
     ['0.0123', '1.5', '1719', '-']

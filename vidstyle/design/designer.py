@@ -50,7 +50,7 @@ class Designer:
 
     @property
     def state(self) -> dict[str, Any] | None:
-        """The document as plain data, see `state_of`; None while nothing is open."""
+        """The document as plain data, see `state_of`; None if no style is open."""
         if self.document is None:
             return None
         return state_of(self.document) | {"file": self.file.name if self.file else ""}
@@ -60,7 +60,7 @@ class Designer:
         """The document.
 
         Raises:
-            UsageError: nothing is open.
+            UsageError: no style is open.
         """
         if self.document is None:
             raise UsageError("the designer", "has no style open", "open one or begin a new one")

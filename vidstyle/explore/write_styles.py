@@ -66,9 +66,7 @@ def explore_to_folder(
     picture = read_still(source, read)
     found = search(Original(picture), seed, count, rules, tries, scorer, on_step, stop)
     if not found.chosen:
-        raise InputError(
-            source, f"none of {found.tried} styles makes anything of it", "choose another picture"
-        )
+        raise InputError(source, f"none of {found.tried} styles passed", "choose another picture")
     folder.mkdir(exist_ok=True)
     for candidate in found.chosen:
         save_style(candidate.style, folder / f"{candidate.style.name}.toml")

@@ -33,7 +33,7 @@ class ReconnectingSource(ABC, Generic[T]):
     """
 
     purpose = substitute = ""
-    """The name of the thread, and what is delivered while the source is lost, for the log."""
+    """The name of the thread, and the substitute while the source is lost, for the log."""
 
     def __init__(self, source: CaptureSource[T], push_audio: PushAudio, clock: Clock) -> None:
         """`push_audio`: receives the sound, in the capturing thread."""

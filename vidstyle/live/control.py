@@ -51,7 +51,7 @@ class Status:
         repeated: number of frames that targets repeated for want of a newer one.
         rate: restyled frames per second, over the last seconds.
         latency_ms: median and 99th percentile from capture to the targets, over the last seconds.
-        degraded: what is reduced to hold the rate, or "".
+        degraded: a description of the reduced working size, or "".
         targets: name and state of each.
         recording: whether a recording is being written.
         message: the last message to the user, or "".
@@ -147,7 +147,7 @@ class Controls:
         """Change values of the style: {"posterize.levels": 5}.
 
         Raises:
-            UsageError: names all mistakes; nothing is changed then.
+            UsageError: a value is invalid; lists all mistakes and changes nothing.
         """
         with self._lock:
             self.style = set_values(self.style, values)

@@ -42,14 +42,14 @@ class FrameProcessor:
 
     @property
     def degraded(self) -> str:
-        """What is reduced to hold the rate, or ""."""
+        """A description of the reduced working size, or ""."""
         if self._renderer.scale == 1:
             return ""
         width, height = self._renderer.working_size(*self.size)
         return f"working at {width}×{height}"
 
     def process(self, captured: CapturedFrame, capture: Capture, name: str) -> Picture:
-        """Restyle a frame; `name` is that of the source."""
+        """Restyle a frame; `name` is the name of the source."""
         picture = self._normalizer.normalize(captured, capture, name)
         style = None if self._controls.bypassed else self._controls.style
         before = self.style
@@ -91,7 +91,7 @@ class FrameNormalizer:
     """
 
     def __init__(self, size: tuple[int, int] | None) -> None:
-        """`size`: wanted, one side perhaps -1 or -2; None: that of the first frame, with square pixels."""
+        """`size`: the output size, one side may be -1 or -2; None: size of the first frame, with square pixels."""
         self._wanted = size
         self._square = (0, 0)
         self._converter: FrameConverter | None = None
@@ -99,9 +99,10 @@ class FrameNormalizer:
         self.encoding = Encoding()
 
     def normalize(self, captured: CapturedFrame, capture: Capture, name: str) -> Picture:
-        """The frame upright, at the session's size, without alpha; `name` is that of the source.
+        """Return the frame upright, at the size of the session, without alpha; letterbox another shape.
 
-        Where the frame has another shape, bars are added.
+        Args:
+            name: the name of the source.
         """
         if self._converter is None:
             self._converter = self._begin(captured, capture, name)
@@ -130,13 +131,13 @@ def output_encoding(picture: Picture) -> Encoding:
 WORKING_SCALES = (1.0, 0.75, 0.5, 0.375, 0.25)
 """Working sizes, as shares of the picture's width and height."""
 PREFERRED_MIN_SCALE, MIN_RATE_SHARE = 0.5, 0.4
-"""The rate falls to this share before the size falls below that one."""
+"""Below this scale, the size is only reduced once the rate has fallen to this share."""
 MIN_LINES = 180
-"""Below that size it does not fall to fewer lines than these: smaller pictures show their pixels."""
+"""Minimum height below the preferred scale; smaller pictures look pixelated."""
 OVERLOAD_SHARE, HEADROOM_SHARE = 0.95, 0.65
-"""Shares of the time that a frame may take: above the first a size is too large, below the second it fits."""
+"""Shares of the frame time: above the first, a size is too large; below the second, it fits."""
 MEASURE_SECONDS, RAISE_SECONDS, MAX_RAISE_SECONDS = 0.5, 2.0, 60.0
-"""Time measured before the size falls; before it rises; and that at most, after attempts that failed."""
+"""Time before the size is reduced; before it is raised; and maximum of the latter after failed attempts."""
 MIN_FRAMES, MAX_FRAMES = 3, 30
 """Number of frames measured."""
 

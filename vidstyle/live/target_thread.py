@@ -28,7 +28,7 @@ class Sink(Protocol):
     """An open target that frames are written to.
 
     Attributes:
-        needs_every: whether frames have no times of their own, so that none may be left out.
+        needs_every: whether frames have no timestamps, so that none may be skipped.
     """
 
     needs_every: bool
@@ -116,7 +116,7 @@ class TargetThread:
         self._thread.join(CLOSE_SECONDS)
 
     def _deliver(self, sink: Sink, frame: LiveFrame | None) -> None:
-        """Write a frame; None: none has arrived within `_timeout`."""
+        """Write a frame; None: no frame arrived within `_timeout`."""
         if frame is not None:
             self._write(sink, frame, self.delivered)
             self._count(frame)
@@ -239,7 +239,7 @@ class ConstantRateTarget(TargetThread):
 EARLY_TOLERANCE = 0.75
 """Share of a frame's duration by which it may miss its slot, so that jitter drops and repeats nothing."""
 MAX_GAP = 1.0
-"""Seconds without a write after which the reader itself has stood still; slots go on from there."""
+"""Seconds without a write after which the reader counts as stalled; slots continue from there."""
 
 
 class FramePacer:

@@ -1,4 +1,4 @@
-"""The targets of a session: each opened by its name on the command line, and all of them together."""
+"""The targets of a session, opened by name, and their group."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ TargetMaker = Callable[[TargetContext], Target]
 
 @dataclass(frozen=True)
 class TargetOptions(stream.StreamOptions):
-    """Options of targets: those of streams, whose rate and sound the session knows, and of the others.
+    """Options of all targets. The session sets rate and sound of streams.
 
     Attributes:
         file: options of files.
@@ -219,7 +219,7 @@ class Delivery:
 
 
 class TargetGroup:
-    """Distributes frames and sound to all targets; none of them delays another."""
+    """Distributes frames and sound to all targets; no target delays another."""
 
     def __init__(self, makers: Sequence[Callable[[TargetContext], Target]]) -> None:
         """`makers`: each makes a target once the first frame is known."""

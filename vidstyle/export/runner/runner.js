@@ -162,7 +162,7 @@ export class Runner {
   }
 
   /**
-   * Loads a plan. What the browser can compile at the same time, it does; drawing goes on meanwhile.
+   * Loads a plan. The browser compiles shaders in parallel if it can; drawing continues.
    * @param {Plan} plan
    * @returns {Promise<LoadedStyle>}
    */
@@ -199,7 +199,7 @@ export class Runner {
    *   result is in the upper left corner of `this.canvas` until the next call.
    * @param {object} [options]
    * @param {number | null} [options.time] presentation time in seconds; null: the picture stands alone
-   * @param {Size} [options.size] the size at which to work; else that of the source
+   * @param {Size} [options.size] the working size; default: the size of the source
    * @returns {Size | null} the size of the result; null if there is no picture yet, or no context now
    */
   draw(style, source, canvas, options = {}) {

@@ -75,7 +75,7 @@ function subjectOf(tile) {
   };
 }
 
-/** Returns the size at which tiles are rendered: that of the tiles on screen, or less if rendering is slow. */
+/** Returns the size at which tiles are rendered: the size of the tiles on screen, or less if rendering is slow. */
 function tileSide() {
   const fixed = Number(options.get("side"));
   if (TILE_SIDES.includes(fixed)) return fixed;
