@@ -91,7 +91,7 @@ class FrameNormalizer:
     """
 
     def __init__(self, size: tuple[int, int] | None) -> None:
-        """`size`: the output size, one side may be -1 or -2; None: size of the first frame, with square pixels."""
+        """`size`: the output size, one side may be -1 or -2; None: the size of the first frame."""
         self._wanted = size
         self._square = (0, 0)
         self._converter: FrameConverter | None = None
