@@ -19,7 +19,7 @@ from pictures import step, style
 from vidstyle import cli
 from vidstyle.bench import Bench, Timed, _forms
 from vidstyle.bench.films import FilmBench
-from vidstyle.bench.paper_figures import FIGURES, figure_for
+from vidstyle.bench.paper_figures import PAPER_FIGURES, figure_for
 from vidstyle.bench.results import as_dict, film_markdown, markdown
 from vidstyle.bench.subjects import Subject, film_picture_at, subjects
 from vidstyle.blocks import all_blocks
@@ -196,9 +196,9 @@ def test_learned_filters_stand_beside_those_of_the_paper() -> None:
 
 
 def test_the_figures_of_the_paper_are_those_of_its_table() -> None:
-    assert len(FIGURES) == 13 and [figure.style for figure in FIGURES] == list(range(1, 14))
-    assert max(FIGURES, key=lambda figure: figure.desktop).style == 11
-    assert all(5 < figure.desktop / figure.mobile < 18 for figure in FIGURES), "a tenth, its text says"
+    assert len(PAPER_FIGURES) == 13 and [figure.style for figure in PAPER_FIGURES] == list(range(1, 14))
+    assert max(PAPER_FIGURES, key=lambda figure: figure.desktop).style == 11
+    assert all(5 < figure.desktop / figure.mobile < 18 for figure in PAPER_FIGURES), "a tenth, its text says"
     assert figure_for("comic") is None
 
 

@@ -64,7 +64,7 @@ def test_the_history_is_jumped_through_and_has_an_end() -> None:
     assert len(entries) == 200
     document.jump(entries[10].number)
     assert document.content.fields["steady"] == entries[10].state.fields["steady"]
-    with pytest.raises(UsageError, match="is not in the history"):
+    with pytest.raises(UsageError, match="is no longer in the history"):
         document.jump(3)
 
 
@@ -151,7 +151,7 @@ def test_a_recipe_opens_into_steps_that_make_the_same_picture(name: str) -> None
     [
         ("set", {"step": 1, "name": "sigma", "value": 99.0}, "sigma: 99 is outside"),
         ("set", {"step": 1, "name": "sigmas", "value": 1.0}, "did you mean 'sigma'"),
-        ("set", {"step": 9, "name": "sigma", "value": 1.0}, "is not in the style any more"),
+        ("set", {"step": 9, "name": "sigma", "value": 1.0}, "no longer exists"),
         ("add", {"layer": "lines", "index": 9, "block": "hue"}, "is not in the layer"),
         ("add", {"layer": "line", "index": 0, "block": "hue"}, "is not a layer"),
         ("add", {"layer": "lines", "index": 0, "block": "hues"}, "did you mean 'hue'"),

@@ -217,7 +217,7 @@ def test_a_style_is_built_by_mouse(page: Page) -> None:
     browser.click("#render-frames")
     browser.type(str(FRAMES))
     browser.click("#render-go")
-    page.told("Written: hatched.mp4")
+    page.told("Saved as hatched.mp4")
     by_hand(page, **values)
 
 
@@ -256,7 +256,7 @@ def test_a_style_is_built_by_keyboard_alone(page: Page) -> None:
     page.shows("Source")
     add("flow dog", "Flow dog")
     browser.press("Alt+ArrowDown", "Alt+ArrowDown")
-    page.told("Flow dog moved to lines, place 1 of 2")
+    page.told("Flow dog moved to lines, position 1 of 2")
     enter("sigma", 1.5)
     for label in ("mute", "unmute"):
         browser.press("m")
@@ -275,7 +275,7 @@ def test_a_style_is_built_by_keyboard_alone(page: Page) -> None:
     browser.press("Tab")
     browser.type(str(FRAMES))
     browser.press("Enter")
-    page.told("Written: hatched.mp4")
+    page.told("Saved as hatched.mp4")
     by_hand(page, spacing=9.0, sigma=1.5, epsilon=55.0)
 
 
@@ -299,7 +299,7 @@ def test_the_browser_restyles_and_a_dragged_value_compiles_nothing(page: Page) -
     assert compiled == before[0]
     assert picture != before[1]
     browser.press("Escape", "k")
-    page.told("no value differs by more than one")
+    page.told("no value differs by more than 1")
 
 
 def test_files_are_dropped_on_the_page(page: Page) -> None:

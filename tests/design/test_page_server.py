@@ -107,7 +107,7 @@ def test_the_server_restyles_for_a_page_that_cannot(server: DesignServer) -> Non
 def test_a_dragged_value_does_not_wait_for_the_larger_picture(
     server: DesignServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(working_size, "SIDES", (32,))
+    monkeypatch.setattr(working_size, "WORKING_SIDES_PX", (32,))
     monkeypatch.setattr(frames, "IDLE_SECONDS", 10 * LONG)
     with shown(server, where="server") as page:
         page.ask("open", style="sketch")
@@ -282,4 +282,4 @@ def test_a_page_that_asks_for_too_much_at_once_is_told_so(page: Page) -> None:
     page.ask("open", style="comic")
     ids = [page.say("check") for _ in range(20)]
     told = [page.answer(id).get("error", "") for id in ids]
-    assert any("is at work" in each for each in told) and "" in told
+    assert any("is busy" in each for each in told) and "" in told

@@ -18,7 +18,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from vidstyle.design.designer import Designer
 from vidstyle.design.drafts import Drafts
-from vidstyle.design.page import design_page, kinds
+from vidstyle.design.page import message_fields, page_connection
 from vidstyle.design.page.design_server import MAX_PAGES, DesignServer
 from vidstyle.errors import UsageError
 from vidstyle.preview.clip import open_clip
@@ -118,7 +118,7 @@ def test_parts_of_no_file_and_more_than_was_announced_end_the_connection(server:
 
 
 def test_too_many_messages_end_the_connection(server: DesignServer, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(design_page, "MAX_MESSAGES", 20)
+    monkeypatch.setattr(page_connection, "MAX_MESSAGES", 20)
     with shown(server) as page:
         for _ in range(60):
             page.say("command")
@@ -222,8 +222,8 @@ VALUES = [
 
 def malformed(choose: random.Random) -> str:
     """A message of the page with something wrong, or with values that make no sense."""
-    kind = choose.choice([*kinds.FIELDS, "nothing"])
-    fields = dict.fromkeys(kinds.FIELDS.get(kind, {"id": None}))
+    kind = choose.choice([*message_fields.MESSAGE_FIELDS, "nothing"])
+    fields = dict.fromkeys(message_fields.MESSAGE_FIELDS.get(kind, {"id": None}))
     message = {"do": kind} | {name: choose.choice(VALUES) for name in fields}
     if choose.random() < 0.7:
         message["id"] = 1
@@ -261,14 +261,14 @@ def test_malformed_messages_never_raise(
     server: DesignServer, count: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Each is refused by the table, or answered; the first that is refused ends the connection."""
-    monkeypatch.setattr(design_page, "MAX_MESSAGES", 10**6)
+    monkeypatch.setattr(page_connection, "MAX_MESSAGES", 10**6)
     choose = random.Random(random.randrange(2**32))
     refused = []
     with shown(server) as page:
         page.ask("new")
         for text in (malformed(choose) for _ in range(count)):
             try:
-                kind = read_message(text, kinds.FIELDS)["do"]
+                kind = read_message(text, message_fields.MESSAGE_FIELDS)["do"]
             except MessageError:
                 refused.append(text)
                 continue

@@ -1,4 +1,4 @@
-"""Choosing: screens of nine that follow from what was taken, the taste learned from it, and the plane."""
+"""Screens of nine that follow from choices, the taste learned from them, and the tuning pad."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from media import photograph
 
 from tools.explore.simulated_user import radius_of, screens_needed, seen
 from vidstyle.explore import chooser as chooser_module
-from vidstyle.explore.chooser import ALIKE, FIRST, PLACES, Chooser, Tile
+from vidstyle.explore.chooser import FIRST_SCREEN_KINDS, MIN_TILE_DISTANCE, SCREEN_KINDS, Chooser, Tile
 from vidstyle.explore.generate import random_style
 from vidstyle.explore.look import Look, look_distance, look_of
 from vidstyle.explore.phrases import shipped_styles
-from vidstyle.explore.plane import plane_of
 from vidstyle.explore.taste import Taste
+from vidstyle.explore.tuning_pad import tuning_pad_of
 from vidstyle.style import Style, load_style
 
 MIDDLE = 4
@@ -39,7 +39,7 @@ def looks(styles: Sequence[Style]) -> list[Look | None]:
 def few(monkeypatch: pytest.MonkeyPatch) -> None:
     """Fewer candidates than on the page, as each takes 25 ms."""
     fewer = {"values": 6, "step": 3, "cross": 1, "wild": 1, "shipped": 4}
-    monkeypatch.setattr(chooser_module, "DRAWN", fewer)
+    monkeypatch.setattr(chooser_module, "CANDIDATE_COUNTS", fewer)
 
 
 def chooser(seed: int = 1, **given: object) -> Chooser:
@@ -59,7 +59,7 @@ def structure(style: Style) -> dict[str, list[str]]:
 def test_the_first_screen_has_mutants_of_shipped_styles_and_nothing_that_fails() -> None:
     screen = chooser().screen
     # Where too few of a kind pass, others stand in.
-    assert (Counter(FIRST) - Counter(tile.kind for tile in screen.tiles)).total() <= 2
+    assert (Counter(FIRST_SCREEN_KINDS) - Counter(tile.kind for tile in screen.tiles)).total() <= 2
     shipped = {style.name for style in shipped_styles()}
     mutants = [tile for tile in screen.tiles if tile.kind == "shipped"]
     assert len(mutants) >= 4 and {name for tile in mutants for name in tile.parents} <= shipped
@@ -72,7 +72,7 @@ def test_the_tile_that_was_taken_stays_in_the_middle_and_the_others_follow_from_
     tiles = made.more_like(2).tiles
     assert (tiles[MIDDLE].style, tiles[MIDDLE].kind) == (taken.style, "chosen")
     # Where too few of a kind pass, others stand in.
-    assert (Counter(PLACES) - Counter(tile.kind for tile in tiles)).total() <= 2
+    assert (Counter(SCREEN_KINDS) - Counter(tile.kind for tile in tiles)).total() <= 2
     for tile in tiles:
         if tile.kind in ("values", "step", "cross"):
             assert tile.parents[0] == taken.style.name
@@ -85,7 +85,9 @@ def test_no_two_tiles_look_alike_and_none_fails() -> None:
     for screen in (made.screen, made.more_like(2)):
         for place, one in enumerate(screen.tiles):
             assert not one.look.fault or place == MIDDLE
-            assert all(look_distance(one.look, other.look) >= ALIKE for other in screen.tiles[:place])
+            assert all(
+                look_distance(one.look, other.look) >= MIN_TILE_DISTANCE for other in screen.tiles[:place]
+            )
 
 
 def test_the_same_seed_and_the_same_clicks_give_the_same_screens_and_others_do_not() -> None:
@@ -179,18 +181,18 @@ def test_taste_follows_clicks() -> None:
     assert np.corrcoef(taste.utility(shown), shown[:, 0])[0, 1] > 0.9
 
 
-def test_a_plane_has_the_style_on_it_and_changes_what_is_seen() -> None:
+def test_a_tuning_pad_has_the_style_on_it_and_changes_what_is_seen() -> None:
     style = load_style("ink")
-    plane = plane_of(style, looks)
-    assert plane is not None
-    assert {re.sub("#[0-9]", "", axis.path) for axis in plane.axes} <= {
+    pad = tuning_pad_of(style, looks)
+    assert pad is not None
+    assert {re.sub("#[0-9]", "", axis.path) for axis in pad.axes} <= {
         "minimum_range.dynamic_range", "blend.opacity", "scale.factor", "flow_dog.p", "flow_dog.sigma",
         "lines.soft_threshold.epsilon", "lines.soft_threshold.phi",
     }  # fmt: skip
-    (same,) = looks([plane.style_at(*plane.start)])
-    (own, *corners) = looks([style, *(plane.style_at(x, y) for x in (0, 1) for y in (0, 1))])
+    (same,) = looks([pad.style_at(*pad.start)])
+    (own, *corners) = looks([style, *(pad.style_at(x, y) for x in (0, 1) for y in (0, 1))])
     assert own is not None and same is not None and look_distance(own, same) < 0.02
-    assert all(each is not None and look_distance(own, each) > ALIKE for each in corners)
+    assert all(each is not None and look_distance(own, each) > MIN_TILE_DISTANCE for each in corners)
 
 
 @pytest.mark.parametrize("name", of_the_day(["charcoal", "ink", "noir", "poster"], 1))

@@ -14,7 +14,7 @@ from skimage import data
 
 from vidstyle.cli import commands, main
 from vidstyle.errors import InputError
-from vidstyle.explore.write_styles import PAGE, SHEET, TABLE, explore_to_folder
+from vidstyle.explore.write_styles import PAGE_FILE, SHEET_FILE, TABLE_FILE, explore_to_folder
 from vidstyle.style import load_style
 
 
@@ -38,8 +38,8 @@ def test_same_seed_same_bytes_on_any_number_of_cores(
     one = files(tmp_path / "one")
     assert one == files(tmp_path / "two")
     styles = [name for name in one if name.endswith(".toml")]
-    assert len(styles) == 2 and {PAGE, SHEET, TABLE} < one.keys()
-    table = json.loads(one[TABLE])
+    assert len(styles) == 2 and {PAGE_FILE, SHEET_FILE, TABLE_FILE} < one.keys()
+    table = json.loads(one[TABLE_FILE])
     assert [row["file"] for row in table["styles"]] != [] and table["passed"] == 2
     assert table["tried"] == table["passed"] + sum(table["thrown out"].values())
     for row in table["styles"]:
@@ -58,7 +58,7 @@ def test_judge_ranks(photograph: Path, tmp_path: Path) -> None:
     found = explore_to_folder(photograph, tmp_path / "judged", 2, seed=7, judge=tmp_path / "judge.onnx")
     scores = [each.score for each in found.chosen]
     assert scores[0] == max(scores) and 1 <= min(scores)
-    assert json.loads((tmp_path / "judged" / TABLE).read_text())["judge"] == "judge.onnx"
+    assert json.loads((tmp_path / "judged" / TABLE_FILE).read_text())["judge"] == "judge.onnx"
 
 
 def test_a_stopped_search_keeps_what_is_there(photograph: Path, tmp_path: Path) -> None:
@@ -74,7 +74,7 @@ def test_a_stopped_search_keeps_what_is_there(photograph: Path, tmp_path: Path) 
 
 def test_a_picture_of_nothing_is_refused_in_a_line(tmp_path: Path) -> None:
     cv2.imwrite(str(tmp_path / "black.png"), data.chelsea() * 0)
-    with pytest.raises(InputError, match="none of 4 styles makes anything of it"):
+    with pytest.raises(InputError, match="none of 4 styles passed"):
         explore_to_folder(tmp_path / "black.png", tmp_path / "none", 1, seed=1, tries=4)
     assert not (tmp_path / "none").exists()
 

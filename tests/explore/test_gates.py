@@ -1,4 +1,4 @@
-"""Measures, gates, pruning and score of random styles."""
+"""PictureMetrics, gates, pruning and score of random styles."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from face_network import brightness_judge
 from skimage import data
 
 from vidstyle.errors import InputError
-from vidstyle.explore.gates import MAX_UNSTEADY, fault, is_like_another, pruned
+from vidstyle.explore.gates import MAX_UNSTEADY, fault, is_like_another, prune
 from vidstyle.explore.generate import mutate, random_style
-from vidstyle.explore.measure import MEASURED_SIDE, Measures, Original, reduced
+from vidstyle.explore.measure import MAX_MEASURED_SIDE_PX, Original, PictureMetrics, reduce_picture
 from vidstyle.explore.phrases import shipped_styles
 from vidstyle.explore.score import Judge, score, spread_out
 from vidstyle.style import Step, Style, load_style
@@ -26,14 +26,14 @@ def cat() -> Original:
     return Original(data.chelsea())
 
 
-def measured(original: Original, picture: np.ndarray) -> Measures:
-    return original.measures(picture.clip(0, 255).astype(np.uint8))
+def measured(original: Original, picture: np.ndarray) -> PictureMetrics:
+    return original.measure(picture.clip(0, 255).astype(np.uint8))
 
 
 @pytest.mark.parametrize("style", shipped_styles()[1::6], ids=lambda style: style.name)
 def test_shipped_styles_pass_the_gates(cat: Original, style: Style) -> None:
-    picture = cat.drawn(style)
-    assert fault(cat.measures(picture)) == ""
+    picture = cat.render(style)
+    assert fault(cat.measure(picture)) == ""
     assert cat.steadiness(style, picture) < MAX_UNSTEADY
 
 
@@ -41,7 +41,7 @@ def test_shipped_styles_pass_the_gates(cat: Original, style: Style) -> None:
 @pytest.mark.parametrize("name", PHOTOGRAPHS)
 def test_all_shipped_styles_pass_the_gates(name: str) -> None:
     original = Original(getattr(data, name)())
-    faults = {style.name: fault(original.measures(original.drawn(style))) for style in shipped_styles()}
+    faults = {style.name: fault(original.measure(original.render(style))) for style in shipped_styles()}
     assert sum(map(bool, faults.values())) <= 1, faults
 
 
@@ -67,23 +67,23 @@ def test_gates_name_what_is_wrong(cat: Original) -> None:
 def test_signatures_tell_how_alike_pictures_are(cat: Original) -> None:
     style = load_style("poster")
     here, near, far = (
-        cat.signature(cat.drawn(each)) for each in (style, mutate(style, 1, 0.05), load_style("sketch"))
+        cat.signature(cat.render(each)) for each in (style, mutate(style, 1, 0.05), load_style("sketch"))
     )
     assert is_like_another(near, [far, here]) and not is_like_another(far, [here])
     assert np.linalg.norm(here - near) < np.linalg.norm(here - far)
 
 
 def test_measures_do_not_depend_on_the_size(cat: Original) -> None:
-    picture = cat.drawn(load_style("abstraction"))
-    small = cat.measures(reduced(picture, MEASURED_SIDE))
-    assert small.tone == pytest.approx(cat.measures(picture).tone, abs=0.02)
+    picture = cat.render(load_style("abstraction"))
+    small = cat.measure(reduce_picture(picture, MAX_MEASURED_SIDE_PX))
+    assert small.tone == pytest.approx(cat.measure(picture).tone, abs=0.02)
 
 
 def test_pruning_removes_what_changes_nothing(cat: Original) -> None:
     idle = Step("saturation", {"factor": 1.0})
     steps = (Step("to_gray"), Step("etf"), idle, Step("brightness", {"factor": 1.0}), Step("to_color"))
     style = Style("idle", background=(*steps, Step("luma_posterize", {"levels": 5}), idle))
-    left = pruned(style, cat, cat.drawn(style))
+    left = prune(style, cat, cat.render(style))
     assert [step.block for step in left.steps] == ["to_gray", "etf", "to_color", "luma_posterize"]
 
 
@@ -91,8 +91,8 @@ def test_pruning_removes_what_changes_nothing(cat: Original) -> None:
 def test_score_is_higher_for_shipped_styles_than_for_random_ones() -> None:
     """On a photograph that the score was not fitted to, with few styles; tools/explore/score.py has many."""
     original = Original(data.astronaut())
-    good = [score(original.measures(original.drawn(style))) for style in shipped_styles()]
-    random = [score(original.measures(original.drawn(random_style(seed)))) for seed in range(26)]
+    good = [score(original.measure(original.render(style))) for style in shipped_styles()]
+    random = [score(original.measure(original.render(random_style(seed)))) for seed in range(26)]
     assert np.mean(np.array(good)[:, None] > random) > 0.85
 
 

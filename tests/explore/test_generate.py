@@ -8,9 +8,9 @@ import pytest
 
 from vidstyle.explore.colors import MIN_CONTRAST, contrast, is_pale
 from vidstyle.explore.generate import Rules, alter, cross, mutate, random_style
-from vidstyle.explore.phrases import BASE, grammar, shipped_styles
+from vidstyle.explore.phrases import BASE_RESULT, grammar, shipped_styles
 from vidstyle.explore.random_steps import is_valid
-from vidstyle.explore.rules import COUNT, FILTERS, GRAY_SHARE
+from vidstyle.explore.rules import FILTER_COUNT_RANGE, FILTER_RULES, GRAY_SHARE
 from vidstyle.style import Style, load_style, style_text, table_from_style
 
 PAPER_ENDS = {
@@ -38,7 +38,7 @@ def check_valid(rules: Rules, seeds: range) -> None:
     for seed in seeds:
         style = random_style(seed, rules)
         assert is_valid(style), seed
-        assert BASE not in style_text(style)
+        assert BASE_RESULT not in style_text(style)
 
 
 @pytest.mark.parametrize("rules", ["open", "paper"])
@@ -64,10 +64,14 @@ def chi_square(counts: list[int], shares: list[float]) -> float:
 
 def test_paper_rules_keep_to_what_the_paper_says() -> None:
     styles = [random_style(seed, "paper") for seed in range(600)]
-    repeats = {rule.block for rule in FILTERS if rule.repeats}
+    repeats = {rule.block for rule in FILTER_RULES if rule.repeats}
     assert repeats == {"flow_dog", "tvf"}
     for style in styles:
-        assert COUNT[0] <= len(style.background) <= COUNT[1] and not style.base and not style.lines
+        assert (
+            FILTER_COUNT_RANGE[0] <= len(style.background) <= FILTER_COUNT_RANGE[1]
+            and not style.base
+            and not style.lines
+        )
         twice = {block for block, n in Counter(blocks_of(style)).items() if n > 1}
         assert twice <= repeats
     lengths = Counter(len(style.steps) for style in styles)
@@ -75,7 +79,7 @@ def test_paper_rules_keep_to_what_the_paper_says() -> None:
     gray = sum("to_gray" in blocks_of(style) for style in styles)
     assert GRAY_SHARE == 0.2 and chi_square([gray, 600 - gray], [0.2, 0.8]) < CRITICAL[1]
     firsts = Counter(style.steps[0].block for style in styles if "to_gray" not in blocks_of(style))
-    assert chi_square([firsts[rule.block] for rule in FILTERS], [1 / 7] * 7) < CRITICAL[6]
+    assert chi_square([firsts[rule.block] for rule in FILTER_RULES], [1 / 7] * 7) < CRITICAL[6]
 
 
 def test_paper_values_are_even_between_the_ends_of_the_paper() -> None:

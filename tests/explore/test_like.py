@@ -13,8 +13,8 @@ from skimage import data
 from vidstyle.cli import main
 from vidstyle.explore import like
 from vidstyle.explore.appearance import appearance_distance, appearance_of
-from vidstyle.explore.like import FAR, NEAR, known_styles, ranked, searched
-from vidstyle.explore.measure import reduced
+from vidstyle.explore.like import MAX_NEAR_DISTANCE, MIN_FAR_DISTANCE, known_styles, ranked, searched
+from vidstyle.explore.measure import reduce_picture
 from vidstyle.explore.phrases import shipped_styles
 from vidstyle.gallery.style_samples import restyled
 from vidstyle.style import load_style
@@ -23,7 +23,7 @@ SIDE = 300
 
 
 def photograph(name: str) -> np.ndarray:
-    return reduced(getattr(data, name)(), SIDE)
+    return reduce_picture(getattr(data, name)(), SIDE)
 
 
 def named_among_three(given: str, tried: str, wanted: list[str], known: list[str]) -> int:
@@ -53,11 +53,16 @@ def test_the_look_does_not_depend_on_the_size() -> None:
     double = cv2.resize(picture, None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)
     other = restyled(photograph("coffee"), load_style("engraving"))
     here, larger, different = map(appearance_of, (picture, double, other))
-    assert appearance_distance(here, larger) < NEAR < FAR < appearance_distance(here, different)
+    assert (
+        appearance_distance(here, larger)
+        < MAX_NEAR_DISTANCE
+        < MIN_FAR_DISTANCE
+        < appearance_distance(here, different)
+    )
 
 
 def test_search_comes_nearer(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name, value in {"ROUNDS": 2, "PARENTS": 1, "CHILDREN": 3}.items():
+    for name, value in {"SEARCH_ROUNDS": 2, "PARENT_COUNT": 1, "CHILD_COUNT": 3}.items():
         monkeypatch.setattr(like, name, value)
     wanted = restyled(photograph("coffee"), load_style({"format": 1, "ink": "#303080", "lines": [
         {"block": "flow_xdog", "sigma": 3.0, "p": 12}]}))  # fmt: skip

@@ -24,12 +24,12 @@ from websockets.exceptions import ConnectionClosed
 from vidstyle.cli.explore import designer_until
 from vidstyle.errors import UsageError
 from vidstyle.explore import chooser
-from vidstyle.explore.look import SIDE
+from vidstyle.explore.look import MAX_LOOK_SIDE_PX
 from vidstyle.explore.page import exploration as exploration_file
-from vidstyle.explore.page import explore_page, outputs
+from vidstyle.explore.page import explore_server, outputs
 from vidstyle.explore.page.exploration import Exploration
-from vidstyle.explore.page.explore_messages import FIELDS
-from vidstyle.explore.page.explore_page import STATIC, ExplorePage
+from vidstyle.explore.page.explore_messages import MESSAGE_FIELDS
+from vidstyle.explore.page.explore_server import STATIC_FOLDER, ExploreServer
 from vidstyle.gpu.compile.es import es_plan
 from vidstyle.preview.clip import open_clip
 from vidstyle.style import load_style, user_styles
@@ -49,20 +49,20 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 
 @pytest.fixture(scope="module")
-def page(folder: Path) -> Iterator[ExplorePage]:
+def page(folder: Path) -> Iterator[ExploreServer]:
     """A page with a film of half a second, whose first screen is there.
 
-    It draws less ahead, which would keep all cores busy as long as it is open, and fewer pictures of a plane.
+    It renders less ahead, which would keep all cores busy, and fewer samples on the tuning pad.
     """
     film = make_clip(folder / "film.mp4", size=SIZE, frames=15)
     clip = open_clip(film)
     fewer = {"values": 6, "step": 3, "cross": 1, "wild": 1, "shipped": 4}
     with pytest.MonkeyPatch.context() as patch, Exploration(clip, 3) as exploration:
-        patch.setattr(chooser, "DRAWN", fewer)
-        patch.setattr(exploration_file, "GRID", 3)
+        patch.setattr(chooser, "CANDIDATE_COUNTS", fewer)
+        patch.setattr(exploration_file, "PAD_GRID_SIZE", 3)
         likeliest = exploration.chooser.by_liking
         patch.setattr(exploration.chooser, "by_liking", lambda: likeliest()[:1])
-        page = ExplorePage(exploration)
+        page = ExploreServer(exploration)
         eventually(lambda: page.state()["tiles"] or page.error)
         yield page
         page.close()
@@ -71,7 +71,7 @@ def page(folder: Path) -> Iterator[ExplorePage]:
 
 
 @pytest.fixture
-def visitor(page: ExplorePage) -> Visitor:
+def visitor(page: ExploreServer) -> Visitor:
     return Visitor(page)  # type: ignore[arg-type]
 
 
@@ -108,20 +108,20 @@ def test_the_page_is_told_of_the_clip_and_of_nine_tiles(window: Window) -> None:
     assert len({tile["tile"] for tile in state["tiles"]}) == 9 and state["locks"] == []
 
 
-def test_a_tile_is_drawn_by_the_server_as_the_style_draws_it(page: ExplorePage, visitor: Visitor) -> None:
+def test_a_tile_is_drawn_by_the_server_as_the_style_draws_it(page: ExploreServer, visitor: Visitor) -> None:
     tile = page.state()["tiles"][0]["tile"]
     frame = page.exploration.frames[0]
     drawn = picture(visitor, f"/tile.jpg?tile={tile}&frame={frame}&side=180")
     assert drawn.shape == (SIZE[1], SIZE[0], 3)
     look = page.exploration.tile(tile).look.picture[..., ::-1]
-    assert look.shape[1] <= SIDE
+    assert look.shape[1] <= MAX_LOOK_SIDE_PX
     assert np.abs(cv2.resize(drawn, look.shape[1::-1]).astype(float) - look).mean() < 12
     source = picture(visitor, f"/frame.jpg?frame={frame}&side=180")
     assert np.abs(source.astype(float) - drawn).mean() > 8
     assert picture(visitor, f"/look.jpg?tile={tile}").shape[:2] == look.shape[:2]
 
 
-def test_a_plan_is_sent_once_and_then_its_values(page: ExplorePage, visitor: Visitor) -> None:
+def test_a_plan_is_sent_once_and_then_its_values(page: ExploreServer, visitor: Visitor) -> None:
     tile = page.state()["tiles"][0]["tile"]
     with visitor.look() as one, visitor.look() as other:
         first = answer(one, "plan", tile=tile, side=180, whole=False)
@@ -132,7 +132,7 @@ def test_a_plan_is_sent_once_and_then_its_values(page: ExplorePage, visitor: Vis
         assert answer(one, "plan", tile=tile, side=180, whole=True)["plan"] == first["plan"]
 
 
-def test_a_click_is_answered_and_all_browsers_see_it(page: ExplorePage, visitor: Visitor) -> None:
+def test_a_click_is_answered_and_all_browsers_see_it(page: ExploreServer, visitor: Visitor) -> None:
     with visitor.look() as one, visitor.look() as other:
         before = one.news("state")
         other.news("state")
@@ -154,25 +154,25 @@ def test_a_click_is_answered_and_all_browsers_see_it(page: ExplorePage, visitor:
 
 
 def test_a_tuned_style_is_that_of_the_point_and_is_saved_as_it_is_shown(
-    page: ExplorePage, window: Window, visitor: Visitor
+    page: ExploreServer, window: Window, visitor: Visitor
 ) -> None:
     tile = page.state()["tiles"][2]["tile"]
-    told = answer(window, "plane", tile=tile)
+    told = answer(window, "pad", tile=tile)
     assert len(told["axes"]) == 2 and all(0 <= part <= 1 for part in told["start"])
     assert answer(window, "tune", tile=tile, x=0.9, y=0.1, side=180, whole=False)["values"]
-    assert picture(visitor, f"/plane.jpg?tile={tile}").shape[0] > 0
+    assert picture(visitor, f"/pad.jpg?tile={tile}").shape[0] > 0
     kept = answer(window, "keep", tile=tile, x=0.9, y=0.1)["tile"]
     saved = answer(window, "save", tile=kept, name="my look", overwrite=False)["file"]
     style = load_style("my look")
     assert Path(saved) == user_styles() / "my look.toml"
-    shown = page.exploration.plane(tile).style_at(0.9, 0.1)
+    shown = page.exploration.pad(tile).style_at(0.9, 0.1)
     assert (style.layers, style.ink, style.paper) == (shown.layers, shown.ink, shown.paper)
     assert "exists" in answer(window, "save", tile=tile, name="my look", overwrite=False)["error"]
     assert "error" not in answer(window, "save", tile=tile, name="my look", overwrite=True)
 
 
 def test_a_film_is_rendered_with_progress_and_exported(
-    page: ExplorePage, window: Window, folder: Path
+    page: ExploreServer, window: Window, folder: Path
 ) -> None:
     tile = page.state()["tiles"][0]["tile"]
     file = Path(answer(window, "render", tile=tile, name="out")["file"])
@@ -205,7 +205,7 @@ def test_a_shipped_style_keeps_its_name(name: str, folder: Path) -> None:
     ["/tile.jpg", "/tile.jpg?tile=0&frame=0&side=181", "/tile.jpg?tile=0&frame=99&side=180",
      "/tile.jpg?tile=99999&frame=0&side=180", "/tile.jpg?tile=-1&frame=0&side=180",
      "/frame.jpg?frame=0&side=99999",
-     "/frame.jpg?frame=1e3&side=180", "/look.jpg?tile=٣", "/look.jpg?tile=../../x", "/plane.jpg?tile=99999",
+     "/frame.jpg?frame=1e3&side=180", "/look.jpg?tile=٣", "/look.jpg?tile=../../x", "/pad.jpg?tile=99999",
      "/tuned.jpg?tile=0&x=2&y=0&frame=0&side=180", "/tuned.jpg?tile=0&x=nan&y=0&frame=0&side=180",
      "/exploration.py", "/explore.html"],
 )  # fmt: skip
@@ -221,13 +221,13 @@ def test_only_who_has_the_secret_is_admitted(visitor: Visitor, path: str) -> Non
     assert visitor.ask(path, visitor.headers(), "POST", b"x")[0] in (0, 400, 405)
 
 
-def test_malformed_messages_end_the_socket_and_nothing_else(page: ExplorePage, visitor: Visitor) -> None:
+def test_malformed_messages_end_the_socket_and_nothing_else(page: ExploreServer, visitor: Visitor) -> None:
     chance = random.Random(4)
     values = [None, True, -1, 0, 1.5, 2**60, "", "x", "x" * 300, [], {}, float("inf")]
     before = page.state()
     for number in range(60):
-        kind = chance.choice([*FIELDS, "nothing", 7])
-        fields = dict(FIELDS.get(kind, {"id": None})) if isinstance(kind, str) else {"id": None}
+        kind = chance.choice([*MESSAGE_FIELDS, "nothing", 7])
+        fields = dict(MESSAGE_FIELDS.get(kind, {"id": None})) if isinstance(kind, str) else {"id": None}
         message = {"do": kind, **{name: chance.choice(values) for name in fields}, "more": 1}
         text = json.dumps(message) if number % 5 else json.dumps(message)[:-3]
         with visitor.look() as window:
@@ -239,7 +239,7 @@ def test_malformed_messages_end_the_socket_and_nothing_else(page: ExplorePage, v
 
 
 def test_messages_have_a_size_and_a_rate(visitor: Visitor, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(explore_page, "MAX_MESSAGES", 5)
+    monkeypatch.setattr(explore_server, "MAX_MESSAGES", 5)
     for texts, code in (
         (["x" * (server.MAX_MESSAGE + 1)], 1009),
         ([json.dumps({"do": "cancel", "id": 1})] * 40, 1008),
@@ -251,18 +251,18 @@ def test_messages_have_a_size_and_a_rate(visitor: Visitor, monkeypatch: pytest.M
         assert caught.value.rcvd is not None and caught.value.rcvd.code == code
 
 
-def test_so_many_browsers_and_no_more(visitor: Visitor, page: ExplorePage) -> None:
+def test_so_many_browsers_and_no_more(visitor: Visitor, page: ExploreServer) -> None:
     eventually(lambda: not page._viewers)
     with ExitStack() as stack:
-        for _ in range(explore_page.MAX_VIEWERS):
+        for _ in range(explore_server.MAX_VIEWERS):
             stack.enter_context(visitor.look()).news("state")
         assert visitor.ask("/socket")[0] == 429
 
 
 def test_the_page_sends_what_the_server_knows_and_loads_nothing_from_elsewhere() -> None:
-    texts = {path.name: path.read_text(encoding="utf-8") for path in STATIC.iterdir()}
+    texts = {path.name: path.read_text(encoding="utf-8") for path in STATIC_FOLDER.iterdir()}
     scripts = "".join(text for name, text in texts.items() if name.endswith(".js"))
-    assert set(re.findall(r'\bask\("(\w+)"', scripts)) == FIELDS.keys()
+    assert set(re.findall(r'\bask\("(\w+)"', scripts)) == MESSAGE_FIELDS.keys()
     ids = re.findall(r'\bid="([\w-]+)"', texts["explore.html"])
     assert len(ids) == len(set(ids)) and set(
         re.findall(r'\bget\("([\w-]+)"\)', scripts.replace("options.get(", ""))
@@ -277,7 +277,7 @@ READY = "return document.querySelectorAll('.tile:not(.waiting)').length === 9"
 
 
 @pytest.fixture(scope="module")
-def opened(page: ExplorePage, request: pytest.FixtureRequest) -> Browser:
+def opened(page: ExploreServer, request: pytest.FixtureRequest) -> Browser:
     """The page in Chromium, with nine tiles."""
     found: Browser = request.getfixturevalue("browser")
     found.call(
@@ -301,7 +301,7 @@ def focused(page: Browser) -> str:
     )
 
 
-def test_nine_tiles_move_and_say_what_they_are(opened: Browser, page: ExplorePage) -> None:
+def test_nine_tiles_move_and_say_what_they_are(opened: Browser, page: ExploreServer) -> None:
     labels = opened.run("return [...document.querySelectorAll('.take')].map((each) => each.ariaLabel)")
     assert [label[:2] for label in labels] == [f"{number}:" for number in range(1, 10)]
     assert len({label for label in labels}) == 9
@@ -320,7 +320,7 @@ def test_nine_tiles_move_and_say_what_they_are(opened: Browser, page: ExplorePag
 
 
 def test_by_keyboard_alone_a_look_is_found_kept_compared_and_saved(
-    opened: Browser, page: ExplorePage
+    opened: Browser, page: ExploreServer
 ) -> None:
     chooser = page.exploration.chooser
     at = len(chooser.screens)
@@ -339,15 +339,15 @@ def test_by_keyboard_alone_a_look_is_found_kept_compared_and_saved(
     press(opened, "c")
     press(opened, "ArrowUp")
     press(opened, "c")
-    eventually(lambda: opened.run("return document.getElementById('closer').open"))
-    assert "beside" in opened.run("return document.getElementById('how').textContent")
+    eventually(lambda: opened.run("return document.getElementById('lightbox').open"))
+    assert "compared with" in opened.run("return document.getElementById('how').textContent")
     opened.run("document.getElementById('name').focus()")
     opened.call("Input.insertText", text="by-keyboard")
     press(opened, "Enter", text="\r")
     eventually(lambda: (user_styles() / "by-keyboard.toml").exists())
     shown = page.exploration.tile(page.state()["tiles"][2]["tile"]).style
     assert load_style("by-keyboard").layers == shown.layers
-    opened.run("document.getElementById('closer').close()")
+    opened.run("document.getElementById('lightbox').close()")
     press(opened, "b")
     eventually(lambda: chooser.at < at)
     press(opened, "?")
@@ -355,7 +355,7 @@ def test_by_keyboard_alone_a_look_is_found_kept_compared_and_saved(
     opened.run("document.getElementById('help').close()")
 
 
-def test_the_pages_own_renderer_draws_a_tile_as_the_server_does(opened: Browser, page: ExplorePage) -> None:
+def test_the_pages_own_renderer_draws_a_tile_as_the_server_does(opened: Browser, page: ExploreServer) -> None:
     """One tile alone: in software each takes seconds."""
     tile = min(page.state()["tiles"], key=lambda each: len(page.exploration.tile(each["tile"]).style.steps))
     got = opened.run(
@@ -411,7 +411,7 @@ def test_plans_that_nothing_shows_are_freed_and_asked_for_again(opened: Browser)
 
 @pytest.mark.thorough
 def test_a_tile_is_opened_in_the_designer(
-    opened: Browser, page: ExplorePage, monkeypatch: pytest.MonkeyPatch
+    opened: Browser, page: ExploreServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     stop = threading.Event()
     monkeypatch.setattr(page, "designer", designer_until(stop))
@@ -419,8 +419,8 @@ def test_a_tile_is_opened_in_the_designer(
     eventually(lambda: opened.run(READY))
     opened.run("globalThis.open = (address) => { globalThis.opened = address; };")
     style = page.exploration.tile(page.state()["tiles"][0]["tile"]).style
-    opened.run("document.querySelector('[aria-label=\"Look closer at 1\"]').click()")
-    opened.until("document.getElementById('closer').open && !document.getElementById('design').hidden")
+    opened.run("document.querySelector('[aria-label=\"Enlarge tile 1\"]').click()")
+    opened.until("document.getElementById('lightbox').open && !document.getElementById('design').hidden")
     opened.run("document.getElementById('design').click()")
     opened.until("globalThis.opened")
     opened.open(opened.run("return globalThis.opened"))

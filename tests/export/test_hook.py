@@ -22,7 +22,7 @@ import vidstyle
 from vidstyle.cli import main
 from vidstyle.core.picture import Picture
 from vidstyle.export.frozen import frozen_percentiles
-from vidstyle.export.hook import growing, hook_of
+from vidstyle.export.hook import height_powers, hook_of
 from vidstyle.gpu.compile.es import es_plan
 from vidstyle.media.read.reader import open_reader
 from vidstyle.style import Step, Style, load_style, style_names
@@ -55,7 +55,7 @@ def text_of(style: Style, width: int, height: int, source: np.ndarray) -> str:
 
     plan = plan_of(style)
     frozen = frozen_percentiles(style, [source]) if plan["measures"] else {}
-    return hook_of(style, plan, growing(plan, plan_of, style), frozen, "a test")
+    return hook_of(style, plan, height_powers(plan, plan_of, style), frozen, "a test")
 
 
 def run_ffmpeg(hook: Path, source: Path, pixels: str, *target: str) -> None:
@@ -148,7 +148,7 @@ def test_what_is_measured_and_the_size_are_those_of_a_film(
     arguments = ["export", str(tmp_path / "test.toml")]
     assert main([*arguments, str(tmp_path / "a.hook"), "--from", str(film)]) == 0
     text = (tmp_path / "a.hook").read_text()
-    assert "160 x 90" in text and "Frozen: 1 measurement, as of in.png." in text
+    assert "160 x 90" in text and "Frozen: 1 measurement of in.png." in text
     ends = Picture.from_array(np.array([[64, 127]], np.uint8)).luma
     assert ends is not None
     taken = frozen_percentiles(load_style(style), [np.repeat(ends[..., None], 3, axis=2)])["base 0"]
@@ -164,4 +164,4 @@ def test_a_hook_says_what_each_number_is_and_what_is_left_out() -> None:
     assert re.search(r"const float epsilon_\d+ = 100.0; // soft_threshold.epsilon: threshold;", text)
     assert re.search(r"#define spacing_\d+ max\(36.0 \* vidstyle_growth, 3.0\) // pattern.spacing:", text)
     assert f"a style of vidstyle {vidstyle.__version__}" in text
-    assert "Left out: steadying over time." in text
+    assert "Not included: temporal smoothing." in text

@@ -14,7 +14,7 @@ from vidstyle.errors import UsageError, VidstyleError
 from vidstyle.live.control import Controls
 from vidstyle.live.keys import keys, press
 from vidstyle.live.latest import DropOldestQueue
-from vidstyle.live.process import SCALES, AdaptiveScale
+from vidstyle.live.process import WORKING_SCALES, AdaptiveScale
 from vidstyle.style import describe, load_style, override
 
 
@@ -170,7 +170,7 @@ def test_the_rate_falls_before_the_size_is_less_than_half():
 
 
 def test_the_budget_goes_no_lower_than_its_least():
-    for lines, least in ((720, SCALES[-1]), (480, 0.375), (100, 0.5)):
+    for lines, least in ((720, WORKING_SCALES[-1]), (480, 0.375), (100, 0.5)):
         assert run_budget(AdaptiveScale(1 / 30, lines), 10.0, 50)[-1] == least
 
 

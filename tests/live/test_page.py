@@ -19,10 +19,10 @@ from live_page import Visitor, live_frame, showing
 from waiting import LONG, eventually
 from websockets.exceptions import ConnectionClosed
 
-from vidstyle.gallery.thumbnail import HEIGHT, WIDTH
+from vidstyle.gallery.thumbnail import THUMBNAIL_HEIGHT_PX, THUMBNAIL_WIDTH_PX
 from vidstyle.live.control import Controls, LiveOptions, Status
 from vidstyle.live.page import PageTarget, actions, page_target
-from vidstyle.live.page.page_target import MAX_SIZE, STATIC, encode_jpeg
+from vidstyle.live.page.page_target import MAX_SIZE, STATIC_FOLDER, encode_jpeg
 from vidstyle.live.page.viewer import JpegQuality
 from vidstyle.live.session import LiveSession
 from vidstyle.live.target import LiveFrame
@@ -251,7 +251,7 @@ def test_each_style_has_its_thumbnail(tmp_path: Path, monkeypatch: pytest.Monkey
             for name, (status, _, data) in found.items()
             if status == 200
         }
-    assert {picture.shape for picture in pictures.values()} == {(HEIGHT, WIDTH, 3)}
+    assert {picture.shape for picture in pictures.values()} == {(THUMBNAIL_HEIGHT_PX, THUMBNAIL_WIDTH_PX, 3)}
     assert len({picture.tobytes() for picture in pictures.values()}) == len(pictures)
     blue, _, red = pictures["ink"].mean((0, 1))
     assert blue > red
@@ -311,13 +311,13 @@ def test_a_session_shows_itself_on_the_page() -> None:
 
 
 def test_the_page_sends_what_the_server_knows() -> None:
-    scripts = "".join(path.read_text(encoding="utf-8") for path in STATIC.glob("*.js"))
-    assert set(re.findall(r'\bdo: "(\w+)"', scripts)) == actions.FIELDS.keys()
+    scripts = "".join(path.read_text(encoding="utf-8") for path in STATIC_FOLDER.glob("*.js"))
+    assert set(re.findall(r'\bdo: "(\w+)"', scripts)) == actions.MESSAGE_FIELDS.keys()
 
 
 def test_every_part_that_the_scripts_name_is_there() -> None:
-    scripts = "".join(path.read_text(encoding="utf-8") for path in STATIC.glob("*.js"))
-    page = (STATIC / "page.html").read_text(encoding="utf-8")
+    scripts = "".join(path.read_text(encoding="utf-8") for path in STATIC_FOLDER.glob("*.js"))
+    page = (STATIC_FOLDER / "page.html").read_text(encoding="utf-8")
     ids = re.findall(r'\bid="([\w-]+)"', page)
     assert len(ids) == len(set(ids))
     assert set(re.findall(r'\$\("([\w-]+)"\)', scripts)) <= set(ids)
@@ -325,7 +325,7 @@ def test_every_part_that_the_scripts_name_is_there() -> None:
 
 def test_messages_are_read_as_they_are_written() -> None:
     message = {"do": "choose", "style": "ink:green"}
-    assert read_message(json.dumps(message), actions.FIELDS) == message
+    assert read_message(json.dumps(message), actions.MESSAGE_FIELDS) == message
 
 
 @pytest.mark.parametrize("words", [["live", "test"], ["design", "test"]], ids=" ".join)

@@ -19,7 +19,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from vidstyle.errors import OutputError
 from vidstyle.live.control import Controls
 from vidstyle.live.page import PageTarget, viewer
-from vidstyle.live.page.page_target import STATIC
+from vidstyle.live.page.page_target import STATIC_FOLDER
 from vidstyle.style import load_style
 from vidstyle.web import server
 
@@ -328,7 +328,7 @@ def test_a_port_that_is_taken_is_said(visitor: Visitor) -> None:
 
 
 def test_the_files_of_the_page_load_nothing_from_elsewhere() -> None:
-    for path in STATIC.glob("*.[hcj]*"):
+    for path in STATIC_FOLDER.glob("*.[hcj]*"):
         text = path.read_text(encoding="utf-8")
         assert (
             "http" not in text and "innerHTML" not in text and "style=" not in text and "@import" not in text

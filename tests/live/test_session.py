@@ -162,7 +162,7 @@ def test_a_style_that_cannot_be_had_leaves_the_old_one_running(monkeypatch: pyte
     with session(generated(), kept, style=POSTER) as running:
         eventually(lambda: kept.numbers)
         running.controls.choose("poster")
-        eventually(lambda: running.controls.status().message == "gpu:7 is gone; few goes on")
+        eventually(lambda: running.controls.status().message == "gpu:7 is gone; few continues")
         count = len(kept.numbers)
         eventually(lambda: len(kept.numbers) > count + 3)
         assert running.controls.status().style == "few"

@@ -25,8 +25,21 @@ from vidstyle.assets import asset_folder
 from vidstyle.cli import browser, main
 from vidstyle.errors import InputError
 from vidstyle.gallery.preview import preview_page, read_still, write_preview
-from vidstyle.gallery.style_samples import GAP, LABEL, StyleSample, restyled, samples_of, sheet_of_samples
-from vidstyle.gallery.thumbnail import FOLDER, HEIGHT, WIDTH, restyled_thumbnail, thumbnail
+from vidstyle.gallery.style_samples import (
+    BORDER_PX,
+    LABEL_HEIGHT_PX,
+    StyleSample,
+    restyled,
+    samples_of,
+    sheet_of_samples,
+)
+from vidstyle.gallery.thumbnail import (
+    THUMBNAIL_FOLDER,
+    THUMBNAIL_HEIGHT_PX,
+    THUMBNAIL_WIDTH_PX,
+    restyled_thumbnail,
+    thumbnail,
+)
 from vidstyle.media.read.reader import ReadOptions
 from vidstyle.style import PLAIN, Step, Style, load_style, style_names
 
@@ -100,11 +113,11 @@ def test_the_sheet_holds_the_pictures_under_their_names(name: str, tmp_path: Pat
     write_preview(source, tmp_path / name, [load_style("plain"), FLAT])
     with Image.open(tmp_path / name) as image:
         sheet = np.asarray(image.convert("RGB")).astype(float)
-    assert sheet.shape == (2 * (180 + LABEL + GAP), 320 + 2 * GAP, 3)
-    assert sheet[:LABEL].min() < 100
+    assert sheet.shape == (2 * (180 + LABEL_HEIGHT_PX + BORDER_PX), 320 + 2 * BORDER_PX, 3)
+    assert sheet[:LABEL_HEIGHT_PX].min() < 100
     for number, expected in enumerate([picture(), restyled(picture(), FLAT)]):
-        top = number * (180 + LABEL + GAP) + LABEL
-        assert rms_error(sheet[top : top + 180, GAP:-GAP], expected.astype(float)) < (
+        top = number * (180 + LABEL_HEIGHT_PX + BORDER_PX) + LABEL_HEIGHT_PX
+        assert rms_error(sheet[top : top + 180, BORDER_PX:-BORDER_PX], expected.astype(float)) < (
             6 if "J" in name else 0.01
         )
 
@@ -262,10 +275,12 @@ def test_samples_come_in_the_order_of_their_styles() -> None:
 def test_the_thumbnail_that_is_shipped_is_what_the_style_makes() -> None:
     """After a style has changed, `python -m tools.pictures.contact_sheet` renews it."""
     shipped = {file.stem for file in asset_folder("styles").glob("*.toml")}
-    assert {file.stem for file in FOLDER.glob("*")} == shipped | {PLAIN}
+    assert {file.stem for file in THUMBNAIL_FOLDER.glob("*")} == shipped | {PLAIN}
     for style in map(load_style, shipped):
         kept, made = (
-            cv2.resize(each(style), (WIDTH // 8, HEIGHT // 8), interpolation=cv2.INTER_AREA).astype(float)
+            cv2.resize(
+                each(style), (THUMBNAIL_WIDTH_PX // 8, THUMBNAIL_HEIGHT_PX // 8), interpolation=cv2.INTER_AREA
+            ).astype(float)
             for each in (thumbnail, restyled_thumbnail)
         )
         assert np.abs(kept - made).mean() < 3, style.name
@@ -332,4 +347,7 @@ def test_an_animation_is_a_film_and_standard_input_shows_its_first(tmp_path: Pat
     ]
     done = subprocess.run(command, input=film.read_bytes(), capture_output=True, check=True)
     assert b"standard input in 0 styles" in done.stderr
-    assert np.asarray(Image.open(tmp_path / "out.png"))[LABEL:-GAP, GAP:-GAP].mean() < 5
+    assert (
+        np.asarray(Image.open(tmp_path / "out.png"))[LABEL_HEIGHT_PX:-BORDER_PX, BORDER_PX:-BORDER_PX].mean()
+        < 5
+    )

@@ -82,7 +82,8 @@ COUNTED = "COUNT COUNTS PANELS COLUMNS ROWS LINES LETTERS CANDIDATES ATTEMPTS RO
 MEASURES = (
     "RATIO RATIOS SHARE FACTOR WEIGHT COST SCORE SCORES RANGE RANGES DEVIATION DEVIATIONS CORRELATION"
     " SIMILARITY INTERSECTION DIFFERENCE MOTION ASPECT TOLERANCE EXPONENT HEIGHT SIZE SEED QUALITY VERSION"
-    " CURVATURE TIME RATE PERCENTILE WEIGHTS COLOR COLORS"
+    " CURVATURE TIME COLOR COLORS RATE SPEED SPEEDS MS STEP SCALE SCALES MATRIX SEMITONES CHARACTERS"
+    " PERCENTILE QUANTILES DISTANCE DIGITS"
 )
 QUANTITIES = frozenset(f"{ROLES} {UNITS} {COUNTED} {MEASURES}".split())
 """A numeric constant of a module has at least two words, one of them from this set, which may be extended."""
@@ -90,7 +91,7 @@ QUANTITIES = frozenset(f"{ROLES} {UNITS} {COUNTED} {MEASURES}".split())
 NUMERIC_CALLS = {"Fraction", "math", "np"}
 """Types and modules whose calls with numbers give numbers."""
 
-NOT_CONVERTED = set("bench demo design diagram explore export gallery live media".split())
+NOT_CONVERTED = {"media"}
 """Packages with numeric constants that still break this rule; the list only shrinks."""
 
 

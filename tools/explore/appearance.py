@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vidstyle.explore.appearance import MODEL, appearance_distance, appearance_of
+from vidstyle.explore.appearance import MODEL_FILE, appearance_distance, appearance_of
 from vidstyle.explore.like import known_styles
 from vidstyle.explore.phrases import shipped_styles
 from vidstyle.gallery.preview import read_still
@@ -28,7 +28,7 @@ def main() -> None:
     """See the top of the file."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--write", action="store_true", help=f"write {MODEL.name}")
+    parser.add_argument("--write", action="store_true", help=f"write {MODEL_FILE.name}")
     options = parser.parse_args()
     files = sorted(path for path in options.folder.iterdir() if path.suffix.lower() in (".jpg", ".png"))
     looks = np.stack([looks_of(file) for file in files], axis=1)
@@ -36,7 +36,7 @@ def main() -> None:
     given, others = looks[:, ~is_other], looks[:, is_other]
     model = {name: rounded(value) for name, value in fitted(given, others).items()}
     if options.write:
-        MODEL.write_text(json.dumps(model) + "\n", encoding="utf-8")
+        MODEL_FILE.write_text(json.dumps(model) + "\n", encoding="utf-8")
     for what, part in (("fitted to", given), ("tested on", others)):
         print(f"{what} {part.shape[1]} photographs: {found(part):.1%} are among the first three")
 

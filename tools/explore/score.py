@@ -16,9 +16,9 @@ import numpy as np
 
 from vidstyle.explore.gates import fault
 from vidstyle.explore.generate import random_style
-from vidstyle.explore.measure import Measures, Original
+from vidstyle.explore.measure import Original, PictureMetrics
 from vidstyle.explore.phrases import shipped_styles
-from vidstyle.explore.score import MODEL, log_odds
+from vidstyle.explore.score import MODEL_FILE, log_odds
 from vidstyle.gallery.preview import read_still
 from vidstyle.style import load_style
 
@@ -34,14 +34,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--count", type=int, default=60, help="random styles for each photograph")
-    parser.add_argument("--write", action="store_true", help=f"write {MODEL.name}")
+    parser.add_argument("--write", action="store_true", help=f"write {MODEL_FILE.name}")
     options = parser.parse_args()
     files = sorted(path for path in options.folder.iterdir() if path.suffix.lower() in (".jpg", ".png"))
     good, random = zip(*(rows_of(file, options.count) for file in files), strict=True)
     model = fitted(np.concatenate(good[::2]), np.concatenate(random[::2]))
     for what, part in (("fitted on", slice(0, None, 2)), ("tested on", slice(1, None, 2))):
         shipped = [rows[: len(shipped_styles())] for rows in good[part]]
-        passed = [rows[[not fault(Measures(*row)) for row in rows]] for rows in random[part]]
+        passed = [rows[[not fault(PictureMetrics(*row)) for row in rows]] for rows in random[part]]
         share = sum(map(len, passed)) / sum(map(len, random[part]))
         areas = area(model, shipped, random[part]), area(model, shipped, passed)
         print(f"{what} {len(shipped)} photographs: AUC {areas[0]:.3f} against random styles, {areas[1]:.3f}")
@@ -50,7 +50,9 @@ def main() -> None:
         rounded = {
             name: np.vectorize(lambda x: float(f"{x:.4g}"))(each).tolist() for name, each in model.items()
         }
-        MODEL.write_text(json.dumps({"measures": Measures._fields, **rounded}) + "\n", encoding="utf-8")
+        MODEL_FILE.write_text(
+            json.dumps({"measures": PictureMetrics._fields, **rounded}) + "\n", encoding="utf-8"
+        )
 
 
 def rows_of(file: Path, count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -61,7 +63,7 @@ def rows_of(file: Path, count: int) -> tuple[np.ndarray, np.ndarray]:
     random = [random_style(f"{SEED}-{file.stem}-{number}") for number in range(count)]
     with ThreadPoolExecutor() as pool:
         rows = list(
-            pool.map(lambda style: original.measures(original.drawn(style)), shipped + variants + random)
+            pool.map(lambda style: original.measure(original.render(style)), shipped + variants + random)
         )
     return np.array(rows[:-count]), np.array(rows[-count:])
 

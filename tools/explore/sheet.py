@@ -12,7 +12,7 @@ import numpy as np
 from skimage import data
 
 from vidstyle.explore.candidates import search
-from vidstyle.explore.measure import Original, reduced
+from vidstyle.explore.measure import Original, reduce_picture
 from vidstyle.gallery.style_samples import restyled
 
 TARGET = Path(__file__).parents[2] / "docs" / "explore-sheet.jpg"
@@ -32,7 +32,7 @@ def main() -> None:
 
 def rows_of(name: str) -> np.ndarray:
     """Rows of one of scikit-image's photographs in random styles, H x W x 3 uint8."""
-    picture = reduced(cropped(getattr(data, name)()), DRAWN_SIDE)
+    picture = reduce_picture(cropped(getattr(data, name)()), DRAWN_SIDE)
     chosen = search(Original(picture), SEED, COUNT).chosen
     tiles = [cv2.resize(restyled(picture, each.style), (WIDTH, HEIGHT), interpolation=cv2.INTER_AREA)
              for each in chosen]  # fmt: skip

@@ -20,7 +20,7 @@ import numpy as np
 from vidstyle.explore.chooser import Chooser
 from vidstyle.explore.generate import random_style
 from vidstyle.explore.look import Look, look_of
-from vidstyle.explore.measure import reduced
+from vidstyle.explore.measure import reduce_picture
 from vidstyle.explore.phrases import shipped_styles
 from vidstyle.explore.workers import Workers
 from vidstyle.gallery.preview import read_still
@@ -84,7 +84,7 @@ def main() -> None:
     parser.add_argument("--screens", type=int, default=8)
     parser.add_argument("--side", type=int, default=200, help="longest side of the picture")
     arguments = parser.parse_args()
-    picture = np.ascontiguousarray(reduced(read_still(arguments.picture), arguments.side))
+    picture = np.ascontiguousarray(reduce_picture(read_still(arguments.picture), arguments.side))
     with Workers() as workers:
         looks = partial(looks_with, workers, picture)
         drawn = looks([random_style(RANDOM_SEED + number) for number in range(arguments.others)])

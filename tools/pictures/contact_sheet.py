@@ -16,7 +16,12 @@ import skimage.data
 from vidstyle.assets import asset_folder
 from vidstyle.blocks import all_blocks
 from vidstyle.gallery.style_samples import encoded, labelled, samples_of, sheet_of
-from vidstyle.gallery.thumbnail import FOLDER, HEIGHT, WIDTH, restyled_thumbnail
+from vidstyle.gallery.thumbnail import (
+    THUMBNAIL_FOLDER,
+    THUMBNAIL_HEIGHT_PX,
+    THUMBNAIL_WIDTH_PX,
+    restyled_thumbnail,
+)
 from vidstyle.renderer import stylize
 from vidstyle.style import PLAIN, SOURCE, Step, Style, load_style, style_names
 
@@ -67,14 +72,16 @@ def main() -> None:
 def write_thumbnails() -> None:
     """Write the photograph at twice the size of thumbnails, and the thumbnail of each shipped style."""
     photograph = skimage.data.astronaut()[LANDSCAPE]
-    larger = cv2.resize(photograph, (2 * WIDTH, 2 * HEIGHT), interpolation=cv2.INTER_AREA)
+    larger = cv2.resize(
+        photograph, (2 * THUMBNAIL_WIDTH_PX, 2 * THUMBNAIL_HEIGHT_PX), interpolation=cv2.INTER_AREA
+    )
     _write_thumbnail(PLAIN, larger)
     for file in sorted(asset_folder("styles").glob("*.toml")):
         _write_thumbnail(file.stem, restyled_thumbnail(load_style(file.stem)))
 
 
 def _write_thumbnail(name: str, picture: np.ndarray) -> None:
-    output = FOLDER / f"{name}.webp"
+    output = THUMBNAIL_FOLDER / f"{name}.webp"
     cv2.imwrite(str(output), picture[..., ::-1], [cv2.IMWRITE_WEBP_QUALITY, QUALITY])
     print(output)
 

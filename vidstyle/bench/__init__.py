@@ -87,7 +87,7 @@ def set_up(
     Args:
         styles: names or paths; with no `blocks` either, every style and every block.
         device: "auto", "cpu", "gpu" or "gpu:N"; the CPU is measured whichever it is.
-        form: "best" is how the device runs passes by itself.
+        form: "best" is the default of the device.
 
     Raises:
         UsageError: no such device or block.

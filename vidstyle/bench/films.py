@@ -1,4 +1,4 @@
-"""How long a film takes: decoding, style, stabilization and encoding alone, and all as `render` runs them."""
+"""Benchmark of films: decoding, style, smoothing and encoding separately, and the whole `render`."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from vidstyle.pipeline.render import render
 from vidstyle.renderer import open_renderer
 from vidstyle.style import Style
 
-WARMING = 2
-"""Frames before the first that is timed: their kernels may have to be compiled."""
+WARMUP_FRAMES = 2
+"""Frames before timing starts, while kernels may be compiled."""
 
 
 @dataclass(frozen=True)
 class FilmTimes:
-    """Seconds a frame of a film in one style.
+    """Seconds per frame of a film in one style.
 
     Attributes:
-        steady: what stabilization adds to `style`.
-        whole: of all at once, side by side, with all that it takes to begin.
+        steady: additional time for temporal smoothing.
+        whole: time of the whole pipeline, including startup.
     """
 
     name: str
@@ -45,10 +45,10 @@ class FilmBench:
     """The first frames of a film.
 
     Args:
-        frames: how many.
+        frames: the number of frames.
 
     Raises:
-        InputError: it cannot be read, or is too short.
+        InputError: the film cannot be read, or is too short.
     """
 
     def __init__(self, film: Path, frames: int, clock: Callable[[], float] = time.perf_counter) -> None:
@@ -58,15 +58,15 @@ class FilmBench:
             began = clock()
             self._frames = list(islice(_frames(reader), frames))
             self._decode = (clock() - began) / max(1, len(self._frames))
-        if len(self._frames) <= WARMING:
+        if len(self._frames) <= WARMUP_FRAMES:
             raise InputError(film, f"has {len(self._frames)} frames", "give a longer film")
 
     def run(self, subjects: Sequence[Subject], device: str = "auto") -> Iterator[FilmTimes]:
-        """The times of each style, one after another.
+        """Measure each style in turn.
 
         Raises:
-            DeviceError: there is no such device.
-            StyleError: a style cannot be used.
+            DeviceError: the device does not exist.
+            StyleError: a style is invalid.
         """
         for subject in subjects:
             with tempfile.TemporaryDirectory() as folder:
@@ -80,14 +80,14 @@ class FilmBench:
             yield FilmTimes(subject.name, self._decode, loose, steady - loose, encode, whole)
 
     def _style(self, style: Style, device: str, writer: Writer) -> tuple[float, list[Picture]]:
-        """The median of the seconds of a frame, and the results."""
+        """Return the median of the seconds per frame, and the results."""
         renderer, results, times = open_renderer(style, device, announce=False), [], []
         try:
             for frame in self._frames:
                 began, target = self._clock(), (writer.encoding, writer.wants_rgb)
                 results.append(renderer.run(frame.picture, float(frame.time), *target))
                 times.append(self._clock() - began)
-            return median(times[WARMING:]), results
+            return median(times[WARMUP_FRAMES:]), results
         finally:
             renderer.close()
 

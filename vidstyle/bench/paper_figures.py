@@ -21,22 +21,22 @@ class PaperFigure:
 
 
 # fmt: off
-SPEEDS = (
+PAPER_SPEEDS = (
     (1719.4, 124.4), (2405.5, 156.9), (1469.1, 128.4), (357.5, 30.3), (1469.4, 92.3), (458.7, 40.0),
     (1637.5, 131.0), (2295.9, 169.4), (675.2, 114.0), (4069.9, 241.8), (4138.8, 240.7), (1804.9, 126.0),
     (1323.3, 101.3),
 )
 # fmt: on
 """Speed on the desktop and the mobile GPU for each style."""
-FIGURES = tuple(PaperFigure(number, *speeds) for number, speeds in enumerate(SPEEDS, start=1))
-"""All styles. For single filters the paper has only a chart without numbers."""
+PAPER_FIGURES = tuple(PaperFigure(number, *speeds) for number, speeds in enumerate(PAPER_SPEEDS, start=1))
+"""The speeds of all styles. For single filters the paper only has a chart without numbers."""
 
-BLADE_ETF_XEON = 27.1
-"""Megapixels a second of one pass of learned ETF on a CPU, a Xeon E5-1650v3 (section 5.4.2)."""
-BLADE_MOBILE = (38.21, 223.03)
-"""Megapixels a second of learned 5 x 5 filters on a Pixel 2018, on its CPU and its GPU (section 2.4)."""
+XEON_ETF_SPEED = 27.1
+"""Megapixels per second of one pass of learned ETF on a CPU, a Xeon E5-1650v3 (section 5.4.2)."""
+MOBILE_FILTER_SPEEDS = (38.21, 223.03)
+"""Megapixels per second of learned 5 x 5 filters on the CPU and the GPU of a Pixel 2018 (section 2.4)."""
 
-ALIKE = {"ink": 1, "crayon": 2, "sketch": 3, "abstraction": 4, "paint": 5, "blob": 6}
+PAPER_STYLE_NUMBERS = {"ink": 1, "crayon": 2, "sketch": 3, "abstraction": 4, "paint": 5, "blob": 6}
 """The style of the paper that each style is modelled on: the six that the paper describes (section 6.1).
 
 The look and the filters named in the description are the same: Flow-XDoG, a threshold, Gaussian smoothing and
@@ -46,5 +46,5 @@ the paper are only shown as pictures and have no counterpart."""
 
 
 def figure_for(style: str) -> PaperFigure | None:
-    """The figure of the paper's style that a style is modelled on, or None."""
-    return next((figure for figure in FIGURES if figure.style == ALIKE.get(style)), None)
+    """Return the figure of the paper for the style that `style` is modelled on, or None."""
+    return next((figure for figure in PAPER_FIGURES if figure.style == PAPER_STYLE_NUMBERS.get(style)), None)

@@ -9,12 +9,12 @@ from typing import Any
 import vidstyle
 from vidstyle.bench import Bench, Timed
 from vidstyle.bench.films import FilmTimes
-from vidstyle.bench.paper_figures import BLADE_ETF_XEON, BLADE_MOBILE, FIGURES, figure_for
+from vidstyle.bench.paper_figures import MOBILE_FILTER_SPEEDS, PAPER_FIGURES, XEON_ETF_SPEED, figure_for
 from vidstyle.core.cores import available_cores
 from vidstyle.gpu.compile.explain import explain
 from vidstyle.gpu.timing import GpuTimes
 
-NOTHING = "-"
+EMPTY_CELL = "-"
 """Shown in place of a missing number."""
 
 TableRow = dict[str, str]
@@ -81,7 +81,7 @@ def _speed(size: tuple[int, int], seconds: float) -> dict[str, float | None]:
 
 
 def markdown(data: dict[str, Any]) -> str:
-    """The data of `results.as_dict`: for each size a table of the CPU and of each form of passes."""
+    """Return `data` as Markdown: for each size, tables for the CPU and each form of GPU passes."""
     machine, results = data["machine"], data["results"]
     lines = [", ".join(f"{name}: {fact}" for name, fact in machine.items())]
     for size in dict.fromkeys(tuple(result["size"]) for result in results):
@@ -96,7 +96,7 @@ def markdown(data: dict[str, Any]) -> str:
 
 
 def film_markdown(timed: Sequence[FilmTimes]) -> str:
-    """A table of a film in several styles: milliseconds a frame of parts, frames a second of all."""
+    """Return a table of a film in several styles: ms per frame of each part, and total frames per second."""
     parts = ("decode", "style", "steady", "encode")
     rows = [
         {"style": each.name}
@@ -116,7 +116,7 @@ def _cpu_row(result: dict[str, Any]) -> TableRow:
 
 
 def _gpu_row(result: dict[str, Any], gpu: dict[str, Any]) -> TableRow:
-    """Times in ms; empty where nothing runs on the GPU."""
+    """Return times in ms; empty without GPU passes."""
     runs = bool(gpu["passes"])
     share = gpu["share_of_bandwidth"]
     return _subject(result) | {
@@ -126,7 +126,7 @@ def _gpu_row(result: dict[str, Any], gpu: dict[str, Any]) -> TableRow:
         "passes, ms": _number(gpu["all_passes"]["ms"] if runs else None),
         "MP/s": _number(gpu["all_passes"]["mp_per_s"]),
         "GB/s": _number(gpu["gigabytes_per_s"]),
-        "of bandwidth": NOTHING if share is None else f"{share:.0%}",
+        "of bandwidth": EMPTY_CELL if share is None else f"{share:.0%}",
         "upload, ms": _number(gpu["upload"]["ms"] if runs else None),
         "download, ms": _number(gpu["download"]["ms"] if runs else None),
         "whole, ms": _number(gpu["whole"]["ms"] if runs else None),
@@ -136,28 +136,28 @@ def _gpu_row(result: dict[str, Any], gpu: dict[str, Any]) -> TableRow:
 
 
 def _subject(result: dict[str, Any]) -> TableRow:
-    return {"block or style": result["name"], "works on": result["on"] or NOTHING}
+    return {"block or style": result["name"], "works on": result["on"] or EMPTY_CELL}
 
 
 def _paper(result: dict[str, Any]) -> str:
     figure = result["paper"]
-    return f"{figure['desktop']:.0f}, {figure['mobile']:.0f}" if figure else NOTHING
+    return f"{figure['desktop']:.0f}, {figure['mobile']:.0f}" if figure else EMPTY_CELL
 
 
 def _number(value: float | None) -> str:
-    """Three digits, and as many more as it takes.
+    """Format a number with at least three significant digits.
 
     >>> [_number(value) for value in (0.01234, 1.5, 1719.4, None)]
     ['0.0123', '1.5', '1719', '-']
     """
     if value is None:
-        return NOTHING
+        return EMPTY_CELL
     return f"{value:.0f}" if abs(value) >= 100 else f"{value:.3g}"
 
 
 def _table(rows: list[TableRow]) -> Iterator[str]:
     """An aligned Markdown table without its empty columns; the first is aligned to the left."""
-    columns = [name for name in rows[0] if any(row[name] != NOTHING for row in rows)]
+    columns = [name for name in rows[0] if any(row[name] != EMPTY_CELL for row in rows)]
     cells = [[row[name] for name in columns] for row in rows]
     first, *others = (max(map(len, column)) for column in zip(columns, *cells, strict=True))
     rule = ["-" * first, *("-" * (width - 1) + ":" for width in others)]
@@ -174,15 +174,17 @@ def _legend(results: Sequence[dict[str, Any]]) -> Iterator[str]:
             "the next one sent before the last is back. Bytes: as the plan counts them, each picture once."
         )
         yield ""
-    desktop, mobile = (sorted(getattr(each, name) for each in FIGURES) for name in ("desktop", "mobile"))
+    desktop, mobile = (
+        sorted(getattr(each, name) for each in PAPER_FIGURES) for name in ("desktop", "mobile")
+    )
     yield (
-        f"Paper: on a GTX 1080, on a Pixel 2018. Its {len(FIGURES)} styles run at {desktop[0]:.0f} to "
+        f"Paper: on a GTX 1080, on a Pixel 2018. Its {len(PAPER_FIGURES)} styles run at {desktop[0]:.0f} to "
         f"{desktop[-1]:.0f} and {mobile[0]:.0f} to {mobile[-1]:.0f} MP/s; single filters it only draws."
     )
     if any(result["name"] in ("learned", "etf") for result in results):
-        cpu, gpu = BLADE_MOBILE
+        cpu, gpu = MOBILE_FILTER_SPEEDS
         yield (
-            f"Its learned edge tangent flow runs at {BLADE_ETF_XEON} MP/s on a Xeon E5-1650v3, its learned "
+            f"Its learned edge tangent flow runs at {XEON_ETF_SPEED} MP/s on a Xeon E5-1650v3, its learned "
             f"5 x 5 filters at {cpu} and {gpu} on CPU and GPU of a Pixel 2018; `learned` is one pass, `etf` "
             "is three."
         )

@@ -1,4 +1,4 @@
-"""The subjects of a benchmark: blocks, styles, and the picture that they run on."""
+"""The subjects of a benchmark: blocks, styles, and their input picture."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from vidstyle.errors import UsageError, suggest
 from vidstyle.gallery.style_samples import style_of_block
 from vidstyle.style import Style, load_style, style_names
 
-FILM_TIME = 1.3
-"""Seconds into the demo film, where faces, letters and hills are visible."""
+PICTURE_SECONDS = 1.3
+"""Time of the picture in the demo film, which shows faces, letters and hills."""
 
 
 @dataclass(frozen=True)
 class Subject:
-    """A style to be timed.
+    """A style to measure.
 
     Attributes:
         kind: whether it is a single block.
-        on: what the block works on: "luma", "RGB", or "planes", all by themselves; empty for a style.
+        on: the input of the block: "luma", "RGB", or "planes" for each plane separately; "" for a style.
     """
 
     kind: Literal["block", "style"]
@@ -38,11 +38,11 @@ class Subject:
 
 
 def subjects(styles: Sequence[str] = (), blocks: Sequence[str] = ()) -> list[Subject]:
-    """The subjects of these names; by default all blocks and all styles but the plain one.
+    """Return the named subjects; by default all blocks and all styles except `plain`.
 
     Raises:
-        StyleError: a style is not there or has mistakes.
-        UsageError: there is no such block.
+        StyleError: a style is missing or invalid.
+        UsageError: a block does not exist.
     """
     if not styles and not blocks:
         return [*_blocks(all_blocks()), *_styles(style_names())]
@@ -50,8 +50,8 @@ def subjects(styles: Sequence[str] = (), blocks: Sequence[str] = ()) -> list[Sub
 
 
 def film_picture_at(width: int, height: int) -> Picture:
-    """A picture of the demo film at this size, 4:2:0, 8 bit."""
-    drawn = resample(film_picture(FILM_TIME).astype(np.float32), (height, width), "bicubic")
+    """Return a picture of the demo film at this size, 4:2:0, 8 bit."""
+    drawn = resample(film_picture(PICTURE_SECONDS).astype(np.float32), (height, width), "bicubic")
     return convert(Picture.from_array(np.rint(drawn).clip(0, 255).astype(np.uint8)), Encoding())
 
 

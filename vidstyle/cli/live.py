@@ -82,7 +82,7 @@ def live(
     file, which is played in real time.
     """
     from vidstyle.live.control import Controls
-    from vidstyle.live.keys import HELP, keys
+    from vidstyle.live.keys import KEY_HELP, keys
     from vidstyle.live.session import LiveSession
     from vidstyle.live.targets import TargetOptions, target_maker
     from vidstyle.media.capture.sources import SourceOptions, live_source
@@ -103,7 +103,7 @@ def live(
     session = LiveSession(opened, controls, makers, _live_options(options))
     no_keys = options["no_keys"] or source == "-"
     with stop_on_signals() as stop, nullcontext(False) if no_keys else keys(controls) as has_keys:
-        summary = session.run(stop, HELP if has_keys else "")
+        summary = session.run(stop, KEY_HELP if has_keys else "")
     if options["stats"]:
         for line in summary.lines():
             say(line)

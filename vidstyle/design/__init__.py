@@ -1,4 +1,4 @@
-"""The designer: a style built out of blocks on a page of this machine."""
+"""The designer: edit styles on a local web page."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-import vidstyle.web  # noqa: F401  # first of all: it says what to install if aiohttp is missing
+import vidstyle.web  # noqa: F401  # first, since it reports how to install a missing aiohttp
 from vidstyle.style import Style, style_text
 
 
@@ -19,19 +19,18 @@ def serve(
     browse: Callable[[str], None] | None,
     stop: threading.Event,
 ) -> Iterator[str]:
-    """Serve the designer until `stop` is set; yields the address of its page once it is there.
+    """Serve the designer until `stop` is set; yield the address of its page once it is ready.
 
     Args:
-        source: what is restyled, as for `open_clip`.
-        style: what to open: a name or a file, or a style that is not saved yet; None: the page begins with a
-            choice.
-        folder: where files are written.
-        port: of this machine; 0 chooses a free one.
-        device: which restyles for browsers that cannot, as for `open_renderer`.
+        source: the input, see `open_clip`.
+        style: a name, a file or an unsaved style to open; None: show the start screen.
+        folder: the output folder.
+        port: port to listen on; 0 selects a free one.
+        device: renders for browsers that cannot, see `open_renderer`.
         browse: opens the page in a browser.
 
     Raises:
-        VidstyleError: the input, the style or the port cannot be used.
+        VidstyleError: the input, the style or the port is invalid or unavailable.
     """
     from vidstyle.design.designer import Designer
     from vidstyle.design.drafts import Drafts

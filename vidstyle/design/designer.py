@@ -1,4 +1,4 @@
-"""What the designer has open: a style with its file, and a clip; knows nothing of the page."""
+"""The state of the designer: the open style with its file, and the clip. Independent of the page."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ from vidstyle.style.panel import panel
 
 
 class Designer:
-    """A style that is being built, for one user. Its methods are called one at a time.
+    """The open style and clip of one user. Not thread-safe: call one method at a time.
 
     Attributes:
-        clip: what is restyled.
-        folder: where the user started; files are written there, and styles beside their own file.
-        document: the style; None until one is opened or begun.
-        file: where it is saved; None if nowhere yet.
-        offered: the draft of an earlier run.
+        clip: the film or photograph to restyle.
+        folder: the working folder, for all output but styles that already have a file.
+        document: the style; None until one is opened or created.
+        file: the file of the style, or None.
+        offered: the draft of an earlier run, or None.
     """
 
     def __init__(self, clip: Clip, folder: Path, drafts: Drafts) -> None:
@@ -50,7 +50,7 @@ class Designer:
 
     @property
     def state(self) -> dict[str, Any] | None:
-        """The document as plain data, see `state_of`; None while nothing is open."""
+        """The document as plain data, see `state_of`; None if no style is open."""
         if self.document is None:
             return None
         return state_of(self.document) | {"file": self.file.name if self.file else ""}
@@ -60,7 +60,7 @@ class Designer:
         """The document.
 
         Raises:
-            UsageError: nothing is open.
+            UsageError: no style is open.
         """
         if self.document is None:
             raise UsageError("the designer", "has no style open", "open one or begin a new one")
@@ -73,7 +73,7 @@ class Designer:
         return None if draft is None else {"name": str(draft.table.get("name", "")), "when": draft.when}
 
     def new(self) -> None:
-        """Begin an empty style."""
+        """Create an empty style."""
         self._open(Style("new"), None, None)
 
     def open(self, style: str) -> None:
@@ -88,7 +88,7 @@ class Designer:
         self.open_style(style)
 
     def open_style(self, style: str) -> None:
-        """Open a style as `load_style` names it: shipped, the user's own, or in a file."""
+        """Open a style by name or file, see `load_style`."""
         path = style_file(style)
         text = read_style_text(path) if path else None
         is_own = path is not None and not path.resolve().is_relative_to(asset_folder("styles").resolve())
@@ -96,10 +96,10 @@ class Designer:
         self._start = self.opened.style
 
     def open_text(self, name: str, text: str) -> None:
-        """Open the text of a style file, which may not name files of its own.
+        """Open the text of a style file, which must not refer to other files.
 
         Raises:
-            StyleError: it has mistakes.
+            StyleError: the style is invalid.
         """
         style = style_from_text(text, Path(name), None)
         printed = "".join(filter(str.isprintable, style.name))[: TEXTS["name"]]
@@ -107,15 +107,15 @@ class Designer:
         self.opened.mark_changed()
 
     def open_draft(self, accept: bool) -> None:
-        """Go on with the draft of an earlier run, or drop it.
+        """Open the draft of an earlier run, or discard it.
 
         Raises:
-            UsageError: there is none.
-            StyleError: it can no longer be used.
+            UsageError: there is no draft.
+            StyleError: the draft is invalid.
         """
         draft, self.offered = self.offered, None
         if draft is None:
-            raise UsageError("the draft", "is not there any more")
+            raise UsageError("the draft", "no longer exists")
         if not accept:
             self._drafts.remove()
             return
@@ -125,12 +125,12 @@ class Designer:
         self.opened.mark_changed()
 
     def save(self) -> None:
-        """Write the style to its file, whose comments stay.
+        """Save the style to its file; comments are kept.
 
         Raises:
-            UsageError: it has no file yet, or another program has changed it.
-            StyleError: it has mistakes.
-            OutputError: it cannot be written.
+            UsageError: the style has no file, or another program has changed the file.
+            StyleError: the style is invalid.
+            OutputError: the file cannot be written.
         """
         if self.file is None:
             raise UsageError("the style", "has no file yet", "save it under a name")
@@ -139,12 +139,12 @@ class Designer:
         self._write(self.file)
 
     def save_as(self, name: str, overwrite: bool) -> None:
-        """Write the style to a file of this name, beside its own or where the user started; it is called so.
+        """Save the style under another name, in the folder of its file or in the working folder.
 
         Raises:
-            UsageError: the name is none, or taken.
-            StyleError: the style has mistakes.
-            OutputError: it cannot be written.
+            UsageError: the name is invalid, or the file exists.
+            StyleError: the style is invalid.
+            OutputError: the file cannot be written.
         """
         path = checked_path(self.file.parent if self.file else self.folder, name, ".toml")
         refuse_existing(path, overwrite)
@@ -154,12 +154,15 @@ class Designer:
         self._write(path)
 
     def export(self, kind: str, name: str, overwrite: bool) -> str:
-        """Write the style as a page or a hook where the user started; returns the file's name.
+        """Export the style to the working folder; return the file name.
+
+        Args:
+            kind: "html" or "hook".
 
         Raises:
-            UsageError: the name is none, or taken.
-            StyleError: the style has mistakes.
-            OutputError: it cannot be written.
+            UsageError: the name is invalid, or the file exists.
+            StyleError: the style is invalid.
+            OutputError: the file cannot be written.
         """
         from vidstyle.export.export_style import export_style
 
@@ -169,14 +172,14 @@ class Designer:
         return path.name
 
     def command(self) -> str:
-        """The command that does the same.
+        """Return the equivalent command line.
 
         Raises:
-            UsageError: the style has more than other values, and is not saved.
-            StyleError: it has mistakes.
+            UsageError: more than values have changed, and the style is not saved.
+            StyleError: the style is invalid.
         """
         style, source = self.opened.valid_style(), self.clip.source
-        if self._start is not None and _structure(style) == _structure(self._start):
+        if self._start is not None and _wiring_key(style) == _wiring_key(self._start):
             start = replace(self._start, name=str(self.file)) if self.file else self._start
             text = panel(replace(style, name=start.name), start)["text"]
         elif self.file is not None and not self.opened.is_changed:
@@ -188,14 +191,14 @@ class Designer:
         return f"vidstyle render {shlex.quote(source)} output{Path(source).suffix} {text}"
 
     def keep_draft(self) -> None:
-        """Keep what is not saved."""
+        """Save unsaved changes as a draft."""
         document = self.document
         if document is None or not document.is_changed:
             return
         self._drafts.write(table_from_style(document.style), self._text, self.file)
 
     def _open(self, style: Style, text: str | None, file: Path | None) -> None:
-        # The paths of a style that is saved elsewhere would lead nowhere.
+        # Relative paths would be wrong for a style that is saved elsewhere.
         style = style if file else replace(style, folder=None)
         self.document = Document(style, self.document.revision if self.document else 0)
         self._text, self.file, self._start = text, file, None
@@ -211,8 +214,8 @@ class Designer:
         self._drafts.remove()
 
 
-def _structure(style: Style) -> tuple[object, ...]:
-    """All but values."""
+def _wiring_key(style: Style) -> tuple[object, ...]:
+    """Return the wiring of a style, without values."""
     return tuple(
         (layer, tuple((step.block, step.save, step.source, step.mute) for step in steps))
         for layer, steps in style.layers.items()

@@ -1,4 +1,4 @@
-"""What has not been saved is kept in a draft, and offered when the designer starts again."""
+"""Drafts of unsaved styles, offered when the designer starts again."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vidstyle.core.user_cache import user_cache
 from vidstyle.errors import UsageError, error_reason, log
 from vidstyle.media.write.atomic import atomic_file
 
-MAX_DRAFT = 1 << 20
+MAX_DRAFT_BYTES = 1 << 20
 
 
 @dataclass(frozen=True)
@@ -21,10 +21,10 @@ class Draft:
     """An unsaved style.
 
     Attributes:
-        table: the style, as in a file.
-        text: of the file that it came from, whose comments it keeps; or None.
-        file: that file, if it is the user's own; else "".
-        when: time of the draft, ISO 8601.
+        table: the style as the table of a style file.
+        text: the text of its original file, for the comments; or None.
+        file: the file to save to, or "".
+        when: the time of the draft, ISO 8601.
     """
 
     table: dict[str, Any]
@@ -34,23 +34,23 @@ class Draft:
 
 
 class Drafts:
-    """The draft in a file, which is replaced at once or not at all."""
+    """Stores a draft in a file, which is replaced atomically."""
 
     def __init__(self, path: Path | None = None) -> None:
-        """`path`: of the file; None: in the user's cache folder."""
+        """`path`: the file; None: in the user's cache folder."""
         self._path = path or user_cache() / "design-draft.json"
 
     def read(self) -> Draft | None:
-        """The draft of an earlier run, if there is one that can be read."""
+        """Return the draft of an earlier run, or None if it is missing or unreadable."""
         try:
-            draft = Draft(**json.loads(read_regular_file(self._path, MAX_DRAFT)))
+            draft = Draft(**json.loads(read_regular_file(self._path, MAX_DRAFT_BYTES)))
         except (OSError, ValueError, TypeError, RecursionError):
             return None
         fields = (draft.table, dict), (draft.text or "", str), (draft.file, str), (draft.when, str)
         return draft if all(isinstance(value, kind) for value, kind in fields) else None
 
     def write(self, table: dict[str, Any], text: str | None, file: Path | None) -> None:
-        """Replace the draft; where that fails, a notice says so."""
+        """Replace the draft; log a warning if that fails."""
         when = datetime.now().astimezone().isoformat(timespec="seconds")
         content = json.dumps(asdict(Draft(table, text, str(file or ""), when)))
         try:
@@ -58,7 +58,7 @@ class Drafts:
             with atomic_file(self._path, overwrite=True) as write_file:
                 write_file(content.encode())
         except (OSError, UsageError) as error:
-            log.warning("the draft of the style cannot be kept: %s", error_reason(error))
+            log.warning("the draft of the style cannot be saved: %s", error_reason(error))
 
     def remove(self) -> None:
         """Remove the draft."""

@@ -1,4 +1,4 @@
-"""Pictures that the server makes: restyled frames, small pictures of all steps, and of styles."""
+"""Pictures rendered by the server: previews of frames, thumbnails of steps, exact results."""
 
 from __future__ import annotations
 
@@ -20,44 +20,44 @@ from vidstyle.renderer import Backend, open_renderer
 from vidstyle.style import Style
 from vidstyle.style.nodes import StepKey
 
-CAREFUL_SECONDS = 0.5
-"""How long a picture may take that is made while nothing changes."""
-_RGB = Encoding(full_range=True, depth=8, step=(1, 1))
+MAX_LARGE_SECONDS = 0.5
+"""Target time for a preview while nothing changes."""
+_RGB_ENCODING = Encoding(full_range=True, depth=8, step=(1, 1))
 
 
 class Restyler:
-    """Restyles frames of one clip after another. Every method runs in one thread of the caller's.
+    """Renders previews. All methods must be called from the same thread.
 
     Attributes:
-        size: the size for pictures that have to be there at once.
+        size: the size of previews during edits.
     """
 
     def __init__(self, device: str) -> None:
-        """`device`: as for `open_renderer`."""
+        """`device`: see `open_renderer`."""
         self._device = device
         self._backend: Backend | None = None
         self.size = WorkingSize()
 
-    def quick(self, style: Style, clip: Clip, number: int, side: int) -> np.ndarray:
-        """A restyled frame, as large as follows a slider, at most `side`; H x W x 3 uint8."""
+    def render_preview(self, style: Style, clip: Clip, number: int, side: int) -> np.ndarray:
+        """Render a frame fast enough to follow a slider, of at most `side`; H x W x 3 uint8."""
         aspect = max(clip.size) / min(clip.size)
-        return self._restyled(style, clip, number, self.size.side(side, aspect))
+        return self._render(style, clip, number, self.size.side(side, aspect))
 
-    def careful(self, style: Style, clip: Clip, number: int, side: int) -> np.ndarray:
-        """A restyled frame, as large as does not keep the next slider waiting for long."""
+    def render_large(self, style: Style, clip: Clip, number: int, side: int) -> np.ndarray:
+        """Render a frame at a larger size, within `MAX_LARGE_SECONDS`; H x W x 3 uint8."""
         aspect = max(clip.size) / min(clip.size)
-        return self._restyled(style, clip, number, self.size.side(side, aspect, CAREFUL_SECONDS))
+        return self._render(style, clip, number, self.size.side(side, aspect, MAX_LARGE_SECONDS))
 
-    def _restyled(self, style: Style, clip: Clip, number: int, side: int) -> np.ndarray:
+    def _render(self, style: Style, clip: Clip, number: int, side: int) -> np.ndarray:
         style = replace(style, steady=0.0)
         frame = clip.frame(number, side)
         if self._backend is None:
             self._backend = open_renderer(style, self._device, announce=False)
         self._backend.change_style(style)
         began = perf_counter()
-        restyled = _run(self._backend, frame, None)
-        self.size.measured(frame.shape[0] * frame.shape[1], perf_counter() - began)
-        return restyled
+        color = _run(self._backend, frame, None)
+        self.size.record(frame.shape[0] * frame.shape[1], perf_counter() - began)
+        return color
 
     def close(self) -> None:
         """Release the device."""
@@ -66,7 +66,7 @@ class Restyler:
 
 
 class StepPictures:
-    """Makes small pictures of what leaves each step."""
+    """Renders thumbnails of the output of each step."""
 
     def __init__(self) -> None:
         self._pool = ThreadPoolExecutor(available_cores(), thread_name_prefix="vidstyle-steps")
@@ -80,16 +80,16 @@ class StepPictures:
         self._pool.shutdown()
 
 
-def exact(style: Style, frame: np.ndarray) -> np.ndarray:
-    """The frame, H x W x 3 uint8, restyled on the CPU, which defines what is right."""
+def render_exactly(style: Style, frame: np.ndarray) -> np.ndarray:
+    """Render a frame, H x W x 3 uint8, on the CPU, whose result is the reference."""
     with CpuRenderer(replace(style, steady=0.0)) as renderer:
         return _run(renderer, frame, None)
 
 
-def steadied(
+def render_second(
     style: Style, clip: Clip, first: int, side: int, stopped: Callable[[], bool]
 ) -> Iterator[tuple[int, int, np.ndarray]]:
-    """A second of the clip restyled as a film is, steadying included: number, of how many, picture."""
+    """Render one second of the clip with temporal smoothing; yield frame number, frame count and picture."""
     count = min(max(1, round(clip.fps)), clip.count - first if not clip.live else round(clip.fps))
     with CpuRenderer(style) as renderer:
         for number in range(count):
@@ -100,6 +100,6 @@ def steadied(
 
 
 def _run(backend: Backend, frame: np.ndarray, time: float | None) -> np.ndarray:
-    color = backend.run(Picture.from_array(frame), time, _RGB, rgb=True).color
+    color = backend.run(Picture.from_array(frame), time, _RGB_ENCODING, rgb=True).color
     assert color is not None
     return color

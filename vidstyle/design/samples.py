@@ -1,4 +1,4 @@
-"""Pictures of styles and blocks for lists: a photograph in each."""
+"""Thumbnails of styles and blocks for lists."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from vidstyle.style import load_style
 
 
 def style_sample(name: str) -> bytes:
-    """A style as JPEG.
+    """Render the thumbnail of a style as JPEG.
 
     Raises:
-        StyleError: it cannot be used.
+        StyleError: the style is invalid.
     """
     return encode(thumbnail(load_style(name)), "jpeg")
 
 
 def block_sample(name: str) -> bytes:
-    """A block at its defaults as JPEG."""
+    """Render the thumbnail of a block with default values as JPEG."""
     return encode(restyled_thumbnail(style_of_block(all_blocks()[name])), "jpeg")

@@ -1,21 +1,21 @@
-"""How large a picture the server restyles while values are dragged."""
+"""The size of previews that the server renders while a slider moves."""
 
 from __future__ import annotations
 
-SIDES = (1440, 1080, 900, 720, 600, 540, 480, 432, 360, 300, 270, 240, 216, 180)
-"""Shorter sides of pictures, from the largest."""
+WORKING_SIDES_PX = (1440, 1080, 900, 720, 600, 540, 480, 432, 360, 300, 270, 240, 216, 180)
+"""Shorter sides of previews, from large to small."""
 MAX_SECONDS = 0.06
-"""The longest that restyling may take, so that the picture follows a slider within 0.1 s."""
+"""Maximum rendering time, so that the preview follows a slider within 0.1 s."""
 
 
 class WorkingSize:
-    """Chooses a size by the time that the last picture took.
+    """Selects the size of the next preview from the time of the last one.
 
     >>> size = WorkingSize()
-    >>> size.measured(640 * 360, 0.24)
+    >>> size.record(640 * 360, 0.24)
     >>> size.side(720, 16 / 9), size.side(720, 16 / 9, seconds=0.6)
     (180, 540)
-    >>> size.measured(320 * 180, 0.006)
+    >>> size.record(320 * 180, 0.006)
     >>> size.side(720, 16 / 9)
     540
     """
@@ -23,17 +23,19 @@ class WorkingSize:
     def __init__(self) -> None:
         self._seconds_per_pixel = 5e-7
 
-    def measured(self, pixels: int, seconds: float) -> None:
-        """Record what a picture took."""
+    def record(self, pixels: int, seconds: float) -> None:
+        """Record the rendering time of a picture."""
         self._seconds_per_pixel = seconds / pixels
 
     def side(self, most: int, aspect: float, seconds: float = MAX_SECONDS) -> int:
-        """The shorter side of the next picture.
+        """Return the shorter side of the next preview.
 
         Args:
-            most: the largest that is wanted.
-            aspect: longer side over shorter.
-            seconds: how long it may take.
+            most: the largest useful size.
+            aspect: longer side divided by shorter side.
+            seconds: maximum rendering time.
         """
-        fitting = (side for side in SIDES if side * side * aspect * self._seconds_per_pixel <= seconds)
-        return min(most, next(fitting, SIDES[-1]))
+        fitting = (
+            side for side in WORKING_SIDES_PX if side * side * aspect * self._seconds_per_pixel <= seconds
+        )
+        return min(most, next(fitting, WORKING_SIDES_PX[-1]))

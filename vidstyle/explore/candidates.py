@@ -1,4 +1,4 @@
-"""Random styles of which a picture holds together."""
+"""Search for random styles that pass the quality gates."""
 
 from __future__ import annotations
 
@@ -12,31 +12,39 @@ from threading import Event
 import numpy as np
 
 from vidstyle.core.cores import available_cores
-from vidstyle.explore.gates import ALIKE, MAX_UNSTEADY, PASSED, UNSTEADY, fault, is_like_another, pruned
+from vidstyle.explore.gates import (
+    DUPLICATE_FAULT,
+    MAX_UNSTEADY,
+    NO_FAULT,
+    UNSTEADY_FAULT,
+    fault,
+    is_like_another,
+    prune,
+)
 from vidstyle.explore.generate import Rules, random_style
-from vidstyle.explore.measure import Measures, Original
+from vidstyle.explore.measure import Original, PictureMetrics
 from vidstyle.explore.score import score, spread_out
 from vidstyle.pipeline.progress import OnStep, unwatched
 from vidstyle.style import Style
 
-HOPELESS = 50
-"""So many times as many styles as are wanted are tried, for pictures of which few styles make anything."""
+MAX_ATTEMPTS_PER_STYLE = 50
+"""Maximum number of styles tried for each one wanted; few styles work for some pictures."""
 
 
 @dataclass(frozen=True)
 class RandomStyle:
-    """A style and what it makes of the original.
+    """A style and its result on the original.
 
     Attributes:
         picture: H x W x 3 uint8.
-        fault: why it is thrown out; empty if it passes.
-        steadiness: as of `Original.steadiness`; 0 where it was not measured.
-        score: 0..1, or what a judge gives.
+        fault: why it is rejected, or "".
+        steadiness: see `Original.steadiness`; 0 if not measured.
+        score: 0..1, or the score of a judge.
     """
 
     style: Style
     picture: np.ndarray
-    measures: Measures
+    measures: PictureMetrics
     signature: np.ndarray
     fault: str
     steadiness: float
@@ -48,8 +56,8 @@ class Found:
     """The result of a search.
 
     Attributes:
-        chosen: the best first, and none like another.
-        faults: how many styles were thrown out, by reason; those that passed under "".
+        chosen: the selected styles without duplicates, best first.
+        faults: number of rejected styles by reason; passed styles under "".
     """
 
     chosen: list[RandomStyle] = field(default_factory=list)
@@ -60,14 +68,14 @@ class Found:
         return self.faults.total()
 
 
-def examined(original: Original, style: Style) -> RandomStyle:
-    """A style with the measures, the fault and the score of what it makes of the original."""
-    picture = original.drawn(style)
-    measures = original.measures(picture)
+def examine(original: Original, style: Style) -> RandomStyle:
+    """Render the original in a style, and return it with metrics, fault and score."""
+    picture = original.render(style)
+    measures = original.measure(picture)
     reason, steadiness = fault(measures), 0.0
     if not reason:
         steadiness = original.steadiness(style, picture)
-        reason = UNSTEADY if steadiness > MAX_UNSTEADY else PASSED
+        reason = UNSTEADY_FAULT if steadiness > MAX_UNSTEADY else NO_FAULT
     signature = original.signature(picture, measures)
     return RandomStyle(style, picture, measures, signature, reason, steadiness, score(measures))
 
@@ -82,25 +90,25 @@ def search(
     on_step: OnStep = unwatched,
     stop: Event | None = None,
 ) -> Found:
-    """Find random styles of which a picture holds together.
+    """Find random styles that pass the quality gates.
 
     Args:
-        seed: the styles are those of the seeds "SEED-1", "SEED-2" and so on.
-        wanted: how many.
-        tries: how many styles to draw, of which the best are chosen; None: until as many as wanted pass.
-        judge: scores pictures instead of the own score.
-        on_step: is told how many have passed, or how many were tried.
-        stop: once it is set, the search ends with what it has.
+        seed: styles are generated from the seeds "SEED-1", "SEED-2" and so on.
+        wanted: number of styles to return.
+        tries: number of candidates, of which the best are kept; None: until `wanted` styles pass.
+        judge: scores pictures instead of `score`.
+        on_step: receives progress.
+        stop: ends the search early when set.
 
     Returns:
-        The same for the same arguments, whatever the number of cores.
+        The result, which does not depend on the number of cores.
     """
     found, passed, is_stopped = Found(), list[RandomStyle](), False
     on_step("drawing styles", 0, tries or wanted)
-    for candidate in _drawn(original, seed, rules, tries or HOPELESS * wanted):
+    for candidate in _examine_all(original, seed, rules, tries or MAX_ATTEMPTS_PER_STYLE * wanted):
         reason = candidate.fault
         if not reason and is_like_another(candidate.signature, [each.signature for each in passed]):
-            reason = ALIKE
+            reason = DUPLICATE_FAULT
         found.faults[reason] += 1
         if not reason:
             passed.append(replace(candidate, score=judge(candidate.picture)) if judge else candidate)
@@ -111,31 +119,31 @@ def search(
         worth = _ranks([each.score for each in passed])
         order = spread_out(np.array([each.signature for each in passed]), worth, wanted)
         chosen = [passed[number] for number in order]
-        found.chosen = chosen if is_stopped else _pruned(original, chosen, on_step)
+        found.chosen = chosen if is_stopped else _prune_all(original, chosen, on_step)
     return found
 
 
-def _drawn(original: Original, seed: int, rules: Rules, tries: int) -> Iterator[RandomStyle]:
-    """The candidates in the order of their seeds, made on all cores."""
+def _examine_all(original: Original, seed: int, rules: Rules, tries: int) -> Iterator[RandomStyle]:
+    """Yield candidates in the order of their seeds, using all cores."""
     numbers = count(1)
     with ThreadPoolExecutor(available_cores(), thread_name_prefix="vidstyle-explore") as pool:
         while tries > 0:
             batch = [next(numbers) for _ in range(min(2 * available_cores(), tries))]
             tries -= len(batch)
-            yield from pool.map(lambda n: examined(original, random_style(f"{seed}-{n}", rules)), batch)
+            yield from pool.map(lambda n: examine(original, random_style(f"{seed}-{n}", rules)), batch)
 
 
 def _ranks(scores: list[float]) -> np.ndarray:
-    """From 1 for the best to nearly 0, evenly: scores of any kind are then worth alike."""
+    """Return evenly spaced ranks, 1 for the best, so that all kinds of scores weigh the same."""
     order = np.argsort(np.argsort(scores, kind="stable"), kind="stable")
     return (order + 1) / len(scores)
 
 
-def _pruned(original: Original, chosen: list[RandomStyle], on_step: OnStep) -> list[RandomStyle]:
-    """The candidates without steps that change nothing, on all cores."""
+def _prune_all(original: Original, chosen: list[RandomStyle], on_step: OnStep) -> list[RandomStyle]:
+    """Remove ineffective steps from all candidates, using all cores."""
     done: list[RandomStyle] = []
     with ThreadPoolExecutor(available_cores(), thread_name_prefix="vidstyle-explore") as pool:
-        shorter = pool.map(lambda each: pruned(each.style, original, each.picture), chosen)
+        shorter = pool.map(lambda each: prune(each.style, original, each.picture), chosen)
         for candidate, style in zip(chosen, shorter, strict=True):
             done.append(replace(candidate, style=style))
             on_step("pruning styles", len(done), len(chosen))

@@ -1,4 +1,4 @@
-"""Finding a look by choosing: screens of nine, each made from the tile that was taken on the one before."""
+"""Interactive search for a style: screens of nine tiles, each derived from the tile chosen before."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ from vidstyle.explore.look import Look, NewLooks, nearest
 from vidstyle.explore.taste import Taste
 from vidstyle.style import Style
 
-CHOSEN = "chosen"
-PLACES = ("step", "values", "cross", "values", CHOSEN, "values", "wild", "values", "step")
-"""How the tile at each place of a screen is made from the one that was taken, row by row."""
-FIRST = ("shipped", "wild", "shipped", "wild", "wild", "wild", "shipped", "wild", "shipped")
-"""The same for a screen that follows none."""
-DRAWN = {"values": 10, "step": 6, "cross": 4, "wild": 3, "shipped": 6}
-"""How many of each kind are tried for a screen; those that are shown are chosen among them."""
-ROUNDS = 4
-"""How often others are tried where too few pass."""
-ALIKE = 0.3
-"""Distance below which two tiles would look alike."""
-GENTLE, FAR_OFF = 0.25, 0.6
-"""How far mutants of shipped styles are from them: on a first screen, and as wild cards."""
-NOVELTY = 0.8
-"""What it counts that a tile is unlike those chosen before it, beside liking."""
-FAR = 0.7
-"""Distance above which more counts no more."""
-NARROWER = 0.7
-"""Factor of distances each time that the same tile is taken again: nothing was better."""
-LIKING = 4.0
-"""Utility above the mean at which liking is nearly certain."""
+CHOSEN_KIND = "chosen"
+SCREEN_KINDS = ("step", "values", "cross", "values", CHOSEN_KIND, "values", "wild", "values", "step")
+"""How each tile of a screen is derived from the chosen tile, row by row."""
+FIRST_SCREEN_KINDS = ("shipped", "wild", "shipped", "wild", "wild", "wild", "shipped", "wild", "shipped")
+"""The same for a first screen."""
+CANDIDATE_COUNTS = {"values": 10, "step": 6, "cross": 4, "wild": 3, "shipped": 6}
+"""Number of candidates of each kind from which the tiles of a screen are selected."""
+MAX_ROUNDS = 4
+"""Maximum number of rounds of candidates if too few pass."""
+MIN_TILE_DISTANCE = 0.3
+"""Minimum `look_distance` between two tiles of a screen."""
+FIRST_MUTATION_DISTANCE, WILD_MUTATION_DISTANCE = 0.25, 0.6
+"""Distance of mutants from shipped styles: on a first screen, and for wild cards."""
+NOVELTY_WEIGHT = 0.8
+"""Weight of the distance to tiles already selected, relative to predicted preference."""
+MAX_NOVELTY_DISTANCE = 0.7
+"""Distance above which novelty does not increase."""
+REPEAT_DISTANCE_FACTOR = 0.7
+"""Factor of distances each time the same tile is chosen again, since no other was better."""
+UTILITY_RANGE = 4.0
+"""Utility above the mean at which the predicted preference saturates."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,8 +41,8 @@ class Tile:
     """A style on a screen.
 
     Attributes:
-        kind: how it came about: "chosen", "values", "step", "cross", "wild" or "shipped".
-        parents: the names of the styles that it is made from.
+        kind: how it was generated: "chosen", "values", "step", "cross", "wild" or "shipped".
+        parents: the names of the styles that it is derived from.
     """
 
     style: Style
@@ -57,9 +57,9 @@ class TileScreen:
 
     Attributes:
         tiles: row by row.
-        before: the number of the screen on which a tile was taken for this one, or None.
-        taken: the place of the tile taken last, or None.
-        after: the screen that followed.
+        before: the number of the screen that led to this one, or None.
+        taken: the position of the tile chosen last, or None.
+        after: the number of the next screen, or None.
     """
 
     tiles: tuple[Tile, ...]
@@ -70,7 +70,7 @@ class TileScreen:
 
 @dataclass(frozen=True)
 class Proposal:
-    """A style that is not tried yet."""
+    """A candidate that is not rendered yet."""
 
     style: Style
     kind: str
@@ -79,18 +79,18 @@ class Proposal:
 
 @dataclass
 class Chooser:
-    """Screens, what was chosen on them, and what is learned from it.
+    """Screens, choices, and the taste learned from them.
 
-    The same seed and the same choices give the same screens.
+    The same seed and choices give the same screens.
 
     Attributes:
-        looks: tries styles.
-        shipped: styles that are known to be good; the first screen is made of them.
-        near: how far tiles are from the one taken, from 0 (near) to 1 (far).
-        locks: what of the tile taken stays: some of `LOCKS`.
-        screens: all screens in the order in which they were made.
-        at: the number of the one that is shown.
-        stars: tiles that are kept.
+        looks: renders styles.
+        shipped: known good styles, the basis of the first screen.
+        near: distance of new tiles from the chosen one, from 0 (similar) to 1 (different).
+        locks: parts of the chosen tile to keep, of `LOCKS`.
+        screens: all screens in chronological order.
+        at: the number of the current screen.
+        stars: the kept tiles.
     """
 
     looks: NewLooks
@@ -108,15 +108,15 @@ class Chooser:
 
     @property
     def screen(self) -> TileScreen:
-        """The screen that is shown."""
+        """The current screen."""
         return self.screens[self.at]
 
     def new_screen(self) -> TileScreen:
-        """Show nine tiles that follow from none: mutants of shipped styles, and wild cards."""
-        return self._show(self._filled(FIRST, [], self._first_draws), None)
+        """Show nine new tiles: mutants of shipped styles, and wild cards."""
+        return self._show(self._fill(FIRST_SCREEN_KINDS, [], self._first_draws), None)
 
     def more_like(self, place: int) -> TileScreen:
-        """Take a tile of the screen, and show others like it."""
+        """Choose a tile of the screen, and show similar ones."""
         self._learn(place)
         taken = self.screen.tiles[place]
         self.screen.taken = place
@@ -125,33 +125,33 @@ class Chooser:
         return self.again(taken)
 
     def again(self, taken: Tile | None = None) -> TileScreen:
-        """Show other tiles like the one in the middle, or like this one."""
-        middle = replace(taken or self.screen.tiles[len(PLACES) // 2], kind=CHOSEN)
-        tiles = self._filled(PLACES, [middle], lambda number: self._draws(middle, number))
+        """Show more tiles like `taken`, by default the one in the middle."""
+        middle = replace(taken or self.screen.tiles[len(SCREEN_KINDS) // 2], kind=CHOSEN_KIND)
+        tiles = self._fill(SCREEN_KINDS, [middle], lambda number: self._draws(middle, number))
         return self._show(tiles, self.at)
 
     def likely_styles(self, place: int) -> list[Style]:
-        """The styles that `more_like` will try first for this place."""
+        """Return the styles that `more_like` tries first for this position."""
         return [each.style for each in self._draws(self.screen.tiles[place], 0)]
 
     def by_liking(self) -> list[int]:
-        """The places of the screen, the likeliest choice first."""
+        """Return the positions of the screen, the most likely choice first."""
         utility = self._utility([tile.look for tile in self.screen.tiles])
         return [int(place) for place in np.argsort(-utility, kind="stable")]
 
     def back(self) -> None:
-        """Show the screen before, if there is one."""
+        """Show the previous screen, if any."""
         if self.screen.before is not None:
             self.screens[self.screen.before].after = self.at
             self.at = self.screen.before
 
     def forward(self) -> None:
-        """Show again the screen from which one went back."""
+        """Show the next screen again after `back`, if any."""
         if self.screen.after is not None:
             self.at = self.screen.after
 
     def star(self, tile: Tile, on: bool) -> None:
-        """Keep a tile, or no longer; later tiles are crossed with those that are kept."""
+        """Keep a tile, or stop keeping it; kept tiles are used for crossing."""
         self.stars = [each for each in self.stars if each is not tile] + [tile] * on
 
     def _show(self, tiles: tuple[Tile, ...], before: int | None) -> TileScreen:
@@ -161,89 +161,97 @@ class Chooser:
         self.at = len(self.screens) - 1
         return self.screen
 
-    # What is tried
+    # Candidates
 
     def _seeds(self, number: int) -> Iterator[int]:
-        """Seeds of their own for each screen and round."""
+        """Yield separate seeds for each screen and round."""
         random = np.random.default_rng((self.seed, len(self.screens), number))
         while True:
             yield int(random.integers(10**6))
 
     def _first_draws(self, number: int) -> list[Proposal]:
-        """Candidates for a screen that follows none."""
+        """Return the candidates for a first screen."""
         seeds = self._seeds(number)
         order = np.random.default_rng(next(seeds)).permutation(len(self.shipped))
-        named = [self.shipped[each] for each in order[: DRAWN["shipped"]]]
-        made = [Proposal(mutate(each, next(seeds), GENTLE), "shipped", (each.name,)) for each in named]
-        return made + [Proposal(random_style(next(seeds)), "wild") for _ in range(4 * DRAWN["wild"])]
+        named = [self.shipped[each] for each in order[: CANDIDATE_COUNTS["shipped"]]]
+        made = [
+            Proposal(mutate(each, next(seeds), FIRST_MUTATION_DISTANCE), "shipped", (each.name,))
+            for each in named
+        ]
+        return made + [
+            Proposal(random_style(next(seeds)), "wild") for _ in range(4 * CANDIDATE_COUNTS["wild"])
+        ]
 
     def _draws(self, taken: Tile, number: int) -> list[Proposal]:
-        """Candidates made from a tile; farther from it with each round."""
+        """Return candidates derived from a tile, with a distance that grows each round."""
         seeds, style, own = self._seeds(number), taken.style, (taken.style.name,)
-        middle = self.near * NARROWER ** self._repeats(taken) * (1 + number)
+        middle = self.near * REPEAT_DISTANCE_FACTOR ** self._repeats(taken) * (1 + number)
         made = [
             Proposal(mutate(style, next(seeds), min(1.0, float(each)), self.locks), "values", own)
-            for each in middle * np.linspace(0.5, 1.5, DRAWN["values"])
+            for each in middle * np.linspace(0.5, 1.5, CANDIDATE_COUNTS["values"])
         ]
         if "steps" not in self.locks:
-            altered = (alter(style, next(seeds), self.locks) for _ in range(DRAWN["step"]))
+            altered = (alter(style, next(seeds), self.locks) for _ in range(CANDIDATE_COUNTS["step"]))
             made += [Proposal(each, "step", own) for each in altered]
         for other in self._partners(taken, next(seeds)):
             crossed = cross(style, other, next(seeds), self.locks)
             made.append(Proposal(crossed, "cross", (style.name, other.name)))
-        wild = [random_style(next(seeds)) for _ in range(DRAWN["wild"])]
-        # Most random styles fail somewhere; these rarely do.
+        wild = [random_style(next(seeds)) for _ in range(CANDIDATE_COUNTS["wild"])]
+        # Most random styles are rejected; mutants of shipped styles rarely are.
         order = np.random.default_rng(next(seeds)).permutation(len(self.shipped))
-        wild += [mutate(self.shipped[each], next(seeds), FAR_OFF) for each in order[: DRAWN["wild"]]]
+        wild += [
+            mutate(self.shipped[each], next(seeds), WILD_MUTATION_DISTANCE)
+            for each in order[: CANDIDATE_COUNTS["wild"]]
+        ]
         return made + [Proposal(self._with_locks(each, style, next(seeds)), "wild") for each in wild]
 
     def _repeats(self, taken: Tile) -> int:
-        """How many screens in a row have had this tile in the middle."""
+        """Return the number of consecutive screens with this tile in the middle."""
         count, screen = 0, self.screen
-        while screen.before is not None and screen.tiles[len(PLACES) // 2].style == taken.style:
+        while screen.before is not None and screen.tiles[len(SCREEN_KINDS) // 2].style == taken.style:
             count, screen = count + 1, self.screens[screen.before]
         return count
 
     def _with_locks(self, wild: Style, style: Style, seed: int) -> Style:
-        """A wild card that has what is locked."""
+        """Return a wild card with the locked parts of `style`."""
         if "steps" in self.locks:
             return mutate(style, seed, 1.0, self.locks)
         return cross(style, wild, seed, self.locks) if self.locks else wild
 
     def _partners(self, taken: Tile, seed: int) -> list[Style]:
-        """Favourites to be crossed with, the latest first; shipped styles where there are too few."""
+        """Return favourites for crossing, latest first; fill up with shipped styles."""
         liked = [tile.style for tile in [*self.stars[::-1], *self._favourites[::-1]]]
         order = np.random.default_rng(seed).permutation(len(self.shipped))
         named = {style.name: style for style in [*liked, *(self.shipped[each] for each in order)]}
-        return [style for style in named.values() if style != taken.style][: DRAWN["cross"]]
+        return [style for style in named.values() if style != taken.style][: CANDIDATE_COUNTS["cross"]]
 
-    # What is shown
+    # Selection
 
-    def _filled(
+    def _fill(
         self, kinds: Sequence[str], tiles: list[Tile], draws: Callable[[int], list[Proposal]]
     ) -> tuple[Tile, ...]:
-        """Nine tiles, no two alike: each the best of its kind, or of any kind where none is left.
+        """Select nine distinct tiles: each the best of its kind, or of any kind if none is left.
 
         Args:
-            kinds: what each place is for.
-            tiles: those that are shown anyway.
-            draws: the candidates of a round.
+            kinds: the kind of each position.
+            tiles: tiles that are already selected.
+            draws: returns the candidates of a round.
         """
         wanted = Counter(kinds) - Counter(tile.kind for tile in tiles)
         found: list[Tile] = []
-        for number in range(ROUNDS):
+        for number in range(MAX_ROUNDS):
             proposals = draws(number)
-            found += self._tried(proposals)
-            chosen = self._chosen(wanted, tiles, found)
+            found += self._render(proposals)
+            chosen = self._select(wanted, tiles, found)
             missing = wanted.keys() & {each.kind for each in proposals} - {each.kind for each in chosen}
             if len(chosen) == wanted.total() and not (missing and number == 0):
                 break
-        else:  # all is locked, or nothing passes: whatever differs most
-            chosen += self._farthest([each for each in found if each not in chosen], [*tiles, *chosen])
-        return _placed(kinds, [*tiles, *chosen[: wanted.total()]])
+        else:  # everything is locked, or nothing passes: use the most different candidates
+            chosen += self._sort_by_novelty([each for each in found if each not in chosen], [*tiles, *chosen])
+        return _arrange(kinds, [*tiles, *chosen[: wanted.total()]])
 
-    def _tried(self, candidates: Sequence[Proposal]) -> list[Tile]:
-        """Those that can be used and pass the gates."""
+    def _render(self, candidates: Sequence[Proposal]) -> list[Tile]:
+        """Render candidates, and return those that are valid and pass the gates."""
         looks = self.looks([each.style for each in candidates])
         return [
             Tile(each.style, each.kind, look, each.parents)
@@ -251,15 +259,15 @@ class Chooser:
             if look is not None and not look.fault
         ]
 
-    def _chosen(self, wanted: Counter[str], tiles: Sequence[Tile], found: Sequence[Tile]) -> list[Tile]:
-        """So many of each kind as are wanted, then of any kind, as far as there are any unlike the others."""
+    def _select(self, wanted: Counter[str], tiles: Sequence[Tile], found: Sequence[Tile]) -> list[Tile]:
+        """Select distinct tiles of the wanted kinds, then of any kind."""
         chosen: list[Tile] = []
         left = list(found)
         for kind in [*wanted.elements(), *[""] * wanted.total()]:
             if len(chosen) == wanted.total():
                 break
             of_kind = [each for each in left if kind in ("", each.kind)]
-            # A wild card shows what one would not have asked for.
+            # Wild cards weigh preference less, to show something unexpected.
             best = self._best(of_kind, [*tiles, *chosen], 0.6 if kind == "wild" and tiles else 1.0)
             if best is not None:
                 chosen.append(best)
@@ -267,27 +275,29 @@ class Chooser:
         return chosen
 
     def _best(self, candidates: Sequence[Tile], taken: Sequence[Tile], liking: float) -> Tile | None:
-        """The candidate that is liked and unlike those taken; None if all are like one of them.
+        """Return the best candidate by preference and novelty; None if all are similar to `taken`.
 
         Args:
-            liking: how much it counts that it is liked.
+            liking: the weight of the predicted preference.
         """
         if not candidates:
             return None
         apart = nearest([each.look for each in candidates], [each.look for each in taken])
-        worth = liking * self._utility([each.look for each in candidates]) + NOVELTY * np.minimum(apart, FAR)
-        best = int(np.argmax(np.where(apart >= ALIKE, worth, -np.inf)))
-        return candidates[best] if apart[best] >= ALIKE else None
+        worth = liking * self._utility([each.look for each in candidates]) + NOVELTY_WEIGHT * np.minimum(
+            apart, MAX_NOVELTY_DISTANCE
+        )
+        best = int(np.argmax(np.where(apart >= MIN_TILE_DISTANCE, worth, -np.inf)))
+        return candidates[best] if apart[best] >= MIN_TILE_DISTANCE else None
 
-    def _farthest(self, candidates: list[Tile], taken: list[Tile]) -> list[Tile]:
-        """The candidates in the order in which each is farthest from all before it."""
+    def _sort_by_novelty(self, candidates: list[Tile], taken: list[Tile]) -> list[Tile]:
+        """Sort candidates so that each is farthest from all before it."""
         chosen: list[Tile] = []
         while candidates:
             apart = nearest([each.look for each in candidates], [each.look for each in [*taken, *chosen]])
             chosen.append(candidates.pop(int(np.argmax(apart))))
         return chosen
 
-    # What is learned
+    # Learning
 
     def _learn(self, place: int) -> None:
         tiles = self.screen.tiles
@@ -295,19 +305,19 @@ class Chooser:
         self._taste_of(others[0]).learn(tiles[place].look.features, others)
 
     def _utility(self, looks: Sequence[Look]) -> np.ndarray:
-        """What looks are worth by what was learned, between -1 and 1."""
+        """Return the predicted preference for looks, between -1 and 1."""
         features = np.array([look.features for look in looks])
-        return np.tanh(self._taste_of(features[0]).utility(features - features.mean(axis=0)) / LIKING)
+        return np.tanh(self._taste_of(features[0]).utility(features - features.mean(axis=0)) / UTILITY_RANGE)
 
     def _taste_of(self, features: np.ndarray) -> Taste:
-        """Before the first choice, what is like the shipped styles is liked."""
+        """Return the learned taste, which initially prefers looks like those of shipped styles."""
         if self._taste is None:
             self._taste = Taste(np.eye(1, len(features))[0])
         return self._taste
 
 
-def _placed(kinds: Sequence[str], tiles: Sequence[Tile]) -> tuple[Tile, ...]:
-    """The tiles at the places for their kinds, the others where places are left."""
+def _arrange(kinds: Sequence[str], tiles: Sequence[Tile]) -> tuple[Tile, ...]:
+    """Place tiles at the positions for their kinds, and the others at the remaining positions."""
     left = list(tiles)
     placed: list[Tile | None] = []
     for kind in kinds:

@@ -1,4 +1,4 @@
-"""Pairs of ink and paper that go together, drawn in Oklch: lightness, chroma and hue as eyes see them."""
+"""Random palettes of ink and paper in Oklch, a perceptual space of lightness, chroma and hue."""
 
 from __future__ import annotations
 
@@ -13,30 +13,30 @@ from vidstyle.block import rgb_from_text
 from vidstyle.style import Style
 
 MIN_CONTRAST = 3.0
-"""The least contrast of ink to paper: what WCAG 2 (1.4.11) asks of graphics."""
+"""Minimum contrast ratio of ink to paper, as required by WCAG 2 (1.4.11) for graphics."""
 
 MAX_GLARE = 0.11
-"""The largest product of lightness and chroma, in Oklch, of a tint; that of poster's orange is 0.13."""
+"""Maximum product of Oklch lightness and chroma of a tint; the orange of `poster` has 0.13."""
 
 # Björn Ottosson, "A perceptual color space for image processing", 2020.
-_TO_CONES = np.array(
+_RGB_TO_LMS_MATRIX = np.array(
     [[0.4122214708, 0.5363325363, 0.0514459929],
      [0.2119034982, 0.6806995451, 0.1073969566],
      [0.0883024619, 0.2817188376, 0.6299787005]]
 )  # fmt: skip
-_TO_LAB = np.array(
+_LMS_TO_LAB_MATRIX = np.array(
     [[0.2104542553, 0.7936177850, -0.0040720468],
      [1.9779984951, -2.4285922050, 0.4505937099],
      [0.0259040371, 0.7827717662, -0.8086757660]]
 )  # fmt: skip
 
-HARMONIES = (0.0, 0.0, 30.0, -30.0, 150.0, 180.0, 210.0, 120.0, -120.0)
-"""Degrees between the hues of ink and paper: same, analogous, complementary and its neighbours, triads."""
+HARMONY_DEGREES = (0.0, 0.0, 30.0, -30.0, 150.0, 180.0, 210.0, 120.0, -120.0)
+"""Angles between the hues of ink and paper: same, analogous, (split) complementary, triadic."""
 
 
 @dataclass(frozen=True)
 class Palette:
-    """Colours as "#rrggbb", and the hue of a tint that goes with them, in degrees of HSL."""
+    """Colours as "#rrggbb", and the hue of a matching tint, in degrees of HSL."""
 
     ink: str
     paper: str
@@ -44,31 +44,31 @@ class Palette:
 
 
 def palette(random: Random, like: Style | None = None) -> Palette:
-    """Ink and paper of readable contrast.
+    """Return ink and paper with readable contrast.
 
     Args:
-        random: what draws.
-        like: a style whose ink and paper say which is the lighter one. Where both are light, the ink covers
-            what is left of the paper between marks, as in `crayon`, and stands on the picture itself.
+        random: the random generator.
+        like: a style whose ink and paper define which one is lighter. If both are light, as in `crayon`, the
+            ink covers the paper between marks and lies on the picture itself.
     """
     hue = random.uniform(0, 360)
-    other = hue + random.choice(HARMONIES) + random.gauss(0, 8)
+    other = hue + random.choice(HARMONY_DEGREES) + random.gauss(0, 8)
     tint = hsl_hue(oklch(0.6, 0.12, hue))
     if like is not None and is_pale(like.ink):
         ink = oklch(random.uniform(0.93, 0.99), random.uniform(0, 0.04), other)
         if is_pale(like.paper):
             return Palette(ink, "#ffffff", tint)
         paper = oklch(random.uniform(0.42, 0.62), random.uniform(0.06, 0.16), hue)
-        return Palette(*readable(ink, paper), tint)
+        return Palette(*ensure_contrast(ink, paper), tint)
     paper = oklch(random.uniform(0.93, 0.99), random.uniform(0.004, 0.05), other)
     vivid = random.random() < 0.3
     lightness = random.uniform(0.42, 0.6) if vivid else random.uniform(0.15, 0.4)
     chroma = random.uniform(0.1, 0.2) if vivid else random.uniform(0.0, 0.11)
-    return Palette(*readable(oklch(lightness, chroma, hue), paper), tint)
+    return Palette(*ensure_contrast(oklch(lightness, chroma, hue), paper), tint)
 
 
 def calm_saturation(hue: float) -> float:
-    """The largest saturation of HSL at which a tint of this hue, in degrees, does not glare.
+    """Return the largest HSL saturation at which a tint of this hue, in degrees, does not glare.
 
     Yellow, cyan and magenta are both bright and pure at a lightness of half, unlike red and blue.
     """
@@ -81,34 +81,34 @@ def calm_saturation(hue: float) -> float:
 
 
 def is_pale(color: str) -> bool:
-    """Whether a colour is that of paper or chalk."""
+    """Whether a colour is light, such as paper or chalk."""
     return to_oklch(color)[0] > 0.8
 
 
-def readable(ink: str, paper: str) -> tuple[str, str]:
-    """Ink and paper, the darker of them darkened until the contrast is `MIN_CONTRAST`."""
+def ensure_contrast(ink: str, paper: str) -> tuple[str, str]:
+    """Darken the darker of ink and paper until the contrast is `MIN_CONTRAST`."""
     while contrast(ink, paper) < MIN_CONTRAST:
         if _luminance(ink) < _luminance(paper):
-            ink = shifted(ink, -0.03)
+            ink = shift_color(ink, -0.03)
         else:
-            paper = shifted(paper, -0.03)
-        if max(to_oklch(ink)[0], to_oklch(paper)[0]) < 0.6:  # both dark: no darkening helps
+            paper = shift_color(paper, -0.03)
+        if max(to_oklch(ink)[0], to_oklch(paper)[0]) < 0.6:  # both dark: darkening does not help
             ink, paper = "#000000", "#ffffff"
     return ink, paper
 
 
-def shifted(color: str, lightness: float = 0.0, chroma: float = 0.0, hue: float = 0.0) -> str:
-    """A colour with its lightness and chroma, 0..1 and 0..0.3 or so, and its hue in degrees changed."""
+def shift_color(color: str, lightness: float = 0.0, chroma: float = 0.0, hue: float = 0.0) -> str:
+    """Change the Oklch lightness (0..1), chroma (0 to about 0.3) and hue (degrees) of a colour."""
     now = to_oklch(color)
     return oklch(min(max(now[0] + lightness, 0.0), 1.0), min(max(now[1] + chroma, 0.0), 0.37), now[2] + hue)
 
 
 def oklch(lightness: float, chroma: float, hue: float) -> str:
-    """The colour "#rrggbb"; one that no screen can show loses chroma until it can."""
+    """Return the colour as "#rrggbb"; reduce chroma until it fits sRGB."""
     turn = math.radians(hue)
     while True:
         lab = np.array([lightness, chroma * math.cos(turn), chroma * math.sin(turn)])
-        linear = np.linalg.solve(_TO_CONES, np.linalg.solve(_TO_LAB, lab) ** 3)
+        linear = np.linalg.solve(_RGB_TO_LMS_MATRIX, np.linalg.solve(_LMS_TO_LAB_MATRIX, lab) ** 3)
         if chroma == 0 or (linear.min() > -1e-4 and linear.max() < 1 + 1e-4):
             break
         chroma = max(chroma - 0.005, 0.0)
@@ -118,7 +118,7 @@ def oklch(lightness: float, chroma: float, hue: float) -> str:
 
 
 def to_oklch(color: str) -> tuple[float, float, float]:
-    """Lightness, chroma and hue of the colour "#rrggbb".
+    """Return Oklch lightness, chroma and hue of "#rrggbb".
 
     >>> [round(value, 2) for value in to_oklch("#ff0000")]
     [0.63, 0.26, 29.23]
@@ -128,12 +128,12 @@ def to_oklch(color: str) -> tuple[float, float, float]:
 
 
 def oklab(rgb: np.ndarray) -> np.ndarray:
-    """Oklab of gamma-encoded RGB 0..1 along the last axis."""
-    return np.cbrt(_linear(rgb) @ _TO_CONES.T) @ _TO_LAB.T
+    """Convert gamma-encoded RGB 0..1 along the last axis to Oklab."""
+    return np.cbrt(_linear(rgb) @ _RGB_TO_LMS_MATRIX.T) @ _LMS_TO_LAB_MATRIX.T
 
 
 def contrast(one: str, other: str) -> float:
-    """The contrast ratio of two colours, 1 to 21 (WCAG 2).
+    """Return the contrast ratio of two colours, 1 to 21 (WCAG 2).
 
     >>> round(contrast("#000000", "#ffffff"))
     21
@@ -143,7 +143,7 @@ def contrast(one: str, other: str) -> float:
 
 
 def hsl_hue(color: str) -> float:
-    """The hue of a colour in HSL, in degrees."""
+    """Return the HSL hue of a colour in degrees."""
     red, green, blue = rgb_from_text(color)
     span = max(red, green, blue) - min(red, green, blue)
     if span == 0:

@@ -1,7 +1,7 @@
-"""What no candidate may be: blank, muddy, blown, lost, flickering, or like another one.
+"""Quality gates for candidates: reject blank, muddy, blurred, flickering and duplicate results.
 
-The limits lie just outside what shipped styles make of ten photographs of people, animals,
-streets, landscapes and a shop at night.
+The limits were tuned to lie just outside the results of the shipped styles on ten photographs of people,
+animals, streets, landscapes and a shop at night.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vidstyle.explore.measure import Measures, Original
+from vidstyle.explore.measure import Original, PictureMetrics
 from vidstyle.explore.random_steps import is_valid, with_layers, without_idle_steps
 from vidstyle.gallery.style_samples import restyled
 from vidstyle.style import LAYERS, Style
@@ -19,7 +19,7 @@ from vidstyle.style import LAYERS, Style
 
 @dataclass(frozen=True)
 class Gate:
-    """The limits of a measure, and what a picture outside them is."""
+    """The limits of a metric, and the fault of pictures outside them."""
 
     measure: str
     low: float
@@ -42,33 +42,33 @@ GATES = (
     Gate("change", 0.028, 9, "like the source"),
     Gate("photo", -1, 0.9, "like the source"),
 )
-"""In the order in which they are tried; the first that fails is the reason."""
+"""The gates in order; the first that fails is the reason for rejection."""
 
 MAX_UNSTEADY = 2.5
-"""The most that a style may amplify the grain of a film; `ink` has 2.15."""
+"""Maximum amplification of film grain; `ink` has 2.15."""
 MIN_DISTANCE = 0.5
-"""Pictures whose signatures are nearer look alike."""
-ONE_CODE = 1.0
-"""A step counts that changes the picture by so many levels of 255, on at least one sample in a hundred."""
+"""Signature distance below which pictures count as duplicates."""
+MIN_STEP_DIFFERENCE = 1.0
+"""Change, in levels of 255 at the 99th percentile, below which a step is removed as ineffective."""
 
-UNSTEADY, ALIKE, PASSED = "flickering", "like another", ""
+UNSTEADY_FAULT, DUPLICATE_FAULT, NO_FAULT = "flickering", "like another", ""
 
 
-def fault(measures: Measures) -> str:
-    """Why a picture is thrown out, in a word or two; empty if it passes."""
+def fault(measures: PictureMetrics) -> str:
+    """Return why a picture is rejected, in a word or two; "" if it passes."""
     for gate in GATES:
         if not gate.low <= getattr(measures, gate.measure) <= gate.high:
             return gate.reason
-    return PASSED
+    return NO_FAULT
 
 
 def is_like_another(signature: np.ndarray, others: Sequence[np.ndarray]) -> bool:
-    """Whether a picture looks like one of others, by their signatures."""
+    """Whether the signature of a picture is close to another."""
     return any(float(np.linalg.norm(signature - other)) < MIN_DISTANCE for other in others)
 
 
-def pruned(style: Style, original: Original, picture: np.ndarray) -> Style:
-    """The style without steps that change nothing, neither in the small picture nor in the large one.
+def prune(style: Style, original: Original, picture: np.ndarray) -> Style:
+    """Remove steps that change neither the small nor the large picture.
 
     Args:
         picture: the original in the style.
@@ -76,16 +76,16 @@ def pruned(style: Style, original: Original, picture: np.ndarray) -> Style:
     for layer in LAYERS:
         for place in reversed(range(len(style.layers[layer]))):
             shorter = _without(style, layer, place)
-            if shorter is None or not _is_same(original.drawn(shorter), picture):
+            if shorter is None or not _is_same(original.render(shorter), picture):
                 continue
-            # Lengths of a pixel or two come to nothing in a small picture.
+            # Effects of one or two pixels vanish in the small picture.
             if _is_same(restyled(original.large, shorter), restyled(original.large, style)):
                 style = shorter
     return style
 
 
 def _without(style: Style, layer: str, place: int) -> Style | None:
-    """The style without a step; None where others need it."""
+    """Return the style without a step; None if other steps need it."""
     steps = style.layers[layer]
     if place >= len(steps) or steps[place].save or steps[place].source or steps[place].block == "scale":
         return None
@@ -95,4 +95,4 @@ def _without(style: Style, layer: str, place: int) -> Style | None:
 
 def _is_same(one: np.ndarray, other: np.ndarray) -> bool:
     difference = np.abs(one.astype(np.int16) - other)
-    return float(np.percentile(difference, 99)) < ONE_CODE
+    return float(np.percentile(difference, 99)) < MIN_STEP_DIFFERENCE

@@ -1,4 +1,4 @@
-"""`vidstyle styles --like PICTURE`: which style makes pictures that look like a given one."""
+"""`vidstyle styles --like PICTURE`: find the styles whose results look like a given picture."""
 
 from __future__ import annotations
 
@@ -11,40 +11,46 @@ import numpy as np
 from vidstyle.core.cores import available_cores
 from vidstyle.explore.appearance import appearance_distance, appearance_of
 from vidstyle.explore.generate import alter, cross, mutate
-from vidstyle.explore.measure import reduced
+from vidstyle.explore.measure import reduce_picture
 from vidstyle.explore.phrases import shipped_styles
 from vidstyle.gallery.preview import read_still
 from vidstyle.gallery.style_samples import restyled
-from vidstyle.gallery.thumbnail import FOLDER
+from vidstyle.gallery.thumbnail import THUMBNAIL_FOLDER
 from vidstyle.pipeline.progress import OnStep, unwatched
 from vidstyle.style import PLAIN, Style, load_style
 
-NEAR, FAR = 1.25, 2.0
-"""Distances up to which two looks are near, and from which on they are far; 1 is usual within one style."""
-TRIED_SIDE = 720
-"""The longest side in pixels of the picture that styles are tried on."""
-ROUNDS = 6
-"""How often the search goes on from the best styles that it has."""
-PARENTS, CHILDREN = 4, 3
-"""How many styles it goes on from, and how many of each kind of variation it makes of each."""
+MAX_NEAR_DISTANCE, MIN_FAR_DISTANCE = 1.25, 2.0
+"""Distances up to which two looks are near, and from which they are far; 1 is usual within one style."""
+MAX_PHOTOGRAPH_SIDE_PX = 720
+"""Maximum longer side of the photograph on which styles are compared."""
+SEARCH_ROUNDS = 6
+"""Number of search rounds, each from the best styles so far."""
+PARENT_COUNT, CHILD_COUNT = 4, 3
+"""Number of styles kept in each round, and of variations of each kind per style."""
 
 
 @dataclass(frozen=True)
 class Likeness:
-    """A style, and the distance of what it makes of a photograph to the look that is wanted."""
+    """A style, and the distance of its rendering of the photograph to the wanted look."""
 
     style: Style
     distance: float
 
     @property
     def words(self) -> str:
-        """How near it is: "0.93, near"."""
-        word = "near" if self.distance <= NEAR else "far" if self.distance >= FAR else "not near"
+        """The distance in words: "0.93, near"."""
+        word = (
+            "near"
+            if self.distance <= MAX_NEAR_DISTANCE
+            else "far"
+            if self.distance >= MIN_FAR_DISTANCE
+            else "not near"
+        )
         return f"{self.distance:.2f}, {word}"
 
 
 def known_styles() -> list[Style]:
-    """The shipped styles and their variants."""
+    """Return the shipped styles and their variants."""
     return [
         variant
         for style in shipped_styles()
@@ -53,14 +59,14 @@ def known_styles() -> list[Style]:
 
 
 def photograph_for(source: str | None) -> np.ndarray:
-    """The picture that styles are tried on, H x W x 3 uint8: of the source, or of the gallery."""
-    return reduced(read_still(source or FOLDER / f"{PLAIN}.webp"), TRIED_SIDE)
+    """Return the photograph for comparing styles, H x W x 3 uint8: from `source`, or from the gallery."""
+    return reduce_picture(read_still(source or THUMBNAIL_FOLDER / f"{PLAIN}.webp"), MAX_PHOTOGRAPH_SIDE_PX)
 
 
 def ranked(
     wanted: np.ndarray, photograph: np.ndarray, styles: Iterable[Style], on_step: OnStep = unwatched
 ) -> list[Likeness]:
-    """Styles by how near the look of what they make of a photograph is to that of a picture, nearest first.
+    """Return styles sorted by the distance of their rendering of `photograph` to `wanted`, nearest first.
 
     Args:
         wanted, photograph: H x W x 3 uint8.
@@ -78,9 +84,9 @@ def ranked(
 def searched(
     wanted: np.ndarray, photograph: np.ndarray, known: list[Likeness], on_step: OnStep = unwatched
 ) -> Likeness:
-    """The nearest style that variations of known ones lead to, each round from the best of the one before."""
-    best = known[:PARENTS]
-    for turn in range(ROUNDS):
+    """Search variations of known styles for the nearest one; each round starts from the best so far."""
+    best = known[:PARENT_COUNT]
+    for turn in range(SEARCH_ROUNDS):
         reach = 0.5 / (1 + turn / 2)
         children = [
             child
@@ -88,13 +94,13 @@ def searched(
             for child in _children(parent.style, best[0].style, f"{turn}-{number}", reach)
         ]
         best += ranked(wanted, photograph, children)
-        best = sorted(best, key=lambda each: each.distance)[:PARENTS]
-        on_step("searching", turn + 1, ROUNDS)
+        best = sorted(best, key=lambda each: each.distance)[:PARENT_COUNT]
+        on_step("searching", turn + 1, SEARCH_ROUNDS)
     return best[0]
 
 
 def _children(style: Style, best: Style, seed: str, reach: float) -> list[Style]:
-    seeds = [f"{seed}-{number}" for number in range(CHILDREN)]
+    seeds = [f"{seed}-{number}" for number in range(CHILD_COUNT)]
     mutants = [mutate(style, each, reach) for each in seeds]
     altered = [alter(style, each) for each in seeds[:1]]
     return mutants + altered + ([cross(style, best, seed)] if style != best else [])

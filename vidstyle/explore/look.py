@@ -1,4 +1,4 @@
-"""What a style makes of a small picture, and how far two such results are apart."""
+"""Small previews of styles, and the visual distance between them."""
 
 from __future__ import annotations
 
@@ -10,26 +10,26 @@ import numpy as np
 
 from vidstyle.errors import VidstyleError
 from vidstyle.explore.gates import fault
-from vidstyle.explore.measure import SPREADS, Original, oklab_thumbnail, reduced
+from vidstyle.explore.measure import METRIC_DEVIATIONS, Original, oklab_thumbnail, reduce_picture
 from vidstyle.explore.score import score
 from vidstyle.style import Style
 
-SIDE = 200
-"""The longer side of the picture on which candidates are tried, in pixels."""
-LIKELY, COLOR = 2.0, 0.1
-"""By how much the logarithm of the odds of the score, and colours in Oklab, usually differ."""
+MAX_LOOK_SIDE_PX = 200
+"""Maximum longer side of the picture on which candidates are tested."""
+LOG_ODDS_DEVIATION, COLOR_DEVIATION = 2.0, 0.1
+"""Typical deviation of the log-odds of the score, and of colours in Oklab."""
 
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """What a style makes of a small picture.
+    """The result of a style on a small picture.
 
     Attributes:
         picture: H x W x 3 uint8 RGB.
-        signature: as `Original.signature` gives it.
-        features: what taste is learned from: first how like shipped styles it is, then the measures, and the
-            mean colour and its variation.
-        fault: why it is not worth showing; empty if it is.
+        signature: see `Original.signature`.
+        features: the features for learning taste: similarity to shipped styles, metrics, mean colour and its
+            deviation.
+        fault: why it is rejected, or "".
     """
 
     picture: np.ndarray
@@ -39,31 +39,31 @@ class Look:
 
 
 NewLooks = Callable[[Sequence[Style]], Sequence[Look | None]]
-"""What styles make of the picture; None for those that cannot be used."""
+"""Renders looks of styles; None for invalid styles."""
 
 
 def look_of(picture: np.ndarray, style: Style) -> Look | None:
-    """What a style makes of a picture, H x W x 3 uint8, at a side of `SIDE`; None if it cannot be used."""
+    """Return the look of a style on a picture, H x W x 3 uint8; None if the style is invalid."""
     original = _original(picture.tobytes(), picture.shape)
     try:
-        drawn = original.drawn(style)
+        drawn = original.render(style)
     except VidstyleError:
         return None
-    measures = original.measures(drawn)
+    measures = original.measure(drawn)
     colors = oklab_thumbnail(drawn).reshape(-1, 3)
     chance = min(max(score(measures), 0.01), 0.99)
-    features = [np.log(chance / (1 - chance)) / LIKELY, *np.array(measures) / SPREADS]
-    features += [*colors.mean(axis=0) / COLOR, *colors.std(axis=0) / COLOR]
+    features = [np.log(chance / (1 - chance)) / LOG_ODDS_DEVIATION, *np.array(measures) / METRIC_DEVIATIONS]
+    features += [*colors.mean(axis=0) / COLOR_DEVIATION, *colors.std(axis=0) / COLOR_DEVIATION]
     return Look(drawn, original.signature(drawn), np.array(features), fault(measures))
 
 
 @lru_cache(2)
 def _original(content: bytes, shape: tuple[int, ...]) -> Original:
-    return Original(reduced(np.frombuffer(content, np.uint8).reshape(shape), SIDE))
+    return Original(reduce_picture(np.frombuffer(content, np.uint8).reshape(shape), MAX_LOOK_SIDE_PX))
 
 
 def nearest(looks: Sequence[Look], taken: Sequence[Look]) -> np.ndarray:
-    """The distance of each to the nearest of those taken; infinite where none is."""
+    """Return the distance of each look to the nearest in `taken`; infinite if `taken` is empty."""
     if not taken:
         return np.full(len(looks), np.inf)
     points, others = (np.array([each.signature for each in some]) for some in (looks, taken))
@@ -71,5 +71,5 @@ def nearest(looks: Sequence[Look], taken: Sequence[Look]) -> np.ndarray:
 
 
 def look_distance(one: Look, other: Look) -> float:
-    """How far two results are apart: 1 is plainly different."""
+    """Return the distance between two looks; 1 is clearly different."""
     return float(np.linalg.norm(one.signature - other.signature))

@@ -1,4 +1,4 @@
-"""What can be said of a restyled picture in numbers: how it holds together, how it differs from others."""
+"""Metrics of restyled pictures: visual quality, and difference from the source and from other pictures."""
 
 from __future__ import annotations
 
@@ -13,42 +13,42 @@ from vidstyle.explore.colors import oklab
 from vidstyle.gallery.style_samples import restyled
 from vidstyle.style import Style
 
-DRAWN_SIDE = 320
-"""The longest side in pixels at which candidates are drawn; smaller, marks would be larger than in a film."""
-MEASURED_SIDE = 160
-"""The longest side of what is measured: marks are then what an eye sees of them, tone and texture."""
-THUMBNAIL = 16
-"""Rows and columns of the thumbnail that tells pictures apart."""
-GRAIN = 2.0
-"""Standard deviation of the noise between the frames that steadiness is measured on, in levels of 255."""
-DARK, BRIGHT = 0.15, 0.92
-"""Luma below which there is ink, and above which there is paper."""
-STRONG = 80
-"""Percentile of the gradient above which an edge of the source is strong."""
+MAX_DRAWN_SIDE_PX = 320
+"""Longer side at which candidates are rendered; in smaller pictures, marks would be larger than in a film."""
+MAX_MEASURED_SIDE_PX = 160
+"""Longer side at which pictures are measured; marks then blend into tone and texture, as for the eye."""
+THUMBNAIL_SIZE_PX = 16
+"""Rows and columns of the thumbnail by which pictures are compared."""
+GRAIN_DEVIATION = 2.0
+"""Standard deviation of the noise for measuring steadiness, in levels of 255."""
+MAX_INK_LEVEL, MIN_PAPER_LEVEL = 0.15, 0.92
+"""Luma below which a pixel counts as ink, and above which it counts as paper."""
+STRONG_EDGE_PERCENTILE = 80
+"""Percentile of the gradient above which an edge in the source is strong."""
 
-_WEIGHTS = np.array([0.2126, 0.7152, 0.0722], np.float32)
+_LUMA_WEIGHTS = np.array([0.2126, 0.7152, 0.0722], np.float32)
 
 
-class Measures(NamedTuple):
-    """Numbers about a restyled picture beside its source; luma is 0..1.
+class PictureMetrics(NamedTuple):
+    """Metrics of a restyled picture compared with its source; luma is 0..1.
 
     Attributes:
-        tone: correlation of luma with the source's, both blurred, -1..1.
-        shapes: correlation of what is left of luma by a band-pass with the source's, without its sign.
-        edges: share of the source's strong edges where the result has strong ones; those in the middle, where
-            the subject is, count more.
-        clutter: mean difference of luma from itself blurred by 1.5 pixels.
-        noise: the same where the source is flat.
-        range: distance of the 5 % and 95 % percentiles of luma.
+        tone: correlation of blurred luma with that in the source, -1..1.
+        shapes: absolute correlation of band-passed luma with that in the source.
+        edges: share of strong source edges that stay strong; those in the middle weigh more.
+        clutter: mean difference between luma and luma blurred by 1.5 pixels.
+        noise: clutter where the source is flat.
+        range: difference between the 5 % and 95 % percentiles of luma.
         middle: mean of luma.
-        ink, paper: shares of the picture that are darker than `DARK` and brighter than `BRIGHT`.
+        ink: share of pixels darker than `MAX_INK_LEVEL`.
+        paper: share of pixels brighter than `MIN_PAPER_LEVEL`.
         contrast: standard deviation of blurred luma.
         color: colourfulness (Hasler and Suesstrunk 2003), 1 for 255 levels.
-        garish: share of the picture with colours as pure as a screen shows them.
+        garish: share of pixels with nearly pure screen colours.
         sharp: 98 % percentile of the gradient of luma.
-        crisp: the same before the picture is reduced to `MEASURED_SIDE`.
-        photo: correlation of the finest detail of luma, at that size, with the source's: 1 for a photograph.
-        change: mean distance to the source in Oklab.
+        crisp: the same percentile before reduction to `MAX_MEASURED_SIDE_PX`.
+        photo: correlation of the finest luma detail with that in the source; 1 for a photograph.
+        change: mean Oklab distance from the source.
     """
 
     tone: float
@@ -69,38 +69,40 @@ class Measures(NamedTuple):
     change: float
 
 
-SPREADS = Measures(0.4, 0.25, 0.25, 0.04, 0.03, 0.25, 0.2, 0.15, 0.25, 0.08, 0.12, 0.15, 0.15, 0.1, 0.3, 0.12)
-"""How much measures usually differ between pictures: by it, differences are comparable."""
+METRIC_DEVIATIONS = PictureMetrics(
+    0.4, 0.25, 0.25, 0.04, 0.03, 0.25, 0.2, 0.15, 0.25, 0.08, 0.12, 0.15, 0.15, 0.1, 0.3, 0.12
+)
+"""Typical deviation of each metric between pictures, which makes differences comparable."""
 
 
 class Original:
-    """The picture that candidates are drawn of, H x W x 3 uint8, prepared to be compared with results.
+    """The source picture of the candidates, H x W x 3 uint8, prepared for comparison with results.
 
     Attributes:
-        picture: it, reduced to `DRAWN_SIDE`.
-        large: it, as it was given.
+        picture: the source, reduced to `MAX_DRAWN_SIDE_PX`.
+        large: the source at its original size.
     """
 
     def __init__(self, picture: np.ndarray) -> None:
-        self.picture, self.large = reduced(picture, DRAWN_SIDE), picture
-        small = reduced(picture, MEASURED_SIDE)
+        self.picture, self.large = reduce_picture(picture, MAX_DRAWN_SIDE_PX), picture
+        small = reduce_picture(picture, MAX_MEASURED_SIDE_PX)
         self._lab = oklab(small / 255.0)
         self._luma = luma_of_codes(small)
         self._band = _band(self._luma)
         gradient = gradient_of(cv2.GaussianBlur(self._luma, (0, 0), 1))
-        self._edges = gradient >= max(float(np.percentile(gradient, STRONG)), 0.01)
+        self._edges = gradient >= max(float(np.percentile(gradient, STRONG_EDGE_PERCENTILE)), 0.01)
         self._fine = _fine(luma_of_codes(self.picture))
         self._flat = ~cv2.dilate(self._edges.astype(np.uint8), np.ones((5, 5))).astype(bool)
         height, width = self._luma.shape
         y, x = np.mgrid[-1 : 1 : height * 1j, -1 : 1 : width * 1j]
         self._weights = np.exp(-(x * x + y * y)) * self._edges
 
-    def drawn(self, style: Style) -> np.ndarray:
-        """The picture in a style, H x W x 3 uint8."""
+    def render(self, style: Style) -> np.ndarray:
+        """Render the picture in a style; H x W x 3 uint8."""
         return restyled(self.picture, style)
 
-    def measures(self, picture: np.ndarray) -> Measures:
-        """The measures of the picture restyled: H x W x 3 uint8, at any size."""
+    def measure(self, picture: np.ndarray) -> PictureMetrics:
+        """Return the metrics of a restyled picture, H x W x 3 uint8, of any size."""
         small = cv2.resize(picture, self._luma.shape[::-1], interpolation=cv2.INTER_AREA)
         luma, lab = luma_of_codes(small), oklab(small / 255.0)
         fine = np.abs(luma - cv2.GaussianBlur(luma, (0, 0), 1.5))
@@ -109,9 +111,9 @@ class Original:
         low, high = np.percentile(luma, (5, 95))
         blurred = cv2.GaussianBlur(luma, (0, 0), 4)
         near = cv2.dilate(gradient, np.ones((3, 3)))
-        strong = near >= max(float(np.percentile(near, 100 - 1.5 * (100 - STRONG))), 0.03)
+        strong = near >= max(float(np.percentile(near, 100 - 1.5 * (100 - STRONG_EDGE_PERCENTILE))), 0.03)
         top, bottom = small.max(axis=2), small.min(axis=2)
-        return Measures(
+        return PictureMetrics(
             tone=correlation(blurred, cv2.GaussianBlur(self._luma, (0, 0), 4)),
             shapes=abs(correlation(_band(luma), self._band)),
             edges=float((self._weights * strong).sum() / max(self._weights.sum(), 1e-6)),
@@ -119,8 +121,8 @@ class Original:
             noise=float(fine[self._flat].mean()) if self._flat.any() else float(fine.mean()),
             range=float(high - low),
             middle=float(luma.mean()),
-            ink=float((luma < DARK).mean()),
-            paper=float((luma > BRIGHT).mean()),
+            ink=float((luma < MAX_INK_LEVEL).mean()),
+            paper=float((luma > MIN_PAPER_LEVEL).mean()),
             contrast=float(blurred.std()),
             color=_colorfulness(small / 255.0),
             garish=float(((top > 230) & (bottom < 40)).mean()),
@@ -130,31 +132,31 @@ class Original:
             change=float(np.linalg.norm(lab - self._lab, axis=2).mean()),
         )
 
-    def signature(self, picture: np.ndarray, measures: Measures | None = None) -> np.ndarray:
-        """The picture restyled, as a point: pictures that look alike are near; 1 apart is plainly different.
+    def signature(self, picture: np.ndarray, measures: PictureMetrics | None = None) -> np.ndarray:
+        """Return a vector for comparing restyled pictures: a Euclidean distance of 1 is clearly different.
 
-        It has the measures and a thumbnail in colour; distances are Euclidean.
+        It consists of the metrics and a colour thumbnail.
         """
-        numbers = np.array(measures or self.measures(picture)) / SPREADS
-        colors = oklab_thumbnail(picture).reshape(-1) / (0.1 * THUMBNAIL)
+        numbers = np.array(measures or self.measure(picture)) / METRIC_DEVIATIONS
+        colors = oklab_thumbnail(picture).reshape(-1) / (0.1 * THUMBNAIL_SIZE_PX)
         return np.concatenate([0.5 * numbers / np.sqrt(len(numbers)), colors])
 
     def steadiness(self, style: Style, picture: np.ndarray) -> float:
-        """How much of the grain of a film a style shows: its change over three frames by that of the source.
+        """Return how much a style amplifies film grain: its change over three frames relative to the source.
 
-        The frames are the original, and twice the original with grain, the same each time.
+        The frames are the original and two copies with fixed random grain.
 
         Args:
             picture: the original in the style.
         """
-        noise = np.random.RandomState(1).normal(0, GRAIN, (2, *self.picture.shape[:2], 1))
+        noise = np.random.RandomState(1).normal(0, GRAIN_DEVIATION, (2, *self.picture.shape[:2], 1))
         grainy = [np.clip(self.picture + each, 0, 255).round().astype(np.uint8) for each in noise]
         changes = _changes([picture, *(restyled(frame, style) for frame in grainy)])
         return changes / max(_changes([self.picture, *grainy]), 1e-6)
 
 
-def reduced(picture: np.ndarray, side: int) -> np.ndarray:
-    """A picture with its longest side at most so long."""
+def reduce_picture(picture: np.ndarray, side: int) -> np.ndarray:
+    """Reduce a picture so that its longer side is at most `side` pixels."""
     factor = side / max(picture.shape[:2])
     if factor >= 1:
         return picture
@@ -163,23 +165,25 @@ def reduced(picture: np.ndarray, side: int) -> np.ndarray:
 
 
 def oklab_thumbnail(picture: np.ndarray) -> np.ndarray:
-    """`THUMBNAIL` x `THUMBNAIL` x 3 of a picture, in Oklab."""
-    return oklab(cv2.resize(picture, (THUMBNAIL, THUMBNAIL), interpolation=cv2.INTER_AREA) / 255.0)
+    """Return a thumbnail in Oklab: `THUMBNAIL_SIZE_PX` x `THUMBNAIL_SIZE_PX` x 3."""
+    return oklab(
+        cv2.resize(picture, (THUMBNAIL_SIZE_PX, THUMBNAIL_SIZE_PX), interpolation=cv2.INTER_AREA) / 255.0
+    )
 
 
 def luma_of_codes(picture: np.ndarray) -> np.ndarray:
-    """Luma of RGB in 0..255, as float32 in 0..1."""
-    return (picture @ _WEIGHTS / 255).astype(np.float32)
+    """Return the luma of RGB 0..255 as float32 0..1."""
+    return (picture @ _LUMA_WEIGHTS / 255).astype(np.float32)
 
 
 def gradient_of(luma: np.ndarray) -> np.ndarray:
-    """The magnitude of the gradient, in luma a pixel."""
+    """Return the magnitude of the gradient, in luma per pixel."""
     across, down = (cv2.Sobel(luma, cv2.CV_32F, *order, scale=1 / 8) for order in ((1, 0), (0, 1)))
     return cv2.magnitude(across, down)
 
 
 def correlation(one: np.ndarray, other: np.ndarray) -> float:
-    """Pearson's; 0 where one is even."""
+    """Return Pearson's correlation; 0 if one picture is constant."""
     one, other = one - one.mean(), other - other.mean()
     scale = float(np.sqrt((one * one).sum() * (other * other).sum()))
     return float((one * other).sum()) / scale if scale > 1e-9 else 0.0
@@ -201,6 +205,6 @@ def _colorfulness(color: np.ndarray) -> float:
 
 
 def _changes(frames: Iterable[np.ndarray]) -> float:
-    """The mean change from frame to frame."""
+    """Return the mean absolute change between consecutive frames."""
     pairs = pairwise(frame.astype(np.float32) for frame in frames)
     return float(np.mean([np.abs(after - before).mean() for before, after in pairs]))

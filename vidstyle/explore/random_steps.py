@@ -1,4 +1,4 @@
-"""Random values for the parameters of blocks, and steps joined into styles that are valid."""
+"""Random parameter values, and composition of steps into valid styles."""
 
 from __future__ import annotations
 
@@ -11,33 +11,33 @@ from typing import Any
 from vidstyle.block import Parameter, Slider
 from vidstyle.blocks import all_blocks
 from vidstyle.errors import StyleError
-from vidstyle.explore.phrases import BASE, names_used
+from vidstyle.explore.phrases import BASE_RESULT, names_used
 from vidstyle.style import LAYERS, SOURCE, Step, Style, style_from_table, table_from_style
 from vidstyle.style.paths import find_value
 from vidstyle.style.wiring import rename_pictures, wiring_of
 
-LEAST_SCALE = 0.2
-"""The smallest working size in a random style: below it nothing is recognized."""
+MIN_WORKING_SCALE = 0.2
+"""Smallest working size in random styles; below it, the subject is not recognizable."""
 EDGE_BLOCKS = ("luma_posterize", "posterize", "soft_threshold")
-"""Blocks that make edges where there were slopes."""
-BLUR_SCALE = 0.125
-"""The working size of wide blurs."""
+"""Blocks that turn gradients into edges."""
+MIN_BLUR_SCALE = 0.125
+"""Smallest working size of wide blurs."""
 
 
 def random_value(random: Random, parameter: Parameter, ends: tuple[float, float] | None = None) -> Any:
-    """Return a random value; `ends`: other ends of a slider than those that it declares."""
+    """Return a random value; `ends` overrides the range of a slider."""
     if ends is not None and isinstance(parameter.control, Slider):
         return parameter.control.draw_between(random, ends, parameter.is_integer)
     return parameter.draw(random)
 
 
 def step_near(random: Random, step: Step, spread: float) -> Step:
-    """A step with values near those that it has."""
+    """Return a step with values near its current ones."""
     return _with(step, lambda parameter, value: parameter.draw_near(random, value, spread), step.values)
 
 
-def step_drawn(random: Random, block: str, ends: Mapping[str, tuple[float, float]] | None = None) -> Step:
-    """A block with every value drawn."""
+def random_step(random: Random, block: str, ends: Mapping[str, tuple[float, float]] | None = None) -> Step:
+    """Return a step with random values."""
     parameters = all_blocks()[block].parameters
     given = ends or {}
     return _with(
@@ -48,7 +48,7 @@ def step_drawn(random: Random, block: str, ends: Mapping[str, tuple[float, float
 
 
 def _with(step: Step, change: Any, names: Iterable[str]) -> Step:
-    """The step with some values changed; those that it does not name stay unnamed at their defaults."""
+    """Return the step with some values changed; values that become defaults stay omitted."""
     if not step.block:
         return step
     parameters = all_blocks()[step.block].parameters
@@ -65,36 +65,36 @@ def _with(step: Step, change: Any, names: Iterable[str]) -> Step:
 
 
 def join_layers(style: Style, layers: Mapping[str, Iterable[Step]]) -> Style:
-    """A style with some layers replaced.
+    """Return a style with some layers replaced.
 
     Args:
-        style: the rest.
-        layers: their steps. `BASE` in them stands for the result of the base layer; their saved pictures get
-            names that no other layer uses, their working sizes are kept within `LEAST_SCALE` and 1.
+        style: the style with the other layers.
+        layers: the new steps. `BASE_RESULT` stands for the result of the base layer; saved pictures get
+            unique names, and working sizes are limited to `MIN_WORKING_SCALE`..1.
     """
     built = {layer: list(steps) for layer, steps in style.layers.items() if layer not in layers}
     taken = {step.save for steps in built.values() for step in steps}
     for layer in LAYERS:
         if layer in layers:
             base = built.get("base", []) if layer != "base" else []
-            steps = [step for step in _fitting(layers[layer], base) if not _is_idle(step)]
+            steps = [step for step in _fit_sizes(layers[layer], base) if not _is_idle(step)]
             if layer != "base":
-                steps = _sharpened(steps, base)
-            built[layer] = _on_base(numbered(steps, taken), base, taken)
+                steps = _sharpen(steps, base)
+            built[layer] = _on_base(rename_saved(steps, taken), base, taken)
     return with_layers(style, built)
 
 
 def with_fitting_sizes(style: Style, layers: Iterable[str] = LAYERS) -> Style:
-    """The style with working sizes in these layers that are neither too small nor larger than the picture."""
+    """Return the style with valid working sizes in these layers: not too small, at most the picture."""
     for layer in LAYERS:
         if layer in layers:
             base = style.base if layer != "base" else ()
-            style = replace(style, **{layer: tuple(_fitting(style.layers[layer], base))})  # type: ignore[arg-type]
+            style = replace(style, **{layer: tuple(_fit_sizes(style.layers[layer], base))})  # type: ignore[arg-type]
     return style
 
 
 def with_layers(style: Style, layers: Mapping[str, Sequence[Step]]) -> Style:
-    """The style with other steps in these layers, without variants, and with those knobs that still exist."""
+    """Return the style with some layers replaced, without variants and without knobs that no longer exist."""
     steps: dict[str, Any] = {layer: tuple(steps) for layer, steps in layers.items()}
     changed = replace(style, **steps, variants={}, knobs=())
     table = table_from_style(changed)
@@ -110,17 +110,17 @@ def with_layers(style: Style, layers: Mapping[str, Sequence[Step]]) -> Style:
 
 
 def _on_base(steps: list[Step], base: Sequence[Step], taken: set[str]) -> list[Step]:
-    """The steps of a layer with a name for the result of the base layer, which is where they begin."""
-    if not any(BASE in wiring_of(step).reads.values() for step in steps):
+    """Return the steps of a layer with the result of the base layer saved under a name."""
+    if not any(BASE_RESULT in wiring_of(step).reads.values() for step in steps):
         return steps
     if base and base[-1].save:
-        return [rename_pictures(step, {BASE: base[-1].save}) for step in steps]
-    first = numbered([Step("", save="base")], taken)
-    return first + [rename_pictures(step, {BASE: first[0].save}) for step in steps]
+        return [rename_pictures(step, {BASE_RESULT: base[-1].save}) for step in steps]
+    first = rename_saved([Step("", save="base")], taken)
+    return first + [rename_pictures(step, {BASE_RESULT: first[0].save}) for step in steps]
 
 
-def numbered(steps: Iterable[Step], taken: set[str]) -> list[Step]:
-    """The steps, their saved pictures under names that are not taken yet; adds these names."""
+def rename_saved(steps: Iterable[Step], taken: set[str]) -> list[Step]:
+    """Return the steps with unique names for saved pictures; add the names to `taken`."""
     names: dict[str, str] = {}
     out = []
     for step in steps:
@@ -137,7 +137,7 @@ def numbered(steps: Iterable[Step], taken: set[str]) -> list[Step]:
 
 
 def without_idle_steps(style: Style) -> Style:
-    """The style without steps whose results nothing uses."""
+    """Return the style without steps whose results are unused."""
     used = {name for step in style.steps for name in names_used(step)}
     layers: dict[str, tuple[Step, ...]] = {}
     for layer, steps in style.layers.items():
@@ -152,7 +152,7 @@ def without_idle_steps(style: Style) -> Style:
 
 
 def is_valid(style: Style) -> bool:
-    """Whether the style's file could be read."""
+    """Whether the style is valid as a file."""
     try:
         style_from_table(table_from_style(style), style.name, folder=style.folder)
     except StyleError:
@@ -160,17 +160,17 @@ def is_valid(style: Style) -> bool:
     return bool(style.steps)
 
 
-def _fitting(steps: Iterable[Step], base: Sequence[Step]) -> list[Step]:
-    """The steps with working sizes that are neither too small nor larger than the picture."""
+def _fit_sizes(steps: Iterable[Step], base: Sequence[Step]) -> list[Step]:
+    """Return the steps with working sizes that are neither too small nor larger than the picture."""
     parameter = all_blocks()["scale"].parameters["factor"]
-    sizes = {BASE: _final_size(base)}
-    now, out = sizes[BASE], []
+    sizes = {BASE_RESULT: _final_size(base)}
+    now, out = sizes[BASE_RESULT], []
     for step in steps:
         now = sizes.get(step.source, 1.0) if step.source else now
         if step.block == "scale":
             wanted = now * step.values.get("factor", parameter.default)
-            # For wide blurs, which a later step lays over a larger picture.
-            least = LEAST_SCALE if wanted > BLUR_SCALE else BLUR_SCALE
+            # Smaller for wide blurs, which a later step combines with a larger picture.
+            least = MIN_WORKING_SCALE if wanted > MIN_BLUR_SCALE else MIN_BLUR_SCALE
             factor = _scale_factor(min(max(wanted, least), 1.0) / now)
             now *= factor
             step = replace(step, values=step.values | {"factor": factor})
@@ -190,10 +190,10 @@ def _is_idle(step: Step) -> bool:
     return step.block == "scale" and step.values.get("factor") == 1 and not (step.save or step.source)
 
 
-def _sharpened(steps: list[Step], base: Sequence[Step]) -> list[Step]:
-    """The steps of a layer, the last that makes edges at the size of the picture, as in shipped styles."""
+def _sharpen(steps: list[Step], base: Sequence[Step]) -> list[Step]:
+    """Return the steps with the last edge block at full size, as in shipped styles."""
     last = max((place for place, step in enumerate(steps) if step.block in EDGE_BLOCKS), default=0)
-    size = _final_size([*base, Step("", save=BASE), *steps[:last]])
+    size = _final_size([*base, Step("", save=BASE_RESULT), *steps[:last]])
     if not last or steps[last].source or size > 0.95:
         return steps
     factor = _scale_factor(1 / size)
@@ -201,7 +201,7 @@ def _sharpened(steps: list[Step], base: Sequence[Step]) -> list[Step]:
 
 
 def _final_size(steps: Sequence[Step]) -> float:
-    """The working size after these steps, by that of the picture."""
+    """Return the working size after these steps, relative to the picture."""
     parameter = all_blocks()["scale"].parameters["factor"]
     sizes, now = {SOURCE: 1.0}, 1.0
     for step in steps:

@@ -1,4 +1,4 @@
-"""How likely a picture is to be kept: by own measures, or by a model of the user's own."""
+"""Scores of pictures: by built-in metrics, or by a model of the user."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ import cv2
 import numpy as np
 
 from vidstyle.errors import InputError
-from vidstyle.explore.measure import Measures
+from vidstyle.explore.measure import PictureMetrics
 
-MODEL = Path(__file__).with_name("score.json")
-"""What `tools/explore/score.py` has fitted."""
+MODEL_FILE = Path(__file__).with_name("score.json")
+"""The model fitted by `tools/explore/score.py`."""
 
-JUDGE_SIDE = 224
-JUDGE_MEAN, JUDGE_SPREAD = np.array([0.485, 0.456, 0.406]), np.array([0.229, 0.224, 0.225])
-"""By which models expect RGB to be normalized that were trained on ImageNet with PyTorch."""
-CLASSES = 10
+JUDGE_SIDE_PX = 224
+JUDGE_MEAN_LEVEL, JUDGE_LEVEL_DEVIATION = np.array([0.485, 0.456, 0.406]), np.array([0.229, 0.224, 0.225])
+"""Normalization of RGB for models trained on ImageNet with PyTorch."""
+CLASS_COUNT = 10
 
 
-def score(measures: Measures) -> float:
-    """How much a picture is like those that shipped styles make, and unlike random ones: 0..1."""
+def score(measures: PictureMetrics) -> float:
+    """Return the similarity of a picture to results of shipped styles, in contrast to random styles: 0..1."""
     return float(1 / (1 + np.exp(-log_odds(np.array(measures), _model()))))
 
 
 def log_odds(measures: np.ndarray, model: Mapping[str, np.ndarray]) -> np.ndarray:
-    """The logarithm of the odds of a score, of measures along the last axis: a network of one hidden layer.
+    """Return the log-odds of the score for metrics along the last axis: a network with one hidden layer.
 
     Args:
         model: "middle" and "spread" of the measures, the "hidden" layer's weights, and those of its result,
@@ -40,10 +40,10 @@ def log_odds(measures: np.ndarray, model: Mapping[str, np.ndarray]) -> np.ndarra
 
 
 def spread_out(signatures: np.ndarray, scores: np.ndarray, count: int) -> list[int]:
-    """The indices of the best that do not look alike: each is far from all before it, or much better.
+    """Return the indices of the best distinct pictures.
 
-    Farthest points by signature, weighted by score: the first is the best, each next one the largest product
-    of its score and its distance to the nearest one chosen.
+    Farthest-point selection weighted by score: the first is the best; each next one has the largest product
+    of its score and its distance to the nearest selected one.
     """
     chosen: list[int] = []
     nearest = np.ones(len(scores))
@@ -60,42 +60,42 @@ def spread_out(signatures: np.ndarray, scores: np.ndarray, count: int) -> list[i
 class Judge:
     """A model that scores pictures, such as NIMA, as an ONNX file.
 
-    It takes 1 x 3 x 224 x 224 of RGB, normalized as ImageNet's, and gives the shares of ten classes, 1 to 10,
-    or one number.
+    Input: 1 x 3 x 224 x 224 RGB with ImageNet normalization. Output: the shares of ten classes, 1 to 10, or
+    one number.
 
     Raises:
-        InputError: it cannot be read, or takes or gives something else.
+        InputError: the model cannot be read, or has another input or output.
     """
 
     def __init__(self, path: Path) -> None:
         self._path = path
         try:
             self._net = cv2.dnn.readNetFromONNX(str(path))
-            classes = self._run(np.zeros((JUDGE_SIDE, JUDGE_SIDE, 3), np.uint8)).size
+            classes = self._run(np.zeros((JUDGE_SIDE_PX, JUDGE_SIDE_PX, 3), np.uint8)).size
         except cv2.error as error:
             reason = " ".join(str(error.err or error).split())[:80]
             raise InputError(path, f"is not a model that can judge: {reason}") from None
-        if classes not in (1, CLASSES):
+        if classes not in (1, CLASS_COUNT):
             raise InputError(
-                path, f"gives {classes} numbers; a judge gives one, or the shares of {CLASSES} classes"
+                path, f"gives {classes} numbers; a judge gives one, or the shares of {CLASS_COUNT} classes"
             )
 
     def __call__(self, picture: np.ndarray) -> float:
-        """The score of a picture, H x W x 3 uint8; of classes their mean."""
+        """Return the score of a picture, H x W x 3 uint8; for classes, their mean."""
         given = self._run(picture)
         if given.size == 1:
             return float(given[0])
         shares = given / max(float(given.sum()), 1e-9)
-        return float(shares @ np.arange(1, CLASSES + 1))
+        return float(shares @ np.arange(1, CLASS_COUNT + 1))
 
     def _run(self, picture: np.ndarray) -> np.ndarray:
-        small = cv2.resize(picture, (JUDGE_SIDE, JUDGE_SIDE), interpolation=cv2.INTER_AREA)
-        normal = (small / 255.0 - JUDGE_MEAN) / JUDGE_SPREAD
+        small = cv2.resize(picture, (JUDGE_SIDE_PX, JUDGE_SIDE_PX), interpolation=cv2.INTER_AREA)
+        normal = (small / 255.0 - JUDGE_MEAN_LEVEL) / JUDGE_LEVEL_DEVIATION
         self._net.setInput(normal.transpose(2, 0, 1)[None].astype(np.float32))
         return np.asarray(self._net.forward()).reshape(-1)
 
 
 @cache
 def _model() -> dict[str, np.ndarray]:
-    model = json.loads(MODEL.read_text(encoding="utf-8"))
+    model = json.loads(MODEL_FILE.read_text(encoding="utf-8"))
     return {name: np.array(values) for name, values in model.items() if name != "measures"}

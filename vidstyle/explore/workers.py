@@ -1,4 +1,4 @@
-"""Processes that work side by side, the most urgent task first."""
+"""A process pool with priorities."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ T = TypeVar("T")
 
 
 class _Task(Future[Any]):
-    """What waits for a free process, or is done there."""
+    """A waiting or running task."""
 
     def __init__(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
         super().__init__()
@@ -27,7 +27,7 @@ class _Task(Future[Any]):
 
 
 class Workers(Closing):
-    """As many processes as there are cores. A task that has begun is finished.
+    """A pool with one process per core. Running tasks are not interrupted.
 
     Functions, arguments and results are pickled.
     """
@@ -40,24 +40,24 @@ class Workers(Closing):
         self._waiting: list[tuple[int, int, _Task]] = []
 
     def submit(self, urgency: int, function: Callable[..., T], *arguments: object) -> Future[T]:
-        """Run a function in one of the processes; cancel the result if it is no longer wanted.
+        """Run a function in a process; cancel the returned future to drop the task.
 
         Args:
-            urgency: lower numbers come first, tasks of the same in their order.
+            urgency: lower numbers run first; equal numbers run in order.
         """
         task = _Task(function, arguments)
         self.hurry(task, urgency)
         return task
 
     def hurry(self, task: Future[Any], urgency: int) -> None:
-        """Let a task that still waits come sooner."""
+        """Raise the priority of a waiting task."""
         assert isinstance(task, _Task)
         with self._lock:
             heapq.heappush(self._waiting, (urgency, next(self._order), task))
         self._begin()
 
     def close(self) -> None:
-        """Drop what waits, and end the processes once they have finished what they do."""
+        """Cancel waiting tasks, and end the processes after their current tasks."""
         with self._lock:
             waiting, self._waiting = self._waiting, []
         for _, _, task in waiting:
@@ -65,7 +65,7 @@ class Workers(Closing):
         self._pool.shutdown(cancel_futures=True)
 
     def _begin(self) -> None:
-        """Give free processes something to do."""
+        """Start waiting tasks in free processes."""
         while (task := self._next()) is not None:
             try:
                 running = self._pool.submit(*task.call)
@@ -78,7 +78,7 @@ class Workers(Closing):
         with self._lock:
             while self._free and self._waiting:
                 task = heapq.heappop(self._waiting)[2]
-                # One that was hurried stands here twice.
+                # A hurried task is in the queue twice.
                 if not task.running() and not task.done() and task.set_running_or_notify_cancel():
                     self._free -= 1
                     return task
@@ -97,7 +97,7 @@ class Workers(Closing):
 
 
 def _prepare() -> None:
-    """Ctrl-C ends the program, which ends its processes; they also end if it is killed."""
+    """Ignore Ctrl-C, which the main process handles; exit when the main process ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, name="vidstyle parent", daemon=True).start()
 

@@ -1,4 +1,4 @@
-"""`vidstyle explore` without a page: random styles as files, with a sheet of what they make of a picture."""
+"""`vidstyle explore` without a page: write random styles as files, with a sheet of their results."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 from vidstyle.errors import InputError, UsageError
 from vidstyle.explore.candidates import Found, RandomStyle, search
 from vidstyle.explore.generate import Rules
-from vidstyle.explore.measure import Original, reduced
+from vidstyle.explore.measure import Original, reduce_picture
 from vidstyle.explore.score import Judge
 from vidstyle.gallery.preview import preview_page, read_still
 from vidstyle.gallery.style_samples import StyleSample, encoded, samples_of, sheet_of_samples
@@ -22,9 +22,9 @@ from vidstyle.media.write.atomic import atomic_file, check_folder
 from vidstyle.pipeline.progress import OnStep, unwatched
 from vidstyle.style import save_style
 
-PAGE, SHEET, TABLE = "sheet.html", "sheet.png", "styles.json"
-SHOWN_SIDE = 640
-"""The longest side in pixels at which styles are drawn for the sheet; the picture itself may be smaller."""
+PAGE_FILE, SHEET_FILE, TABLE_FILE = "sheet.html", "sheet.png", "styles.json"
+MAX_DRAWN_SIDE_PX = 640
+"""Maximum longer side at which styles are rendered for the sheet."""
 
 
 def explore_to_folder(
@@ -40,21 +40,21 @@ def explore_to_folder(
     on_step: OnStep = unwatched,
     stop: Event | None = None,
 ) -> Found:
-    """Write random styles that make something of a picture.
+    """Write random styles that pass the quality gates on a picture.
 
-    The folder gets a file for each style, named by its seed; a page and a sheet of what they make of the
-    picture, the best first; and a table with their scores and measures, and why others were thrown out.
+    The folder gets a style file for each seed, a page and a sheet of the results, best first, and a table
+    with scores, metrics and the reasons for rejections.
 
     Args:
-        source: a picture or a film, of which one picture is taken.
-        folder: new or empty.
-        count, seed, rules, tries, stop: as for `search`.
+        source: a picture, or a film from which one picture is used.
+        folder: a new or empty folder.
+        count, seed, rules, tries, stop: see `search`.
         judge: a model that scores pictures.
-        overwrite: whether the folder may have files, which are replaced where names are the same.
+        overwrite: whether the folder may contain files; files with the same names are replaced.
 
     Raises:
-        UsageError: the folder is a file, or has files.
-        InputError: the source or the model cannot be read, or no style makes anything of the picture.
+        UsageError: the folder is a file, or is not empty.
+        InputError: the source or the model cannot be read, or no style passes.
         OutputError: a file cannot be written.
     """
     check_folder(folder)
@@ -66,14 +66,12 @@ def explore_to_folder(
     picture = read_still(source, read)
     found = search(Original(picture), seed, count, rules, tries, scorer, on_step, stop)
     if not found.chosen:
-        raise InputError(
-            source, f"none of {found.tried} styles makes anything of it", "choose another picture"
-        )
+        raise InputError(source, f"none of {found.tried} styles passed", "choose another picture")
     folder.mkdir(exist_ok=True)
     for candidate in found.chosen:
         save_style(candidate.style, folder / f"{candidate.style.name}.toml")
     facts = {"input": Path(source).name, "seed": seed, "rules": rules, "judge": judge and judge.name}
-    _write(folder / TABLE, (json.dumps(facts | _table(found), indent=1) + "\n").encode())
+    _write(folder / TABLE_FILE, (json.dumps(facts | _table(found), indent=1) + "\n").encode())
     _write_sheets(
         folder, f"{len(found.chosen)} styles of {Path(source).name}", picture, found.chosen, on_step
     )
@@ -105,13 +103,15 @@ def _write_sheets(
     folder: Path, heading: str, picture: np.ndarray, candidates: Sequence[RandomStyle], on_step: OnStep
 ) -> None:
     samples: list[StyleSample] = []
-    shown = reduced(picture, SHOWN_SIDE)
+    shown = reduce_picture(picture, MAX_DRAWN_SIDE_PX)
     for sample in samples_of(shown, [candidate.style for candidate in candidates]):
         samples.append(sample)
         on_step("drawing the sheet", len(samples), len(candidates))
-    _write(folder / PAGE, preview_page(heading, samples).encode("utf-8"))
-    sheet = sheet_of_samples([(each.style.name, reduced(each.picture, SHOWN_SIDE // 2)) for each in samples])
-    _write(folder / SHEET, encoded(sheet, ".png"))
+    _write(folder / PAGE_FILE, preview_page(heading, samples).encode("utf-8"))
+    sheet = sheet_of_samples(
+        [(each.style.name, reduce_picture(each.picture, MAX_DRAWN_SIDE_PX // 2)) for each in samples]
+    )
+    _write(folder / SHEET_FILE, encoded(sheet, ".png"))
 
 
 def _write(path: Path, content: bytes) -> None:

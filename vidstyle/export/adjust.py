@@ -1,6 +1,6 @@
-"""How the numbers of a plan follow the controls of a style, as tables that a page interpolates.
+"""Tables that map the controls of a style to the numbers of a plan, for interpolation in a page.
 
-So a page without Python needs none of our formulas: each control is moved here, and what changes is recorded.
+The page then needs no formulas: each control is moved here, and its effect on the plan is recorded.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ from vidstyle.gpu.compile.es import COMPONENT_COUNTS
 from vidstyle.style import Style, set_values
 from vidstyle.style.panel import panel
 
-POSITIONS = 5
-"""Positions of a slider that are tried where the numbers do not follow it linearly."""
-INTEGERS = ("bool", "int", "ivec2")
+SLIDER_POSITIONS = 5
+"""Number of slider positions recorded for a nonlinear effect."""
+INTEGER_TYPES = ("bool", "int", "ivec2")
 MakePlan = Callable[[Style], dict[str, Any]]
 ValuesAt = Callable[[object], list[float] | None]
-"""The values of the plan with another value of a control; None if its passes are others."""
+"""Returns the values of the plan for a value of a control; None if the passes differ."""
 
 
 def main_controls(style: Style) -> list[dict[str, Any]]:
-    """The controls that the style recommends, then its colours, as `panel` describes them."""
+    """Return the recommended controls of the style, then its colours, as described by `panel`."""
     entries = [entry for entry in panel(style, style)["entries"] if entry["main"]]
     recommended = [entry for entry in entries if entry["step"]]
     colors = ("ink", "paper") if style.lines else ("paper",)
@@ -35,12 +35,12 @@ def main_controls(style: Style) -> list[dict[str, Any]]:
 
 
 def with_tints(style: Style) -> Style:
-    """The style with grays one code off in blue, so that its plan has room for every colour."""
+    """Return the style with grays changed by one code in blue, so that its plan supports all colours."""
     return replace(style, ink=_tint(style.ink), paper=_tint(style.paper))
 
 
 def _tint(text: str) -> str:
-    """A gray one code off; any other colour as it is.
+    """Change a gray by one code; return other colours unchanged.
 
     >>> _tint("#ffffff"), _tint("#14101a")
     ('#fffffe', '#14101a')
@@ -52,15 +52,15 @@ def _tint(text: str) -> str:
 def tables_of(
     style: Style, base: dict[str, Any], control: dict[str, Any], make: MakePlan
 ) -> list[dict[str, Any]]:
-    """How the values of a plan follow a control: a table, or three for a colour; none if the passes do.
+    """Return the effect of a control on plan values: one table, or three for a colour; none if passes change.
 
-    A table holds positions `at`, and under `set` for each number that changes its index in `values`, what it
-    is at each position, and whether it is the nearest of them that counts instead of what lies between.
+    A table holds the positions `at`. For each number that changes, `set` holds its index in `values`, its
+    value at each position, and whether to use the nearest position instead of interpolation.
 
     Args:
         base: the plan of the style itself.
-        control: as `panel` describes it.
-        make: a plan of the same size.
+        control: the control, as described by `panel`.
+        make: makes a plan of the same size.
     """
 
     @cache
@@ -83,10 +83,10 @@ def _complete(tables: list[dict[str, Any] | None]) -> list[dict[str, Any]]:
 
 
 def _of_primary(codes: bytes, part: int, base: dict[str, Any], values_at: ValuesAt) -> dict[str, Any] | None:
-    """The table of one primary of a colour, on which all numbers depend linearly."""
+    """Return the table of one primary of a colour, on which all numbers depend linearly."""
     far = 254 if codes[part] < 128 else 1
     found = values_at("#" + bytes([*codes[:part], far, *codes[part + 1 :]]).hex())
-    return None if found is None else _described([codes[part], far], [base["values"], found], base)
+    return None if found is None else _make_table([codes[part], far], [base["values"], found], base)
 
 
 def _of_control(control: dict[str, Any], base: dict[str, Any], values_at: ValuesAt) -> dict[str, Any] | None:
@@ -96,12 +96,12 @@ def _of_control(control: dict[str, Any], base: dict[str, Any], values_at: Values
     if now in (low, high):
         now = (low + high) // 2 if control["whole"] else (low + high) / 2
     at = [low, now, high]
-    found = _found_of([number for number in at if number != control["value"]], values_at)
+    found = _probe([number for number in at if number != control["value"]], values_at)
     found[control["value"]] = base["values"]
     if all(number in found for number in at) and _is_linear(at, [found[number] for number in at]):
-        return _described([low, high], [found[low], found[high]], base)
+        return _make_table([low, high], [found[low], found[high]], base)
     whole = round if control["whole"] else float
-    evenly = {whole(float(number)) for number in np.linspace(low, high, POSITIONS)}
+    evenly = {whole(float(number)) for number in np.linspace(low, high, SLIDER_POSITIONS)}
     return _of_positions(sorted(evenly | {control["value"]}), control["value"], base, values_at)
 
 
@@ -112,10 +112,10 @@ def _options(control: dict[str, Any]) -> list[Any]:
 def _of_positions(
     values: Sequence[Any], now: object, base: dict[str, Any], values_at: ValuesAt
 ) -> dict[str, Any] | None:
-    """The table of those values about the present one at which the passes stay as they are."""
+    """Return the table of the values around the current one that leave the passes unchanged."""
     place = values.index(now)
     sides = (values[:place][::-1], values[place + 1 :])
-    below, above = (_found_of(side, values_at) for side in sides)
+    below, above = (_probe(side, values_at) for side in sides)
     found = dict([*list(below.items())[::-1], (now, base["values"]), *above.items()])
     if len(found) == 1:
         return None
@@ -124,11 +124,11 @@ def _of_positions(
         if isinstance(now, int | float) and not isinstance(now, bool)
         else map(values.index, found)
     )
-    return _described(list(at), list(found.values()), base)
+    return _make_table(list(at), list(found.values()), base)
 
 
-def _found_of(values: Sequence[Any], values_at: ValuesAt) -> dict[Any, list[float]]:
-    """What is found for these values, up to the first at which the passes are others."""
+def _probe(values: Sequence[Any], values_at: ValuesAt) -> dict[Any, list[float]]:
+    """Return the plan values for these values, up to the first that changes the passes."""
     found: dict[Any, list[float]] = {}
     for value in values:
         if (numbers := values_at(value)) is None:
@@ -143,7 +143,7 @@ def _is_linear(at: Sequence[float], tried: Sequence[Any]) -> bool:
     return bool(np.allclose(middle, expected, rtol=1e-5, atol=1e-7))
 
 
-def _described(at: Sequence[float], found: Sequence[Any], base: dict[str, Any]) -> dict[str, Any]:
+def _make_table(at: Sequence[float], found: Sequence[Any], base: dict[str, Any]) -> dict[str, Any]:
     columns = np.array(found)
     integers = set(_integers(base))
     changed = [int(index) for index in np.flatnonzero((columns != columns[0]).any(axis=0))]
@@ -161,20 +161,20 @@ def _described(at: Sequence[float], found: Sequence[Any], base: dict[str, Any]) 
 
 
 def _integers(base: dict[str, Any]) -> Iterator[int]:
-    """The indices in `values` of numbers that are integers."""
+    """Yield the indices of integers in `values`."""
     index = len(base["pages"]) - 1
     for each in base["passes"]:
         for _, kind, count in each["uniforms"]:
             length = COMPONENT_COUNTS[kind] * max(count, 1)
-            yield from range(index, index + length) if kind in INTEGERS else ()
+            yield from range(index, index + length) if kind in INTEGER_TYPES else ()
             index += length
 
 
-def holds(tables: list[dict[str, Any]], control: dict[str, Any], plan: dict[str, Any]) -> bool:
-    """Whether tables of one plan serve another that is alike.
+def tables_fit(tables: list[dict[str, Any]], control: dict[str, Any], plan: dict[str, Any]) -> bool:
+    """Whether the tables of one plan fit a similar plan.
 
-    They do if they give what it has at the present value of their control, and change no size at which passes
-    run: how far that may go depends on the size of the picture.
+    They fit if they match its values at the current value of the control, and change no pass size, whose
+    limits depend on the size of the picture.
     """
     value = control["value"]
     if control["kind"] == "color":
@@ -184,25 +184,25 @@ def holds(tables: list[dict[str, Any]], control: dict[str, Any], plan: dict[str,
     return all(
         change["index"] >= len(plan["pages"]) - 1
         and np.isclose(
-            _interpolated(table["at"], change["numbers"], position), plan["values"][change["index"]]
+            _interpolate(table["at"], change["numbers"], position), plan["values"][change["index"]]
         )
         for table, position in zip(tables, positions[: len(tables)], strict=True)
         for change in table["set"]
     )
 
 
-def _interpolated(at: list[float], numbers: list[float], position: float) -> float:
+def _interpolate(at: list[float], numbers: list[float], position: float) -> float:
     order = np.argsort(at)
     return float(np.interp(position, np.array(at)[order], np.array(numbers)[order]))
 
 
 def is_alike(plan: dict[str, Any], base: dict[str, Any]) -> bool:
-    """Whether two plans differ in values and in the contents of textures alone."""
+    """Whether two plans differ only in values and texture contents."""
     passes = [re.sub(r"'texture': '\w+'", "", repr(each["passes"])) for each in (plan, base)]
     keys = ("pages", "images", "measures", "shaders")
     return passes[0] == passes[1] and all(plan[key] == base[key] for key in keys)
 
 
 def is_same(plan: dict[str, Any], base: dict[str, Any]) -> bool:
-    """Whether two plans differ in values alone."""
+    """Whether two plans differ only in values."""
     return all(plan[key] == base[key] for key in base if key not in ("values", "size"))

@@ -1,4 +1,4 @@
-"""Writes a style in the form that the name of a file asks for."""
+"""Export a style in the format of a file extension."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from vidstyle.errors import InputError, UsageError, text_of_name
 from vidstyle.media.write.atomic import atomic_file
 from vidstyle.style import Style, style_from_table, style_text, table_from_style
 
-ENDINGS = (".html", ".hook", ".toml")
-ASPECT = 16 / 9
-"""Of the pictures that a hook is made for, unless a film or a size says otherwise."""
+EXPORT_SUFFIXES = (".html", ".hook", ".toml")
+DEFAULT_ASPECT = 16 / 9
+"""Aspect ratio for hooks without a film or a size."""
 
 
 def export_style(
@@ -25,24 +25,24 @@ def export_style(
     """Write a style to a file: a page (.html), a hook for mpv and FFmpeg (.hook), or a style file (.toml).
 
     Args:
-        like: the style's own file, whose comments a style file keeps.
-        overwrite: whether the target may exist.
-        film: for a hook: of which the measured steps take their percentiles, and the size.
-        size: width and height of the pictures that a hook is made for.
+        like: the original file of the style, whose comments a style file keeps.
+        overwrite: whether to replace an existing target.
+        film: for a hook: take measurements and size from this film.
+        size: for a hook: width and height of the pictures.
 
     Returns:
-        Its size in bytes.
+        The size of the file in bytes.
 
     Raises:
-        UsageError: the target has another ending, exists, or is the style's own file; or it is no hook and
-            there is a film or a size.
+        UsageError: the target has an unknown extension, exists, or is `like`; or `film` or `size` is given
+            without a hook.
         InputError: the film cannot be read.
-        StyleError: the style cannot be used.
+        StyleError: the style is invalid.
         OutputError: the target cannot be written.
     """
     ending = target.suffix.lower()
-    if ending not in ENDINGS:
-        raise UsageError(target, "is no kind of export", f"end its name in {', '.join(ENDINGS)}")
+    if ending not in EXPORT_SUFFIXES:
+        raise UsageError(target, "is no kind of export", f"end its name in {', '.join(EXPORT_SUFFIXES)}")
     if ending != ".hook" and (film or size):
         raise UsageError("--from and --size", "belong to OUT.hook", "leave them out")
     if ending != ".html" or not style.name:
@@ -68,7 +68,7 @@ def _text(
 
 def _hook(style: Style, film: Path | None, size: tuple[int, int] | None) -> str:
     from vidstyle.export.frozen import frames_of, freeze_colors, frozen_percentiles, usual_picture
-    from vidstyle.export.hook import growing, hook_of
+    from vidstyle.export.hook import height_powers, hook_of
     from vidstyle.gpu.compile.es import es_plan
 
     frames = list(frames_of(film)) if film else []
@@ -78,9 +78,9 @@ def _hook(style: Style, film: Path | None, size: tuple[int, int] | None) -> str:
         height, width = frames[0].shape[:2]
     else:
         height = round(style.height or 720)
-        width, height = size or (round(height * ASPECT), height)
+        width, height = size or (round(height * DEFAULT_ASPECT), height)
     plan = es_plan(style, width, height, depth=0)
-    powers = growing(plan, lambda other: es_plan(other, width, height, depth=0), style)
+    powers = height_powers(plan, lambda other: es_plan(other, width, height, depth=0), style)
     shown = frames or [usual_picture(width // 4, height // 4)]
     freeze_colors(plan, shown)
     frozen = frozen_percentiles(style, shown) if plan["measures"] else {}

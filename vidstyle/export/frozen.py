@@ -1,4 +1,4 @@
-"""What a style takes of a film, percentiles and colours, frozen to that of a few of its frames."""
+"""Measurements of a film, percentiles and colours, frozen from a few of its frames."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import ReadOptions, open_reader, open_source
 from vidstyle.style import Style
 
-FRAMES = 8
-"""Frames of a film that are measured."""
+MEASURED_FRAMES = 8
+"""Number of frames measured in a film."""
 
 
 def frozen_percentiles(style: Style, pictures: Iterable[np.ndarray]) -> dict[str, tuple[float, ...]]:
-    """The means of what the measured steps of a style take, by the steps' names in plans.
+    """Return the mean percentiles of the measured steps of a style, by step name in plans.
 
     Args:
         pictures: H x W x 3 uint8.
@@ -38,23 +38,23 @@ def frozen_percentiles(style: Style, pictures: Iterable[np.ndarray]) -> dict[str
 
 
 def freeze_colors(plan: dict[str, Any], pictures: Iterable[np.ndarray]) -> None:
-    """Put the main colours of pictures, H x W x 3 uint8, into the textures of a plan that await them."""
-    all_of_them = Picture.from_array(np.concatenate([sampled(each, MAX_SIDE_PX) for each in pictures]))
+    """Fill the film colour textures of a plan with the main colours of pictures, H x W x 3 uint8."""
+    combined = Picture.from_array(np.concatenate([sampled(each, MAX_SIDE_PX) for each in pictures]))
     for texture in plan["textures"].values():
         if "film" in texture:
             table = np.empty(texture["size"][1::-1], np.float32)
-            FilmColors().follow(all_of_them, None, table)
+            FilmColors().follow(combined, None, table)
             texture["data"] = b64encode(table.tobytes()).decode("ascii")
 
 
 def frames_of(film: Path) -> Iterator[np.ndarray]:
-    """Frames from all of a film, H x W x 3 uint8: the middles of `FRAMES` parts of equal length.
+    """Yield evenly spaced frames of a film, H x W x 3 uint8: the middles of `MEASURED_FRAMES` equal parts.
 
     Raises:
-        InputError: it cannot be read.
+        InputError: the film cannot be read.
     """
     with closing(open_source(film, ReadOptions())) as opened:
-        parts = FRAMES if opened.duration and opened.frames != 1 else 1
+        parts = MEASURED_FRAMES if opened.duration and opened.frames != 1 else 1
         length = opened.duration or Fraction(0)
     for part in range(parts):
         start = length * (2 * part + 1) / (2 * parts) if parts > 1 else None
@@ -63,14 +63,14 @@ def frames_of(film: Path) -> Iterator[np.ndarray]:
 
 
 def _first(items: Iterable[object]) -> Iterator[Frame]:
-    """The first frame, if there is one: a duration may be longer than what there is to see."""
+    """Yield the first frame, if any; the announced duration may be too long."""
     yield from [
         item for _, item in zip(range(1), (each for each in items if isinstance(each, Frame)), strict=False)
     ]
 
 
 def usual_picture(width: int, height: int) -> np.ndarray:
-    """What takes the place of a film: all tones from near black to near white, in muted colours.
+    """Return a substitute for a film: all tones from near black to near white, in muted colours.
 
     Returns:
         H x W x 3 uint8.

@@ -1,8 +1,8 @@
-"""A style as one .hook file for mpv and all else that runs on libplacebo, FFmpeg among them.
+"""Export of a style as a .hook file for mpv, FFmpeg and other libplacebo players.
 
-Each pass of a plan becomes a pass of the file, with its numbers as constants. What these players lack shapes
-it: a pass has one output, so that one with several is repeated; a saved texture may have half floats; no
-textures are arrays, but they may have three dimensions; and what is measured of the picture is frozen.
+Each pass of a plan becomes a pass of the file, with its numbers as constants. The format has limits: a pass
+has one output, so passes with several outputs are repeated; saved textures may be half floats; texture arrays
+become 3D textures; and measurements of the picture are frozen.
 """
 
 from __future__ import annotations
@@ -21,24 +21,24 @@ from vidstyle.export.adjust import is_same
 from vidstyle.gpu.compile.es import COMPONENT_COUNTS
 from vidstyle.style import Style
 
-STEP = 1.02
-"""By how much the height of a style is moved to see what follows it: little, so that its passes stay."""
+HEIGHT_PROBE_FACTOR = 1.02
+"""Factor of the style height by which its effect is probed; small, so that the passes stay the same."""
 
-FRAME_TIME = 40
-"""Of a frame, in milliseconds. libplacebo tells no time, but how many passes of hooks there were."""
+FRAME_MS = 40
+"""Assumed frame duration. libplacebo provides no time, only the number of hook passes so far."""
 
 Factors = list[tuple[float, int]]
-"""The factor of each page but the first, and the power of the height by which it grows."""
+"""The factor of each pass size except the first, and the power of the height by which it scales."""
 Frozen = Mapping[str, tuple[float, ...]]
 """The percentiles of each measured step, by its name in a plan."""
 
-_UNIFORM = re.compile(r"^uniform (?P<type>\w+) (?P<names>[^;]+);$")
-_STORE = re.compile(r"^void store_(?P<number>\d+)\(ivec2 place, vec4 value\)")
-_CALL = re.compile(r"value_(?P<number>\d+) = (?:clamp\()?(?P<function>\w+)\(")
-_MEASURED = re.compile(r"texelFetch\((?P<name>measured_\d+), ivec2\(0\), 0\)")
+_UNIFORM_LINE = re.compile(r"^uniform (?P<type>\w+) (?P<names>[^;]+);$")
+_STORE_FUNCTION = re.compile(r"^void store_(?P<number>\d+)\(ivec2 place, vec4 value\)")
+_VALUE_CALL = re.compile(r"value_(?P<number>\d+) = (?:clamp\()?(?P<function>\w+)\(")
+_MEASURED_FETCH = re.compile(r"texelFetch\((?P<name>measured_\d+), ivec2\(0\), 0\)")
 _TAIL = "// One pixel for each fragment."
 
-_HEAD = """\
+_HOOK_HEAD = """\
 // {name}: a style of vidstyle {version}, made for pictures of {width} x {height}.
 // {note}
 //
@@ -50,21 +50,23 @@ _HEAD = """\
 """
 
 
-def growing(plan: dict[str, Any], make: Callable[[Style], dict[str, Any]], style: Style) -> list[int]:
-    """For each value of a plan the power of the picture's height by which it grows.
+def height_powers(plan: dict[str, Any], make: Callable[[Style], dict[str, Any]], style: Style) -> list[int]:
+    """Return for each value of a plan the power of the picture height by which it scales.
 
-    That is 1 for lengths, -1 for the size at which a bank runs that is chosen by a length, else 0.
+    It is 1 for lengths, -1 for the working size of a bank that depends on a length, else 0.
 
     Args:
-        make: a plan of another style for pictures of the same size.
+        make: makes a plan of another style for the same picture size.
     """
     if style.height is None:
         return [0] * len(plan["values"])
-    other = make(replace(style, height=style.height * STEP))
+    other = make(replace(style, height=style.height * HEIGHT_PROBE_FACTOR))
     if not is_same(other, plan):
         return [0] * len(plan["values"])
     now, then = (np.array(each["values"], float) for each in (plan, other))
-    grows, shrinks = (np.isclose(then * STEP**power, now, rtol=1e-4, atol=0) for power in (1, -1))
+    grows, shrinks = (
+        np.isclose(then * HEIGHT_PROBE_FACTOR**power, now, rtol=1e-4, atol=0) for power in (1, -1)
+    )
     changed = ~np.isclose(then, now, rtol=1e-6, atol=0)
     return [int(number) for number in np.where(changed & grows, 1, np.where(changed & shrinks, -1, 0))]
 
@@ -73,10 +75,10 @@ def hook_of(style: Style, plan: dict[str, Any], powers: list[int], frozen: Froze
     """The text of a .hook file.
 
     Args:
-        plan: of the style, from RGB of floats.
-        powers: from `growing`.
-        frozen: what its measured steps have measured.
-        measured_from: what `frozen` was measured of, for the head of the file.
+        plan: the plan of the style for float RGB input.
+        powers: from `height_powers`.
+        frozen: the percentiles of its measured steps.
+        measured_from: the source of `frozen`, for the header of the file.
     """
     passes = _passes(style, plan, powers, frozen)
     return "\n".join([_head(style, plan, measured_from), *_textures(plan), *passes])
@@ -86,17 +88,17 @@ def _head(style: Style, plan: dict[str, Any], measured_from: str) -> str:
     left = []
     count = len(plan["measures"]) + sum("film" in each for each in plan["textures"].values())
     if count:
-        left.append(f"// Frozen: {count} measurement{'s' * (count > 1)}, as of {measured_from}.")
+        left.append(f"// Frozen: {count} measurement{'s' * (count > 1)} of {measured_from}.")
     if "steady" in plan["server"]:
-        left.append("// Left out: steadying over time.")
+        left.append("// Not included: temporal smoothing.")
     width, height = plan["size"]
-    return _HEAD.format(
+    return _HOOK_HEAD.format(
         name=style.name,
         version=vidstyle.__version__,
         width=width,
         height=height,
         note=" ".join(style.note.split()),
-        left_out="\n".join(left or ["// Nothing is left out."]),
+        left_out="\n".join(left or ["// The style is complete."]),
     )
 
 
@@ -159,7 +161,7 @@ def _directives(
 
 
 def _side(side: str, plan: dict[str, Any], each: dict[str, Any], factors: Factors) -> str:
-    """The length of a side in reverse Polish notation, which is rounded; expressions may not be long."""
+    """Return the length of a side in reverse Polish notation, rounded; long expressions are not allowed."""
     images = [what["image"] for what in each["reads"].values() if "image" in what]
     pages = {plan["images"][image]["page"]: f"{_saved(image)}.{side}" for image in images}
     pages[0] = f"HOOKED.{side}"
@@ -173,13 +175,13 @@ def _side(side: str, plan: dict[str, Any], each: dict[str, Any], factors: Factor
 
 
 def _shorter(plan: dict[str, Any]) -> tuple[str, int]:
-    """The shorter side of the pictures for which a plan is made, and its length."""
+    """Return the shorter side of the pictures of a plan, and its length."""
     width, height = plan["size"]
     return ("w", width) if width < height else ("h", height)
 
 
 class _Source:
-    """Turns the shader of a pass into the source of a hook."""
+    """Converts the shader of a pass to the source of a hook."""
 
     def __init__(
         self, plan: dict[str, Any], each: dict[str, Any], values: dict[str, Any], lengths: dict[str, int],
@@ -188,12 +190,12 @@ class _Source:
         self._plan, self._pass, self._values, self._frozen = plan, each, values, frozen
         self._lengths = lengths
         text = plan["shaders"][each["shader"]]
-        self._functions = {match["number"]: match["function"] for match in _CALL.finditer(text)}
+        self._functions = {match["number"]: match["function"] for match in _VALUE_CALL.finditer(text)}
         self._body = text[: text.index("#if __VERSION__ < 430")].splitlines()
         self._factors, self._frame = factors, frame
 
     def text(self, target: int) -> str:
-        """The source for one of the targets."""
+        """Return the source for one of the targets."""
         lines = [line for line in self._lines(target)]
         page = self._pass["page"]
         return "\n".join([
@@ -208,7 +210,7 @@ class _Source:
         ])  # fmt: skip
 
     def _sizes(self) -> Iterator[str]:
-        """Functions that give the sizes at which passes run."""
+        """Yield functions that return the sizes of passes."""
         side, length = _shorter(self._plan)
         yield f"#define vidstyle_growth (HOOKED_size.{'x' if side == 'w' else 'y'} / {length}.0)"
         yield "ivec2 vidstyle_page_0() { return ivec2(HOOKED_size + 0.5); }"
@@ -222,25 +224,25 @@ class _Source:
         for line in self._body:
             if line.startswith(("#version", "precision ", "layout(location")):
                 continue
-            if match := _STORE.match(line):
+            if match := _STORE_FUNCTION.match(line):
                 body = "vidstyle_result = value; " if int(match["number"]) == target else ""
                 line = f"{match[0]} {{ {body}}}"
-            elif match := _UNIFORM.match(line):
+            elif match := _UNIFORM_LINE.match(line):
                 yield from self._declared(match["type"], match["names"])
                 continue
-            line = _MEASURED.sub(lambda found: self._measured(found["name"]), line)
-            # It reads one component, and luma has two here.
+            line = _MEASURED_FETCH.sub(lambda found: self._measured(found["name"]), line)
+            # textureGather reads one component, but luma has two here.
             line = line.replace("#ifdef GL_ARB_texture_gather", "#if 0")
             yield line.replace("sampler2DArray", "sampler3D")
 
     def _declared(self, kind: str, names: str) -> Iterator[str]:
-        """What takes the place of a uniform."""
+        """Yield the declaration that replaces a uniform."""
         first = names.split("[")[0]
         if names == "halved":
             yield "const bool halved = true;"
         elif names == "moment":
-            # A macro would take the place of parameters of this name, too.
-            yield f"uint moment = uint{self._frame} * {FRAME_TIME}u;"
+            # A macro would also replace parameters of this name.
+            yield f"uint moment = uint{self._frame} * {FRAME_MS}u;"
         elif names.startswith("origin,"):
             yield "const ivec2 origin = ivec2(0), stride = ivec2(1);"
         elif names.endswith("_last"):
@@ -276,7 +278,7 @@ class _Source:
         return f"{kind}[{length}]({', '.join(parts)})" if length else parts[0]
 
     def _length(self, name: str) -> str:
-        """A value that grows with the picture as in `vidstyle.style.resolve`."""
+        """Return a value that scales with the picture as in `vidstyle.style.resolve`."""
         grown = f"{self._literal(name)} {'*' if self._lengths[name] == 1 else '/'} vidstyle_growth"
         if (declared := self._parameter(name)[1]) is None:
             return f"({grown})"
@@ -284,7 +286,7 @@ class _Source:
         return f"max({grown}, {low})" if declared.control.unit == "px" else f"clamp({grown}, {low}, {high})"
 
     def _parameter(self, name: str) -> tuple[str, Any]:
-        """The function of a constant, as block and parameter where it is one of a block; else None."""
+        """Return the function of a constant, and its block parameter or None."""
         parameter, _, number = name.rpartition("_")
         function = self._functions.get(number, "")
         names = [block for block in all_blocks() if function == block or function.startswith(f"{block}_")]
@@ -293,7 +295,7 @@ class _Source:
         return (f"{block}.{parameter}", declared) if declared else (function, None)
 
     def _comment(self, name: str) -> str:
-        """Which parameter a constant is, and its range."""
+        """Return a comment with the parameter of a constant and its range."""
         owner, declared = self._parameter(name)
         if declared is None:
             return f"// of {owner}"

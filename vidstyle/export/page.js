@@ -1,20 +1,24 @@
-// The page of an exported style. It stands below runner.js in the same module.
+// The page of an exported style. It follows runner.js in the same module.
 
 const get = (id) => document.getElementById(id);
 const data = JSON.parse(get("data").textContent);
 const canvas = get("picture");
 const options = new URLSearchParams(location.search);
 
-/** What is shown: a video element or a picture; null before the first. */
+/** The video or image element to restyle; null before the first is opened. */
 let source = null;
 let runner = null;
-/** The loaded style of the present detail, its plan and its tables. */
+/** The loaded style for the current detail, with its plan and tables. */
 let shown = null;
-/** The values of the controls by their paths. */
+/** The values of the controls by path. */
 const values = {};
 let split = null;
 let recorder = null;
 let slow = 0;
+/** A frame that takes longer is slow. */
+const MAX_FRAME_MS = 70;
+/** Number of consecutive slow frames after which the detail is reduced. */
+const MAX_SLOW_FRAMES = 12;
 
 function say(text, seconds = 6) {
   get("message").textContent = text;
@@ -23,10 +27,10 @@ function say(text, seconds = 6) {
   if (text && seconds) say.timer = setTimeout(() => say(""), 1000 * seconds);
 }
 
-// Values: what a control changes was recorded when the style was exported.
+// Values: the effect of each control was recorded when the style was exported.
 
-/** A number between the positions of a table, or beyond its ends in a straight line. */
-function interpolated(at, numbers, position, nearest) {
+/** Interpolates linearly between the positions of a table, or extrapolates beyond its ends. */
+function interpolate(at, numbers, position, nearest) {
   let next = at.findIndex((each, number) => number > 0 && each >= position);
   if (next < 0) next = at.length - 1;
   const part = at.length > 1 ? (position - at[next - 1]) / (at[next] - at[next - 1]) : 0;
@@ -40,14 +44,14 @@ function positionsOf(control, value) {
   return [control.kind === "switch" ? Number(value) : control.options.indexOf(value)];
 }
 
-/** The values of a plan with the controls as they are; each adds its own difference. */
+/** Returns the values of a plan for the current controls; each control adds its difference. */
 function planValues({ plan, tables }) {
   const numbers = [...plan.values];
   for (const control of data.controls) {
     positionsOf(control, values[control.path]).forEach((position, axis) => {
       const { at, set } = tables[control.path][axis];
       for (const { index, numbers: known, nearest } of set)
-        numbers[index] += interpolated(at, known, position, nearest) - plan.values[index];
+        numbers[index] += interpolate(at, known, position, nearest) - plan.values[index];
     });
   }
   return numbers;
@@ -59,7 +63,7 @@ function sourceSize() {
   return [source.videoWidth || source.naturalWidth || source.width, source.videoHeight || source.naturalHeight || source.height];
 }
 
-/** The size at which the style works on the source: that of the plan on the shorter side. */
+/** Returns the working size: the shorter side is that of the plan. */
 function workingSize() {
   const [width, height] = sourceSize();
   const side = shown.side;
@@ -88,15 +92,15 @@ function draw() {
   placeDivider();
 }
 
-/** Once many frames in a row take too long, works at the size below. */
+/** Switches to the next smaller size after many slow frames in a row. */
 function watchSpeed(milliseconds) {
-  slow = milliseconds > 70 ? slow + 1 : 0;
+  slow = milliseconds > MAX_FRAME_MS ? slow + 1 : 0;
   const smaller = Math.max(...data.plans.map((each) => each.side).filter((side) => side < shown.side));
-  if (slow < 12 || smaller < 0) return;
+  if (slow < MAX_SLOW_FRAMES || smaller < 0) return;
   slow = 0;
   get("side").value = smaller;
   choose(smaller);
-  say("Less detail, as this is slow here.");
+  say("Detail reduced to keep up with the frame rate.");
 }
 
 let pending = false;
@@ -120,7 +124,7 @@ function follow(video) {
   schedule();
 }
 
-/** Draws with the plan for this side once it is compiled. */
+/** Switches to the plan for this side once it is compiled. */
 async function choose(side) {
   const found = data.plans.find((each) => each.side === side);
   found.plan.textures = data.textures;
@@ -161,7 +165,7 @@ async function openFile(file) {
       });
       await new Promise((done, fail) => {
         video.addEventListener("loadeddata", done);
-        video.addEventListener("error", () => fail(new Error("this browser cannot play it")));
+        video.addEventListener("error", () => fail(new Error("this browser cannot play this file")));
       });
       show(video);
       markPlaying(video);
@@ -172,7 +176,7 @@ async function openFile(file) {
     } else {
       const picture = Object.assign(new Image(), { src: address });
       await picture.decode().catch(() => {
-        throw new Error("this browser cannot show it");
+        throw new Error("this browser cannot show this file");
       });
       show(picture);
     }
@@ -181,10 +185,10 @@ async function openFile(file) {
   }
 }
 
-/** Starts a camera: the first, one by its number from 1 on, or one with this text in its name. */
+/** Starts a camera: the first, the one with this number (from 1), or the one whose name contains this text. */
 async function openCamera(wanted = "") {
   try {
-    if (!navigator.mediaDevices) throw new Error("this browser gives no camera to a file; serve the page from localhost or https");
+    if (!navigator.mediaDevices) throw new Error("this browser allows no camera in local files; serve this page from localhost or over https");
     const size = { width: { ideal: 1280 }, height: { ideal: 720 } };
     let stream = await navigator.mediaDevices.getUserMedia({ video: size });
     const cameras = (await navigator.mediaDevices.enumerateDevices()).filter((device) => device.kind === "videoinput");
@@ -289,7 +293,7 @@ function placeDivider() {
   Object.assign(line.style, { left: `${box.left + split * box.width}px`, top: `${box.top}px`, height: `${box.height}px` });
 }
 
-/** Where the picture lies within the stage. */
+/** Returns the rectangle of the picture within the stage. */
 function pictureBox() {
   const { offsetLeft, offsetTop, offsetWidth, offsetHeight } = canvas;
   const scale = Math.min(offsetWidth / canvas.width, offsetHeight / canvas.height);
@@ -403,10 +407,10 @@ async function start() {
   runner = new Runner({ onrestored: redraw });
   const side = [360, 720, 1080].find((each) => String(each) === options.get("side")) ?? (runner.isSoftware ? 360 : 720);
   get("side").value = side;
-  const facts = [`Drawn by ${runner.device.replace(/^ANGLE \((.*)\)$/, "$1").split(",").slice(0, 2).join(",")}.`];
-  if (runner.isSoftware) facts.push("That is no graphics card, so it is slow.");
+  const facts = [`Rendered on ${runner.device.replace(/^ANGLE \((.*)\)$/, "$1").split(",").slice(0, 2).join(",")}.`];
+  if (runner.isSoftware) facts.push("Software rendering: this will be slow.");
   if (data.fixed.length) facts.push(`Fixed in this file: ${data.fixed.join(", ")}.`);
-  if (data.plans[0].plan.server.includes("steady")) facts.push("Steadying over time is done by vidstyle render only.");
+  if (data.plans[0].plan.server.includes("steady")) facts.push("Temporal smoothing is only available in vidstyle render.");
   get("facts").textContent = facts.join(" ");
   changed();
   await choose(side);

@@ -1,4 +1,4 @@
-"""One self-contained HTML file that restyles a camera, a film or a photograph in a browser."""
+"""Export as a self-contained HTML file that restyles a camera, films and photographs in a browser."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from typing import Any
 
 import vidstyle
 from vidstyle.export import runner_module
-from vidstyle.export.adjust import holds, is_alike, main_controls, tables_of, with_tints
+from vidstyle.export.adjust import is_alike, main_controls, tables_fit, tables_of, with_tints
 from vidstyle.gpu.compile.es import es_plan
 from vidstyle.style import Style, set_values
 from vidstyle.style.panel import panel
 
-SIDES = (720, 360, 1080)
-"""Lengths of the shorter side at which a page works; first the usual one."""
+WORKING_SIDES_PX = (720, 360, 1080)
+"""Working sizes of the page: the shorter side; the default comes first."""
 
 
 def page_of_style(style: Style) -> str:
-    """The page of a style.
+    """Return the page of a style.
 
     Raises:
-        StyleError: the style cannot be used.
+        StyleError: the style is invalid.
     """
     runner = re.sub(r"^export (?=class|function|const)", "", runner_module(), flags=re.M)
     script = f"{runner}\n{_text('page.js')}"
@@ -45,14 +45,14 @@ def page_of_style(style: Style) -> str:
 
 
 def page_data(style: Style) -> dict[str, Any]:
-    """The plans of a style for each of `SIDES`, its controls, and how the plans' values follow them.
+    """Return the plans of a style for `WORKING_SIDES_PX`, its controls and their effect on plan values.
 
-    Texts of shaders and textures are held once for all plans.
+    Shader texts and textures are shared by all plans.
     """
     style = with_tints(style)
     controls = main_controls(style)
     plans: list[dict[str, Any]] = []
-    for side in SIDES:
+    for side in WORKING_SIDES_PX:
         plan = es_plan(style, _width(side), side)
         alike = next((other for other in plans if is_alike(plan, other["plan"])), None)
         plans.append({"side": side, "plan": plan, "tables": _tables(style, plan, controls, alike)})
@@ -76,13 +76,13 @@ def page_data(style: Style) -> dict[str, Any]:
 def _tables(
     style: Style, plan: dict[str, Any], controls: list[dict[str, Any]], alike: dict[str, Any] | None
 ) -> dict[str, Any]:
-    """The tables by the path of the control; those of a plan alike for another size serve where they fit."""
+    """Return tables by path of the control; reuse those of a similar plan for another size where they fit."""
     width, height = plan["size"]
     tables = {}
     for control in controls:
         serves = alike is not None and control.get("unit") != "px"
         found = alike["tables"].get(control["path"], []) if alike and serves else []
-        if not serves or not holds(found, control, plan):
+        if not serves or not tables_fit(found, control, plan):
             found = tables_of(style, plan, control, lambda changed: es_plan(changed, width, height))
         if found:
             tables[control["path"]] = found
@@ -90,7 +90,7 @@ def _tables(
 
 
 def _variants(style: Style, controls: list[dict[str, Any]]) -> dict[str, dict[str, Any]]:
-    """For each variant that changes nothing but these controls, all their values."""
+    """Return the values of all controls for each variant that changes only these controls."""
     found = {}
     for name in style.variants:
         varied = panel(set_values(style, style.variants[name]), style)["entries"]
@@ -109,5 +109,5 @@ def _text(name: str) -> str:
 
 
 def _sum(text: str) -> str:
-    """A source of scripts or styles in a content security policy: the text itself and no other."""
+    """Return the hash source that allows exactly this text in a content security policy."""
     return "'sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() + "'"

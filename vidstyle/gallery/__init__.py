@@ -1,1 +1,1 @@
-"""Previews of styles: a picture in every style, on a page or a sheet."""
+"""Previews of styles: one picture in several styles, as a page or a sheet."""

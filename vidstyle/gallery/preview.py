@@ -1,4 +1,4 @@
-"""A picture in every style, as a self-contained HTML page or as a sheet."""
+"""Preview of one picture in several styles, as a self-contained HTML page or a sheet."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from vidstyle.pipeline.progress import OnStep, unwatched
 from vidstyle.style import Style
 
 MAX_SIDE = 960
-"""The longest side of the picture in pixels: styles take seconds at this size."""
+"""Maximum longer side of the picture in pixels; styles take seconds at this size."""
 
-_SUFFIXES = (".html", ".png", ".jpg")
+_PREVIEW_SUFFIXES = (".html", ".png", ".jpg")
 
-_FIGURE = Template("""\
+_FIGURE_TEMPLATE = Template("""\
 <figure>
-<button type="button" aria-label="Show $name large"><img src="$picture" alt="$name" width="$width"
+<button type="button" aria-label="Enlarge $name"><img src="$picture" alt="$name" width="$width"
  height="$height"></button>
 <figcaption><strong>$name</strong> <span>$note</span></figcaption>
 </figure>
@@ -51,10 +51,10 @@ def write_preview(
     Args:
         source: a picture or a film.
         target: a page (.html) or a sheet (.png, .jpg).
-        styles: in the order in which they are shown; the first leaves the picture unchanged.
-        read: how to read the source; without a start, the middle of a film is taken.
-        overwrite: whether the target may exist.
-        on_step: is told how many styles are done.
+        styles: the styles in order; the first leaves the picture unchanged.
+        read: read options; without a start, the middle of a film is used.
+        overwrite: whether to replace an existing target.
+        on_step: receives progress.
 
     Returns:
         The heading of the preview.
@@ -66,8 +66,8 @@ def write_preview(
     """
     target = Path(target)
     suffix = target.suffix.lower()
-    if suffix not in _SUFFIXES:
-        raise UsageError(target, "cannot be a preview", f"end its name in {' or '.join(_SUFFIXES)}")
+    if suffix not in _PREVIEW_SUFFIXES:
+        raise UsageError(target, "cannot be a preview", f"end its name in {' or '.join(_PREVIEW_SUFFIXES)}")
     count = len(styles) - 1
     name = "standard input" if str(source) == "-" else Path(source).name
     heading = f"{name} in {count} style{'s' * (count != 1)}"
@@ -87,7 +87,7 @@ def write_preview(
 
 
 def preview_page(heading: str, samples: Sequence[StyleSample]) -> str:
-    """A self-contained HTML page with a picture for each sample, at least one."""
+    """Return a self-contained HTML page with a picture for each sample; `samples` is not empty."""
     template = Template(Path(__file__).with_name("page.html").read_text(encoding="utf-8"))
     figures = "".join(map(_figure, samples))
     return template.substitute(heading=escape(printable(heading)), figures=figures)
@@ -95,7 +95,7 @@ def preview_page(heading: str, samples: Sequence[StyleSample]) -> str:
 
 def _figure(sample: StyleSample) -> str:
     height, width = sample.picture.shape[:2]
-    return _FIGURE.substitute(
+    return _FIGURE_TEMPLATE.substitute(
         name=escape(sample.style.name),
         note=_to_html(sample.style.note),
         picture=f"data:image/jpeg;base64,{b64encode(encoded(sample.picture, '.jpg')).decode('ascii')}",
@@ -105,7 +105,7 @@ def _figure(sample: StyleSample) -> str:
 
 
 def _to_html(note: str) -> str:
-    """The note as HTML; text in backquotes becomes code.
+    """Convert a note to HTML; text in backquotes becomes code.
 
     >>> _to_html("Tune `a.b` & <c>.")
     'Tune <code>a.b</code> &amp; &lt;c&gt;.'
@@ -114,14 +114,14 @@ def _to_html(note: str) -> str:
 
 
 def read_still(source: str | Path, read: ReadOptions | None = None) -> np.ndarray:
-    """One picture of the source, upright, with square pixels, no side above `MAX_SIDE`: H x W x 3 uint8.
+    """Read one picture, upright, with square pixels and no side above `MAX_SIDE`: H x W x 3 uint8.
 
     Args:
-        source: what `open_reader` opens.
-        read: how to read it; without a start, the middle of a film is taken and the first picture of a pipe.
+        source: the input, see `open_reader`.
+        read: read options; without a start, the middle of a film or the first picture of a pipe is used.
 
     Raises:
-        InputError: it cannot be read, or has no picture at that time.
+        InputError: the source cannot be read, or has no picture at that time.
     """
     read = read or ReadOptions()
     middle = _middle(source, read) if read.start is None and str(source) != "-" else None
@@ -134,7 +134,7 @@ def read_still(source: str | Path, read: ReadOptions | None = None) -> np.ndarra
 
 
 def _middle(source: str | Path, read: ReadOptions) -> Fraction | None:
-    """Half of a film's duration; None if it is a single picture."""
+    """Return half of the duration of a film; None for a single picture."""
     with closing(open_source(source, read)) as opened:
         return opened.duration / 2 if opened.duration and opened.frames != 1 else None
 
@@ -142,11 +142,11 @@ def _middle(source: str | Path, read: ReadOptions) -> Fraction | None:
 def _read(source: str | Path, read: ReadOptions) -> np.ndarray:
     with open_reader(source, read) as reader:
         color = to_rgb(next(item for item in reader if isinstance(item, Frame)).picture)
-        return _reduced(color, round(color.shape[1] * (reader.info.sample_aspect or 1)))
+        return _resize(color, round(color.shape[1] * (reader.info.sample_aspect or 1)))
 
 
-def _reduced(color: np.ndarray, width: int) -> np.ndarray:
-    """The picture at this width, so that its pixels are square, then reduced to `MAX_SIDE`."""
+def _resize(color: np.ndarray, width: int) -> np.ndarray:
+    """Resize to this width, for square pixels, and reduce to `MAX_SIDE`."""
     height = color.shape[0]
     factor = min(1, MAX_SIDE / max(width, height))
     size = max(1, round(width * factor)), max(1, round(height * factor))

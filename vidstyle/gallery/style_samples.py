@@ -1,4 +1,4 @@
-"""A picture in several styles, labelled, arranged on a sheet and encoded."""
+"""Samples: render a picture in several styles, label, arrange and encode the results."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.style import Step, Style
 from vidstyle.style.wiring import wiring_of
 
-LABEL, GAP = 24, 4
+LABEL_HEIGHT_PX, BORDER_PX = 24, 4
 """Height of the label above a picture, and width of the border on its other sides, in pixels."""
 SHEET_ASPECT = 16 / 10
 """The aspect ratio that the layout of a sheet approximates."""
 MAX_SHEET_SIDE = 480
 """The longest side of one picture on a sheet of samples, in pixels."""
 
-_PARAMETERS = {
+_ENCODER_PARAMETERS = {
     ".png": [],
     # Subsampled chroma would wash out coloured dots and strokes.
     ".jpg": [
@@ -44,7 +44,7 @@ class StyleSample:
 
 
 def style_of_block(block: Block) -> Style:
-    """A block as the only step, at its defaults, or after the block that saves the picture it needs."""
+    """Return a style with one block at its defaults, after the blocks whose saved pictures it reads."""
     step = Step(block.name)
     wanted = set(wiring_of(step).reads.values())
     savers = [other for other in map(Step, all_blocks()) if wanted & set(wiring_of(other).saves)]
@@ -52,13 +52,13 @@ def style_of_block(block: Block) -> Style:
 
 
 def samples_of(picture: np.ndarray, styles: Iterable[Style]) -> Iterator[StyleSample]:
-    """The picture, H x W x 3 uint8, in each style, in order, as soon as it is ready; uses all cores."""
+    """Render a picture, H x W x 3 uint8, in each style; yield samples in order. Uses all cores."""
     with ThreadPoolExecutor(available_cores(), thread_name_prefix="vidstyle-gallery") as pool:
         yield from pool.map(lambda style: StyleSample(style, restyled(picture, style)), styles)
 
 
 def restyled(picture: np.ndarray, style: Style) -> np.ndarray:
-    """The picture, H x W x 3 uint8, in a style; uses one thread."""
+    """Render a picture, H x W x 3 uint8, in a style. Uses one thread."""
     source = Picture.from_array(picture)
     with CpuRenderer(replace(style, steady=0.0), threads=1) as renderer:
         color = renderer.run(source, None, source.encoding, rgb=True).color
@@ -67,14 +67,16 @@ def restyled(picture: np.ndarray, style: Style) -> np.ndarray:
 
 
 def labelled(picture: np.ndarray, name: str) -> np.ndarray:
-    """The picture, H x W x 3 uint8, in a white frame with its name above."""
-    framed = cv2.copyMakeBorder(picture, LABEL, GAP, GAP, GAP, cv2.BORDER_CONSTANT, value=(255, 255, 255))
-    at = (GAP, LABEL - 8)
+    """Return the picture, H x W x 3 uint8, with a white border and its name above."""
+    framed = cv2.copyMakeBorder(
+        picture, LABEL_HEIGHT_PX, BORDER_PX, BORDER_PX, BORDER_PX, cv2.BORDER_CONSTANT, value=(255, 255, 255)
+    )
+    at = (BORDER_PX, LABEL_HEIGHT_PX - 8)
     return cv2.putText(framed, name, at, cv2.FONT_HERSHEY_SIMPLEX, 0.45, (0, 0, 0), 1, cv2.LINE_AA)
 
 
 def sheet_of(pictures: Iterable[np.ndarray], columns: int) -> np.ndarray:
-    """Pictures of one size in rows of so many columns; H x W x 3 uint8."""
+    """Arrange pictures of one size in rows of `columns`; H x W x 3 uint8."""
     pictures = list(pictures)
     pictures += [np.full_like(pictures[0], 255)] * (-len(pictures) % columns)
     rows = (pictures[first : first + columns] for first in range(0, len(pictures), columns))
@@ -82,11 +84,11 @@ def sheet_of(pictures: Iterable[np.ndarray], columns: int) -> np.ndarray:
 
 
 def sheet_of_samples(named: Sequence[tuple[str, np.ndarray]]) -> np.ndarray:
-    """Labelled pictures of one size, reduced, on a sheet of about `SHEET_ASPECT`."""
+    """Arrange labelled, reduced pictures of one size on a sheet of about `SHEET_ASPECT`."""
     height, width = named[0][1].shape[:2]
     factor = min(1, MAX_SHEET_SIDE / max(height, width))
     size = max(1, round(width * factor)), max(1, round(height * factor))
-    columns = round((len(named) * SHEET_ASPECT * (size[1] + LABEL) / size[0]) ** 0.5)
+    columns = round((len(named) * SHEET_ASPECT * (size[1] + LABEL_HEIGHT_PX) / size[0]) ** 0.5)
     return sheet_of(
         (labelled(cv2.resize(each, size, interpolation=cv2.INTER_AREA), name) for name, each in named),
         min(max(1, columns), len(named)),
@@ -94,7 +96,7 @@ def sheet_of_samples(named: Sequence[tuple[str, np.ndarray]]) -> np.ndarray:
 
 
 def encoded(picture: np.ndarray, suffix: str) -> bytes:
-    """A picture, H x W x 3 uint8 RGB, as the content of a .png or .jpg file."""
-    done, content = cv2.imencode(suffix, picture[..., ::-1], _PARAMETERS[suffix])
+    """Encode a picture, H x W x 3 uint8 RGB, as a .png or .jpg file."""
+    done, content = cv2.imencode(suffix, picture[..., ::-1], _ENCODER_PARAMETERS[suffix])
     assert done, suffix
     return content.tobytes()

@@ -1,4 +1,4 @@
-"""Small pictures of styles, for lists and buttons: one photograph in each style."""
+"""Thumbnails of styles for lists and buttons: the same photograph in each style."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ import numpy as np
 from vidstyle.gallery.style_samples import restyled
 from vidstyle.style import PLAIN, Style, load_style
 
-WIDTH, HEIGHT = 240, 135
-FOLDER = Path(__file__).with_name("thumbnails")
-"""The thumbnails of the shipped styles, and the photograph at twice their size, as that of `plain`."""
+THUMBNAIL_WIDTH_PX, THUMBNAIL_HEIGHT_PX = 240, 135
+THUMBNAIL_FOLDER = Path(__file__).with_name("thumbnails")
+"""The thumbnails of the shipped styles; the thumbnail of `plain` is the photograph at twice the size."""
 
 
 def thumbnail(style: Style) -> np.ndarray:
-    """The photograph in a style: HEIGHT x WIDTH x 3 uint8 RGB.
+    """Return the photograph in a style: THUMBNAIL_HEIGHT_PX x THUMBNAIL_WIDTH_PX x 3 uint8 RGB.
 
-    That of a shipped style is read, so that no list of styles waits for kernels to be compiled.
+    Thumbnails of shipped styles are read from files, so that lists do not wait for kernels to compile.
     """
-    shipped = {file.stem: file for file in FOLDER.glob("*.webp")}
+    shipped = {file.stem: file for file in THUMBNAIL_FOLDER.glob("*.webp")}
     if style.name in shipped and style == load_style(style.name):
         return _small(_read(shipped[style.name]))
     return restyled_thumbnail(style)
 
 
 def restyled_thumbnail(style: Style) -> np.ndarray:
-    """The thumbnail of a style, made anew."""
-    return _small(restyled(_read(FOLDER / f"{PLAIN}.webp"), style))
+    """Render the thumbnail of a style."""
+    return _small(restyled(_read(THUMBNAIL_FOLDER / f"{PLAIN}.webp"), style))
 
 
 def _read(file: Path) -> np.ndarray:
@@ -38,4 +38,4 @@ def _read(file: Path) -> np.ndarray:
 
 
 def _small(picture: np.ndarray) -> np.ndarray:
-    return cv2.resize(picture, (WIDTH, HEIGHT), interpolation=cv2.INTER_AREA)
+    return cv2.resize(picture, (THUMBNAIL_WIDTH_PX, THUMBNAIL_HEIGHT_PX), interpolation=cv2.INTER_AREA)

@@ -1,4 +1,4 @@
-"""Reads a source or a microphone in a thread of its own, and reconnects when it is lost."""
+"""Capture of a source or a microphone in a separate thread, with reconnection."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class ReconnectingSource(ABC, Generic[T]):
     """
 
     purpose = substitute = ""
-    """The name of the thread, and what is delivered while the source is lost, for the log."""
+    """The name of the thread, and the substitute while the source is lost, for the log."""
 
     def __init__(self, source: CaptureSource[T], push_audio: PushAudio, clock: Clock) -> None:
         """`push_audio`: receives the sound, in the capturing thread."""

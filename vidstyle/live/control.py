@@ -51,7 +51,7 @@ class Status:
         repeated: number of frames that targets repeated for want of a newer one.
         rate: restyled frames per second, over the last seconds.
         latency_ms: median and 99th percentile from capture to the targets, over the last seconds.
-        degraded: what is reduced to hold the rate, or "".
+        degraded: a description of the reduced working size, or "".
         targets: name and state of each.
         recording: whether a recording is being written.
         message: the last message to the user, or "".
@@ -82,9 +82,9 @@ class Controls:
         names: the available styles, each with its variants.
         style: the style last requested.
         bypassed: whether frames are to be passed through unchanged.
-        recording: whether a recording is to be written beside the other targets.
-        quitting: set when the session shall end.
-        status: returns the present status; the session replaces this function by its own.
+        recording: whether a recording is to be written in addition to the other targets.
+        quitting: set when the session should end.
+        status: returns the current status; replaced by the session.
 
     >>> controls = Controls(load_style("plain"), ["plain", "ink"])
     >>> controls.next_style()
@@ -109,8 +109,8 @@ class Controls:
             name: one of `names`, or a variant of one: "ink:green".
 
         Raises:
-            UsageError: neither.
-            StyleError: there is no such variant, or its file is not what it was.
+            UsageError: the style is not in `names`.
+            StyleError: the variant does not exist, or the style file has changed and is invalid.
         """
         listed = self._listed(name)
         if listed not in self.names:
@@ -121,10 +121,10 @@ class Controls:
             self.style = style
 
     def named(self, name: str) -> Style:
-        """The style of this name as `choose` finds it.
+        """Return the style of this name, as in `choose`.
 
         Raises:
-            StyleError: its file is not what it was.
+            StyleError: the style file has changed and is invalid.
         """
         return self._initial if name == self._initial.name else load_style(name)
 
@@ -135,10 +135,10 @@ class Controls:
             self.choose(self.names[(place + 1) % len(self.names)])
 
     def without_variant(self, name: str) -> Style:
-        """The style of this name; for the name of a variant, the style that it is a variant of.
+        """Return the style of this name; for a variant, its base style.
 
         Raises:
-            StyleError: its file is not what it was.
+            StyleError: the style file has changed and is invalid.
         """
         base = name.rpartition(":")[0]
         return self.named(base if base in self.names else name)
@@ -147,7 +147,7 @@ class Controls:
         """Change values of the style: {"posterize.levels": 5}.
 
         Raises:
-            UsageError: names all mistakes; nothing is changed then.
+            UsageError: a value is invalid; lists all mistakes and changes nothing.
         """
         with self._lock:
             self.style = set_values(self.style, values)
@@ -161,7 +161,7 @@ class Controls:
         self.bypassed = not self.bypassed if on is None else on
 
     def record(self, on: bool | None = None) -> None:
-        """Start or stop a recording beside the other targets; None toggles."""
+        """Start or stop a recording in addition to the other targets; None toggles."""
         self.recording = not self.recording if on is None else on
 
     def snapshot(self) -> None:
@@ -178,5 +178,5 @@ class Controls:
         self.quitting.set()
 
     def _listed(self, name: str) -> str:
-        """The name under which a style or a variant of it stands among `names`."""
+        """Return the entry of `names` for a style or a variant."""
         return name if name in self.names else name.rpartition(":")[0] or name

@@ -1,4 +1,4 @@
-"""A renderer whose style may change between two pictures."""
+"""A renderer whose style can change between pictures."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ MIN_SIDE = 16
 
 
 class HotSwapRenderer:
-    """Restyles one picture after another with a style that may change between two of them.
+    """Restyles pictures with a style that can change between them.
 
-    Where only numbers and colours change, the renderer goes on with the new ones (`Backend.change_style`).
-    For another style, a second renderer is prepared in the background with the present picture, so that no
-    frame waits while shaders are compiled or files are loaded.
+    If only numbers and colours change, the renderer continues with the new values (`Backend.change_style`).
+    For another style, a second renderer is prepared in the background with the current picture, so that no
+    frame waits for shaders to compile or files to load.
 
     Attributes:
         style: the one that runs.
@@ -31,7 +31,7 @@ class HotSwapRenderer:
     """
 
     def __init__(self, style: Style, device: str, notify: Callable[[str], None]) -> None:
-        """Nothing is opened before the first picture: errors of the source are reported first.
+        """Defer opening the device to the first picture, so that errors of the source are reported first.
 
         Args:
             notify: receives the errors of styles that cannot be used; called from another thread.
@@ -50,7 +50,7 @@ class HotSwapRenderer:
     def run(
         self, picture: Picture, time: float, target: Encoding, style: Style | None
     ) -> tuple[Picture, bool]:
-        """Restyle a picture; returns it, and whether the style is another than before.
+        """Restyle a picture; return it, and whether the style has changed.
 
         Args:
             picture: without alpha.
@@ -59,7 +59,7 @@ class HotSwapRenderer:
             style: the style requested; None: only convert the picture.
 
         Raises:
-            VidstyleError: there is no such device, or the first style cannot be used.
+            VidstyleError: the device does not exist, or the first style is invalid.
         """
         if style is None:
             return convert(picture, target), False
@@ -93,7 +93,9 @@ class HotSwapRenderer:
     def _request(self, style: Style, picture: Picture, time: float, target: Encoding) -> None:
         self._requested = style
         with self._lock:
-            if self._renderer is not None and _structure(style) == _structure(self._pending or self.style):
+            if self._renderer is not None and _structure_key(style) == _structure_key(
+                self._pending or self.style
+            ):
                 return  # `_swap` takes the values
             self._pending = style
         self._requests.put((style, picture, time, target))
@@ -111,7 +113,7 @@ class HotSwapRenderer:
             self.style, self._renderer = ready
         if self._renderer is None or is_pending or self.style is self._requested:
             return
-        if _structure(self.style) == _structure(self._requested):
+        if _structure_key(self.style) == _structure_key(self._requested):
             self._renderer.change_style(self._requested)
             self.style = self._requested
 
@@ -129,7 +131,7 @@ class HotSwapRenderer:
         except VidstyleError as error:
             with self._lock:
                 self._pending = None if self._pending is style else self._pending
-            self._notify(f"{error}; {self.style.name} goes on")
+            self._notify(f"{error}; {self.style.name} continues")
             return
         with self._lock:
             replaced, self._ready = self._ready, (style, renderer)
@@ -137,19 +139,19 @@ class HotSwapRenderer:
             replaced[1].close()
 
 
-def _structure(style: Style) -> tuple[object, ...]:
-    """All of a style but its numbers and colours; while it is equal, nothing has to be compiled or loaded."""
-    layers = [[_step_structure(step) for step in getattr(style, layer)] for layer in LAYERS]
+def _structure_key(style: Style) -> tuple[object, ...]:
+    """Return the parts of a style that require compiling or loading: all but numbers and colours."""
+    layers = [[_step_key(step) for step in getattr(style, layer)] for layer in LAYERS]
     return style.is_plain, style.steady > 0, style.strength < 1, layers
 
 
-def _step_structure(step: Step) -> tuple[object, ...]:
+def _step_key(step: Step) -> tuple[object, ...]:
     block = all_blocks().get(step.block)
     kept: dict[str, object] = {}
     for name, parameter in block.parameters.items() if block else ():
         value = step.values.get(name, parameter.default)
         if parameter.control.own_file(value):
-            value = object()  # a user's file, which may have changed: never equal
+            value = object()  # a file of the user may have changed: never equal
         if parameter.control.changes_structure:
             kept[name] = value
     return step.block, step.save, step.source, step.on, step.mute, kept

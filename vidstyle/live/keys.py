@@ -13,9 +13,9 @@ from vidstyle.errors import VidstyleError, log
 from vidstyle.live.control import Controls
 
 POLL_SECONDS = 0.2
-STEADY_STEP = 0.1
+KEY_STEADY_STEP = 0.1
 
-HELP = "n next style, s/S more or less steady, b bypass, p picture, r record, q quit"
+KEY_HELP = "n next style, s/S more or less steady, b bypass, p picture, r record, q quit"
 
 
 @contextmanager
@@ -61,8 +61,8 @@ def press(controls: Controls, key: str) -> None:
     """
     actions: dict[str, Callable[[], None]] = {
         "n": controls.next_style,
-        "s": lambda: controls.steady(controls.style.steady + STEADY_STEP),
-        "S": lambda: controls.steady(controls.style.steady - STEADY_STEP),
+        "s": lambda: controls.steady(controls.style.steady + KEY_STEADY_STEP),
+        "S": lambda: controls.steady(controls.style.steady - KEY_STEADY_STEP),
         "b": controls.bypass,
         "p": controls.snapshot,
         "r": controls.record,

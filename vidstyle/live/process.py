@@ -42,14 +42,14 @@ class FrameProcessor:
 
     @property
     def degraded(self) -> str:
-        """What is reduced to hold the rate, or ""."""
+        """A description of the reduced working size, or ""."""
         if self._renderer.scale == 1:
             return ""
         width, height = self._renderer.working_size(*self.size)
         return f"working at {width}×{height}"
 
     def process(self, captured: CapturedFrame, capture: Capture, name: str) -> Picture:
-        """Restyle a frame; `name` is that of the source."""
+        """Restyle a frame; `name` is the name of the source."""
         picture = self._normalizer.normalize(captured, capture, name)
         style = None if self._controls.bypassed else self._controls.style
         before = self.style
@@ -91,7 +91,7 @@ class FrameNormalizer:
     """
 
     def __init__(self, size: tuple[int, int] | None) -> None:
-        """`size`: wanted, one side perhaps -1 or -2; None: that of the first frame, with square pixels."""
+        """`size`: the output size, one side may be -1 or -2; None: the size of the first frame."""
         self._wanted = size
         self._square = (0, 0)
         self._converter: FrameConverter | None = None
@@ -99,9 +99,10 @@ class FrameNormalizer:
         self.encoding = Encoding()
 
     def normalize(self, captured: CapturedFrame, capture: Capture, name: str) -> Picture:
-        """The frame upright, at the session's size, without alpha; `name` is that of the source.
+        """Return the frame upright, at the size of the session, without alpha; letterbox another shape.
 
-        Where the frame has another shape, bars are added.
+        Args:
+            name: the name of the source.
         """
         if self._converter is None:
             self._converter = self._begin(captured, capture, name)
@@ -127,16 +128,16 @@ def output_encoding(picture: Picture) -> Encoding:
     return Encoding(matrix, full_range=False, depth=8, step=(2, 2), siting=SITINGS["left"])
 
 
-SCALES = (1.0, 0.75, 0.5, 0.375, 0.25)
+WORKING_SCALES = (1.0, 0.75, 0.5, 0.375, 0.25)
 """Working sizes, as shares of the picture's width and height."""
-LEAST_SCALE, LEAST_RATE = 0.5, 0.4
-"""The rate falls to this share before the size falls below that one."""
+PREFERRED_MIN_SCALE, MIN_RATE_SHARE = 0.5, 0.4
+"""Below this scale, the size is only reduced once the rate has fallen to this share."""
 MIN_LINES = 180
-"""Below that size it does not fall to fewer lines than these: smaller pictures show their pixels."""
-OVERLOAD, HEADROOM = 0.95, 0.65
-"""Shares of the time that a frame may take: above the first a size is too large, below the second it fits."""
+"""Minimum height below the preferred scale; smaller pictures look pixelated."""
+OVERLOAD_SHARE, HEADROOM_SHARE = 0.95, 0.65
+"""Shares of the frame time: above the first, a size is too large; below the second, it fits."""
 MEASURE_SECONDS, RAISE_SECONDS, MAX_RAISE_SECONDS = 0.5, 2.0, 60.0
-"""Time measured before the size falls; before it rises; and that at most, after attempts that failed."""
+"""Time before the size is reduced; before it is raised; and maximum of the latter after failed attempts."""
 MIN_FRAMES, MAX_FRAMES = 3, 30
 """Number of frames measured."""
 
@@ -147,14 +148,16 @@ class AdaptiveScale:
     The rate needs no choice: where a frame takes longer than the time between two, frames are dropped.
 
     Attributes:
-        scale: the share of the width and of the height to work at, of SCALES.
+        scale: the share of the width and of the height to work at, of WORKING_SCALES.
         lower_rate: frames per second that were measured at that size, if the rate cannot be held; else 0.
     """
 
     def __init__(self, seconds: float, lines: int) -> None:
         """`seconds`: between two frames; `lines`: the shorter side of the picture."""
         self._seconds, self._level = seconds, 0
-        self._scales = [scale for scale in SCALES if scale >= LEAST_SCALE or scale * lines >= MIN_LINES]
+        self._scales = [
+            scale for scale in WORKING_SCALES if scale >= PREFERRED_MIN_SCALE or scale * lines >= MIN_LINES
+        ]
         self.lower_rate = 0.0
         self._raise_after = RAISE_SECONDS
         self._since_change = self._since_rise = 0.0
@@ -177,16 +180,16 @@ class AdaptiveScale:
         if self._since_change < MEASURE_SECONDS or len(self._times) < MIN_FRAMES:
             return False
         typical = median(self._times)
-        if not self._fits(typical, self._level, OVERLOAD) and self._level + 1 < len(self._scales):
+        if not self._fits(typical, self._level, OVERLOAD_SHARE) and self._level + 1 < len(self._scales):
             # A rise that did not last is attempted again later and later.
             failed = self._since_rise < 2 * MEASURE_SECONDS
             self._raise_after = min(2 * self._raise_after, MAX_RAISE_SECONDS) if failed else RAISE_SECONDS
             return self._set_level(self._fitting_level(typical))
         if self._level and self._since_change >= self._raise_after:
-            if self._fits(typical, self._level - 1, HEADROOM):
+            if self._fits(typical, self._level - 1, HEADROOM_SHARE):
                 self._since_rise = 0.0
                 return self._set_level(self._level - 1)
-        if self._level and not self.lower_rate and OVERLOAD * typical > self._seconds:
+        if self._level and not self.lower_rate and OVERLOAD_SHARE * typical > self._seconds:
             self.lower_rate = 1 / typical
             return True
         return False
@@ -199,13 +202,13 @@ class AdaptiveScale:
     def _fitting_level(self, typical: float) -> int:
         """The largest size below the present one that should do, or the smallest there is."""
         level = self._level + 1
-        while level + 1 < len(self._scales) and not self._fits(typical, level, OVERLOAD):
+        while level + 1 < len(self._scales) and not self._fits(typical, level, OVERLOAD_SHARE):
             level += 1
         return level
 
     def _fits(self, typical: float, level: int, share: float) -> bool:
         """Whether a frame should take less than a share of the time that it may take at a size."""
-        slots = 1 if self._scales[level] > LEAST_SCALE else 1 / LEAST_RATE
+        slots = 1 if self._scales[level] > PREFERRED_MIN_SCALE else 1 / MIN_RATE_SHARE
         return typical * (self._scales[level] / self.scale) ** 2 < share * slots * self._seconds
 
     def _set_level(self, level: int) -> bool:

@@ -32,7 +32,7 @@ class Recorder:
         return self._target is not None
 
     def offer(self, frame: LiveFrame, context: TargetContext) -> None:
-        """Write the frame to whatever the user has asked for; `context`: of the session's targets."""
+        """Write the frame to a requested snapshot or recording; `context`: see the targets of the session."""
         controls, context = context.controls, replace(context, first=frame, meter=LatencyMeter())
         if controls.pop_snapshot():
             # Encoding a large PNG takes longer than the time between two frames.

@@ -38,7 +38,7 @@ class LiveSession:
         options: LiveOptions | None = None,
         clock: Clock = MONOTONIC,
     ) -> None:
-        """Nothing is opened before `run`.
+        """Store the arguments; devices are opened in `run`.
 
         Args:
             makers: each makes a target once the first frame is known.
@@ -67,10 +67,10 @@ class LiveSession:
         """Run until the source ends, the user quits, or `stop` is set; then close all targets.
 
         Args:
-            hint: what to tell the user once all targets are open.
+            hint: a message to log once all targets are open.
 
         Raises:
-            VidstyleError: the source never delivered a frame, there is no such device, or all targets failed.
+            VidstyleError: no frame was captured, the device does not exist, or all targets failed.
         """
         self._hint = hint
         worker = threading.Thread(target=self._run_worker, name="vidstyle style", daemon=True)
@@ -199,7 +199,7 @@ class LiveSession:
 
 @dataclass(frozen=True, kw_only=True)
 class LiveSummary(Status):
-    """The last status of a session, with what holds for all of it.
+    """The final status of a session, with totals.
 
     Attributes:
         elapsed: seconds from the first frame to the end.
@@ -214,7 +214,7 @@ class LiveSummary(Status):
     deliveries: tuple[Delivery, ...]
 
     def as_dict(self) -> dict[str, Any]:
-        """All of it in plain values, for JSON."""
+        """Return the summary as plain values for JSON."""
         return {
             "source": self.source,
             "frames": self.frames,
@@ -231,7 +231,7 @@ class LiveSummary(Status):
         }
 
     def lines(self) -> list[str]:
-        """All of it as lines of text."""
+        """Return the summary as lines of text."""
         lost = f"{self.dropped} dropped, {self.repeated} repeated"
         first = f"{self.frames} frames in {self.elapsed:.1f} s, {lost}"
         restyled = "capture to restyled: " + _text(self.restyled_ms)

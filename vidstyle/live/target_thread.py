@@ -1,4 +1,4 @@
-"""Targets with a thread of their own, so that a slow or broken one delays no other."""
+"""Targets with separate threads, so that a slow or broken target does not delay others."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Sink(Protocol):
     """An open target that frames are written to.
 
     Attributes:
-        needs_every: whether frames have no times of their own, so that none may be left out.
+        needs_every: whether frames have no timestamps, so that none may be skipped.
     """
 
     needs_every: bool
@@ -116,7 +116,7 @@ class TargetThread:
         self._thread.join(CLOSE_SECONDS)
 
     def _deliver(self, sink: Sink, frame: LiveFrame | None) -> None:
-        """Write a frame; None: none has arrived within `_timeout`."""
+        """Write a frame; None: no frame arrived within `_timeout`."""
         if frame is not None:
             self._write(sink, frame, self.delivered)
             self._count(frame)
@@ -236,10 +236,10 @@ class ConstantRateTarget(TargetThread):
             self.repeated += 1
 
 
-TOLERANCE = 0.75
+EARLY_TOLERANCE = 0.75
 """Share of a frame's duration by which it may miss its slot, so that jitter drops and repeats nothing."""
 MAX_GAP = 1.0
-"""Seconds without a write after which the reader itself has stood still; slots go on from there."""
+"""Seconds without a write after which the reader counts as stalled; slots continue from there."""
 
 
 class FramePacer:
@@ -264,14 +264,14 @@ class FramePacer:
         if self._start is None or now - self._time(next_slot) > MAX_GAP:
             self._start = now - next_slot / self._rate
         position = (now - self._start) * self._rate
-        if position < next_slot - TOLERANCE:
+        if position < next_slot - EARLY_TOLERANCE:
             return None
         self.last = max(next_slot, floor(position))
         return self.last
 
     def timeout(self, now: float) -> float | None:
         """Seconds until the last frame must be repeated, or None before the first."""
-        return None if self._start is None else max(0.0, self._time(self.last + 1 + TOLERANCE) - now)
+        return None if self._start is None else max(0.0, self._time(self.last + 1 + EARLY_TOLERANCE) - now)
 
     def _time(self, slot: float) -> float:
         assert self._start is not None

@@ -1,4 +1,4 @@
-"""The targets of a session: each opened by its name on the command line, and all of them together."""
+"""The targets of a session, opened by name, and their group."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ from vidstyle.media.write.containers import kind_of
 from vidstyle.media.write.images import is_numbered
 from vidstyle.media.write.writer import WriteOptions, open_writer
 
-TIME_BASE = Fraction(1, 90000)
-FILE_CAPACITY = 8
-"""Frames that may wait for a disk or an encoder that pauses."""
+TIME_BASE_SECONDS = Fraction(1, 90000)
+FILE_QUEUE_FRAMES = 8
+"""Number of frames that may wait for a slow disk or encoder."""
 
 TargetMaker = Callable[[TargetContext], Target]
 
 
 @dataclass(frozen=True)
 class TargetOptions(stream.StreamOptions):
-    """Options of targets: those of streams, whose rate and sound the session knows, and of the others.
+    """Options of all targets. The session sets rate and sound of streams.
 
     Attributes:
         file: options of files.
@@ -99,7 +99,9 @@ def _pieces(playlist: Path) -> list[Path]:
 def file_target(path: str | Path, context: TargetContext, options: WriteOptions) -> TargetThread:
     """A video file, in which every frame has the time of its capture; raises as `FileSink`."""
     options = replace(options, new_sound=context.sound)
-    return TargetThread(str(path), lambda: FileSink(path, context, options), context, capacity=FILE_CAPACITY)
+    return TargetThread(
+        str(path), lambda: FileSink(path, context, options), context, capacity=FILE_QUEUE_FRAMES
+    )
 
 
 def _stream_maker(
@@ -133,11 +135,11 @@ class StreamSink:
     def write(self, frame: LiveFrame, number: int) -> None:
         """See Sink."""
         time = self._stream.write(frame.video, number)
-        if frame is not self._last:  # time goes on while one is repeated, and sound with it
+        if frame is not self._last:  # time and sound advance while a frame is repeated
             self._last, self._offset = frame, time - frame.captured
 
     def push_audio(self, chunk: AudioChunk) -> None:
-        """See Sink; sound is placed beside the frame that was captured with it."""
+        """See Sink; sound is aligned with the frame captured at the same time."""
         self._stream.push_audio(chunk, chunk.time + self._offset)
 
     def close(self) -> None:
@@ -156,20 +158,20 @@ class FileSink:
         """Raises VidstyleError if the file exists, or cannot be written."""
         (height, width), encoding = context.first.picture.shape, context.first.picture.encoding
         tags = default_tags(encoding, height)
-        info = VideoInfo(width, height, encoding, tags, TIME_BASE, context.rate, still=still)
+        info = VideoInfo(width, height, encoding, tags, TIME_BASE_SECONDS, context.rate, still=still)
         self._writer = open_writer(target, info, options)
         self._start: float | None = None
-        self._duration = round(1 / (context.rate * TIME_BASE))
-        self._convert(context.first)  # so that frames do not wait for what is compiled or allocated only once
+        self._duration = round(1 / (context.rate * TIME_BASE_SECONDS))
+        self._convert(context.first)  # compile and allocate now, so that frames do not wait
 
     def write(self, frame: LiveFrame, number: int) -> None:
-        """See Sink; the frame's own time counts instead of its number."""
+        """See Sink; use the capture time instead of the number."""
         self._start = frame.captured if self._start is None else self._start
-        pts = round((frame.captured - self._start) / TIME_BASE)
-        self._writer.write(Frame(self._convert(frame), pts, TIME_BASE, self._duration))
+        pts = round((frame.captured - self._start) / TIME_BASE_SECONDS)
+        self._writer.write(Frame(self._convert(frame), pts, TIME_BASE_SECONDS, self._duration))
 
     def push_audio(self, chunk: AudioChunk) -> None:
-        """See Sink; sound before the first frame is left out."""
+        """See Sink; discard sound before the first frame."""
         if self._start is not None:
             self._writer.push_audio(chunk, chunk.time - self._start)
 
@@ -217,7 +219,7 @@ class Delivery:
 
 
 class TargetGroup:
-    """Distributes frames and sound to all targets; none of them delays another."""
+    """Distributes frames and sound to all targets; no target delays another."""
 
     def __init__(self, makers: Sequence[Callable[[TargetContext], Target]]) -> None:
         """`makers`: each makes a target once the first frame is known."""

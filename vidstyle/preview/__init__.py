@@ -1,1 +1,1 @@
-"""The user's own picture on a page: frames by number, encoded pictures, and plans for the page's renderer."""
+"""The input on a page: frames by number, encoded pictures, and plans for the renderer of the page."""

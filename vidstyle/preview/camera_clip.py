@@ -20,7 +20,7 @@ CLOSE_SECONDS = 1.0
 
 
 class CameraClip:
-    """The newest frame of a live source, whatever its number; see `Clip`."""
+    """A clip that always returns the newest frame of a live source; see `Clip`."""
 
     live = True
     count = 1
@@ -57,7 +57,7 @@ class CameraClip:
                 self._newest = arrived.native
             whole = to_rgb(self._converter.convert(self._newest)[0])
         whole = square_pixels(whole, self._converter.sample_aspect)
-        return shrunk(whole, side)
+        return shrink(whole, side)
 
     def file(self) -> None:
         """See `Clip`."""
@@ -67,8 +67,8 @@ class CameraClip:
         self._capture.close(CLOSE_SECONDS)
 
 
-def shrunk(picture: np.ndarray, side: int | None) -> np.ndarray:
-    """An H x W x 3 picture with at most `side` pixels on its shorter side; None: as it is."""
+def shrink(picture: np.ndarray, side: int | None) -> np.ndarray:
+    """Reduce an H x W x 3 picture to a shorter side of at most `side` pixels; None: keep its size."""
     height, width = picture.shape[:2]
     if side is None or side >= min(height, width):
         return picture
@@ -78,4 +78,4 @@ def shrunk(picture: np.ndarray, side: int | None) -> np.ndarray:
 
 
 def _ignore(chunk: AudioChunk) -> None:
-    """Sound is not heard on a page."""
+    """Discard sound."""

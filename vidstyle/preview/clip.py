@@ -1,4 +1,4 @@
-"""What a page shows, as frames: a film, a photograph, a folder of pictures, a camera or the demo film."""
+"""Clips for pages: frames of a film, a photograph, a folder of pictures, a camera or the demo film."""
 
 from __future__ import annotations
 
@@ -15,32 +15,32 @@ from typing import Protocol
 import numpy as np
 
 from vidstyle.core.convert import to_rgb
-from vidstyle.demo.drawing import HEIGHT, RATE, SECONDS, WIDTH, film_picture
+from vidstyle.demo.drawing import FILM_HEIGHT_PX, FILM_RATE, FILM_SECONDS, FILM_WIDTH_PX, film_picture
 from vidstyle.errors import InputError
 from vidstyle.media.capture.sources import SourceOptions, is_file_name, live_source
 from vidstyle.media.read.headers import has_picture_ending
 from vidstyle.media.read.sampler import FilmSampler, SampledFrame
 from vidstyle.media.read.sequence import is_pattern
 from vidstyle.media.resize import letterboxed
-from vidstyle.preview.camera_clip import CameraClip, shrunk
+from vidstyle.preview.camera_clip import CameraClip, shrink
 
 CACHED_BYTES = 64 << 20
-"""Size of the frames that are kept."""
+"""Size of the frame cache."""
 STEPS_FORWARD = 50
-"""Frames ahead up to which a film is decoded on rather than sought in, which begins at a key frame."""
+"""Up to this many frames ahead, decode on instead of seeking, which starts at a key frame."""
 DEFAULT_RATE = Fraction(25)
 
 
 class Clip(Protocol):
-    """Frames by number. Any thread may ask for one.
+    """Random access to frames by number; thread-safe.
 
     Attributes:
-        name: for messages and titles.
-        source: how a command line names it.
+        name: the name for messages and titles.
+        source: the name for the command line.
         count: the number of frames; 1 for a photograph and for a camera.
-        fps: frames a second.
+        fps: frames per second.
         size: width and height of the whole frames, upright and with square pixels.
-        live: whether frames come from a camera; a number then stands for the newest one.
+        live: whether it is a camera; any number then means the newest frame.
     """
 
     name: str
@@ -51,34 +51,34 @@ class Clip(Protocol):
     live: bool
 
     def frame(self, number: int, side: int | None = None) -> np.ndarray:
-        """A frame, H x W x 3 RGB uint8, which nobody may change.
+        """Return a frame, H x W x 3 RGB uint8, read-only.
 
         Args:
-            number: from 0; the last one stands for those after it.
-            side: the most pixels on the shorter side; None: full size.
+            number: from 0; numbers beyond the end return the last frame.
+            side: maximum shorter side in pixels; None: full size.
 
         Raises:
-            InputError: it cannot be read.
-            DeviceError: the camera has been lost.
+            InputError: the frame cannot be read.
+            DeviceError: the camera was lost.
         """
 
     def file(self) -> str | None:
-        """What `vidstyle render` reads to get the same: a path or a pattern; None for a camera."""
+        """Return the equivalent input of `vidstyle render`: a path or a pattern; None for a camera."""
 
     def close(self) -> None:
         """Close the file or the camera."""
 
 
 def open_clip(source: str | os.PathLike[str] | None) -> Clip:
-    """The clip that a command line argument names.
+    """Open the clip for a command-line argument.
 
     Args:
         source: a film, a photograph, a folder of pictures, a pattern such as "%05d.png", a word that
             `vidstyle live` knows ("camera", "test"), or None for the demo film.
 
     Raises:
-        InputError: it cannot be read.
-        DeviceError: there is no such camera.
+        InputError: the source cannot be read.
+        DeviceError: the camera does not exist.
     """
     if source is None:
         return DemoClip()
@@ -93,14 +93,14 @@ def open_clip(source: str | os.PathLike[str] | None) -> Clip:
 class FilmClip:
     """A film, a photograph or numbered pictures; see `Clip`.
 
-    A number stands for the frame that is shown in the middle of its interval at a constant rate: in a film
-    of constant rate each frame has its number.
+    A number selects the frame shown in the middle of its interval at a constant rate. In a film of constant
+    rate, each frame therefore has one number.
     """
 
     live = False
 
     def __init__(self, path: str | os.PathLike[str], name: str = "") -> None:
-        """`name`: what the path is called, where it is not its own name.
+        """`name`: the display name, if it differs from the path.
 
         Raises:
             InputError: it cannot be read.
@@ -182,7 +182,7 @@ class FilmClip:
         height, width = self._shape
         longer = max(self._shape) if side is None else round(side * max(self._shape) / min(self._shape))
         picture = self._at.picture(longer)
-        if self._at.shape != self._shape:  # pictures of a folder may have other sizes than the first
+        if self._at.shape != self._shape:  # pictures of a folder may differ in size
             factor = longer / max(self._shape)
             picture = letterboxed(picture, max(1, round(width * factor)), max(1, round(height * factor)))
         return to_rgb(picture)
@@ -192,18 +192,18 @@ class DemoClip:
     """The film of `vidstyle demo`, drawn frame by frame; see `Clip`."""
 
     name, source, live = "demo", "film.mp4", False
-    count, fps, size = SECONDS * RATE, float(RATE), (WIDTH, HEIGHT)
+    count, fps, size = FILM_SECONDS * FILM_RATE, float(FILM_RATE), (FILM_WIDTH_PX, FILM_HEIGHT_PX)
 
     def __init__(self) -> None:
-        self._draw = lru_cache(self.count)(_drawn)
+        self._draw = lru_cache(self.count)(_draw_frame)
         self._folder: tempfile.TemporaryDirectory[str] | None = None
 
     def frame(self, number: int, side: int | None = None) -> np.ndarray:
         """See `Clip`."""
-        return shrunk(self._draw(min(number, self.count - 1)), side)
+        return shrink(self._draw(min(number, self.count - 1)), side)
 
     def file(self) -> str:
-        """See `Clip`; the file is written now, and deleted by `close`."""
+        """See `Clip`; write the file now and delete it in `close`."""
         from vidstyle.demo.make_demo import make_film
 
         if self._folder is None:
@@ -217,14 +217,14 @@ class DemoClip:
             self._folder.cleanup()
 
 
-def _drawn(number: int) -> np.ndarray:
-    picture = film_picture(number / RATE)
+def _draw_frame(number: int) -> np.ndarray:
+    picture = film_picture(number / FILM_RATE)
     picture.flags.writeable = False
     return picture
 
 
 def _pattern_of(folder: Path) -> str:
-    """The pattern for the pictures in a folder: of the most frequent ending."""
+    """Return the pattern for the pictures in a folder, by the most frequent extension."""
     endings = Counter(path.suffix for path in folder.iterdir() if has_picture_ending(path) and path.is_file())
     if not endings:
         raise InputError(folder, "is a folder without pictures", "name a film or a photograph")

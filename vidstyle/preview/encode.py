@@ -1,4 +1,4 @@
-"""Pictures as a browser takes them."""
+"""Encoding of pictures for browsers."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 
 PictureFormat = Literal["png", "jpeg"]
 
-_OPTIONS: dict[PictureFormat, tuple[str, list[int]]] = {
-    "png": (".png", [cv2.IMWRITE_PNG_COMPRESSION, 0]),  # it is not sent far: time counts, not bytes
+_ENCODER_OPTIONS: dict[PictureFormat, tuple[str, list[int]]] = {
+    "png": (".png", [cv2.IMWRITE_PNG_COMPRESSION, 0]),  # for local transfer, speed matters more than size
     "jpeg": (
         ".jpg",
         # Subsampled chroma would wash out coloured dots and strokes.
@@ -23,8 +23,8 @@ _OPTIONS: dict[PictureFormat, tuple[str, list[int]]] = {
 
 
 def encode(picture: np.ndarray, format: PictureFormat) -> bytes:
-    """An H x W x 3 uint8 RGB picture as a PNG, which is exact, or a JPEG, which is small."""
-    suffix, options = _OPTIONS[format]
+    """Encode an H x W x 3 uint8 RGB picture as lossless PNG or smaller JPEG."""
+    suffix, options = _ENCODER_OPTIONS[format]
     done, content = cv2.imencode(suffix, picture[..., ::-1], options)
     assert done
     return content.tobytes()

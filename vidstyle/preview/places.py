@@ -1,4 +1,4 @@
-"""Where a page may write, and under which names."""
+"""Validation of file names from a page."""
 
 from __future__ import annotations
 
@@ -7,33 +7,38 @@ from pathlib import Path
 
 from vidstyle.errors import OutputError, UsageError
 
-_NAME = re.compile(r"\w[\w .()+-]{0,98}")
-_RESERVED = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
-"""Names that are devices on Windows."""
+_VALID_NAME = re.compile(r"\w[\w .()+-]{0,98}")
+_RESERVED_NAME = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECASE)
+"""Matches names of devices on Windows."""
 
 
 def checked_path(folder: Path, name: str, ending: str = "") -> Path:
-    """The path of a file in a folder that a page has named.
+    """Return the path for a file name from a page.
 
     Args:
-        ending: what the name has to end with, and gets if it has none; "": any ending.
+        ending: the required extension, added if it is missing; "": any extension.
 
     Raises:
-        UsageError: it is no plain file name, is hidden, has another ending, or is a link.
+        UsageError: the name is not a plain file name, is hidden, has another extension, or is a link.
     """
     path = folder / checked_name(name, ending)
     if path.is_symlink():
         raise UsageError(name, "is a link", "choose another name")
     if not folder.is_dir():
-        raise OutputError(folder, "is not there any more")
+        raise OutputError(folder, "no longer exists")
     return path
 
 
 def checked_name(name: str, ending: str = "") -> str:
-    """A file name that a page has given, with its ending; arguments and errors as for `checked_path`."""
+    """Return a file name from a page with its extension; arguments and errors as in `checked_path`."""
     if ending and not name.lower().endswith(ending):
         name += ending
-    if not _NAME.fullmatch(name) or name.endswith((" ", ".")) or ".." in name or _RESERVED.fullmatch(name):
+    if (
+        not _VALID_NAME.fullmatch(name)
+        or name.endswith((" ", "."))
+        or ".." in name
+        or _RESERVED_NAME.fullmatch(name)
+    ):
         raise UsageError(name, "is not a file name", "use letters, digits, spaces and - . _ ( ) +")
     if not ending and not Path(name).suffix:
         raise UsageError(name, "has no ending", "end it in .mp4, .png or another that render takes")

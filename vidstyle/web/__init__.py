@@ -1,4 +1,4 @@
-"""A web server for the program's own pages, reachable from this machine only unless asked otherwise."""
+"""The web server for local pages, on the loopback interface unless configured otherwise."""
 
 from vidstyle.errors import UsageError
 

@@ -1,4 +1,4 @@
-"""The difference between two JSON values, for pages that already have the first."""
+"""Incremental updates: the difference between two JSON values."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ Path = tuple[str | int, ...]
 
 
 def changes(before: Any, after: Any, path: Path = ()) -> Iterator[tuple[Path, Any]]:
-    """Yield where `after` differs from `before`: keys and indices from the outermost, and the new value.
+    """Yield the differences between `before` and `after`: path and new value.
 
-    A list that became shorter has a change of its "length", as an array of JavaScript takes it.
+    A shortened list yields a change of its "length", as in JavaScript.
 
     >>> list(changes({"a": [1, 2, 3], "b": 0}, {"a": [1, 5], "b": 0}))
     [(('a', 'length'), 2), (('a', 1), 5)]

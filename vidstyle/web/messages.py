@@ -1,4 +1,4 @@
-"""Messages from a page, read by a table of their kinds; each is validated before it reaches anything."""
+"""Parsing and validation of messages from a page, by a schema."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from aiohttp import WSCloseCode, WSMsgType, web
 
 from vidstyle.errors import log
 
-MAX_TEXT = 200
-"""Characters of a text, where nothing else is said."""
+MAX_TEXT_CHARACTERS = 200
+"""Default maximum length of a string."""
 
 Check = Callable[[object], bool]
-"""Whether a field has the right type and range."""
+"""Returns whether a field has the right type and range."""
 Fields = Mapping[str, Check]
-"""The fields of a kind of message, in the order of the arguments of what it does."""
+"""The fields of a message, in the order of the arguments of its action."""
 
 
 class MessageError(Exception):
-    """A message that the page does not send."""
+    """An invalid message, which no page of ours sends."""
 
 
 def is_text(value: object) -> bool:
-    """Whether it is a text of 1 to `MAX_TEXT` characters."""
-    return isinstance(value, str) and 0 < len(value) <= MAX_TEXT
+    """Whether it is a string of 1 to `MAX_TEXT_CHARACTERS` characters."""
+    return isinstance(value, str) and 0 < len(value) <= MAX_TEXT_CHARACTERS
 
 
 def is_bool(value: object) -> bool:
@@ -34,7 +34,7 @@ def is_bool(value: object) -> bool:
 
 
 def is_index(value: object) -> bool:
-    """Whether it is a whole number from 0 on that JavaScript tells from its neighbours."""
+    """Whether it is an integer from 0 that JavaScript represents exactly."""
     return isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 2**53
 
 
@@ -44,7 +44,7 @@ def is_part(value: object) -> bool:
 
 
 class RateLimit:
-    """Counts messages, and refuses those that are too many.
+    """Limits the number of messages per second.
 
     >>> limit = RateLimit(1, lambda: 0.0)
     >>> limit.count()
@@ -54,7 +54,7 @@ class RateLimit:
     """
 
     def __init__(self, most: int, now: Callable[[], float]) -> None:
-        """`most`: messages in each second of the clock `now`."""
+        """`most`: maximum number of messages in each second of the clock `now`."""
         self._most, self._now = most, now
         self._second, self._count = int(now()), 0
 
@@ -62,7 +62,7 @@ class RateLimit:
         """Count a message.
 
         Raises:
-            MessageError: there were too many in this second.
+            MessageError: the limit of this second is exceeded.
         """
         second = int(self._now())
         self._count = self._count + 1 if second == self._second else 1
@@ -74,7 +74,7 @@ class RateLimit:
 async def receive(
     socket: web.WebSocketResponse, handle: Callable[[str | bytes], Awaitable[None]]
 ) -> MessageError | None:
-    """Handle messages until the socket closes or one is invalid; returns what is wrong with that."""
+    """Handle messages until the socket closes; stop at an invalid message and return its error."""
     async for message in socket:
         if message.type is WSMsgType.ERROR:  # too large, for example; aiohttp has closed the socket
             break
@@ -86,16 +86,16 @@ async def receive(
 
 
 async def refuse(socket: web.WebSocketResponse, mistake: MessageError) -> None:
-    """Close the socket of a page that sends what no page of ours does."""
+    """Close the socket of a browser that sent an invalid message."""
     log.warning("page: a browser was disconnected: %s", mistake)
     await socket.close(code=WSCloseCode.POLICY_VIOLATION, message=b"not a message of this page")
 
 
 def read_message(text: str | bytes, kinds: Mapping[str, Fields]) -> dict[str, Any]:
-    """Parse and validate a message; returns its kind, "do", and the fields that belong to it.
+    """Parse and validate a message; return its kind, "do", and its fields.
 
     Args:
-        kinds: the fields of each kind. All are required, and no others are allowed.
+        kinds: the fields of each message. All are required, and no others are allowed.
 
     Raises:
         MessageError: the text is not a valid message.

@@ -1,4 +1,4 @@
-"""A web server on one port of this machine, running in a thread of its own."""
+"""A web server on a local port, running in a separate thread."""
 
 from __future__ import annotations
 
@@ -18,33 +18,33 @@ from typing import Any, Protocol, TypeVar
 
 from aiohttp import WSCloseCode, web
 
-SHARED = Path(__file__).with_name("static")
+SHARED_FOLDER = Path(__file__).with_name("static")
 """Modules that every page may import."""
 THIS_MACHINE, ANY_ADDRESS = "127.0.0.1", "0.0.0.0"
-"""The address that only this machine reaches, and that which stands for all addresses of this machine."""
+"""The loopback address, and the address that stands for all interfaces."""
 MAX_MESSAGE = 1 << 16
-"""Bytes of the largest WebSocket message that is accepted."""
+"""Maximum size of a WebSocket message in bytes."""
 OPEN_SECONDS, CLOSE_SECONDS = 5.0, 1.0
-"""Time that a client has to send its request, and that closing a connection may take."""
+"""Time limits for a client to send its request, and for closing a connection."""
 HEARTBEAT_SECONDS = 20.0
 
 Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
 
 class SocketViewer(Protocol):
-    """A browser that shows the page, as the server sees it."""
+    """A connection to one browser."""
 
     async def serve(self, socket: web.WebSocketResponse) -> None:
-        """Send what it shows, and do what its messages ask for, until the socket closes."""
+        """Send pictures and handle messages until the socket closes."""
 
 
 Viewing = TypeVar("Viewing", bound=SocketViewer)
 
-POLICY = (
+CONTENT_POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
-"""What the page may load; the server adds its own WebSockets."""
+"""Content security policy of the pages; the server adds its own WebSockets."""
 SECURITY_HEADERS = {
     "Cache-Control": "no-store",
     "Cross-Origin-Opener-Policy": "same-origin",
@@ -55,7 +55,7 @@ SECURITY_HEADERS = {
 }
 
 _quiet = logging.getLogger("vidstyle.web")
-# Malformed requests are not shown in the terminal.
+# Do not log malformed requests to the terminal.
 _quiet.disabled = True
 
 
@@ -68,7 +68,7 @@ class WebServer:
         url: address of the page, including the token.
         one_time_url: an address that admits one browser, the first: other users of this machine see it in
             the command line of the browser that opens it.
-        error: the exception that a handler failed with, a fault of this program, or None.
+        error: the exception raised by a handler (a bug in this program), or None.
     """
 
     def __init__(
@@ -85,11 +85,10 @@ class WebServer:
         Args:
             name: of the thread.
             handlers: by path.
-            static: files, and folders whose files, are served by their names, as are those of `SHARED`.
-            index: the one of them that is served as "/".
-            port: 0 chooses a free one.
-            address: IPv4 address of this machine in its network, where it listens; `ANY_ADDRESS` for all;
-                None: where only this machine can reach it.
+            static: files and folders to serve by file name, in addition to `SHARED_FOLDER`.
+            index: the name of the file to serve as "/".
+            port: 0 selects a free one.
+            address: the IPv4 address to listen on; `ANY_ADDRESS` for all interfaces; None for loopback only.
 
         Raises:
             OSError: the port or the address is not available.
@@ -100,7 +99,11 @@ class WebServer:
         self._loop = asyncio.new_event_loop()
         app = web.Application(middlewares=[self._guard])
         app.on_response_prepare.append(self._add_headers)
-        found = [file for path in (SHARED, *static) for file in (path.iterdir() if path.is_dir() else [path])]
+        found = [
+            file
+            for path in (SHARED_FOLDER, *static)
+            for file in (path.iterdir() if path.is_dir() else [path])
+        ]
         files = {"/" if file.name == index else f"/{file.name}": partial(_send, file) for file in found}
         for path, handler in (files | dict(handlers)).items():
             app.router.add_get(path, handler, allow_head=False)
@@ -122,7 +125,7 @@ class WebServer:
         self._thread.start()
 
     def submit(self, function: Callable[..., Coroutine[Any, Any, None]], *args: object) -> None:
-        """Run a coroutine function in the server's thread; after `close` nothing happens."""
+        """Run a coroutine function in the thread of the server; ignored after `close`."""
         with suppress(RuntimeError):  # the loop is closed
             self._loop.call_soon_threadsafe(lambda: self._loop.create_task(function(*args)))
 
@@ -133,12 +136,12 @@ class WebServer:
 
         Args:
             request: the handshake.
-            viewer: one of `viewers` as long as it serves; closing the server closes its socket.
-            viewers: those of the page.
-            most: as many there may be.
+            viewer: the new connection; it is in `viewers` while it is open.
+            viewers: the open connections of the page.
+            most: the maximum number of connections.
 
         Raises:
-            web.HTTPTooManyRequests: there are so many already.
+            web.HTTPTooManyRequests: the maximum is reached.
             web.HTTPUpgradeRequired: the request is no handshake.
         """
         if len(viewers) >= most:
@@ -173,7 +176,7 @@ class WebServer:
         return int(self._listener.sockets[0].getsockname()[1])
 
     def _connect(self) -> asyncio.BaseProtocol:
-        """The protocol of a new connection; aiohttp itself would wait for its first request without limit."""
+        """Return the protocol of a new connection, with a time limit for its first request."""
         assert self._runner.server is not None
         protocol = self._runner.server()
         self._silent[protocol] = self._loop.call_later(OPEN_SECONDS, self._drop, protocol)
@@ -205,7 +208,7 @@ class WebServer:
         del response.headers["Server"]
         # Not every browser lets 'self' stand for WebSockets too.
         sockets = " ".join(f"ws://{host}" for host in own_hosts(request))
-        policy = f"{POLICY}; connect-src 'self' {sockets}"
+        policy = f"{CONTENT_POLICY}; connect-src 'self' {sockets}"
         response.headers.update(SECURITY_HEADERS | {"Content-Security-Policy": policy})
 
     def _run(self) -> None:
@@ -235,7 +238,7 @@ async def _send(path: Path, request: web.Request) -> web.StreamResponse:
 
 
 def own_hosts(request: web.BaseRequest) -> tuple[str, ...]:
-    """What Host may be: the address of this machine that the connection was made to; none once it is lost."""
+    """Return the valid values of Host: the local address of the connection; none once it is lost."""
     name = request.transport.get_extra_info("sockname") if request.transport else None
     if name is None:
         return ()
@@ -244,7 +247,7 @@ def own_hosts(request: web.BaseRequest) -> tuple[str, ...]:
 
 
 def _bound_socket(address: str, port: int) -> socket.socket:
-    """Bind here: asyncio of Python 3.13 raises errors without `errno` for addresses of other machines."""
+    """Bind a socket; asyncio of Python 3.13 raises errors without `errno` for foreign addresses."""
     try:
         return socket.create_server((address, port))
     except OSError as error:  # whose reason ends with the address
@@ -252,7 +255,7 @@ def _bound_socket(address: str, port: int) -> socket.socket:
 
 
 def network_address() -> str:
-    """The address that this machine has in its network; that of this machine alone where there is none."""
+    """Return the LAN address, or 127.0.0.1 if there is none."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             probe.connect(("192.0.2.1", 9))  # reserved for documentation; nothing is sent
@@ -270,7 +273,7 @@ class Authorization:
 
     Attributes:
         token: the secret in the address that is printed.
-        ticket: a secret that stands for the token once.
+        ticket: a secret that replaces the token once.
         cookie: the cookie by which a browser proves that it knows the token, as "name=value".
     """
 
@@ -282,7 +285,7 @@ class Authorization:
         self.cookie = f"{self._cookie_name}={self.token}"
 
     def check(self, request: web.BaseRequest) -> None:
-        """Let the request pass, or raise the response that it gets.
+        """Return if the request is authorized; raise the error response otherwise.
 
         Raises:
             web.HTTPSeeOther: the request has the token in its address; the browser is redirected to the
@@ -303,7 +306,7 @@ class Authorization:
             raise web.HTTPForbidden(text="403: unknown host name\n")
         is_foreign = any(origin != f"http://{hosts[0]}" for origin in _values(request, "Origin"))
         is_cross_site = set(_values(request, "Sec-Fetch-Site")) - {"same-origin", "none"}
-        # Somebody may follow a link to the page itself, in a window of its own.
+        # Links to the page itself, opened in a new window, are allowed.
         fetch = [_values(request, f"Sec-Fetch-{name}") for name in ("Mode", "Dest")]
         is_navigation = request.path == "/" and fetch == [["navigate"], ["document"]]
         if is_foreign or (is_cross_site and not is_navigation):

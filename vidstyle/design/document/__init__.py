@@ -1,1 +1,1 @@
-"""The style that is being built: its content, what can be done to it, and its history."""
+"""The document of the designer: content, edits and history of a style."""

@@ -1,4 +1,4 @@
-"""The content of a style while it is edited: steps that keep their numbers, and values named by steps."""
+"""The immutable content of a style during editing, with permanent numbers for its steps."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vidstyle.style.paths import find_value, steps_by_path
 
 @dataclass(frozen=True)
 class PlacedStep:
-    """A step and the number by which it is known as long as the document is open; `table`: as in a file."""
+    """A step with a permanent number; `table`: the step as in a style file."""
 
     number: int
     table: Mapping[str, Any]
@@ -21,12 +21,12 @@ class PlacedStep:
 
 @dataclass(frozen=True)
 class ValueRef:
-    """A value of the style, by its step rather than by a path, which changes as steps come and go.
+    """A reference to a value by step number; paths change when steps are added or removed.
 
     Attributes:
         step: the number of its step; None for a field of the style.
-        name: of the parameter or field.
-        path: as it was last written in the file.
+        name: the name of the parameter or field.
+        path: its path when the file was last written.
     """
 
     step: int | None
@@ -36,13 +36,13 @@ class ValueRef:
 
 @dataclass(frozen=True)
 class Content:
-    """All that a style file holds.
+    """The content of a style file.
 
     Attributes:
-        fields: name, note and the values that are fields, without those at their defaults.
+        fields: name, note and fields that differ from their defaults.
         layers: the steps of each layer.
-        knobs: the values to adjust first.
-        variants: by name the values that each sets.
+        knobs: the values pinned to the style panel.
+        variants: the values that each variant sets, by name.
     """
 
     fields: Mapping[str, Any]
@@ -52,24 +52,24 @@ class Content:
 
     @property
     def steps(self) -> Iterator[tuple[str, int, PlacedStep]]:
-        """Layer, place in it, and step, in the order in which they run."""
+        """Yield layer, index and step, in the order in which they run."""
         for layer in LAYERS:
             for place, step in enumerate(self.layers[layer]):
                 yield layer, place, step
 
     def place_of(self, number: int) -> tuple[str, int, PlacedStep]:
-        """Layer, place in it, and the step of this number.
+        """Return layer, index and step for a step number.
 
         Raises:
-            UsageError: there is none.
+            UsageError: there is no such step.
         """
         for found in self.steps:
             if found[2].number == number:
                 return found
-        raise UsageError(f"step {number}", "is not in the style any more")
+        raise UsageError(f"step {number}", "no longer exists")
 
     def with_layer(self, layer: str, steps: tuple[PlacedStep, ...]) -> Content:
-        """The content with another layer, and without references to steps that are gone."""
+        """Return the content with a layer replaced and references to removed steps deleted."""
         layers = {**self.layers, layer: steps}
         there = {None, *(step.number for each in layers.values() for step in each)}
         variants = {
@@ -80,14 +80,14 @@ class Content:
         return replace(self, layers=layers, knobs=knobs, variants=variants)
 
     def with_step(self, number: int, table: Mapping[str, Any]) -> Content:
-        """The content with another table for a step."""
+        """Return the content with the table of a step replaced."""
         layer, place, step = self.place_of(number)
         steps = list(self.layers[layer])
         steps[place] = replace(step, table=table)
         return replace(self, layers={**self.layers, layer: tuple(steps)})
 
     def table(self) -> dict[str, Any]:
-        """The content as a style file holds it, whether it is valid or not."""
+        """Return the content as the table of a style file, valid or not."""
         layers = {
             layer: [dict(step.table) for step in steps] for layer, steps in self.layers.items() if steps
         }
@@ -102,7 +102,7 @@ class Content:
         return table
 
     def paths(self) -> Callable[[ValueRef], str]:
-        """What gives the path of a value."""
+        """Return a function that maps a reference to a path."""
         return self._paths(self.table())
 
     def _paths(self, table: Mapping[str, Any]) -> Callable[[ValueRef], str]:
@@ -123,7 +123,7 @@ class Content:
 
 
 def content_of(style: Style, new_number: Callable[[], int]) -> Content:
-    """The content of a style, its steps numbered."""
+    """Return the content of a style with numbered steps."""
     table = table_from_style(style)
     layers = {
         layer: tuple(PlacedStep(new_number(), step) for step in table.get(layer, [])) for layer in LAYERS

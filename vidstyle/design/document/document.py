@@ -1,4 +1,4 @@
-"""The style that is being built, with all that has been done to it."""
+"""The open style with its history and mistakes."""
 
 from __future__ import annotations
 
@@ -15,31 +15,31 @@ from vidstyle.design.document.history import History
 from vidstyle.errors import StyleError, UsageError
 from vidstyle.style import LAYERS, Style, style_from_table
 
-SLOTS = ("a", "b")
-"""Snapshots: contents that are kept aside for comparison."""
-_PLACE = re.compile(rf"({'|'.join(LAYERS)}) step (\d+)(?: \(\w+\))?: ")
+SNAPSHOT_SLOTS = ("a", "b")
+"""Slots for snapshots, which are kept for comparison."""
+_STEP_PREFIX = re.compile(rf"({'|'.join(LAYERS)}) step (\d+)(?: \(\w+\))?: ")
 
 
 @dataclass(frozen=True)
 class Mistake:
-    """A mistake of the style; `step`: the number of the step that has it, or None."""
+    """A mistake in the style; `step`: the number of its step, or None."""
 
     text: str
     step: int | None
 
 
 class Document:
-    """A style, its history, and what is wrong with it.
+    """A style, its history and its mistakes.
 
     Attributes:
-        style: the style as it was when it was last without mistakes.
-        mistakes: of the present content.
-        revision: counts every change.
-        folder: to which the paths in the style are relative; None allows no paths.
+        style: the last valid state of the style.
+        mistakes: the mistakes in the current content.
+        revision: the number of changes.
+        folder: the base folder of relative paths; None forbids paths.
     """
 
     def __init__(self, style: Style, revision: int = 0) -> None:
-        """`revision`: of what was open before, so that no two states have the same."""
+        """`revision`: the revision of the document opened before, so that revisions stay unique."""
         self.folder = style.folder
         self._numbers = itertools.count(1)
         content = content_of(style, self._new_number)
@@ -57,7 +57,7 @@ class Document:
 
     @property
     def history(self) -> History[Content]:
-        """The states of the content, with labels."""
+        """The labelled states of the content."""
         return self._history
 
     @property
@@ -67,19 +67,19 @@ class Document:
 
     @property
     def is_changed(self) -> bool:
-        """Whether there is something to save."""
+        """Whether there are unsaved changes."""
         return self.content.table() != self._saved
 
     def edit(self, kind: str, gesture: Hashable = None, **values: Any) -> int | None:
-        """Make an edit; returns the number of the step that is new, if there is one.
+        """Make an edit; return the number of a new step, or None.
 
         Args:
             kind: a name in `EDITS`.
-            gesture: edits of the same gesture, one after another, are undone together.
+            gesture: consecutive edits with the same gesture are undone together.
             values: the arguments of the edit.
 
         Raises:
-            UsageError: the edit cannot be made; nothing has changed.
+            UsageError: the edit is invalid; nothing has changed.
         """
         edited = EDITS[kind](self.content, self._new_number, **values)
         if edited.content != self.content:
@@ -88,62 +88,62 @@ class Document:
         return edited.step
 
     def undo(self) -> None:
-        """Take the last gesture back, if there is one."""
-        self._moved(self._history.step(-1))
+        """Undo the last gesture, if any."""
+        self._check_after(self._history.step(-1))
 
     def redo(self) -> None:
-        """Do what was undone last, if anything was."""
-        self._moved(self._history.step(1))
+        """Redo the last undone gesture, if any."""
+        self._check_after(self._history.step(1))
 
     def jump(self, entry: int) -> None:
         """Go to an entry of the history.
 
         Raises:
-            UsageError: there is none of this number any more.
+            UsageError: the entry no longer exists.
         """
-        if not self._moved(self._history.jump(entry)):
-            raise UsageError(f"entry {entry}", "is not in the history any more")
+        if not self._check_after(self._history.jump(entry)):
+            raise UsageError(f"entry {entry}", "is no longer in the history")
 
     def snapshot(self, slot: str) -> None:
-        """Keep the present content aside."""
-        self._snapshots[_known_slot(slot)] = self.content
+        """Store the current content in a slot."""
+        self._snapshots[_check_slot(slot)] = self.content
         self.revision += 1
 
     def restore(self, slot: str) -> None:
-        """Make a snapshot the present content, which can be undone.
+        """Restore a snapshot; this can be undone.
 
         Raises:
             UsageError: there is no such snapshot.
         """
-        if _known_slot(slot) not in self._snapshots:
+        if _check_slot(slot) not in self._snapshots:
             raise UsageError(f"snapshot {slot}", "has not been taken")
         self._history.record(self._snapshots[slot], f"snapshot {slot}")
         self._check()
 
     def valid_style(self) -> Style:
-        """The style of the present content.
+        """Return the style of the current content.
 
         Raises:
-            StyleError: it has mistakes.
+            StyleError: the style is invalid.
         """
         if self.mistakes:
             raise StyleError(self.content.fields.get("name", "style"), [each.text for each in self.mistakes])
         return self.style
 
     def mark_saved(self, folder: Path | None) -> None:
-        """The present content is what the file holds, which lies in this folder."""
+        """Mark the current content as saved to a file in `folder`."""
         self._saved = self.content.table()
         self.folder = folder
         self._check()
 
     def mark_changed(self) -> None:
-        """No file holds the present content."""
+        """Mark the current content as unsaved."""
         self._saved = {}
 
     def _new_number(self) -> int:
         return next(self._numbers)
 
-    def _moved(self, content: Content | None) -> bool:
+    def _check_after(self, content: Content | None) -> bool:
         if content is not None:
             self._check()
         return content is not None
@@ -158,14 +158,14 @@ class Document:
             self.mistakes = list(map(self._mistake, error.mistakes))
 
     def _mistake(self, text: str) -> Mistake:
-        found = _PLACE.match(text)
+        found = _STEP_PREFIX.match(text)
         if not found:
             return Mistake(text, None)
         step = self.content.layers[found[1]][int(found[2]) - 1]
         return Mistake(text[found.end() :], step.number)
 
 
-def _known_slot(slot: str) -> str:
-    if slot not in SLOTS:
-        raise UsageError(slot, "is not a snapshot", f"there are {' and '.join(SLOTS)}")
+def _check_slot(slot: str) -> str:
+    if slot not in SNAPSHOT_SLOTS:
+        raise UsageError(slot, "is not a snapshot", f"there are {' and '.join(SNAPSHOT_SLOTS)}")
     return slot

@@ -1,7 +1,7 @@
-"""What can be done to a style: each edit makes new content of the present one.
+"""The edits of a style: pure functions that return new content.
 
-An edit whose own values are wrong is refused. One that leaves the style with mistakes, such as a reference to
-a picture that no step saves any more, is made: the document says what is wrong, and where.
+An edit with invalid arguments is refused. An edit that makes the style invalid, such as by removing a picture
+that another step reads, is accepted; the document then lists the mistakes.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 from vidstyle.block import NAME_PATTERN, Asset, Block, Parameter, SavedRef
 from vidstyle.blocks import all_blocks
 from vidstyle.design.document.content import Content, PlacedStep, ValueRef
-from vidstyle.design.document.expansion import expanded
+from vidstyle.design.document.expansion import expand_recipe
 from vidstyle.errors import UsageError, suggest
 from vidstyle.style import LAYERS, SOURCE
 from vidstyle.style.check import MAX_KNOBS, MAX_STEPS, TEXTS
@@ -24,8 +24,8 @@ from vidstyle.style.wiring import wiring_of
 
 
 @dataclass(frozen=True)
-class Edited:
-    """What an edit has made: content, a label for the history, and the number of the step that is new."""
+class EditResult:
+    """The result of an edit: content, label for the history, and the number of a new step, if any."""
 
     content: Content
     label: str
@@ -35,63 +35,63 @@ class Edited:
 NewNumber = Callable[[], int]
 
 
-def add(content: Content, new: NewNumber, layer: str, index: int, block: str) -> Edited:
-    """Add a step with the defaults of its block; "" adds one that starts anew from the source."""
-    _known_block(block)
+def add(content: Content, new: NewNumber, layer: str, index: int, block: str) -> EditResult:
+    """Add a step with default values; an empty `block` adds a step that restarts from the source."""
+    _find_block(block)
     step = PlacedStep(new(), {"block": block} if block else {"from": SOURCE})
-    return Edited(_inserted(content, layer, index, step), f"add {block or 'from source'}", step.number)
+    return EditResult(_insert(content, layer, index, step), f"add {block or 'from source'}", step.number)
 
 
-def move(content: Content, new: NewNumber, step: int, layer: str, index: int) -> Edited:
-    """Move a step to a place in a layer, counted without the step itself."""
+def move(content: Content, new: NewNumber, step: int, layer: str, index: int) -> EditResult:
+    """Move a step to an index in a layer; the index does not count the step itself."""
     old, place, moved = content.place_of(step)
     rest = content.layers[old][:place] + content.layers[old][place + 1 :]
     layers = {**content.layers, old: rest}
-    layers[layer] = _with(layers[_known_layer(layer)], index, moved)
-    return Edited(replace(content, layers=layers), f"move {name_of(moved)}")
+    layers[layer] = _with(layers[_check_layer(layer)], index, moved)
+    return EditResult(replace(content, layers=layers), f"move {name_of(moved)}")
 
 
-def remove(content: Content, new: NewNumber, step: int) -> Edited:
+def remove(content: Content, new: NewNumber, step: int) -> EditResult:
     """Remove a step, its knobs, and its values in variants."""
     layer, place, gone = content.place_of(step)
     rest = content.layers[layer][:place] + content.layers[layer][place + 1 :]
-    return Edited(content.with_layer(layer, rest), f"remove {name_of(gone)}")
+    return EditResult(content.with_layer(layer, rest), f"remove {name_of(gone)}")
 
 
-def duplicate(content: Content, new: NewNumber, step: int) -> Edited:
-    """Put a copy behind a step; only the first can save under their name."""
+def duplicate(content: Content, new: NewNumber, step: int) -> EditResult:
+    """Add a copy after a step; the copy does not save its output."""
     layer, place, old = content.place_of(step)
     copied = {key: value for key, value in old.table.items() if key != "save"}
     copy = PlacedStep(new(), copied if copied else {"from": SOURCE})
-    return Edited(_inserted(content, layer, place + 1, copy), f"duplicate {name_of(old)}", copy.number)
+    return EditResult(_insert(content, layer, place + 1, copy), f"duplicate {name_of(old)}", copy.number)
 
 
-def set_value(content: Content, new: NewNumber, step: int, name: str, value: Any) -> Edited:
+def set_value(content: Content, new: NewNumber, step: int, name: str, value: Any) -> EditResult:
     """Set a parameter of a step."""
     _, _, old = content.place_of(step)
     parameter = _parameter_of(old, name)
-    value = _checked(parameter, value)
-    return Edited(_with_value(content, old, parameter, value), f"{name_of(old)} {name} {_text(value)}")
+    value = _parse_value(parameter, value)
+    return EditResult(_with_value(content, old, parameter, value), f"{name_of(old)} {name} {_text(value)}")
 
 
-def set_field(content: Content, new: NewNumber, name: str, value: Any) -> Edited:
-    """Set a field of the style; None leaves `height` out."""
+def set_field(content: Content, new: NewNumber, name: str, value: Any) -> EditResult:
+    """Set a field of the style; None resets it to its default."""
     if name not in FIELDS:
         raise UsageError(name, "is not a field of a style", suggest(name, FIELDS))
     default = FIELDS[name].default
-    value = default if value is None else _checked(FIELDS[name], value)
-    return Edited(_with_field(content, name, value, default), f"{name} {_text(value)}")
+    value = default if value is None else _parse_value(FIELDS[name], value)
+    return EditResult(_with_field(content, name, value, default), f"{name} {_text(value)}")
 
 
-def set_strength(content: Content, new: NewNumber, value: Any) -> Edited:
-    """Set how much of the result is mixed with the source."""
+def set_strength(content: Content, new: NewNumber, value: Any) -> EditResult:
+    """Set the strength of the style, which blends the result with the source."""
     return set_field(content, new, "strength", value)
 
 
-def refer(content: Content, new: NewNumber, step: int, name: str, value: str) -> Edited:
-    """Set where a step starts ("from"), what it saves, or which picture or file a parameter names.
+def refer(content: Content, new: NewNumber, step: int, name: str, value: str) -> EditResult:
+    """Set the input of a step ("from"), the name of its saved output ("save"), or a picture or file.
 
-    Steps that use a picture whose name is changed use it under its new name.
+    Renaming a saved picture also renames it in the steps that read it.
     """
     _, _, old = content.place_of(step)
     if name not in ("from", "save"):
@@ -104,30 +104,30 @@ def refer(content: Content, new: NewNumber, step: int, name: str, value: str) ->
     changed = content.with_step(step, table if table else {"from": SOURCE})
     before = old.table.get("save")
     if name == "save" and before and value:
-        changed = _renamed(changed, str(before), value)
-    return Edited(changed, f"{name_of(old)} {name} {value or 'nothing'}")
+        changed = _rename_picture(changed, str(before), value)
+    return EditResult(changed, f"{name_of(old)} {name} {value or 'nothing'}")
 
 
-def mute(content: Content, new: NewNumber, step: int, on: bool) -> Edited:
-    """Leave a step out when the style runs, or take it in again."""
+def mute(content: Content, new: NewNumber, step: int, on: bool) -> EditResult:
+    """Bypass a step, or restore it."""
     _, _, old = content.place_of(step)
     table = {key: value for key, value in old.table.items() if key != "mute"} | ({"mute": True} if on else {})
-    return Edited(content.with_step(step, table), f"{'mute' if on else 'unmute'} {name_of(old)}")
+    return EditResult(content.with_step(step, table), f"{'mute' if on else 'unmute'} {name_of(old)}")
 
 
-def expand(content: Content, new: NewNumber, step: int) -> Edited:
-    """Replace a recipe by the steps that it stands for, which make the same picture."""
+def expand(content: Content, new: NewNumber, step: int) -> EditResult:
+    """Replace a recipe with its steps, which produce the same picture."""
     layer, place, old = content.place_of(step)
-    parts = [PlacedStep(new(), table) for table in expanded(content, old)]
+    parts = [PlacedStep(new(), table) for table in expand_recipe(content, old)]
     steps = content.layers[layer]
     if len(list(content.steps)) + len(parts) - 1 > MAX_STEPS:
-        raise UsageError(name_of(old), f"cannot be opened: a style has at most {MAX_STEPS} steps")
+        raise UsageError(name_of(old), f"cannot be expanded: a style has at most {MAX_STEPS} steps")
     changed = content.with_layer(layer, (*steps[:place], *parts, *steps[place + 1 :]))
-    return Edited(changed, f"open {name_of(old)}", parts[0].number)
+    return EditResult(changed, f"open {name_of(old)}", parts[0].number)
 
 
-def knob(content: Content, new: NewNumber, step: int | None, name: str, on: bool) -> Edited:
-    """Make a value one of those to adjust first, or take it out of them."""
+def knob(content: Content, new: NewNumber, step: int | None, name: str, on: bool) -> EditResult:
+    """Pin a value to the style panel, or unpin it."""
     if step is None and name not in FIELDS:
         raise UsageError(name, "is not a field of a style", suggest(name, FIELDS))
     if step is not None:
@@ -137,12 +137,12 @@ def knob(content: Content, new: NewNumber, step: int | None, name: str, on: bool
     if on and ref not in knobs:
         knobs += (ref,)
     if len(knobs) > MAX_KNOBS:
-        raise UsageError("knobs", f"are at most {MAX_KNOBS}", "take one out first")
-    return Edited(replace(content, knobs=knobs), f"{'add' if on else 'remove'} knob {name}")
+        raise UsageError("knobs", f"are at most {MAX_KNOBS}", "remove one first")
+    return EditResult(replace(content, knobs=knobs), f"{'add' if on else 'remove'} knob {name}")
 
 
-def variant(content: Content, new: NewNumber, name: str) -> Edited:
-    """Set all values of a variant."""
+def variant(content: Content, new: NewNumber, name: str) -> EditResult:
+    """Apply the values of a variant."""
     if name not in content.variants:
         raise UsageError(name, "is not a variant of this style", suggest(name, content.variants))
     for ref, value in content.variants[name]:
@@ -151,25 +151,25 @@ def variant(content: Content, new: NewNumber, name: str) -> Edited:
         else:
             step = content.place_of(ref.step)[2]
             content = _with_value(content, step, _parameter_of(step, ref.name), value)
-    return Edited(content, f"variant {name}")
+    return EditResult(content, f"variant {name}")
 
 
-def rename(content: Content, new: NewNumber, name: str) -> Edited:
+def rename(content: Content, new: NewNumber, name: str) -> EditResult:
     """Set the name of the style."""
-    return Edited(_with_field(content, "name", _line("name", name), ""), f"name {name}")
+    return EditResult(_with_field(content, "name", _line("name", name), ""), f"name {name}")
 
 
-def note(content: Content, new: NewNumber, text: str) -> Edited:
+def note(content: Content, new: NewNumber, text: str) -> EditResult:
     """Set the note of the style."""
-    return Edited(_with_field(content, "note", _line("note", text), ""), "note")
+    return EditResult(_with_field(content, "note", _line("note", text), ""), "note")
 
 
 def name_of(step: PlacedStep) -> str:
-    """What a step is called: its block."""
+    """Return the display name of a step: usually its block."""
     return str(step.table.get("block") or step.table.get("from") or step.table.get("save"))
 
 
-EDITS: Mapping[str, Callable[..., Edited]] = {
+EDITS: Mapping[str, Callable[..., EditResult]] = {
     "add": add,
     "move": move,
     "remove": remove,
@@ -185,16 +185,16 @@ EDITS: Mapping[str, Callable[..., Edited]] = {
     "rename": rename,
     "note": note,
 }
-"""All edits by the names that messages have for them."""
+"""All edits by message."""
 
 
-def _known_layer(layer: str) -> str:
+def _check_layer(layer: str) -> str:
     if layer not in LAYERS:
         raise UsageError(layer, "is not a layer", suggest(layer, LAYERS))
     return layer
 
 
-def _known_block(name: str) -> Block | None:
+def _find_block(name: str) -> Block | None:
     if name and name not in all_blocks():
         raise UsageError(name, "is not a block", suggest(name, all_blocks()))
     return all_blocks()[name] if name else None
@@ -202,26 +202,26 @@ def _known_block(name: str) -> Block | None:
 
 def _with(steps: tuple[PlacedStep, ...], index: int, step: PlacedStep) -> tuple[PlacedStep, ...]:
     if not 0 <= index <= len(steps):
-        raise UsageError(f"place {index}", f"is not in the layer, which has {len(steps)} steps")
+        raise UsageError(f"position {index}", f"is not in the layer, which has {len(steps)} steps")
     return (*steps[:index], step, *steps[index:])
 
 
-def _inserted(content: Content, layer: str, index: int, step: PlacedStep) -> Content:
+def _insert(content: Content, layer: str, index: int, step: PlacedStep) -> Content:
     if len(list(content.steps)) >= MAX_STEPS:
         raise UsageError(name_of(step), f"cannot be added: a style has at most {MAX_STEPS} steps")
-    steps = _with(content.layers[_known_layer(layer)], index, step)
+    steps = _with(content.layers[_check_layer(layer)], index, step)
     return replace(content, layers={**content.layers, layer: steps})
 
 
 def _parameter_of(step: PlacedStep, name: str) -> Parameter:
-    block = _known_block(str(step.table.get("block", "")))
+    block = _find_block(str(step.table.get("block", "")))
     parameters = block.parameters if block else {}
     if name not in parameters:
         raise UsageError(f"{name_of(step)} {name}", "is not a parameter", suggest(name, parameters))
     return parameters[name]
 
 
-def _checked(parameter: Parameter, value: object) -> Any:
+def _parse_value(parameter: Parameter, value: object) -> Any:
     mistakes: list[str] = []
     values = read_values({parameter.name: parameter}, {parameter.name: value}, "", mistakes)
     if mistakes:
@@ -231,7 +231,7 @@ def _checked(parameter: Parameter, value: object) -> Any:
 
 
 def _with_value(content: Content, step: PlacedStep, parameter: Parameter, value: Any) -> Content:
-    """The content with a value of a step, which is not written if it is the default."""
+    """Return the content with a value of a step set, or removed if it is the default."""
     table = dict(step.table)
     if value == parameter.default:
         table.pop(parameter.name, None)
@@ -247,8 +247,8 @@ def _with_field(content: Content, name: str, value: Any, default: Any) -> Conten
     return replace(content, fields=kept)
 
 
-def _renamed(content: Content, before: str, after: str) -> Content:
-    """The content with the uses of a saved picture under its new name."""
+def _rename_picture(content: Content, before: str, after: str) -> Content:
+    """Return the content with a saved picture renamed in the steps that read it."""
     if any(step.table.get("save") == before for _, _, step in content.steps):
         return content
     for _, _, step in content.steps:

@@ -1,4 +1,4 @@
-"""Recipes as the steps that they stand for, written as a style file can."""
+"""Expansion of recipes into steps that a style file can hold."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from vidstyle.style.model import Step
 if TYPE_CHECKING:
     from vidstyle.design.document.content import Content, PlacedStep
 
-SIZE = (64, 48)
-"""Width and height of the pictures for which plans are compared."""
+COMPARED_SIZE = (64, 48)
+"""Picture size for which plans are compared, width and height."""
 
 
-def expanded(content: Content, step: PlacedStep) -> list[dict[str, Any]]:
-    """The tables of the steps that a recipe stands for.
+def expand_recipe(content: Content, step: PlacedStep) -> list[dict[str, Any]]:
+    """Return the tables of the steps of a recipe.
 
-    The parts of a recipe for luma may work on colours when they stand alone: to_gray before them, and
-    to_color behind them where colours matter, make them work as they did. Plans are compared to be sure.
+    The steps of a luma recipe may process colour when used separately: to_gray is then added before them, and
+    to_color after them if needed. Plans are compared to ensure the same result.
 
     Raises:
-        UsageError: the step is no recipe, or no such steps make the same picture.
+        UsageError: the step is not a recipe, or no expansion produces the same picture.
     """
     name = str(step.table.get("block", ""))
     block = all_blocks().get(name)
     if block is None or block.kind != "recipe":
-        raise UsageError(name or "the step", "is not a recipe", "it has no steps of its own")
+        raise UsageError(name or "the step", "is not a recipe", "choose a step whose block is a recipe")
     table = content.table()
     try:
         before = _plan(style_from_table(table, "style"))
@@ -42,8 +42,8 @@ def expanded(content: Content, step: PlacedStep) -> list[dict[str, Any]]:
             if _plan(style_from_table(changed, "style")) == before:
                 return parts
     except StyleError as error:
-        raise UsageError(name, f"cannot be opened: {error.mistakes[0]}") from error
-    raise UsageError(name, "cannot be opened here", "its steps alone would make another picture")
+        raise UsageError(name, f"cannot be expanded: {error.mistakes[0]}") from error
+    raise UsageError(name, "cannot be expanded here", "its separate steps would produce another picture")
 
 
 def _candidates(table: Mapping[str, Any]) -> Iterator[list[dict[str, Any]]]:
@@ -70,6 +70,6 @@ def _table(step: Step) -> dict[str, Any]:
 def _plan(style: Style) -> dict[str, Any]:
     from vidstyle.gpu.compile.es import es_plan
 
-    plan = es_plan(style, *SIZE)
+    plan = es_plan(style, *COMPARED_SIZE)
     measures = [{**each, "step": ""} for each in plan["measures"]]
     return {**plan, "measures": measures}

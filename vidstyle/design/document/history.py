@@ -1,4 +1,4 @@
-"""Undo and redo: the states of a document, one for each gesture."""
+"""Undo and redo: one state of a document per gesture."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ MAX_ENTRIES = 200
 
 @dataclass(frozen=True)
 class Entry(Generic[S]):
-    """A state, and what led to it.
+    """A state with its label.
 
     Attributes:
-        number: by which it is known as long as it exists.
-        gesture: any value; changes of the same gesture are one entry. None: it is closed.
+        number: a permanent number.
+        gesture: consecutive changes with the same gesture share an entry; None shares with none.
     """
 
     number: int
@@ -26,7 +26,7 @@ class Entry(Generic[S]):
 
 
 class History(Generic[S]):
-    """The states in the order in which they were made, and which of them is the present one.
+    """The states in chronological order, and the index of the current one.
 
     >>> history = History("opened", "a")
     >>> history.record("b", "typed", 1), history.record("c", "typed", 1), history.record("d", "cut", 2)
@@ -45,17 +45,17 @@ class History(Generic[S]):
 
     @property
     def undo_label(self) -> str | None:
-        """What would be undone."""
+        """The label of the change that undo reverts, or None."""
         return self.present.label if self._place else None
 
     @property
     def redo_label(self) -> str | None:
-        """What would be done again."""
+        """The label of the change that redo applies, or None."""
         later = self.entries[self._place + 1 :]
         return later[0].label if later else None
 
     def record(self, state: S, label: str, gesture: Hashable = None) -> None:
-        """Make this the present state; what was undone is forgotten, as are the oldest of many states."""
+        """Add a state; discard undone states, and the oldest above `MAX_ENTRIES`."""
         is_same = gesture is not None and gesture == self.present.gesture
         del self.entries[self._place + (0 if is_same else 1) :]
         self._number += 1
@@ -64,18 +64,18 @@ class History(Generic[S]):
         self._place = len(self.entries) - 1
 
     def step(self, by: int) -> S | None:
-        """Go back (-1) or forth (1); returns the state, or None if there is no further one."""
+        """Undo (-1) or redo (1); return the new state, or None at the end."""
         if not 0 <= self._place + by < len(self.entries):
             return None
         return self._go(self._place + by)
 
     def jump(self, number: int) -> S | None:
-        """Go to the entry of this number; returns its state, or None if there is none."""
+        """Go to an entry by number; return its state, or None if it does not exist."""
         places = [place for place, entry in enumerate(self.entries) if entry.number == number]
         return self._go(places[0]) if places else None
 
     def _go(self, place: int) -> S:
-        # What follows is another gesture, whatever number the page gives it.
+        # Later changes start a new entry, even with the same gesture number.
         for each in (self._place, place):
             entry = self.entries[each]
             self.entries[each] = Entry(entry.number, entry.label, entry.state)

@@ -1,4 +1,4 @@
-"""The style that shows what leaves one step of another."""
+"""Styles that show the output of one step."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from dataclasses import replace
 from vidstyle.style import Step, Style
 
 AFTER_BASE = "after base"
-"""A name that no style file can have."""
+"""A picture name that style files cannot use."""
 
 
 def solo(style: Style, layer: str, place: int) -> Style:
-    """The style whose result is the picture that leaves a step, on white paper and with no ink over it."""
+    """Return a style whose result is the output of a step, without ink and paper."""
     style = replace(style, paper=Style.paper, strength=1.0, variants={}, knobs=())
     if layer == "base":
         return replace(style, base=style.base[: place + 1], background=(), lines=())

@@ -105,7 +105,7 @@ class _Describer:
         }
 
     def _main(self, entries: list[dict[str, Any]]) -> str:
-        """The value that the card of a step shows: a knob, else what was changed, else the first."""
+        """Return the value for the card of a step: a knob, else a changed value, else the first."""
         ways: list[Callable[[dict[str, Any]], bool]] = [
             lambda entry: entry["knob"],
             lambda entry: entry["value"] != entry["default"],

@@ -1,1 +1,1 @@
-"""The page of the designer: its server, its messages, and the pictures that it is sent."""
+"""The page of the designer: web server, messages and pictures."""

@@ -1,4 +1,4 @@
-"""The web server of the designer: one style, shown by one browser or a few."""
+"""The web server of the designer: one style, shown in one or more browsers."""
 
 from __future__ import annotations
 
@@ -13,46 +13,48 @@ from aiohttp import web
 import vidstyle.web
 from vidstyle.blocks import all_blocks
 from vidstyle.design.designer import Designer
-from vidstyle.design.page.design_page import DesignPage
+from vidstyle.design.page.frames import PictureType
 from vidstyle.design.page.jobs import Jobs
+from vidstyle.design.page.page_connection import PageConnection
 from vidstyle.design.restyling import Restyler, StepPictures
 from vidstyle.design.samples import block_sample, style_sample
 from vidstyle.errors import InputError, OutputError, StyleError
-from vidstyle.export import RUNNER
+from vidstyle.export import RUNNER_FOLDER
 from vidstyle.preview.clip import Clip
 from vidstyle.preview.encode import encode
 from vidstyle.style import load_style, style_names
 
-STATIC = Path(__file__).parent.with_name("static")
+STATIC_FOLDER = Path(__file__).parent.with_name("static")
 MAX_PAGES = 3
-STEP_SIDE = 120
-"""Shorter side of the small pictures of steps."""
+STEP_THUMBNAIL_PX = 120
+"""Shorter side of the thumbnails of steps."""
 SETTLED_SECONDS = 0.12
-"""After so long without an edit the pictures of steps are made anew."""
+"""Time without an edit after which the thumbnails of steps are updated."""
 
 
 class DesignServer:
     """Serves a designer. All coroutines run in the server's event loop.
 
     Attributes:
-        url, one_time_url: as of `WebServer`.
-        designer: what is open.
-        pages: the browsers that are connected.
-        restyler, jobs: make pictures and files.
+        url, one_time_url: see `WebServer`.
+        designer: the open style and clip.
+        pages: the connected browsers.
+        restyler: renders previews.
+        jobs: runs long jobs.
     """
 
     def __init__(self, designer: Designer, port: int = 0, device: str = "auto") -> None:
         """Start serving.
 
         Args:
-            port: of this machine; 0 chooses a free one.
-            device: which restyles for browsers that cannot, as for `open_renderer`.
+            port: port to listen on; 0 selects a free one.
+            device: renders for browsers that cannot, see `open_renderer`.
 
         Raises:
             OutputError: the port is taken or needs privileges.
         """
         self.designer = designer
-        self.pages: list[DesignPage] = []
+        self.pages: list[PageConnection] = []
         self.restyler, self.jobs = Restyler(device), Jobs(self)
         self._steps = StepPictures()
         self._work = ThreadPoolExecutor(1, "vidstyle design")
@@ -68,7 +70,7 @@ class DesignServer:
         }
         try:
             self._server = vidstyle.web.WebServer(
-                "vidstyle designer", handlers, [STATIC, RUNNER], "index.html", port
+                "vidstyle designer", handlers, [STATIC_FOLDER, RUNNER_FOLDER], "index.html", port
             )
         except OSError as error:
             reason = error.strerror or str(error)
@@ -77,11 +79,11 @@ class DesignServer:
 
     @property
     def error(self) -> BaseException | None:
-        """The exception that ended the page, a fault of this program, or None."""
+        """The exception that ended the server (a bug in this program), or None."""
         return self._fault or self._server.error
 
     def close(self) -> None:
-        """Keep a draft of what is not saved, and stop."""
+        """Save a draft of unsaved changes, and stop."""
         self.jobs.cancel()
         self._server.submit(self._end_tasks)
         self._server.close()
@@ -93,7 +95,7 @@ class DesignServer:
         self.designer.clip.close()
 
     def begin(self, work: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
-        """Do something beside all else; a fault in it ends the designer."""
+        """Run a coroutine in the background; an exception in it ends the designer."""
 
         async def watched() -> None:
             try:
@@ -111,31 +113,31 @@ class DesignServer:
             task.cancel()
 
     async def run(self, function: Callable[..., Any], *values: Any) -> Any:
-        """Call a function that reads or changes what is open, one at a time."""
+        """Call a function that uses the document or the clip, one at a time."""
         return await asyncio.get_running_loop().run_in_executor(self._work, function, *values)
 
     async def picture(self, function: Callable[..., Any], *values: Any) -> Any:
-        """Call a function that makes pictures, one at a time."""
+        """Call a function that renders pictures, one at a time."""
         return await asyncio.get_running_loop().run_in_executor(self._pictures, function, *values)
 
     def greeting(self) -> Iterator[dict[str, Any]]:
-        """What each page is told first, but for the state."""
+        """Yield the initial messages for a browser, except the state."""
         yield {
             "blocks": [
                 {"name": name, "kind": block.kind, "help": block.help, "picture": f"/block.jpg?of={name}"}
                 for name, block in all_blocks().items()
             ]
         }
-        yield {"styles": [_described(name) for name in style_names()]}
+        yield {"styles": [_describe_style(name) for name in style_names()]}
         yield {"clip": clip_message(self.designer.clip)}
 
     async def tell(self, message: dict[str, Any]) -> None:
-        """Send a message to all pages."""
+        """Send a message to all browsers."""
         for page in list(self.pages):
             await page.tell(message)
 
     async def changed(self) -> None:
-        """The document has changed: send its state and what follows from it to all pages."""
+        """Send the changed document and its pictures to all browsers."""
         state = await self.run(lambda: self.designer.state)
         for page in list(self.pages):
             await page.show_state(state)
@@ -150,7 +152,7 @@ class DesignServer:
         self.refresh_steps()
 
     def refresh_steps(self) -> None:
-        """Make the small pictures of steps anew, once no edit has come for a moment; save a draft."""
+        """Update the thumbnails of steps and save a draft, once edits pause."""
         if self._settling is not None:
             self._settling.cancel()
         self._settling = self.begin(self._send_steps())
@@ -160,20 +162,20 @@ class DesignServer:
         document = self.designer.document
         if document is None or not self.pages:
             return
-        number = self.pages[0].number  # the last page may close during what follows
+        number = self.pages[0].number  # the last browser may disconnect during the calls below
         await self.run(self.designer.keep_draft)
         revision, style, content = document.revision, document.style, document.content
         if document.mistakes:
             return
         clip = self.designer.clip
         try:
-            made = await self.picture(lambda: self._steps.of(style, clip.frame(number, STEP_SIDE)))
-        except (StyleError, InputError):  # is told where the whole picture is made
+            made = await self.picture(lambda: self._steps.of(style, clip.frame(number, STEP_THUMBNAIL_PX)))
+        except (StyleError, InputError):  # reported by the full-size preview
             return
         for (layer, place), picture in made.items():
             data = await self.picture(encode, picture, "jpeg")
             for page in list(self.pages):
-                await page.send_picture(3, content.layers[layer][place].number, revision, data)
+                await page.send_picture(PictureType.STEP, content.layers[layer][place].number, revision, data)
 
     def _send_sample(
         self, names: Callable[[], Any], make: Callable[[str], bytes]
@@ -187,22 +189,22 @@ class DesignServer:
                 self._samples[key] = asyncio.ensure_future(self.picture(make, name))
             try:
                 data = await asyncio.shield(self._samples[key])
-            except StyleError as error:  # a file of the user's own that cannot be used
+            except StyleError as error:  # an invalid style file of the user
                 raise web.HTTPNotFound from error
             return web.Response(body=data, content_type="image/jpeg")
 
         return handler
 
     async def _serve_socket(self, request: web.Request) -> web.StreamResponse:
-        return await self._server.serve(request, DesignPage(self), self.pages, MAX_PAGES)
+        return await self._server.serve(request, PageConnection(self), self.pages, MAX_PAGES)
 
 
 def clip_message(clip: Clip) -> dict[str, Any]:
-    """What a page shows of a clip."""
+    """Return the message that describes a clip."""
     return {"name": clip.name, "size": clip.size, "count": clip.count, "fps": clip.fps, "live": clip.live}
 
 
-def _described(name: str) -> dict[str, str]:
+def _describe_style(name: str) -> dict[str, str]:
     try:
         note = load_style(name).note
     except StyleError as error:

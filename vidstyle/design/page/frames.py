@@ -1,9 +1,10 @@
-"""Sends a page the frames of the clip: one, or as they play, and restyled where the server restyles."""
+"""Send frames of the clip to a browser: single frames or playback, rendered if the server renders."""
 
 from __future__ import annotations
 
 import asyncio
 from contextlib import suppress
+from enum import IntEnum
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,22 +13,32 @@ from vidstyle.errors import VidstyleError
 from vidstyle.preview.encode import encode
 
 if TYPE_CHECKING:
-    from vidstyle.design.page.design_page import DesignPage
+    from vidstyle.design.page.page_connection import PageConnection
 
-SOURCE, STYLED = 1, 2
-"""Kinds of pictures."""
+
+class PictureType(IntEnum):
+    """The types of pictures in messages to the page; `preview.js` lists the same."""
+
+    SOURCE = 1
+    STYLED = 2
+    STEP = 3
+    EXACT = 4
+    STYLE = 5
+    STEADY = 6
+
+
 IDLE_SECONDS = 0.35
-"""After so long without a change a picture that was made small to be quick is made larger."""
+"""Time without a change after which a reduced preview is rendered again at a larger size."""
 
 
 class FrameSender:
-    """Sends frames to one page.
+    """Sends frames to one browser.
 
     Attributes:
-        number: of the frame that is shown.
+        number: the number of the current frame.
     """
 
-    def __init__(self, page: DesignPage) -> None:
+    def __init__(self, page: PageConnection) -> None:
         self._page = page
         self.number = 0
         self._playing: asyncio.Task[None] | None = None
@@ -41,23 +52,23 @@ class FrameSender:
             self._playing = None
 
     def play(self, at: int, first: int, last: int, fps: float) -> None:
-        """Play frames first..last over and over, beginning with `at`."""
+        """Play frames first..last in a loop, starting at `at`."""
         self.stop()
         self._playing = self._page.server.begin(self._play(at, first, last, fps))
 
     async def send(self) -> None:
-        """Send the frame that is shown, exactly, and have it restyled where the server restyles."""
+        """Send the current frame losslessly, and render it if the server renders."""
         clip = self._page.server.designer.clip
         if clip.live:
             self.play(0, 0, 0, clip.fps)
             return
         frame = await self._page.server.run(clip.frame, self.number, self._page.side)
-        await self._send(SOURCE, frame, exact=True)
+        await self._send(PictureType.SOURCE, frame, exact=True)
         if self._page.where == "server":
             self.restyle()
 
     def restyle(self) -> None:
-        """Have the frame that is shown restyled; the newest wish counts."""
+        """Render the current frame; of several requests only the newest is served."""
         self._wanted.set()
         is_idle = self._restyling is None or self._restyling.done()
         if is_idle and self._playing is None:
@@ -67,8 +78,8 @@ class FrameSender:
         while self._wanted.is_set():
             self._wanted.clear()
             try:
-                if await self._restyled() and not await self._is_wanted_soon():
-                    await self._restyled(careful=True)
+                if await self._send_styled() and not await self._is_wanted_soon():
+                    await self._send_styled(large=True)
             except VidstyleError as error:
                 await self._page.tell({"notice": str(error)})
 
@@ -78,15 +89,15 @@ class FrameSender:
                 await self._wanted.wait()
         return self._wanted.is_set()
 
-    async def _restyled(self, careful: bool = False) -> bool:
-        """Send the frame restyled; returns whether it is smaller than it might be."""
+    async def _send_styled(self, large: bool = False) -> bool:
+        """Render and send the current frame; return whether it is smaller than the preview size."""
         page, server, clip = self._page, self._page.server, self._page.server.designer.clip
         style, side = page.style, min(page.side, *clip.size)
         if style is None:
             return False
-        make = server.restyler.careful if careful else server.restyler.quick
+        make = server.restyler.render_large if large else server.restyler.render_preview
         picture = await server.picture(make, style, clip, self.number, side)
-        await self._send(STYLED, picture, exact=careful)
+        await self._send(PictureType.STYLED, picture, exact=large)
         return min(picture.shape[:2]) < side
 
     async def _play(self, at: int, first: int, last: int, fps: float) -> None:
@@ -98,9 +109,9 @@ class FrameSender:
             try:
                 clip = page.server.designer.clip
                 frame = await page.server.run(clip.frame, self.number, page.side)
-                await self._send(SOURCE, frame)
+                await self._send(PictureType.SOURCE, frame)
                 if page.where == "server":
-                    await self._restyled()
+                    await self._send_styled()
             except VidstyleError as error:
                 await page.tell({"notice": str(error)})
                 return

@@ -1,4 +1,4 @@
-"""What takes longer: a film rendered, a second of it steadied; with progress, and until it is cancelled."""
+"""Long jobs with progress and cancellation: render the film, or one second with temporal smoothing."""
 
 from __future__ import annotations
 
@@ -7,40 +7,39 @@ import threading
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from vidstyle.design.restyling import steadied
+from vidstyle.design.page.frames import PictureType
+from vidstyle.design.restyling import render_second
 from vidstyle.errors import UsageError, VidstyleError
 from vidstyle.preview.encode import encode
 from vidstyle.preview.places import checked_path, refuse_existing
 
 if TYPE_CHECKING:
-    from vidstyle.design.page.design_page import DesignPage
     from vidstyle.design.page.design_server import DesignServer
+    from vidstyle.design.page.page_connection import PageConnection
     from vidstyle.pipeline.progress import Progress
 
-STEADIED = 6
-"""Kind of the pictures of a steadied second."""
-STEADY_SIDE = 270
-"""Shorter side of these pictures."""
+MAX_STEADY_SIDE_PX = 270
+"""Maximum shorter side of the pictures of `Jobs.steady`."""
 
 
 class Jobs:
-    """One job at a time."""
+    """Runs one job at a time."""
 
     def __init__(self, server: DesignServer) -> None:
         self._server = server
         self._stop: threading.Event | None = None
 
     def cancel(self) -> None:
-        """End the job, if there is one."""
+        """Cancel the current job, if any."""
         if self._stop is not None:
             self._stop.set()
 
     async def render(self, name: str, overwrite: bool, frames: int | None) -> None:
-        """Render the clip into a file where the user started, and tell all pages how far it is.
+        """Render the clip to a file in the working folder, and report progress to all browsers.
 
         Raises:
-            UsageError: the name is none, or taken; there is no style, or a camera instead of a film.
-            VidstyleError: it cannot be rendered.
+            UsageError: the name is invalid or exists, no style is open, or the clip is a camera.
+            VidstyleError: rendering failed.
         """
         from vidstyle.media.write.writer import WriteOptions
         from vidstyle.pipeline.render import render
@@ -54,13 +53,13 @@ class Jobs:
             raise UsageError(designer.clip.name, "is no film", "record it with vidstyle live")
         stop = self._begin()
 
-        def told(progress: Progress) -> None:
-            asyncio.run_coroutine_threadsafe(self._tell(_rendered(progress)), loop)
+        def report(progress: Progress) -> None:
+            asyncio.run_coroutine_threadsafe(self._tell(_progress_fields(progress)), loop)
 
         def work() -> Any:
             write = WriteOptions(overwrite=overwrite)
             return render(
-                source, path, style, write=write, frames=frames or None, on_progress=told, stop=stop
+                source, path, style, write=write, frames=frames or None, on_progress=report, stop=stop
             )
 
         try:
@@ -71,18 +70,18 @@ class Jobs:
         finally:
             self._stop = None
         text = "cancelled" if summary.stopped else ""
-        told_last = {"done": summary.frames, "total": summary.frames, "text": text, "finished": True}
-        await self._tell({"kind": "render", "file": path.name} | told_last)
+        last = {"done": summary.frames, "total": summary.frames, "text": text, "finished": True}
+        await self._tell({"kind": "render", "file": path.name} | last)
 
-    async def steady(self, page: DesignPage) -> None:
-        """Send a page a second of the clip with the steadying of the style.
+    async def steady(self, page: PageConnection) -> None:
+        """Send one second of the clip, rendered with temporal smoothing, to a browser.
 
         Raises:
-            UsageError: there is no style.
+            UsageError: no style is open, or another job is running.
         """
         style = self._server.designer.opened.valid_style()
         stop, clip = self._begin(), self._server.designer.clip
-        made = steadied(style, clip, page.number, min(page.side, STEADY_SIDE), stop.is_set)
+        made = render_second(style, clip, page.number, min(page.side, MAX_STEADY_SIDE_PX), stop.is_set)
         try:
             revision = self._server.designer.opened.revision
             done = 0
@@ -90,7 +89,7 @@ class Jobs:
                 number, count, picture = item
                 done += 1
                 data = await asyncio.to_thread(encode, picture, "jpeg")
-                await page.send_picture(STEADIED, number, revision, data)
+                await page.send_picture(PictureType.STEADY, number, revision, data)
                 await self._tell({"kind": "steady", "done": done, "total": count, "finished": False})
         finally:
             await self._server.picture(_close, made)
@@ -99,7 +98,7 @@ class Jobs:
 
     def _begin(self) -> threading.Event:
         if self._stop is not None:
-            raise UsageError("the designer", "is at work already", "wait, or cancel it")
+            raise UsageError("the designer", "is busy with another job", "wait, or cancel it")
         self._stop = threading.Event()
         return self._stop
 
@@ -111,7 +110,7 @@ def _close(made: Iterator[Any]) -> None:
     made.close()  # type: ignore[attr-defined]
 
 
-def _rendered(progress: Progress) -> dict[str, Any]:
+def _progress_fields(progress: Progress) -> dict[str, Any]:
     return {
         "kind": "render",
         "done": progress.frames,

@@ -1,4 +1,4 @@
-"""What each message of the page does."""
+"""The actions of the messages from the page."""
 
 from __future__ import annotations
 
@@ -7,27 +7,28 @@ from collections.abc import Awaitable, Callable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from vidstyle.design.page.kinds import EDIT_FIELDS
+from vidstyle.design.page.frames import PictureType
+from vidstyle.design.page.message_fields import EDIT_FIELDS
 from vidstyle.design.page.uploads import FileUpload
-from vidstyle.design.restyling import exact
+from vidstyle.design.restyling import render_exactly
 from vidstyle.errors import StyleError, UsageError
 from vidstyle.preview.encode import encode
 from vidstyle.style import load_style, style_names
 from vidstyle.web.messages import MessageError
 
 if TYPE_CHECKING:
-    from vidstyle.design.page.design_page import DesignPage
+    from vidstyle.design.page.page_connection import PageConnection
 
 Values = dict[str, Any]
-Action = Callable[["DesignPage", int, Values], Awaitable[None]]
-START_SIDE = 160
-"""Shorter side of the pictures on the start screen."""
+Action = Callable[["PageConnection", int, Values], Awaitable[None]]
+STYLE_PREVIEW_PX = 160
+"""Shorter side of the previews on the start screen."""
 
 
-def _changing(function: Callable[[DesignPage, Values], Values | None]) -> Action:
-    """An action that changes the document: all pages are told before it is answered."""
+def _edit_action(function: Callable[[PageConnection, Values], Values | None]) -> Action:
+    """Return an action that changes the document; all browsers get the change before the answer."""
 
-    async def action(page: DesignPage, id: int, fields: Values) -> None:
+    async def action(page: PageConnection, id: int, fields: Values) -> None:
         async def work() -> Values | None:
             before = page.server.designer.document
             revision = before.revision if before else None
@@ -42,14 +43,20 @@ def _changing(function: Callable[[DesignPage, Values], Values | None]) -> Action
     return action
 
 
-def _asking(work: Callable[[DesignPage, Values], Awaitable[Values | None]], beside: bool = False) -> Action:
-    """An action that changes no document; `beside`: further messages do not wait for it."""
+def _query_action(
+    work: Callable[[PageConnection, Values], Awaitable[Values | None]], in_background: bool = False
+) -> Action:
+    """Return an action that leaves the document unchanged.
 
-    async def action(page: DesignPage, id: int, fields: Values) -> None:
-        if not beside:
+    Args:
+        in_background: whether later messages are handled before it is done.
+    """
+
+    async def action(page: PageConnection, id: int, fields: Values) -> None:
+        if not in_background:
             await page.answer(id, partial(work, page, fields))
         elif page.is_busy:
-            await page.answer(id, _refused)
+            await page.answer(id, _refuse)
         else:
             page.begin(page.answer(id, partial(work, page, fields)))
 
@@ -57,58 +64,58 @@ def _asking(work: Callable[[DesignPage, Values], Awaitable[Values | None]], besi
 
 
 def _edit(kind: str) -> Action:
-    def function(page: DesignPage, fields: Values) -> Values | None:
-        # Two pages, or one that was loaded anew, may count gestures alike.
+    def function(page: PageConnection, fields: Values) -> Values | None:
+        # Two browsers, or a reloaded page, may use the same gesture numbers.
         fields["gesture"] = (id(page), fields["gesture"])
         step = page.server.designer.opened.edit(kind, **fields)
         return None if step is None else {"step": step}
 
-    return _changing(function)
+    return _edit_action(function)
 
 
 def _document(name: str) -> Action:
-    """A method of the document."""
+    """Return an action that calls a method of the document."""
 
-    def function(page: DesignPage, fields: Values) -> None:
+    def function(page: PageConnection, fields: Values) -> None:
         getattr(page.server.designer.opened, name)(**fields)
 
-    return _changing(function)
+    return _edit_action(function)
 
 
 def _designer(name: str) -> Action:
-    """A method of the designer."""
+    """Return an action that calls a method of the designer."""
 
-    def function(page: DesignPage, fields: Values) -> None:
+    def function(page: PageConnection, fields: Values) -> None:
         getattr(page.server.designer, name)(**fields)
 
-    return _changing(function)
+    return _edit_action(function)
 
 
-async def _refused() -> Values:
-    raise UsageError("the designer", "is at work", "wait for its answers")
+async def _refuse() -> Values:
+    raise UsageError("the designer", "is busy", "wait for the running requests")
 
 
-async def _command(page: DesignPage, fields: Values) -> Values:
+async def _command(page: PageConnection, fields: Values) -> Values:
     return {"text": await page.server.run(page.server.designer.command)}
 
 
-async def _watch(page: DesignPage, fields: Values) -> None:
-    # What a camera shows is asked for by nothing else.
-    is_other = fields["side"] != page.side or page.server.designer.clip.live
+async def _watch(page: PageConnection, fields: Values) -> None:
+    # No other message requests the frames of a camera.
+    needs_frame = fields["side"] != page.side or page.server.designer.clip.live
     page.solo, page.side, page.where = fields["solo"], fields["side"], fields["where"]
-    if is_other:
+    if needs_frame:
         await page.frames.send()
     await page.show_style()
 
 
-async def _frame(page: DesignPage, fields: Values) -> None:
+async def _frame(page: PageConnection, fields: Values) -> None:
     page.frames.stop()
     page.frames.number = min(fields["number"], page.server.designer.clip.count - 1)
     await page.frames.send()
     page.server.refresh_steps()
 
 
-async def _play(page: DesignPage, fields: Values) -> None:
+async def _play(page: PageConnection, fields: Values) -> None:
     last = page.server.designer.clip.count - 1
     first, end = min(fields["from"], last), min(fields["to"], last)
     if not first <= fields["at"] <= end:
@@ -116,57 +123,57 @@ async def _play(page: DesignPage, fields: Values) -> None:
     page.frames.play(fields["at"], first, max(first, end), float(fields["fps"]))
 
 
-async def _pause(page: DesignPage, fields: Values) -> None:
+async def _pause(page: PageConnection, fields: Values) -> None:
     page.frames.stop()
     await page.frames.send()
     page.server.refresh_steps()
 
 
-async def _check(page: DesignPage, fields: Values) -> None:
+async def _check(page: PageConnection, fields: Values) -> None:
     style, number, server = page.style, page.number, page.server
     if style is None:
         raise UsageError("the designer", "has no style open", "open one first")
     frame = await server.run(server.designer.clip.frame, number, page.side)
-    data = await server.picture(lambda: encode(exact(style, frame), "png"))
-    await page.send_picture(4, number, server.designer.opened.revision, data)
+    data = await server.picture(lambda: encode(render_exactly(style, frame), "png"))
+    await page.send_picture(PictureType.EXACT, number, server.designer.opened.revision, data)
 
 
-async def _start(page: DesignPage, fields: Values) -> None:
-    """All styles on the user's own picture."""
+async def _start(page: PageConnection, fields: Values) -> None:
+    """Send a preview of each style, rendered from the current frame."""
     server = page.server
-    frame = await server.run(server.designer.clip.frame, page.number, START_SIDE)
+    frame = await server.run(server.designer.clip.frame, page.number, STYLE_PREVIEW_PX)
     for index, name in enumerate(style_names()):
         try:
             style = await server.run(load_style, name)
-            data = await server.picture(lambda style=style: encode(exact(style, frame), "jpeg"))
-        except StyleError:  # a file of the user's own, which the list describes
+            data = await server.picture(lambda style=style: encode(render_exactly(style, frame), "jpeg"))
+        except StyleError:  # an invalid style file of the user; the list shows its error
             continue
-        await page.send_picture(5, index, 0, data)
+        await page.send_picture(PictureType.STYLE, index, 0, data)
 
 
-async def _thumbnails(page: DesignPage, fields: Values) -> None:
+async def _thumbnails(page: PageConnection, fields: Values) -> None:
     page.server.refresh_steps()
 
 
-async def _export(page: DesignPage, fields: Values) -> Values:
+async def _export(page: PageConnection, fields: Values) -> Values:
     return {"file": await asyncio.to_thread(page.server.designer.export, **fields)}
 
 
-async def _render(page: DesignPage, fields: Values) -> None:
+async def _render(page: PageConnection, fields: Values) -> None:
     await page.server.jobs.render(**fields)
 
 
-async def _steady(page: DesignPage, fields: Values) -> None:
+async def _steady(page: PageConnection, fields: Values) -> None:
     await page.server.jobs.steady(page)
 
 
-async def _cancel(page: DesignPage, fields: Values) -> None:
+async def _cancel(page: PageConnection, fields: Values) -> None:
     page.server.jobs.cancel()
 
 
-async def _upload(page: DesignPage, id: int, fields: Values) -> None:
+async def _upload(page: PageConnection, id: int, fields: Values) -> None:
     if page.upload is not None:
-        raise MessageError("upload: a file is on its way")
+        raise MessageError("upload: another upload is in progress")
     upload = FileUpload(page, id, **fields)
 
     async def work() -> None:
@@ -181,18 +188,18 @@ ACTIONS: Mapping[str, Action] = {
     **{kind: _document(kind) for kind in ("undo", "redo", "jump", "snapshot", "restore")},
     **{kind: _designer(kind) for kind in ("new", "open", "open_text", "save", "save_as")},
     "draft": _designer("open_draft"),
-    "command": _asking(_command),
-    "watch": _asking(_watch),
-    "frame": _asking(_frame),
-    "play": _asking(_play),
-    "pause": _asking(_pause),
-    "thumbnails": _asking(_thumbnails),
-    "start": _asking(_start, beside=True),
-    "check": _asking(_check, beside=True),
-    "steady": _asking(_steady, beside=True),
-    "export": _asking(_export, beside=True),
-    "render": _asking(_render, beside=True),
-    "cancel": _asking(_cancel),
+    "command": _query_action(_command),
+    "watch": _query_action(_watch),
+    "frame": _query_action(_frame),
+    "play": _query_action(_play),
+    "pause": _query_action(_pause),
+    "thumbnails": _query_action(_thumbnails),
+    "start": _query_action(_start, in_background=True),
+    "check": _query_action(_check, in_background=True),
+    "steady": _query_action(_steady, in_background=True),
+    "export": _query_action(_export, in_background=True),
+    "render": _query_action(_render, in_background=True),
+    "cancel": _query_action(_cancel),
     "upload": _upload,
 }
-"""By the kind of the message."""
+"""Actions by message."""

@@ -1,4 +1,4 @@
-"""What is dropped on the page, a film, a picture or a style: it comes in parts, into a folder of its own."""
+"""Uploads of films, pictures and styles, received in chunks into a temporary folder."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from vidstyle.style.files import read_style_text
 from vidstyle.web.messages import MessageError
 
 if TYPE_CHECKING:
-    from vidstyle.design.page.design_page import DesignPage
+    from vidstyle.design.page.page_connection import PageConnection
 
-_ENDING = re.compile(r"\.\w{1,8}")
+_SAFE_SUFFIX = re.compile(r"\.\w{1,8}")
 
 
 class FileUpload:
-    """A file on its way."""
+    """An upload in progress."""
 
-    def __init__(self, page: DesignPage, id: int, name: str, size: int) -> None:
-        """`id`: of the message that announced it; `size`: in bytes."""
+    def __init__(self, page: PageConnection, id: int, name: str, size: int) -> None:
+        """`id`: the id of the message that announced it; `size`: in bytes."""
         self._page, self._id, self._missing = page, id, size
         self._name = printable(name)
         self._folder: tempfile.TemporaryDirectory[str] | None = None
@@ -33,17 +33,17 @@ class FileUpload:
         self._error: OutputError | None = None
 
     def open(self) -> None:
-        """Make the file, under another name than the user's, which may be any.
+        """Create the temporary file, not under the name of the user, which is untrusted.
 
         Raises:
-            OutputError: it cannot be made, or there is no room for it.
+            OutputError: the file cannot be created, or the disk is full.
         """
         folder = Path(tempfile.gettempdir())
         if shutil.disk_usage(folder).free < self._missing:
             raise OutputError(self._name, f"does not fit into {folder}", "name it on the command line")
         self._folder = tempfile.TemporaryDirectory(prefix="vidstyle-")
         ending = Path(self._name).suffix
-        path = Path(self._folder.name) / ("dropped" + (ending if _ENDING.fullmatch(ending) else ""))
+        path = Path(self._folder.name) / ("dropped" + (ending if _SAFE_SUFFIX.fullmatch(ending) else ""))
         try:
             self._file = path.open("xb")
         except OSError as error:
@@ -51,16 +51,16 @@ class FileUpload:
             raise output_error(path, error) from error
 
     async def take(self, part: bytes) -> None:
-        """Take a part; with the last one the file becomes the clip, or the page is told why it cannot.
+        """Write a chunk; open the file after the last one, and answer the upload.
 
         Raises:
-            MessageError: it is larger than was announced.
+            MessageError: the file is larger than announced.
         """
         assert self._file is not None
         if len(part) > self._missing:
-            raise MessageError("upload: more than was announced")
+            raise MessageError("upload: larger than announced")
         self._missing -= len(part)
-        if self._error is None:  # what comes after it is on its way already
+        if self._error is None:  # the remaining chunks are already being sent
             try:
                 await self._page.server.run(self._file.write, part)
             except OSError as error:
@@ -69,7 +69,7 @@ class FileUpload:
             await self._page.answer(self._id, self._finish)
 
     def drop(self) -> None:
-        """Remove what has come."""
+        """Cancel the upload and remove its file."""
         self._page.upload = None
         if self._file is not None:
             self._file.close()
@@ -87,7 +87,7 @@ class FileUpload:
             return
         folder, self._page.upload = self._folder, None
         try:
-            with self._under_its_name():
+            with self._with_user_name():
                 path = Path(self._file.name)
                 clip: Clip = await self._page.server.run(UploadedClip, path, self._name, folder)
         except BaseException:
@@ -96,8 +96,8 @@ class FileUpload:
         await self._page.server.change_clip(clip)
 
     @contextmanager
-    def _under_its_name(self) -> Iterator[None]:
-        """Within it, errors of the file here are told of the user's."""
+    def _with_user_name(self) -> Iterator[None]:
+        """Report errors under the file name of the user instead of the temporary one."""
         assert self._file is not None
         try:
             yield
@@ -107,10 +107,10 @@ class FileUpload:
             raise InputError(self._name, error.reason, error.remedy) from error
 
     async def _open_style(self, path: Path) -> None:
-        """Open a style, whose text may be longer than a message."""
+        """Open a style file."""
         server = self._page.server
         try:
-            with self._under_its_name():
+            with self._with_user_name():
                 text = await server.run(read_style_text, path)
             await server.run(server.designer.open_text, self._name, text)
         finally:
@@ -119,7 +119,7 @@ class FileUpload:
 
 
 class UploadedClip(FilmClip):
-    """A clip whose file is removed with it."""
+    """A clip that removes its file when it is closed."""
 
     def __init__(self, path: Path, name: str, folder: tempfile.TemporaryDirectory[str]) -> None:
         super().__init__(path, name)

@@ -1,5 +1,5 @@
 /**
- * The designer: puts the parts of the page together.
+ * The designer: creates the parts of the page and connects them.
  *
  * @module
  */
@@ -26,15 +26,15 @@ for (const place of document.querySelectorAll("[data-icon]"))
 const session = new Session((text) => say(text, true));
 const palette = new Palette();
 const dialogs = new Dialogs(session, say);
-const preview = new Preview(session, { onchange: () => bar.show(), onsettled: settled });
+const preview = new Preview(session, { onchange: () => bar.show(), onsettled: drawResult });
 const bar = new Bar(preview, say);
-const steps = new Steps(session, palette, say, selected, (name) => diagram.focus(name));
+const steps = new Steps(session, palette, say, showSelected, (name) => diagram.focus(name));
 const splitter = new Splitter(() => diagram.arrange());
 const diagram = new Diagram({
   select: (name) => steps.select(name),
   add: (layer, index, near) => steps.add(layer, index, near),
   move: (step, layer, index) => steps.move(step, layer, index),
-}, () => splitter.room);
+}, () => splitter.maxHeight);
 const inspector = new Inspector(session, act);
 const stylePanel = new StylePanel(session);
 const history = new History(session);
@@ -44,7 +44,7 @@ const start = new Start(session, () => dialogs.mayLeave(), (kind) => {
   opening = kind;
 });
 
-/** How the document that comes next was asked for; "" once it is there. */
+/** How the document being opened was requested; "" once it has arrived. */
 let opening = "";
 /** @type {"step" | "style" | "history"} */
 let tab = "style";
@@ -75,7 +75,7 @@ function build(on) {
   diagram.arrange();
 }
 
-function selected() {
+function showSelected() {
   diagram.selected = steps.selected;
   diagram.mark();
   if (steps.selected === "result") showTab("style");
@@ -90,28 +90,28 @@ function refresh() {
   inspector.element.hidden = !step;
   get("film-facts").hidden = Boolean(step);
   const { name, size, count, fps } = preview.player.clip;
-  const length = count > 1 ? `, ${count} frames at ${Number(fps.toFixed(3))} a second` : "";
-  get("film-facts").textContent = steps.selected === null ? "Choose a step in the diagram." : `${name}: ${size.join(" × ")}${length}.`;
+  const length = count > 1 ? `, ${count} frames at ${Number(fps.toFixed(3))} fps` : "";
+  get("film-facts").textContent = steps.selected === null ? "Select a step in the diagram." : `${name}: ${size.join(" × ")}${length}.`;
   if (step) inspector.show(state, step, preview.solo === step.step);
   stylePanel.show(state);
   history.show(state);
 }
 
 /** @param {import("./types.js").State | null} state */
-function shown(state) {
+function showState(state) {
   if (!state) return start.show(true);
   if (opening) {
     const fresh = opening;
     opening = "";
-    start.show(false); // nothing behind it can take the focus
+    start.show(false); // elements behind the start screen cannot take the focus
     build(fresh === "new" || state.knobs.length === 0);
     showTab("style");
     if (fresh === "new") steps.selected = "source";
     requestAnimationFrame(() => fresh === "new" && diagram.focus("source"));
     preview.restyler.restart();
-    preview.again();
+    preview.refresh();
   }
-  steps.keep();
+  steps.deselectRemoved();
   if (preview.solo !== null && !steps.step) preview.solo = null;
   diagram.solo = preview.solo;
   diagram.selected = steps.selected;
@@ -128,7 +128,7 @@ function shown(state) {
   refresh();
 }
 
-function settled() {
+function drawResult() {
   const { source, result } = preview.view;
   const { state } = session;
   if (!state || !source || !result) return;
@@ -138,7 +138,7 @@ function settled() {
   history.draw(state, result.picture, result.size);
 }
 
-/** @param {number | null} step whose picture is shown */
+/** Shows the output of a step, or the result. @param {number | null} step null: the result */
 async function solo(step) {
   await preview.showStep(step);
   diagram.solo = step;
@@ -154,7 +154,7 @@ function act(action) {
 }
 
 session.on("blocks", (blocks) => palette.fill(blocks));
-session.on("state", shown);
+session.on("state", showState);
 session.on("settled", refresh);
 session.on("notice", (text) => say(text));
 session.on("clip", ({ size }) => {
@@ -167,7 +167,7 @@ session.on("picture", ({ type, number, file }) => {
 });
 session.on("connection", (open) => {
   get("lost").hidden = open;
-  if (open) preview.watch().then(() => preview.again());
+  if (open) preview.watch().then(() => preview.refresh());
 });
 
 const name = /** @type {HTMLInputElement} */ (get("name"));

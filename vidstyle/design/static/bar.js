@@ -1,5 +1,5 @@
 /**
- * The bar below the picture: the film, before and after, zoom, and who restyles.
+ * The bar below the picture: playback, before and after, zoom, and the renderer.
  *
  * @module
  */
@@ -8,9 +8,10 @@ import { get, icon } from "./elements.js";
 
 /** @typedef {import("./preview.js").Preview} Preview */
 
-const SIDES = [180, 270, 360, 540, 720, 1080];
+/** Preview sizes on offer: lengths of the shorter side in pixels. */
+const PREVIEW_SIDES = [180, 270, 360, 540, 720, 1080];
 
-/** Shows and sets what `Preview` holds. */
+/** Shows the state of a `Preview` and controls it. */
 export class Bar {
   /** @param {Preview} preview @param {(text: string) => void} say */
   constructor(preview, say) {
@@ -60,18 +61,18 @@ export class Bar {
   async check() {
     const found = await this.preview.check();
     if (!found) return;
-    const share = found.share ? `${(100 * found.share).toPrecision(2)} % of the values differ by more than one` : "no value differs by more than one";
-    get("checked").textContent = `Largest difference to the exact picture: ${found.largest} of 255; ${share}.`;
+    const share = found.share ? `${(100 * found.share).toPrecision(2)} % of the values differ by more than 1` : "no value differs by more than 1";
+    get("checked").textContent = `Largest difference from the exact result: ${found.largest} of 255; ${share}.`;
     this.say(String(get("checked").textContent));
   }
 
   async steady() {
     await this.preview.player.pause();
-    this.say("vidstyle restyles one second with stabilization.");
+    this.say("Restyling one second with temporal smoothing…");
     await this.preview.session.ask("steady");
   }
 
-  /** Sets the start of the loop, then its end, then none. */
+  /** Sets the start of the loop, then its end, then clears it. */
   mark() {
     const { player } = this.preview;
     if (player.range && player.range[1] < player.clip.count - 1) player.setRange(null);
@@ -100,21 +101,21 @@ export class Bar {
     for (const button of get("zooms").querySelectorAll("button"))
       button.setAttribute("aria-pressed", String((Number(button.value) || null) === view.zoom));
     get("hold").setAttribute("aria-pressed", String(view.holding));
-    this.#places();
+    this.#placeLabels();
     const [wide, high] = clip.size;
     const own = Math.min(wide, high);
-    const sides = [...new Set([...SIDES.filter((each) => each < own), Math.min(own, 2160)])];
+    const sides = [...new Set([...PREVIEW_SIDES.filter((each) => each < own), Math.min(own, 2160)])];
     const menu = /** @type {HTMLSelectElement} */ (get("side"));
     if (menu.options.length !== sides.length || menu.options[sides.length - 1]?.value !== String(sides.at(-1)))
-      menu.replaceChildren(...sides.map((each) => new Option(each === own ? `${each} lines (as the film)` : `${each} lines`, String(each))));
+      menu.replaceChildren(...sides.map((each) => new Option(each === own ? `${each} lines (film size)` : `${each} lines`, String(each))));
     menu.value = String(sides.reduce((best, each) => (each <= side ? each : best), sides[0]));
     /** @type {HTMLSelectElement} */ (get("where")).value = where;
-    get("who").textContent = where === "server" ? "Server" : restyler.isFast ? "Graphics card" : "Software";
-    get("device").textContent = where === "page" ? restyler.runner?.device ?? "" : "vidstyle restyles on this machine and sends pictures.";
+    get("who").textContent = where === "server" ? "Server" : restyler.isFast ? "GPU" : "Software";
+    get("device").textContent = where === "page" ? restyler.runner?.device ?? "" : "vidstyle renders on this computer and sends the frames.";
   }
 
-  /** Puts the names of both pictures and the handle of the divider where they belong. */
-  #places() {
+  /** Positions the labels of both pictures and the handle of the divider. */
+  #placeLabels() {
     const { view } = this.preview;
     const [first, second] = view.panes;
     const [before, after, handle] = ["before", "after", "handle"].map(get);

@@ -1,13 +1,13 @@
 /**
- * The diagram: a card for every step, wires between them, and a button on every wire that adds one.
+ * The diagram: a card for each step, wires between the cards, and a button on each wire that adds a step.
  *
  * @module
  */
 
-import { get, icon, make, drawn, words } from "./elements.js";
+import { get, icon, make, makeSvg, words } from "./elements.js";
 import { layoutOf, pathOf } from "./layout.js";
 import { nameOf, placeOf, stepsOf } from "./types.js";
-import { dragging } from "./drag.js";
+import { enableDragging } from "./drag.js";
 
 /** @typedef {import("./layout.js").CardName} CardName */
 /** @typedef {import("./layout.js").Layout} Layout */
@@ -22,11 +22,11 @@ import { dragging } from "./drag.js";
  * @property {(step: number, layer: Layer, index: number) => void} move
  */
 
-/** How many colours the wires of saved pictures have. */
-const COLORS = 6;
-/** How long cards glide to new places. */
+/** Number of colours for the wires of saved pictures. */
+const COLOR_COUNT = 6;
+/** Duration of the animation that moves cards. */
 const MOVING_MS = 180;
-const SHORT_LAYERS = { base: "Base", background: "Background", lines: "Lines" };
+const LAYER_NAMES = { base: "Base", background: "Background", lines: "Lines" };
 
 /** Draws the state of a style as cards. */
 export class Diagram {
@@ -34,9 +34,9 @@ export class Diagram {
   layout = null;
   /** @type {CardName | null} */
   selected = null;
-  /** The step whose picture is shown. @type {number | null} */
+  /** The soloed step. @type {number | null} */
   solo = null;
-  /** What is restyled, in a few words. */
+  /** The size of the film, as text. */
   film = "";
   /** @type {State | null} */
   state = null;
@@ -44,18 +44,18 @@ export class Diagram {
   #cards = new Map();
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #moving;
-  /** Addresses of the small pictures of steps. @type {Map<number, string>} */
+  /** Thumbnail URLs by step. @type {Map<number, string>} */
   #pictures = new Map();
 
-  /** @param {Actions} actions @param {() => number} room the height that it may have, in CSS pixels */
-  constructor(actions, room) {
+  /** @param {Actions} actions @param {() => number} maxHeight returns the maximum height, in CSS pixels */
+  constructor(actions, maxHeight) {
     this.actions = actions;
-    this.room = room;
+    this.maxHeight = maxHeight;
     this.root = get("diagram");
     this.area = get("cards");
     this.wires = /** @type {SVGSVGElement} */ (/** @type {unknown} */ (get("wires")));
     new ResizeObserver(() => requestAnimationFrame(() => this.arrange())).observe(this.root);
-    dragging(this);
+    enableDragging(this);
   }
 
   /** @param {State} state */
@@ -67,11 +67,11 @@ export class Diagram {
         card.remove();
         this.#cards.delete(name);
       }
-    this.#say(this.#card("source"), "Source", this.film);
+    this.#write(this.#card("source"), "Source", this.film);
     for (const [name, step] of steps) this.#fill(this.#card(name), /** @type {Step} */ (step));
     const { background, lines } = state.layers;
     const end = this.#card("result");
-    this.#say(end, "Result", lines.length ? (background.length ? "ink over colour" : "ink on paper") : "");
+    this.#write(end, "Result", lines.length ? (background.length ? "ink over colour" : "ink on paper") : "");
     this.area.classList.add("moving");
     clearTimeout(this.#moving);
     this.#moving = setTimeout(() => this.area.classList.remove("moving"), MOVING_MS);
@@ -96,7 +96,7 @@ export class Diagram {
   }
 
   /** @param {HTMLElement} card @param {string} name @param {string} main */
-  #say(card, name, main) {
+  #write(card, name, main) {
     const [label, value] = [card.querySelector(".name"), card.querySelector(".main")];
     if (label && label.textContent !== name) label.textContent = name;
     if (value && value.textContent !== main) value.textContent = main;
@@ -104,33 +104,33 @@ export class Diagram {
 
   /** @param {HTMLButtonElement} card @param {Step} step */
   #fill(card, step) {
-    this.#say(card, nameOf(step), words(step.main));
+    this.#write(card, nameOf(step), words(step.main));
     card.classList.toggle("muted", step.muted);
     card.classList.toggle("wrong", Boolean(step.error));
     const badges = /** @type {HTMLElement} */ (card.querySelector(".badges"));
     const marks = [];
     if (step.error) marks.push(make("span", { className: "badge wrong", title: step.error }, icon("warning")));
     if (step.muted) marks.push(make("span", { className: "badge", title: "Muted" }, icon("mute")));
-    if (this.solo === step.step) marks.push(make("span", { className: "badge solo", title: "Shown in the picture" }, icon("solo")));
+    if (this.solo === step.step) marks.push(make("span", { className: "badge solo", title: "Solo: the picture shows the output of this step" }, icon("solo")));
     if (step.save) marks.push(make("span", { className: `badge save wire-${this.#color(step.save)}` }, step.save));
     badges.replaceChildren(...marks);
     const place = placeOf(/** @type {State} */ (this.state), step.step);
-    const facts = [nameOf(step), step.main, SHORT_LAYERS[place?.layer ?? "base"], step.muted && "muted",
+    const facts = [nameOf(step), step.main, LAYER_NAMES[place?.layer ?? "base"], step.muted && "muted",
       step.save && `saved as ${step.save}`, step.from && `from ${step.from}`, step.error && `error: ${step.error}`];
     card.setAttribute("aria-label", facts.filter(Boolean).join(", "));
     card.title = step.error ?? step.help;
   }
 
-  /** The number of the colour of a saved picture: by its first appearance. @param {string} name */
+  /** Returns the colour number of a saved picture, in order of first appearance. @param {string} name */
   #color(name) {
     const names = [...new Set((this.state?.edges ?? []).map((edge) => edge.name))];
-    return Math.max(0, names.indexOf(name)) % COLORS;
+    return Math.max(0, names.indexOf(name)) % COLOR_COUNT;
   }
 
-  /** Lays everything out anew for the present size. */
+  /** Lays out the diagram for the current size. */
   arrange() {
     if (!this.state || !this.root.clientWidth) return;
-    const layout = layoutOf(this.state, this.root.clientWidth, this.room());
+    const layout = layoutOf(this.state, this.root.clientWidth, this.maxHeight());
     this.layout = layout;
     document.documentElement.style.setProperty("--content", `${layout.height}px`);
     this.root.dataset.size = layout.size.name;
@@ -142,14 +142,14 @@ export class Diagram {
     for (const { name, x, y } of layout.cards) {
       const card = /** @type {HTMLButtonElement} */ (this.#cards.get(name));
       Object.assign(card.style, { translate: `${x}px ${y}px`, width: `${layout.size.w}px`, height: `${layout.size.h}px` });
-      if (!card.isConnected) this.area.append(card); // only now, or it would glide there from the corner
+      if (!card.isConnected) this.area.append(card); // only now, else it would move in from the corner
     }
     this.area.setAttribute("aria-owns", layout.cards.map(({ name }) => `card-${name}`).join(" "));
     const wires = [...layout.wires].sort((one, other) => Number(one.used) - Number(other.used));
     this.wires.replaceChildren(...wires.flatMap((wire) => this.#wire(wire)));
     this.area.querySelectorAll(".layer").forEach((old) => old.remove());
     for (const { layer, x, y } of layout.labels) {
-      const label = make("span", { className: "layer", textContent: SHORT_LAYERS[layer] });
+      const label = make("span", { className: "layer", textContent: LAYER_NAMES[layer] });
       label.style.translate = `${x}px ${y}px`;
       this.area.append(label);
     }
@@ -161,18 +161,18 @@ export class Diagram {
   /** @param {import("./layout.js").Wire} wire */
   #wire({ points, saved, used, from, to }) {
     const kind = saved ? `saved wire-${this.#color(saved)}` : "chain";
-    const path = drawn("path", { d: pathOf(points, saved ? 5 : 9), class: `${kind}${used ? "" : " unused"}` });
+    const path = makeSvg("path", { d: pathOf(points, saved ? 5 : 9), class: `${kind}${used ? "" : " unused"}` });
     if (!saved) return [path];
     path.setAttribute("data-ends", `${from} ${to}`);
     const [x, y] = points[points.length - 1];
     const up = points[points.length - 2][1] > y ? 1 : -1;
-    const head = drawn("path", { d: `M${x - 3.5} ${y + 6 * up} L${x} ${y + up} L${x + 3.5} ${y + 6 * up}z`, class: `head wire-${this.#color(saved)}` });
+    const head = makeSvg("path", { d: `M${x - 3.5} ${y + 6 * up} L${x} ${y + up} L${x + 3.5} ${y + 6 * up}z`, class: `head wire-${this.#color(saved)}` });
     head.setAttribute("data-ends", `${from} ${to}`);
     return [path, head];
   }
 
   /**
-   * The button of a gap; it stays what it is when the diagram is drawn anew, or a click at that moment would be lost.
+   * Returns the button of a gap. Buttons are reused when the diagram is remakeSvg, else a click in progress would be lost.
    * @param {import("./layout.js").Gap} gap
    */
   #gap({ layer, index, x, y }) {
@@ -186,7 +186,7 @@ export class Diagram {
 
   /** @param {import("./types.js").Layer} layer @param {number} index */
   #newGap(layer, index) {
-    const label = `Add a step to ${words(layer)}, at place ${index + 1}`;
+    const label = `Add a step to ${words(layer)}, position ${index + 1}`;
     const button = make("button", { className: "gap", type: "button", tabIndex: -1, title: "Add a step here" }, icon("plus"));
     button.setAttribute("aria-label", label);
     Object.assign(button.dataset, { layer, index });
@@ -195,7 +195,7 @@ export class Diagram {
     return button;
   }
 
-  /** Shows which card is chosen. */
+  /** Marks the selected card. */
   mark() {
     const reachable = this.selected !== null && this.#cards.has(this.selected) ? this.selected : "source";
     for (const [name, card] of this.#cards) {
@@ -206,7 +206,7 @@ export class Diagram {
     this.#highlight(this.selected);
   }
 
-  /** Brings out the saved pictures that come from or go to a card. @param {CardName | null} name */
+  /** Highlights the wires of saved pictures from and to a card. @param {CardName | null} name */
   #highlight(name) {
     for (const path of this.wires.querySelectorAll("[data-ends]")) {
       const ends = String(path.getAttribute("data-ends")).split(" ");
@@ -221,8 +221,8 @@ export class Diagram {
     card?.scrollIntoView({ block: "nearest", inline: "nearest" });
   }
 
-  /** The card beside one in a direction, by the keys' names. @param {CardName} name @param {string} key @returns {CardName} */
-  beside(name, key) {
+  /** Returns the neighbour of a card in the direction of an arrow key. @param {CardName} name @param {string} key @returns {CardName} */
+  neighbour(name, key) {
     const cards = this.layout?.stops ?? [];
     const at = cards.findIndex((card) => card.name === name);
     if (at < 0) return "source";
@@ -235,7 +235,7 @@ export class Diagram {
     return others.sort((one, other) => distance(one) - distance(other))[0]?.name ?? name;
   }
 
-  /** The small picture of a step. @param {number} step @param {Blob} file */
+  /** Shows the thumbnail of a step. @param {number} step @param {Blob} file */
   picture(step, file) {
     const card = this.#cards.get(step);
     if (!card) return;

@@ -1,5 +1,5 @@
 /**
- * Saving, exporting and rendering.
+ * The dialogs for saving, exporting and rendering.
  *
  * @module
  */
@@ -9,7 +9,7 @@ import { get, make } from "./elements.js";
 /** @typedef {import("./session.js").Session} Session */
 
 /**
- * What the server tells of long work.
+ * Progress of a long job, as the server reports it.
  * @typedef {object} Progress
  * @property {"render" | "steady" | "export"} kind
  * @property {number} done
@@ -20,8 +20,8 @@ import { get, make } from "./elements.js";
  * @property {boolean} finished
  */
 
-/** Opens a dialog; what its button says when it closes. @param {string} id @returns {Promise<string>} */
-function asked(id) {
+/** Opens a dialog and resolves to the value of the button that closes it. @param {string} id @returns {Promise<string>} */
+function openDialog(id) {
   const dialog = /** @type {HTMLDialogElement} */ (get(id));
   dialog.returnValue = "";
   dialog.showModal();
@@ -30,16 +30,16 @@ function asked(id) {
   return new Promise((done) => dialog.addEventListener("close", () => done(dialog.returnValue), { once: true }));
 }
 
-/** What errors say of a file that is there. */
-const EXISTS = /exists/;
+/** Matches the error for a file that already exists. */
+const EXISTS_ERROR = /exists/;
 
-/** Asks whether a file may be replaced. @param {string} message */
-function confirmed(message) {
+/** Asks whether to replace a file; resolves to "replace" if so. @param {string} message */
+function askToReplace(message) {
   get("replace-text").textContent = message;
-  return asked("replace-dialog");
+  return openDialog("replace-dialog");
 }
 
-/** The dialogs of files. */
+/** The dialogs that write files. */
 export class Dialogs {
   /** @param {Session} session @param {(text: string) => void} say */
   constructor(session, say) {
@@ -62,7 +62,7 @@ export class Dialogs {
     return /** @type {HTMLInputElement} */ (get(id));
   }
 
-  /** Saves to the file of the style, or asks for a name where there is none. */
+  /** Saves the style to its file, or asks for a name if it has none. */
   async save() {
     if (!this.session.state?.file) return this.saveAs();
     if (await this.session.ask("save")) this.say(`Saved as ${this.session.state.file}.`);
@@ -70,13 +70,13 @@ export class Dialogs {
 
   async saveAs() {
     this.#text("save-name").value = this.session.state?.name ?? "";
-    if ((await asked("save-dialog")) !== "save") return;
+    if ((await openDialog("save-dialog")) !== "save") return;
     const name = this.#text("save-name").value.trim();
     if (await this.#write("save_as", { name })) this.say(`Saved as ${this.session.state?.file}.`);
   }
 
   /**
-   * Writes a file, if need be in the place of one.
+   * Writes a file; asks before replacing an existing one.
    * @param {string} kind
    * @param {object} fields
    */
@@ -85,15 +85,15 @@ export class Dialogs {
       return await this.session.attempt(kind, { ...fields, overwrite: false });
     } catch (error) {
       const { message } = /** @type {Error} */ (error);
-      if (!EXISTS.test(message)) this.session.onerror(message);
-      else if ((await confirmed(message)) === "replace") return this.session.ask(kind, { ...fields, overwrite: true });
+      if (!EXISTS_ERROR.test(message)) this.session.onerror(message);
+      else if ((await askToReplace(message)) === "replace") return this.session.ask(kind, { ...fields, overwrite: true });
       return null;
     }
   }
 
   async export() {
     this.#text("export-name").value = this.session.state?.name ?? "";
-    if ((await asked("export-dialog")) !== "export") return;
+    if ((await openDialog("export-dialog")) !== "export") return;
     const kind = /** @type {HTMLInputElement} */ (document.querySelector("input[name=kind]:checked")).value;
     const answer = await this.#write("export", { kind, name: this.#text("export-name").value.trim() });
     if (answer) this.say(`Exported as ${answer.file}.`);
@@ -103,7 +103,7 @@ export class Dialogs {
     this.#text("render-name").value = `${this.session.state?.name ?? "film"}.mp4`;
     get("render-state").textContent = "";
     this.#running(false);
-    return asked("render-dialog");
+    return openDialog("render-dialog");
   }
 
   /** @param {boolean} overwrite */
@@ -124,7 +124,7 @@ export class Dialogs {
   #failed(text) {
     this.#running(false);
     get("render-state").textContent = text;
-    get("render-again").hidden = !EXISTS.test(text);
+    get("render-again").hidden = !EXISTS_ERROR.test(text);
   }
 
   /** @param {boolean} running */
@@ -140,46 +140,46 @@ export class Dialogs {
   /** @param {Progress} progress */
   #progress({ kind, done, total, text, file, error, finished }) {
     if (kind !== "render") {
-      if (error || (finished && file)) this.say(error ?? `Written: ${file}.`);
+      if (error || (finished && file)) this.say(error ?? `Saved as ${file}.`);
       return;
     }
     if (error) return this.#failed(error);
     const bar = /** @type {HTMLProgressElement} */ (get("render-bar"));
     if (total) [bar.max, bar.value] = [total, done];
-    get("render-state").textContent = finished ? text || `Written: ${file}.` : text ?? `Frame ${done} of ${total || "many"}`;
+    get("render-state").textContent = finished ? text || `Saved as ${file}.` : text ?? (total ? `Frame ${done} of ${total}` : `Frame ${done}`);
     if (!finished) return;
     this.#running(false);
-    this.say(text || `Written: ${file}.`);
+    this.say(text || `Saved as ${file}.`);
   }
 
-  /** Copies the command that does the same. */
+  /** Copies the equivalent command line. */
   async copy() {
     const answer = await this.session.ask("command");
     if (!answer) return;
     try {
       await navigator.clipboard.writeText(answer.text);
-      this.say("The command is copied.");
+      this.say("Command copied.");
     } catch {
       this.say(answer.text);
     }
   }
 
-  /** Whether changes may be given up; true where there are none. */
+  /** Resolves to whether the document may be closed: asks if it has unsaved changes. */
   async mayLeave() {
     const { state } = this.session;
     if (!state?.dirty) return true;
-    get("leave-text").textContent = `The changes to “${state.name}” are not saved.`;
-    const answer = await asked("leave-dialog");
+    get("leave-text").textContent = `“${state.name}” has unsaved changes.`;
+    const answer = await openDialog("leave-dialog");
     if (answer === "save") await this.save();
     return answer === "discard" || (answer === "save" && !this.session.state?.dirty);
   }
 
   help() {
-    return asked("help-dialog");
+    return openDialog("help-dialog");
   }
 }
 
-/** Shows a sentence for some seconds, and says it to screen readers. @param {string} text @param {boolean} [alarm] */
+/** Shows a message for a few seconds and announces it to screen readers. @param {string} text @param {boolean} [alarm] */
 export function say(text, alarm = false) {
   const toast = get("toast");
   toast.replaceChildren(make("p", { textContent: text, className: alarm ? "alarm" : "" }));

@@ -1,5 +1,5 @@
 /**
- * Dragging cards along and across the layers of a diagram.
+ * Dragging of cards within and between the layers of a diagram.
  *
  * @module
  */
@@ -7,14 +7,15 @@
 import { make } from "./elements.js";
 import { placeOf } from "./types.js";
 
-/** CSS pixels that a mouse moves before it drags; milliseconds that a finger rests. */
-const START = 6;
-const REST = 350;
-/** How far from a gap a card is still dropped into it. */
-const REACH = 140;
+/** Distance that a mouse moves before a drag starts, in CSS pixels. */
+const START_PX = 6;
+/** Time that a finger rests before a drag starts. */
+const LONG_PRESS_MS = 350;
+/** Largest distance from a gap at which a card drops into it, in CSS pixels. */
+const MAX_DROP_PX = 140;
 
-/** Lets the cards of a diagram be dragged. @param {import("./diagram.js").Diagram} diagram */
-export function dragging(diagram) {
+/** Makes the cards of a diagram draggable. @param {import("./diagram.js").Diagram} diagram */
+export function enableDragging(diagram) {
   const { area, root } = diagram;
   /** @type {{card: HTMLElement, step: number, x: number, y: number, id: number} | null} */
   let held = null;
@@ -45,7 +46,7 @@ export function dragging(diagram) {
     };
     const gaps = /** @type {HTMLElement[]} */ ([...area.querySelectorAll(".gap")]);
     const best = gaps.map((gap) => ({ gap, far: distance(gap) })).sort((one, other) => one.far - other.far)[0];
-    return best && best.far < REACH ? best.gap : null;
+    return best && best.far < MAX_DROP_PX ? best.gap : null;
   }
 
   function end() {
@@ -62,12 +63,12 @@ export function dragging(diagram) {
     const step = Number(card?.dataset.card);
     if (!card || event.button || Number.isNaN(step)) return;
     held = { card, step, x: event.clientX, y: event.clientY, id: event.pointerId };
-    if (event.pointerType === "touch") rest = setTimeout(start, REST);
+    if (event.pointerType === "touch") rest = setTimeout(start, LONG_PRESS_MS);
   });
 
   addEventListener("pointermove", (event) => {
     if (!held || event.pointerId !== held.id) return;
-    const far = Math.hypot(event.clientX - held.x, event.clientY - held.y) > START;
+    const far = Math.hypot(event.clientX - held.x, event.clientY - held.y) > START_PX;
     if (!ghost && far && event.pointerType === "touch") end();
     else if (!ghost && far) start();
     if (!ghost) return;
@@ -83,7 +84,7 @@ export function dragging(diagram) {
     const gap = ghost && target?.dataset;
     if (ghost) card.addEventListener("click", (click) => click.stopImmediatePropagation(), { once: true, capture: true });
     end();
-    if (gap) dropped(step, /** @type {import("./types.js").Layer} */ (gap.layer), Number(gap.index));
+    if (gap) drop(step, /** @type {import("./types.js").Layer} */ (gap.layer), Number(gap.index));
   });
   addEventListener("pointercancel", end);
   addEventListener("keydown", (event) => {
@@ -92,7 +93,7 @@ export function dragging(diagram) {
   area.addEventListener("touchmove", (event) => ghost && event.preventDefault(), { passive: false });
 
   /** @param {number} step @param {import("./types.js").Layer} layer @param {number} index of the gap */
-  function dropped(step, layer, index) {
+  function drop(step, layer, index) {
     const state = diagram.state;
     const place = state && placeOf(state, step);
     if (!place) return;

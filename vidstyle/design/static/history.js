@@ -1,5 +1,5 @@
 /**
- * The history of edits with small pictures, and two snapshots to compare.
+ * The history of edits with thumbnails, and two snapshots to compare.
  *
  * @module
  */
@@ -8,12 +8,12 @@ import { make } from "./elements.js";
 
 /** @typedef {import("./types.js").State} State */
 
-const WIDTH = 96;
-const HEIGHT = 54;
+const THUMBNAIL_WIDTH = 96;
+const THUMBNAIL_HEIGHT = 54;
 
-/** Shows what was done, newest last. */
+/** Lists the edits, newest last. */
 export class History {
-  /** By the numbers of entries. @type {Map<number, HTMLCanvasElement>} */
+  /** Thumbnails by entry. @type {Map<number, HTMLCanvasElement>} */
   #pictures = new Map();
   #shown = "";
 
@@ -24,7 +24,7 @@ export class History {
     this.slots = make("div", { className: "slots" });
     this.element = make("div", {}, make("h3", { textContent: "Snapshots" }), this.slots, make("h3", { textContent: "Edits" }), this.list);
     for (const slot of /** @type {("a" | "b")[]} */ (["a", "b"])) {
-      const keep = make("button", { type: "button", textContent: "Keep", title: `Keep the present state as ${slot.toUpperCase()} (Shift+${slot === "a" ? 1 : 2})` });
+      const keep = make("button", { type: "button", textContent: "Keep", title: `Keep the current state as snapshot ${slot.toUpperCase()} (Shift+${slot === "a" ? 1 : 2})` });
       const use = make("button", { type: "button", textContent: "Show", disabled: true, title: `Go to snapshot ${slot.toUpperCase()} (${slot === "a" ? 1 : 2})` });
       keep.addEventListener("click", () => this.keep(slot));
       use.addEventListener("click", () => this.restore(slot));
@@ -44,7 +44,7 @@ export class History {
     if (this.session.state?.snapshots.includes(slot)) this.session.ask("restore", { slot });
   }
 
-  /** Another document: the pictures are those of the one before. */
+  /** Discards the thumbnails; called before another document is opened. */
   clear() {
     this.#pictures.clear();
   }
@@ -60,7 +60,7 @@ export class History {
     if (text === this.#shown) return;
     this.#shown = text;
     const rows = state.history.map(({ entry, label }) => {
-      const picture = this.#pictures.get(entry) ?? make("canvas", { width: WIDTH, height: HEIGHT });
+      const picture = this.#pictures.get(entry) ?? make("canvas", { width: THUMBNAIL_WIDTH, height: THUMBNAIL_HEIGHT });
       this.#pictures.set(entry, picture);
       const button = make("button", { type: "button" }, picture, make("span", { textContent: label }));
       button.toggleAttribute("aria-current", entry === present);
@@ -72,15 +72,15 @@ export class History {
   }
 
   /**
-   * Draws the picture of the present entry.
+   * Draws the thumbnail of the current entry.
    * @param {State} state
    * @param {CanvasImageSource} picture
    * @param {[number, number]} size
    */
   draw(state, picture, [width, height]) {
     const canvas = this.#pictures.get(state.present);
-    const scale = Math.max(WIDTH / width, HEIGHT / height);
-    const [w, h] = [WIDTH / scale, HEIGHT / scale];
-    canvas?.getContext("2d")?.drawImage(picture, (width - w) / 2, (height - h) / 2, w, h, 0, 0, WIDTH, HEIGHT);
+    const scale = Math.max(THUMBNAIL_WIDTH / width, THUMBNAIL_HEIGHT / height);
+    const [w, h] = [THUMBNAIL_WIDTH / scale, THUMBNAIL_HEIGHT / scale];
+    canvas?.getContext("2d")?.drawImage(picture, (width - w) / 2, (height - h) / 2, w, h, 0, 0, THUMBNAIL_WIDTH, THUMBNAIL_HEIGHT);
   }
 }

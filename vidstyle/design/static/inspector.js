@@ -1,5 +1,5 @@
 /**
- * The inspector: everything that can be changed of the chosen step.
+ * The inspector: parameters, actions and connections of the selected step.
  *
  * @module
  */
@@ -11,7 +11,7 @@ import { ValueList } from "./values.js";
 /** @typedef {import("./types.js").Step} Step */
 /** @typedef {import("./types.js").State} State */
 
-/** @typedef {"mute" | "solo" | "duplicate" | "remove" | "expand"} Action what a button does to the step */
+/** @typedef {"mute" | "solo" | "duplicate" | "remove" | "expand"} Action the action of a button on the step */
 
 /** Shows one step. */
 export class Inspector {
@@ -34,8 +34,8 @@ export class Inspector {
     this.buttons = new Map();
     const buttons = make("div", { className: "actions" });
     for (const [action, drawing, label, key] of /** @type {[Action, string, string, string][]} */ ([
-      ["mute", "mute", "Mute", "M"], ["solo", "solo", "Solo: show what leaves this step", "S"],
-      ["duplicate", "copy", "Duplicate", "D"], ["expand", "expand", "Replace by the steps that it consists of", "E"],
+      ["mute", "mute", "Mute", "M"], ["solo", "solo", "Solo: show the output of this step", "S"],
+      ["duplicate", "copy", "Duplicate", "D"], ["expand", "expand", "Replace with the steps of the recipe", "E"],
       ["remove", "remove", "Remove", "Del"],
     ])) {
       const button = make("button", { className: "plain", type: "button", title: `${label} (${key})` }, icon(drawing));
@@ -47,9 +47,9 @@ export class Inspector {
     this.from = make("select", { id: "from" });
     this.save = make("input", { id: "save-as", type: "text", maxLength: 64, pattern: "[A-Za-z_][A-Za-z0-9_-]*", placeholder: "not saved" });
     const links = make("details", { className: "links" }, make("summary", { textContent: "Connections" }),
-      make("div", { className: "pair" }, make("label", { htmlFor: "from", textContent: "Starts from" }), this.from),
-      make("div", { className: "pair" }, make("label", { htmlFor: "save-as", textContent: "Save the picture as" }), this.save),
-      make("p", { className: "help", textContent: "Later steps can start from a saved picture, or blend it in." }));
+      make("div", { className: "pair" }, make("label", { htmlFor: "from", textContent: "Input" }), this.from),
+      make("div", { className: "pair" }, make("label", { htmlFor: "save-as", textContent: "Save output as" }), this.save),
+      make("p", { className: "help", textContent: "Later steps can use a saved picture as input or blend with it." }));
     this.links = links;
     this.element = make("div", { className: "inspector" }, make("header", {}, make("div", {}, this.name, this.kind), buttons),
       this.error, this.help, this.values.element, links);
@@ -84,13 +84,13 @@ export class Inspector {
     this.#links(step, other);
   }
 
-  /** @param {Step} step @param {boolean} other than before */
+  /** @param {Step} step @param {boolean} other whether the step is not the one shown before */
   #links(step, other) {
     if (other) this.links.open = Boolean(step.from || step.save);
     const options = [...new Set([...step.from_options, step.from])];
-    this.from.replaceChildren(...options.map((name) => new Option(name ? words(name) : "the step before", name)));
+    this.from.replaceChildren(...options.map((name) => new Option(name ? words(name) : "previous step", name)));
     this.from.value = step.from;
-    this.save.placeholder = step.implied ? `not saved by name, but as ${step.implied}` : "not saved";
+    this.save.placeholder = step.implied ? `not saved by name; saved as ${step.implied}` : "not saved";
     if (document.activeElement !== this.save) this.save.value = step.save;
   }
 }

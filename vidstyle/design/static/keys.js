@@ -1,5 +1,5 @@
 /**
- * Keyboard shortcuts: one table serves the keys and the help sheet.
+ * Keyboard shortcuts: one table defines the key bindings and the help dialog.
  *
  * @module
  */
@@ -8,18 +8,18 @@ import { get, make } from "./elements.js";
 
 /**
  * @typedef {object} Shortcut
- * @property {string[]} keys as `KeyboardEvent.key`, with "Ctrl+", "Alt+" and "Shift+" in front
+ * @property {string[]} keys `KeyboardEvent.key`, prefixed with "Ctrl+", "Alt+" and "Shift+"
  * @property {string} help
- * @property {string} [group] heading of this and the next ones
+ * @property {string} [group] heading of this shortcut and those after it
  * @property {(event: KeyboardEvent) => unknown} run
  * @property {() => unknown} [end] is called when the key is released
- * @property {boolean} [typing] whether it works while text is typed
+ * @property {boolean} [typing] whether it also works in text fields
  */
 
 /** @type {Object<string, string>} */
-const NAMES = { " ": "Space", ArrowLeft: "←", ArrowRight: "→", ArrowUp: "↑", ArrowDown: "↓", Escape: "Esc", Delete: "Del" };
+const KEY_NAMES = { " ": "Space", ArrowLeft: "←", ArrowRight: "→", ArrowUp: "↑", ArrowDown: "↓", Escape: "Esc", Delete: "Del" };
 
-/** A key with its modifiers, as in the table. @param {KeyboardEvent} event */
+/** Returns the key of an event with its modifiers, as in the table. @param {KeyboardEvent} event */
 function nameOf(event) {
   const control = event.ctrlKey || event.metaKey ? "Ctrl+" : "";
   const digit = event.shiftKey && /^Digit\d$/.test(event.code) ? event.code.slice(5) : "";
@@ -28,8 +28,8 @@ function nameOf(event) {
   return control + (event.altKey ? "Alt+" : "") + (event.shiftKey && letter ? "Shift+" : "") + key;
 }
 
-/** Whether a key would be taken as text or by the control. @param {KeyboardEvent} event */
-function isTaken(event) {
+/** Whether the focused control handles the key itself. @param {KeyboardEvent} event */
+function isHandledByControl(event) {
   const target = /** @type {Element} */ (event.target);
   if (target.matches("input:not([type=range], [type=checkbox], [type=color], [type=radio]), textarea")) return true;
   const moves = event.key.startsWith("Arrow") || event.key.startsWith("Page") || ["Home", "End"].includes(event.key);
@@ -38,7 +38,7 @@ function isTaken(event) {
   return target.matches("button:not(.card), summary, a") && [" ", "Enter"].includes(event.key);
 }
 
-/** @param {Shortcut[]} shortcuts */
+/** Installs the key bindings. @param {Shortcut[]} shortcuts */
 export function listen(shortcuts) {
   const byKey = new Map(shortcuts.flatMap((shortcut) => shortcut.keys.map((key) => [key, shortcut])));
   /** @type {Map<string, Shortcut>} */
@@ -46,7 +46,7 @@ export function listen(shortcuts) {
   addEventListener("keydown", (event) => {
     const shortcut = /** @type {Shortcut | undefined} */ (byKey.get(nameOf(event)));
     if (!shortcut || event.isComposing || document.querySelector("dialog[open]")) return;
-    if (!shortcut.typing && isTaken(event)) return;
+    if (!shortcut.typing && isHandledByControl(event)) return;
     if (event.repeat && shortcut.end) return event.preventDefault();
     if (shortcut.run(event) === false) return;
     event.preventDefault();
@@ -62,13 +62,13 @@ export function listen(shortcuts) {
   });
 }
 
-/** Fills the help sheet. @param {Shortcut[]} shortcuts */
+/** Fills the help dialog. @param {Shortcut[]} shortcuts */
 export function describe(shortcuts) {
   /** @type {HTMLElement[]} */
   const groups = [];
   for (const { keys, help, group } of shortcuts) {
     if (group) groups.push(make("section", {}, make("h3", { textContent: group }), make("dl")));
-    const shown = keys.slice(0, 4).map((key) => key.split(/\+(?=.)/).map((part) => NAMES[part] ?? part.replace(/^[a-z]$/, (letter) => letter.toUpperCase())));
+    const shown = keys.slice(0, 4).map((key) => key.split(/\+(?=.)/).map((part) => KEY_NAMES[part] ?? part.replace(/^[a-z]$/, (letter) => letter.toUpperCase())));
     const marks = shown.map((parts) => make("kbd", { textContent: parts.join(" ") }));
     groups.at(-1)?.lastElementChild?.append(make("dt", {}, ...marks), make("dd", { textContent: help }));
   }

@@ -1,6 +1,6 @@
 /**
- * Where the cards and wires of a diagram lie: the base in rows from left to right, then background and lines as
- * two lanes, one below the other, which join in the result. Saved pictures run in the gutters between rows.
+ * The layout of the cards and wires of a diagram. The base runs in rows from left to right; background and lines
+ * follow as two lanes, one below the other, which join at the result. Wires of saved pictures run between the rows.
  *
  * @module
  */
@@ -8,17 +8,17 @@
 import { LAYERS } from "./types.js";
 
 /** @typedef {import("./types.js").Layer} Layer */
-/** @typedef {"source" | "result" | number | Layer} CardName a step by its number; a layer where it is empty */
+/** @typedef {"source" | "result" | number | Layer} CardName the number of a step, or the name of an empty layer */
 /** @typedef {{name: CardName, x: number, y: number, row: number}} Card */
-/** @typedef {{layer: Layer, index: number, x: number, y: number}} Gap where a step can be added */
+/** @typedef {{layer: Layer, index: number, x: number, y: number}} Gap a position at which a step can be added */
 /** @typedef {{points: [number, number][], saved: string, used: boolean, from?: CardName, to?: CardName}} Wire */
-/** @typedef {{w: number, h: number, gap: number, row: number, name: string}} Size of cards and of what is between */
+/** @typedef {{w: number, h: number, gap: number, row: number, name: string}} Size dimensions of cards and of the space between them */
 
 /**
  * @typedef {object} Layout
  * @property {Size} size
  * @property {Card[]} cards
- * @property {Card[]} stops what arrow keys walk through: cards, and the places of empty layers
+ * @property {Card[]} stops the stops of arrow keys: cards, and the gaps of empty layers
  * @property {Gap[]} gaps
  * @property {Wire[]} wires
  * @property {{layer: Layer, x: number, y: number}[]} labels
@@ -27,27 +27,30 @@ import { LAYERS } from "./types.js";
  * @property {number} rows
  */
 
-/** From large to small; a card has a picture and two lines of text below it. @type {Size[]} */
-const SIZES = [168, 156, 144, 132, 122, 112, 104].map((w) => {
+/** Sizes of cards from large to small; a card has a picture and two lines of text below it. @type {Size[]} */
+const CARD_SIZES = [168, 156, 144, 132, 122, 112, 104].map((w) => {
   const text = w > 125 ? 42 : w > 104 ? 40 : 33;
   const flat = w > 104 ? 9 / 16 : 0.43;
   return { name: w > 125 ? "large" : w > 104 ? "medium" : "small", w, h: Math.round(w * flat) + text, gap: 24 + (w - 104) / 6, row: 15 + (w - 104) / 4 };
 });
-const MARGIN = 36;
-const TRACK = 7;
-/** Room for the name of a layer, between the cards before it and its own. */
-const LABEL = { base: 78, background: 136, lines: 136 };
-const JOIN = 56;
+/** Space on the left and right of the diagram. All lengths are CSS pixels. */
+const MARGIN_PX = 36;
+/** Distance between parallel wires of saved pictures. */
+const TRACK_PX = 7;
+/** Space for the name of a layer before its first card. */
+const LABEL_PX = { base: 78, background: 136, lines: 136 };
+/** Space before the result, where both lanes join. */
+const JOIN_PX = 56;
 
 /**
- * The layout with the fewest rows, and the largest cards that fit then.
+ * Returns the layout with the fewest rows and the largest cards that then fit.
  * @param {import("./types.js").State} state
  * @param {number} width
  * @param {number} height
  * @returns {Layout}
  */
 export function layoutOf(state, width, height) {
-  const tried = SIZES.map((size) => new Arrangement(state, width, size).layout);
+  const tried = CARD_SIZES.map((size) => new Arrangement(state, width, size).layout);
   const smallest = tried[tried.length - 1];
   /** @param {Layout} layout */
   const fits = (layout) => layout.rows === smallest.rows && layout.height <= height && layout.width <= width;
@@ -65,7 +68,7 @@ class Arrangement {
     this.state = state;
     this.size = size;
     this.pitch = size.w + size.gap;
-    this.right = width - MARGIN;
+    this.right = width - MARGIN_PX;
     /** @type {Map<CardName, Card>} */
     this.cards = new Map();
     /** @type {Gap[]} */
@@ -74,14 +77,14 @@ class Arrangement {
     this.labels = [];
     const trunkEnd = this.trunk();
     const lanes = this.lanes(trunkEnd);
-    /** Tracks taken in the gutter below each row: their ends. @type {{key: string, from: number, to: number}[][][]} */
+    /** Occupied parts of the tracks in the gutter below each row. @type {{key: string, from: number, to: number}[][][]} */
     this.gutters = Array.from({ length: lanes.rows }, () => []);
     /** @type {string[]} */
     this.margin = [];
     const routes = state.edges.map((edge) => this.route(edge)).filter((route) => route !== null);
     this.place();
     const wires = [...this.chain(lanes), ...routes.map((route) => this.saved(route))];
-    const width_ = Math.max(...[...this.cards.values()].map((card) => card.x + size.w)) + MARGIN;
+    const width_ = Math.max(...[...this.cards.values()].map((card) => card.x + size.w)) + MARGIN_PX;
     const height = this.tops[lanes.rows - 1] + size.h + this.depth(lanes.rows - 1) + 8;
     /** @type {Layout} */
     this.layout = { size, cards: [...this.cards.values()], stops: this.stops(lanes), gaps: this.gaps, wires, labels: this.labels, width: width_, height, rows: lanes.rows };
@@ -94,29 +97,29 @@ class Arrangement {
     return card;
   }
 
-  /** Places the source and the base; the last card of them. */
+  /** Places the source and the base; returns their last card. */
   trunk() {
-    let last = this.add("source", MARGIN, 0);
+    let last = this.add("source", MARGIN_PX, 0);
     this.state.layers.base.forEach(({ step }, index) => {
-      let x = last.x + this.pitch + (index ? 0 : LABEL.base - this.size.gap);
+      let x = last.x + this.pitch + (index ? 0 : LABEL_PX.base - this.size.gap);
       const wraps = x + this.size.w > this.right;
-      if (wraps) x = MARGIN;
+      if (wraps) x = MARGIN_PX;
       last = this.add(step, x, last.row + Number(wraps));
     });
     return last;
   }
 
   /**
-   * Places both lanes and the result, behind the base or below it, whichever takes fewer rows.
-   * @param {Card} end of the base
+   * Places both lanes and the result, behind or below the base, whichever takes fewer rows.
+   * @param {Card} end the last card of the base
    */
   lanes(end) {
     const counts = [this.state.layers.background.length, this.state.layers.lines.length];
-    const empty = this.state.layers.base.length ? 0 : LABEL.base - 20;
-    const behind = { x: end.x + this.size.w + LABEL.lines + empty, row: end.row };
-    const below = { x: MARGIN + LABEL.lines - 46, row: end.row + 1 };
+    const empty = this.state.layers.base.length ? 0 : LABEL_PX.base - 20;
+    const behind = { x: end.x + this.size.w + LABEL_PX.lines + empty, row: end.row };
+    const below = { x: MARGIN_PX + LABEL_PX.lines - 46, row: end.row + 1 };
     const plans = [behind, below].map(({ x, row }) => {
-      const room = Math.floor((this.right - this.size.w - JOIN - x + this.size.gap) / this.pitch);
+      const room = Math.floor((this.right - this.size.w - JOIN_PX - x + this.size.gap) / this.pitch);
       const rows = counts.map((count) => Math.max(1, Math.ceil(count / Math.max(room, 1))));
       return { x, row, room, rows, total: row + rows[0] + rows[1] };
     });
@@ -132,12 +135,12 @@ class Arrangement {
     const longest = Math.min(room, Math.max(...counts, 1));
     const edge = plan.x + longest * this.pitch - this.size.gap;
     const shortened = counts[0] + counts[1] === 0 ? this.size.w : 0;
-    this.add("result", edge + JOIN - shortened, plan.row);
-    return { end, x: plan.x, starts, join: edge + JOIN / 2 + 6 - shortened, rows: plan.total, room };
+    this.add("result", edge + JOIN_PX - shortened, plan.row);
+    return { end, x: plan.x, starts, join: edge + JOIN_PX / 2 + 6 - shortened, rows: plan.total, room };
   }
 
   /**
-   * Takes tracks for a saved picture: below both cards if they share a row or the next, else along the margin.
+   * Reserves tracks for a saved picture: below both cards if their rows are adjacent, else along the margin.
    * @param {import("./types.js").Edge} edge
    */
   route(edge) {
@@ -156,7 +159,7 @@ class Arrangement {
     return { edge, from, to, exit, entry, tracks, margin };
   }
 
-  /** Where a wire enters a card, as a part of its width: those of one card beside each other. @param {import("./types.js").Edge} edge */
+  /** Returns where a wire enters a card, as a fraction of its width; wires into one card enter side by side. @param {import("./types.js").Edge} edge */
   entry(edge) {
     const all = this.state.edges.filter((each) => each.to === edge.to);
     return 0.2 + 0.3 * (all.indexOf(edge) / Math.max(all.length, 1));
@@ -172,12 +175,12 @@ class Arrangement {
     return track;
   }
 
-  /** The height of the gutter below a row. @param {number} row */
+  /** Returns the height of the gutter below a row. @param {number} row */
   depth(row) {
-    return this.size.row + TRACK * (this.gutters[row]?.length ?? 0);
+    return this.size.row + TRACK_PX * (this.gutters[row]?.length ?? 0);
   }
 
-  /** Gives every row its height. */
+  /** Sets the top of each row and moves the cards there. */
   place() {
     /** @type {number[]} */
     this.tops = [16];
@@ -185,13 +188,13 @@ class Arrangement {
     for (const card of this.cards.values()) card.y = this.tops[card.row];
   }
 
-  /** The middle of a row, where the wires of its chain run. @param {number} row */
+  /** Returns the y coordinate at which the wires between the cards of a row run. @param {number} row */
   middle(row) {
     return this.tops[row] + 0.32 * this.size.h;
   }
 
   /**
-   * The wires of the chain, with the places where steps can be added.
+   * Returns the wires between steps, and records the gaps at which steps can be added.
    * @param {ReturnType<Arrangement["lanes"]>} lanes
    * @returns {Wire[]}
    */
@@ -204,8 +207,8 @@ class Arrangement {
     this.row("base", source, wires);
     const from = lanes.end.x + this.size.w;
     const below = lanes.starts[0] > lanes.end.row;
-    const empty = layers.base.length ? 0 : LABEL.base - 20;
-    const fork = below ? MARGIN - 16 : from + 30 + empty;
+    const empty = layers.base.length ? 0 : LABEL_PX.base - 20;
+    const fork = below ? MARGIN_PX - 16 : from + 30 + empty;
     const y = this.middle(lanes.end.row);
     this.gaps.push({ layer: "base", index: layers.base.length, x: from + 14 + (empty ? 46 : 0), y });
     const result = /** @type {Card} */ (this.cards.get("result"));
@@ -245,7 +248,7 @@ class Arrangement {
   }
 
   /**
-   * The wires between the cards of a layer, with the places before all but the first of a lane.
+   * Adds the wires between the cards of a layer, and the gaps before its cards except the first of a lane.
    * @param {Layer} layer @param {Card} before @param {Wire[]} wires
    */
   row(layer, before, wires) {
@@ -269,21 +272,21 @@ class Arrangement {
   }
 
   /**
-   * The wire of a saved picture.
+   * Returns the wire of a saved picture.
    * @param {NonNullable<ReturnType<Arrangement["route"]>>} route
    * @returns {Wire}
    */
   saved({ edge, from, to, exit, entry, tracks, margin }) {
     const out = this.tops[from.row] + this.size.h;
     /** @param {number} row @param {number} track */
-    const at = (row, track) => this.tops[row] + this.size.h + 7 + TRACK * track;
+    const at = (row, track) => this.tops[row] + this.size.h + 7 + TRACK_PX * track;
     const first = at(from.row, tracks[0]);
     const into = to.row === from.row ? to.y + this.size.h : to.y;
     /** @type {[number, number][]} */
     let points = [[exit, out], [exit, first], [entry, first], [entry, into]];
     if (margin >= 0) {
       const second = at(to.row - 1, tracks[1]);
-      const x = MARGIN - 24 - 4 * margin;
+      const x = MARGIN_PX - 24 - 4 * margin;
       points = [[exit, out], [exit, first], [x, first], [x, second], [entry, second], [entry, into]];
     }
     return { points, saved: edge.name, used: true, from: edge.from, to: edge.to };
@@ -291,7 +294,7 @@ class Arrangement {
 }
 
 /**
- * The outline of a wire, with round corners.
+ * Returns the SVG path of a wire, with rounded corners.
  * @param {[number, number][]} points
  * @param {number} radius
  */

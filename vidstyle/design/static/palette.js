@@ -1,5 +1,5 @@
 /**
- * The palette: finds a block and adds it.
+ * The palette: a dialog to find and add blocks.
  *
  * @module
  */
@@ -8,17 +8,17 @@ import { get, make, title, words } from "./elements.js";
 
 /** @typedef {import("./types.js").Block} Block */
 
-/** What the kinds of blocks have in common; the order is that of the palette. @type {Object<string, string>} */
-const KINDS = {
-  pixel: "Tone and colour, each pixel by itself",
-  filter: "Filters of the neighbourhood",
+/** Headings of the kinds of blocks, in the order of the palette. @type {Object<string, string>} */
+const KIND_HEADINGS = {
+  pixel: "Tone and colour, per pixel",
+  filter: "Neighbourhood filters",
   learned: "Learned filters",
   recipe: "Ready-made combinations",
-  measured: "Contrast, measured on the whole picture",
+  measured: "Contrast from measurements of the whole picture",
   resize: "Size",
 };
 
-/** A dialog with all blocks. */
+/** A searchable list of all blocks. */
 export class Palette {
   /** @type {Block[]} */
   #blocks = [];
@@ -45,8 +45,8 @@ export class Palette {
   }
 
   /**
-   * Opens beside a place of the page.
-   * @param {string} where the layer and the place, in words
+   * Opens the palette next to an element.
+   * @param {string} where the layer and the position, as text
    * @param {DOMRect | null} near
    * @param {(block: string) => void} chosen
    */
@@ -79,12 +79,12 @@ export class Palette {
     const asked = this.search.value.toLowerCase().trim();
     const found = this.#blocks.filter(({ name, help }) => `${words(name)} ${name} ${help}`.toLowerCase().includes(asked));
     const rank = /** @param {Block} block */ ({ name }) => (words(name).startsWith(asked) || name.startsWith(asked) ? 0 : 1);
-    const kinds = [...new Set([...Object.keys(KINDS), ...found.map((block) => block.kind)])];
+    const kinds = [...new Set([...Object.keys(KIND_HEADINGS), ...found.map((block) => block.kind)])];
     this.#options = [];
     const groups = asked
       ? [this.#group("", [...found].sort((one, other) => rank(one) - rank(other)))]
-      : kinds.map((kind) => this.#group(KINDS[kind] ?? kind, found.filter((block) => block.kind === kind)));
-    const empty = make("p", { className: "quiet", textContent: "No block has this in its name or description." });
+      : kinds.map((kind) => this.#group(KIND_HEADINGS[kind] ?? kind, found.filter((block) => block.kind === kind)));
+    const empty = make("p", { className: "quiet", textContent: "No matching blocks." });
     this.list.replaceChildren(...(found.length ? groups.flat() : [empty]));
     this.#go(0);
   }

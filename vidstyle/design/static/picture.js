@@ -1,5 +1,5 @@
 /**
- * The picture: before and after, at one zoom.
+ * The picture view: before and after, at the same zoom and position.
  *
  * @module
  */
@@ -8,12 +8,12 @@
 /** @typedef {{x: number, y: number, width: number, height: number}} Box */
 /** @typedef {{picture: CanvasImageSource, size: [number, number]}} Shown */
 
-const LEAST = 0.05;
-const MOST = 16;
-/** How far from the divider a pointer takes hold of it, in CSS pixels. */
-const GRIP = 22;
+const MIN_ZOOM = 0.05;
+const MAX_ZOOM = 16;
+/** Distance from the divider at which a pointer can drag it, in CSS pixels. */
+const DIVIDER_GRIP_PX = 22;
 
-/** Draws source and result into one canvas. */
+/** Draws the source and the result on one canvas. */
 export class PictureView {
   /** @type {Shown | null} */
   source = null;
@@ -23,11 +23,11 @@ export class PictureView {
   mode = "result";
   holding = false;
   split = 0.5;
-  /** Pixels of the screen for one of the film; null fits the picture into the window. @type {number | null} */
+  /** Screen pixels per film pixel; null fits the picture to the window. @type {number | null} */
   zoom = null;
-  /** The size of the film: what 100 % means. @type {[number, number]} */
+  /** The size of the film, to which 100 % refers. @type {[number, number]} */
   size = [1, 1];
-  /** The point of the picture in the middle, as parts of its sides. */
+  /** The point of the picture at the centre of the view, as fractions of its width and height. */
   center = { x: 0.5, y: 0.5 };
   /** @type {Map<number, PointerEvent>} */
   #pointers = new Map();
@@ -36,7 +36,7 @@ export class PictureView {
 
   /**
    * @param {HTMLCanvasElement} canvas
-   * @param {() => void} onchange is called when mode, zoom or place have changed
+   * @param {() => void} onchange is called when the mode, zoom or position has changed
    */
   constructor(canvas, onchange) {
     this.canvas = canvas;
@@ -56,17 +56,17 @@ export class PictureView {
     this.#changed();
   }
 
-  /** @param {boolean} holding whether the source is shown for now */
+  /** @param {boolean} holding whether to show the source temporarily */
   hold(holding) {
     if (this.holding === holding) return;
     this.holding = holding;
     this.#changed();
   }
 
-  /** @param {number | null} zoom @param {{x: number, y: number} | null} [at] a point of the picture that stays */
+  /** @param {number | null} zoom @param {{x: number, y: number} | null} [at] a point of the picture that keeps its position */
   setZoom(zoom, at = null) {
     const before = this.scale;
-    this.zoom = zoom === null ? null : Math.min(MOST, Math.max(LEAST, zoom));
+    this.zoom = zoom === null ? null : Math.min(MAX_ZOOM, Math.max(MIN_ZOOM, zoom));
     if (this.zoom === null) this.center = { x: 0.5, y: 0.5 };
     else if (at) {
       const ratio = before / this.scale;
@@ -75,7 +75,7 @@ export class PictureView {
     this.#changed();
   }
 
-  /** Moves the picture by CSS pixels. @param {number} x @param {number} y */
+  /** Pans the picture by CSS pixels. @param {number} x @param {number} y */
   pan(x, y) {
     this.center.x -= x / (this.size[0] * this.scale);
     this.center.y -= y / (this.size[1] * this.scale);
@@ -98,26 +98,26 @@ export class PictureView {
     });
   }
 
-  /** The parts of the window for a picture each, in CSS pixels: one, or two side by side or one above the other. */
+  /** The panes, one for each picture, in CSS pixels: one, or two side by side or stacked. */
   get panes() {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     if (this.mode !== "side") return [{ x: 0, y: 0, width, height }];
     const [wide, high] = this.size;
-    const beside = Math.min((width - 8) / 2 / wide, height / high);
-    const above = Math.min(width / wide, (height - 8) / 2 / high);
-    const half = beside >= above ? { width: (width - 8) / 2, height } : { width, height: (height - 8) / 2 };
-    const [x, y] = beside >= above ? [half.width + 8, 0] : [0, half.height + 8];
+    const inRow = Math.min((width - 8) / 2 / wide, height / high);
+    const inColumn = Math.min(width / wide, (height - 8) / 2 / high);
+    const half = inRow >= inColumn ? { width: (width - 8) / 2, height } : { width, height: (height - 8) / 2 };
+    const [x, y] = inRow >= inColumn ? [half.width + 8, 0] : [0, half.height + 8];
     return [{ x: 0, y: 0, ...half }, { x, y, ...half }];
   }
 
-  /** CSS pixels for one pixel of the film. */
+  /** CSS pixels per film pixel. */
   get scale() {
     const [pane] = this.panes;
     if (this.zoom !== null) return this.zoom / devicePixelRatio;
     return Math.min(pane.width / this.size[0], pane.height / this.size[1]);
   }
 
-  /** Where the whole picture lies for a pane. @param {Box} pane @returns {Box} */
+  /** Returns the rectangle of the whole picture for a pane. @param {Box} pane @returns {Box} */
   boxIn(pane) {
     const [width, height] = [this.size[0] * this.scale, this.size[1] * this.scale];
     const { x, y } = this.center;
@@ -148,7 +148,7 @@ export class PictureView {
     context.fillRect(at - 0.75, first.y, 1.5, first.height);
   }
 
-  /** Where the divider stands, in CSS pixels. @param {Box} [pane] */
+  /** Returns the x coordinate of the divider, in CSS pixels. @param {Box} [pane] */
   dividerAt(pane = this.panes[0]) {
     const box = this.boxIn(pane);
     const [left, right] = [Math.max(pane.x, box.x), Math.min(pane.x + pane.width, box.x + box.width)];
@@ -167,7 +167,7 @@ export class PictureView {
     context.restore();
   }
 
-  /** The point of the picture below the pointer, as parts of its sides. @param {MouseEvent} event */
+  /** Returns the point of the picture under the pointer, as fractions of its width and height. @param {MouseEvent} event */
   #pointAt(event) {
     const { left, top } = this.canvas.getBoundingClientRect();
     const [x, y] = [event.clientX - left, event.clientY - top];
@@ -182,7 +182,7 @@ export class PictureView {
     this.canvas.setPointerCapture(event.pointerId);
     this.#pointers.set(event.pointerId, event);
     const { left } = this.canvas.getBoundingClientRect();
-    const near = Math.abs(event.clientX - left - this.dividerAt()) < GRIP;
+    const near = Math.abs(event.clientX - left - this.dividerAt()) < DIVIDER_GRIP_PX;
     this.#moves = this.mode === "split" && (near || this.zoom === null) ? "divider" : "picture";
     if (this.#moves === "divider") this.#divide(event);
   }

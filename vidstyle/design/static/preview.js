@@ -1,5 +1,5 @@
 /**
- * What is shown: frames of the film, restyled in this browser or by the server.
+ * The preview: frames of the film, rendered in this browser or by the server.
  *
  * @module
  */
@@ -12,24 +12,26 @@ import { Restyler } from "./restyle.js";
 /** @typedef {"page" | "server"} Where */
 /** @typedef {import("./socket.js").Packet} Packet */
 
-/** The kinds of pictures that the server sends. */
+/** Types of the pictures from the server. */
 export const PACKET = { source: 1, styled: 2, step: 3, exact: 4, style: 5, steady: 6 };
 
-/** The shorter side of the picture in pixels, where there is a graphics card and where there is none. */
-const SIDES = { fast: 720, slow: 360 };
+/** Default preview sizes with and without a GPU: the shorter side in pixels. */
+const DEFAULT_SIDES = { fast: 720, slow: 360 };
+/** Time without a new picture after which `onsettled` is called. */
 const SETTLED_MS = 160;
-const WAIT_MS = 5000;
+/** Longest wait of `check` for the full-size picture. */
+const MAX_CHECK_MS = 5000;
 
-/** Frames in, pictures out. */
+/** Requests frames, renders them and shows the result. */
 export class Preview {
   /** @type {Where} */
   where;
   side;
-  /** The step whose picture is shown. @type {number | null} */
+  /** The soloed step. @type {number | null} */
   solo = null;
-  /** The frame of the source that is shown. @type {ImageBitmap | null} */
+  /** The current frame of the source. @type {ImageBitmap | null} */
   source = null;
-  /** The frame as the server restyled it. @type {ImageBitmap | null} */
+  /** The current frame as rendered by the server. @type {ImageBitmap | null} */
   styled = null;
   #result = make("canvas");
   /** @type {ReturnType<typeof setTimeout> | undefined} */
@@ -39,8 +41,8 @@ export class Preview {
   /**
    * @param {import("./session.js").Session} session
    * @param {object} handlers
-   * @param {() => void} handlers.onchange is called when the film stands elsewhere, or the view has changed
-   * @param {() => void} handlers.onsettled is called once a picture stays
+   * @param {() => void} handlers.onchange is called when the film position or the view has changed
+   * @param {() => void} handlers.onsettled is called once the picture stops changing
    */
   constructor(session, handlers) {
     this.session = session;
@@ -49,7 +51,7 @@ export class Preview {
     this.player = new Player((kind, fields) => session.ask(kind, fields), handlers.onchange);
     this.restyler = new Restyler(() => this.restyle(), session.onerror);
     this.where = /** @type {Where} */ (this.restyler.isFast ? "page" : "server");
-    this.side = this.restyler.isFast ? SIDES.fast : SIDES.slow;
+    this.side = this.restyler.isFast ? DEFAULT_SIDES.fast : DEFAULT_SIDES.slow;
     session.on("plan", (plan) => this.restyler.take(plan));
     session.on("clip", (clip) => this.#open(clip));
     session.on("picture", (packet) => {
@@ -57,7 +59,7 @@ export class Preview {
     });
   }
 
-  /** Tells the server what is needed here. */
+  /** Tells the server which pictures this page needs. */
   watch() {
     return this.session.ask("watch", { solo: this.solo, side: this.side, where: this.where });
   }
@@ -66,17 +68,17 @@ export class Preview {
   choose(where, side) {
     this.where = where;
     this.side = side;
-    return this.watch().then(() => this.again());
+    return this.watch().then(() => this.refresh());
   }
 
-  /** @param {number | null} step what leaves it is shown; null: the result */
+  /** Shows the output of a step. @param {number | null} step null: the result */
   showStep(step) {
     this.solo = step;
     return this.watch();
   }
 
-  /** Asks for the present frame anew. */
-  again() {
+  /** Requests the current frame again. */
+  refresh() {
     if (!this.player.playing) this.player.show(this.player.number);
   }
 
@@ -86,7 +88,7 @@ export class Preview {
     this.restyler.restart();
     this.player.open(clip);
     this.view.setZoom(null);
-    this.again();
+    this.refresh();
   }
 
   /** @param {Packet} packet */
@@ -107,7 +109,7 @@ export class Preview {
     this.restyle();
   }
 
-  /** Restyles the present frame. */
+  /** Renders the current frame. */
   restyle() {
     if (!this.source) return;
     if (this.where === "server") {
@@ -131,9 +133,9 @@ export class Preview {
   }
 
   /**
-   * Compares the picture here with the exact one from the server.
-   * @returns {Promise<{largest: number, share: number} | null>} the largest difference, 0 to 255, and the part of
-   *   all values that differ by more than one
+   * Compares the preview with the exact picture from the server.
+   * @returns {Promise<{largest: number, share: number} | null>} the largest difference, 0 to 255, and the
+   *   fraction of values that differ by more than 1
    */
   async check() {
     await this.player.pause();
@@ -141,10 +143,10 @@ export class Preview {
     const packet = new Promise((done) => this.session.on("picture", (each) => each.type === PACKET.exact && done(each)));
     if (!(await this.session.ask("check")) || !this.view.result) return null;
     const exact = await createImageBitmap((await packet).file);
-    // vidstyle sends a small picture first where it is slow.
-    for (let waited = 0; this.view.result.size[0] !== exact.width && waited < WAIT_MS; waited += 50)
+    // The server sends a small picture first if rendering is slow.
+    for (let waited = 0; this.view.result.size[0] !== exact.width && waited < MAX_CHECK_MS; waited += 50)
       await new Promise((done) => setTimeout(done, 50));
-    const [one, other] = [exact, this.view.result.picture].map((picture) => dataOf(picture, exact.width, exact.height));
+    const [one, other] = [exact, this.view.result.picture].map((picture) => pixelsOf(picture, exact.width, exact.height));
     let [largest, off] = [0, 0];
     for (let at = 0; at < one.length; at++) {
       const difference = Math.abs(one[at] - other[at]);
@@ -155,8 +157,8 @@ export class Preview {
   }
 }
 
-/** @param {CanvasImageSource} picture @param {number} width @param {number} height */
-function dataOf(picture, width, height) {
+/** Returns the RGBA values of a picture. @param {CanvasImageSource} picture @param {number} width @param {number} height */
+function pixelsOf(picture, width, height) {
   const context = /** @type {CanvasRenderingContext2D} */ (make("canvas", { width, height }).getContext("2d", { willReadFrequently: true }));
   context.drawImage(picture, 0, 0, width, height);
   return context.getImageData(0, 0, width, height).data;

@@ -1,5 +1,5 @@
 /**
- * Runs the style in the browser: the plans that the server sends, drawn by `runner.js`.
+ * Renders the style in the browser: runs the plans from the server with `runner.js`.
  *
  * @module
  */
@@ -9,21 +9,21 @@ import { Runner, missing } from "./runner.js";
 /** @typedef {import("./runner.js").Source} Source */
 /** @typedef {{for: "main" | "solo", key: string, values: number[], plan?: import("./runner.js").Plan}} PlanMessage */
 
-/** The style and, beside it, what leaves a single step. */
+/** Renders the style and the output of the soloed step. */
 export class Restyler {
   /** @type {Runner | null} */
   runner = null;
-  /** What keeps this browser from it; "" for nothing. */
+  /** Why this browser cannot render; "" if it can. */
   reason = "";
-  /** By their keys; the server sends each plan once. @type {Map<string, Promise<import("./runner.js").LoadedStyle>>} */
+  /** Loaded plans by key; the server sends each plan once. @type {Map<string, Promise<import("./runner.js").LoadedStyle>>} */
   #loaded = new Map();
   /** @type {Map<string, import("./runner.js").LoadedStyle>} */
   #current = new Map();
-  /** The newest plan of each purpose, which may still be compiled. @type {Map<string, string>} */
+  /** The key of the newest plan for each purpose; it may still be compiling. @type {Map<string, string>} */
   #wanted = new Map();
 
   /**
-   * @param {() => void} onchange is called when the next picture will be another
+   * @param {() => void} onchange is called when the picture must be drawn again
    * @param {(text: string) => void} onerror
    */
   constructor(onchange, onerror) {
@@ -34,7 +34,7 @@ export class Restyler {
     if (!this.reason) this.runner = new Runner({ onrestored: onchange });
   }
 
-  /** Whether the browser has a graphics card of its own for it. */
+  /** Whether the browser renders on a GPU. */
   get isFast() {
     return this.runner !== null && !this.runner.isSoftware;
   }
@@ -62,9 +62,9 @@ export class Restyler {
    * Restyles a picture.
    * @param {"main" | "solo"} purpose
    * @param {Source} source
-   * @param {number | null} time in seconds; null: the picture stands alone
-   * @param {HTMLCanvasElement} canvas where to
-   * @returns {boolean} whether there is a result
+   * @param {number | null} time in seconds; null: a still picture
+   * @param {HTMLCanvasElement} canvas the target
+   * @returns {boolean} whether it was drawn
    */
   draw(purpose, source, time, canvas) {
     const style = this.#current.get(purpose);
@@ -77,7 +77,7 @@ export class Restyler {
     }
   }
 
-  /** Another film or scene begins. */
+  /** Resets the measurements: a new film or scene begins. */
   restart() {
     for (const style of this.#current.values()) style.restart();
   }

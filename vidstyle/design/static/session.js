@@ -1,5 +1,5 @@
 /**
- * The page's side of the document: the newest state, and edits that the server makes of it.
+ * The client side of the document: the newest state, and requests to edit it.
  *
  * @module
  */
@@ -9,12 +9,12 @@ import { Connection } from "./socket.js";
 /** @typedef {import("./types.js").State} State */
 /** @typedef {import("./types.js").Entry} Entry */
 
-/** Milliseconds after which the next key press is a step of its own to undo. */
-const PAUSE = 900;
-/** Messages that have nothing to do with the document. */
-const BESIDE = new Set(["watch", "frame", "play", "pause"]);
+/** Changes of one value that are this far apart are separate undo steps. */
+const UNDO_PAUSE_MS = 900;
+/** Messages that do not concern the document. */
+const VIEW_MESSAGES = new Set(["watch", "frame", "play", "pause"]);
 
-/** Tells which edits belong together: those of one value while the pointer is down, or in quick succession. */
+/** Groups edits for undo: changes of one value while the pointer is down, or in quick succession. */
 class Gestures {
   #number = 0;
   #key = "";
@@ -33,10 +33,10 @@ class Gestures {
     if (held) this.#key = "";
   }
 
-  /** The number of the gesture that an edit belongs to. @param {string} key what it changes; "" for a step of its own */
+  /** Returns the number of the gesture that an edit belongs to. @param {string} key the changed value; "" for a separate undo step */
   of(key) {
     const now = performance.now();
-    if (!key || key !== this.#key || (!this.#held && now - this.#last > PAUSE)) this.#number += 1;
+    if (!key || key !== this.#key || (!this.#held && now - this.#last > UNDO_PAUSE_MS)) this.#number += 1;
     this.#key = key;
     this.#last = now;
     return this.#number;
@@ -44,12 +44,13 @@ class Gestures {
 }
 
 /**
+ * Applies changes to a copy of a state.
  * @template T
  * @param {T} before
- * @param {[(string | number)[], any][]} changes of `vidstyle.web.changes`: where, and the new value
+ * @param {[(string | number)[], any][]} changes from `vidstyle.web.changes`: path and new value
  * @returns {T} a changed copy
  */
-function changed(before, changes) {
+function applyChanges(before, changes) {
   const after = { root: structuredClone(before) };
   for (const [path, value] of changes) {
     const keys = ["root", ...path];
@@ -62,7 +63,7 @@ function changed(before, changes) {
   return after.root;
 }
 
-/** The document as the server sent it last. */
+/** The document as the server last sent it. */
 export class Session {
   /** @type {State | null} */
   state = null;
@@ -73,10 +74,10 @@ export class Session {
   #gestures = new Gestures();
   /** @type {Map<string, ((value: any) => void)[]>} */
   #listeners = new Map();
-  /** Values on their way. @type {Map<string, Promise<void>>} */
+  /** Values that are being sent. @type {Map<string, Promise<void>>} */
   #busy = new Map();
 
-  /** @param {(text: string) => void} onerror is told the sentence of an error */
+  /** @param {(text: string) => void} onerror is called with the message of an error */
   constructor(onerror) {
     this.onerror = onerror;
     this.connection = new Connection({
@@ -105,7 +106,7 @@ export class Session {
   #take(message) {
     for (const [kind, value] of Object.entries(message)) {
       if (kind === "changes") {
-        this.state = changed(this.state, value);
+        this.state = applyChanges(this.state, value);
         this.#tell("state", this.state);
         continue;
       }
@@ -117,7 +118,8 @@ export class Session {
   }
 
   /**
-   * Asks the server, what concerns the document after all values that are on their way; an error is told to the user.
+   * Sends a request and resolves to its answer; reports an error to the user. Requests that concern the document
+   * wait until all pending values have been sent.
    * @param {string} kind
    * @param {object} [fields]
    * @returns {Promise<any>} null after an error
@@ -132,18 +134,18 @@ export class Session {
   }
 
   /**
-   * As `ask`, but an error is the caller's.
+   * Like `ask`, but rejects with the error.
    * @param {string} kind
    * @param {object} fields
    * @returns {Promise<any>}
    */
   async attempt(kind, fields) {
-    if (!BESIDE.has(kind)) await Promise.all(this.#busy.values());
+    if (!VIEW_MESSAGES.has(kind)) await Promise.all(this.#busy.values());
     return this.connection.ask(kind, fields);
   }
 
   /**
-   * Changes the document by one step to undo.
+   * Edits the document as one undo step.
    * @param {string} kind
    * @param {object} fields
    */
@@ -152,7 +154,7 @@ export class Session {
   }
 
   /**
-   * Changes a value; quick changes of one value are one step to undo.
+   * Changes a value; quick changes of one value are one undo step.
    * @param {Entry} entry
    * @param {any} value
    */
@@ -173,7 +175,7 @@ export class Session {
     this.#busy.set(key, settled);
   }
 
-  /** Whether a change of this value is on its way. @param {string} path */
+  /** Whether a change of this value is being sent. @param {string} path */
   isBusy(path) {
     return this.#busy.has(path);
   }

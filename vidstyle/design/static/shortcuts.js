@@ -27,7 +27,7 @@
 export function shortcuts({ steps, diagram, preview, bar, dialogs, history, start, build, solo }) {
   const { view, player } = preview;
   const isBuilding = () => document.body.classList.contains("building") && !start.isOpen;
-  /** The card that has the focus counts as chosen. */
+  /** Returns the focused card, else the selected one. */
   const focused = () => {
     const name = /** @type {HTMLElement | null} */ (document.activeElement?.closest("[data-card]"))?.dataset.card;
     if (name === undefined) return steps.selected ?? "source";
@@ -44,7 +44,7 @@ export function shortcuts({ steps, diagram, preview, bar, dialogs, history, star
   const walk = (event) => {
     const card = document.activeElement?.closest("[data-card]");
     if (!isBuilding() || (!card && document.activeElement !== document.body)) return false;
-    steps.select(diagram.beside(focused(), event.key));
+    steps.select(diagram.neighbour(focused(), event.key));
   };
   const inspect = () => {
     if (!document.activeElement?.closest(".card")) return false;
@@ -64,16 +64,16 @@ export function shortcuts({ steps, diagram, preview, bar, dialogs, history, star
   const modes = /** @type {const} */ (["result", "split", "side"]);
   const zooms = [null, 1, 2];
   return [
-    { group: "Diagram", keys: ["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"], help: "Walk from step to step", run: walk },
-    { keys: ["Enter"], help: "Go to the values of the step", run: inspect },
-    { keys: ["Escape"], help: "Back to the diagram", run: leave, typing: true },
+    { group: "Diagram", keys: ["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"], help: "Move from step to step", run: walk },
+    { keys: ["Enter"], help: "Edit the step", run: inspect },
+    { keys: ["Escape"], help: "Return to the diagram", run: leave, typing: true },
     { keys: ["a"], help: "Add a step after this one", run: onStep(() => steps.addAfter(near())) },
-    { keys: ["Delete", "Backspace"], help: "Remove", run: onStep(() => steps.remove()) },
-    { keys: ["m"], help: "Mute or unmute", run: onStep(() => steps.mute()) },
-    { keys: ["s"], help: "Solo: show what leaves the step", run: onStep(() => solo(preview.solo === steps.step?.step ? null : steps.step?.step ?? null)) },
-    { keys: ["d"], help: "Duplicate", run: onStep(() => steps.duplicate()) },
-    { keys: ["e"], help: "Replace a recipe by its steps", run: onStep(() => steps.expand()) },
-    { keys: ["Alt+ArrowLeft", "Alt+ArrowRight", "Alt+ArrowUp", "Alt+ArrowDown"], help: "Move along its layer, or to another", run: (event) => onStep(() => steps.shift(event.key))() },
+    { keys: ["Delete", "Backspace"], help: "Remove the step", run: onStep(() => steps.remove()) },
+    { keys: ["m"], help: "Mute or unmute the step", run: onStep(() => steps.mute()) },
+    { keys: ["s"], help: "Solo: show the output of the step", run: onStep(() => solo(preview.solo === steps.step?.step ? null : steps.step?.step ?? null)) },
+    { keys: ["d"], help: "Duplicate the step", run: onStep(() => steps.duplicate()) },
+    { keys: ["e"], help: "Replace a recipe with its steps", run: onStep(() => steps.expand()) },
+    { keys: ["Alt+ArrowLeft", "Alt+ArrowRight", "Alt+ArrowUp", "Alt+ArrowDown"], help: "Move the step within its layer or to another", run: (event) => onStep(() => steps.shift(event.key))() },
     { keys: ["g"], help: "Show or hide the diagram", run: open(() => build(!isBuilding())) },
     { group: "Edits", keys: ["Ctrl+z"], help: "Undo", run: () => steps.again("undo") },
     { keys: ["Ctrl+y", "Ctrl+Shift+z"], help: "Redo", run: () => steps.again("redo") },
@@ -83,18 +83,18 @@ export function shortcuts({ steps, diagram, preview, bar, dialogs, history, star
     { keys: ["Ctrl+Shift+s"], help: "Save under another name", run: open(() => dialogs.saveAs()), typing: true },
     { keys: ["Ctrl+e"], help: "Export", run: open(() => dialogs.export()), typing: true },
     { keys: ["Ctrl+Enter"], help: "Render this film", run: open(() => dialogs.render()), typing: true },
-    { keys: ["Ctrl+o"], help: "All styles", run: () => start.show(true), typing: true },
+    { keys: ["Ctrl+o"], help: "Show all styles", run: () => start.show(true), typing: true },
     { group: "Picture", keys: [" "], help: "Play or pause", run: open(() => player.toggle()) },
-    { keys: [",", "."], help: "One frame back or on", run: (event) => player.step(event.key === "," ? -1 : 1) },
-    { keys: ["l"], help: "Set the start of the loop, then its end, then none", run: () => bar.mark() },
+    { keys: [",", "."], help: "Previous or next frame", run: (event) => player.step(event.key === "," ? -1 : 1) },
+    { keys: ["l"], help: "Set the start of the loop, then its end, then clear it", run: () => bar.mark() },
     { keys: ["\\", "b"], help: "Hold to see the original", run: () => view.hold(true), end: () => view.hold(false) },
-    { keys: ["c"], help: "Result, split, side by side", run: () => view.setMode(modes[(modes.indexOf(view.mode) + 1) % 3]) },
-    { keys: ["z"], help: "Fit, 100 %, 200 %", run: () => view.setZoom(zooms[(zooms.indexOf(view.zoom) + 1) % 3]) },
-    { keys: ["Shift+ArrowLeft", "Shift+ArrowRight", "Shift+ArrowUp", "Shift+ArrowDown"], help: "Move the picture", run: (event) => view.pan(...pans[event.key]) },
-    { keys: ["k"], help: "Check against the exact picture", run: () => bar.check() },
-    { keys: ["?"], help: "This sheet", run: () => dialogs.help() },
+    { keys: ["c"], help: "Switch between result, split and side by side", run: () => view.setMode(modes[(modes.indexOf(view.mode) + 1) % 3]) },
+    { keys: ["z"], help: "Switch between fit, 100 % and 200 %", run: () => view.setZoom(zooms[(zooms.indexOf(view.zoom) + 1) % 3]) },
+    { keys: ["Shift+ArrowLeft", "Shift+ArrowRight", "Shift+ArrowUp", "Shift+ArrowDown"], help: "Pan the picture", run: (event) => view.pan(...PAN_STEPS[event.key]) },
+    { keys: ["k"], help: "Compare the preview with the exact result", run: () => bar.check() },
+    { keys: ["?"], help: "Show this list", run: () => dialogs.help() },
   ];
 }
 
-/** @type {Object<string, [number, number]>} */
-const pans = { ArrowLeft: [60, 0], ArrowRight: [-60, 0], ArrowUp: [0, 60], ArrowDown: [0, -60] };
+/** Distances in CSS pixels by arrow key. @type {Object<string, [number, number]>} */
+const PAN_STEPS = { ArrowLeft: [60, 0], ArrowRight: [-60, 0], ArrowUp: [0, 60], ArrowDown: [0, -60] };

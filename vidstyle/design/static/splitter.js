@@ -1,19 +1,19 @@
 /**
- * The bar between picture and diagram.
+ * The splitter between picture and diagram.
  *
  * @module
  */
 
 import { get } from "./elements.js";
 
-const LEAST = 120;
-const STEP = 24;
-/** The part of the height that the diagram takes at most, unless the user makes it higher. */
-const MOST = 0.53;
+const MIN_HEIGHT_PX = 120;
+const KEY_STEP_PX = 24;
+/** The largest share of the height that the diagram takes by default. */
+const MAX_DEFAULT_SHARE = 0.53;
 
-/** Sets the height of the diagram: by its content, or as the user drags it. */
+/** Sets the height of the diagram: to fit its content, or as the user drags it. */
 export class Splitter {
-  /** What the user has chosen, in CSS pixels. @type {number | null} */
+  /** The height that the user has set, in CSS pixels. @type {number | null} */
   #chosen = null;
 
   /** @param {() => void} onchange */
@@ -27,21 +27,21 @@ export class Splitter {
     this.bar.addEventListener("dblclick", () => this.#set(null));
     this.bar.addEventListener("keydown", (event) => {
       const steps = { ArrowUp: 1, ArrowDown: -1 }[event.key];
-      if (steps) this.#set(get("diagram").clientHeight + steps * STEP);
+      if (steps) this.#set(get("diagram").clientHeight + steps * KEY_STEP_PX);
     });
   }
 
-  /** The height that the diagram may take, in CSS pixels. */
-  get room() {
-    return this.#chosen ?? Math.round(MOST * get("work").clientHeight);
+  /** The maximum height of the diagram, in CSS pixels. */
+  get maxHeight() {
+    return this.#chosen ?? Math.round(MAX_DEFAULT_SHARE * get("work").clientHeight);
   }
 
-  /** @param {number | null} height null: by the content */
+  /** @param {number | null} height null: fit the content */
   #set(height) {
-    const most = Math.max(LEAST, get("work").clientHeight - 2 * LEAST);
-    this.#chosen = height === null ? null : Math.round(Math.min(most, Math.max(LEAST, height)));
+    const most = Math.max(MIN_HEIGHT_PX, get("work").clientHeight - 2 * MIN_HEIGHT_PX);
+    this.#chosen = height === null ? null : Math.round(Math.min(most, Math.max(MIN_HEIGHT_PX, height)));
     document.documentElement.style.setProperty("--diagram", this.#chosen === null ? "" : `${this.#chosen}px`);
-    this.bar.setAttribute("aria-valuenow", String(this.room));
+    this.bar.setAttribute("aria-valuenow", String(this.maxHeight));
     this.onchange();
   }
 }

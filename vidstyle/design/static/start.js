@@ -1,5 +1,5 @@
 /**
- * The start screen: all styles on the user's own picture.
+ * The start screen: all styles, previewed on the user's picture.
  *
  * @module
  */
@@ -8,7 +8,7 @@ import { get, icon, make, title } from "./elements.js";
 
 /** @typedef {import("./types.js").StyleInfo} StyleInfo */
 
-/** Opens a style, a new one or a file. */
+/** Opens a shipped style, a new style, a draft or a file. */
 export class Start {
   /** @type {HTMLImageElement[]} */
   #pictures = [];
@@ -16,8 +16,8 @@ export class Start {
 
   /**
    * @param {import("./session.js").Session} session
-   * @param {() => Promise<boolean>} mayLeave whether the present style may be closed
-   * @param {(name: string) => void} opened is called before another style comes
+   * @param {() => Promise<boolean>} mayLeave resolves to whether the current style may be closed
+   * @param {(name: string) => void} opened is called before another style is opened
    */
   constructor(session, mayLeave, opened) {
     this.session = session;
@@ -62,7 +62,7 @@ export class Start {
 
   /** @param {StyleInfo[]} styles */
   #fill(styles) {
-    const fresh = this.#tile("New style", "Start with the film as it is and add steps.", () => this.open("new", {}));
+    const fresh = this.#tile("New style", "Start from the unchanged film and add steps.", () => this.open("new", {}));
     fresh.classList.add("new");
     fresh.prepend(make("span", { className: "blank" }, icon("plus")));
     this.#pictures = [];
@@ -83,7 +83,7 @@ export class Start {
     return tile;
   }
 
-  /** A style on the user's own picture. @param {number} number @param {Blob} file */
+  /** Shows the preview of a style. @param {number} number @param {Blob} file */
   picture(number, file) {
     const picture = this.#pictures[number];
     if (!picture) return;
@@ -103,11 +103,11 @@ export class Start {
     const offer = get("draft");
     offer.hidden = !draft;
     if (!draft) return;
-    const accept = make("button", { className: "strong", type: "button", textContent: "Open it" });
+    const accept = make("button", { className: "strong", type: "button", textContent: "Open" });
     const discard = make("button", { type: "button", textContent: "Discard" });
     accept.addEventListener("click", () => this.open("draft", { accept: true }).then(() => (offer.hidden = true)));
     discard.addEventListener("click", () => this.session.ask("draft", { accept: false }).then(() => (offer.hidden = true)));
-    offer.replaceChildren(make("p", { textContent: `“${draft.name}” was not saved when vidstyle ended, ${new Date(draft.when).toLocaleString()}.` }), accept, discard);
+    offer.replaceChildren(make("p", { textContent: `“${draft.name}” has unsaved changes from ${new Date(draft.when).toLocaleString()}.` }), accept, discard);
   }
 
   /** @param {DragEvent} event */
@@ -119,7 +119,7 @@ export class Start {
     if (file) this.take(file);
   }
 
-  /** Opens a style file, or a film or photograph. @param {File} file */
+  /** Uploads a style file, a film or a photograph. @param {File} file */
   async take(file) {
     const isStyle = /\.toml$/i.test(file.name);
     if (isStyle && !(await this.mayLeave())) return;

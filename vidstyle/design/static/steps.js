@@ -1,5 +1,5 @@
 /**
- * What is done to the chosen step, by mouse and by keyboard alike.
+ * Commands on the selected step, from the mouse and the keyboard.
  *
  * @module
  */
@@ -10,11 +10,11 @@ import { LAYERS, nameOf, placeOf, stepsOf } from "./types.js";
 /** @typedef {import("./types.js").Layer} Layer */
 /** @typedef {import("./layout.js").CardName} CardName */
 
-/** Adds, moves and changes steps; says what it did. */
+/** Adds, moves and changes steps, and announces each change. */
 export class Steps {
   /** @type {CardName | null} */
   selected = null;
-  /** Keys that are pressed quickly each work on the state after the one before. @type {Promise<unknown>} */
+  /** Commands run one after another, each on the state that the previous one leaves. @type {Promise<unknown>} */
   #last = Promise.resolve();
 
   /**
@@ -32,41 +32,41 @@ export class Steps {
     this.focus = focus;
   }
 
-  /** The chosen step; null where none is. */
+  /** The selected step, or null. */
   get step() {
     const { state } = this.session;
     return (state && stepsOf(state).find((step) => step.step === this.selected)) ?? null;
   }
 
-  /** Chooses a card, and moves the focus to it. @param {CardName} name */
+  /** Selects a card and focuses it. @param {CardName} name */
   select(name) {
     this.selected = name;
     this.onselect();
     this.focus(name);
   }
 
-  /** After another state has come: a step that is gone cannot be chosen. */
-  keep() {
+  /** Selects the source if the selected step no longer exists; called after each new state. */
+  deselectRemoved() {
     if (typeof this.selected === "number" && !this.step) this.selected = "source";
   }
 
   /**
-   * Lets the user choose a block for a place.
+   * Lets the user choose a block and adds it at a position.
    * @param {Layer} layer @param {number} index @param {DOMRect | null} near
    */
   add(layer, index, near) {
-    this.palette.open(`${words(layer)}, place ${index + 1}`, near, async (block) => {
+    this.palette.open(`${words(layer)}, position ${index + 1}`, near, async (block) => {
       const known = new Set(stepsOf(/** @type {import("./types.js").State} */ (this.session.state)).map(({ step }) => step));
       const answer = await this.session.edit("add", { layer, index, block });
       const { state } = this.session;
       if (!answer || !state) return;
       const added = answer.step ?? stepsOf(state).find(({ step }) => !known.has(step))?.step;
       if (added !== undefined) this.select(added);
-      this.say(`${title(block)} added to ${layer}, place ${index + 1} of ${state.layers[layer].length}.`);
+      this.say(`${title(block)} added to ${layer}, position ${index + 1} of ${state.layers[layer].length}.`);
     });
   }
 
-  /** Adds after the chosen card. @param {DOMRect | null} near */
+  /** Adds a step after the selected card. @param {DOMRect | null} near */
   addAfter(near) {
     const { state } = this.session;
     if (!state) return;
@@ -83,18 +83,18 @@ export class Steps {
     if (!(await this.session.edit("move", { step, layer, index }))) return;
     this.select(step);
     const { state } = this.session;
-    if (state) this.say(`${name} moved to ${layer}, place ${index + 1} of ${state.layers[layer].length}.`);
+    if (state) this.say(`${name} moved to ${layer}, position ${index + 1} of ${state.layers[layer].length}.`);
   }
 
-  /** @param {() => unknown} run */
-  #next(run) {
+  /** Runs a command after those before it. @param {() => unknown} run */
+  #enqueue(run) {
     this.#last = this.#last.then(run);
     return this.#last;
   }
 
-  /** Moves the chosen step by places or layers. @param {string} key of an arrow */
+  /** Moves the selected step within its layer or to another. @param {string} key the arrow key */
   shift(key) {
-    return this.#next(() => this.#shift(key));
+    return this.#enqueue(() => this.#shift(key));
   }
 
   /** @param {string} key */
@@ -111,17 +111,17 @@ export class Steps {
   }
 
   mute() {
-    return this.#next(() => this.#mute());
+    return this.#enqueue(() => this.#mute());
   }
 
   async #mute() {
     const { step } = this;
     if (!step) return;
-    if (await this.session.edit("mute", { step: step.step, on: !step.muted })) this.say(`${nameOf(step)} ${step.muted ? "runs again" : "muted"}.`);
+    if (await this.session.edit("mute", { step: step.step, on: !step.muted })) this.say(`${nameOf(step)} ${step.muted ? "unmuted" : "muted"}.`);
   }
 
   duplicate() {
-    return this.#next(() => this.#duplicate());
+    return this.#enqueue(() => this.#duplicate());
   }
 
   async #duplicate() {
@@ -133,7 +133,7 @@ export class Steps {
   }
 
   expand() {
-    return this.#next(() => this.#expand());
+    return this.#enqueue(() => this.#expand());
   }
 
   async #expand() {
@@ -143,11 +143,11 @@ export class Steps {
     const place = state && placeOf(state, step.step);
     if (!(await this.session.edit("expand", { step: step.step })) || !place) return;
     this.select(this.session.state?.layers[place.layer][place.index]?.step ?? "source");
-    this.say(`${nameOf(step)} replaced by its steps.`);
+    this.say(`${nameOf(step)} replaced with its steps.`);
   }
 
   remove() {
-    return this.#next(() => this.#remove());
+    return this.#enqueue(() => this.#remove());
   }
 
   async #remove() {
@@ -155,8 +155,8 @@ export class Steps {
     const { state } = this.session;
     const place = step && state && placeOf(state, step.step);
     if (!place) return;
-    const rest = state.layers[place.layer];
-    const next = (rest[place.index + 1] ?? rest[place.index - 1])?.step ?? "source";
+    const layer = state.layers[place.layer];
+    const next = (layer[place.index + 1] ?? layer[place.index - 1])?.step ?? "source";
     if (!(await this.session.edit("remove", { step: step.step }))) return;
     this.select(next);
     this.say(`${nameOf(step)} removed.`);
@@ -164,7 +164,7 @@ export class Steps {
 
   /** @param {"undo" | "redo"} which */
   again(which) {
-    return this.#next(() => this.#again(which));
+    return this.#enqueue(() => this.#again(which));
   }
 
   /** @param {"undo" | "redo"} which */

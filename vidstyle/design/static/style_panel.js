@@ -1,5 +1,5 @@
 /**
- * The style as a whole: its knobs, variants, colours and note.
+ * The style panel: knobs, variants, colours and note.
  *
  * @module
  */
@@ -9,10 +9,10 @@ import { ValueList } from "./values.js";
 
 /** @typedef {import("./types.js").State} State */
 
-/** Fields of every style that stand beside its knobs. */
-const MAIN = ["strength", "steady"];
+/** Fields of the style that are shown below its knobs. */
+const MAIN_FIELDS = ["strength", "steady"];
 
-/** Shows the style itself. */
+/** Shows and edits the style as a whole. */
 export class StylePanel {
   /** @param {import("./session.js").Session} session */
   constructor(session) {
@@ -25,7 +25,7 @@ export class StylePanel {
     this.variants = make("div", { className: "chips" });
     this.variants.setAttribute("role", "group");
     this.variants.setAttribute("aria-label", "Variants");
-    this.none = make("p", { className: "quiet", textContent: "No knobs yet: pin a value of a step to have it here." });
+    this.none = make("p", { className: "quiet", textContent: "No knobs yet. Pin a parameter of a step to show it here." });
     this.errors = make("div", { className: "error" });
     this.more = make("details", {}, make("summary", { textContent: "Colours, size and note" }), this.fields.element,
       make("label", { htmlFor: "note", textContent: "Note", className: "above" }), this.note);
@@ -49,7 +49,7 @@ export class StylePanel {
     this.knobs.show(state.knobs);
     this.none.hidden = state.knobs.length > 0;
     /** @param {import("./types.js").Entry} entry */
-    const isMain = (entry) => MAIN.includes(entry.name) && !entry.knob;
+    const isMain = (entry) => MAIN_FIELDS.includes(entry.name) && !entry.knob;
     this.main.show(state.fields.filter(isMain));
     this.fields.show(state.fields.filter((entry) => !isMain(entry)));
     if (document.activeElement !== this.note) this.note.value = state.note;

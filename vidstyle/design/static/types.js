@@ -1,5 +1,5 @@
 /**
- * What the server sends; it holds the style, the page only shows it.
+ * Types of the messages from the server. The server holds the style; the page only shows it.
  *
  * @module
  */
@@ -7,36 +7,36 @@
 import { title } from "./elements.js";
 
 /**
- * One value of a style and the control that sets it.
+ * A parameter of a style and its control.
  * @typedef {object} Entry
- * @property {number | null} step the step that has it; null: the style itself
+ * @property {number | null} step the step that it belongs to; null: the style itself
  * @property {string} name
- * @property {string} path as for `--set`
+ * @property {string} path as in `--set`
  * @property {"slider" | "switch" | "color" | "choice"} kind
  * @property {any} value
  * @property {any} default
- * @property {boolean} knob whether it stands in the simple view
+ * @property {boolean} knob whether it is pinned to the style panel
  * @property {string} help
  * @property {number} [low]
  * @property {number} [high]
  * @property {boolean} [whole]
  * @property {string} [unit]
  * @property {string[]} [options]
- * @property {string} about the step that it belongs to; "" for the style
- * @property {"" | "picture" | "file"} [picks] what the options are
+ * @property {string} about the name of its step; "" for the style
+ * @property {"" | "picture" | "file"} [picks] the kind of the options
  */
 
 /**
  * A step of the style.
  * @typedef {object} Step
- * @property {number} step its identity, which it keeps
+ * @property {number} step its permanent number
  * @property {string} block
  * @property {string} kind
  * @property {string} help
- * @property {string} main its most telling value
+ * @property {string} main its most important value, as text
  * @property {boolean} muted
  * @property {string} save
- * @property {string} implied the name under which the block itself saves
+ * @property {string} implied the name under which the block saves its output by default
  * @property {string} from
  * @property {string[]} from_options
  * @property {boolean} recipe
@@ -45,24 +45,24 @@ import { title } from "./elements.js";
  */
 
 /** @typedef {"base" | "background" | "lines"} Layer */
-/** @typedef {{from: number | "source", to: number, name: string}} Edge a saved picture that a step uses */
+/** @typedef {{from: number | "source", to: number, name: string}} Edge a saved picture that a step reads */
 
 /**
  * @typedef {object} State
  * @property {number} revision
- * @property {string | null} undo what undo takes back
- * @property {string | null} redo
- * @property {boolean} dirty whether there is anything to save
- * @property {string} file where it is saved; "" for nowhere yet
+ * @property {string | null} undo the edit that undo reverts
+ * @property {string | null} redo the edit that redo applies again
+ * @property {boolean} dirty whether there are unsaved changes
+ * @property {string} file the file of the style; "" if it has none yet
  * @property {string} name
  * @property {string} note
  * @property {string[]} variants
- * @property {string} variant the variant that the style is, or ""
+ * @property {string} variant the current variant, or ""
  * @property {Entry[]} fields
  * @property {Entry[]} knobs
  * @property {{entry: number, label: string}[]} history
- * @property {number} present the entry of the history at which the document stands
- * @property {("a" | "b")[]} snapshots that are kept
+ * @property {number} present the current entry of the history
+ * @property {("a" | "b")[]} snapshots the slots that hold a snapshot
  * @property {Record<Layer, Step[]>} layers
  * @property {Edge[]} edges
  * @property {string[]} errors
@@ -71,19 +71,19 @@ import { title } from "./elements.js";
 /** @typedef {{name: string, kind: string, help: string, picture: string}} Block */
 /** @typedef {{name: string, note: string, picture: string}} StyleInfo */
 
-/** What a step is called: by its block, or by the picture that it saves. @param {Step} step */
+/** Returns the display name of a step: its block, or the picture that it saves. @param {Step} step */
 export const nameOf = (step) => title(step.block || step.save || "Saved picture");
 
 /** @type {Layer[]} */
 export const LAYERS = ["base", "background", "lines"];
 
-/** All steps, in the order in which they run. @param {State} state */
+/** Returns all steps in the order in which they run. @param {State} state */
 export function stepsOf(state) {
   return LAYERS.flatMap((layer) => state.layers[layer]);
 }
 
 /**
- * Where a step stands.
+ * Returns the layer and index of a step.
  * @param {State} state
  * @param {number} step
  * @returns {{layer: Layer, index: number} | null}

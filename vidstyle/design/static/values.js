@@ -1,5 +1,5 @@
 /**
- * Rows of values: name, number, slider, help, and a pin that makes a value a knob.
+ * Rows of parameters: name, number, slider, help, and a pin that makes the parameter a knob.
  *
  * @module
  */
@@ -10,7 +10,7 @@ import { icon, make, title, words } from "./elements.js";
 /** @typedef {import("./types.js").Entry} Entry */
 /** @typedef {{box: HTMLElement, pin: HTMLButtonElement | null, shown: import("./controls.js").Control, entry: Entry}} Row */
 
-/** A list of values, which keeps its rows while only values change. */
+/** A list of parameters; its rows stay in place while only values change. */
 export class ValueList {
   /** @type {Map<string, Row>} */
   #rows = new Map();
@@ -19,7 +19,7 @@ export class ValueList {
 
   /**
    * @param {import("./session.js").Session} session
-   * @param {boolean} pins whether values can be made knobs here
+   * @param {boolean} pins whether to show pins
    */
   constructor(session, pins) {
     this.session = session;
@@ -49,9 +49,9 @@ export class ValueList {
     const id = `value-${this.pins ? "" : "knob-"}${entry.path}`;
     const shown = control(entry, id, (value) => this.#set(entry, value));
     const name = !this.pins && entry.about ? `${words(entry.about)}: ${words(entry.name)}` : words(entry.name);
-    const label = make("label", { htmlFor: id, textContent: title(name), title: `${entry.path}\nDouble click: ${entry.default ?? "not set"}` });
+    const label = make("label", { htmlFor: id, textContent: title(name), title: `${entry.path}\nDouble-click to reset: ${entry.default ?? "not set"}` });
     const pin = this.pins ? this.#pin(entry) : null;
-    const top = make("div", { className: "top" }, label, ...(pin ? [pin] : []), make("div", { className: "number" }, ...shown.beside));
+    const top = make("div", { className: "top" }, label, ...(pin ? [pin] : []), make("div", { className: "number" }, ...shown.inline));
     const parts = [top, ...(shown.below ? [this.#track(entry, shown.below)] : [])];
     const box = make("div", { className: "value" }, ...parts, make("p", { className: "help", textContent: entry.help }));
     box.dataset.path = entry.path;
@@ -61,7 +61,7 @@ export class ValueList {
     return { box, pin, shown, entry };
   }
 
-  /** A slider with a mark at the default. @param {Entry} entry @param {HTMLElement[]} inside */
+  /** Returns a slider with a mark at the default. @param {Entry} entry @param {HTMLElement[]} inside */
   #track(entry, inside) {
     const track = make("div", { className: "track" }, ...inside);
     const scale = scaleOf(entry);
@@ -71,8 +71,8 @@ export class ValueList {
 
   /** @param {Entry} entry */
   #pin(entry) {
-    const pin = make("button", { className: "pin", type: "button", title: "Make it a knob, which stands on the page of the style" }, icon("pin"));
-    pin.setAttribute("aria-label", `${words(entry.name)} is a knob`);
+    const pin = make("button", { className: "pin", type: "button", title: "Pin to the style panel" }, icon("pin"));
+    pin.setAttribute("aria-label", `Pin ${words(entry.name)} to the style panel`);
     pin.addEventListener("click", () => {
       const { step, name } = entry;
       this.session.edit("knob", { step, name, on: pin.getAttribute("aria-pressed") !== "true" });

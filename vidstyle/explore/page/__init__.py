@@ -1,4 +1,4 @@
-"""The explorer's page: nine tiles of the user's own film, and one more like the one that is taken."""
+"""The page of the explorer: nine styles of the user's film, and nine more like the chosen one."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import threading
 from collections.abc import Callable
 from contextlib import closing
 
-import vidstyle.web  # noqa: F401  # first of all: it says what to install if aiohttp is missing
+import vidstyle.web  # noqa: F401  # first, since it reports how to install a missing aiohttp
 from vidstyle.errors import log
 from vidstyle.explore.page.exploration import Exploration
-from vidstyle.explore.page.explore_page import ExplorePage, OpenDesigner
+from vidstyle.explore.page.explore_server import ExploreServer, OpenDesigner
 from vidstyle.preview.clip import open_clip
 
 __all__ = ["explore"]
@@ -24,14 +24,14 @@ def explore(
     browse: Callable[[str], None] | None = None,
     designer: OpenDesigner | None = None,
 ) -> None:
-    """Show the page until `stop` is set.
+    """Serve the page until `stop` is set.
 
     Args:
-        source: as for `open_clip`.
-        stop: ends it.
-        seed: of the screens: the same seed and the same clicks give the same styles.
-        port: of this machine; 0 chooses a free one.
-        browse: opens the page in a browser, by an address that admits only the first.
+        source: the input, see `open_clip`.
+        stop: ends the server when set.
+        seed: random seed; the same seed and clicks give the same styles.
+        port: port to listen on; 0 selects a free one.
+        browse: opens a one-time URL of the page in a browser.
         designer: opens the designer with a style.
 
     Raises:
@@ -39,7 +39,7 @@ def explore(
         OutputError: the port is taken or needs privileges.
     """
     with closing(open_clip(source)) as clip, Exploration(clip, seed) as exploration:
-        with closing(ExplorePage(exploration, port, designer)) as page:
+        with closing(ExploreServer(exploration, port, designer)) as page:
             log.warning("page: %s", page.url)
             if browse is not None:
                 browse(page.one_time_url)

@@ -1,4 +1,4 @@
-"""What happens behind the page: candidates made ahead of the click, and pictures of the tiles."""
+"""The state behind the page: choices, candidates rendered ahead of clicks, and pictures of tiles."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ import numpy as np
 from vidstyle.core.closing import Closing
 from vidstyle.errors import UsageError
 from vidstyle.explore.chooser import Chooser, Tile
-from vidstyle.explore.look import SIDE, Look, look_of
+from vidstyle.explore.look import MAX_LOOK_SIDE_PX, Look, look_of
 from vidstyle.explore.phrases import shipped_styles
-from vidstyle.explore.plane import Plane, plane_of
+from vidstyle.explore.tuning_pad import TuningPad, tuning_pad_of
 from vidstyle.explore.workers import Workers
 from vidstyle.gallery.style_samples import restyled, sheet_of
 from vidstyle.preview.clip import Clip
@@ -26,31 +26,31 @@ from vidstyle.preview.plans import plan_message
 from vidstyle.style import Style
 
 NOW, SHOWN, AHEAD, MOVING, LATER = range(5)
-"""How urgent work is: what a click waits for; the first picture of a tile; what the likeliest next clicks
-need; the pictures by which tiles move; what other clicks would need."""
-LIKELIEST = 4
-"""Number of the likeliest clicks."""
-KEPT_LOOKS = 1000
-MOVING_SECONDS, MOVING_RATE = 3.0, 15.0
-"""Length of the part of a film that moves in the tiles, and its most frames a second."""
-GRID = 5
-"""Rows and columns of the small pictures behind a plane."""
+"""Priorities: candidates that a click waits for; the first picture of a tile; candidates for the most likely
+next clicks; further pictures of tiles; candidates for other clicks."""
+LIKELY_CHOICE_COUNT = 4
+"""Number of most likely clicks that are prepared first."""
+MAX_CACHED_LOOKS = 1000
+EXCERPT_SECONDS, MAX_EXCERPT_RATE = 3.0, 15.0
+"""Length of the excerpt that plays in the tiles, and its maximum frame rate."""
+PAD_GRID_SIZE = 5
+"""Rows and columns of the samples on a tuning pad."""
 
 
 class Exploration(Closing):
-    """The choosing on a clip, and its pictures. Any thread may call; what chooses waits for its turn.
+    """The exploration of one clip. Thread-safe; choices are made one at a time.
 
     Attributes:
-        chooser: screens and favourites; to be read while nothing is chosen.
-        frames: the numbers of the frames that move in the tiles.
-        rate: how many of them are shown in a second.
+        chooser: screens and favourites; read it only between choices.
+        frames: the frame numbers of the excerpt.
+        rate: the frame rate of the excerpt.
     """
 
     def __init__(self, clip: Clip, seed: int = 0) -> None:
         self.clip = clip
         self._workers = Workers()
         self._looks: OrderedDict[str, Future[Look | None]] = OrderedDict()
-        self._planes: dict[int, Plane | None] = {}
+        self._pads: dict[int, TuningPad | None] = {}
         self._tiles: list[Tile] = []
         self._numbers: dict[int, int] = {}
         self._turn, self._lock = threading.Lock(), threading.RLock()
@@ -58,7 +58,7 @@ class Exploration(Closing):
         self._latest = -1
         self._ahead: list[tuple[str, Future[Look | None]]] = []
         self.move_to(0.4)
-        self._picture = np.ascontiguousarray(clip.frame(self.frames[0], SIDE))
+        self._picture = np.ascontiguousarray(clip.frame(self.frames[0], MAX_LOOK_SIDE_PX))
         self.chooser = Chooser(self._looks_of, shipped_styles(), seed)
 
     def close(self) -> None:
@@ -67,28 +67,28 @@ class Exploration(Closing):
         self._workers.close()
 
     def move_to(self, part: float) -> None:
-        """Let the tiles show what follows this part of the clip, from 0 to 1."""
+        """Move the excerpt to a position in the clip, 0..1."""
         fps, count = self.clip.fps, self.clip.count
-        step = max(1, round(fps / MOVING_RATE))
-        length = min(count, max(1, round(MOVING_SECONDS * fps)))
+        step = max(1, round(fps / MAX_EXCERPT_RATE))
+        length = min(count, max(1, round(EXCERPT_SECONDS * fps)))
         first = round(part * (count - length))
         self.frames = range(first, first + length, step)
         self.rate = fps / step
 
-    # Tiles have numbers, by which the page names them.
+    # Tiles, which the page identifies by number
 
     def tile(self, number: int) -> Tile:
-        """A tile by its number.
+        """Return a tile by number.
 
         Raises:
-            UsageError: there is none.
+            UsageError: the tile does not exist.
         """
         if not 0 <= number < len(self._tiles):
             raise UsageError("tile", f"there is no tile {number}")
         return self._tiles[number]
 
     def number(self, tile: Tile) -> int:
-        """The number of a tile, which it keeps."""
+        """Return the permanent number of a tile."""
         with self._lock:
             if id(tile) not in self._numbers:
                 self._numbers[id(tile)] = len(self._tiles)
@@ -98,18 +98,18 @@ class Exploration(Closing):
     # Choosing
 
     def begin(self) -> None:
-        """Make the first screen, if there is none."""
+        """Make the first screen, unless it exists."""
         with self._turn:
             if not self.chooser.screens:
                 self.chooser.new_screen()
         self._look_ahead()
 
     def new_screen(self) -> None:
-        """Show nine others that follow from none."""
+        """Show nine new styles."""
         self._choose(self.chooser.new_screen)
 
     def more_like(self, number: int) -> None:
-        """Show others like a tile."""
+        """Show styles similar to a tile."""
         tile = self.tile(number)
         tiles = self.chooser.screen.tiles
         if tile in tiles:
@@ -118,36 +118,36 @@ class Exploration(Closing):
             self._choose(lambda: self.chooser.again(tile))
 
     def set_near(self, part: float) -> None:
-        """How far tiles are from the one that was taken, from the next screen on."""
+        """Set the distance of new tiles from the chosen one, from the next screen on."""
         self.chooser.near = part
         self._look_ahead()
 
     def lock(self, name: str, on: bool) -> None:
-        """What of the tile taken stays as it is, from the next screen on."""
+        """Lock or unlock a part of the chosen tile, from the next screen on."""
         self.chooser.locks = self.chooser.locks | {name} if on else self.chooser.locks - {name}
         self._look_ahead()
 
     def again(self) -> None:
-        """Show others like the tile in the middle."""
+        """Show more styles like the tile in the middle."""
         self._choose(self.chooser.again)
 
     def star(self, number: int, on: bool) -> None:
-        """Keep a tile, or no longer."""
+        """Keep a tile, or stop keeping it."""
         self.chooser.star(self.tile(number), on)
 
     def back(self) -> None:
-        """Show the screen before."""
+        """Show the previous screen."""
         self._choose(self.chooser.back)
 
     def forward(self) -> None:
-        """Show the screen from which one went back."""
+        """Show the next screen again after `back`."""
         self._choose(self.chooser.forward)
 
     def jump(self, screen: int) -> None:
-        """Show a screen by its number.
+        """Show a screen by number.
 
         Raises:
-            UsageError: there is none.
+            UsageError: the screen does not exist.
         """
         if screen >= len(self.chooser.screens):
             raise UsageError("screen", f"there is no screen {screen}")
@@ -162,18 +162,18 @@ class Exploration(Closing):
     # Looks
 
     def _looks_of(self, styles: Sequence[Style]) -> list[Look | None]:
-        futures = [self._ordered(style, NOW)[1] for style in styles]
+        futures = [self._request_look(style, NOW)[1] for style in styles]
         return [each.result() for each in futures]
 
-    def _ordered(self, style: Style, urgency: int) -> tuple[str, Future[Look | None]]:
-        """The look of a style, which is being made or will be."""
+    def _request_look(self, style: Style, urgency: int) -> tuple[str, Future[Look | None]]:
+        """Request the look of a style; return its key and future."""
         key = repr(style)
         with self._lock:
             future = self._looks.get(key)
             if future is None or future.cancelled():
                 future = self._workers.submit(urgency, look_of, self._picture, style)
                 self._looks[key] = future
-                if len(self._looks) > KEPT_LOOKS:
+                if len(self._looks) > MAX_CACHED_LOOKS:
                     self._looks.popitem(last=False)
             elif urgency == NOW and not future.done():
                 self._workers.hurry(future, NOW)
@@ -181,7 +181,7 @@ class Exploration(Closing):
         return key, future
 
     def _look_ahead(self) -> None:
-        """Order what the next click may need, the likeliest first, in a thread of its own."""
+        """Request candidates for the next click in a separate thread, most likely first."""
         self._latest = change = next(self._change)
         threading.Thread(target=self._order_ahead, args=(change,), name="vidstyle ahead", daemon=True).start()
 
@@ -193,8 +193,8 @@ class Exploration(Closing):
                 if self._latest != change:
                     return
                 styles = self.chooser.likely_styles(place)
-                urgency = AHEAD if rank < LIKELIEST else LATER
-                self._ahead += [self._ordered(style, urgency) for style in styles]
+                urgency = AHEAD if rank < LIKELY_CHOICE_COUNT else LATER
+                self._ahead += [self._request_look(style, urgency) for style in styles]
 
     def _stop_looking_ahead(self) -> None:
         self._latest = -1
@@ -207,7 +207,7 @@ class Exploration(Closing):
     # Pictures and plans
 
     def source(self, frame: int, side: int) -> bytes:
-        """A frame as it is, as JPEG."""
+        """Return an unchanged frame as JPEG."""
         return encode(self.clip.frame(frame, side), "jpeg")
 
     def look(self, number: int) -> bytes:
@@ -215,42 +215,42 @@ class Exploration(Closing):
         return encode(self.tile(number).look.picture, "jpeg")
 
     def styled(self, style: Style, frame: int, side: int) -> Future[bytes]:
-        """A frame in a style, as JPEG."""
+        """Render a frame in a style, as JPEG."""
         picture = np.ascontiguousarray(self.clip.frame(frame, side))
         urgency = SHOWN if frame == self.frames[0] else MOVING
         return self._workers.submit(urgency, styled_jpeg, picture, style)
 
     def plan(self, style: Style, side: int) -> Future[dict[str, Any]]:
-        """The plan of a style for pictures with this shorter side."""
+        """Make the plan of a style for pictures with this shorter side."""
         height, width = self.clip.frame(self.frames[0], side).shape[:2]
         return self._workers.submit(NOW, plan_message, replace(style, steady=0.0), width, height)
 
     # Fine tuning
 
-    def plane(self, number: int) -> Plane:
-        """The plane of a tile.
+    def pad(self, number: int) -> TuningPad:
+        """Return the tuning pad of a tile.
 
         Raises:
-            UsageError: the style has none.
+            UsageError: fewer than two values change the picture.
         """
-        if number not in self._planes:
-            self._planes[number] = plane_of(self.tile(number).style, self._looks_of)
-        plane = self._planes[number]
-        if plane is None:
+        if number not in self._pads:
+            self._pads[number] = tuning_pad_of(self.tile(number).style, self._looks_of)
+        pad = self._pads[number]
+        if pad is None:
             raise UsageError(self.tile(number).style.name, "has no two values that change this picture")
-        return plane
+        return pad
 
-    def plane_picture(self, number: int) -> bytes:
-        """Small pictures of what the plane of a tile holds, as one JPEG."""
-        plane, places = self.plane(number), np.linspace(0, 1, GRID)
-        looks = self._looks_of([plane.style_at(x, 1 - y) for y in places for x in places])
+    def pad_picture(self, number: int) -> bytes:
+        """Render samples across the tuning pad of a tile, as one JPEG."""
+        pad, places = self.pad(number), np.linspace(0, 1, PAD_GRID_SIZE)
+        looks = self._looks_of([pad.style_at(x, 1 - y) for y in places for x in places])
         pictures = [look.picture if look else np.zeros_like(self.tile(number).look.picture) for look in looks]
         framed = [np.pad(each, ((1, 1), (1, 1), (0, 0))) for each in pictures]
-        return encode(sheet_of(framed, GRID), "jpeg")
+        return encode(sheet_of(framed, PAD_GRID_SIZE), "jpeg")
 
     def tuned(self, number: int, x: float, y: float) -> int:
-        """A new tile: the style at a point of the plane of a tile."""
-        style = self.plane(number).style_at(x, y)
+        """Make a new tile from a point on the tuning pad of a tile."""
+        style = self.pad(number).style_at(x, y)
         style = replace(style, name=f"{style.name.partition('~')[0]}~tuned{len(self._tiles)}")
         (look,) = self._looks_of([style])
         assert look is not None
@@ -258,5 +258,5 @@ class Exploration(Closing):
 
 
 def styled_jpeg(picture: np.ndarray, style: Style) -> bytes:
-    """A picture, H x W x 3 uint8, in a style, as JPEG."""
+    """Render a picture, H x W x 3 uint8, in a style, as JPEG."""
     return encode(restyled(picture, style), "jpeg")

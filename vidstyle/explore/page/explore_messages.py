@@ -1,15 +1,15 @@
-"""What the explorer's page may ask for: the messages, and the methods of an exploration that they call."""
+"""The schema of the messages from the page, and the methods that they call."""
 
 from __future__ import annotations
 
 from vidstyle.explore.generate import LOCKS
 from vidstyle.explore.page import outputs
-from vidstyle.explore.page.pictures import SIDES
+from vidstyle.explore.page.pictures import PICTURE_SIDES_PX
 from vidstyle.web.messages import Fields, is_bool, is_index, is_part, is_text
 
 
 def _is_side(value: object) -> bool:
-    return value in SIDES
+    return value in PICTURE_SIDES_PX
 
 
 def _is_lock(value: object) -> bool:
@@ -17,15 +17,15 @@ def _is_lock(value: object) -> bool:
 
 
 def _is_kind(value: object) -> bool:
-    return value in outputs.KINDS
+    return value in outputs.EXPORT_KINDS
 
 
-TILE: Fields = {"tile": is_index}
-POINT: Fields = {"tile": is_index, "x": is_part, "y": is_part}
-FIELDS: dict[str, Fields] = {
+TILE_FIELD: Fields = {"tile": is_index}
+POINT_FIELDS: Fields = {"tile": is_index, "x": is_part, "y": is_part}
+MESSAGE_FIELDS: dict[str, Fields] = {
     kind: {"id": is_index, **fields}
     for kind, fields in {
-        "like": TILE,
+        "like": TILE_FIELD,
         "again": {},
         "fresh": {},
         "back": {},
@@ -36,17 +36,17 @@ FIELDS: dict[str, Fields] = {
         "star": {"tile": is_index, "on": is_bool},
         "move": {"part": is_part},
         "plan": {"tile": is_index, "side": _is_side, "whole": is_bool},
-        "plane": TILE,
-        "tune": {**POINT, "side": _is_side, "whole": is_bool},
-        "keep": POINT,
+        "pad": TILE_FIELD,
+        "tune": {**POINT_FIELDS, "side": _is_side, "whole": is_bool},
+        "keep": POINT_FIELDS,
         "save": {"tile": is_index, "name": is_text, "overwrite": is_bool},
         "export": {"tile": is_index, "name": is_text, "kind": _is_kind},
         "render": {"tile": is_index, "name": is_text},
         "cancel": {},
-        "design": TILE,
+        "design": TILE_FIELD,
     }.items()
 }
-"""The messages of the page. Each is answered, by its `id`."""
+"""The fields of all messages; the answer to a message repeats its `id`."""
 
 ACTIONS = {
     "like": "more_like",
@@ -61,4 +61,4 @@ ACTIONS = {
     "move": "move_to",
     "keep": "tuned",
 }
-"""The methods of `Exploration` that messages call, after which all browsers are told what is shown."""
+"""The methods of `Exploration` that messages call; all browsers get the new state afterwards."""

@@ -1,4 +1,4 @@
-"""What the page writes: styles into the user's folder, exports and films into the working folder."""
+"""Output of the page: styles in the folder of the user, exports and films in the working folder."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from vidstyle.preview.clip import Clip
 from vidstyle.preview.places import checked_name, checked_path, refuse_existing
 from vidstyle.style import PLAIN, Style, user_styles
 
-KINDS = ("html", "hook", "toml")
-FILM, PICTURE = ".mp4", ".png"
+EXPORT_KINDS = ("html", "hook", "toml")
+FILM_SUFFIX, PICTURE_SUFFIX = ".mp4", ".png"
 
 
 def save(style: Style, name: str, overwrite: bool = False) -> Path:
-    """Write a style to the user's folder, where all commands find it by its name.
+    """Save a style to the folder of the user, where all commands find it by name.
 
     Raises:
-        UsageError: the name cannot be used, or is that of a shipped style or of an existing file.
+        UsageError: the name is invalid, or is the name of a shipped style or an existing file.
         OutputError: the file cannot be written.
     """
     folder = user_styles()
@@ -39,13 +39,13 @@ def save(style: Style, name: str, overwrite: bool = False) -> Path:
 
 
 def write_export(style: Style, name: str, kind: str) -> Path:
-    """Write a style for another program to the working folder.
+    """Export a style to the working folder.
 
     Args:
-        kind: of `KINDS`.
+        kind: of `EXPORT_KINDS`.
 
     Raises:
-        UsageError: the name cannot be used, or the file exists.
+        UsageError: the name is invalid, or the file exists.
         OutputError: the file cannot be written.
     """
     target = checked_path(Path.cwd(), name, f".{kind}")
@@ -57,16 +57,16 @@ def write_export(style: Style, name: str, kind: str) -> Path:
 def render_clip(
     clip: Clip, style: Style, name: str, watch: Callable[[Progress], None], stop: threading.Event
 ) -> Path:
-    """Restyle the whole clip into the working folder.
+    """Render the whole clip to the working folder.
 
     Raises:
-        UsageError: the name cannot be used, the file exists, or the clip comes from a camera.
+        UsageError: the name is invalid, the file exists, or the clip comes from a camera.
         VidstyleError: see `render`.
     """
     source = clip.file()
     if source is None:
         raise UsageError(clip.name, "is a camera", "give a film to render it")
-    target = checked_path(Path.cwd(), name, FILM if clip.count > 1 else PICTURE)
+    target = checked_path(Path.cwd(), name, FILM_SUFFIX if clip.count > 1 else PICTURE_SUFFIX)
     refuse_existing(target, False)
     render(source, target, style, on_progress=watch, stop=stop)
     return target

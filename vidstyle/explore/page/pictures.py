@@ -1,4 +1,4 @@
-"""The pictures of the explorer's page, by address."""
+"""HTTP handlers for the pictures of the page."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from vidstyle.explore.chooser import Tile
 from vidstyle.explore.page.exploration import Exploration
 from vidstyle.web.server import Handler
 
-SIDES = (180, 270, 360, 540, 720, 1080)
-"""Shorter sides of pictures that the page may ask for."""
+PICTURE_SIDES_PX = (180, 270, 360, 540, 720, 1080)
+"""Sizes of pictures that the page may request: the shorter side."""
 
 
 def picture_handlers(exploration: Exploration) -> dict[str, Handler]:
-    """What answers requests for pictures, JPEG, by address; what there is not gets 404."""
+    """Return handlers for JPEG pictures by path; unknown pictures give 404."""
     pictures = _Pictures(exploration)
     return {
         "/frame.jpg": pictures.frame,
         "/tile.jpg": pictures.tile,
         "/look.jpg": pictures.look,
-        "/plane.jpg": pictures.plane,
+        "/pad.jpg": pictures.pad,
         "/tuned.jpg": pictures.tuned,
     }
 
@@ -47,14 +47,14 @@ class _Pictures:
         self._tile(request)
         return _jpeg(await asyncio.to_thread(self._exploration.look, _number(request, "tile")))
 
-    async def plane(self, request: web.Request) -> web.StreamResponse:
+    async def pad(self, request: web.Request) -> web.StreamResponse:
         self._tile(request)
-        return _jpeg(await self._or_nothing(self._exploration.plane_picture, _number(request, "tile")))
+        return _jpeg(await self._or_nothing(self._exploration.pad_picture, _number(request, "tile")))
 
     async def tuned(self, request: web.Request) -> web.StreamResponse:
         self._tile(request)
-        plane = await self._or_nothing(self._exploration.plane, _number(request, "tile"))
-        style = plane.style_at(_part(request, "x"), _part(request, "y"))
+        pad = await self._or_nothing(self._exploration.pad, _number(request, "tile"))
+        style = pad.style_at(_part(request, "x"), _part(request, "y"))
         frame = _number(request, "frame", self._exploration.clip.count)
         future = await asyncio.to_thread(self._exploration.styled, style, frame, _side(request))
         return _jpeg(await asyncio.wrap_future(future))
@@ -81,7 +81,7 @@ def _number(request: web.Request, name: str, count: int = 2**31) -> int:
 
 def _side(request: web.Request) -> int:
     side = _number(request, "side")
-    if side not in SIDES:
+    if side not in PICTURE_SIDES_PX:
         raise web.HTTPNotFound
     return side
 

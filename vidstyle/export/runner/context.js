@@ -1,5 +1,5 @@
 /**
- * What one WebGL context holds for all styles: programs and the textures of assets.
+ * Resources shared by all styles of a WebGL context: programs and asset textures.
  *
  * @module
  */
@@ -8,7 +8,7 @@
 /** @typedef {import("./runner.js").Size} Size */
 
 /**
- * Whether a style's textures can be float32 (32), half floats only (16), or neither (0).
+ * Returns the largest supported float render target: 32, 16 or 0 bits.
  * @param {WebGL2RenderingContext} gl
  */
 export function floatTargets(gl) {
@@ -16,13 +16,13 @@ export function floatTargets(gl) {
   return gl.getExtension("EXT_color_buffer_half_float") ? 16 : 0;
 }
 
-/** What a WebGL context holds for all styles: programs and the textures of assets. */
+/** Resources shared by all styles: programs and asset textures. */
 export class Context {
   /** @param {WebGL2RenderingContext} gl @param {boolean} half */
   constructor(gl, half) {
     this.gl = gl;
     const bits = floatTargets(gl);
-    if (!bits) throw new Error("this graphics card cannot draw into floating-point textures");
+    if (!bits) throw new Error("this GPU cannot render to floating-point textures");
     this.bits = half ? 16 : bits;
     gl.getExtension(this.bits === 16 ? "EXT_color_buffer_half_float" : "EXT_color_buffer_float");
     this.parallel = gl.getExtension("KHR_parallel_shader_compile");
@@ -37,7 +37,7 @@ export class Context {
   }
 
   /**
-   * Starts to compile a program, unless it is there.
+   * Starts to compile a program, unless it exists.
    * @param {string} vertex @param {string} fragment
    */
   compile(vertex, fragment) {
@@ -68,7 +68,7 @@ export class Context {
   }
 
   /**
-   * A compiled program.
+   * Returns a compiled program.
    * @param {string} vertex @param {string} fragment
    */
   program(vertex, fragment) {
@@ -78,7 +78,7 @@ export class Context {
     if (!found.checked && !gl.isContextLost()) {
       if (!gl.getProgramParameter(found.program, gl.LINK_STATUS)) {
         const reason = gl.getShaderInfoLog(found.shader) || gl.getProgramInfoLog(found.program);
-        throw new Error(`the graphics driver refuses a shader: ${reason}`);
+        throw new Error(`the graphics driver rejected a shader: ${reason}`);
       }
       found.checked = true;
     }
@@ -95,7 +95,7 @@ export class Context {
   }
 
   /**
-   * The texture of an asset.
+   * Returns the texture of an asset.
    * @param {string} name @param {Plan} plan
    */
   texture(name, plan) {
@@ -114,7 +114,7 @@ export class Context {
     return texture;
   }
 
-  /** The texels of a small copy of a picture. @param {WebGLTexture} picture @param {Size} size @param {Size} small */
+  /** Returns the texels of a reduced copy of a picture. @param {WebGLTexture} picture @param {Size} size @param {Size} small */
   shrunk(picture, size, small) {
     const gl = this.gl;
     const copy = this.newTexture(gl.TEXTURE_2D);
@@ -133,7 +133,7 @@ export class Context {
     return texels;
   }
 
-  /** A texture whose texels are read as they are, bound. @param {number} target */
+  /** Creates and binds a texture without filtering. @param {number} target */
   newTexture(target) {
     const gl = this.gl;
     const texture = /** @type {WebGLTexture} */ (gl.createTexture());

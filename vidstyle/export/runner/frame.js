@@ -1,5 +1,5 @@
 /**
- * The textures of one style for pictures of one size, and how its passes are drawn.
+ * Rendering of a style for one picture size: its textures and passes.
  *
  * @module
  */
@@ -14,7 +14,7 @@ import { percentiles } from "./measured.js";
 /** @typedef {import("./runner.js").Source} Source */
 
 /**
- * The size of a picture that is scaled, as by `vidstyle.core.resample.scaled_shape`.
+ * Returns the size of a scaled picture, as in `vidstyle.core.resample.scaled_shape`.
  * @param {Size} size
  * @param {number} factor
  * @returns {Size}
@@ -24,9 +24,9 @@ export function scaledSize(size, factor) {
 }
 
 /**
- * Which pixels are measured, as by `vidstyle.core.measured.Sampling`.
+ * Returns which pixels are measured, as in `vidstyle.core.measured.Sampling`.
  * @param {Size} size
- * @param {number} most samples across and down
+ * @param {number} most maximum number of samples in each direction
  * @returns {{stride: number, first: Size, size: Size}}
  */
 export function sampling(size, most) {
@@ -37,7 +37,7 @@ export function sampling(size, most) {
 }
 
 /**
- * How many numbers each type of uniform has, and how they are set.
+ * The number of components of each uniform type, and its setter.
  * @type {Object<string, [number, (gl: WebGL2RenderingContext, at: WebGLUniformLocation, numbers: number[]) => void]>}
  */
 const UNIFORMS = {
@@ -114,7 +114,7 @@ export class Frame {
     });
   }
 
-  /** Fills the tables with the film's own colours. @param {LoadedStyle} style @param {number | null} time */
+  /** Updates the tables of film colours. @param {LoadedStyle} style @param {number | null} time */
   takeColors(style, time) {
     const gl = this.context.gl;
     for (const [name, colors] of style.films) {
@@ -126,8 +126,8 @@ export class Frame {
   }
 
   /**
-   * @param {LoadedStyle} style @param {PlanPass} pass @param {WebGLFramebuffer} target @param {number} at in the values
-   * @param {number} moment of the frame, in whole milliseconds
+   * @param {LoadedStyle} style @param {PlanPass} pass @param {WebGLFramebuffer} target @param {number} at index of its first value
+   * @param {number} moment the time of the frame in whole milliseconds
    */
   pass(style, pass, target, at, moment) {
     const { plan, values } = style;
@@ -140,7 +140,7 @@ export class Frame {
       if (location) UNIFORMS[type][1](gl, location, numbers);
     };
     gl.useProgram(program);
-    const { stride, first } = pass.measures === undefined ? WHOLE : sampling(this.pages[pass.page], plan.samples);
+    const { stride, first } = pass.measures === undefined ? FULL_SAMPLING : sampling(this.pages[pass.page], plan.samples);
     set("origin", "ivec2", first);
     set("stride", "ivec2", [stride, stride]);
     set("moment", "uint", [moment]);
@@ -164,7 +164,7 @@ export class Frame {
   }
 
   /**
-   * Binds a texture to the active unit; the size of a picture.
+   * Binds a texture to the active unit; returns the size of a picture.
    * @param {Plan} plan @param {PlanPass["reads"][string]} what
    */
   bind(plan, what) {
@@ -181,7 +181,7 @@ export class Frame {
     return what.image === undefined ? this.size : this.images[what.image].size;
   }
 
-  /** @param {LoadedStyle} style @param {PlanPass} pass @param {number | null} time @param {number} at of the first measurement */
+  /** @param {LoadedStyle} style @param {PlanPass} pass @param {number | null} time @param {number} at index of the first measurement */
   measure(style, pass, time, at) {
     const gl = this.context.gl;
     const { measures } = style.plan;
@@ -208,15 +208,15 @@ export class Frame {
 }
 
 /** @type {{stride: number, first: Size}} */
-const WHOLE = { stride: 1, first: [0, 0] };
+const FULL_SAMPLING = { stride: 1, first: [0, 0] };
 
-/** How many of the values are a pass's. @param {PlanPass} pass */
+/** Returns the number of values of a pass. @param {PlanPass} pass */
 function countOf(pass) {
   return pass.uniforms.reduce((sum, [, type, length]) => sum + UNIFORMS[type][0] * (length || 1), 0);
 }
 
 /**
- * The sizes at which passes run.
+ * Returns the sizes at which passes run.
  * @param {LoadedStyle} style @param {Size} size of the picture
  * @returns {Size[]}
  */

@@ -1,5 +1,5 @@
 /**
- * What is measured in a picture, and held over time.
+ * Measurements of pictures, with smoothing over time.
  *
  * @module
  */
@@ -7,8 +7,8 @@
 /** @typedef {import("./runner.js").Film} Film */
 
 /**
- * Percentiles of numbers, interpolated between two of them as by `numpy.percentile`.
- * @param {Float32Array} numbers is sorted
+ * Returns percentiles with linear interpolation, as in `numpy.percentile`.
+ * @param {Float32Array} numbers is sorted in place
  * @param {number[]} percentages
  * @returns {number[]}
  */
@@ -22,7 +22,7 @@ export function percentiles(numbers, percentages) {
   });
 }
 
-/** First-order smoothing over time, as by `vidstyle.core.measured.ExponentialSmoother`. */
+/** First-order smoothing over time, as in `vidstyle.core.measured.ExponentialSmoother`. */
 export class Smoother {
   constructor() {
     /** @type {number[] | null} */
@@ -32,10 +32,10 @@ export class Smoother {
   }
 
   /**
-   * The smoothed numbers after these.
+   * Adds numbers and returns the smoothed result.
    * @param {number[]} numbers
-   * @param {number | null} time in seconds; null for a picture that stands alone
-   * @param {number} constant time constant in seconds; 0 follows at once
+   * @param {number | null} time in seconds; null for a still picture
+   * @param {number} constant time constant in seconds; 0 disables smoothing
    * @returns {number[]}
    */
   follow(numbers, time, constant) {
@@ -51,31 +51,31 @@ export class Smoother {
   }
 }
 
-const TO_CONES = [[0.4122214708, 0.5363325363, 0.0514459929], [0.2119034982, 0.6806995451, 0.1073969566], [0.0883024619, 0.2817188376, 0.6299787005]];
-const TO_LAB = [[0.210454255, 0.793617785, -0.004072047], [1.977998495, -2.428592205, 0.45059371], [0.025904037, 0.782771766, -0.808675766]];
-const FROM_LAB = [[1, 0.3963377774, 0.2158037573], [1, -0.1055613458, -0.0638541728], [1, -0.0894841775, -1.291485548]];
-const FROM_CONES = [[4.0767416621, -3.3077115913, 0.2309699292], [-1.2684380046, 2.6097574011, -0.3413193965], [-0.0041960863, -0.7034186147, 1.707614701]];
+const RGB_TO_LMS_MATRIX = [[0.4122214708, 0.5363325363, 0.0514459929], [0.2119034982, 0.6806995451, 0.1073969566], [0.0883024619, 0.2817188376, 0.6299787005]];
+const LMS_TO_LAB_MATRIX = [[0.210454255, 0.793617785, -0.004072047], [1.977998495, -2.428592205, 0.45059371], [0.025904037, 0.782771766, -0.808675766]];
+const LAB_TO_LMS_MATRIX = [[1, 0.3963377774, 0.2158037573], [1, -0.1055613458, -0.0638541728], [1, -0.0894841775, -1.291485548]];
+const LMS_TO_RGB_MATRIX = [[4.0767416621, -3.3077115913, 0.2309699292], [-1.2684380046, 2.6097574011, -0.3413193965], [-0.0041960863, -0.7034186147, 1.707614701]];
 
 /** @param {number[][]} matrix @param {number[]} column */
 const times = (matrix, column) => matrix.map((row) => row[0] * column[0] + row[1] * column[1] + row[2] * column[2]);
 
-/** OKLab of an sRGB colour within 0..1. @param {number[]} rgb */
+/** Converts sRGB 0..1 to OKLab. @param {number[]} rgb */
 function labFromRgb(rgb) {
   const light = rgb.map((value) => (value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4));
-  return times(TO_LAB, times(TO_CONES, light).map(Math.cbrt));
+  return times(LMS_TO_LAB_MATRIX, times(RGB_TO_LMS_MATRIX, light).map(Math.cbrt));
 }
 
-/** The inverse, clipped to 0..1. @param {number[]} lab */
+/** Converts OKLab to sRGB, clipped to 0..1. @param {number[]} lab */
 function rgbFromLab(lab) {
-  const light = times(FROM_CONES, times(FROM_LAB, lab).map((value) => value ** 3));
+  const light = times(LMS_TO_RGB_MATRIX, times(LAB_TO_LMS_MATRIX, lab).map((value) => value ** 3));
   return light.map((value) => Math.min(Math.max(value, 0), 1))
     .map((value) => (value <= 0.0031308 ? value * 12.92 : 1.055 * value ** (1 / 2.4) - 0.055));
 }
 
 /** @param {number[]} one @param {number[]} other */
-const awayOf = (one, other) => (one[0] - other[0]) ** 2 + (one[1] - other[1]) ** 2 + (one[2] - other[2]) ** 2;
+const squaredDistance = (one, other) => (one[0] - other[0]) ** 2 + (one[1] - other[1]) ** 2 + (one[2] - other[2]) ** 2;
 
-/** The main colours of a film, as by `vidstyle.core.film_colors.FilmColors`. */
+/** The main colours of a film, as in `vidstyle.core.film_colors.FilmColors`. */
 export class FilmColors {
   /** @param {number} count of colours @param {Film} film */
   constructor(count, film) {
@@ -93,9 +93,9 @@ export class FilmColors {
   }
 
   /**
-   * The table of the colours after this picture: rows of OKLab, then of red, green and blue.
-   * @param {Uint8Array} texels of a small copy, four a pixel
-   * @param {number | null} time in seconds; null for a picture that stands alone
+   * Adds a picture and returns the table of colours: rows of OKLab, then of red, green and blue.
+   * @param {Uint8Array} texels of a reduced copy, four per pixel
+   * @param {number | null} time in seconds; null for a still picture
    */
   follow(texels, time) {
     if (time === null) this.restart();
@@ -104,11 +104,11 @@ export class FilmColors {
     for (const bin of bins) bin.lab = [bin.lab[0], chroma * bin.lab[1], chroma * bin.lab[2]];
     const rounds = this.film.rounds[this.groups ? 1 : 0];
     let groups = this.groups ?? this.seeds(bins);
-    for (let round = 0; round < rounds; round++) groups = regrouped(bins, groups);
+    for (let round = 0; round < rounds; round++) groups = regroup(bins, groups);
     this.groups = groups;
     const flat = this.smoother.follow(groups.flat(), time, this.film.settle);
     const wanted = groups.map((_, each) => [flat[3 * each], flat[3 * each + 1] / chroma, flat[3 * each + 2] / chroma]);
-    this.shown = wanted.map((lab, each) => (this.shown && awayOf(lab, this.shown[each]) <= held ** 2 ? this.shown[each] : lab));
+    this.shown = wanted.map((lab, each) => (this.shown && squaredDistance(lab, this.shown[each]) <= held ** 2 ? this.shown[each] : lab));
     const rgb = this.shown.map(rgbFromLab);
     const columns = rgb.map((color) => [...labFromRgb(color), ...color]);
     return Float32Array.from({ length: 6 * this.count }, (_, at) => columns[at % this.count][Math.floor(at / this.count)]);
@@ -139,7 +139,7 @@ export class FilmColors {
     const most = (/** @type {number[]} */ numbers) => bins[numbers.indexOf(Math.max(...numbers))].lab;
     const taken = [most(bins.map((bin) => bin.weight))];
     while (taken.length < this.count) {
-      bins.forEach((bin, each) => { away[each] = Math.min(away[each], awayOf(bin.lab, taken[taken.length - 1])); });
+      bins.forEach((bin, each) => { away[each] = Math.min(away[each], squaredDistance(bin.lab, taken[taken.length - 1])); });
       taken.push(most(bins.map((bin, each) => bin.weight * away[each])));
     }
     return taken;
@@ -147,13 +147,13 @@ export class FilmColors {
 }
 
 /** One round of k-means. @param {{lab: number[], weight: number}[]} bins @param {number[][]} groups */
-function regrouped(bins, groups) {
+function regroup(bins, groups) {
   const sums = groups.map(() => [0, 0, 0, 0]);
   const wrong = bins.map(({ lab, weight }) => {
     let nearest = 0;
-    for (let each = 1; each < groups.length; each++) if (awayOf(lab, groups[each]) < awayOf(lab, groups[nearest])) nearest = each;
+    for (let each = 1; each < groups.length; each++) if (squaredDistance(lab, groups[each]) < squaredDistance(lab, groups[nearest])) nearest = each;
     [...lab, 1].forEach((part, at) => { sums[nearest][at] += weight * part; });
-    return weight * awayOf(lab, groups[nearest]);
+    return weight * squaredDistance(lab, groups[nearest]);
   });
   return sums.map(([lightness, a, b, total]) => {
     if (total > 0) return [lightness / total, a / total, b / total];

@@ -1,22 +1,22 @@
 /**
- * Runs vidstyle's styles in a browser, with WebGL 2 and nothing else.
+ * Runs vidstyle styles in a browser with WebGL 2, without other dependencies.
  *
- * A plan is the JSON that `vidstyle.gpu.compile.es.es_plan` makes of a style.
+ * A plan is the JSON form of a style from `vidstyle.gpu.compile.es.es_plan`.
  *
  *     import { Runner, missing } from "./runner.js";
  *
  *     const lacks = missing();
  *     if (lacks.length) throw new Error(lacks.join("; "));
  *     const runner = new Runner();
- *     const style = await runner.load(plan);            // compiles while an earlier style goes on
- *     runner.draw(style, video, canvas);                // a picture, a video or a canvas into a canvas
- *     style.values = changed.values;                    // a slider sends numbers only
+ *     const style = await runner.load(plan);            // compiles in the background
+ *     runner.draw(style, video, canvas);                // from a picture, a video or a canvas
+ *     style.values = changed.values;                    // a slider changes numbers only
  *
- * One runner serves any number of styles and canvases: browsers allow few WebGL contexts. It loses nothing
- * with its context: everything is made anew once the browser gives it back, and `onrestored` is called.
+ * Use one runner for all styles and canvases, since browsers limit the number of WebGL contexts. After a lost
+ * context, the runner restores all resources and calls `onrestored`.
  *
- * Pictures are taken as RGB, with the browser's own conversion of video. Stabilization over time and scene
- * cuts are not done here; `restart` says that a new scene begins.
+ * The browser converts video to RGB. Temporal smoothing and scene detection are not supported; call `restart` at
+ * the start of a new scene.
  *
  * @module
  */
@@ -36,13 +36,13 @@ export const FORMAT = 1;
  * @property {Object<string, {source?: true, image?: number, measure?: number, texture?: string}>} reads by sampler
  * @property {Object<string, number>} sizes pages whose width and height are a uniform, by its name
  * @property {[string, string, number][]} uniforms name, type and length (0: no array), in the order of `values`
- * @property {number} [measures] the measurement that takes what this pass writes
+ * @property {number} [measures] the measurement of the output of this pass
  */
 
 /**
  * @typedef {object} Plan
  * @property {number} format
- * @property {[number, number]} size width and height for which it was made
+ * @property {[number, number]} size width and height of its pictures
  * @property {number} samples
  * @property {string} vertex
  * @property {string[]} shaders
@@ -52,7 +52,7 @@ export const FORMAT = 1;
  * @property {{step: string, count: number}[]} measures
  * @property {number[]} values
  * @property {Object<string, {size: [number, number, number], components: number, type: string, data: string, film?: Film}>} textures
- * @property {string[]} server what of the style is left out here
+ * @property {string[]} server the features that only the server supports
  */
 
 /**
@@ -69,44 +69,44 @@ export const FORMAT = 1;
 /** @typedef {HTMLVideoElement | HTMLImageElement | HTMLCanvasElement | OffscreenCanvas | ImageBitmap | VideoFrame | ImageData} Source */
 
 /**
- * What this browser lacks to run plans: one sentence each, none if nothing is missing.
+ * Returns the features for running plans that this browser lacks, one sentence each.
  * @param {Plan} [plan] the plan in question
  * @returns {string[]}
  */
 export function missing(plan) {
   const gl = document.createElement("canvas").getContext("webgl2");
-  if (!gl) return ["this browser has no WebGL 2, or it is switched off"];
+  if (!gl) return ["this browser does not support WebGL 2, or it is disabled"];
   const lacks = [];
-  if (!floatTargets(gl)) lacks.push("this graphics card cannot draw into floating-point textures");
+  if (!floatTargets(gl)) lacks.push("this GPU cannot render to floating-point textures");
   const most = Math.max(0, ...(plan ? plan.passes.map((pass) => pass.writes.length) : []));
-  if (most > gl.getParameter(gl.MAX_DRAW_BUFFERS)) lacks.push("this graphics card cannot draw into enough textures at once");
+  if (most > gl.getParameter(gl.MAX_DRAW_BUFFERS)) lacks.push("this GPU cannot render to enough textures at once");
   gl.getExtension("WEBGL_lose_context")?.loseContext();
   return lacks;
 }
 
-/** A style that a runner has loaded: its plan, the values in use, and what was measured so far. */
+/** A loaded style: its plan, current values and measurements. */
 export class LoadedStyle {
   /** @param {Plan} plan */
   constructor(plan) {
     this.plan = plan;
-    /** The numbers in use; assign others of the same plan to change them from the next picture on. */
+    /** The current values; assign values of the same plan to change the next picture. */
     this.values = plan.values;
     /** @type {Smoother[]} */
     this.smoothers = plan.measures.map(() => new Smoother());
-    /** The film's own colours, by the names of the textures that they fill. @type {Map<string, FilmColors>} */
+    /** Film colours by texture name. @type {Map<string, FilmColors>} */
     this.films = new Map();
     for (const [name, { size, film }] of Object.entries(plan.textures)) if (film) this.films.set(name, new FilmColors(size[0], film));
     /** @type {Frame | null} */
     this.frame = null;
   }
 
-  /** Takes the next measurements as they are: a new scene or another film begins. */
+  /** Resets smoothing: a new scene or another film begins. */
   restart() {
     for (const smoother of this.smoothers) smoother.time = null;
     for (const colors of this.films.values()) colors.restart();
   }
 
-  /** Frees the textures; the style may be drawn again. */
+  /** Releases the textures; the style can still be drawn again. */
   release() {
     this.frame?.release();
     this.frame = null;
@@ -117,12 +117,12 @@ export class LoadedStyle {
 export class Runner {
   /**
    * @param {object} [options]
-   * @param {boolean} [options.half] half floats even where float32 is to be had
-   * @param {() => void} [options.onrestored] called after a lost context has come back: draw again
+   * @param {boolean} [options.half] whether to use half floats even if float32 is supported
+   * @param {() => void} [options.onrestored] is called when a lost context is restored; draw again
    */
   constructor(options = {}) {
     this.half = options.half ?? false;
-    /** The canvas of the context: what was drawn last, in its upper left corner. */
+    /** The canvas of the context; it holds the last picture in its upper left corner. */
     this.canvas = document.createElement("canvas");
     this.canvas.addEventListener("webglcontextlost", (event) => {
       event.preventDefault();
@@ -134,7 +134,7 @@ export class Runner {
     });
     /** @type {Context | null} null while the context is lost */
     this.context = null;
-    /** How many loaded styles need each shader. @type {Map<string, number>} */
+    /** Number of loaded styles that use each shader. @type {Map<string, number>} */
     this.users = new Map();
     this.fitting = document.createElement("canvas");
     this.open();
@@ -144,11 +144,11 @@ export class Runner {
   open() {
     const options = { alpha: true, antialias: false, depth: false, stencil: false, powerPreference: "high-performance" };
     const gl = /** @type {WebGL2RenderingContext | null} */ (this.canvas.getContext("webgl2", options));
-    if (!gl) throw new Error("this browser has no WebGL 2, or it is switched off");
+    if (!gl) throw new Error("this browser does not support WebGL 2, or it is disabled");
     this.context = new Context(gl, this.half);
   }
 
-  /** The name of the graphics card, as far as the browser tells it. */
+  /** The name of the GPU, as reported by the browser. */
   get device() {
     const gl = this.context?.gl;
     if (!gl) return "";
@@ -156,13 +156,13 @@ export class Runner {
     return String(gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
   }
 
-  /** Whether there is no graphics card behind it, so that a picture may take seconds. */
+  /** Whether rendering is done in software, so that a picture may take seconds. */
   get isSoftware() {
     return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(this.device);
   }
 
   /**
-   * Loads a plan. What the browser can compile at the same time, it does; drawing goes on meanwhile.
+   * Loads a plan. The browser compiles shaders in parallel if it can; drawing continues.
    * @param {Plan} plan
    * @returns {Promise<LoadedStyle>}
    */
@@ -199,7 +199,7 @@ export class Runner {
    *   result is in the upper left corner of `this.canvas` until the next call.
    * @param {object} [options]
    * @param {number | null} [options.time] presentation time in seconds; null: the picture stands alone
-   * @param {Size} [options.size] the size at which to work; else that of the source
+   * @param {Size} [options.size] the working size; default: the size of the source
    * @returns {Size | null} the size of the result; null if there is no picture yet, or no context now
    */
   draw(style, source, canvas, options = {}) {
@@ -210,7 +210,7 @@ export class Runner {
       style.release();
       style.frame = new Frame(this.context, style, size);
     }
-    style.frame.draw(style, this.fitted(source, own, size), options.time ?? null);
+    style.frame.draw(style, this.resize(source, own, size), options.time ?? null);
     this.present(style.frame);
     const target = /** @type {CanvasRenderingContext2D | null | undefined} */ (canvas?.getContext("2d"));
     if (canvas && target) target.drawImage(this.canvas, 0, 0, ...size, 0, 0, canvas.width, canvas.height);
@@ -224,12 +224,12 @@ export class Runner {
   }
 
   /**
-   * The source at the size wanted.
+   * Returns the source resized to this size.
    * @private
    * @param {Source} source @param {Size} own @param {Size} size
    * @returns {Source}
    */
-  fitted(source, own, size) {
+  resize(source, own, size) {
     if (own[0] === size[0] && own[1] === size[1]) return source;
     if (this.fitting.width !== size[0] || this.fitting.height !== size[1]) [this.fitting.width, this.fitting.height] = size;
     const context = /** @type {CanvasRenderingContext2D} */ (this.fitting.getContext("2d"));
@@ -239,7 +239,7 @@ export class Runner {
   }
 
   /**
-   * Copies the result to the context's own canvas, the right way up.
+   * Copies the result to the canvas of the context, flipped vertically.
    * @private
    * @param {Frame} frame
    */
@@ -248,21 +248,21 @@ export class Runner {
     const [width, height] = frame.size;
     if (this.canvas.width < width) this.canvas.width = width;
     if (this.canvas.height < height) this.canvas.height = height;
-    const { program, locations } = frame.context.program(frame.vertex, COPY);
+    const { program, locations } = frame.context.program(frame.vertex, COPY_SHADER);
     gl.useProgram(program);
     if (!locations.has("top")) locations.set("top", gl.getUniformLocation(program, "top"));
     gl.uniform1i(/** @type {WebGLUniformLocation} */ (locations.get("top")), this.canvas.height - 1);
     gl.activeTexture(gl.TEXTURE0);
     gl.bindTexture(gl.TEXTURE_2D, frame.result);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-    // Not by blitFramebuffer, which does not tell every browser that the canvas has changed.
+    // blitFramebuffer does not mark the canvas as changed in every browser.
     gl.viewport(0, this.canvas.height - height, width, height);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 }
 
 /**
- * The size of a picture; null while it has none.
+ * Returns the size of a picture; null if it has none yet.
  * @param {any} source
  * @returns {Size | null}
  */
@@ -272,8 +272,8 @@ function sizeOf(source) {
   return width && height ? [width, height] : null;
 }
 
-/** Copies a picture to the canvas, whose first row is the lowest. */
-const COPY = `#version 300 es
+/** Copies a picture to the canvas, whose first row is at the bottom. */
+const COPY_SHADER = `#version 300 es
 precision highp float;
 precision highp int;
 uniform sampler2D picture;

@@ -1,4 +1,4 @@
-"""The messages of the page, and what each does."""
+"""The schema and the actions of the messages from the page."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ MAX_VALUES = 200
 
 
 def _are_values(value: object) -> bool:
-    """Whether it is an object of texts, numbers and truth values; whether they fit is checked later."""
+    """Whether it is an object of strings, numbers and booleans; parameters check their ranges later."""
     return (
         isinstance(value, dict)
         and 0 < len(value) <= MAX_VALUES
@@ -20,7 +20,7 @@ def _are_values(value: object) -> bool:
     )
 
 
-_KINDS: dict[str, tuple[Callable[..., None] | None, Fields]] = {
+_MESSAGE_KINDS: dict[str, tuple[Callable[..., None] | None, Fields]] = {
     "shown": (None, {"number": is_index}),
     "set": (Controls.set_values, {"values": _are_values}),
     "choose": (Controls.choose, {"style": is_text}),
@@ -29,10 +29,10 @@ _KINDS: dict[str, tuple[Callable[..., None] | None, Fields]] = {
     "record": (Controls.record, {"on": is_bool}),
     "quit": (Controls.quit, {}),
 }
-"""What each kind of message but "shown" does, and its fields, which are the arguments."""
+"""The action of each message except "shown", and its fields, which are the arguments."""
 
-FIELDS = {kind: fields for kind, (_, fields) in _KINDS.items()}
-"""The fields of each kind of message."""
+MESSAGE_FIELDS = {kind: fields for kind, (_, fields) in _MESSAGE_KINDS.items()}
+"""The fields of all messages."""
 
 
 def dispatch(message: dict[str, Any], controls: Controls) -> None:
@@ -41,6 +41,6 @@ def dispatch(message: dict[str, Any], controls: Controls) -> None:
     Raises:
         VidstyleError: unknown style, variant or parameter, or an invalid value.
     """
-    action, fields = _KINDS[message["do"]]
+    action, fields = _MESSAGE_KINDS[message["do"]]
     assert action is not None
     action(controls, *(message[name] for name in fields))

@@ -25,7 +25,7 @@ from vidstyle.style.panel import panel
 from vidstyle.web import WebServer
 
 MAX_VIEWERS = 4
-STATIC = Path(__file__).with_name("static")
+STATIC_FOLDER = Path(__file__).with_name("static")
 
 
 class PageTarget:
@@ -34,7 +34,7 @@ class PageTarget:
     All coroutines run in the server's event loop.
 
     Attributes:
-        url: address of the page, including the token that admits a browser.
+        url: the URL of the page, with its access token.
         controls, meter: of the session.
         changed: notified whenever a message was dispatched.
         delivered, dropped: number of frames that a browser has shown, and that none was sent.
@@ -57,10 +57,10 @@ class PageTarget:
 
         Args:
             controls: of the session.
-            port: of this machine; 0 chooses a free one.
+            port: port to listen on; 0 selects a free one.
             meter: records the latency of each frame that a browser has shown, and has the page's clock.
             address: of this machine in its network; None: the page is for this machine only.
-            browse: opens the page in a browser, by an address that admits only the first.
+            browse: opens a one-time URL of the page in a browser.
 
         Raises:
             OutputError: the port is taken or needs privileges, or the address is not one of this machine.
@@ -83,7 +83,7 @@ class PageTarget:
             "/socket": self._serve_socket,
         }
         try:
-            self._server = WebServer("vidstyle page", handlers, [STATIC], "page.html", port, address)
+            self._server = WebServer("vidstyle page", handlers, [STATIC_FOLDER], "page.html", port, address)
         except OSError as error:
             if error.errno == errno.EADDRNOTAVAIL:
                 remedy = "give one with --host, or 0.0.0.0 for all"

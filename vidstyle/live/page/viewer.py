@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from aiohttp import web
 
 from vidstyle.errors import VidstyleError
-from vidstyle.live.page.actions import FIELDS, dispatch
+from vidstyle.live.page.actions import MESSAGE_FIELDS, dispatch
 from vidstyle.web.messages import MessageError, RateLimit, read_message, receive, refuse
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 MAX_MESSAGES = 250
 """Messages a second; the page sends one for each frame, and one for each answer to a slider."""
-LATENCIES = 60
+RECENT_LATENCY_COUNT = 60
 """Number of frames over which the latency is averaged."""
 STATUS_SECONDS = 0.25
 """Interval at which the status is sent."""
@@ -35,7 +35,7 @@ class Viewer:
         self._quality = JpegQuality()
         self._shown = asyncio.Event()
         self._sent = -1
-        self._latencies: deque[float] = deque([0.0], maxlen=LATENCIES)
+        self._latencies: deque[float] = deque([0.0], maxlen=RECENT_LATENCY_COUNT)
         self._limit = RateLimit(MAX_MESSAGES, self._page.meter.clock.now)
 
     async def serve(self, socket: web.WebSocketResponse) -> None:
@@ -83,7 +83,7 @@ class Viewer:
 
     async def _handle(self, text: str | bytes) -> None:
         self._limit.count()
-        message = read_message(text, FIELDS)
+        message = read_message(text, MESSAGE_FIELDS)
         if message["do"] == "shown":
             if message["number"] != self._sent:
                 raise MessageError("shown: was not sent")

@@ -1,5 +1,5 @@
 /**
- * Controls for the values of a style, as `vidstyle.style.panel` describes them.
+ * Controls for the parameters of a style, as described by `vidstyle.style.panel`.
  *
  * @module
  */
@@ -7,10 +7,10 @@
 import { make, words } from "./elements.js";
 
 /**
- * What sets a value: its elements, and a function that shows another value.
+ * The elements that set a value, and a function that shows another value.
  * @typedef {object} Control
- * @property {HTMLElement[]} beside what stands beside the name
- * @property {HTMLElement[]} [below] what takes the whole width
+ * @property {HTMLElement[]} inline elements next to the name
+ * @property {HTMLElement[]} [below] elements of the full width
  * @property {(value: any) => void} show
  */
 
@@ -25,23 +25,23 @@ import { make, words } from "./elements.js";
  * @property {string[]} [options]
  */
 
-/** A unit that fits beside a number. @param {string | undefined} unit */
+/** Whether a unit fits next to a number. @param {string | undefined} unit */
 export const isShort = (unit) => Boolean(unit) && String(unit).length < 8;
 
-/** @param {number} value @param {boolean | undefined} whole */
+/** Rounds a value to three digits, or to an integer. @param {number} value @param {boolean | undefined} whole */
 export const short = (value, whole) => (whole ? Math.round(value) : Number(value.toPrecision(3)));
 
-const NOTCHES = 400;
+const NOTCH_COUNT = 400;
 
 /**
- * The places of values on a slider; one whose range is wide gives most of its travel to the low values.
+ * Maps values to positions on a slider; a slider of a wide range gives most of its travel to low values.
  * @param {Described} entry
  */
 export function scaleOf({ low = 0, high = 1, whole, unit }) {
   const span = high - low;
   const steep = !whole && (unit === "px" || (low > 0 && high / low >= 20));
   const power = steep ? 3 : 1;
-  const notches = whole ? span : NOTCHES;
+  const notches = whole ? span : NOTCH_COUNT;
   return {
     notches,
     /** @param {number} value */
@@ -58,7 +58,7 @@ export function scaleOf({ low = 0, high = 1, whole, unit }) {
 const CONTROLS = { slider, switch: checkbox, color: colorWell, choice: menu };
 
 /**
- * Returns a control for one parameter; it calls `change` on input.
+ * Returns a control for one parameter, which calls `change` on input.
  * @param {Described} entry
  * @param {string} id of its input
  * @param {(value: any) => void} change
@@ -75,7 +75,7 @@ export function control(entry, id, change) {
  */
 function checkbox(_, id, change) {
   const box = make("input", { type: "checkbox", id, onchange: () => change(box.checked) });
-  return { beside: [box], show: (value) => void (box.checked = value) };
+  return { inline: [box], show: (value) => void (box.checked = value) };
 }
 
 /**
@@ -86,7 +86,7 @@ function checkbox(_, id, change) {
  */
 function colorWell(_, id, change) {
   const well = make("input", { type: "color", id, oninput: () => change(well.value) });
-  return { beside: [well], show: (value) => void (well.value = value) };
+  return { inline: [well], show: (value) => void (well.value = value) };
 }
 
 /**
@@ -101,7 +101,7 @@ function menu(entry, id, change) {
   const add = (option) => list.append(make("option", { value: option, textContent: option ? words(option) : "none" }));
   (entry.options ?? []).forEach(add);
   return {
-    beside: [list],
+    inline: [list],
     show: (value) => {
       if (![...list.options].some((option) => option.value === value)) add(value);
       list.value = value;
@@ -121,7 +121,7 @@ function slider(entry, id, change) {
   const range = make("input", { type: "range", id, min: "0", max: String(scale.notches), step: whole ? "1" : "any" });
   const exact = make("input", { type: "number", step: "any", min: String(low), max: String(high) });
   exact.setAttribute("aria-label", `${words(entry.name)}, as a number`);
-  /** @param {number | null} value null: it is not set */
+  /** @param {number | null} value null: not set */
   const put = (value) => {
     exact.value = value === null ? "" : String(value);
     range.setAttribute("aria-valuetext", value === null ? "not set" : `${value} ${unit}`.trim());
@@ -160,6 +160,6 @@ function slider(entry, id, change) {
     put(value);
     change(value);
   };
-  const beside = unit ? [exact, make("span", { className: "unit", textContent: unit })] : [exact];
-  return { beside, below: [range], show };
+  const inline = unit ? [exact, make("span", { className: "unit", textContent: unit })] : [exact];
+  return { inline, below: [range], show };
 }

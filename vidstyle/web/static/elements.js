@@ -1,11 +1,11 @@
 /**
- * Makes elements of a page.
+ * Functions to find and create elements of a page.
  *
  * @module
  */
 
 /**
- * The element with this id, which is there.
+ * Returns the element with this id, which must exist.
  * @template {HTMLElement} [Kind=HTMLElement]
  * @param {string} id
  * @returns {Kind}
@@ -15,29 +15,29 @@ export function get(id) {
 }
 
 /**
- * A new element with these properties and this inside.
+ * Creates an element with these properties and children.
  * @template {keyof HTMLElementTagNameMap} Tag
  * @param {Tag} tag
  * @param {Partial<Omit<HTMLElementTagNameMap[Tag], "list">> & Object<string, any>} [properties]
- * @param {...(Node | string)} inside
+ * @param {...(Node | string)} children
  * @returns {HTMLElementTagNameMap[Tag]}
  */
-export function make(tag, properties = {}, ...inside) {
+export function make(tag, properties = {}, ...children) {
   const made = document.createElement(tag);
   Object.assign(made, properties);
-  made.append(...inside);
+  made.append(...children);
   return made;
 }
 
-/** A name of the program as words. @param {string} name */
+/** Replaces underscores with spaces. @param {string} name */
 export const words = (name) => name.replaceAll("_", " ");
 
-/** Words with a capital letter in front. @param {string} text */
+/** Returns a name as words that start with a capital letter. @param {string} text */
 export const title = (text) => words(text).replace(/^\w/, (letter) => letter.toUpperCase());
 
-const SVG = "http://www.w3.org/2000/svg";
+const SVG_NAMESPACE = "http://www.w3.org/2000/svg";
 
-/** Outlines in a square of 16 units. @type {Object<string, string>} */
+/** Icon outlines in a square of 16 units. @type {Object<string, string>} */
 const ICONS = {
   undo: "M6 3 2.5 6.5 6 10M3 6.5h6.5a4 4 0 0 1 0 8H6",
   redo: "m10 3 3.5 3.5L10 10m3-3.5H6.5a4 4 0 0 0 0 8H10",
@@ -67,26 +67,26 @@ const ICONS = {
 };
 
 /**
- * A drawing that stands beside words or for them.
+ * Creates an icon.
  * @param {keyof typeof ICONS} name
  */
 export function icon(name) {
-  const drawing = document.createElementNS(SVG, "svg");
+  const drawing = document.createElementNS(SVG_NAMESPACE, "svg");
   drawing.setAttribute("viewBox", "0 0 16 16");
   drawing.setAttribute("aria-hidden", "true");
-  const path = document.createElementNS(SVG, "path");
+  const path = document.createElementNS(SVG_NAMESPACE, "path");
   path.setAttribute("d", ICONS[name]);
   drawing.append(path);
   return drawing;
 }
 
 /**
- * An SVG element with these attributes.
+ * Creates an SVG element with these attributes.
  * @param {string} tag
  * @param {Object<string, string | number>} attributes
  */
-export function drawn(tag, attributes) {
-  const made = document.createElementNS(SVG, tag);
+export function makeSvg(tag, attributes) {
+  const made = document.createElementNS(SVG_NAMESPACE, tag);
   for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, String(value));
   return made;
 }

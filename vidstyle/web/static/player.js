@@ -1,5 +1,5 @@
 /**
- * The frames of a film, which the server decodes: one at a time, or played in a loop.
+ * Playback of a film that the server decodes: single frames, or a loop.
  *
  * @module
  */
@@ -10,19 +10,19 @@
  * @property {[number, number]} size width and height
  * @property {number} count of frames; 1 for a photograph
  * @property {number} fps
- * @property {boolean} live whether it is a camera, whose newest frame is shown
+ * @property {boolean} live whether it is a camera; then the newest frame is shown
  */
 
 /** @typedef {(message: string, fields: object) => Promise<any>} Ask */
 
-/** Asks for frames and says where the film stands. */
+/** Requests frames and holds the position in the film. */
 export class Player {
   /** @type {Clip} */
   clip = { name: "", size: [0, 0], count: 0, fps: 25, live: false };
-  /** The frame that is shown or was asked for last. */
+  /** The frame that was shown or requested last. */
   number = 0;
   playing = false;
-  /** The first and the last frame that are played; null: all. @type {[number, number] | null} */
+  /** The first and last frame of the loop; null: the whole film. @type {[number, number] | null} */
   range = null;
   #asked = false;
   /** @type {number | null} */
@@ -30,24 +30,24 @@ export class Player {
 
   /**
    * @param {Ask} ask
-   * @param {() => void} onchange is called when anything of this has changed
+   * @param {() => void} onchange is called when any property has changed
    */
   constructor(ask, onchange) {
     this.ask = ask;
     this.onchange = onchange;
   }
 
-  /** Whether there is anything to play. */
+  /** Whether the clip can be played. */
   get isFilm() {
     return this.clip.count > 1 && !this.clip.live;
   }
 
-  /** The seconds at which a frame is shown. @param {number} number */
+  /** Returns the time of a frame in seconds. @param {number} number */
   time(number) {
     return number / (this.clip.fps || 1);
   }
 
-  /** Another film. @param {Clip} clip */
+  /** Opens another clip. @param {Clip} clip */
   open(clip) {
     this.clip = clip;
     this.number = 0;
@@ -56,7 +56,7 @@ export class Player {
     this.onchange();
   }
 
-  /** Shows a frame and stops; while one is on its way, only the newest wish is kept. @param {number} number */
+  /** Pauses and shows a frame; while a request is pending, only the newest is kept. @param {number} number */
   async show(number) {
     if (this.clip.live) return;
     if (this.playing) await this.pause();
@@ -73,7 +73,7 @@ export class Player {
     this.#asked = false;
   }
 
-  /** Goes on by this many frames, from the end to the start. @param {number} frames */
+  /** Moves by a number of frames; wraps around at the ends. @param {number} frames */
   step(frames) {
     const { count } = this.clip;
     return this.show((this.number + frames + count) % count);
@@ -88,7 +88,7 @@ export class Player {
     await this.ask("play", { at: from, from: first, to: last, fps: this.clip.fps });
   }
 
-  /** A camera goes on. */
+  /** Pauses; has no effect on a camera. */
   async pause() {
     if (this.clip.live) return;
     this.playing = false;
@@ -100,7 +100,7 @@ export class Player {
     return this.playing ? this.pause() : this.play();
   }
 
-  /** Sets the range that is played. @param {[number, number] | null} range */
+  /** Sets the loop. @param {[number, number] | null} range */
   async setRange(range) {
     const playing = this.playing;
     this.range = range;
@@ -109,7 +109,7 @@ export class Player {
     if (playing) await this.play();
   }
 
-  /** A frame has come while the film plays. @param {number} number */
+  /** Updates the position when a frame arrives during playback. @param {number} number */
   shown(number) {
     if (!this.playing) return;
     this.number = number;

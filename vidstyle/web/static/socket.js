@@ -1,5 +1,5 @@
 /**
- * The WebSocket of a page: questions with answers, pictures, and a new connection once one is lost.
+ * The WebSocket of a page: requests with answers, pictures, uploads, and reconnection.
  *
  * @module
  */
@@ -7,34 +7,34 @@
 /**
  * A picture from the server: a header of 16 bytes, then a PNG or JPEG file.
  * @typedef {object} Packet
- * @property {number} type what it shows
- * @property {number} number of a frame, a step or a place in a list
- * @property {number} revision of the document that it shows
+ * @property {number} type the type of the picture
+ * @property {number} number the number of a frame, a step or an item of a list
+ * @property {number} revision the revision of the document that it shows
  * @property {Blob} file
  */
 
-const HEADER = 16;
-const AGAIN_MS = 1000;
-/** Bytes of one message of a file; the server takes 65,536. */
-const CHUNK = 60000;
-/** Bytes that may wait to be sent. */
-const WAITING = 4 << 20;
+const HEADER_BYTES = 16;
+const RECONNECT_MS = 1000;
+/** Size of the messages of an upload; the server accepts at most 65,536 bytes. */
+const CHUNK_BYTES = 60000;
+/** Size of the send buffer at which an upload pauses. */
+const MAX_BUFFERED_BYTES = 4 << 20;
 
-/** A connection that lasts as long as the page. */
+/** A connection that is restored until the page closes. */
 export class Connection {
   /** @type {WebSocket | null} */
   #socket = null;
   #number = 0;
   /** @type {Map<number, {done: (answer: any) => void, fail: (error: Error) => void}>} */
   #waiting = new Map();
-  /** What waits for the answer to an earlier message of its kind. @type {Map<string, [string, object] | null>} */
+  /** The newest message for each key, while an earlier one awaits its answer. @type {Map<string, [string, object] | null>} */
   #newest = new Map();
 
   /**
    * @param {object} handlers
-   * @param {(message: any) => void} handlers.onmessage gets every message that answers no question
+   * @param {(message: any) => void} handlers.onmessage is called with each message that is not an answer
    * @param {(packet: Packet) => void} handlers.onpicture
-   * @param {(open: boolean) => void} handlers.onchange is told when the connection is there or lost
+   * @param {(open: boolean) => void} handlers.onchange is called when the connection is opened or lost
    */
   constructor(handlers) {
     this.handlers = handlers;
@@ -51,11 +51,11 @@ export class Connection {
     socket.onmessage = ({ data }) => (typeof data === "string" ? this.#take(JSON.parse(data)) : this.#takePicture(data));
     socket.onclose = () => {
       this.#socket = null;
-      for (const { fail } of this.#waiting.values()) fail(new Error("The connection to vidstyle is lost."));
+      for (const { fail } of this.#waiting.values()) fail(new Error("Connection to vidstyle lost."));
       this.#waiting.clear();
       this.#newest.clear();
       this.handlers.onchange(false);
-      setTimeout(() => this.#open(), AGAIN_MS);
+      setTimeout(() => this.#open(), RECONNECT_MS);
     };
   }
 
@@ -70,14 +70,14 @@ export class Connection {
 
   /** @param {ArrayBuffer} data */
   #takePicture(data) {
-    const header = new DataView(data, 0, HEADER);
-    const file = new Blob([new Uint8Array(data, HEADER)]);
+    const header = new DataView(data, 0, HEADER_BYTES);
+    const file = new Blob([new Uint8Array(data, HEADER_BYTES)]);
     const revision = Number(header.getBigUint64(8));
     this.handlers.onpicture({ type: header.getUint8(0), number: header.getUint32(4), revision, file });
   }
 
   /**
-   * Sends a message; the answer, or the server's sentence as an error.
+   * Sends a request; resolves to its answer, or rejects with the error message of the server.
    * @param {string} kind
    * @param {object} [fields]
    * @returns {Promise<any>}
@@ -89,14 +89,14 @@ export class Connection {
     return answer;
   }
 
-  /** The next answer to a message. @param {number} id @returns {Promise<any>} */
+  /** Resolves to the next answer to a request. @param {number} id @returns {Promise<any>} */
   #answer(id) {
-    if (!this.#socket) return Promise.reject(new Error("There is no connection to vidstyle."));
+    if (!this.#socket) return Promise.reject(new Error("Not connected to vidstyle."));
     return new Promise((done, fail) => this.#waiting.set(id, { done, fail }));
   }
 
   /**
-   * Sends a message once the earlier ones with this key are answered; only the newest is kept meanwhile.
+   * Sends a request once earlier ones with this key are answered; only the newest is kept until then.
    * @param {string} key
    * @param {string} kind
    * @param {object} fields
@@ -119,19 +119,19 @@ export class Connection {
   }
 
   /**
-   * Sends a file in parts: it is announced, and answered once more when it has been used.
+   * Uploads a file in chunks; resolves once the server has used it.
    * @param {File} file
-   * @param {(part: number) => void} onprogress is told the part that is sent
+   * @param {(part: number) => void} onprogress is called with the fraction sent
    */
   async upload(file, onprogress) {
     const announced = this.ask("upload", { name: file.name, size: file.size });
     const id = this.#number;
     await announced;
     const used = this.#answer(id);
-    for (let at = 0; at < file.size && this.#socket; at += CHUNK) {
-      this.#socket.send(await file.slice(at, at + CHUNK).arrayBuffer());
-      while (Number(this.#socket?.bufferedAmount) > WAITING) await new Promise((done) => setTimeout(done, 20));
-      onprogress(Math.min(1, (at + CHUNK) / file.size));
+    for (let at = 0; at < file.size && this.#socket; at += CHUNK_BYTES) {
+      this.#socket.send(await file.slice(at, at + CHUNK_BYTES).arrayBuffer());
+      while (Number(this.#socket?.bufferedAmount) > MAX_BUFFERED_BYTES) await new Promise((done) => setTimeout(done, 20));
+      onprogress(Math.min(1, (at + CHUNK_BYTES) / file.size));
     }
     return used;
   }

@@ -1,11 +1,11 @@
 /**
- * The explorer's page: nine tiles of the user's own film, and nine more like the one that is taken.
+ * The explorer's page: nine styles of the user's film, and nine more like the chosen one.
  *
  * @module
  */
 
-import { Closer } from "./closer.js";
-import { drawn, get, make } from "./elements.js";
+import { Lightbox } from "./lightbox.js";
+import { makeSvg, get, make } from "./elements.js";
 import { LoadedPlans, PagePainter, ServerPainter } from "./painters.js";
 import { missing, Runner } from "./runner.js";
 import { Connection } from "./socket.js";
@@ -16,24 +16,25 @@ import { origin, rootOf, Tiles } from "./tiles.js";
 /** @typedef {import("./explore_types.js").State} State */
 /** @typedef {import("./explore_types.js").Tile} Tile */
 
-const LOCKS = { lines: "Lines", background: "Background", colors: "Colours", steps: "Steps" };
-const SIDES = [180, 270, 360, 540];
-/** Milliseconds of one frame of the screen that drawing may take. */
-const BUDGET = 12;
+const LOCK_LABELS = { lines: "Lines", background: "Background", colors: "Colours", steps: "Steps" };
+/** Sizes at which tiles are rendered: the shorter side in pixels. */
+const TILE_SIDES = [180, 270, 360, 540];
+/** Time for drawing in each screen refresh. */
+const MAX_DRAW_MS = 12;
 
 const options = new URLSearchParams(location.search);
 /** @type {Clip | null} */
 let clip = null;
 /** @type {State} */
 let state = { at: 0, tiles: [], taken: null, back: false, forward: false, near: 0.4, locks: [], history: [], stars: [] };
-/** The first of two tiles to be compared. @type {Tile | null} */
+/** The first of two tiles to compare. @type {Tile | null} */
 let compared = null;
-/** Whether a screen is under way. */
+/** Whether a new screen is being made. */
 let busy = false;
 /** @type {number | undefined} */
 let timer;
 
-/** Says something for a while, to screen readers too. @param {string} text @param {boolean} [shown] whether it is seen as well */
+/** Announces a message to screen readers. @param {string} text @param {boolean} [shown] whether to show it for a few seconds as well */
 function say(text, shown = true) {
   const line = get("message");
   line.textContent = text;
@@ -42,7 +43,7 @@ function say(text, shown = true) {
   timer = setTimeout(() => line.classList.remove("shown"), 5000);
 }
 
-// Where pictures are made
+// Renderer
 
 const lacks = missing();
 const runner = lacks.length ? null : new Runner({ onrestored: () => (stale = true) });
@@ -57,12 +58,12 @@ const painterOf = (source) => (plans ? new PagePainter(plans, source, redraw) : 
 let stale = true;
 function redraw() {
   stale = true;
-  if (closer) closer.dirty = true;
+  if (lightbox) lightbox.dirty = true;
 }
 
 const source = new SourceFrames(redraw);
-/** @type {Closer | undefined} */
-let closer;
+/** @type {Lightbox | undefined} */
+let lightbox;
 const painter = painterOf(source);
 
 /** @param {number} tile @returns {import("./painters.js").Subject} */
@@ -74,18 +75,18 @@ function subjectOf(tile) {
   };
 }
 
-/** The shorter side at which tiles are drawn: that of the tiles, or less where it takes long. */
+/** Returns the size at which tiles are rendered: the size of the tiles on screen, or less if rendering is slow. */
 function tileSide() {
   const fixed = Number(options.get("side"));
-  if (SIDES.includes(fixed)) return fixed;
+  if (TILE_SIDES.includes(fixed)) return fixed;
   const wanted = Math.min(...(tiles.size ?? [1, 1])) * devicePixelRatio;
   const most = inPage ? 540 : 270;
-  return SIDES.find((side) => side >= Math.min(wanted, most)) ?? most;
+  return TILE_SIDES.find((side) => side >= Math.min(wanted, most)) ?? most;
 }
 
-// What is shown
+// State from the server
 
-const tiles = new Tiles(get("tiles"), { ontake: take, onstar: star, oncloser: look });
+const tiles = new Tiles(get("tiles"), { ontake: take, onstar: star, onenlarge: enlarge });
 
 /** @param {Clip} next */
 function takeClip(next) {
@@ -111,7 +112,7 @@ function takeState(next) {
   /** @type {HTMLButtonElement} */ (get("back")).disabled = !next.back;
   /** @type {HTMLButtonElement} */ (get("forward")).disabled = !next.forward;
   /** @type {HTMLInputElement} */ (get("near")).value = String(next.near);
-  for (const name of Object.keys(LOCKS)) get(`lock-${name}`).setAttribute("aria-pressed", String(next.locks.includes(name)));
+  for (const name of Object.keys(LOCK_LABELS)) get(`lock-${name}`).setAttribute("aria-pressed", String(next.locks.includes(name)));
   showHistory();
   showKept();
   if (isNew && next.tiles.length) say(`Screen ${next.at + 1}: ${next.tiles[4].kind === "chosen" ? `nine like ${rootOf(next.tiles[4].name)}` : "nine styles"}`, false);
@@ -124,15 +125,15 @@ function prepare() {
   }
 }
 
-/** A small picture of a tile. @param {number} tile */
-const face = (tile) => make("img", { src: `look.jpg?tile=${tile}`, alt: "", draggable: false });
+/** Returns a thumbnail of a tile. @param {number} tile */
+const thumbnail = (tile) => make("img", { src: `look.jpg?tile=${tile}`, alt: "", draggable: false });
 
 function showHistory() {
   const strip = get("seen");
-  for (const [number, faces] of state.history.entries()) {
+  for (const [number, shown] of state.history.entries()) {
     let button = /** @type {HTMLElement | undefined} */ (strip.children[number]);
     if (!button) {
-      button = make("button", { className: faces.length > 1 ? "four" : "", title: `Screen ${number + 1}`, onclick: () => ask("jump", { screen: number }) }, ...faces.map(face));
+      button = make("button", { className: shown.length > 1 ? "four" : "", title: `Screen ${number + 1}`, onclick: () => ask("jump", { screen: number }) }, ...shown.map(thumbnail));
       button.setAttribute("aria-label", `Screen ${number + 1}`);
       strip.append(button);
     }
@@ -144,7 +145,7 @@ function showHistory() {
 function showKept() {
   get("none").hidden = state.stars.length > 0;
   const buttons = state.stars.map((tile) => {
-    const button = make("button", { title: `${rootOf(tile.name)}: look closer`, onclick: () => clip && closer?.open(tile, clip) }, face(tile.tile));
+    const button = make("button", { title: `Enlarge ${rootOf(tile.name)}`, onclick: () => clip && lightbox?.open(tile, clip) }, thumbnail(tile.tile));
     button.setAttribute("aria-label", `Kept: ${rootOf(tile.name)}, ${origin(tile)}`);
     return button;
   });
@@ -154,45 +155,45 @@ function showKept() {
 // Drawing
 
 /** The frame that each tile shows. @type {number[]} */
-const placed = Array(9).fill(-1);
+const drawnFrames = Array(9).fill(-1);
 let next = 0;
 
 function drawTiles() {
   requestAnimationFrame(drawTiles);
-  if (closer?.isOpen) return closer.draw();
+  if (lightbox?.isOpen) return lightbox.draw();
   if (!state.tiles.length || document.hidden) return;
   const began = performance.now();
-  if (stale) placed.fill(-1);
+  if (stale) drawnFrames.fill(-1);
   stale = false;
-  for (let each = 0; each < 9 && performance.now() - began < BUDGET; each++) {
+  for (let each = 0; each < 9 && performance.now() - began < MAX_DRAW_MS; each++) {
     const place = (next + each) % 9;
     const subject = subjectOf(state.tiles[place].tile);
     const due = source.due(painter.count(subject));
-    if (due === placed[place]) continue;
+    if (due === drawnFrames[place]) continue;
     if (painter.draw(subject, due, tiles.cells[place].canvas)) {
-      placed[place] = due;
+      drawnFrames[place] = due;
       tiles.ready(place);
     }
     next = place + 1;
   }
 }
 
-// What is asked
+// Requests
 
 const connection = new Connection({
   onmessage(message) {
     if (message.clip) takeClip(message.clip);
     if (message.state) takeState(message.state);
-    if (message.progress) closer?.progress(message.progress);
+    if (message.progress) lightbox?.progress(message.progress);
   },
   onpicture() {},
   onchange(open) {
     document.body.inert = !open && clip !== null;
-    if (!open && clip) say("The connection to vidstyle is lost.");
+    if (!open && clip) say("Connection to vidstyle lost. Reconnecting…");
   },
 });
 
-/** Asks for another screen, one at a time. @param {string} kind @param {object} [fields] */
+/** Requests another screen, one at a time. @param {string} kind @param {object} [fields] */
 async function ask(kind, fields) {
   if (busy) return;
   busy = true;
@@ -210,14 +211,14 @@ async function ask(kind, fields) {
 function take(place) {
   if (busy || !state.tiles.length) return;
   tiles.leave(place);
-  placed.fill(-2);
+  drawnFrames.fill(-2);
   ask("like", { tile: state.tiles[place].tile });
 }
 
 /** @param {number} tile */
 const isKept = (tile) => state.stars.some((each) => each.tile === tile);
 
-/** @param {number} tile @returns {Promise<boolean>} */
+/** Keeps a tile or stops keeping it; resolves to whether it is kept. @param {number} tile @returns {Promise<boolean>} */
 async function toggleStar(tile) {
   const on = !isKept(tile);
   await connection.ask("star", { tile, on });
@@ -231,9 +232,9 @@ function star(place) {
 }
 
 /** @param {number} place */
-function look(place) {
+function enlarge(place) {
   const tile = state.tiles[place];
-  if (tile && clip) closer?.open(tile, clip);
+  if (tile && clip) lightbox?.open(tile, clip);
 }
 
 /** @param {number} place */
@@ -242,14 +243,14 @@ function compare(place) {
   if (!tile || !clip) return;
   if (!compared || compared.tile === tile.tile) {
     compared = tile;
-    say(`Press C on the tile to compare with ${place + 1}.`);
+    say(`Press C on another tile to compare it with tile ${place + 1}.`);
     return;
   }
-  closer?.open(tile, clip, compared);
+  lightbox?.open(tile, clip, compared);
   compared = null;
 }
 
-closer = new Closer({
+lightbox = new Lightbox({
   ask: (kind, fields) => connection.ask(kind, fields),
   subjectOf,
   painterOf,
@@ -261,10 +262,10 @@ closer = new Closer({
 
 // Controls
 
-for (const [name, label] of Object.entries(LOCKS)) {
-  const lock = drawn("svg", { viewBox: "0 0 16 16", "aria-hidden": "true" });
-  lock.append(drawn("path", { class: "shut", d: "M3.5 7.5h9v6h-9zM5.5 7.5v-2a2.5 2.5 0 0 1 5 0v2" }), drawn("path", { class: "open", d: "M3.5 7.5h9v6h-9zM5.5 7.5v-2a2.5 2.5 0 0 1 4.800-1" }));
-  const button = make("button", { id: `lock-${name}`, title: `${label} stay as they are in the tile that you take` }, lock, label);
+for (const [name, label] of Object.entries(LOCK_LABELS)) {
+  const lock = makeSvg("svg", { viewBox: "0 0 16 16", "aria-hidden": "true" });
+  lock.append(makeSvg("path", { class: "shut", d: "M3.5 7.5h9v6h-9zM5.5 7.5v-2a2.5 2.5 0 0 1 5 0v2" }), makeSvg("path", { class: "open", d: "M3.5 7.5h9v6h-9zM5.5 7.5v-2a2.5 2.5 0 0 1 4.800-1" }));
+  const button = make("button", { id: `lock-${name}`, title: `Keep the ${label.toLowerCase()} of the tile that you choose` }, lock, label);
   button.setAttribute("aria-pressed", "false");
   button.onclick = () => connection.ask("lock", { name, on: button.ariaPressed !== "true" }).catch((error) => say(error.message));
   get("locks").append(button);
@@ -279,9 +280,9 @@ get("forward").onclick = () => ask("forward");
 get("fresh").onclick = () => ask("fresh");
 const help = /** @type {HTMLDialogElement} */ (get("help"));
 get("ask").onclick = () => help.showModal();
-get("drawn").textContent = inPage ? `Drawn in this page by ${runner?.device.replace(/^ANGLE \((.*)\)$/, "$1").split(",").slice(0, 2).join(",")}.` : "Drawn by vidstyle: this browser has no graphics card to use.";
-get("where").textContent = inPage ? "Drawn in this page, on your graphics card" : "Drawn by vidstyle";
-get("switch").textContent = inPage ? "Let vidstyle draw" : "Draw in this page";
+get("renderer").textContent = inPage ? `Rendered by this browser on ${runner?.device.replace(/^ANGLE \((.*)\)$/, "$1").split(",").slice(0, 2).join(",")}.` : "Rendered by vidstyle: this browser cannot use a GPU.";
+get("where").textContent = inPage ? "Rendered by this browser, on your GPU" : "Rendered by vidstyle";
+get("switch").textContent = inPage ? "Render with vidstyle" : "Render in this browser";
 get("switch").hidden = !runner;
 get("switch").onclick = () => location.replace(`?where=${inPage ? "server" : "page"}`);
 
@@ -293,7 +294,7 @@ const KEYS = {
   n: () => ask("fresh"),
   a: () => state.tiles[4]?.kind === "chosen" && ask("again"),
   s: () => star(tiles.current),
-  l: () => look(tiles.current),
+  l: () => enlarge(tiles.current),
   c: () => compare(tiles.current),
   p: () => (source.playing = !source.playing),
   "?": () => help.showModal(),
@@ -304,7 +305,7 @@ addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]")) return;
   get("tiles").classList.add("keys");
   const isSlider = target.matches("input");
-  // Those of a number pad lie as the tiles do.
+  // The keys of a number pad are arranged like the tiles.
   const pad = event.code.match(/^Numpad([1-9])$/);
   const digit = pad ? [7, 8, 9, 4, 5, 6, 1, 2, 3].indexOf(Number(pad[1])) : "123456789".indexOf(event.key);
   if (event.key.startsWith("Arrow") && !isSlider) tiles.go(event.key);

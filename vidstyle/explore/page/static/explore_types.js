@@ -1,5 +1,5 @@
 /**
- * What the server tells the page.
+ * Types of the messages from the server.
  *
  * @module
  */
@@ -8,9 +8,9 @@
  * @typedef {object} Clip
  * @property {string} name
  * @property {[number, number]} size width and height
- * @property {number[]} frames the numbers of the frames that move in the tiles
- * @property {number} rate how many of them are shown in a second
- * @property {number} count of all frames; 1 for a photograph
+ * @property {number[]} frames the numbers of the frames of the excerpt
+ * @property {number} rate the frame rate of the excerpt
+ * @property {number} count the number of all frames; 1 for a photograph
  * @property {boolean} render whether it can be rendered
  * @property {boolean} design whether the designer can be opened
  * @property {string} folder where films and exports are written
@@ -20,7 +20,7 @@
  * @typedef {object} Tile
  * @property {number} tile its number
  * @property {string} name
- * @property {"chosen" | "values" | "step" | "cross" | "wild" | "shipped" | "tuned"} kind how it came about
+ * @property {"chosen" | "values" | "step" | "cross" | "wild" | "shipped" | "tuned"} kind how it was generated
  * @property {string[]} parents
  * @property {Object<string, string[]>} layers the blocks of each layer
  * @property {string} ink
@@ -29,14 +29,14 @@
 
 /**
  * @typedef {object} State
- * @property {number} at the number of the screen that is shown
- * @property {Tile[]} tiles nine, or none while the first screen is made
- * @property {number | null} taken the place that was taken on this screen
+ * @property {number} at the number of the current screen
+ * @property {Tile[]} tiles nine, or none until the first screen is ready
+ * @property {number | null} taken the position that was chosen on this screen
  * @property {boolean} back
  * @property {boolean} forward
  * @property {number} near
  * @property {string[]} locks
- * @property {number[][]} history for each screen the tiles that stand for it
+ * @property {number[][]} history for each screen the tiles that represent it
  * @property {Tile[]} stars
  */
 

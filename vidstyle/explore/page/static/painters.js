@@ -1,12 +1,12 @@
 /**
- * Two ways to restyle the clip: in the page on the user's graphics card, or by the server.
+ * Two ways to restyle the clip: in the browser on the user's GPU, or on the server.
  *
- * A painter draws a style that it is told by a key of its own choice (a tile, or a point of a plane).
+ * A painter draws subjects: tiles, or points of the tuning pad.
  *
  * @module
  */
 
-import { fetched } from "./source_frames.js";
+import { fetchPicture } from "./source_frames.js";
 
 /** @typedef {import("./explore_types.js").PlanMessage} PlanMessage */
 /** @typedef {import("./source_frames.js").SourceFrames} SourceFrames */
@@ -15,18 +15,18 @@ import { fetched } from "./source_frames.js";
 /**
  * A style to draw.
  * @typedef {object} Subject
- * @property {string} name tells it from others
- * @property {(side: number, whole: boolean) => Promise<PlanMessage>} plan asks the server for its plan; `whole`:
- *   also if it was sent before
- * @property {(frame: number, side: number) => string} address of the picture that the server makes of it
+ * @property {string} name unique among subjects
+ * @property {(side: number, whole: boolean) => Promise<PlanMessage>} plan requests its plan from the server;
+ *   `whole`: even if it was sent before
+ * @property {(frame: number, side: number) => string} address the URL of the picture that the server renders
  */
 
-/** How many plans stay loaded: those that are shown, and those to which one is likely to come back. */
-const KEPT = 40;
+/** Number of plans that stay loaded, so that recent tiles can be shown again quickly. */
+const MAX_LOADED_PLANS = 40;
 
-/** The plans that are loaded, for all painters: the server sends each of them once. */
+/** Cache of loaded plans for all painters; the server sends each plan once. */
 export class LoadedPlans {
-  /** By their keys, the one used last at the end. @type {Map<string, Promise<LoadedStyle>>} */
+  /** Styles by key, least recently used first. @type {Map<string, Promise<LoadedStyle>>} */
   #styles = new Map();
 
   /** @param {import("./runner.js").Runner} runner */
@@ -35,7 +35,7 @@ export class LoadedPlans {
   }
 
   /**
-   * The style of a plan, and the values of the subject.
+   * Returns the loaded style and the values of a subject.
    * @param {Subject} subject @param {number} side
    */
   async get(subject, side) {
@@ -46,7 +46,7 @@ export class LoadedPlans {
     this.#styles.delete(key);
     this.#styles.set(key, style);
     for (const [oldest, old] of this.#styles) {
-      if (this.#styles.size <= KEPT) break;
+      if (this.#styles.size <= MAX_LOADED_PLANS) break;
       this.#styles.delete(oldest);
       old.then((each) => this.runner.unload(each), () => {});
     }
@@ -66,13 +66,13 @@ export class PagePainter {
     this.onready = onready;
   }
 
-  /** How many frames of a subject can be shown. */
+  /** Returns the number of frames that can be shown. */
   count() {
     return this.source.ready;
   }
 
   /**
-   * Gets a subject ready.
+   * Prepares a subject for drawing.
    * @param {Subject} subject
    * @param {number} side the shorter side at which it is drawn
    */
@@ -86,7 +86,7 @@ export class PagePainter {
   }
 
   /**
-   * Draws a frame; whether it did.
+   * Draws a frame; returns whether it could.
    * @param {Subject} subject @param {number} place of the frame @param {HTMLCanvasElement} canvas
    */
   draw(subject, place, canvas) {
@@ -95,12 +95,12 @@ export class PagePainter {
     if (!entry?.style || !picture) return false;
     const size = entry.style.plan.size;
     if (canvas.width !== size[0] || canvas.height !== size[1]) [canvas.width, canvas.height] = size;
-    // Styles that differ in values alone share programs and textures.
+    // Styles that differ only in values share programs and textures.
     entry.style.values = entry.values;
     return this.plans.runner.draw(entry.style, picture, canvas, { size }) !== null;
   }
 
-  /** Frees what is drawn no more. @param {Set<string>} names of the subjects that still are */
+  /** Releases all subjects but these. @param {Set<string>} names of the subjects to keep */
   keep(names) {
     const gone = [...this.#subjects].filter(([name]) => !names.has(name));
     for (const [name] of gone) this.#subjects.delete(name);
@@ -109,15 +109,15 @@ export class PagePainter {
   }
 }
 
-const UNDER_WAY = 4;
-/** The server makes every third frame: at least as many as move, and no more than it can. */
-const EVERY = 3;
+const MAX_PENDING_REQUESTS = 4;
+/** The server renders every third frame, to limit its load. */
+const FRAME_STEP = 3;
 
-/** Shows what the server has restyled. */
+/** Shows pictures that the server restyles. */
 export class ServerPainter {
   /** @type {Map<string, {subject: Subject, side: number, pictures: ImageBitmap[], asked: number, stop: AbortController, begin: () => void}>} */
   #subjects = new Map();
-  #underWay = 0;
+  #pending = 0;
 
   /** @param {SourceFrames} source @param {() => void} onready */
   constructor(source, onready) {
@@ -125,14 +125,14 @@ export class ServerPainter {
     this.onready = onready;
   }
 
-  /** How many frames of a subject can be shown; it moves once all are there. @param {Subject} subject */
+  /** Returns the number of frames that can be shown: one until all have arrived. @param {Subject} subject */
   count(subject) {
     const frames = this.source.clip?.frames.length ?? 0;
     const entry = this.#subjects.get(subject.name);
-    return entry && entry.pictures.length === Math.ceil(frames / EVERY) ? frames : Math.min(1, entry?.pictures.length ?? 0);
+    return entry && entry.pictures.length === Math.ceil(frames / FRAME_STEP) ? frames : Math.min(1, entry?.pictures.length ?? 0);
   }
 
-  /** As that of `PagePainter`; is done when the first picture is there. @param {Subject} subject @param {number} side */
+  /** Like the method of `PagePainter`; resolves when the first picture has arrived. @param {Subject} subject @param {number} side */
   prepare(subject, side) {
     const known = this.#subjects.get(subject.name);
     if (known?.side === side) return Promise.resolve();
@@ -141,7 +141,7 @@ export class ServerPainter {
     return /** @type {Promise<void>} */ (
       new Promise((begin) => {
         this.#subjects.set(subject.name, { subject, side, pictures, asked: 0, stop: new AbortController(), begin });
-        // Later, when all that is shown is known: the first would ask for its moving pictures before the others' first.
+        // Deferred until all subjects are known; else the first one would request all its pictures before the others.
         queueMicrotask(() => this.#ask());
       })
     );
@@ -149,7 +149,7 @@ export class ServerPainter {
 
   /** @param {Subject} subject @param {number} place @param {HTMLCanvasElement} canvas */
   draw(subject, place, canvas) {
-    const picture = this.#subjects.get(subject.name)?.pictures[Math.floor(place / EVERY)];
+    const picture = this.#subjects.get(subject.name)?.pictures[Math.floor(place / FRAME_STEP)];
     if (!picture) return false;
     if (canvas.width !== picture.width || canvas.height !== picture.height) [canvas.width, canvas.height] = [picture.width, picture.height];
     canvas.getContext("2d")?.drawImage(picture, 0, 0);
@@ -165,17 +165,17 @@ export class ServerPainter {
     }
   }
 
-  /** Asks for the pictures that are missing: first one of each subject, then the next of each. */
+  /** Requests missing pictures, one at a time from each subject in turn. */
   async #ask() {
-    const frames = this.source.clip?.frames.filter((_, place) => place % EVERY === 0) ?? [];
+    const frames = this.source.clip?.frames.filter((_, place) => place % FRAME_STEP === 0) ?? [];
     const entries = [...this.#subjects.values()].filter((each) => each.asked < frames.length);
-    if (this.#underWay >= UNDER_WAY || !entries.length) return;
+    if (this.#pending >= MAX_PENDING_REQUESTS || !entries.length) return;
     const entry = entries.reduce((best, each) => (each.asked < best.asked ? each : best));
     const place = entry.asked++;
-    this.#underWay++;
+    this.#pending++;
     this.#ask();
-    const picture = await fetched(entry.subject.address(frames[place], entry.side), entry.stop.signal).catch(() => null);
-    this.#underWay--;
+    const picture = await fetchPicture(entry.subject.address(frames[place], entry.side), entry.stop.signal).catch(() => null);
+    this.#pending--;
     if (picture && !entry.stop.signal.aborted) {
       entry.pictures[place] = picture;
       this.onready();

@@ -1,39 +1,39 @@
 /**
- * The nine tiles: what each shows, and how one goes from tile to tile.
+ * The grid of nine tiles and its keyboard navigation.
  *
  * @module
  */
 
-import { drawn, make } from "./elements.js";
-import { fetched } from "./source_frames.js";
+import { makeSvg, make } from "./elements.js";
+import { fetchPicture } from "./source_frames.js";
 
 /** @typedef {import("./explore_types.js").Tile} Tile */
 /** @typedef {import("./painters.js").Subject} Subject */
 
-const COLUMNS = 3;
-const STAR = "m8 1.8 1.9 4 4.3.6-3.1 3.1.7 4.4L8 11.8l-3.8 2.1.7-4.4L1.8 6.4l4.3-.6z";
-const CLOSER = "M7 12A5 5 0 1 0 7 2a5 5 0 0 0 0 10Zm3.7-1.3L14 14M7 5v4M5 7h4";
+const COLUMN_COUNT = 3;
+const STAR_ICON = "m8 1.8 1.9 4 4.3.6-3.1 3.1.7 4.4L8 11.8l-3.8 2.1.7-4.4L1.8 6.4l4.3-.6z";
+const ENLARGE_ICON = "M7 12A5 5 0 1 0 7 2a5 5 0 0 0 0 10Zm3.7-1.3L14 14M7 5v4M5 7h4";
 
-/** A drawing in a square of 16 units. @param {string} path */
+/** Returns an icon, drawn in a square of 16 units. @param {string} path */
 function icon(path) {
-  const drawing = drawn("svg", { viewBox: "0 0 16 16", "aria-hidden": "true" });
-  drawing.append(drawn("path", { d: path }));
+  const drawing = makeSvg("svg", { viewBox: "0 0 16 16", "aria-hidden": "true" });
+  drawing.append(makeSvg("path", { d: path }));
   return drawing;
 }
 
-/** A style's name without what tells it from its sisters. @param {string} name */
+/** Returns the name of a style without the suffix of its variation. @param {string} name */
 export function rootOf(name) {
   return name.split("~")[0].replace(/^(open|paper)-(\d+)$/, "random $2").replaceAll("_", " ");
 }
 
-/** How a tile came about, in words. @param {Tile} tile */
+/** Describes how a tile was generated. @param {Tile} tile */
 export function origin({ kind, parents }) {
   const [one, other] = parents.map(rootOf);
   switch (kind) {
     case "chosen":
       return "your choice";
     case "values":
-      return "other values";
+      return "different values";
     case "step":
       return "one step changed";
     case "cross":
@@ -49,7 +49,7 @@ export function origin({ kind, parents }) {
 
 /** The grid of tiles. */
 export class Tiles {
-  /** What is shown at each place. @type {Tile[]} */
+  /** The tiles by position. @type {Tile[]} */
   shown = [];
 
   /**
@@ -57,27 +57,27 @@ export class Tiles {
    * @param {object} handlers
    * @param {(place: number) => void} handlers.ontake
    * @param {(place: number) => void} handlers.onstar
-   * @param {(place: number) => void} handlers.oncloser
+   * @param {(place: number) => void} handlers.onenlarge
    */
-  constructor(element, { ontake, onstar, oncloser }) {
+  constructor(element, { ontake, onstar, onenlarge }) {
     this.element = element;
-    this.cells = Array.from({ length: COLUMNS * COLUMNS }, (_, place) => {
+    this.cells = Array.from({ length: COLUMN_COUNT * COLUMN_COUNT }, (_, place) => {
       const canvas = make("canvas", { width: 16, height: 9 });
       const take = make("button", { className: "take", disabled: true, onclick: () => ontake(place) }, canvas);
       take.setAttribute("aria-keyshortcuts", String(place + 1));
-      const star = make("button", { title: "Keep (S)", onclick: () => onstar(place) }, icon(STAR));
-      const closer = make("button", { title: "Look closer (L)", onclick: () => oncloser(place) }, icon(CLOSER));
-      const tools = make("div", { className: "tools" }, closer, star);
+      const star = make("button", { title: "Keep (S)", onclick: () => onstar(place) }, icon(STAR_ICON));
+      const enlarge = make("button", { title: "Enlarge (L)", onclick: () => onenlarge(place) }, icon(ENLARGE_ICON));
+      const tools = make("div", { className: "tools" }, enlarge, star);
       const kind = make("span", { className: "kind" });
       const number = make("span", { className: "number", textContent: String(place + 1) });
       const cell = make("div", { className: "tile waiting" }, take, number, kind, tools);
       element.append(cell);
-      return { cell, canvas, take, star, closer, kind };
+      return { cell, canvas, take, star, enlarge, kind };
     });
   }
 
   /**
-   * Shows other tiles.
+   * Replaces the tiles.
    * @param {Tile[]} tiles
    * @param {Set<number>} kept
    */
@@ -85,7 +85,7 @@ export class Tiles {
     const before = this.shown;
     this.shown = tiles;
     for (const [place, tile] of tiles.entries()) {
-      const { cell, take, star, closer, kind } = this.cells[place];
+      const { cell, take, star, enlarge, kind } = this.cells[place];
       if (before[place]?.tile !== tile.tile) {
         cell.classList.add("waiting");
         this.#preview(place);
@@ -95,29 +95,29 @@ export class Tiles {
       take.disabled = false;
       take.setAttribute("aria-label", `${place + 1}: ${origin(tile)}`);
       star.setAttribute("aria-pressed", String(kept.has(tile.tile)));
-      star.setAttribute("aria-label", `Keep ${place + 1}`);
-      closer.setAttribute("aria-label", `Look closer at ${place + 1}`);
+      star.setAttribute("aria-label", `Keep tile ${place + 1}`);
+      enlarge.setAttribute("aria-label", `Enlarge tile ${place + 1}`);
     }
     this.element.setAttribute("aria-busy", String(!tiles.length));
   }
 
-  /** Shows the small picture by which the tile was chosen, until it is drawn. @param {number} place */
+  /** Shows the thumbnail of a tile until the tile is drawn. @param {number} place */
   async #preview(place) {
     const { cell, canvas } = this.cells[place];
     const { tile } = this.shown[place];
-    const picture = await fetched(`look.jpg?tile=${tile}`).catch(() => null);
+    const picture = await fetchPicture(`look.jpg?tile=${tile}`).catch(() => null);
     if (!picture || this.shown[place].tile !== tile || !cell.classList.contains("waiting")) return;
     [canvas.width, canvas.height] = [picture.width, picture.height];
     canvas.getContext("2d")?.drawImage(picture, 0, 0);
     this.ready(place);
   }
 
-  /** The style at a place has been drawn. @param {number} place */
+  /** Marks a tile as drawn. @param {number} place */
   ready(place) {
     this.cells[place].cell.classList.remove("waiting");
   }
 
-  /** Fits the tiles into the space that is there. @param {number} aspect width by height */
+  /** Fits the tiles into the available space. @param {number} aspect width by height */
   fit(aspect) {
     const { clientWidth, clientHeight } = /** @type {HTMLElement} */ (this.element.parentElement);
     const [gap, edge] = [7, 22];
@@ -127,33 +127,33 @@ export class Tiles {
     this.element.style.setProperty("--height", `${this.size[1]}px`);
   }
 
-  /** The tile with the keyboard's focus, or under the mouse; -1 for none. */
+  /** The position of the tile with the focus or under the mouse; -1 if there is none. */
   get current() {
     const focused = this.cells.findIndex(({ cell }) => cell.contains(document.activeElement));
     return focused >= 0 ? focused : this.cells.findIndex(({ cell }) => cell.matches(":hover"));
   }
 
-  /** Moves the focus. @param {string} key of an arrow */
+  /** Moves the focus. @param {string} key the arrow key */
   go(key) {
     const now = this.current;
-    const last = COLUMNS - 1;
-    let [row, column] = now < 0 ? [1, 1] : [Math.floor(now / COLUMNS), now % COLUMNS];
+    const last = COLUMN_COUNT - 1;
+    let [row, column] = now < 0 ? [1, 1] : [Math.floor(now / COLUMN_COUNT), now % COLUMN_COUNT];
     if (now >= 0) {
       if (key === "ArrowLeft") column = Math.max(0, column - 1);
       if (key === "ArrowRight") column = Math.min(last, column + 1);
       if (key === "ArrowUp") row = Math.max(0, row - 1);
       if (key === "ArrowDown") row = Math.min(last, row + 1);
     }
-    this.cells[row * COLUMNS + column].take.focus();
+    this.cells[row * COLUMN_COUNT + column].take.focus();
   }
 
-  /** Lets the tile that was taken move to the middle, while the others go. @param {number} place */
+  /** Moves the chosen tile to the middle and fades the others. @param {number} place */
   leave(place) {
     const middle = this.cells[4].cell.getBoundingClientRect();
-    const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    const reduced = matchMedia("(prefers-reduced-motion: reduce)").matches;
     for (const [each, { cell }] of this.cells.entries()) {
       if (each !== place) cell.classList.add("waiting");
-      else if (!calm) {
+      else if (!reduced) {
         const from = cell.getBoundingClientRect();
         const [x, y] = [middle.left - from.left, middle.top - from.top];
         cell.style.zIndex = "2";
@@ -167,6 +167,6 @@ export class Tiles {
       to.getContext("2d")?.drawImage(from, 0, 0);
       this.cells[4].cell.classList.remove("waiting");
       this.cells[place].cell.classList.add("waiting");
-    }, calm ? 0 : 235);
+    }, reduced ? 0 : 235);
   }
 }

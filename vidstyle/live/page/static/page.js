@@ -3,7 +3,7 @@
 import {Panel} from "./panel.js";
 
 const $ = id => document.getElementById(id);
-const HOLD_MS = 300, AGAIN_MS = 1000, MESSAGE_MS = 6000, STEP = 0.1, GOING_AWAY = 1001;
+const MIN_HOLD_MS = 300, RECONNECT_MS = 1000, MESSAGE_MS = 6000, STEADY_STEP = 0.1, GOING_AWAY_CODE = 1001;
 
 const context = $("picture").getContext("2d", {alpha: false});
 const times = [];
@@ -18,11 +18,11 @@ function connect() {
   socket.onopen = () => { link = ""; panel.restart(); note(); enable(true); };
   socket.onmessage = ({data}) => typeof data === "string" ? receive(JSON.parse(data)) : show(data);
   socket.onclose = ({code, reason}) => {
-    const ended = code === GOING_AWAY;
-    link = ended ? "The session has ended" : `${reason || "vidstyle does not answer"}; reconnecting`;
+    const ended = code === GOING_AWAY_CODE;
+    link = ended ? "The session has ended" : `${reason || "Connection to vidstyle lost"}. Reconnecting…`;
     note();
     enable(false);
-    if (!ended) setTimeout(connect, AGAIN_MS);
+    if (!ended) setTimeout(connect, RECONNECT_MS);
   };
 }
 
@@ -69,10 +69,10 @@ function showStatus(now) {
   const facts = [
     [now.style, "style"],
     [now.size.join("×"), "width and height of the picture"],
-    [`${rate().toFixed(0)} fps`, `frames shown here per second; restyled: ${now.rate.toFixed(1)}`],
+    [`${rate().toFixed(0)} fps`, `frames shown per second on this page; restyled: ${now.rate.toFixed(1)}`],
     [`${now.shown_ms.toFixed(0)} ms`, "median latency from capture to this page"],
     [`${now.dropped} dropped`, `of ${now.frames + now.dropped} captured frames`],
-    [now.degraded, "reduced to hold the frame rate"],
+    [now.degraded, "reduced to keep the frame rate"],
     ...now.targets.filter(([name]) => name !== "page").map(target => [target.join(": "), "another target"]),
   ];
   $("line").replaceChildren(...facts.filter(([text]) => text).map(([textContent, title]) =>
@@ -91,7 +91,7 @@ function press(button, on) {
 }
 
 function note() {
-  const states = {waiting: `No picture from ${status?.source}; the last one is shown`, ended: "The source has ended"};
+  const states = {waiting: `No picture from ${status?.source}: showing the last one`, ended: "The source has ended"};
   const text = link || (status && states[status.source_state]) || "";
   if ($("note").textContent !== text) $("note").textContent = text;
   $("note").hidden = !text;
@@ -115,7 +115,7 @@ const compare = {
   },
   end() {
     if (this.since === null) return;
-    if (performance.now() - this.since > HOLD_MS) send({do: "bypass", on: this.before});
+    if (performance.now() - this.since > MIN_HOLD_MS) send({do: "bypass", on: this.before});
     this.since = null;
   },
 };
@@ -128,8 +128,8 @@ function fill() {
 const isWriting = target => target.matches("select, textarea, input[type=number], dialog *");
 const actions = {
   n: () => panel.choose({do: "next"}),
-  s: () => panel.changeSteady(STEP),
-  S: () => panel.changeSteady(-STEP),
+  s: () => panel.changeSteady(STEADY_STEP),
+  S: () => panel.changeSteady(-STEADY_STEP),
   b: () => compare.begin(),
   p: () => $("snapshot").click(),
   r: () => send({do: "record", on: !status?.recording}),
@@ -157,7 +157,7 @@ $("picture").ondblclick = fill;
 $("ask").onclick = actions["?"];
 $("leave").onclose = () => { if ($("leave").returnValue === "quit") send({do: "quit"}); };
 
-// "#picture" behind the address shows nothing else, for programs that take the page as a source.
+// The fragment "#picture" hides everything else, for programs that capture the page.
 const showAlone = () => document.body.classList.toggle("alone", location.hash === "#picture");
 addEventListener("hashchange", showAlone);
 showAlone();

@@ -1,4 +1,4 @@
-// The panel beside the picture, built from the parameters of the style.
+// The panel next to the picture, built from the parameters of the style.
 
 import {control, isShort, short} from "./controls.js";
 import {get as $, make, words} from "./elements.js";
@@ -43,7 +43,7 @@ export class Panel {
     this.#set(entry, value);
   }
 
-  /** The session has answered a message; after an error the present values are shown again. */
+  /** Handle the answer to a message; after an error, show the current values again. */
   done(what, error) {
     if (what !== "set") return;
     this.#inFlight = null;
@@ -51,7 +51,7 @@ export class Panel {
     this.#flush();
   }
 
-  /** A new connection: pending messages of the old one are never answered. */
+  /** Discard pending messages, which a new connection never answers. */
   restart() {
     this.#inFlight = null;
     this.#queued.clear();
@@ -103,7 +103,7 @@ export class Panel {
   #build(panel) {
     this.#shown = {};
     const [about] = panel.note.split(" Tune ");
-    $("about").textContent = about || "The picture unchanged.";
+    $("about").textContent = about || "The unchanged picture.";
     $("variants").replaceChildren(...panel.variants.map(({name, ink, paper}) => {
       const swatch = make("span", {className: "swatch"});
       swatch.style.background = `linear-gradient(${paper} 50%, ${ink} 50%)`;
@@ -133,12 +133,12 @@ export class Panel {
   #row(entry) {
     const id = `value-${entry.path}`;
     const shown = {value: entry.value, start: entry.start};
-    const beside = entry.main && !isShort(entry.unit) ? {...entry, unit: ""} : entry;
-    shown.control = control(beside, id, value => this.#set(shown, value, entry.path));
+    const described = entry.main && !isShort(entry.unit) ? {...entry, unit: ""} : entry;
+    shown.control = control(described, id, value => this.#set(shown, value, entry.path));
     const of = entry.main && entry.step ? `${stepName(entry.step)} ` : "";
     const label = make("label", {htmlFor: id, title: `${entry.help}\n${entry.path}`}, of + words(entry.name));
     label.ondblclick = () => { shown.control.show(shown.start); this.#set(shown, shown.start, entry.path); };
-    const top = make("div", {className: "top"}, label, make("div", {className: "value"}, ...shown.control.beside));
+    const top = make("div", {className: "top"}, label, make("div", {className: "value"}, ...shown.control.inline));
     const unit = entry.unit && !isShort(entry.unit) ? ` (${entry.unit})` : "";
     const help = entry.main ? [make("p", {className: "help", textContent: entry.help + unit})] : [];
     shown.box = make("div", {className: "entry", title: entry.help}, top, ...(shown.control.below ?? []), ...help);

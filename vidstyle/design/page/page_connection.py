@@ -1,4 +1,4 @@
-"""One browser that shows the designer: its messages are dispatched, and it is sent what it watches."""
+"""The connection to one browser that shows the designer: dispatch its messages and send its pictures."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from aiohttp import web
 
 from vidstyle.design.document.solo import solo
 from vidstyle.design.page.frames import FrameSender
-from vidstyle.design.page.kinds import FIELDS
+from vidstyle.design.page.message_fields import MESSAGE_FIELDS
 from vidstyle.design.page.page_actions import ACTIONS
 from vidstyle.design.page.uploads import FileUpload
 from vidstyle.errors import StyleError, VidstyleError
@@ -26,22 +26,23 @@ if TYPE_CHECKING:
     from vidstyle.design.page.design_server import DesignServer
 
 MAX_MESSAGES = 400
-"""Messages a second; parts of a dropped file are not counted."""
+"""Maximum messages per second; chunks of uploads are not counted."""
 MAX_TASKS = 8
-"""What takes longer is done beside other messages, but no more at once."""
-HEADER = struct.Struct(">B3xIQ")
-"""In front of a picture: what it is, a number, and the revision of the document."""
+"""Maximum number of background tasks."""
+PICTURE_HEADER = struct.Struct(">B3xIQ")
+"""Header of a picture: its type, a number, and the revision of the document."""
 
 
-class DesignPage:
+class PageConnection:
     """Serves one WebSocket until it closes.
 
     Attributes:
-        server: of all pages.
-        solo, side, where: what is watched: the number of the only step that is shown or None, the shorter
-            side of the picture in pixels, and whether "page" or "server" restyles.
+        server: the server of all connections.
+        solo: the number of the soloed step, or None.
+        side: the shorter side of the preview in pixels.
+        where: the renderer, "page" or "server".
         frames: sends the frames of the clip.
-        upload: of a file that is on its way, or None.
+        upload: the upload in progress, or None.
     """
 
     def __init__(self, server: DesignServer) -> None:
@@ -57,12 +58,12 @@ class DesignPage:
 
     @property
     def number(self) -> int:
-        """The frame that is shown."""
+        """The number of the current frame."""
         return self.frames.number
 
     @property
     def style(self) -> Style | None:
-        """What is watched: the style, or what leaves one step of it; None while nothing is open."""
+        """The style that the browser shows, reduced to the soloed step if any; None if no style is open."""
         document = self.server.designer.document
         if document is None:
             return None
@@ -72,13 +73,13 @@ class DesignPage:
         return document.style
 
     async def serve(self, socket: web.WebSocketResponse) -> None:
-        """Greet the page, and dispatch its messages, until the socket closes."""
+        """Send the initial messages, then dispatch messages until the socket closes."""
         self._socket = socket
         invalid = None
         try:
             await self._greet()
             invalid = await receive(socket, self._handle)
-        except ConnectionError:  # the browser has gone without closing the socket
+        except ConnectionError:  # the browser disconnected without closing the socket
             pass
         finally:
             self.frames.stop()
@@ -90,21 +91,21 @@ class DesignPage:
             await refuse(socket, invalid)
 
     async def tell(self, message: dict[str, Any]) -> None:
-        """Send a message; nothing happens once the page has gone."""
+        """Send a message, unless the browser has disconnected."""
         try:
             await self._socket.send_str(json.dumps(message))
         except ConnectionError:
             pass
 
     async def send_picture(self, kind: int, number: int, revision: int, data: bytes) -> None:
-        """Send a picture as PNG or JPEG."""
+        """Send a picture, encoded as PNG or JPEG, unless the browser has disconnected."""
         try:
-            await self._socket.send_bytes(HEADER.pack(kind, number, revision) + data)
+            await self._socket.send_bytes(PICTURE_HEADER.pack(kind, number, revision) + data)
         except ConnectionError:
             pass
 
     async def show_state(self, state: dict[str, Any] | None) -> None:
-        """Send what changed in the document, and the plan or the picture that follows from it."""
+        """Send the changes of the document, and the new plan or picture."""
         before, self._state = self._state, state
         if before is None or state is None:
             await self.tell({"state": state})
@@ -113,7 +114,7 @@ class DesignPage:
         await self.show_style()
 
     async def show_style(self) -> None:
-        """Send the plan of what is watched, or have it restyled."""
+        """Send the plan of the shown style, or render it on the server."""
         style = self.style
         if style is None:
             return
@@ -125,12 +126,12 @@ class DesignPage:
             height, width = (await self.server.run(clip.frame, self.number, self.side)).shape[:2]
             message = await self.server.run(self._plans.message, style, width, height)
         except VidstyleError as error:
-            await self.tell({"notice": _sentence(error)})
+            await self.tell({"notice": _error_text(error)})
             return
         await self.tell({"plan": {"for": "solo" if self.solo is not None else "main"} | message})
 
     async def show_clip(self, clip: Clip) -> None:
-        """Begin with another clip."""
+        """Show another clip."""
         from vidstyle.design.page.design_server import clip_message
 
         self.frames.stop()
@@ -140,22 +141,22 @@ class DesignPage:
         await self.frames.send()
 
     def begin(self, work: Coroutine[Any, Any, None]) -> None:
-        """Do something beside the next messages, at most until the page goes."""
+        """Run a coroutine in the background; cancel it when the browser disconnects."""
         task = self.server.begin(work)
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
     @property
     def is_busy(self) -> bool:
-        """Whether so much is done that nothing more is begun."""
+        """Whether the maximum number of background tasks is running."""
         return len(self._tasks) >= MAX_TASKS
 
     async def answer(self, id: int, work: Callable[[], Awaitable[dict[str, Any] | None]]) -> None:
-        """Answer a message with what some work gives, or with the sentence of its error."""
+        """Answer a message with the result of `work`, or with its error message."""
         try:
             answer = await work() or {}
         except VidstyleError as error:
-            answer = {"error": _sentence(error)}
+            answer = {"error": _error_text(error)}
         await self.tell({"answer": id} | answer)
 
     async def _greet(self) -> None:
@@ -168,15 +169,15 @@ class DesignPage:
     async def _handle(self, data: str | bytes) -> None:
         if isinstance(data, bytes):
             if self.upload is None:
-                raise MessageError("a part of no file")
+                raise MessageError("a chunk without an upload")
             await self.upload.take(data)
             return
         self._limit.count()
-        message = read_message(data, FIELDS)
+        message = read_message(data, MESSAGE_FIELDS)
         kind, id = message.pop("do"), message.pop("id")
         await ACTIONS[kind](self, id, message)
 
 
-def _sentence(error: VidstyleError) -> str:
-    """The error in one sentence; the subject of a style's mistakes is known."""
+def _error_text(error: VidstyleError) -> str:
+    """Return the error as one sentence; omit the subject of mistakes in a style."""
     return error.mistakes[0] if isinstance(error, StyleError) and error.mistakes else str(error)

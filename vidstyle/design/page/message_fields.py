@@ -1,21 +1,21 @@
-"""The messages that the page sends, and what their fields may be."""
+"""The schema of the messages from the page: the fields of each message and their checks."""
 
 from __future__ import annotations
 
 from vidstyle.web.messages import Fields, is_bool, is_index, is_text
 
 MAX_NOTE = 4000
-"""Characters of a note."""
+"""Maximum length of a note in characters."""
 MAX_STYLE_TEXT = 60_000
-"""Characters of a style file that is dropped on the page: less than a message may have."""
+"""Maximum length of a style text in characters; smaller than the maximum message."""
 MAX_UPLOAD = 2 << 30
-"""Bytes of a film that is dropped on the page."""
-SIDES = (64, 2160)
-"""Pixels of the shorter side at which the page shows the picture: at least and at most."""
+"""Maximum size of an upload in bytes."""
+PREVIEW_SIDE_RANGE = (64, 2160)
+"""Minimum and maximum shorter side of the preview in pixels."""
 
 
 def is_value(value: object) -> bool:
-    """Whether it is a text, a number or a truth value; whether it fits is checked later."""
+    """Whether it is a string, a number or a boolean; the parameter checks its range later."""
     return isinstance(value, str | int | float) and (not isinstance(value, str) or len(value) <= 200)
 
 
@@ -32,7 +32,7 @@ def _is_number_or_none(value: object) -> bool:
 
 
 def _is_line(value: object) -> bool:
-    """Whether it is a text that may be empty."""
+    """Whether it is a string, possibly empty."""
     return value == "" or is_text(value)
 
 
@@ -45,7 +45,7 @@ def _is_style_text(value: object) -> bool:
 
 
 def _is_side(value: object) -> bool:
-    return is_index(value) and SIDES[0] <= int(str(value)) <= SIDES[1]
+    return is_index(value) and PREVIEW_SIDE_RANGE[0] <= int(str(value)) <= PREVIEW_SIDE_RANGE[1]
 
 
 def _is_rate(value: object) -> bool:
@@ -84,9 +84,9 @@ EDIT_FIELDS: dict[str, Fields] = {
     "rename": {"name": is_text},
     "note": {"text": _is_note},
 }
-"""The fields of each edit, but for its `gesture`."""
+"""The fields of each edit, except `gesture`."""
 
-_OTHERS: dict[str, Fields] = {
+_OTHER_FIELDS: dict[str, Fields] = {
     "undo": {},
     "redo": {},
     "jump": {"entry": is_index},
@@ -113,11 +113,11 @@ _OTHERS: dict[str, Fields] = {
     "upload": {"name": is_text, "size": _is_size},
 }
 
-FIELDS: dict[str, Fields] = {
+MESSAGE_FIELDS: dict[str, Fields] = {
     kind: {"id": is_index, **fields}
     for kind, fields in (
         *((kind, {**fields, "gesture": is_index}) for kind, fields in EDIT_FIELDS.items()),
-        *_OTHERS.items(),
+        *_OTHER_FIELDS.items(),
     )
 }
-"""All messages: each has an `id`, by which it is answered."""
+"""The fields of all messages; the answer to a message repeats its `id`."""

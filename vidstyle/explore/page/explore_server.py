@@ -1,4 +1,4 @@
-"""The server of the explorer's page."""
+"""The web server of the explorer."""
 
 from __future__ import annotations
 
@@ -15,37 +15,37 @@ from vidstyle.errors import OutputError, UsageError, VidstyleError
 from vidstyle.explore.chooser import Tile
 from vidstyle.explore.page import outputs
 from vidstyle.explore.page.exploration import Exploration
-from vidstyle.explore.page.explore_messages import ACTIONS, FIELDS
+from vidstyle.explore.page.explore_messages import ACTIONS, MESSAGE_FIELDS
 from vidstyle.explore.page.pictures import picture_handlers
-from vidstyle.export import RUNNER
+from vidstyle.export import RUNNER_FOLDER
 from vidstyle.pipeline.progress import Progress
 from vidstyle.style import Style
 from vidstyle.web.messages import RateLimit, read_message, receive, refuse
 from vidstyle.web.server import WebServer
 
-STATIC = Path(__file__).with_name("static")
+STATIC_FOLDER = Path(__file__).with_name("static")
 MAX_VIEWERS, MAX_MESSAGES, MAX_UNDER_WAY = 4, 250, 40
-"""Browsers that show the page; messages of each in a second, and how many may wait for their answers."""
+"""Maximum number of browsers; of messages per second from each; and of unanswered messages from each."""
 
 OpenDesigner = Callable[[str | None, Style], str]
-"""Opens the designer on a source with a style; returns the page's address."""
+"""Opens the designer on a source with a style; returns its URL."""
 
 
-class ExplorePage:
+class ExploreServer:
     """Serves the page until it is closed.
 
     Attributes:
-        url: address of the page, including the token that admits a browser.
-        one_time_url: one that admits a single browser.
+        url: the URL of the page, with its access token.
+        one_time_url: a URL that admits a single browser.
     """
 
     def __init__(self, exploration: Exploration, port: int = 0, designer: OpenDesigner | None = None) -> None:
         """Open the page.
 
         Args:
-            exploration: what is explored; it is closed with the page.
-            port: of this machine; 0 chooses a free one.
-            designer: opens the designer, where there is one.
+            exploration: the exploration; closed with the server.
+            port: port to listen on; 0 selects a free one.
+            designer: opens the designer, if available.
 
         Raises:
             OutputError: the port is taken or needs privileges.
@@ -56,7 +56,9 @@ class ExplorePage:
         self._failure: BaseException | None = None
         handlers = {"/socket": self._serve_socket, **picture_handlers(exploration)}
         try:
-            self._server = WebServer("vidstyle page", handlers, [STATIC, RUNNER], "explore.html", port)
+            self._server = WebServer(
+                "vidstyle page", handlers, [STATIC_FOLDER, RUNNER_FOLDER], "explore.html", port
+            )
         except OSError as error:
             reason = f"port {port}: {error.strerror or error}"
             raise OutputError("page", reason, "give another with --port") from error
@@ -65,11 +67,11 @@ class ExplorePage:
 
     @property
     def error(self) -> BaseException | None:
-        """The exception that the page failed with, a fault of this program, or None."""
+        """The exception that ended the server (a bug in this program), or None."""
         return self._failure or self._server.error
 
     def close(self) -> None:
-        """Stop what is being made for the page, and close it."""
+        """Cancel jobs and close the server."""
         self.cancel()
         self.exploration.close()
         self._server.close()
@@ -79,17 +81,17 @@ class ExplorePage:
             self.exploration.begin()
         except Exception as error:
             self._failure = error
-        self._server.submit(self.tell_all)
+        self._server.submit(self.send_state)
 
     def cancel(self) -> None:
-        """Stop rendering, if a film is rendered."""
+        """Cancel rendering, if any."""
         if self._stop is not None:
             self._stop.set()
 
-    # What is told
+    # Messages to browsers
 
     def clip(self) -> dict[str, Any]:
-        """The clip and what can be done here, for the page."""
+        """Return the message that describes the clip and available actions."""
         exploration = self.exploration
         return {
             "name": Path(exploration.clip.name).name,
@@ -103,24 +105,24 @@ class ExplorePage:
         }
 
     def state(self) -> dict[str, Any]:
-        """What is shown, for the page."""
+        """Return the message that describes the current state."""
         chooser = self.exploration.chooser
         if not chooser.screens:
             return {"tiles": []}
         screen = chooser.screen
         return {
             "at": chooser.at,
-            "tiles": [self._described(tile) for tile in screen.tiles],
+            "tiles": [self._describe(tile) for tile in screen.tiles],
             "taken": screen.taken,
             "back": screen.before is not None,
             "forward": screen.after is not None,
             "near": chooser.near,
             "locks": sorted(chooser.locks),
             "history": [self._face(each.tiles) for each in chooser.screens],
-            "stars": [self._described(tile) for tile in chooser.stars],
+            "stars": [self._describe(tile) for tile in chooser.stars],
         }
 
-    def _described(self, tile: Tile) -> dict[str, Any]:
+    def _describe(self, tile: Tile) -> dict[str, Any]:
         layers = {layer: [step.block for step in steps] for layer, steps in tile.style.layers.items()}
         return {
             "tile": self.exploration.number(tile),
@@ -133,44 +135,44 @@ class ExplorePage:
         }
 
     def _face(self, tiles: tuple[Tile, ...]) -> list[int]:
-        """The tiles that stand for a screen: that in the middle, or four of a first one."""
+        """Return the tiles that represent a screen: the chosen one, or four of a first screen."""
         middle = tiles[len(tiles) // 2]
         return [
             self.exploration.number(tile) for tile in ((middle,) if middle.kind == "chosen" else tiles[:4])
         ]
 
-    async def tell_all(self) -> None:
-        """Tell all browsers what is shown."""
+    async def send_state(self) -> None:
+        """Send the state to all browsers."""
         for viewer in list(self._viewers):
             await viewer.send({"state": self.state()})
 
-    # Messages
+    # Messages from browsers
 
     async def _serve_socket(self, request: web.Request) -> web.StreamResponse:
         return await self._server.serve(request, _Viewer(self), self._viewers, MAX_VIEWERS)
 
     async def answer(self, message: Mapping[str, Any], sent: set[str]) -> dict[str, Any]:
-        """Do what a message asks for.
+        """Handle a message and return its answer.
 
         Args:
-            sent: keys of the plans that the browser has.
+            sent: the keys of the plans that the browser has.
 
         Raises:
-            VidstyleError: it cannot be done.
+            VidstyleError: the request failed.
         """
         do, exploration = message["do"], self.exploration
-        fields = [message[name] for name in FIELDS[do] if name != "id"]
+        fields = [message[name] for name in MESSAGE_FIELDS[do] if name != "id"]
         match do:
             case "plan":
                 return await self._plan(exploration.tile(message["tile"]).style, message, sent)
             case "tune":
-                plane = await asyncio.to_thread(exploration.plane, message["tile"])
-                return await self._plan(plane.style_at(message["x"], message["y"]), message, sent)
-            case "plane":
-                plane = await asyncio.to_thread(exploration.plane, message["tile"])
+                pad = await asyncio.to_thread(exploration.pad, message["tile"])
+                return await self._plan(pad.style_at(message["x"], message["y"]), message, sent)
+            case "pad":
+                pad = await asyncio.to_thread(exploration.pad, message["tile"])
                 axes = [{"path": axis.path, "low": axis.low, "high": axis.high, "whole": axis.is_whole,
-                         "factor": axis.is_factor} for axis in plane.axes]  # fmt: skip
-                return {"axes": axes, "start": plane.start}
+                         "factor": axis.is_factor} for axis in pad.axes]  # fmt: skip
+                return {"axes": axes, "start": pad.start}
             case "save":
                 tile, name, overwrite = fields
                 style = exploration.tile(tile).style
@@ -191,11 +193,11 @@ class ExplorePage:
                 return {"url": await asyncio.to_thread(self.designer, exploration.clip.file(), style)}
         action = getattr(exploration, ACTIONS[do])
         result = await asyncio.to_thread(action, *fields)
-        await self.tell_all()
+        await self.send_state()
         return {"tile": result} if do == "keep" else {"clip": self.clip()} if do == "move" else {}
 
     async def _plan(self, style: Style, message: Mapping[str, Any], sent: set[str]) -> dict[str, Any]:
-        """The plan of a style, without what the browser has already, unless it asks for the whole."""
+        """Return the plan of a style; only its values if the browser has it, unless it requests the whole."""
         plan = await asyncio.wrap_future(self.exploration.plan(style, message["side"]))
         if plan["key"] in sent and not message["whole"]:
             return {name: plan[name] for name in ("key", "values")}
@@ -223,7 +225,7 @@ class ExplorePage:
 class _Viewer:
     """Serves one WebSocket until it closes."""
 
-    def __init__(self, page: ExplorePage) -> None:
+    def __init__(self, page: ExploreServer) -> None:
         self._page = page
         self._sent: set[str] = set()
         self._under_way = asyncio.Semaphore(MAX_UNDER_WAY)
@@ -240,17 +242,17 @@ class _Viewer:
                 invalid = await receive(socket, self._handle)
                 if invalid is not None:
                     await refuse(socket, invalid)
-        except* ConnectionError:  # the browser has gone without closing the socket
+        except* ConnectionError:  # the browser disconnected without closing the socket
             pass
 
     async def send(self, message: dict[str, Any]) -> None:
-        """Send a message, unless the browser has gone."""
+        """Send a message, unless the browser has disconnected."""
         if not self._socket.closed:
             await self._socket.send_str(json.dumps(message))
 
     async def _handle(self, data: str | bytes) -> None:
         self._limit.count()
-        message = read_message(data, FIELDS)
+        message = read_message(data, MESSAGE_FIELDS)
         await self._under_way.acquire()
         self._tasks.create_task(self._answer(message))
 

@@ -1,5 +1,5 @@
 /**
- * One style, large: before and after, fine tuning on a plane of two values, and everything that is done with it.
+ * The lightbox: one style enlarged, with before and after, fine tuning on a pad of two parameters, saving and export.
  *
  * @module
  */
@@ -14,40 +14,41 @@ import { origin, rootOf } from "./tiles.js";
 /** @typedef {{path: string, low: number, high: number, whole: boolean, factor: boolean}} Axis */
 /** @typedef {(kind: string, fields?: object) => Promise<any>} Ask */
 
-const LAYERS = { base: "First", background: "Background", lines: "Lines" };
+const LAYER_NAMES = { base: "First", background: "Background", lines: "Lines" };
 const canvas = /** @type {HTMLCanvasElement} */ (get("large"));
-const dialog = /** @type {HTMLDialogElement} */ (get("closer"));
-const plane = get("plane");
+const dialog = /** @type {HTMLDialogElement} */ (get("lightbox"));
+const pad = get("pad");
 const point = get("point");
 
-/** The value at a place of an axis. @param {Axis} axis @param {number} place */
+/** Returns the value at a position on an axis. @param {Axis} axis @param {number} place */
 function valueAt(axis, place) {
   if (axis.factor) return axis.low * Math.pow(axis.high / axis.low, place);
   const value = axis.low + place * (axis.high - axis.low);
   return axis.whole ? Math.round(value) : value;
 }
 
-/** The large view. */
-export class Closer {
+/** The enlarged view of a tile. */
+export class Lightbox {
   /** @type {Tile | null} */
   tile = null;
-  /** What it is compared with; null: the clip as it is. @type {Tile | null} */
+  /** The tile to compare with; null: the unchanged clip. @type {Tile | null} */
   other = null;
-  /** Where the line between before and after is, from 0 to 1; null: after alone. @type {number | null} */
+  /** Position of the divider between before and after, from 0 to 1; null: no split view. @type {number | null} */
   split = null;
   held = false;
   /** @type {Axis[]} */
   axes = [];
-  /** The point of the plane, and whether it is the style's own. @type {[number, number]} */
+  /** The point on the pad. @type {[number, number]} */
   at = [0.5, 0.5];
+  /** Whether the point has left the position of the style. */
   moved = false;
-  /** The style whose plane is shown. @type {Tile | null} */
-  planeOf = null;
-  /** The place of the frame that is shown. */
+  /** The tile that the pad tunes. @type {Tile | null} */
+  padTile = null;
+  /** The index of the current frame. */
   #place = -1;
   #scratch = document.createElement("canvas");
   #moving = false;
-  /** @type {Subject | null} what is shown; it stays until the next can be */
+  /** The subject shown, until the next one is ready. @type {Subject | null} */
   #shown = null;
 
   /**
@@ -55,9 +56,9 @@ export class Closer {
    * @param {Ask} handlers.ask
    * @param {(tile: number) => Subject} handlers.subjectOf
    * @param {(source: SourceFrames) => import("./painters.js").PagePainter | import("./painters.js").ServerPainter} handlers.painterOf
-   * @param {() => number} handlers.side the shorter side at which it is drawn
+   * @param {() => number} handlers.side returns the shorter side at which to draw
    * @param {(tile: number) => void} handlers.onlike
-   * @param {(tile: number) => Promise<boolean>} handlers.onstar keeps a tile or not; whether it is kept now
+   * @param {(tile: number) => Promise<boolean>} handlers.onstar keeps a tile or stops keeping it; resolves to whether it is kept
    * @param {(tile: number) => boolean} handlers.isKept
    */
   constructor(handlers) {
@@ -75,10 +76,10 @@ export class Closer {
   }
 
   /**
-   * Shows a tile.
+   * Opens a tile.
    * @param {Tile} tile
    * @param {Clip} clip
-   * @param {Tile | null} other what it is compared with; null: the clip as it is
+   * @param {Tile | null} other the tile to compare with; null: the unchanged clip
    */
   open(tile, clip, other = null) {
     const isNew = this.clip !== clip || !this.source.pictures.length;
@@ -91,16 +92,16 @@ export class Closer {
     this.#describe(tile, clip);
     if (!dialog.open) dialog.showModal();
     get("like").focus();
-    this.#findPlane(tile);
+    this.#loadPad(tile);
   }
 
   /** @param {Tile} tile @param {Clip} clip */
   #describe(tile, clip) {
-    get("closer-name").textContent = rootOf(tile.name);
+    get("lightbox-name").textContent = rootOf(tile.name);
     const { other } = this;
-    get("how").textContent = other ? `${origin(tile)}, beside ${rootOf(other.name)} (${origin(other)})` : origin(tile);
+    get("how").textContent = other ? `${origin(tile)}, compared with ${rootOf(other.name)} (${origin(other)})` : origin(tile);
     const rows = Object.entries(tile.layers).flatMap(([layer, blocks]) => [
-      make("dt", { textContent: LAYERS[/** @type {keyof typeof LAYERS} */ (layer)] }),
+      make("dt", { textContent: LAYER_NAMES[/** @type {keyof typeof LAYER_NAMES} */ (layer)] }),
       make("dd", { textContent: blocks.filter(Boolean).map(words).join(", ") }),
     ]);
     get("layers").replaceChildren(...rows);
@@ -109,7 +110,7 @@ export class Closer {
     render.disabled = !clip.render;
     render.textContent = clip.count > 1 ? "Render the whole film" : "Save the picture";
     /** @type {HTMLInputElement} */ (get("name")).value = "";
-    get("told").textContent = "";
+    get("outcome").textContent = "";
     get("save").textContent = "Save";
     this.#mark();
   }
@@ -121,7 +122,7 @@ export class Closer {
     this.dirty = true;
   }
 
-  /** Draws, if anything has changed or the film plays. */
+  /** Draws the picture if it has changed or the film plays. */
   draw() {
     if (!dialog.open || !this.#shown || !this.clip) return;
     const before = this.other && this.handlers.subjectOf(this.other.tile);
@@ -161,7 +162,7 @@ export class Closer {
     Object.assign(names[1].style, { left: `${box.left + box.width - names[1].offsetWidth - 10}px`, top: `${box.top + 10}px` });
   }
 
-  /** Where the picture lies within the view. */
+  /** Returns the rectangle of the picture within the view. */
   #box() {
     const { offsetLeft, offsetTop, offsetWidth, offsetHeight } = canvas;
     const scale = Math.min(offsetWidth / canvas.width, offsetHeight / canvas.height);
@@ -172,27 +173,27 @@ export class Closer {
   // Fine tuning
 
   /** @param {Tile} tile */
-  async #findPlane(tile) {
+  async #loadPad(tile) {
     this.axes = [];
-    this.planeOf = tile;
-    plane.classList.remove("ready");
-    plane.setAttribute("aria-busy", "true");
-    get("plane-note").textContent = "Looking for the two values that matter most";
+    this.padTile = tile;
+    pad.classList.remove("ready");
+    pad.setAttribute("aria-busy", "true");
+    get("pad-note").textContent = "Finding the two most influential parameters…";
     get("axes").replaceChildren();
     point.hidden = true;
     try {
-      const { axes, start } = await this.handlers.ask("plane", { tile: tile.tile });
-      if (this.planeOf !== tile) return;
+      const { axes, start } = await this.handlers.ask("pad", { tile: tile.tile });
+      if (this.padTile !== tile) return;
       [this.axes, this.at] = [axes, start];
       const samples = /** @type {HTMLImageElement} */ (get("samples"));
-      samples.src = `plane.jpg?tile=${tile.tile}`;
+      samples.src = `pad.jpg?tile=${tile.tile}`;
       this.#placePoint();
       await samples.decode();
-      if (this.planeOf === tile) plane.classList.add("ready");
+      if (this.padTile === tile) pad.classList.add("ready");
     } catch (error) {
-      if (this.planeOf === tile) get("plane-note").textContent = "No two values change this picture.";
+      if (this.padTile === tile) get("pad-note").textContent = "This style has no two parameters to tune.";
     }
-    plane.setAttribute("aria-busy", "false");
+    pad.setAttribute("aria-busy", "false");
   }
 
   #placePoint() {
@@ -204,7 +205,7 @@ export class Closer {
       String(Number(valueAt(axis, this.at[each]).toPrecision(3))),
     ]);
     get("axes").replaceChildren(...texts.flatMap(([name, value]) => [make("dt", { textContent: name }), make("dd", { textContent: value })]));
-    plane.setAttribute("aria-description", texts.map((each) => each.join(" ")).join(", "));
+    pad.setAttribute("aria-description", texts.map((each) => each.join(" ")).join(", "));
   }
 
   /** @param {number} x @param {number} y */
@@ -218,9 +219,9 @@ export class Closer {
     if (this.#moving) return;
     this.#moving = true;
     let drawn;
-    while (drawn !== this.at && this.planeOf) {
+    while (drawn !== this.at && this.padTile) {
       drawn = this.at;
-      await this.#prepare(this.#tunedSubject(this.planeOf.tile, drawn)).catch(() => {});
+      await this.#prepare(this.#tunedSubject(this.padTile.tile, drawn)).catch(() => {});
     }
     this.#moving = false;
   }
@@ -243,34 +244,34 @@ export class Closer {
     this.dirty = true;
   }
 
-  /** The number of the tile that is shown; a tuned style becomes a tile of its own. */
-  async #settled() {
-    if (!this.tile) throw new Error("Nothing is shown.");
-    if (this.moved && this.planeOf) {
+  /** Resolves to the number of the tile; turns a tuned style into a new tile first. */
+  async #tileNumber() {
+    if (!this.tile) throw new Error("No style is open.");
+    if (this.moved && this.padTile) {
       const [x, y] = this.at;
-      const { tile } = await this.handlers.ask("keep", { tile: this.planeOf.tile, x, y });
-      this.tile = { ...this.tile, tile, kind: "tuned", parents: [this.planeOf.name] };
+      const { tile } = await this.handlers.ask("keep", { tile: this.padTile.tile, x, y });
+      this.tile = { ...this.tile, tile, kind: "tuned", parents: [this.padTile.name] };
       this.moved = false;
     }
     return this.tile.tile;
   }
 
-  // What is done with it
+  // Actions
 
   /** @param {string} text @param {boolean} [alarm] */
-  #tell(text, alarm = false) {
-    get("told").textContent = text;
-    get("told").classList.toggle("alarm", alarm);
+  #report(text, alarm = false) {
+    get("outcome").textContent = text;
+    get("outcome").classList.toggle("alarm", alarm);
   }
 
-  /** Does something with the tile, and tells what comes of it. @param {(tile: number) => Promise<string | void>} action */
+  /** Runs an action on the tile and reports its outcome. @param {(tile: number) => Promise<string | void>} action */
   async #act(action) {
     try {
-      const text = await action(await this.#settled());
-      if (text) this.#tell(text);
+      const text = await action(await this.#tileNumber());
+      if (text) this.#report(text);
       this.#mark();
     } catch (error) {
-      this.#tell(/** @type {Error} */ (error).message, true);
+      this.#report(/** @type {Error} */ (error).message, true);
     }
   }
 
@@ -283,7 +284,7 @@ export class Closer {
       try {
         const { file } = await this.handlers.ask("save", { tile, name: name.value.trim(), overwrite });
         button.textContent = "Save";
-        return `Saved as ${file}`;
+        return `Saved as ${file}.`;
       } catch (error) {
         if (/exists/.test(String(error))) button.textContent = "Replace";
         throw error;
@@ -291,7 +292,7 @@ export class Closer {
     });
   }
 
-  /** The name in the field, or one that the style suggests. */
+  /** The name in the field, else a name derived from the style. */
   get name() {
     const given = /** @type {HTMLInputElement} */ (get("name")).value.trim();
     return given || (this.tile?.name ?? "style").replace(/[^A-Za-z0-9_-]+/g, "-");
@@ -300,7 +301,7 @@ export class Closer {
   async render() {
     const stem = (this.clip?.name ?? "film").replace(/\.\w+$/, "").replace(/[^A-Za-z0-9_-]+/g, "-").slice(0, 30);
     get("progress").hidden = false;
-    await this.#act(async (tile) => `Rendered: ${(await this.handlers.ask("render", { tile, name: `${stem}-${this.name}`.slice(0, 64) })).file}`);
+    await this.#act(async (tile) => `Rendered as ${(await this.handlers.ask("render", { tile, name: `${stem}-${this.name}`.slice(0, 64) })).file}.`);
     get("progress").hidden = true;
   }
 
@@ -349,7 +350,7 @@ export class Closer {
     get("render").onclick = () => this.render();
     get("cancel").onclick = () => this.handlers.ask("cancel");
     for (const kind of ["html", "hook"]) {
-      get(kind).onclick = () => this.#act(async (tile) => `Written: ${(await this.handlers.ask("export", { tile, name: this.name, kind })).file}`);
+      get(kind).onclick = () => this.#act(async (tile) => `Exported as ${(await this.handlers.ask("export", { tile, name: this.name, kind })).file}.`);
     }
     get("design").onclick = () => this.#act(async (tile) => void window.open((await this.handlers.ask("design", { tile })).url, "_blank", "noopener"));
     this.#listenToPointer();
@@ -359,8 +360,8 @@ export class Closer {
   }
 
   #listenToPointer() {
-    const onPlane = (/** @type {PointerEvent} */ event) => {
-      const box = plane.getBoundingClientRect();
+    const onPad = (/** @type {PointerEvent} */ event) => {
+      const box = pad.getBoundingClientRect();
       this.#moveTo((event.clientX - box.left) / box.width, 1 - (event.clientY - box.top) / box.height);
     };
     const onPicture = (/** @type {PointerEvent} */ event) => {
@@ -370,7 +371,7 @@ export class Closer {
       this.split = Math.min(1, Math.max(0, (left - box.left) / box.width));
       this.dirty = true;
     };
-    for (const [element, follow] of /** @type {[HTMLElement, (event: PointerEvent) => void][]} */ ([[plane, onPlane], [canvas, onPicture]])) {
+    for (const [element, follow] of /** @type {[HTMLElement, (event: PointerEvent) => void][]} */ ([[pad, onPad], [canvas, onPicture]])) {
       element.addEventListener("pointerdown", (event) => {
         element.setPointerCapture(event.pointerId);
         follow(event);
@@ -386,7 +387,7 @@ export class Closer {
     const step = event.shiftKey ? 0.1 : 0.02;
     const [x, y] = this.at;
     const moves = { ArrowLeft: [x - step, y], ArrowRight: [x + step, y], ArrowUp: [x, y + step], ArrowDown: [x, y - step] };
-    const move = target === plane && moves[/** @type {keyof typeof moves} */ (event.key)];
+    const move = target === pad && moves[/** @type {keyof typeof moves} */ (event.key)];
     if (move) this.#moveTo(move[0], move[1]);
     else if (event.key === "Enter" && !target.matches("button")) this.like();
     else if (event.key === "s" || event.key === "S") this.star();
