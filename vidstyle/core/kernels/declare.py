@@ -1,8 +1,8 @@
 """Kernels: `@compiled` turns a function into machine code at its first call.
 
 Machine code is stored in the user's cache folder as object files, which are loaded without Numba. Only
-missing kernels are compiled (`library`, `compiler`), together with others that will soon be needed. So importing
-a module with kernels is cheap, and only the first use of a style waits.
+missing kernels are compiled (`library`, `compiler`), together with others that will soon be needed. So
+importing a module with kernels is cheap, and only the first use of a style waits.
 """
 
 from __future__ import annotations
