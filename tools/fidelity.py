@@ -233,11 +233,10 @@ HEAD = """\
 Each file holds a small linear filter for each bin of local structure (orientation x strength x coherence x
 curvature), trained on photographs by `python tools/train_banks.py --images DIR`; the same photographs give
 the same bytes. `python tools/fidelity.py --images DIR` writes this page. `vidstyle train etf --show etf.png`
-draws a bank; [docs/filters.jpg](../docs/filters.jpg) shows what they do. The files are NumPy archives, read
+draws a bank; [docs/filters.jpg](../docs/filters.jpg) shows their effect. The files are NumPy archives, read
 without pickle and checked. *Residual* is the root of the mean squared error of each part on the training
-pictures, in levels of 255 (above 1 px before the result is enlarged); *empty* counts bins that no pixel fell
-into, which have the mean filter of their orientation. *Photographs* is the length to which their longer side
-was reduced.
+pictures, in levels of 255 (above 1 px before the result is enlarged); *empty* counts bins without pixels,
+which have the mean filter of their orientation. *Photographs* is the reduced length of their longer side.
 
 | bank | reference | parts | bins | filters | rho | residual | empty | photographs, px |
 |---|---|---|---|---|---|---|---|---|"""
@@ -245,14 +244,14 @@ FIDELITY = """
 ## Fidelity
 
 Luma of {count} photographs that no bank has learned from, their longer side reduced to {long_side} pixels,
-against the reference filter. *Untouched* compares the photographs themselves with the same reference: the
-less, the more the filter does; *gain* is by how much the block is closer. *linear* is before the soft
-threshold, *clipped* as a picture shows it, *threshold* after `soft_threshold` with phi 0.02 and epsilon 130.
-`reselect` false keeps the filters of the first pass; the difference is what that costs.
+compared with the reference filter. *Untouched* compares the original photographs with the same reference:
+the lower, the stronger the filter. *gain* is the improvement by the block. *linear* is before the soft
+threshold, *clipped* as displayed, *threshold* after `soft_threshold` with phi 0.02 and epsilon 130.
+`reselect` false keeps the filters of the first pass; the difference is the loss of quality.
 
-The paper gives neither its settings nor the figures of untouched pictures, so how much it changes them is not
-known. Its PSNR and MSSIM stand beside each setting of ours, with the gain that they would be at equal
-strength: if it changed pictures as much. Where that is below 0 it must have changed them more.
+The paper gives neither its settings nor the figures of untouched pictures, so the strength of its filters is
+unknown. Its PSNR and MSSIM are listed next to each of our settings, with the gain that they would mean at
+equal strength. If the gain is below 0, the filter of the paper must have been stronger.
 
 | block | setting | PSNR | MSSIM | untouched PSNR | untouched MSSIM | gain | paper |
 |---|---|---|---|---|---|---|---|"""

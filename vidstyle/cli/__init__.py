@@ -21,7 +21,7 @@ CONTEXT = {"help_option_names": ["-h", "--help"], "show_default": True}
 
 
 class CommandGroup(click.Group):
-    """Finds commands as modules of this package that declare a command of their own name."""
+    """Finds commands: modules of this package that declare a command with the name of the module."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         names = sorted(module.name for module in pkgutil.iter_modules(__path__))
@@ -62,7 +62,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the program and return its exit code (docs/rules.md, Exit codes).
 
     Args:
-        arguments: the command line without the program's name; None takes that of this process.
+        arguments: the command line without the program's name; None uses the command line of this process.
     """
     reporting = Reporting(sys.argv[1:] if arguments is None else arguments)
     with reporting, on_signals(raise_stopped):

@@ -27,9 +27,9 @@ def open_option(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def is_wanted(no_open: bool) -> bool:
-    """Whether somebody sits at a desktop and a terminal, and has not declined."""
+    """Whether to open the browser: in a terminal on a desktop, unless the user has declined."""
     elsewhere = no_open or "CI" in os.environ or "SSH_CONNECTION" in os.environ
-    # Without a desktop the browser would be one that runs in the terminal.
+    # Without a desktop, a text browser would start in the terminal.
     has_desktop = sys.platform in ("darwin", "win32") or {"DISPLAY", "WAYLAND_DISPLAY"} & os.environ.keys()
     return bool(has_desktop) and not elsewhere and sys.stdout.isatty() and sys.stderr.isatty()
 

@@ -85,7 +85,7 @@ class _Throttled:
 
 def _print_line(progress: Progress) -> None:
     if not progress.frames and not progress.step:
-        return  # nothing is known before the first frame
+        return  # no progress before the first frame
     done = "" if progress.fraction is None else f"{progress.fraction:.0%}, "
     frame = "" if progress.step else f"frame {progress.frames}, "
     say(f"{done}{frame}{progress.pace_text}")

@@ -97,7 +97,7 @@ def _show_page(source: str, options: dict[str, Any]) -> int:
 
 
 def designer_until(stop: threading.Event) -> Callable[[str | None, Style], str]:
-    """What opens the designer with a style, on a page of its own, until `stop` is set."""
+    """Return a function that opens the designer with a style on a separate page, until `stop` is set."""
 
     def opened(source: str | None, style: Style) -> str:
         from vidstyle.design import serve

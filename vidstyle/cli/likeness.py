@@ -15,7 +15,7 @@ from vidstyle.errors import UsageError, printable
 from vidstyle.pipeline.progress import StepProgress
 
 MAX_SHOWN_STYLES = 5
-"""How many styles are named."""
+"""Number of styles in the output."""
 
 
 def print_like(picture: str, source: str | None, options: Mapping[str, Any], as_json: bool) -> None:

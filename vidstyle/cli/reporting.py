@@ -134,7 +134,7 @@ def _conclusion(error: BaseException) -> tuple[int, str]:
         case StoppedError() | KeyboardInterrupt():
             return getattr(error, "exit_code", 130), "stopped"
         case OSError(errno=errno.ENOSPC | errno.EPIPE | errno.EBADF, filename=None):
-            # Of a command that prints: whatever writes a file names it in an error of its own.
+            # Only commands that print get here: a function that writes a file names it in its error.
             return OutputError.exit_code, str(output_error("standard output", error))
     reason = printable(f"{type(error).__name__}: {error}")
     return BUG, f"internal error: {reason}; please report this as a bug, with the output of --debug"
@@ -204,7 +204,7 @@ def open_missing() -> None:
 
 
 def flush_output(abandoned: bool = False) -> OutputError | None:
-    """Write what is left of standard output; the error if that fails.
+    """Flush standard output; return the error if that fails.
 
     Python would do it after `main` has returned, and turn any failure into exit code 120.
 

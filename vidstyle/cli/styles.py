@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from vidstyle.style import Style
 
 FORMS = (*OPENGL_FORMS, "es")
-"""The kinds of shaders: those of OpenGL, and that of `vidstyle export`."""
+"""The kinds of shaders: two for OpenGL, one for `vidstyle export`."""
 
 
 @command(
@@ -114,7 +114,7 @@ def _print_list() -> None:
 
 
 def _print_thumbnails(styles: Mapping[str, Style]) -> None:
-    """Show what each style makes of a photograph, in a terminal that can."""
+    """Show each style applied to a photograph, if the terminal shows pictures."""
     protocol = protocol_of()
     if protocol:
         from vidstyle.gallery.thumbnail import thumbnail

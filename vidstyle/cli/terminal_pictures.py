@@ -65,7 +65,7 @@ def row_lines(pictures: Sequence[np.ndarray], protocol: str, width: int) -> Iter
 
 
 def _block_lines(picture: np.ndarray, width: int, height: int) -> Iterator[str]:
-    """The upper half of each character has the colour of the text, the lower that of the ground."""
+    """Yield lines of half blocks: the upper pixel is the text colour, the lower the background."""
     import cv2
 
     small = cv2.resize(picture, (width, 2 * height), interpolation=cv2.INTER_AREA)

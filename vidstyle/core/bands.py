@@ -17,7 +17,7 @@ BAND_BYTES = 1 << 21
 
 @cache
 def shared_pool() -> Executor:
-    """The threads of everybody who has no pool of their own, one for each core; started when first used."""
+    """Return the default pool, one thread per core, started on first use."""
     return threads_for(available_cores() - 1, "vidstyle-bands")
 
 
@@ -25,29 +25,29 @@ def shared_pool() -> Executor:
 def keep_freed_memory() -> None:
     """Have the C library keep the memory of planes and bands for the next frame.
 
-    By default glibc gives the larger part back to the system after each frame, which then clears every page
-    of it anew: up to a tenth of a frame's time. Other C libraries are left as they are.
+    By default glibc returns most of it to the system after each frame, which then clears every page again: up
+    to a tenth of a frame's time. Other C libraries are not changed.
     """
     trim_threshold, top_pad, mmap_threshold = -1, -2, -3  # malloc.h
     with suppress(TypeError, AttributeError):
         set_option = ctypes.CDLL(None).mallopt
         set_option(mmap_threshold, 32 << 20)  # the most that it takes
         set_option(trim_threshold, 256 << 20)
-        set_option(top_pad, 64 << 20)  # as much as a thread's heap has: else empty ones are given back
+        set_option(top_pad, 64 << 20)  # the size of a thread's heap: smaller values return empty heaps
 
 
 class CallingThread(Executor):
-    """Runs what it is given at once, in the thread that gives it."""
+    """An executor that runs each task immediately, in the calling thread."""
 
     def submit(self, function: Callable[..., Any], /, *arguments: Any, **named: Any) -> Future[Any]:
-        """A future that is done."""
+        """Run the function and return a completed future."""
         future: Future[Any] = Future()
         future.set_result(function(*arguments, **named))
         return future
 
 
 def threads_for(threads: int, name: str) -> Executor:
-    """So many threads, or just the calling one."""
+    """Return a pool of `threads` threads; for one, run tasks in the calling thread."""
     return ThreadPoolExecutor(threads, thread_name_prefix=name) if threads > 1 else CallingThread()
 
 
@@ -64,7 +64,7 @@ def in_bands(
     """
     (height, width), cores = shape, available_cores()
     count = -(-height // max(BAND_BYTES // (4 * channels * width), 8 * radius, 1))
-    count = -(-count // cores) * cores  # as many for each core
+    count = -(-count // cores) * cores  # the same number for each core
     rows = -(-height // (4 * count)) * 4
     tops = iter(range(0, height, rows))
 

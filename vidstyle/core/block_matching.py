@@ -18,7 +18,7 @@ _PADDED_POSITION_COUNT = 32
 
 
 def blocks_of(picture: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The blocks that lie side by side in the middle of a picture.
+    """Return the adjacent blocks in the middle of a picture.
 
     Args:
         picture: H x W.
@@ -37,16 +37,16 @@ def blocks_of(picture: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def best_correlations(
     blocks: np.ndarray, places: np.ndarray, picture: np.ndarray, min_deviation: float
 ) -> np.ndarray:
-    """How well each block matches a picture around its place.
+    """Measure how well each block matches a picture near its position.
 
     Args:
-        blocks: n x h x w float32, at most `BLOCK_SIZE` on a side, none of one tone.
+        blocks: n x h x w float32, at most `BLOCK_SIZE` on a side; no block has only one tone.
         places: n x 2 int32, the row and column of their first pixels.
         picture: H x W float32; its border is repeated.
-        min_deviation: the least standard deviation that is assumed of what a block is compared with.
+        min_deviation: lower limit of the standard deviation of a matched area.
 
     Returns:
-        The greatest correlation coefficient of each, 0..1 float32; 1 in a dry run.
+        The maximum correlation coefficient of each block, 0..1 float32; 1 in a dry run.
     """
     (tall, wide), side = blocks.shape[1:], SEARCH_RADIUS_PX
     beyond = side + BLOCK_SIZE, side + _PADDED_POSITION_COUNT  # the kernel reads so far

@@ -1,7 +1,7 @@
-"""Working values to the codes of planes: luma, RGB, and chroma averaged over the area of each sample.
+"""Converts working values to the codes of planes: luma, RGB, and chroma averaged over each sample's area.
 
 The area is a box of one chroma step centred on the sample, the classic filter of each siting: two equal
-weights between pixels, 1-2-1 upon one. What lies outside the picture repeats its edge.
+weights between pixels, 1-2-1 on a pixel. Outside the picture its edge is repeated.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ SampleArea = tuple[int, int, np.ndarray]
 """Along one axis: luma pixels for each sample, the first pixel under the first one, and weights."""
 
 Levels = tuple[np.float32, np.float32, np.float32]
-"""What values are multiplied by, what is added, and the highest code."""
+"""The factor of values, the offset that is added, and the highest code."""
 
 IDENTITY_MIX_WEIGHTS = np.eye(3, 2, dtype=np.float32)
-"""The mix of two planes that are blue and red difference themselves."""
+"""The mix of two planes that are blue and red difference already."""
 
 
 def store(values: np.ndarray, black: float, white: float, depth: int, out: np.ndarray) -> None:
@@ -45,9 +45,9 @@ def store_chroma(
 
     Args:
         planes: N x W float32 rows of the page.
-        mix: the weight of each plane in blue and in red difference, and last what is added to these; float32.
+        mix: the weight of each plane in blue and in red difference; the last row is added to both; float32.
         above: how many rows lie above the band, which starts at a multiple of the step.
-        chroma: rows of blue and red difference, written: those of the band.
+        chroma: rows of blue and red difference, written, for the band.
     """
     rows, columns, encode, _, levels = _sampling(encoding)
     lines = _lines(planes[0].shape[1], columns)
@@ -62,8 +62,8 @@ def store_yuv(
     Args:
         color: N x W x 3 float32 rows of the page.
         above: how many rows lie above the band, which starts at a multiple of the chroma step.
-        luma: rows, written: those of the band.
-        chroma: rows of blue and red difference, written: those of the band.
+        luma: rows, written, for the band.
+        chroma: rows of blue and red difference, written, for the band.
     """
     rows, columns, encode, luma_levels, levels = _sampling(encoding)
     lines, outside = _lines(luma.shape[1], columns), np.empty_like(luma[0])
@@ -224,8 +224,7 @@ def _store_samples(line, columns, encode, levels, out):  # type: ignore[no-untyp
     """Average over columns.
 
     Args:
-        line: the values, and as many places before as a step has, and twice as many behind, where the edge
-            is repeated.
+        line: the values, after one step and before two steps of scratch, in which the edge is repeated.
     """
     across, first, weights = columns
     last = line.size - 2 * across

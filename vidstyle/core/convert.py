@@ -22,7 +22,7 @@ ONE_THREAD_PIXELS = 1 << 17
 
 
 def convert(picture: Picture, target: Encoding, rgb: bool = False) -> Picture:
-    """The picture in another encoding; the picture itself where that is its own.
+    """Return the picture in another encoding; the picture itself if it has this encoding.
 
     Chroma planes on the same grid are not resampled, and with the same codes not copied. Values outside
     the range of the numbers are clipped.
@@ -68,7 +68,7 @@ class PictureAssembler:
     """Assembles a picture of a given encoding from bands of float32 rows, from any number of threads."""
 
     def __init__(self, source: Picture, target: Encoding, rgb: bool) -> None:
-        """The result gets its size and its alpha from `source`; `rgb` is that of `convert`."""
+        """Size and alpha of the result are those of `source`; `rgb` has the same meaning as for `convert`."""
         self.target = replace(target, full_range=True, step=(1, 1)) if rgb else target
         self._source = source
         self._color = np.empty((*source.shape, 3), target.dtype) if rgb else None
@@ -83,8 +83,8 @@ class PictureAssembler:
 
         Args:
             top, bottom: a multiple of the chroma step, and another one or the last row.
-            above: rows of `color`, N x W x 3, that lie above `top`; `chroma_radius` tells how many chroma is
-                averaged over.
+            above: rows of `color`, N x W x 3, that lie above `top`; `chroma_radius` returns the number
+                that chroma is averaged over.
         """
         if self._color is None:
             assert self._luma is not None
@@ -123,11 +123,11 @@ class PictureAssembler:
         store_chroma(planes, mix, above, self.target, self._chroma_rows(top, bottom))
 
     def reuse_luma(self, luma: np.ndarray) -> None:
-        """Take a luma plane that has the target's codes, not copied."""
+        """Use a luma plane with the target's codes, without a copy."""
         self._luma = luma
 
     def reuse_chroma(self, chroma: Chroma, encoding: Encoding) -> None:
-        """Take chroma planes that lie on the target's grid, not resampled, and with its codes not copied."""
+        """Use chroma planes on the target's grid without resampling; with its codes, without a copy."""
         self._has_chroma = True
         self._chroma = _recoded_chroma(chroma, encoding, self.target)
 

@@ -118,8 +118,8 @@ def limited_cores(machine: int, affinity: int, quota: float | None) -> CoreCount
 def cgroup_quota(root: Path = Path("/")) -> float | None:
     """The CPU time per second, in cores, that the control groups of this process allow (cgroup v1 and v2).
 
-    Each group from that of the process up to the root may set a limit; the lowest one counts. Files that are
-    missing or malformed set none.
+    Each group from the one of the process up to the root may set a limit; the lowest one counts. Missing
+    or malformed files set none.
 
     Args:
         root: folder with `proc` and `sys`.

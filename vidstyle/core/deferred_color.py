@@ -1,4 +1,4 @@
-"""RGB whose last step is left to those who read it, so that no array of the result is needed."""
+"""RGB whose last step is deferred to its readers, so that the result needs no array."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from vidstyle.core.kernels import compiled, interleaved
 RGB = tuple[float, float, float]
 
 NO_LAYERS = np.empty((0, 0), np.float32), np.empty(0, np.float32)
-"""In place of `Printed.layers` where nothing is to be laid on."""
+"""Replaces `Printed.layers` if there is no ink and no paper."""
 
 
 @dataclass(frozen=True)

@@ -57,7 +57,7 @@ def read_regular_file(path: Path, max_bytes: int) -> bytes:
 
 
 def _open_without_waiting(path: str, flags: int) -> int:
-    """A pipe would otherwise be opened once somebody writes to it."""
+    """Open a file; otherwise opening a pipe would wait for a writer."""
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 

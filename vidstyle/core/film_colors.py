@@ -1,4 +1,4 @@
-"""The colours that a film has most of, held over time."""
+"""The main colours of a film, stable over time."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from vidstyle.core.picture import Picture
 MAX_SIDE_PX = 96
 """Largest side in pixels of the small copy that colours are taken from."""
 LIGHTNESS_BINS = 24
-"""Cubes of OKLab along the range of lightness; those that hold a colour are what is grouped."""
+"""Bins of OKLab along the range of lightness; non-empty bins are clustered."""
 FIRST_ROUNDS, NEXT_ROUNDS = 12, 2
 """Rounds of k-means for a picture that begins a scene, and for each one after it."""
 SETTLE_SECONDS = 1.0
 """Time constant in seconds by which colours follow the film."""
 MIN_COLOR_DIFFERENCE = 0.008
-"""A colour stays as it is until it would have to move as far, in OKLab; 0.02 is about what an eye can see."""
+"""A colour changes only by at least this distance in OKLab; a visible difference is about 0.02."""
 CHROMA_WEIGHT = 2.0
-"""How many times as much as a difference in lightness one in hue or saturation counts for groups."""
+"""Weight of a difference in hue or saturation relative to one in lightness, for clusters."""
 CONSTANTS = {
     "chroma": CHROMA_WEIGHT,
     "side": MAX_SIDE_PX,
@@ -33,15 +33,15 @@ CONSTANTS = {
 
 
 class FilmTable(tuple[np.ndarray]):
-    """One table, 6 x colours float32, which is written anew for each picture: OKLab, then RGB 0..1."""
+    """One table, 6 x colours float32, rewritten for each picture: OKLab, then RGB 0..1."""
 
 
 class FilmColors:
     """Follows the main colours of a film.
 
     k-means in OKLab (Lloyd 1982) over the colours of a small copy, each weighted by the square root of its
-    area, so that a wide sky does not take all. It goes on from the groups of the picture before, so that
-    each colour keeps its place; `restart` begins anew. Depends on the pictures alone, not on threads.
+    area, so that a wide sky does not dominate. It starts from the clusters of the previous picture, so each
+    colour keeps its index; `restart` discards them. The result depends only on the pictures, not on threads.
     """
 
     def __init__(self) -> None:
@@ -50,7 +50,7 @@ class FilmColors:
         self._shown: np.ndarray | None = None
 
     def restart(self) -> None:
-        """Take the colours of the next picture as they are: a scene begins."""
+        """Begin a scene: use the colours of the next picture without smoothing."""
         self._groups = self._shown = None
         self._smoother.restart()
 
@@ -80,7 +80,7 @@ class FilmColors:
 
 
 class FilmPalettes:
-    """The tables of a style whose colours are the film's own; false if there are none."""
+    """The tables of a style that hold colours of the film; false if there are none."""
 
     def __init__(self) -> None:
         self._tables: list[FilmTable] = []
@@ -90,7 +90,7 @@ class FilmPalettes:
         return bool(self._tables)
 
     def use(self, tables: Sequence[FilmTable]) -> None:
-        """Write these tables from now on; their colours go on where those of earlier tables were."""
+        """Write these tables from now on; their colours continue from the earlier tables."""
         self._tables = list(tables)
         self._followed += [FilmColors() for _ in self._tables[len(self._followed) :]]
 
@@ -125,7 +125,7 @@ def _seeds(colors: np.ndarray, weights: np.ndarray, count: int) -> np.ndarray:
 def _regrouped(colors: np.ndarray, weights: np.ndarray, groups: np.ndarray) -> np.ndarray:
     """The mean of the colours that are nearest to each group.
 
-    A group without any begins anew with the colour that is heaviest and farthest from its own group.
+    An empty cluster restarts with the colour that has the largest weighted distance from its cluster.
     """
     away = np.square(colors[:, None] - groups).sum(axis=2)
     nearest = away.argmin(axis=1)

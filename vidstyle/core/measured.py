@@ -19,7 +19,7 @@ MAX_SIDE_SAMPLES = 320
 class Sampling:
     """The pixels of a small copy: every n-th across and down, from the middle of each square.
 
-    Not averaged, so that the percentiles of the copy are those of the picture.
+    Pixels are not averaged, so the copy has the percentiles of the picture.
 
     Attributes:
         stride: n.
@@ -33,7 +33,7 @@ class Sampling:
 
     @classmethod
     def of(cls, height: int, width: int, most: int = MAX_SIDE_SAMPLES) -> Sampling:
-        """The sampling of a picture of this size, of at most so many across and down.
+        """Return the sampling of a picture of this size, of at most `most` pixels on a side.
 
         >>> Sampling.of(1080, 1920)
         Sampling(stride=6, first=(2, 2), shape=(180, 320))
@@ -123,7 +123,7 @@ class ExponentialSmoother:
         self._time: float | None = None
 
     def restart(self) -> None:
-        """Take the next measurement as it is."""
+        """Use the next measurement without smoothing."""
         self._time = None
 
     def blend_weight(self, time: float | None, time_constant: float) -> float:
@@ -139,7 +139,7 @@ class ExponentialSmoother:
         return 1 - math.exp(-(time - before) / time_constant)
 
     def follow(self, measure: np.ndarray, time: float | None, time_constant: float) -> np.ndarray:
-        """The smoothed numbers after this measurement; the arguments are those of `blend_weight`."""
+        """Return the smoothed numbers after this measurement; for the arguments see `blend_weight`."""
         weight = self.blend_weight(time, time_constant)
         if self.numbers is None or weight == 1:
             self.numbers = measure

@@ -34,10 +34,10 @@ MAX_NEUTRAL_CHROMA = 1e-6
 """Chroma below this is rounding."""
 
 RANGES = {"luma": (-0.5, 1.5), "chroma": (-0.75, 0.75), "color": (-1.0, 2.0)}
-"""What values keep to between steps, by their kind; what may leave it is clipped (rules, Style safety).
+"""Limits of values between steps, by kind; operations that may exceed them are clipped (rules, Style safety).
 
-There is room for the RGB of colours that no screen shows, and for what bicubic and Lanczos resampling put
-beside sharp edges: beside ink on paper almost half of the step, beyond black and white."""
+There is room for the RGB of colours outside any display gamut, and for the overshoot of bicubic and Lanczos
+resampling at sharp edges: next to ink on paper almost half of the step, beyond black and white."""
 WIDE_RANGE = (-256.0, 256.0)
 """The same for differences of Gaussians, which go to 28 times black and white at their strongest."""
 
@@ -119,7 +119,7 @@ class Encoding:
         return luma, blue, red
 
     def chroma_shape(self, height: int, width: int) -> tuple[int, int]:
-        """The shape of a chroma plane beside a luma plane of this size: rounded up.
+        """Return the shape of the chroma planes for a luma plane of this size: rounded up.
 
         >>> Encoding().chroma_shape(361, 641)
         (181, 321)
@@ -128,7 +128,7 @@ class Encoding:
         return -(-height // down), -(-width // across)
 
     def has_grid_of(self, other: Encoding) -> bool:
-        """Whether chroma samples have the other's positions and matrix, whatever their codes."""
+        """Whether chroma samples have the other's positions and matrix; codes may differ."""
         return (self.matrix, self.step, self.siting) == (other.matrix, other.step, other.siting)
 
     def as_float_at(self, old: tuple[int, int], new: tuple[int, int]) -> Encoding:
@@ -188,7 +188,7 @@ class Picture:
 
         Args:
             change: is given the planes in the order of the attributes, and the attribute's name.
-            encoding: of the result; None: that of the picture.
+            encoding: of the result; None keeps the encoding of the picture.
         """
 
         def changed(plane: np.ndarray | None, kind: str) -> np.ndarray | None:
@@ -203,8 +203,8 @@ class Picture:
     def from_array(cls, array: np.ndarray) -> Picture:
         """A picture from an array, H x W, H x W x 3 or H x W x 4, in RGB order.
 
-        Integers are full range (uint8 or uint16), floats 0..1, in either byte order. Nothing is copied where
-        the type fits.
+        Integers are full range (uint8 or uint16), floats 0..1, in either byte order. An array of a
+        suitable type is not copied.
 
         Raises:
             UsageError: another shape or type, or masked pixels.
@@ -242,7 +242,7 @@ def _checked(array: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class PictureLayout:
-    """What a picture is made of, without its samples: all that lowering a style depends on.
+    """The layout of a picture, without its samples: all that lowering a style depends on.
 
     Attributes:
         shape: height and width.
@@ -255,6 +255,6 @@ class PictureLayout:
 
     @classmethod
     def of(cls, picture: Picture) -> PictureLayout:
-        """That of a picture."""
+        """Return the layout of a picture."""
         planes: Literal["gray", "chroma", "color"] = "gray" if picture.chroma is None else "chroma"
         return cls(picture.encoding, picture.shape, planes if picture.color is None else "color")

@@ -114,7 +114,7 @@ def alpha_in_depth(source: Picture, depth: int) -> np.ndarray | None:
 
 
 def stored_planes(picture: Picture, kind: str) -> tuple[np.ndarray, ...]:
-    """The planes that hold luma, chroma or RGB of a picture; none where it is made of others.
+    """Return the planes with luma, chroma or RGB of a picture; none if it has other planes.
 
     Args:
         kind: "luma", "chroma" or "color".
@@ -126,10 +126,10 @@ def stored_planes(picture: Picture, kind: str) -> tuple[np.ndarray, ...]:
 
 
 def decoded(codes: np.ndarray, kind: str, encoding: Encoding) -> np.ndarray:
-    """Rows of a plane as working values, float32; themselves where they are so.
+    """Return rows of a plane as working values, float32; the rows themselves if they are working values.
 
     Args:
-        codes: as they are stored, or averages of such.
+        codes: stored codes, or averages of them.
         kind: of the plane: "luma", "chroma" or "color".
     """
     if encoding.depth == 0:

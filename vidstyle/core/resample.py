@@ -20,7 +20,7 @@ shrinking, by one with B = 1 and C = 0, the B-spline, when enlarging, which is s
 
 
 OVERSHOOTING = ("bicubic", "lanczos", "smooth")
-"""The methods whose result may leave the range of the plane, beside edges."""
+"""The methods whose result may exceed the range of the plane near edges."""
 
 _RADII = {"bilinear": 1, "bicubic": 2, "lanczos": 4, "smooth": 2}
 """How far away the farthest samples are that an interpolation reads."""
@@ -42,7 +42,7 @@ class Resampling:
     method: str
 
     def rows_read(self, top: int, bottom: int) -> tuple[int, int]:
-        """The old rows that the new rows top..bottom are made of: the first, and the one after the last."""
+        """Return the old rows that the new rows top..bottom read: the first, and the one after the last."""
         first, weights = _taps(self.method, self.old[0], self.new[0])
         end = int(first[bottom - 1]) + weights.shape[1]
         return max(int(first[top]), 0), min(end, self.old[0])
@@ -50,10 +50,10 @@ class Resampling:
     def rows(
         self, plane: np.ndarray, first: int, top: int, bottom: int, out: np.ndarray | None = None
     ) -> np.ndarray:
-        """The new rows top..bottom, float32, the same in any band; nearest samples as they are.
+        """Return the new rows top..bottom, float32, equal in any band; nearest samples keep their type.
 
         Args:
-            plane: N x W or N x W x 3, the old rows from `first` on: those of `rows_read`, or more.
+            plane: N x W or N x W x 3, the old rows from `first` on: at least the rows of `rows_read`.
             out: where they are written, but for the method "nearest"; None for a new array.
         """
         places, weights = (each[top:bottom] for each in _taps(self.method, self.old[0], self.new[0]))
@@ -105,7 +105,7 @@ def _columns(method: str, old: int, new: int, channels: int) -> Columns:
 
 @lru_cache(maxsize=64)
 def _taps(method: str, old: int, new: int) -> Taps:
-    """The old samples that each new one is made of."""
+    """Return the old samples that each new one reads."""
     if method == "nearest":
         # Not OpenCV's, whose choice at an edge depends on rounding: an edge belongs to the pixel after it.
         return (2 * np.arange(new) + 1) * old // (2 * new), np.ones((new, 1), np.float32)

@@ -16,7 +16,7 @@ are at 0.30 and above, all else at 0.24 and below.
 ACTION_FACTOR = 0.6
 """The part of the average loss that is expected in the next frame; the average is high in fast action."""
 MAX_BLANKS = 8
-"""After so many blank pictures in a row a scene begins; fewer count as a flash."""
+"""Blank pictures in a row after which a scene begins; fewer count as a flash."""
 
 _MAX_SIDE_PX = 96
 """Pixels of a small copy: blocks may move by a tenth of that."""

@@ -1,4 +1,4 @@
-"""Where strokes lead: along the edges, and where there are none in a fixed direction."""
+"""Directions of strokes: along the edges, and a fixed direction where there are no edges."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from vidstyle.core.kernels import compiled, interleaved
 
 DEFAULT_ANGLE_STRENGTH = 0.06
-"""The usual strength of the fixed direction beside that of edges: it decides where there are none."""
+"""Default strength of the fixed direction relative to edges: it matters only where there are no edges."""
 
 
 def stroke_directions(
@@ -20,7 +20,7 @@ def stroke_directions(
     Args:
         flow: the smoothed result of the block `structure_tensor`.
         angle: the direction where there are no edges, in degrees.
-        strength: of that direction beside edges.
+        strength: of this direction relative to edges.
     """
     turn = math.radians(-2 * angle)  # in the picture, y points down
     fixed = np.array(
@@ -39,7 +39,7 @@ def _halve_angles(flow, fixed, right, down):  # type: ignore[no-untyped-def]
             # Minus: along the edge, a right angle from the gradient.
             x = fixed[0] - (two * flow[row, 3 * i] - one)
             y = fixed[1] - (two * flow[row, 3 * i + 1] - one)
-            # Infinite or NaN, it would lead anywhere: what is no direction is the fixed one.
+            # An infinite or NaN direction is replaced by the fixed one.
             usable = abs(x) + abs(y) < most
             x, y = x if usable else fixed[2], y if usable else fixed[3]
             # Half the angle: the direction of the vector with its length added to its part across.

@@ -1,4 +1,4 @@
-"""The user's cache folder, and who else could change what lies in it."""
+"""The user's cache folder, and a check whether other users could change its files."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def _cache_without_home() -> Path:
 def exposure_of(folder: Path) -> str:
     """Return why other users could put files into a folder, or an empty string.
 
-    Every folder on the way to it counts: whoever may change one of them can replace the next. Missing folders
+    Every parent folder counts: a user who may change one of them can replace the next. Missing folders
     do not count, nor does Windows, where the user's profile is closed to others.
     """
     if not hasattr(os, "geteuid"):

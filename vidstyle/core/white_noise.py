@@ -9,7 +9,7 @@ from vidstyle.core.kernels import compiled
 MAX_PAIR_CODE = 32767
 """The highest code of the numbers in a pair, so that their difference has 16 bits, too."""
 LATTICE_PART_SIZE = 10007
-"""Points between the parts of the lattice that two drawings, or two octaves, take."""
+"""Distance in points between the parts of the lattice that two drawings, or two octaves, use."""
 
 
 def white_noise(rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
@@ -39,9 +39,9 @@ def _hash(rows, columns, numbers):  # type: ignore[no-untyped-def]
 
 
 def pairs_of(noise: np.ndarray) -> np.ndarray:
-    """Codes of numbers, and how much higher that of the next column is, in one: n x m - 1 int32.
+    """Return codes of numbers with the difference to the next column: n x (m - 1) int32.
 
-    There is one look-up for both; the codes are in the low halves.
+    One look-up reads both; the codes are in the low halves.
     """
     codes = np.rint(noise * np.float32(MAX_PAIR_CODE)).astype(np.int32)
     return codes[:, :-1] | np.diff(codes, axis=1) << 16
@@ -49,6 +49,6 @@ def pairs_of(noise: np.ndarray) -> np.ndarray:
 
 @compiled(fastmath=True)
 def between_pair(pair, beside):  # type: ignore[no-untyped-def]
-    """The code between those of a pair; `beside` is the weight of the right one."""
+    """Interpolate between the codes of a pair; `beside` is the weight of the right one."""
     left, more = np.float32(np.int32(pair & np.int32(0xFFFF))), np.float32(np.int32(pair >> np.int32(16)))
     return left + beside * more

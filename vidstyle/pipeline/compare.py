@@ -1,4 +1,4 @@
-"""Shows the source and the result in one picture."""
+"""Combines source and result into one picture."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def _whole_chroma(width: int, step: int) -> int:
 
 def _widened(picture: Picture, missing: int) -> Picture:
     def widen(plane: np.ndarray, kind: str) -> np.ndarray:
-        # Subsampled chroma ends on a whole sample as it is.
+        # Subsampled chroma already ends on a whole sample.
         if kind == "chroma" and picture.encoding.step[0] > 1:
             return plane
         return np.concatenate([plane, *[plane[:, -1:]] * missing], axis=1)

@@ -13,7 +13,7 @@ OnStep = Callable[[str, float, float], None]
 
 
 def unwatched(step: str, done: float, total: float) -> None:
-    """The `OnStep` of a job whose progress nobody asked for."""
+    """The `OnStep` of a job without progress report."""
 
 
 @dataclass(frozen=True)
@@ -26,8 +26,8 @@ class Progress:
         elapsed: seconds since the job began.
         total_frames, duration: frames and seconds according to the input's headers; None if unknown.
         since: the progress just before the first frame was made by this run; rates count from there.
-        step: what is being done, in a job of several steps; `position` counts its parts, `duration` is
-            their number.
+        step: the name of the current step, in a job of several steps; `position` counts its parts, `duration`
+            is their number.
     """
 
     frames: int

@@ -57,12 +57,11 @@ def render(
         read, write: how to read and how to write; see their classes.
         device: "auto", "cpu", "gpu" or "gpu:N"; see `open_renderer`.
         frames: how many frames at most.
-        compare: "side" or "split" to show the source beside the result.
-        resume: continue what an interrupted run with the same settings has left, from its last complete
-            group of pictures on. Where nothing is left, begin at the start; where the target is finished,
-            do nothing.
+        compare: "side" or "split" to show the source next to the result.
+        resume: continue an interrupted run with the same settings at its last complete group of pictures.
+            Without an interrupted run, begin at the start; if the target is finished, do nothing.
         on_progress: called about ten times a second, in the calling thread.
-        stop: set it, from anywhere, to end early: what is done is kept as a partial file, which plays.
+        stop: set it from any thread to end early; the finished frames are kept as a playable partial file.
 
     Raises:
         VidstyleError: of one of its kinds. A note names the partial file, if there is one.
@@ -106,9 +105,9 @@ def render(
 def _start_restyling(
     renderer: Backend, writer: Writer, compare: Compare | None, frame: Frame
 ) -> Callable[[], Frame]:
-    """Begin with a frame; what is returned waits for the result, in the writer's encoding.
+    """Begin a frame; the returned function waits for the result, in the writer's encoding.
 
-    The result is the frame itself when nothing is to be changed.
+    If the style does not change it, the result is the same frame.
     """
     wanted = writer.encoding, writer.wants_rgb
     pending = renderer.start(frame.picture, float(frame.time), *wanted)

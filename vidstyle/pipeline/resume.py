@@ -1,4 +1,4 @@
-"""What decides the pictures and packets of a render, in texts that a later run can compare."""
+"""The inputs and settings that determine a render, as texts that a later run can compare."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ HARMLESS = ("allow_url", "max_pixels", "overwrite", "new_sound")
 STABLE_FRAMES = 100
 """Frames after which a style with temporal smoothing gives the same pictures, wherever it began."""
 SETTLED_FACTOR = 7
-"""Time constants after which what is measured of a film is the same, but for a thousandth."""
+"""Time constants after which smoothed measurements of a film differ by less than a thousandth."""
 
 
 def check_resumable(source: str | Path, target: str | Path, write: WriteOptions) -> None:
     """Raise UsageError if an unfinished target of this source cannot be continued."""
-    # What is not there at all is told of when it is opened.
+    # A missing source is reported when it is opened.
     is_file = is_pattern(source) or Path(source).is_file() or not os.path.lexists(source)
     if str(source) == "-" or "://" in str(source) or not is_file:
         raise UsageError("--resume", f"{source} cannot be read twice", "it works for films in files")

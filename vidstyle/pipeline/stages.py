@@ -78,7 +78,7 @@ class Stages:
         return [thread.name for thread in self._threads if thread.is_alive()]
 
     def run(self, stop: threading.Event, watch: Callable[[], None]) -> None:
-        """Go on until everything is written, a stage fails, or `stop` is set.
+        """Run until everything is written, a stage fails, or `stop` is set.
 
         An early end keeps what the encoder has, closes the target and waits for the threads, 2 s at most.
 
@@ -93,7 +93,7 @@ class Stages:
         try:
             while not self._over.wait(WATCH_SECONDS) and not stop.is_set():
                 watch()
-        except BaseException as error:  # whatever ends the caller's loop, Ctrl-C too, ends the threads
+        except BaseException as error:  # any exception in the caller's loop, also Ctrl-C, ends the threads
             self._fail(error)
         self._end()
         if self._error is not None:
@@ -106,7 +106,7 @@ class Stages:
         for thread in self._threads:
             thread.join(max(0.0, deadline - time.monotonic()))
         if self._error is not None and self.partial is not None and not isinstance(self._error, OutputError):
-            # The writer's own errors say so themselves.
+            # Errors of the writer already name it.
             self._error.add_note(f"{self.partial} keeps what was done")
 
     def _guard(self, stage: Callable[[], None]) -> None:

@@ -40,7 +40,7 @@ PLAIN = "plain"
 
 
 def load_style(style: str | Path | Mapping[str, object] | Style) -> Style:
-    """A style by its name, shipped or the user's own, from a file, or from a table like that of a file.
+    """A style by its name, shipped or the user's own, from a file, or from a table in the form of a file.
 
     A text that ends in .toml or has a folder in it is a path, as is one that names no style but a file.
     "ink:dark-blue" and "mine.toml:dark-blue" are variants of the styles before the colon. A table may hold

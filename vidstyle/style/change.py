@@ -88,7 +88,7 @@ def _expand_step(step: Step) -> tuple[Step, ...]:
 
 
 def _changed(style: Style, texts: list[str], assign: Callable[[dict[str, Any], str], None]) -> Style:
-    """The style after `assign` was called with its table for each text, which says what is set."""
+    """Return the style after `assign` was called with its table for each text."""
     table = table_from_style(style)
     mistakes: list[str] = []
     for text in texts:

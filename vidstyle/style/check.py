@@ -24,7 +24,7 @@ from vidstyle.style.wiring import wire_layers
 FORMAT_VERSION = 1
 MAX_STEPS = 256
 MAX_FILES = 4
-"""The most files and folders of its own that a style reads: each may take 130 MiB of memory."""
+"""Maximum number of files and folders that a style reads: each may take 130 MiB of memory."""
 TEXTS = {"name": 100, "note": 1000}
 """The fields that hold text, and the maximum number of characters of each."""
 MAX_KNOBS = 16

@@ -114,7 +114,7 @@ def read_style_text(path: Path) -> str:
 
 
 def _parse(path: Path, text: str) -> tuple[dict[str, Any], list[str]]:
-    """The content of a file, and what is wrong about values that lack quotes, which are taken as meant."""
+    """Parse a style file; unquoted strings are accepted and reported."""
     if text.lstrip().startswith("{"):
         raise StyleError(path, ['is JSON; a style is TOML, such as block = "sobel" below [[lines]]'])
     words: list[str] = []

@@ -1,4 +1,4 @@
-"""What a style may ask for at most: working size, memory and time, from what its nodes declare."""
+"""Limits of a style's working size, memory and time, from the declarations of its nodes."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ MAX_SAMPLES = 1 << 28
 MAX_PIXEL_SAMPLES = 32
 
 NODE_COST = 32
-"""Operations for each number of a node that reads no neighbours; where resampling reads or writes it,
-half as many."""
+"""Operations per number of a node that reads no neighbours; resampling costs half for each number that it
+reads or writes."""
 MIN_COUNTED_PIXELS = 64 * 64
-"""Smaller pictures count as so many pixels: rounding makes their working sizes larger."""
+"""Smaller pictures count as this many pixels: rounding makes their working sizes larger."""
 CHANNELS = {"luma": 1, "chroma": 2, "color": 3}
 STROKE_SAMPLE_COUNT = 2
-"""Numbers that a block fixed to the page keeps for each pixel, from picture to picture."""
+"""Numbers per pixel that a block fixed to the page keeps between pictures."""
 
 
 def excess(outputs: Sequence[Node], page: Shape) -> str:
-    """What is wrong with the amount of work or memory that a result takes, or nothing.
+    """Return the reason why a result takes too much work or memory, or an empty string.
 
     Args:
         outputs: the nodes of the result.

@@ -1,4 +1,4 @@
-"""Where in the text of a style file its mistakes are."""
+"""Locates mistakes in the text of a style file."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def with_lines(mistakes: Iterable[str], text: str) -> list[str]:
 
 
 def mended_word(text: str, error: str) -> tuple[str, str] | None:
-    """The text with a value in quotes that lacked them, or with `yes` as `true`, and what was wrong.
+    """Return the text with quotes added to a value, or with `yes` as `true`, and the mistake.
 
     Args:
         text: no TOML.

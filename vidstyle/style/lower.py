@@ -1,7 +1,7 @@
-"""Lower a style to nodes: decides once, for all that execute them, what is computed at every pixel.
+"""Lowers a style to nodes: decides the computation at every pixel, once for all devices.
 
-That is what each step works on, when chroma is converted, upsampled, replaced or dropped, at which size a
-step runs, and how layers are combined.
+That is the channels of each step, when chroma is converted, upsampled, replaced or dropped, the size at which
+a step runs, and how layers are combined.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from vidstyle.style.resolve import ResolvedStep
 from vidstyle.style.wiring import START, wiring_of
 
 UNDONE_TOLERANCE = 1e-3
-"""Factors whose product is as close to 1 undo each other: 0.75 and 1.3333 do."""
+"""Factors whose product is this close to 1 undo each other: 0.75 and 1.3333 do."""
 
 Steps = Mapping[str, tuple[ResolvedStep, ...]]
 """The resolved steps of each layer."""
@@ -122,7 +122,7 @@ class GraphBuilder:
         return self.node("upsample", "chroma", image.shape, {"chroma": image.chroma})
 
     def stored_chroma(self, image: ImageValue) -> Node | None:
-        """Its chroma as it is, on whatever grid; converted only from RGB."""
+        """Return its chroma on any grid; converted only from RGB."""
         return self.chroma(image) if image.color is not None else image.chroma
 
     def color(self, image: ImageValue) -> Node:
@@ -135,7 +135,7 @@ class GraphBuilder:
         return self._convert("rgb_from_yuv", "color", {"luma": luma, "chroma": chroma})
 
     def is_on_grid(self, chroma: Node | None, target: Encoding) -> bool:
-        """Whether chroma samples lie where the target's do and mean the same, whatever their codes."""
+        """Whether chroma samples have the positions and matrix of the target's; codes may differ."""
         if chroma is None or chroma.grid is None or chroma.page != self.source.shape:
             return False
         return chroma.grid.has_grid_of(target)
@@ -259,7 +259,7 @@ class GraphBuilder:
         return self.at_size(image, shape, "bilinear")
 
     def _run_bank(self, image: ImageValue, run: BankRun) -> ImageValue:
-        """The picture after a bank, which may run at a smaller size, and may leave chroma as it is."""
+        """The picture after a bank, which may run at a smaller size and may bypass chroma."""
         small = luma = self.luma(image)
         if run.scale != 1:
             small = self.resampled(luma, run.shape_at_scale(luma.shape), RESAMPLING_METHOD)

@@ -29,7 +29,7 @@ class Step:
         save: the name under which the result is saved, or empty.
         source: the input, `from` in the file: a saved name or "source"; empty for the previous step.
         on: overrides what the block works on; only recipes set it.
-        mute: whether it hands on its input, and saves that, instead of running its block.
+        mute: whether to bypass the block: the input passes through, and is saved.
     """
 
     block: str
@@ -48,7 +48,7 @@ class Style:
     `lines` is the coverage of the ink over it: lines * background + (1 - lines) * ink.
 
     Attributes:
-        height: the picture height for which lengths ("px") are given; None takes them as they are.
+        height: the picture height for which lengths ("px") are given; None uses them unchanged.
         steady: temporal smoothing, 0 to 1.
         strength: how much of the result is mixed with the source, 0 to 1.
         folder: the folder to which paths in the style are relative; None where paths are not allowed.
@@ -98,7 +98,7 @@ FIELDS = {name: Parameter(name, control, getattr(Style, name)) for name, control
 
 
 def table_from_style(style: Style) -> dict[str, Any]:
-    """The style as a style file holds it, without what is at its default.
+    """Return the style in the form of a style file, without values at their defaults.
 
     >>> table_from_style(Style("flat", background=(Step("posterize", {"levels": 5}),)))
     {'format': 1, 'name': 'flat', 'background': [{'block': 'posterize', 'levels': 5}]}

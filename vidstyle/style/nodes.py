@@ -1,4 +1,4 @@
-"""The nodes of a lowered style: a directed acyclic graph of what is computed at every pixel.
+"""The nodes of a lowered style: a directed acyclic graph of the values at every pixel.
 
 Nodes hold neither samples nor code, and two equal ones are one. `lower` makes them; `cpu/` executes them in
 bands of rows, `gpu/compile` turns them into GLSL.
@@ -150,7 +150,7 @@ class LoweredStyle:
         luma: the result's luma.
         chroma: its chroma: at every pixel, then to be averaged to the target's grid; or on that grid
             already, at most in other codes; or None, which stands for neutral chroma.
-        sizes: for each height and width at which it runs, the one that it is made of, and by which factor.
+        sizes: for each height and width at which it runs, the size that it is scaled from, and the factor.
     """
 
     source: PictureLayout

@@ -17,8 +17,8 @@ def panel(style: Style, start: Style) -> dict[str, Any]:
     """Everything that a page needs to show and change a style.
 
     Args:
-        start: the style as it was chosen, without a variant; what differs from it or from a variant of it
-            is an override.
+        start: the selected style without a variant; values that differ from it or from its variant are
+            overrides.
     """
     entries = list(_entries(style, start))
     variant = _variant(style, start)

@@ -50,7 +50,7 @@ def film_tables(layers: Mapping[str, tuple[ResolvedStep, ...]]) -> list[FilmTabl
 
 
 def structure(layers: Mapping[str, tuple[ResolvedStep, ...]]) -> tuple[object, ...]:
-    """All of resolved steps but their values: while it stays, what was measured of a film remains valid."""
+    """Return resolved steps without values: while it is equal, measurements of a film remain valid."""
     return tuple(
         (layer, step.block and step.block.name, step.on, step.wiring.reads, step.wiring.saves)
         for layer, steps in layers.items()
@@ -62,8 +62,8 @@ def resolve(style: Style, height: int, width: int) -> dict[str, tuple[ResolvedSt
     """The steps of each layer for pictures of this size.
 
     Lengths of a style that names a `height` grow with the picture's shorter side, so that a turned
-    picture looks alike, and edges stay as narrow, in pixels, as they are at that height. No value leaves the
-    range of its slider by that, but for lengths, which may be longer.
+    picture looks alike, and edges keep their width in pixels. Scaled values stay in the range of their
+    sliders, except for lengths, which may be longer.
 
     Raises:
         StyleError: an asset cannot be read.

@@ -122,5 +122,5 @@ def _name_schemas() -> dict[str, Any]:
     return {
         "from": name | {"description": "input of the step: a saved picture, or source"},
         "save": name | {"description": "name under which the result is saved"},
-        "mute": {"type": "boolean", "description": "whether the step hands on its input as it is"},
+        "mute": {"type": "boolean", "description": "whether to bypass the step: its input passes through"},
     }

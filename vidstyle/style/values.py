@@ -65,7 +65,7 @@ def asset_path(folder: Path | None, text: str) -> Path:
 
 
 def to_text(value: object) -> str:
-    """The value as a short text for messages, whatever it is."""
+    """Return any value as a short text for messages."""
     if isinstance(value, Mapping):
         return "a table"
     if isinstance(value, list | tuple):

@@ -18,7 +18,7 @@ VARIANT_PATTERN = "[a-z0-9-]{1,40}"
 
 
 def read_variants(style: Style, given: object, mistakes: list[str]) -> dict[str, dict[str, Any]]:
-    """The variants in a style file, each value checked by itself; invalid ones are left out.
+    """The variants in a style file, each value checked separately; invalid ones are skipped.
 
     Args:
         style: the style that they change.

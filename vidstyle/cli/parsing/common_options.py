@@ -199,7 +199,7 @@ def style_from_options(options: Mapping[str, Any]) -> Style:
 
 
 def raw_video_options(rate_help: str, rate_name: str) -> Decorator:
-    """Adds the options that describe raw video as input; help and name are those of --input-fps."""
+    """Adds the options for raw video input; the arguments are help and name of --input-fps."""
     group = Group.INPUT
     size = option(
         "--input-size", type=SIZE, group=group, help="Size of raw video; reads the input as raw video."
@@ -214,7 +214,7 @@ def from_options(kind: type[T], options: Mapping[str, Any], **more: Any) -> T:
     """A dataclass of options whose fields have the values of the command's options of the same names.
 
     Args:
-        more: fields that have no option of their own; they take precedence.
+        more: fields without an option; they take precedence.
     """
     assert dataclasses.is_dataclass(kind)
     names = [field.name for field in dataclasses.fields(kind) if field.name in options]

@@ -82,7 +82,7 @@ def parents_option(target: str) -> Decorator:
 
 @contextmanager
 def made_folders(targets: Iterable[str]) -> Iterator[None]:
-    """Make the folders of the targets; those that nothing is written to are removed again.
+    """Create the folders of the targets, and remove those that remain empty.
 
     A target that ends in a slash is a folder itself; a URL has none.
 

@@ -1,4 +1,4 @@
-"""Arrays that begin with a line of the cache; those of NumPy begin anywhere."""
+"""Arrays aligned to cache lines; NumPy does not align its arrays."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from itertools import accumulate, pairwise
 import numpy as np
 
 CACHE_LINE_BYTES = 64
-"""Bytes of a line of the cache, and of the longest vectors: one across the end of a line is loaded twice."""
+"""Bytes of a cache line, and of the longest vectors: a vector across two lines is loaded twice."""
 CACHE_LINE_FLOATS = CACHE_LINE_BYTES // 4
 """Numbers of 32 bits in a line."""
 

@@ -1,6 +1,6 @@
-"""Compiles kernels to object files: the only module that uses what Numba does not document.
+"""Compiles kernels to object files: the only module that uses undocumented interfaces of Numba.
 
-Where it fails, as with a Numba whose inside has changed, `plain_numba` takes its place.
+If it fails, as with a changed version of Numba, `plain_numba` replaces it.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ if PROCESSOR.get("avx512vbmi2"):
     # The first processors with AVX-512 slow down at vectors of 512 bits; LLVM avoids them on later ones too.
     config.CPU_FEATURES = f"{PROCESSOR.flatten()},-prefer-256-bit"
     if binding.llvm_version_info >= (20,):  # older ones complain that they do not know it
-        # LLVM would add products of 16 bits by two instructions in place of one: slower where there are many.
+        # LLVM would add products of 16 bits by two instructions instead of one: slower if there are many.
         config.CPU_FEATURES += ",+fast-dpwssd"
 OBJECT_SIZE = object.__basicsize__
-"""Bytes of a Python object before its own fields; those of an array are data, dimensions, shape, strides."""
+"""Bytes of a Python object before its own fields; an array has data, dimensions, shape, strides."""
 
 
 @global_compiler_lock
@@ -46,7 +46,7 @@ def object_code(name: str, compiled: Compiled, kinds: tuple[ArgumentType, ...]) 
     """An object file with the C function `name`: it takes flattened arguments and returns whether it failed.
 
     Raises:
-        KernelError: if the function makes an array of its own, or needs something else of Numba's run time.
+        KernelError: the function creates an array, or needs another part of Numba's runtime.
     """
     try:
         result = _compile(compiled, tuple(map(_type, kinds)))

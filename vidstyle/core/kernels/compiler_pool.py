@@ -21,11 +21,11 @@ from vidstyle.errors import log
 Kernel = tuple[Compiled, tuple[ArgumentType, ...]]
 """A function and the types of its arguments."""
 CompileRequest = tuple[str, str, str, tuple[ArgumentType, ...]]
-"""What a compiling process is told: name of the object, module and name of the function, types."""
+"""A request to a compiler process: name of the object, module and name of the function, types."""
 
 
 class CompilerPool:
-    """Threads that compile, each in a process of its own, as Numba compiles one function at a time.
+    """Threads that compile, each in a separate process, as Numba compiles one function at a time.
 
     They end when there is nothing to do for a while; as daemons they keep no program from ending.
 
@@ -113,10 +113,10 @@ class _CompilerProcess:
 
     @staticmethod
     def _started() -> subprocess.Popen[bytes]:
-        # As an entry of sys.path "" is the working folder, where what is compiled may come from.
+        # The entry "" of sys.path is the working folder, which may contain the kernels.
         path = [each or os.curdir for each in sys.path]
         environment = os.environ | {"PYTHONPATH": os.pathsep.join(path)}
         command = [sys.executable, "-P", "-m", "vidstyle.core.kernels.compiler_process"]
         pipes: Any = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
-        # In a session of its own, so that Ctrl-C ends the program, and not its compilers first.
+        # In a separate session, so that Ctrl-C ends the program before its compilers.
         return subprocess.Popen(command, env=environment, start_new_session=True, **pipes)

@@ -1,8 +1,8 @@
 """Kernels: `@compiled` turns a function into machine code at its first call.
 
-Machine code lies in the user's cache folder as object files, which are loaded without Numba. Only a kernel
-that is missing there is compiled (`library`, `compiler`), together with what else will soon be
-needed. So importing a module with kernels is cheap, and only the first use of a style waits.
+Machine code is stored in the user's cache folder as object files, which are loaded without Numba. Only
+missing kernels are compiled (`library`, `compiler`), together with others that will soon be needed. So
+importing a module with kernels is cheap, and only the first use of a style waits.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ Kept = TypeVar("Kept", bound=np.ndarray | tuple[np.ndarray, ...])
 
 
 class KernelError(TypeError):
-    """A kernel cannot be compiled, by whatever compiler, or not for arguments of these types."""
+    """A kernel cannot be compiled by any compiler, or not for arguments of these types."""
 
 
 class CompilerError(Exception):
@@ -35,7 +35,7 @@ class CompilerError(Exception):
 
 
 SCALARS = {int: ctypes.c_int64, bool: ctypes.c_bool, float: ctypes.c_double, np.float32: ctypes.c_float}
-"""What a kernel takes besides arrays, and tuples of all of these."""
+"""Types of scalar arguments; kernels also take arrays, and tuples of all these types."""
 
 ArgumentType = Any
 """The type of an argument: one of `SCALARS`, (data type, dimensions, whether it is C-contiguous) of an array,
@@ -182,8 +182,8 @@ def cached(
     A dry run, which computes nothing, neither waits nor leaves anything.
 
     Args:
-        maxsize: the most arrays that are kept.
-        most_bytes: what they may take together; the last one is kept in any case.
+        maxsize: maximum number of cached arrays.
+        most_bytes: maximum size of all of them; the last one is always cached.
     """
 
     def declare(function: Callable[Arguments, Kept]) -> Callable[Arguments, Kept]:

@@ -1,4 +1,4 @@
-"""The machine code of kernels: object files in the user's cache folder, and how missing ones are made."""
+"""Machine code of kernels: loads object files from the user's cache folder and compiles missing ones."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from vidstyle.core.kernels.object_files import load, store
 from vidstyle.errors import log
 
 COMPILER_FILES = ("compiler.py", "intrinsic.py", "vectors.py")
-"""What machine code depends on besides the files of a kernel and of all that it calls."""
+"""Files that machine code depends on, besides those of a kernel and its callees."""
 
 _lock = threading.Lock()
 _rehearsals: list[Callable[[], object]] = []
@@ -32,10 +32,10 @@ _rehearsals: list[Callable[[], object]] = []
 
 @contextmanager
 def rehearsing(rehearsal: Callable[[], object]) -> Iterator[None]:
-    """Within it, when a kernel is missing, all that `rehearsal` calls are compiled along with it.
+    """Within the block, a missing kernel is compiled together with all kernels that `rehearsal` calls.
 
     Args:
-        rehearsal: called in a dry run, in which kernels do nothing; what it raises there does not matter.
+        rehearsal: called in a dry run, in which kernels do nothing; its exceptions are ignored.
     """
     _rehearsals.append(rehearsal)
     try:
@@ -88,7 +88,7 @@ _needs_plain_numba = False
 
 
 def _use_plain_numba(error: Exception) -> None:
-    """From now on, and say so once."""
+    """Use it from now on, and report this once."""
     global _needs_plain_numba
     with _lock:
         if _needs_plain_numba:
@@ -162,7 +162,7 @@ _ordered: dict[str, Future[bytes]] = {}
 
 
 def _order_with_others(name: str, kernel: Kernel) -> None:
-    """Have a kernel compiled, and then what will be needed soon, side by side."""
+    """Order a kernel, then those that will be needed soon; they are compiled in parallel."""
     missing = {name: kernel}
     for each in _needed_soon():
         other = object_name(*each)
@@ -174,20 +174,20 @@ def _order_with_others(name: str, kernel: Kernel) -> None:
 
 
 def _needed_soon() -> list[Kernel]:
-    """What the rehearsals call, in the order of first calls."""
+    """Return the kernels that the rehearsals call, in the order of first calls."""
     needed: dict[Kernel, None] = {}
     for rehearsal in list(_rehearsals):
         with dry_run() as calls, np.errstate(all="ignore"):
             try:
                 rehearsal()
-            except Exception as error:  # nothing was computed in it; the real run will tell
+            except Exception as error:  # no values were computed; the real run raises it again
                 log.debug("a dry run ended early: %s", error)
         needed |= calls
     return list(needed)
 
 
 ANNOUNCEMENT_SECONDS = (1.0, True), (3.0, False)
-"""Seconds of waiting after which it is announced, and whether only on a terminal."""
+"""Seconds of waiting before an announcement, and whether it is only for terminals."""
 PAUSE_SECONDS = 1.0
 """Waits with a shorter pause between them are one."""
 
@@ -213,6 +213,6 @@ def _delivered(code: Future[bytes]) -> bytes:
 
 @functools.cache
 def announce(only_on_terminal: bool) -> None:
-    """Say why there is no picture yet; in a log only where it takes long, and never as JSON."""
+    """Report why there is no picture yet; in a log only after a long wait, and never as JSON."""
     what = {"only_on_terminal": only_on_terminal, "once": True, "only_for_people": True}
     log.info("preparing this style, once", extra=what)

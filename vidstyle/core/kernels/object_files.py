@@ -1,8 +1,8 @@
 """Object files of kernels in the user's cache folder.
 
-What is loaded from there is executed. So a file counts only if this user wrote it, nobody else could have
-changed it, and its checksum covers its machine code and its name, which stands for all that the code depends
-on. Any other file is compiled again and replaced.
+Loaded files are executed. So a file is used only if this user wrote it, no other user could have changed it,
+and its checksum matches its machine code and its name, which has a hash of all dependencies of the code. Any
+other file is compiled again and replaced.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from vidstyle.errors import log
 
 MAGIC = b"vidstyle kernel 1\n"
 MAX_FILE_BYTES = 1 << 24
-"""Hundreds of times as much as any kernel has."""
+"""Hundreds of times the size of any kernel."""
 REMEDY = "set XDG_CACHE_HOME to a folder that only you can write to"
 
 
@@ -37,7 +37,7 @@ def load(name: str) -> bytes | None:
 
 
 def store(name: str, code: bytes) -> None:
-    """Store machine code; where nothing can be written, a notice says so."""
+    """Store machine code; report a folder that cannot be written."""
     folder = _folder()
     try:
         _create(folder)
@@ -131,7 +131,7 @@ _reported: set[Path] = set()
 
 
 def _report(folder: Path, notice: str) -> None:
-    """Log what is wrong about a folder, once: the first thing says what to do."""
+    """Log the first problem of a folder; it includes the remedy."""
     if folder not in _reported:
         _reported.add(folder)
         log.warning("%s", notice)

@@ -13,11 +13,11 @@ from vidstyle.core.kernels.vectors import VectorEmitter
 
 SECTOR_COUNT, CHANNEL_COUNT = 8, 4
 HALF_SECTOR_COUNT = SECTOR_COUNT // 2
-"""Sectors side by side that weights are given for: most pairs of pixels lie in no more. As many lists of
-pairs are read side by side."""
+"""Adjacent sectors with weights: most pairs of pixels are in at most four. Also the number of lists of pairs
+that are read together."""
 SECTOR_LANES = HALF_SECTOR_COUNT * CHANNEL_COUNT
 FULL_SECTOR_WEIGHT = 1 << 15
-"""What the weights of a sector add up to: sums of products of 16 bits have room in 32."""
+"""The sum of the weights of a sector: sums of 16-bit products fit into 32 bits."""
 MIN_CODED_LEVEL, MAX_CODED_LEVEL, COLOR_LEVELS = -1.0, 2.0, 21844
 """Red, green and blue that 16 bits have codes for, 0 in their middle, and how many codes from 0 to 1."""
 MIDDLE_SQUARE_LEVEL, SQUARE_LEVELS = 3.375, 9708
@@ -41,7 +41,7 @@ class SectorSums(Intrinsic):
             squares in the low halves, and those of the next pixel in the high halves.
         at, first, last, place: int64.
         offsets: numbers x 4 int64.
-        weights: numbers x 4 x 4 int32, pairs; those of each sector add up to `FULL_SECTOR_WEIGHT`.
+        weights: numbers x 4 x 4 int32, pairs; the weights of each sector add up to `FULL_SECTOR_WEIGHT`.
         out: int32, one row; 2 * `SECTOR_LANES` numbers are written from number `place` on, four per sector.
     """
 
@@ -133,7 +133,7 @@ def _mean_of_sectors(sums, first, squarings, out, place):  # type: ignore[no-unt
 
 
 class _SectorEmitter(VectorEmitter):
-    """Emits the loop over samples, and what follows from its sums.
+    """Emits the loop over samples, and the mean from its sums.
 
     In vectors, each group of four lanes is a sector, from 0 or 4 on.
     """

@@ -1,4 +1,4 @@
-"""What `sector_sums` reads: pairs of pixels around a picture, and weights of pairs in four lists."""
+"""Input of `sector_sums`: pairs of pixels around a picture, and weights of pairs in four lists."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ def _encode(row, codes):  # type: ignore[no-untyped-def]
 
 @compiled(noalias=True)
 def _encode_means(row, codes):  # type: ignore[no-untyped-def]
-    """The same of means, whose squares are given."""
+    """Encode means, whose squares are given."""
     middle, scale = np.float32((MIN_CODED_LEVEL + MAX_CODED_LEVEL) / 2), np.float32(COLOR_LEVELS)
     for x in range(row.size // 4):
         for channel in range(3):
@@ -153,7 +153,7 @@ def _codes(weights: np.ndarray) -> np.ndarray:
 
 
 def _in_pairs(places: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Samples side by side in a row: places of the left ones, n x 2, and weights of both, n x 2 x 8."""
+    """Return adjacent samples of a row: places of the left ones, n x 2, and weights of both, n x 2 x 8."""
     rows = places[:, 0]
     left = np.flatnonzero((np.arange(len(rows)) - np.searchsorted(rows, rows)) % 2 == 0)
     is_beside = np.append(rows[1:] == rows[:-1], False)

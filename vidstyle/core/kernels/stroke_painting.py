@@ -19,10 +19,10 @@ MAX_BATCH_STROKES = 16
 hidden by then needs no other."""
 COSINE, SINE, ALONG, ACROSS, RED, GREEN, BLUE, SHOWN, OPEN = range(0, 9 * QUARTER_PIXELS, QUARTER_PIXELS)
 """Where in one array the numbers of these pixels lie: constants, by which the compiler sees that they do not
-overlap. Of each pixel its place along and across its direction; `SHOWN` is how much it shows of what lies
-below, `OPEN` the same, but 0 where that is too little to go on."""
+overlap. Of each pixel its place along and across its direction; `SHOWN` is the visible share of the
+layers below, `OPEN` the same, but 0 if that share is too small to continue."""
 MIN_OPEN_SHARE = 1 / 512
-"""What of a pixel strokes have to leave open for those below to be drawn."""
+"""Minimum visible share of a pixel for which the strokes below are drawn."""
 BRISTLE_SIZE = (16.0, 1.6)
 """Length and width of the marks of bristles, in pixels."""
 FIRST_MARK_COLUMN, MARK_COLUMNS, MARK_LINES_BEFORE, MARK_LINES_BEHIND = 64, 512, 8, 32
@@ -51,8 +51,8 @@ def paint_strokes(
             uppermost first, rows x columns x most int32, and how many these are, rows x columns int32.
         size: half the length of a stroke's straight sides, and half its width.
         bristles: contrast of their marks.
-        pictures: what is painted over, and the unit vectors that strokes follow, from `stroke_directions`;
-            None for plain dots.
+        pictures: the picture to paint over, and the unit vectors that strokes follow, from
+            `stroke_directions`; None for plain dots.
         page_row: the row of the page that is the first one of `out`.
         out: written.
     """
@@ -72,7 +72,7 @@ def _bristle_marks() -> np.ndarray:
     codes = np.rint(noise * np.float32(MAX_MARK_CODE)).astype(np.uint32)
     fours = codes[:-1, :-1] | codes[:-1, 1:] << 8 | codes[1:, :-1] << 16 | codes[1:, 1:] << 24
     rows = columns[:-1, None] + np.arange(-MARK_LINES_BEFORE, MARK_LINES_BEHIND)
-    # The rows above the first point are those of no stroke.
+    # No stroke uses the rows above the first point.
     return fours.view(np.int32)[rows, np.arange(len(rows))[:, None]].reshape(-1)[MARK_LINES_BEFORE:].copy()
 
 
@@ -81,8 +81,8 @@ def _paint(strokes, tiles, looks, marks, pictures, page_row, scratch, out):  # t
     """Quarter by quarter.
 
     Args:
-        pictures: what is painted over, and directions unless strokes are plain dots: the compiler knows the
-            length of a tuple.
+        pictures: the picture to paint over, and directions unless strokes are plain dots: the compiler knows
+            the length of a tuple.
     """
     (places, _), (lists, counts), near = strokes, tiles, scratch[1]
     for tile_row in range(counts.shape[0]):
@@ -105,7 +105,7 @@ def _paint(strokes, tiles, looks, marks, pictures, page_row, scratch, out):  # t
 
 @compiled(fastmath=True)
 def _begin(place, corner, shape, pictures, pixels):  # type: ignore[no-untyped-def]
-    """Nothing is painted yet. Pixels that are not painted have directions of others."""
+    """Begin a quarter without paint. Pixels outside the picture have the directions of earlier ones."""
     (upper, lower, width), half = shape, np.float32(0.5)
     if len(pictures) > 1:
         for row in range(upper, lower):
@@ -222,7 +222,7 @@ def _lay_stroke(x, y, half_length, edge, color, bristles, marks, pixels):  # typ
         right, down = own + along * along_scale, own + across * across_scale
         column, row = np.floor(right), np.floor(down)
         beside, below = right - column, down - row
-        # Those of pixels beyond the stroke, which are not used, may lie outside.
+        # Marks of pixels beyond the stroke, which are not used, may be outside.
         four = marks[look_up_at(min(np.int32(column * per_column + row), last))]
         upper, other = np.int32(four & code), np.int32((four >> np.int32(8)) & code)
         lower, another = np.int32((four >> np.int32(16)) & code), np.int32((four >> np.int32(24)) & code)

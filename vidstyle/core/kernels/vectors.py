@@ -48,7 +48,7 @@ class VectorEmitter:
         self.builder.store(value, self.address(data, at, value.type)).align = align
 
     def permute(self, one: Any, other: Any, lanes: Sequence[int]) -> Any:
-        """Return a vector of these lanes of two vectors, those of the second counted on from the first's."""
+        """Return a vector of these lanes of two vectors; lanes of the second follow the first."""
         mask = self.ir.Constant(self.integers(len(lanes)), list(lanes))
         return self.builder.shuffle_vector(one, other, mask)
 

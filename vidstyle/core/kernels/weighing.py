@@ -36,7 +36,7 @@ class Columns:
 
     @classmethod
     def of(cls, taps: Taps, width: int, channels: int = 1) -> Columns:
-        """For rows of so many pixels."""
+        """Return the columns of rows of `width` pixels."""
         even = np.pad(taps[1], ((0, 0), (0, taps[1].shape[1] % 2)))
         weights = np.repeat(even, channels, axis=0)
         left = channels * max(0, -int(taps[0].min()))
@@ -75,8 +75,8 @@ def weigh_rows_and_columns(
     Args:
         plane: N x W.
         out: float32, written.
-        columns_first: the columns before the rows, which is faster where there are fewer rows before; the
-            same for all bands of a plane, as it rounds differently.
+        columns_first: whether columns come before rows, which is faster if the source has fewer rows; use
+            the same for all bands of a plane, as the order changes the rounding.
     """
     line = np.empty(columns.left + plane.shape[1] + columns.right, np.float32)
     how = columns.weigh, columns.tables, columns.channels, columns.left
@@ -100,7 +100,7 @@ def _weigh_rows_first(plane, first, weights, weigh, tables, channels, left, line
 def _weigh_columns_first(  # type: ignore[no-untyped-def]
     plane, first, weights, weigh, tables, channels, left, line, recent, out
 ):
-    """Keeps as many recent rows as one is made of."""
+    """Keep the recent rows that contribute to one row of the result."""
     height, width = plane.shape
     made = max(first[0], 0)
     for row in range(out.shape[0]):
@@ -132,7 +132,7 @@ def weigh_rows(rows, height, first, weights, out):  # type: ignore[no-untyped-de
     """The weighted sum of some rows of a plane from number `first` on.
 
     Args:
-        rows: all rows of the plane; or its recent ones, of which number n lies at n modulo their count.
+        rows: all rows of the plane; or its recent ones, with number n at index n modulo their count.
         height: of the plane.
         out: one row, written.
     """
