@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vidstyle.core.measured import ExponentialSmoother, small_colors
 from vidstyle.core.oklab import lab_from_rgb, rgb_from_lab
 from vidstyle.core.picture import Picture
+from vidstyle.core.sampling import ExponentialSmoother, small_colors
 
 MAX_SIDE_PX = 96
 """Largest side in pixels of the small copy that colours are taken from."""

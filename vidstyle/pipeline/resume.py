@@ -13,7 +13,7 @@ import numpy as np
 
 import vidstyle
 from vidstyle.blocks import all_blocks
-from vidstyle.core.installed import version_of
+from vidstyle.core.versions import version_of
 from vidstyle.errors import UsageError
 from vidstyle.media.codecs import ffmpeg_version
 from vidstyle.media.options import ReadOptions, WriteOptions
