@@ -139,7 +139,7 @@ def _file_digest(file: str) -> str:
 
 
 def _c_types(compiled: Compiled, kinds: Iterable[ArgumentType]) -> list[Any]:
-    """The C types of flattened arguments; an array is passed as a pointer to its Python object."""
+    """Return the C types of flattened arguments; an array is passed as a pointer to its Python object."""
     types: list[Any] = []
     for kind in kinds:
         if isinstance(kind, tuple) and isinstance(kind[0], np.dtype):
