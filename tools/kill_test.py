@@ -37,7 +37,7 @@ from typing import Any
 import numpy as np
 
 from vidstyle import cli
-from vidstyle.core.measured import small_luma
+from vidstyle.core.sampling import small_luma
 from vidstyle.core.scene_cuts import SceneCutDetector
 from vidstyle.demo.make_demo import make_film
 from vidstyle.errors import InputError

@@ -21,8 +21,8 @@ import vidstyle
 from vidstyle.block import Block
 from vidstyle.blocks import all_blocks
 from vidstyle.cli.styles import OPENGL_FORMS
-from vidstyle.core.measured import ExponentialSmoother, Sampling
 from vidstyle.core.resample import scaled_shape
+from vidstyle.core.sampling import ExponentialSmoother, Sampling
 from vidstyle.gpu.compile.es import es_plan, vertex_shader
 from vidstyle.gpu.compile.glsl import Form
 from vidstyle.gpu.compile.plan import plan_for_video

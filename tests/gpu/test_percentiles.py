@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from covering import in_one_test
 
-from vidstyle.core.measured import ExponentialSmoother
+from vidstyle.core.sampling import ExponentialSmoother
 from vidstyle.gpu.device.percentiles import GpuPercentiles
 
 LOW, SPAN = -0.125, 1.25

@@ -12,9 +12,9 @@ import cv2
 import numpy as np
 
 from tools.steadiness.warping import Motion, find_motion
-from vidstyle.core.measured import sampled
 from vidstyle.core.picture import Picture
 from vidstyle.core.planes import color_rows
+from vidstyle.core.sampling import sampled
 from vidstyle.core.scene_cuts import SceneCutDetector
 from vidstyle.errors import InputError
 from vidstyle.media.frame import Frame

@@ -81,7 +81,7 @@ def bench(
 
 
 def _parts(sizes: tuple[tuple[int, int], ...], bandwidth: float | None, as_json: bool, **options: Any) -> str:
-    """The tables, or JSON, of blocks and styles."""
+    """Return the tables, or JSON, of blocks and styles."""
     from vidstyle.bench import set_up
     from vidstyle.bench.results import as_dict, markdown
 
@@ -95,7 +95,7 @@ def _parts(sizes: tuple[tuple[int, int], ...], bandwidth: float | None, as_json:
 
 
 def _film(film: Path, frames: int, as_json: bool, **options: Any) -> str:
-    """The table, or JSON, of a film."""
+    """Return the table, or JSON, of a film."""
     from vidstyle.bench.films import FilmBench
     from vidstyle.bench.results import film_markdown
     from vidstyle.bench.subjects import subjects

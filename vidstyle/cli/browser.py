@@ -14,20 +14,20 @@ from vidstyle.cli.parsing.common_options import number
 
 
 def port_option(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Adds --port."""
+    """Add --port."""
     text = "Port of the page.  [default: any free port]"
     return option("--port", type=number(0, 65535, whole=True), default=0, show_default=False,
                   group=Group.CONTROL, help=text)(command)  # fmt: skip
 
 
 def open_option(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Adds --no-open."""
+    """Add --no-open."""
     text = "Do not open the page in the browser."
     return option("--no-open", is_flag=True, group=Group.CONTROL, help=text)(command)
 
 
 def is_wanted(no_open: bool) -> bool:
-    """Whether to open the browser: in a terminal on a desktop, unless the user has declined."""
+    """Return whether to open the browser: in a terminal on a desktop, unless the user has declined."""
     elsewhere = no_open or "CI" in os.environ or "SSH_CONNECTION" in os.environ
     # Without a desktop, a text browser would start in the terminal.
     has_desktop = sys.platform in ("darwin", "win32") or {"DISPLAY", "WAYLAND_DISPLAY"} & os.environ.keys()

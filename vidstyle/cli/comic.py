@@ -17,7 +17,7 @@ from vidstyle.pipeline.progress import StepProgress
 
 
 def parse_panels(text: str) -> int | None:
-    """A number of panels; None for auto."""
+    """Return a number of panels; None for auto."""
     if text != "auto" and (not text.isdigit() or int(text) == 0):
         raise ValueError(f"{text!r} is not a number of panels or auto")
     return None if text == "auto" else int(text)

@@ -26,7 +26,7 @@ Show = Callable[[Progress], None]
 
 
 def progress_option(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Adds --progress, which with json turns all of standard error to JSON."""
+    """Add --progress, which with json turns all of standard error to JSON."""
 
     def choose(context: click.Context, _: click.Parameter, kind: str) -> str:
         if kind == "json" and isinstance(context.obj, Reporting):
@@ -38,7 +38,7 @@ def progress_option(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def list_entry(head: str, text: str) -> str:
-    """A name and what it is, wrapped under itself on a terminal and on one line elsewhere."""
+    """Return a name and what it is, wrapped under itself on a terminal and on one line elsewhere."""
     if not sys.stdout.isatty():
         return f"{head} {text}".rstrip()
     indent, width = " " * (len(head) + 1), get_terminal_size().columns

@@ -113,7 +113,7 @@ class Reporting(logging.Handler):
 
 
 def conclusion(error: BaseException) -> tuple[int, list[str]]:
-    """The exit code and the message for an exception: one line, or one for each mistake of a style."""
+    """Return the exit code and the message for an exception: one line, or one for each mistake of a style."""
     if is_out_of_memory(error) and not isinstance(error, OutputError):
         return OutputError.exit_code, [_LACK_OF_MEMORY]
     match error:
@@ -141,7 +141,7 @@ def _conclusion(error: BaseException) -> tuple[int, str]:
 
 
 def _usage(error: click.UsageError) -> str:
-    """The message of an error in the command line."""
+    """Return the message of an error in the command line."""
     command = f"see {error.ctx.command_path if error.ctx else 'vidstyle'} --help"
     match error:
         case click.NoSuchOption():
@@ -171,7 +171,7 @@ def event(name: str, facts: Mapping[str, object], text: str = "") -> None:
 
 
 def reporting_options(command: Any) -> Any:
-    """Adds --log-level and --debug to a command."""
+    """Add --log-level and --debug to a command."""
 
     def set_debug(context: click.Context, _: click.Parameter, value: bool) -> None:
         context.obj.debug = value

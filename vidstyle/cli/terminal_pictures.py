@@ -20,7 +20,7 @@ MAX_CHUNK_BYTES = 4096
 
 
 def protocol_of(environment: Mapping[str, str] = os.environ) -> str:
-    """How the terminal shows pictures: "kitty", "iterm", "blocks", or "" if standard output shows none."""
+    """Return how the terminal shows pictures: "kitty", "iterm", "blocks", or "" if it cannot."""
     program, kind = environment.get("TERM_PROGRAM", ""), environment.get("TERM", "dumb")
     if not sys.stdout.isatty() or kind == "dumb" or "NO_COLOR" in environment:
         return ""
@@ -78,7 +78,7 @@ def _block_lines(picture: np.ndarray, width: int, height: int) -> Iterator[str]:
 
 
 def _png_strip(pictures: Sequence[np.ndarray], width: int) -> bytes:
-    """The pictures in a row, with transparent columns between them."""
+    """Return the pictures in a row, with transparent columns between them."""
     import cv2
     import numpy as np
 

@@ -77,7 +77,7 @@ def store_yuv(
 
 
 def chroma_radius(encoding: Encoding, axis: int = 1) -> tuple[int, int]:
-    """How many rows above and below a band of whole chroma rows its samples average over.
+    """Return how many rows above and below a band of whole chroma rows its samples average over.
 
     Args:
         axis: 0 for columns left and right instead.
@@ -91,7 +91,7 @@ def chroma_radius(encoding: Encoding, axis: int = 1) -> tuple[int, int]:
 
 @lru_cache(maxsize=64)
 def _sampling(encoding: Encoding) -> tuple[SampleArea, SampleArea, Any, Levels, Levels]:
-    """The areas down and across, the kernel that makes codes, and its levels for luma and for chroma."""
+    """Return the areas down and across, the kernel that makes codes, and its levels for luma and chroma."""
     columns, rows = (_area(*each) for each in zip(encoding.step, encoding.siting, strict=True))
     black, white = encoding.luma_levels
     levels = _levels(black, white - black, encoding.depth), _levels(*encoding.chroma_levels, encoding.depth)

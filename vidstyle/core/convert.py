@@ -48,7 +48,7 @@ def convert(picture: Picture, target: Encoding, rgb: bool = False) -> Picture:
 
 
 def to_rgb(picture: Picture, depth: int = 8) -> np.ndarray:
-    """The picture as an H x W x 3 RGB array, transparent parts blended with white.
+    """Return the picture as an H x W x 3 RGB array, transparent parts blended with white.
 
     Args:
         picture: any picture; a packed RGB picture of this depth is not copied.
@@ -137,7 +137,7 @@ class PictureAssembler:
         return blue, red
 
     def picture(self) -> Picture:
-        """The finished picture; one without chroma gets neutral chroma planes."""
+        """Return the finished picture; one without chroma gets neutral chroma planes."""
         alpha = alpha_in_depth(self._source, self.target.depth)
         if self._color is not None:
             return Picture(self.target, color=self._color, alpha=alpha)

@@ -41,7 +41,7 @@ _from_option: int | None = None
 
 
 def available_cores() -> int:
-    """The number of threads to use, 1 or more. Read it when you need it: --threads changes it.
+    """Return the number of threads to use, 1 or more. Read it when you need it: --threads changes it.
 
     Raises:
         UsageError: VIDSTYLE_THREADS is not a number of threads.
@@ -50,7 +50,7 @@ def available_cores() -> int:
 
 
 def core_count() -> CoreCount:
-    """The number of threads to use: --threads, else VIDSTYLE_THREADS, else the cores that this process has.
+    """Return the number of threads: --threads, else VIDSTYLE_THREADS, else the cores of this process.
 
     Raises:
         UsageError: VIDSTYLE_THREADS is not a number of threads.
@@ -104,19 +104,19 @@ def limit_opencv() -> Iterator[None]:
 
 @cache
 def process_cores() -> CoreCount:
-    """The cores that the system lets this process use: CPU affinity, limited by the cgroup's quota."""
+    """Return the cores that the system lets this process use: CPU affinity, limited by the cgroup's quota."""
     return limited_cores(os.cpu_count() or 1, _affinity(), cgroup_quota())
 
 
 def limited_cores(machine: int, affinity: int, quota: float | None) -> CoreCount:
-    """The smallest of the three; a quota is in cores, rounded up, and None if there is none."""
+    """Return the smallest of the three; a quota is in cores, rounded up, and None if there is none."""
     if quota is not None and math.ceil(quota) < affinity:
         return CoreCount(max(1, math.ceil(quota)), "cgroup quota", machine)
     return CoreCount(affinity, "CPU affinity" if affinity < machine else "all cores", machine)
 
 
 def cgroup_quota(root: Path = Path("/")) -> float | None:
-    """The CPU time per second, in cores, that the control groups of this process allow (cgroup v1 and v2).
+    """Return the CPU time per second, in cores, that the control groups allow (cgroup v1 and v2).
 
     Each group from the one of the process up to the root may set a limit; the lowest one counts. Missing
     or malformed files set none.
@@ -159,7 +159,7 @@ def _parse_threads(text: str) -> int:
 
 
 def _cgroup_folders(root: Path) -> Iterator[Path]:
-    """The folders of the groups that this process is in, and of those around them."""
+    """Yield the folders of the groups that this process is in, and of those around them."""
     for line in _read(root / "proc/self/cgroup").splitlines():
         _, _, rest = line.partition(":")
         controllers, _, path = rest.partition(":")
@@ -172,7 +172,7 @@ def _cgroup_folders(root: Path) -> Iterator[Path]:
 
 
 def _limit(folder: Path) -> float | None:
-    """The quota of one control group, in cores."""
+    """Return the quota of one control group, in cores."""
     words = _read(folder / "cpu.max").split()
     words = words or [_read(folder / f"cpu.cfs_{name}_us").strip() for name in ("quota", "period")]
     try:

@@ -41,7 +41,7 @@ class Printed:
         return lines, np.array([*(self.paper or (1, 1, 1)), low, high, *self.ink], np.float32)
 
     def whole(self, out: np.ndarray | None = None) -> np.ndarray:
-        """The result, N x W x 3 float32, in `out` if that is given."""
+        """Return the result, N x W x 3 float32, in `out` if that is given."""
         out = np.empty(self.color.shape, np.float32) if out is None else out
         _lay_on_rows(interleaved(self.color), *self.layers, interleaved(out))
         return out
@@ -80,13 +80,13 @@ class Mixed:
     matrix: np.ndarray
 
     def whole(self, out: np.ndarray | None = None) -> np.ndarray:
-        """The result, N x W x 3 float32, in `out` if that is given."""
+        """Return the result, N x W x 3 float32, in `out` if that is given."""
         out = np.empty(self.color.shape, np.float32) if out is None else out
         _mix(interleaved(self.color), self.matrix, interleaved(out))
         return out
 
     def luma(self, weights: np.ndarray, out: np.ndarray | None = None) -> np.ndarray:
-        """The result's luma alone, N x W float32, in `out` if that is given, without an array of RGB."""
+        """Return only luma, N x W float32, in `out` if that is given, without an array of RGB."""
         out = np.empty(self.color.shape[:2], np.float32) if out is None else out
         _mix_luma(interleaved(self.color), self.matrix, weights, out)
         return out

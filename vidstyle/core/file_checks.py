@@ -41,7 +41,7 @@ Every alternative for strings matches to the end of the text if need be, so that
 
 
 def read_regular_file(path: Path, max_bytes: int) -> bytes:
-    """The content of a file; pipes and devices, which may never end, are refused.
+    """Return the content of a file; pipes and devices, which may never end, are refused.
 
     Raises:
         ValueError: it is no regular file, or larger than `max_bytes`.

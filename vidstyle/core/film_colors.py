@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vidstyle.core.measured import ExponentialSmoother, small_colors
 from vidstyle.core.oklab import lab_from_rgb, rgb_from_lab
 from vidstyle.core.picture import Picture
+from vidstyle.core.sampling import ExponentialSmoother, small_colors
 
 MAX_SIDE_PX = 96
 """Largest side in pixels of the small copy that colours are taken from."""
@@ -103,7 +103,7 @@ class FilmPalettes:
 
 
 def _binned(lab: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The mean colour of each cube of OKLab that holds any, n x 3, and its weight."""
+    """Return the mean colour of each cube of OKLab that holds any, n x 3, and its weight."""
     lightness, a, b = np.floor(lab * LIGHTNESS_BINS).astype(np.int64) + LIGHTNESS_BINS
     _, cubes, counts = np.unique(
         (lightness * 3 * LIGHTNESS_BINS + a) * 3 * LIGHTNESS_BINS + b, return_inverse=True, return_counts=True
@@ -113,7 +113,7 @@ def _binned(lab: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _seeds(colors: np.ndarray, weights: np.ndarray, count: int) -> np.ndarray:
-    """The heaviest colour, then always the one that is heaviest and farthest from those taken."""
+    """Return the heaviest colour, then always the one that is heaviest and farthest from those taken."""
     taken = [int(weights.argmax())]
     away = np.full(len(colors), np.inf)
     while len(taken) < count:
@@ -123,7 +123,7 @@ def _seeds(colors: np.ndarray, weights: np.ndarray, count: int) -> np.ndarray:
 
 
 def _regrouped(colors: np.ndarray, weights: np.ndarray, groups: np.ndarray) -> np.ndarray:
-    """The mean of the colours that are nearest to each group.
+    """Return the mean of the colours that are nearest to each group.
 
     An empty cluster restarts with the colour that has the largest weighted distance from its cluster.
     """

@@ -31,7 +31,7 @@ def lab_from_rgb(colors: np.ndarray) -> np.ndarray:
 
 
 def rgb_from_lab(lab: np.ndarray) -> np.ndarray:
-    """The inverse of `lab_from_rgb`, clipped to 0..1."""
+    """Return the inverse of `lab_from_rgb`, clipped to 0..1."""
     light = _product(np.linalg.inv(CONE_WEIGHTS), _product(np.linalg.inv(LAB_WEIGHTS), lab) ** 3).clip(0, 1)
     return np.where(light <= 0.0031308, light * 12.92, 1.055 * light ** (1 / 2.4) - 0.055)
 

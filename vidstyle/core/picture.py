@@ -128,11 +128,11 @@ class Encoding:
         return -(-height // down), -(-width // across)
 
     def has_grid_of(self, other: Encoding) -> bool:
-        """Whether chroma samples have the other's positions and matrix; codes may differ."""
+        """Return whether chroma samples have the other's positions and matrix; codes may differ."""
         return (self.matrix, self.step, self.siting) == (other.matrix, other.step, other.siting)
 
     def as_float_at(self, old: tuple[int, int], new: tuple[int, int]) -> Encoding:
-        """The encoding of float32 chroma planes resampled with a picture from one size to another.
+        """Return the encoding of float32 chroma planes resampled with a picture from one size to another.
 
         Resampling maps pixel areas, so that a siting off the centre of its area scales with the size.
         """
@@ -144,7 +144,7 @@ class Encoding:
         return replace(self.as_float(), step=self.step, siting=(x, y))
 
     def as_float(self) -> Encoding:
-        """The same matrix with float32 samples at full chroma resolution."""
+        """Return the same matrix with float32 samples at full chroma resolution."""
         return replace(self, depth=0, full_range=True, step=(1, 1))
 
 
@@ -184,7 +184,7 @@ class Picture:
     def map_planes(
         self, change: Callable[[np.ndarray, str], np.ndarray], encoding: Encoding | None = None
     ) -> Picture:
-        """The picture with each plane replaced by `change(plane, kind)`.
+        """Return the picture with each plane replaced by `change(plane, kind)`.
 
         Args:
             change: is given the planes in the order of the attributes, and the attribute's name.
@@ -201,7 +201,7 @@ class Picture:
 
     @classmethod
     def from_array(cls, array: np.ndarray) -> Picture:
-        """A picture from an array, H x W, H x W x 3 or H x W x 4, in RGB order.
+        """Return a picture from an array, H x W, H x W x 3 or H x W x 4, in RGB order.
 
         Integers are full range (uint8 or uint16), floats 0..1, in either byte order. An array of a
         suitable type is not copied.
@@ -231,7 +231,7 @@ class Picture:
 
 
 def _checked(array: np.ndarray) -> np.ndarray:
-    """The floats as float32."""
+    """Return the floats as float32."""
     low, high = RANGES["color"]
     if not (array.min() >= low and array.max() <= high):
         count = array.size - np.count_nonzero((array >= low) & (array <= high))

@@ -103,7 +103,7 @@ def luma_from_rgb(color: np.ndarray, encoding: Encoding, out: np.ndarray | None 
 
 
 def alpha_in_depth(source: Picture, depth: int) -> np.ndarray | None:
-    """The picture's alpha in another depth; itself where it has that."""
+    """Return the picture's alpha in another depth; itself where it has that."""
     if source.alpha is None or source.encoding.depth == depth:
         return source.alpha
     old, new = (Encoding(full_range=True, depth=each) for each in (source.encoding.depth, depth))
@@ -143,7 +143,7 @@ def decoded(codes: np.ndarray, kind: str, encoding: Encoding) -> np.ndarray:
 
 @lru_cache(maxsize=256)
 def _between(count: int, step: int, siting: float, first: int) -> Taps:
-    """The two samples around each of `count` luma positions, and their weights."""
+    """Return the two samples around each of `count` luma positions, and their weights."""
     if step == 1:
         position = np.arange(first, first + count, dtype=np.float64)
     else:

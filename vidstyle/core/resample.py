@@ -71,7 +71,7 @@ class Resampling:
 
 
 def resample(plane: np.ndarray, shape: tuple[int, int], method: str) -> np.ndarray:
-    """The H x W or H x W x 3 plane at another height and width, float32; itself where they are its own."""
+    """Return the H x W or H x W x 3 plane at another size, float32; itself if it has this size."""
     old = plane.shape[0], plane.shape[1]
     if old == shape:
         return plane
@@ -79,7 +79,7 @@ def resample(plane: np.ndarray, shape: tuple[int, int], method: str) -> np.ndarr
 
 
 def scaled_shape(shape: tuple[int, int], factor: float) -> tuple[int, int]:
-    """The height and width of a picture that is scaled: rounded, halves up, and never below one pixel.
+    """Return the height and width of a picture that is scaled: rounded, halves up, and never below one pixel.
 
     >>> scaled_shape((45, 1), 0.5)
     (23, 1)
@@ -89,7 +89,7 @@ def scaled_shape(shape: tuple[int, int], factor: float) -> tuple[int, int]:
 
 
 def fitting_method(method: str, old: tuple[int, int], new: tuple[int, int]) -> str:
-    """The method itself, except for `area` when enlarging, which becomes bicubic.
+    """Return the method itself, except for `area` when enlarging, which becomes bicubic.
 
     >>> fitting_method("area", (10, 10), (20, 20))
     'bicubic'
@@ -114,7 +114,7 @@ def _taps(method: str, old: int, new: int) -> Taps:
 
 
 def _shares(old: int, new: int) -> tuple[np.ndarray, np.ndarray]:
-    """The first of the old pixels under each new one, and how much of it each of them takes."""
+    """Return the first of the old pixels under each new one, and how much of it each of them takes."""
     edges = np.arange(new + 1) * old / new
     first = np.floor(edges[:-1] + 1e-9).astype(np.int64)
     index = first[:, None] + np.arange(math.ceil(old / new) + 1)
@@ -124,7 +124,7 @@ def _shares(old: int, new: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _interpolation(method: str, old: int, new: int) -> tuple[np.ndarray, np.ndarray]:
-    """The first of the old pixels around each new one that an interpolation reads, and their weights."""
+    """Return the first old pixel that an interpolation reads for each new one, and all weights."""
     stretch = max(old / new, 1.0) if method == "smooth" else 1.0
     half = math.ceil(_RADII[method] * stretch)
     moved = (2 * np.arange(new) + 1) * old + new

@@ -46,7 +46,7 @@ class SceneCutDetector:
         self._average_loss = 0.0
 
     def is_cut(self, luma: np.ndarray) -> bool:
-        """Whether the next frame begins a scene; one of another size does.
+        """Return whether the next frame begins a scene; one of another size does.
 
         Args:
             luma: a small copy of the frame's luma, H x W float32, 0..1.
@@ -68,7 +68,7 @@ class SceneCutDetector:
         return first or pause or cut
 
     def _is_new(self, blocks: _Blocks, before: list[np.ndarray]) -> bool:
-        """Whether the blocks match neither the last picture nor, if that may be a flash, the one before."""
+        """Return whether the blocks match no earlier picture: the last, or, if it may be a flash, its previous."""
         lost, average = 1 - _correlation(blocks, before[0]), self._average_loss
         # Cuts count as well, up to the threshold, so that fast action after a cut is not all cuts.
         self._average_loss += (min(lost, MIN_CUT_SHARE) - average) / 2
@@ -78,20 +78,20 @@ class SceneCutDetector:
 
 
 def _reduced(luma: np.ndarray) -> np.ndarray:
-    """A copy of at most `_MAX_SIDE_PX` pixels on a side, averaged, which reduces noise."""
+    """Return a copy of at most `_MAX_SIDE_PX` pixels on a side, averaged, which reduces noise."""
     scale = min(1.0, _MAX_SIDE_PX / max(luma.shape))
     height, width = (max(1, round(side * scale)) for side in luma.shape)
     return np.array(cv2.resize(luma, (width, height), interpolation=cv2.INTER_AREA), np.float32)
 
 
 def _inside_letterbox(pictures: list[np.ndarray]) -> tuple[slice, slice]:
-    """The rows and columns between black bars of all pictures, whose edges would match in every scene."""
+    """Return the area inside the black bars of all pictures; edges of bars match in every scene."""
     brightest = np.max(pictures, axis=0)
     return _bright_span(brightest.max(axis=1)), _bright_span(brightest.max(axis=0))
 
 
 def _bright_span(line: np.ndarray) -> slice:
-    """The part of a line between dark ends, less a pixel that mixes bar and picture."""
+    """Return the part of a line between dark ends, less a pixel that mixes bar and picture."""
     lit = np.flatnonzero(line > _BAR_LEVEL)
     if len(lit) == 0 or 2 * (lit[-1] + 1 - lit[0]) < len(line):
         return slice(None)
@@ -100,13 +100,13 @@ def _bright_span(line: np.ndarray) -> slice:
 
 
 def _blocks(picture: np.ndarray) -> _Blocks:
-    """The blocks of a picture that show something."""
+    """Return the blocks of a picture that show something."""
     blocks, places = blocks_of(picture)
     shows = blocks.std(axis=(1, 2)) > _MIN_DEVIATION
     return blocks[shows], places[shows]
 
 
 def _correlation(blocks: _Blocks, before: np.ndarray) -> float:
-    """The mean over the blocks of their best correlation with the picture before, 0..1."""
+    """Return the mean over the blocks of their best correlation with the picture before, 0..1."""
     # At least half of what counts as flat, else noise would match anything.
     return float(best_correlations(*blocks, before, _MIN_DEVIATION / 2).mean())

@@ -15,7 +15,7 @@ DEFAULT_ANGLE_STRENGTH = 0.06
 def stroke_directions(
     flow: np.ndarray, angle: float, strength: float = DEFAULT_ANGLE_STRENGTH
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The unit vector along the edge at each pixel: to the right and down, H x W float32 each.
+    """Return the unit vector along the edge at each pixel: to the right and down, H x W float32 each.
 
     Args:
         flow: the smoothed result of the block `structure_tensor`.

@@ -14,7 +14,6 @@ from vidstyle.core.codes import Chroma, chroma_radius
 from vidstyle.core.convert import PictureAssembler
 from vidstyle.core.deferred_color import Mixed
 from vidstyle.core.kernels import aligned_empty
-from vidstyle.core.measured import percentiles, sampled, sampled_values
 from vidstyle.core.picture import Picture
 from vidstyle.core.planes import (
     color_rows,
@@ -27,6 +26,7 @@ from vidstyle.core.planes import (
     yuv_from_rgb,
 )
 from vidstyle.core.resample import Resampling
+from vidstyle.core.sampling import percentiles, sampled, sampled_values
 from vidstyle.cpu.pixel_operations import TAKES_DEFERRED, Value, at_every_pixel, per_pixel, planes_of
 from vidstyle.cpu.schedule import Key, Schedule, Sweep
 from vidstyle.style.nodes import LoweredStyle, Measure, Node, encoding_of

@@ -14,8 +14,8 @@ from vidstyle.core.closing import Closing
 from vidstyle.core.cores import available_cores
 from vidstyle.core.film_colors import FilmPalettes
 from vidstyle.core.kernels.library import rehearsing
-from vidstyle.core.measured import ExponentialSmoother, small_luma
 from vidstyle.core.picture import Encoding, Picture, PictureLayout
+from vidstyle.core.sampling import ExponentialSmoother, small_luma
 from vidstyle.core.scene_cuts import SceneCutDetector
 from vidstyle.cpu.execute import FrameExecutor
 from vidstyle.cpu.frame_order import FrameOrder

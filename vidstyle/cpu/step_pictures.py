@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from vidstyle.core.measured import ExponentialSmoother
 from vidstyle.core.picture import Picture, PictureLayout
+from vidstyle.core.sampling import ExponentialSmoother
 from vidstyle.cpu.execute import FrameExecutor
 from vidstyle.cpu.schedule import schedule
 from vidstyle.style import Step, Style

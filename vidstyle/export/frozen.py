@@ -14,8 +14,8 @@ import numpy as np
 
 from vidstyle.core.convert import to_rgb
 from vidstyle.core.film_colors import MAX_SIDE_PX, FilmColors
-from vidstyle.core.measured import sampled
 from vidstyle.core.picture import Picture
+from vidstyle.core.sampling import sampled
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import ReadOptions, open_reader, open_source

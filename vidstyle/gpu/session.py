@@ -15,9 +15,9 @@ import numpy as np
 from vidstyle.block import moment_of
 from vidstyle.core.bands import shared_pool
 from vidstyle.core.film_colors import FilmPalettes
-from vidstyle.core.measured import ExponentialSmoother, small_luma
 from vidstyle.core.picture import Encoding, Picture, PictureLayout
 from vidstyle.core.planes import alpha_in_depth
+from vidstyle.core.sampling import ExponentialSmoother, small_luma
 from vidstyle.core.scene_cuts import SceneCutDetector
 from vidstyle.errors import DeviceError, log
 from vidstyle.gpu.compile.glsl import Form

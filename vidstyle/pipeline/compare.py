@@ -16,14 +16,14 @@ half of the result, with a white line between them."""
 
 
 def compared_info(info: VideoInfo, how: Compare | None) -> VideoInfo:
-    """The properties of a film of compared pictures: twice as wide if they are side by side."""
+    """Return the properties of a film of compared pictures: twice as wide if they are side by side."""
     if how != "side":
         return info
     return replace(info, width=_whole_chroma(info.width, info.encoding.step[0]) + info.width)
 
 
 def compared(before: Picture, after: Picture, how: Compare) -> Picture:
-    """Both pictures in one; they have the same size, encoding and kinds of planes.
+    """Return both pictures in one; they have the same size, encoding and kinds of planes.
 
     >>> black, white = np.zeros((2, 7), np.uint8), np.full((2, 7), 255, np.uint8)
     >>> compared(Picture.from_array(black), Picture.from_array(white), "side").luma[0].tolist()
@@ -41,7 +41,7 @@ def compared(before: Picture, after: Picture, how: Compare) -> Picture:
 
 
 def _whole_chroma(width: int, step: int) -> int:
-    """The width up to the next whole chroma sample, so that both halves keep their own colours."""
+    """Return the width up to the next whole chroma sample, so that both halves keep their own colours."""
     step = max(step, 2)
     return -(-width // step) * step
 
@@ -80,6 +80,6 @@ def _beside(first: Picture, *others: Picture) -> Picture:
 
 
 def _planes(picture: Picture) -> list[np.ndarray]:
-    """All planes, in the order of `map_planes`."""
+    """Return all planes, in the order of `map_planes`."""
     planes = picture.luma, *(picture.chroma or ()), picture.color, picture.alpha
     return [plane for plane in planes if plane is not None]

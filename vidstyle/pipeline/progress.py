@@ -116,7 +116,7 @@ class StepProgress:
 
 
 def clock(seconds: float) -> str:
-    """A duration as [hours:]minutes:seconds.
+    """Return a duration as [hours:]minutes:seconds.
 
     >>> clock(3725)
     '1:02:05'

@@ -128,7 +128,7 @@ def _starting_at(first: int, restyle: Restyle) -> Restyle:
 
 
 def first_frames(items: Iterable[Any], count: int, packets: bool) -> Iterator[Any]:
-    """The first `count` frames, and, if there are `packets`, those until the last of the frames ends."""
+    """Yield the first `count` frames, and any `packets` until the end of the last frame."""
     end = None
     for item in items:
         if isinstance(item, Frame):

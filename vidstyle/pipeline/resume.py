@@ -13,7 +13,7 @@ import numpy as np
 
 import vidstyle
 from vidstyle.blocks import all_blocks
-from vidstyle.core.installed import version_of
+from vidstyle.core.versions import version_of
 from vidstyle.errors import UsageError
 from vidstyle.media.codecs import ffmpeg_version
 from vidstyle.media.options import ReadOptions, WriteOptions
@@ -51,7 +51,7 @@ def render_fingerprint(
     resume: bool,
     **more: object,
 ) -> Fingerprint | None:
-    """The fingerprint of a render; None if it cannot be continued.
+    """Return the fingerprint of a render; None if it cannot be continued.
 
     Args:
         source, target, style, read, write, resume: of `render`.
@@ -71,7 +71,7 @@ def render_fingerprint(
 
 
 def warm_up_frames(style: Style, rate: float) -> int:
-    """How many frames before a frame a style must have seen, so that its picture is as in a whole film.
+    """Return the number of earlier frames that a style needs for the same picture as in the whole film.
 
     Args:
         rate: frames a second.
@@ -83,7 +83,7 @@ def warm_up_frames(style: Style, rate: float) -> int:
 
 
 def build() -> str:
-    """The versions of what makes the pictures."""
+    """Return the versions of what makes the pictures."""
     # Importing it would take longest of all.
     opencv = version_of("opencv-contrib-python-headless")
     libraries = f"FFmpeg {ffmpeg_version()}, OpenCV {opencv}, NumPy {np.__version__}"

@@ -176,7 +176,7 @@ def _is_pending(batch: Batch) -> bool:
 
 
 def batches(items: Iterable[Any]) -> Iterator[Batch]:
-    """The items in batches that end with a frame, or are full.
+    """Yield the items in batches that end with a frame, or are full.
 
     >>> [len(batch) for batch in batches(range(40))]
     [32, 8]

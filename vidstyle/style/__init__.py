@@ -40,7 +40,7 @@ PLAIN = "plain"
 
 
 def load_style(style: str | Path | Mapping[str, object] | Style) -> Style:
-    """A style by its name, shipped or the user's own, from a file, or from a table in the form of a file.
+    """Load a style by its name, shipped or the user's, from a file, or from a table like a file's.
 
     A text that ends in .toml or has a folder in it is a path, as is one that names no style but a file.
     "ink:dark-blue" and "mine.toml:dark-blue" are variants of the styles before the colon. A table may hold
@@ -65,23 +65,23 @@ def load_style(style: str | Path | Mapping[str, object] | Style) -> Style:
 
 
 def style_names() -> list[str]:
-    """The names of all styles: `plain`, the shipped ones, and those in the user's folder."""
+    """Return the names of all styles: `plain`, the shipped ones, and those in the user's folder."""
     return sorted({PLAIN, *_files()})
 
 
 def style_file(style: str) -> Path | None:
-    """The file that `load_style` reads for a text; None if it reads none."""
+    """Return the file that `load_style` reads for a text; None if it reads none."""
     base = _split(style)[0]
     return base if isinstance(base, Path) else _files().get(base)
 
 
 def user_styles() -> Path:
-    """The folder of the user's own styles, which need not exist."""
+    """Return the folder of the user's own styles, which need not exist."""
     return configuration_folder() / "styles"
 
 
 def _files() -> dict[str, Path]:
-    """The file of each name. A shipped style keeps its name."""
+    """Return the file of each name. A shipped style keeps its name."""
     folders = user_styles(), asset_folder("styles")
     return {path.stem: path for folder in folders for path in folder.glob("*.toml")}
 
@@ -98,7 +98,7 @@ def _load_named(name: str) -> Style:
 
 
 def _split(text: str) -> tuple[str | Path, str | None]:
-    """The name or path of a style, and the variant behind the last colon, if there is one.
+    """Return the name or path of a style, and the variant behind the last colon, if there is one.
 
     The colon of a drive, as in "C:mine.toml", has a path behind it, and a file whose own name has
     a colon is that file.

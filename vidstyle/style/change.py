@@ -17,7 +17,7 @@ from vidstyle.style.wiring import wiring_of
 
 
 def set_values(style: Style, values: Mapping[str, object]) -> Style:
-    """The style with some values set.
+    """Return the style with some values set.
 
     Args:
         style: any style, its recipes not expanded.
@@ -31,7 +31,7 @@ def set_values(style: Style, values: Mapping[str, object]) -> Style:
 
 
 def override(style: Style, assignments: Iterable[str]) -> Style:
-    """The style with some values set, given as text: "posterize.levels=5", "ink=#202040".
+    """Return the style with some values set, given as text: "posterize.levels=5", "ink=#202040".
 
     Raises:
         UsageError: names all mistakes.
@@ -48,7 +48,7 @@ def override(style: Style, assignments: Iterable[str]) -> Style:
 
 
 def apply_variant(style: Style, variant: str) -> Style:
-    """The style with the values of one of its variants, named "ink:dark-blue".
+    """Return the style with the values of one of its variants, named "ink:dark-blue".
 
     Raises:
         StyleError: it has no such variant.
@@ -57,7 +57,7 @@ def apply_variant(style: Style, variant: str) -> Style:
 
 
 def expand(style: Style) -> Style:
-    """The style as it runs: every recipe replaced by its steps, muted steps by what they save.
+    """Return the style as it runs: every recipe replaced by its steps, muted steps by what they save.
 
     Lines of which all steps are muted are not laid over the background.
     """
@@ -71,7 +71,7 @@ def expand(style: Style) -> Style:
 
 
 def _expand_step(step: Step) -> tuple[Step, ...]:
-    """A recipe's steps: the first has the recipe's input, the last saves what the recipe saved."""
+    """Return a recipe's steps: the first has the recipe's input, the last saves what the recipe saved."""
     wiring = wiring_of(step)
     block = wiring.block
     if step.mute:
@@ -106,7 +106,7 @@ def _changed(style: Style, texts: list[str], assign: Callable[[dict[str, Any], s
 
 
 def _parse(control: Control, text: str) -> object:
-    """The value written after "=": in TOML, or a bare word where the control takes text."""
+    """Return the value written after "=": in TOML, or a bare word where the control takes text."""
     try:
         parsed = parse_toml(f"value = {text}")
     except ValueError:

@@ -33,7 +33,7 @@ MAX_KNOBS = 16
 def style_from_table(
     table: Mapping[str, object], subject: object, name: str = "", folder: Path | None = None
 ) -> Style:
-    """The style in the table of a style file.
+    """Return the style in the table of a style file.
 
     Args:
         table: the content of the file.
@@ -108,7 +108,7 @@ def _place_of(layer: str, number: int, block: str = "") -> str:
 
 
 def _read_knobs(style: Style, given: object, mistakes: list[str]) -> tuple[str, ...]:
-    """The paths of the values to adjust first, each of which must name one."""
+    """Return the paths of the values to adjust first, each of which must name one."""
     if not isinstance(given, list | tuple) or not all(isinstance(path, str) for path in given):
         mistakes.append('knobs is not a list of paths; write knobs = ["step.parameter", "ink"]')
         return ()
@@ -129,7 +129,7 @@ def _read_knobs(style: Style, given: object, mistakes: list[str]) -> tuple[str, 
 
 
 def _read_variants(style: Style, given: object, mistakes: list[str]) -> Style:
-    """The style with its variants, each of which must be a valid style."""
+    """Return the style with its variants, each of which must be a valid style."""
     style = replace(style, variants=read_variants(style, given, mistakes))
     for variant in style.variants:
         found: list[str] = []
@@ -139,7 +139,7 @@ def _read_variants(style: Style, given: object, mistakes: list[str]) -> Style:
 
 
 def _read_text(key: str, value: object, mistakes: list[str]) -> str:
-    """The text on one line, without control characters."""
+    """Return the text on one line, without control characters."""
     text = " ".join(value.split()) if isinstance(value, str) else "\n"
     if len(text) > TEXTS[key] or not text.isprintable():
         mistakes.append(f"{key}: {to_text(value)} is not a text of at most {TEXTS[key]} characters")
@@ -156,7 +156,7 @@ class StepReader:
         self.count = 0
 
     def read_layer(self, layer: str, tables: object) -> tuple[Step, ...]:
-        """The steps of a layer; none if it is not a list of steps."""
+        """Return the steps of a layer; none if it is not a list of steps."""
         if not isinstance(tables, list | tuple) or not all(isinstance(table, Mapping) for table in tables):
             self.mistakes.append(f"{layer} is not a list of steps; write [[{layer}]] above each")
             return ()
@@ -180,7 +180,7 @@ class StepReader:
         return Step(block.name if block else "", values, save, source, mute=mute is True)
 
     def read_block(self, where: str, table: Mapping[str, object]) -> Block | None:
-        """The block that a step names."""
+        """Return the block that a step names."""
         name = table.get("block")
         if isinstance(name, str) and name in all_blocks():
             return all_blocks()[name]
@@ -197,7 +197,7 @@ class StepReader:
         return None
 
     def read_parameters(self, block: Block, table: Mapping[str, object], where: str) -> dict[str, Any]:
-        """The values for a block."""
+        """Return the values for a block."""
         for key in table:
             if key not in block.parameters and key not in STEP_KEYS:
                 hint = suggest(str(key), block.parameters)
@@ -224,7 +224,7 @@ class StepReader:
                 self.mistakes.append(f"{where}{parameter.name}: {error}{hint}")
 
     def read_name(self, key: str, table: Mapping[str, object], where: str) -> str:
-        """The name under `from` or `save`, or an empty one."""
+        """Return the name under `from` or `save`, or an empty one."""
         name = table.get(key, "")
         if key in table and not (isinstance(name, str) and re.fullmatch(NAME_PATTERN, name)):
             self.mistakes.append(f"{where}{key}: {to_text(name)} is not a name of letters and digits")

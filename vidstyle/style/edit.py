@@ -24,12 +24,12 @@ from vidstyle.style.model import FIELDS, LAYERS, Style
 
 
 def new_text(table: dict[str, Any]) -> str:
-    """The text of a style file that holds a table."""
+    """Return the text of a style file that holds a table."""
     return tomlkit.dumps(table)
 
 
 def edited_text(text: str, table: dict[str, Any], path: Path) -> str:
-    """The text of a style file, edited to hold the table of another style.
+    """Return the text of a style file, edited to hold the table of another style.
 
     Where the layout of the file cannot be edited, such as steps in one line, the text is rewritten with a
     warning.
@@ -67,7 +67,7 @@ class _Section:
     variant: str = ""
 
     def parse(self) -> tuple[tomlkit.TOMLDocument, MutableMapping[str, Any]]:
-        """The section as a document, and the table in it that holds its keys."""
+        """Return the section as a document, and the table in it that holds its keys."""
         document = tomlkit.parse(self.body)
         if not self.layer:
             return document, document
@@ -75,7 +75,7 @@ class _Section:
         return document, cast(MutableMapping[str, Any], found)
 
     def edited(self, wanted: dict[str, Any]) -> _Section:
-        """The section with these values and no others."""
+        """Return the section with these values and no others."""
         document, table = self.parse()
         for key in [key for key in table if key not in wanted]:
             del table[key]
@@ -86,7 +86,7 @@ class _Section:
 
 
 def _same(one: object, other: object) -> bool:
-    """Whether two values are equal, white space in texts aside."""
+    """Return whether two values are equal, white space in texts aside."""
     if isinstance(one, dict) and isinstance(other, dict):
         return one.keys() == other.keys() and all(_same(one[key], other[key]) for key in one)
     texts = isinstance(one, str) and isinstance(other, str)
@@ -107,7 +107,7 @@ def _edit(text: str, table: dict[str, Any]) -> str:
 
 
 def _defaults_to_restore(fields: _Section, wanted: dict[str, Any]) -> dict[str, Any]:
-    """The defaults of fields that are in the file, and stay in it."""
+    """Return the defaults of fields that are in the file, and stay in it."""
     present = fields.parse()[1]
     keys = [key for key in ("note", *FIELDS) if key in present and key not in wanted]
     return {key: default for key in keys if (default := getattr(Style, key)) is not None}
@@ -116,7 +116,7 @@ def _defaults_to_restore(fields: _Section, wanted: dict[str, Any]) -> dict[str, 
 def _place_steps(
     sections: list[_Section], layer: str, steps: list[dict[str, Any]]
 ) -> Iterator[tuple[float, _Section]]:
-    """The sections for the steps of a layer, each with its position among the sections of the file."""
+    """Yield the sections for the steps of a layer, each with its position among the sections of the file."""
     old = [number for number, section in enumerate(sections) if section.layer == layer]
     matches = _matches([sections[number].parse()[1] for number in old], steps)
     kept = {new: old[number] for new, number in matches.items()}
@@ -130,7 +130,7 @@ def _place_steps(
 def _place_variants(
     sections: list[_Section], variants: dict[str, dict[str, Any]]
 ) -> Iterator[tuple[float, _Section]]:
-    """The same for the variants; new ones come last."""
+    """Yield the same for the variants; new ones come last."""
     old = {section.variant: number for number, section in enumerate(sections) if section.variant}
     for name, values in variants.items():
         if name in old:
@@ -141,7 +141,7 @@ def _place_variants(
 
 
 def _matches(old: list[MutableMapping[str, Any]], new: list[dict[str, Any]]) -> dict[int, int]:
-    """The old step of each new one, by the longest common runs of blocks."""
+    """Return the old step of each new one, by the longest common runs of blocks."""
     before, after = ([str(step.get("block", "")) for step in steps] for steps in (old, new))
     runs = SequenceMatcher(None, before, after, autojunk=False).get_matching_blocks()
     return {run.b + offset: run.a + offset for run in runs for offset in range(run.size)}

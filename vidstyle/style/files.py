@@ -17,7 +17,7 @@ MAX_FILE = 64 * 1024
 
 
 def read_style_file(path: Path) -> Style:
-    """The style in a file.
+    """Return the style in a file.
 
     Raises:
         StyleError: the file cannot be read, or the style in it has mistakes.
@@ -26,7 +26,7 @@ def read_style_file(path: Path) -> Style:
 
 
 def style_from_text(text: str, path: Path, folder: Path | None) -> Style:
-    """The style in the text of a file.
+    """Return the style in the text of a file.
 
     Args:
         path: the file, whose name is the style's if it has none.
@@ -46,7 +46,7 @@ def style_from_text(text: str, path: Path, folder: Path | None) -> Style:
 
 
 def style_text(style: Style, like: Path | None = None) -> str:
-    """The style as a style file; with the comments and the order of another one, where that is given.
+    """Return the style as a style file; with the comments and the order of another one, where that is given.
 
     Raises:
         StyleError: the other file cannot be read.
@@ -82,7 +82,7 @@ def save_style(style: Style, path: str | Path, like: str | None = None) -> None:
 
 
 def _written_shortly(value: Any) -> Any:
-    """The value, or table of values, with whole numbers as people write them: 55 for 55.0."""
+    """Return the value, or table of values, with whole numbers as people write them: 55 for 55.0."""
     if isinstance(value, dict):
         return {key: _written_shortly(each) for key, each in value.items()}
     if isinstance(value, list):
@@ -91,7 +91,7 @@ def _written_shortly(value: Any) -> Any:
 
 
 def _own_text(path: Path, table: dict[str, Any]) -> str:
-    """The text of a file that is to be edited to hold a table."""
+    """Return the text of a file that is to be edited to hold a table."""
     text = read_style_text(path)
     present, words = _parse(path, text)
     if words:
@@ -102,7 +102,7 @@ def _own_text(path: Path, table: dict[str, Any]) -> str:
 
 
 def read_style_text(path: Path) -> str:
-    """The text of a style file.
+    """Return the text of a style file.
 
     Raises:
         StyleError: it cannot be read, is too large, or is no UTF-8.

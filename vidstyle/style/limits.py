@@ -63,7 +63,7 @@ def _work(node: Node) -> float:
 
 
 def _most_samples(nodes: Sequence[Node]) -> int:
-    """The most numbers kept at once if each node is kept until the last one that reads it."""
+    """Return the most numbers kept at once if each node is kept until the last one that reads it."""
     last = {other: number for number, node in enumerate(nodes) for other in node.inputs.values()}
     ending: dict[int, int] = {}
     now = most = 0

@@ -20,7 +20,7 @@ _TRUTH = {"yes": "true", "on": "true", "true": "true", "no": "false", "off": "fa
 
 
 def with_lines(mistakes: Iterable[str], text: str) -> list[str]:
-    """The mistakes with the numbers of their lines in front, where they are known, in this order."""
+    """Return the mistakes with the numbers of their lines in front, where they are known, in this order."""
     places = list(_places(text))
     numbered = sorted(((_line_of(each, places), each) for each in mistakes), key=lambda pair: pair[0])
     return [f"line {number}: {mistake}" if number else mistake for number, mistake in numbered]
@@ -64,7 +64,7 @@ def _places(text: str) -> Iterator[tuple[str, str, int]]:
 
 
 def _line_of(mistake: str, places: Iterable[tuple[str, str, int]]) -> int:
-    """The line of the value that is named first, or else of the header; 0 if it is not known."""
+    """Return the line of the value that is named first, or else of the header; 0 if it is not known."""
     found = _SECTION.match(mistake)
     section, rest = (found[1], mistake[found.end() :]) if found else ("", mistake)
     inside = [(key, number) for each, key, number in places if each == section]

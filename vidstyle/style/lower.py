@@ -56,7 +56,7 @@ class ImageValue:
 
 
 def lower(style: Style, steps: Steps, source: PictureLayout, target: Encoding, rgb: bool) -> LoweredStyle:
-    """The nodes of a style.
+    """Return the nodes of a style.
 
     Args:
         style: for its ink and paper.
@@ -101,7 +101,7 @@ class GraphBuilder:
         self.saved = {SOURCE: self.planes}
 
     def node(self, op: Op, kind: Kind, shape: Shape, inputs: dict[str, Node], **others: Any) -> Node:
-        """A node, or the equal one made before."""
+        """Return a node, or the equal one made before."""
         follows = any(other.may_overshoot for other in inputs.values())
         node = Node(op, kind, shape, inputs, follows_overshoot=follows, **others)
         return self._nodes.setdefault(identity_key(node), node)
@@ -135,13 +135,13 @@ class GraphBuilder:
         return self._convert("rgb_from_yuv", "color", {"luma": luma, "chroma": chroma})
 
     def is_on_grid(self, chroma: Node | None, target: Encoding) -> bool:
-        """Whether chroma samples have the positions and matrix of the target's; codes may differ."""
+        """Return whether chroma samples have the positions and matrix of the target's; codes may differ."""
         if chroma is None or chroma.grid is None or chroma.page != self.source.shape:
             return False
         return chroma.grid.has_grid_of(target)
 
     def in_matrix(self, image: ImageValue, matrix: str) -> ImageValue:
-        """The picture, whose luma and chroma are taken with another colour matrix from now on."""
+        """Return the picture, whose luma and chroma are taken with another colour matrix from now on."""
         if matrix == self.encoding.matrix or image.is_gray:
             return image
         image = ImageValue(color=self.color(image))
@@ -149,7 +149,7 @@ class GraphBuilder:
         return image
 
     def at_size(self, image: ImageValue, shape: Shape, method: str) -> ImageValue:
-        """The picture at another size; subsampled chroma stays subsampled."""
+        """Return the picture at another size; subsampled chroma stays subsampled."""
         if image.shape == shape:
             return image
         if image.color is not None:
@@ -166,7 +166,7 @@ class GraphBuilder:
         return ImageValue(self.resampled(image.luma, shape, method), chroma)
 
     def resampled(self, node: Node, shape: Shape, method: str, **grid: Any) -> Node:
-        """The node at another size; itself where it has that size and stays on its grid."""
+        """Return the node at another size; itself where it has that size and stays on its grid."""
         if node.shape == shape and not grid:
             return node
         values = {"method": fitting_method(method, node.shape, shape)}
@@ -199,14 +199,14 @@ class GraphBuilder:
         return image if style.strength == 1 else self._mixed_with_source(image, style.strength)
 
     def _mixed_with_source(self, image: ImageValue, strength: float) -> ImageValue:
-        """The part of the source that the style leaves, laid over the result."""
+        """Return the part of the source that the style leaves, laid over the result."""
         wiring = wiring_of(Step("blend", {"other": SOURCE}))
         assert wiring.block is not None
         step = ResolvedStep(wiring, "color", {"mode": "normal", "opacity": 1 - strength})
         return self._run_step(step, wiring.block, image, ("strength", 0))
 
     def run_layer(self, layer: str, steps: tuple[ResolvedStep, ...], image: ImageValue) -> ImageValue:
-        """The picture after all steps of a layer."""
+        """Return the picture after all steps of a layer."""
         for number, step in enumerate(steps):
             wiring = step.wiring
             given = self.saved[wiring.reads[START]] if START in wiring.reads else image
@@ -244,7 +244,7 @@ class GraphBuilder:
         return self._with_luma(block, image, luma, pictures)
 
     def _scaled(self, shape: Shape, size: Shape, factor: float) -> Shape:
-        """The size that a step asks for; where it undoes an earlier scaling, the very size before that."""
+        """Return the size that a step asks for; if it undoes an earlier scaling, exactly the size before it."""
         before, earlier = self.sizes[shape]
         if abs(factor * earlier - 1) < UNDONE_TOLERANCE:
             return before
@@ -252,14 +252,14 @@ class GraphBuilder:
         return size
 
     def _saved_at_size(self, name: str, shape: Shape, wanted: str, in_color: bool) -> ImageValue:
-        """A saved picture at another size; converted before it grows, where only luma or chroma is read."""
+        """Return a saved picture at another size; convert it first if only luma or chroma is read."""
         image = self.saved[name]
         if math.prod(image.shape) < math.prod(shape) and not (wanted == "same" and in_color):
             image = ImageValue(self.luma(image), self.stored_chroma(image) if wanted == "chroma" else None)
         return self.at_size(image, shape, "bilinear")
 
     def _run_bank(self, image: ImageValue, run: BankRun) -> ImageValue:
-        """The picture after a bank, which may run at a smaller size and may bypass chroma."""
+        """Return the picture after a bank, which may run at a smaller size and may bypass chroma."""
         small = luma = self.luma(image)
         if run.scale != 1:
             small = self.resampled(luma, run.shape_at_scale(luma.shape), RESAMPLING_METHOD)
@@ -313,7 +313,7 @@ class GraphBuilder:
     def _with_luma(
         self, block: Block, image: ImageValue, luma: Node, pictures: dict[str, ImageValue]
     ) -> ImageValue:
-        """The picture with other luma, and the chroma that the block leaves or takes."""
+        """Return the picture with other luma, and the chroma that the block leaves or takes."""
         chroma = None if block.chroma == "dropped" else self.stored_chroma(image)
         for name, picture in pictures.items():
             if block.saved_refs[name].on == "chroma":
@@ -324,7 +324,7 @@ class GraphBuilder:
         return self.at_size(image, self.source.shape, image.back)
 
     def _on_paper(self, style: Style, background: ImageValue | None) -> ImageValue:
-        """The background printed on the paper, or the paper alone."""
+        """Return the background printed on the paper, or the paper alone."""
         paper, shape = rgb_from_text(style.paper), self.source.shape
         if background is not None and paper == (1.0, 1.0, 1.0):
             return background

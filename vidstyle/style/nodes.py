@@ -186,12 +186,12 @@ class LoweredStyle:
 
 @lru_cache
 def encoding_of(matrix: str) -> Encoding:
-    """The encoding of luma and chroma with the `matrix` of a node."""
+    """Return the encoding of luma and chroma with the `matrix` of a node."""
     return Encoding(matrix)
 
 
 def in_order(roots: Iterable[T], needs: Callable[[T], Iterable[T]]) -> list[T]:
-    """All that the roots need, each after what it needs itself. Does not recurse: styles may be long."""
+    """Return all dependencies of the roots in topological order, without recursion: styles may be long."""
     found: dict[T, None] = {}
     entered: set[T] = set()
     stack = list(roots)[::-1]
@@ -206,7 +206,7 @@ def in_order(roots: Iterable[T], needs: Callable[[T], Iterable[T]]) -> list[T]:
 
 
 def nodes_in_order(roots: Iterable[Node]) -> list[Node]:
-    """All nodes that the roots need, each after those that it needs itself."""
+    """Return all nodes that the roots need, each after those that it needs itself."""
 
     def needs(node: Node) -> Iterable[Node]:
         return [*node.inputs.values(), *([node.measure.of] if node.measure else [])]
@@ -215,7 +215,7 @@ def nodes_in_order(roots: Iterable[Node]) -> list[Node]:
 
 
 def identity_key(node: Any) -> tuple[object, ...]:
-    """What two equal nodes have in common: their fields, nodes and arrays by identity.
+    """Return what two equal nodes have in common: their fields, nodes and arrays by identity.
 
     Arrays live as long as the style does, so their identity serves.
     """

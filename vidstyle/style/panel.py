@@ -59,19 +59,19 @@ def _entries(style: Style, start: Style) -> Iterator[dict[str, Any]]:
 
 
 def _knobs(style: Style, table: dict[str, Any]) -> set[str]:
-    """The shortest paths of the style's knobs."""
+    """Return the shortest paths of the style's knobs."""
     steps = {id(step): path for path, step in steps_by_path(table).items()}
     places = [find_value(table, path) for path in style.knobs]
     return {f"{steps.get(id(place.table), '')}.{place.parameter.name}" for place in places}
 
 
 def _value(table: dict[str, Any], path: str) -> Any:
-    """The value at a path in the table of a style."""
+    """Return the value at a path in the table of a style."""
     return find_value(table, path).get()
 
 
 def _variant(style: Style, start: Style) -> str:
-    """The variant that the style is: by its name, or because it has all of its values; else ""."""
+    """Return the variant that the style is: by its name, or because it has all of its values; else ""."""
     chosen = style.name.removeprefix(f"{start.name}:")
     if chosen in start.variants:
         return chosen

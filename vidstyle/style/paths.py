@@ -37,7 +37,7 @@ class _StepEntry(NamedTuple):
 
 
 def find_value(table: dict[str, Any], path: str) -> StyleValue:
-    """The value in the table of a style that a path names.
+    """Return the value in the table of a style that a path names.
 
     Args:
         table: as returned by `table_from_style`.
@@ -61,7 +61,7 @@ def find_value(table: dict[str, Any], path: str) -> StyleValue:
 
 
 def steps_by_path(table: dict[str, Any]) -> dict[str, dict[str, Any]]:
-    """The tables of all steps with a block by their shortest paths, in the order in which they run.
+    """Return the tables of all steps with a block by their shortest paths, in the order in which they run.
 
     >>> list(steps_by_path({"base": [{"block": "sobel"}], "lines": [{"block": "sobel"}, {"block": "hue"}]}))
     ['base.sobel', 'lines.sobel', 'hue']

@@ -38,13 +38,13 @@ class ResolvedStep:
 
 
 def has_fixed_marks(layers: Mapping[str, tuple[ResolvedStep, ...]]) -> bool:
-    """Whether any step of a style makes marks that lie still on the page: dots, strokes."""
+    """Return whether any step of a style makes marks that lie still on the page: dots, strokes."""
     blocks = (step.block for steps in layers.values() for step in steps if step.block)
     return any(PageRegion in block.injected.values() for block in blocks)
 
 
 def film_tables(layers: Mapping[str, tuple[ResolvedStep, ...]]) -> list[FilmTable]:
-    """The tables of a style that hold the film's own colours."""
+    """Return the tables of a style that hold the film's own colours."""
     values = (value for steps in layers.values() for step in steps for value in step.values.values())
     return [value for value in values if isinstance(value, FilmTable)]
 
@@ -59,7 +59,7 @@ def structure(layers: Mapping[str, tuple[ResolvedStep, ...]]) -> tuple[object, .
 
 
 def resolve(style: Style, height: int, width: int) -> dict[str, tuple[ResolvedStep, ...]]:
-    """The steps of each layer for pictures of this size.
+    """Return the steps of each layer for pictures of this size.
 
     Lengths of a style that names a `height` grow with the picture's shorter side, so that a turned
     picture looks alike, and edges keep their width in pixels. Scaled values stay in the range of their

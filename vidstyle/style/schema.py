@@ -12,7 +12,7 @@ from vidstyle.style.variants import MAX_VARIANTS, VARIANT_PATTERN
 
 
 def style_schema() -> dict[str, Any]:
-    """The JSON Schema (draft 2020-12) of a style file, derived from the declarations of the blocks.
+    """Return the JSON Schema (draft 2020-12) of a style file, derived from the declarations of the blocks.
 
     Relations between steps, such as that a picture is saved before it is used, are not in the schema.
     """
@@ -47,7 +47,7 @@ def style_schema() -> dict[str, Any]:
 
 
 def describe(style: Style) -> dict[str, Any]:
-    """The style as plain data, with every value, its range and its help."""
+    """Return the style as plain data, with every value, its range and its help."""
     fields: dict[str, Any] = {key: getattr(style, key) for key in ("name", "note", *FIELDS)}
     fields["knobs"] = list(style.knobs)
     fields["variants"] = {name: dict(values) for name, values in style.variants.items()}

@@ -19,7 +19,7 @@ MAX_INTEGER = 2**53
 def read_values(
     parameters: Mapping[str, Parameter], table: Mapping[str, object], where: str, mistakes: list[str]
 ) -> dict[str, Any]:
-    """The values of those parameters that the table holds; invalid ones are left out."""
+    """Return the values of those parameters that the table holds; invalid ones are left out."""
     values = {}
     for name in [name for name in parameters if name in table]:
         try:
@@ -44,7 +44,7 @@ def _read_value(parameter: Parameter, value: object) -> Any:
 
 
 def asset_path(folder: Path | None, text: str) -> Path:
-    """The file or folder that a path in a style names.
+    """Return the file or folder that a path in a style names.
 
     Raises:
         ValueError: it does not exist, or leads out of the style's folder, also through a link.

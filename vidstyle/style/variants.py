@@ -18,7 +18,7 @@ VARIANT_PATTERN = "[a-z0-9-]{1,40}"
 
 
 def read_variants(style: Style, given: object, mistakes: list[str]) -> dict[str, dict[str, Any]]:
-    """The variants in a style file, each value checked separately; invalid ones are skipped.
+    """Return the variants in a style file, each value checked separately; invalid ones are skipped.
 
     Args:
         style: the style that they change.
@@ -40,7 +40,7 @@ def read_variants(style: Style, given: object, mistakes: list[str]) -> dict[str,
 
 
 def table_of_variant(style: Style, variant: str) -> dict[str, Any]:
-    """The table of the style with the values of one of its variants, without its variants.
+    """Return the table of the style with the values of one of its variants, without its variants.
 
     Raises:
         StyleError: it has no such variant.
@@ -87,7 +87,7 @@ def _read_variant(table: dict[str, Any], where: str, given: object, mistakes: li
 
 
 def _nested_path(path: str, value: object) -> str:
-    """The path that was written without quotes, which TOML reads as nested tables."""
+    """Return the path that was written without quotes, which TOML reads as nested tables."""
     while isinstance(value, Mapping) and value and len(path) < 60:
         key, value = next(iter(value.items()))
         path += f".{key}"

@@ -114,10 +114,10 @@ class Command(click.Command):
 def command(
     short_help: str, *, examples: Sequence[str] = (), epilog: str | None = None
 ) -> Callable[[Callable[..., Any]], Command]:
-    """Declares a command; see `Command`."""
+    """Declare a command; see `Command`."""
     return click.command(cls=Command, short_help=short_help, examples=examples, epilog=epilog)
 
 
 def option(*names: str, group: Group = Group.MESSAGES, **declared: Any) -> Callable[[Any], Any]:
-    """Declares an option; see `Option`."""
+    """Declare an option; see `Option`."""
     return click.option(*names, cls=Option, group=group, **declared)

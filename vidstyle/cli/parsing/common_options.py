@@ -59,7 +59,7 @@ class Name(click.ParamType):  # type: ignore[type-arg, unused-ignore]
 
 
 def number(low: float = -inf, high: float = inf, whole: bool = False) -> Parsed:
-    """The type of a number from `low` to `high`; `whole`: an integer."""
+    """Return the type of a number from `low` to `high`; `whole`: an integer."""
 
     def parse(text: str) -> float:
         try:
@@ -75,7 +75,7 @@ def number(low: float = -inf, high: float = inf, whole: bool = False) -> Parsed:
 
 
 def all_styles() -> Iterator[str]:
-    """The names of all styles that can be read, and of their variants."""
+    """Yield the names of all styles that can be read, and of their variants."""
     from vidstyle.style import load_style, style_names
 
     for name in style_names():
@@ -84,7 +84,7 @@ def all_styles() -> Iterator[str]:
 
 
 def all_block_names() -> Iterable[str]:
-    """The names of all blocks."""
+    """Return the names of all blocks."""
     from vidstyle.blocks import all_blocks
 
     return all_blocks()
@@ -94,7 +94,7 @@ STYLE, BLOCK = Name(all_styles), Name(all_block_names)
 
 
 def parse_seconds(text: str) -> Fraction:
-    """A time: seconds, or [hours:]minutes:seconds."""
+    """Return a time: seconds, or [hours:]minutes:seconds."""
     if not re.fullmatch(r"(\d+:){0,2}\d+(\.\d*)?", text):
         raise ValueError(f"{text!r} is not a time such as 12.5 or 1:02:03.5")
     return sum((60**power * Fraction(part) for power, part in enumerate(text.split(":")[::-1])), Fraction(0))
@@ -116,7 +116,7 @@ def parse_rate(text: str) -> Fraction:
 
 
 def parse_address(text: str) -> str:
-    """An IPv4 address."""
+    """Return an IPv4 address."""
     try:
         return str(ipaddress.IPv4Address(text))
     except ValueError:
@@ -132,7 +132,7 @@ ADDRESS = Parsed("address", parse_address)
 
 
 def threads_option(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Adds --threads, which holds for all that the command computes."""
+    """Add --threads, which holds for all that the command computes."""
 
     def limit(context: click.Context, _: click.Parameter, threads: int | None) -> None:
         if not context.resilient_parsing:
@@ -146,7 +146,7 @@ def threads_option(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def device_option(text: str = "Device that runs the style.") -> Decorator:
-    """Adds --device, --list-devices and --threads; `text`: help of the first."""
+    """Add --device, --list-devices and --threads; `text`: help of the first."""
 
     def show(context: click.Context, _: click.Parameter, is_wanted: bool) -> None:
         if is_wanted:
@@ -165,14 +165,14 @@ def device_option(text: str = "Device that runs the style.") -> Decorator:
 
 
 def style_options(**declared: Any) -> Decorator:
-    """Adds the options that choose a style and change its values; `declared`: of --style."""
+    """Add the options that choose a style and change its values; `declared`: of --style."""
     declared |= {"type": STYLE, "group": Group.STYLE, "help": "Name of a style, or a style file."}
     style = option("-s", "--style", "style_name", **declared)
     return lambda command: style(change_options(command))
 
 
 def change_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Adds the options that change the values of a style."""
+    """Add the options that change the values of a style."""
     group = Group.STYLE
     changes = option("--set", "changes", metavar="STEP.PARAMETER=VALUE", multiple=True, group=group,
                      help="Override a style parameter; may be repeated.")  # fmt: skip
@@ -184,7 +184,7 @@ def change_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def style_from_options(options: Mapping[str, Any]) -> Style:
-    """The style that the values of `style_options`, or of an argument and `change_options`, describe."""
+    """Return the style that `style_options`, or an argument and `change_options`, describe."""
     from vidstyle.style import load_style, override, set_values, style_names
 
     if options["style_name"] is None:
@@ -199,7 +199,7 @@ def style_from_options(options: Mapping[str, Any]) -> Style:
 
 
 def raw_video_options(rate_help: str, rate_name: str) -> Decorator:
-    """Adds the options for raw video input; the arguments are help and name of --input-fps."""
+    """Add the options for raw video input; the arguments are help and name of --input-fps."""
     group = Group.INPUT
     size = option(
         "--input-size", type=SIZE, group=group, help="Size of raw video; reads the input as raw video."
@@ -211,7 +211,7 @@ def raw_video_options(rate_help: str, rate_name: str) -> Decorator:
 
 
 def from_options(kind: type[T], options: Mapping[str, Any], **more: Any) -> T:
-    """A dataclass of options whose fields have the values of the command's options of the same names.
+    """Return a dataclass of options whose fields have the values of the command's options of the same names.
 
     Args:
         more: fields without an option; they take precedence.
@@ -222,7 +222,7 @@ def from_options(kind: type[T], options: Mapping[str, Any], **more: Any) -> T:
 
 
 def raw_video(options: Mapping[str, Any]) -> RawVideo:
-    """The values of `raw_video_options`."""
+    """Return the values of `raw_video_options`."""
     from vidstyle.media.options import RawVideo
 
     return RawVideo(options["input_size"], options["input_pix_fmt"])

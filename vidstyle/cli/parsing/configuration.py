@@ -28,7 +28,7 @@ MAX_FILE = 64 * 1024
 
 
 def configuration_option(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Adds --config, and takes defaults of options from the user's file without it."""
+    """Add --config, and takes defaults of options from the user's file without it."""
 
     def read(context: click.Context, _: click.Parameter, given: str | None) -> None:
         path = configuration_folder() / FILE if given is None else Path(given)
@@ -41,7 +41,7 @@ def configuration_option(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def configured_options() -> frozenset[str]:
-    """The names of the parameters of this command that the configuration file has set."""
+    """Return the names of the parameters of this command that the configuration file has set."""
     context = click.get_current_context()
     return frozenset(
         name for name in context.params if context.get_parameter_source(name) is ParameterSource.DEFAULT_MAP
@@ -49,7 +49,7 @@ def configured_options() -> frozenset[str]:
 
 
 def read_configuration(path: Path, context: click.Context) -> dict[str, dict[str, Any]]:
-    """The defaults in a configuration file: for each command, values by the names of its parameters.
+    """Return the defaults in a configuration file: for each command, values by the names of its parameters.
 
     Args:
         path: the file.
@@ -94,13 +94,13 @@ def read_configuration(path: Path, context: click.Context) -> dict[str, dict[str
 
 
 def _options(command: click.Command) -> dict[str, click.Option]:
-    """The options of a command by their long names."""
+    """Return the options of a command by their long names."""
     options = (each for each in command.params if isinstance(each, click.Option))
     return {name[2:]: each for each in options for name in each.opts if name.startswith("--")}
 
 
 def _parse(path: Path) -> tuple[str, dict[str, Any]]:
-    """The text of a configuration file, and its tables."""
+    """Return the text of a configuration file, and its tables."""
     text = ""
     try:
         text = read_toml_text(path, MAX_FILE)
@@ -113,7 +113,7 @@ def _parse(path: Path) -> tuple[str, dict[str, Any]]:
 
 
 def _mistake(path: Path, text: str, table: str, key: str, reason: str) -> UsageError:
-    """The error with the number of the line of a key in a table, or of the table where the key is empty."""
+    """Return the error with the line number of a key, or of the table if the key is empty."""
     current = ""
     for number, line in enumerate(text.splitlines(), 1):
         found = re.match(r"\s*(\[)?\s*[\"']?([\w-]+)", line)

@@ -74,7 +74,7 @@ def _our_option(name: str, options: Mapping[str, click.Option]) -> str:
 
 
 def _option_words(options: Mapping[str, click.Option], arguments: Sequence[str]) -> Iterator[tuple[str, str]]:
-    """The words that begin with a dash and are not values, each with the word after it."""
+    """Yield the words that begin with a dash and are not values, each with the word after it."""
     is_value = False
     for word, following in zip(arguments, [*arguments, ""][1:], strict=True):
         if is_value or not word.startswith("-") or word == "-":

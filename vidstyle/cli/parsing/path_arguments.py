@@ -24,7 +24,7 @@ PATH_OPTIONS = {"source": (Group.INPUT, "-i", "--input"), "target": (Group.OUTPU
 
 
 def path_arguments(**metavars: str) -> Decorator:
-    """Adds arguments that may be given as options too, in any mixture.
+    """Add arguments that may be given as options too, in any mixture.
 
     Args:
         metavars: how the help calls each argument, one of `PATH_OPTIONS`; in brackets it may be missing.
@@ -53,7 +53,7 @@ def path_arguments(**metavars: str) -> Decorator:
 
 
 def _quoting_hint(words: Sequence[str]) -> str:
-    """What the shell has split or expanded, judged by the files that exist."""
+    """Return a hint about words that the shell split or expanded, based on existing files."""
     for first, last in combinations(range(len(words) + 1), 2):
         name = " ".join(words[first:last])
         if last - first > 1 and os.path.lexists(name):
@@ -64,7 +64,7 @@ def _quoting_hint(words: Sequence[str]) -> str:
 
 
 def parents_option(target: str) -> Decorator:
-    """Adds --parents, which makes the folders of the paths in the command's parameter `target`."""
+    """Add --parents, which makes the folders of the paths in the command's parameter `target`."""
 
     def add(command: Callable[..., Any]) -> Callable[..., Any]:
         @wraps(command)

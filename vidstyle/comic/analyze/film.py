@@ -30,7 +30,7 @@ from vidstyle.comic.select.choose import default_panels
 from vidstyle.core.closing import Closing
 from vidstyle.core.convert import to_rgb
 from vidstyle.core.cores import available_cores
-from vidstyle.core.measured import small_luma
+from vidstyle.core.sampling import small_luma
 from vidstyle.errors import InputError, UsageError, log
 from vidstyle.media.read.decode_report import DecodeReport
 from vidstyle.media.read.sampler import FilmSampler, SampledFrame, exact_time

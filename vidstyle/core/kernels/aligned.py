@@ -14,7 +14,7 @@ CACHE_LINE_FLOATS = CACHE_LINE_BYTES // 4
 
 
 def rounded_up(number: int, multiple: int) -> int:
-    """The least multiple that is not below a number.
+    """Return the least multiple that is not below a number.
 
     >>> rounded_up(17, 16)
     32
@@ -23,7 +23,7 @@ def rounded_up(number: int, multiple: int) -> int:
 
 
 def aligned_empty(shape: tuple[int, ...]) -> np.ndarray:
-    """A new float32 array."""
+    """Return a new float32 array."""
     size = 4 * math.prod(shape)
     memory = np.empty(size + CACHE_LINE_BYTES, np.uint8)
     start = -memory.__array_interface__["data"][0] % CACHE_LINE_BYTES
@@ -31,7 +31,7 @@ def aligned_empty(shape: tuple[int, ...]) -> np.ndarray:
 
 
 def aligned(array: np.ndarray) -> np.ndarray:
-    """A copy of an array of 32-bit numbers."""
+    """Return a copy of an array of 32-bit numbers."""
     copy = aligned_empty(array.shape).view(array.dtype)
     copy[:] = array
     return copy

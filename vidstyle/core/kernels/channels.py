@@ -13,7 +13,7 @@ def gray_rgb(luma: np.ndarray) -> np.ndarray:
 
 
 def is_gray(color: np.ndarray) -> bool:
-    """Whether RGB, N x W x 3, is a view of one plane."""
+    """Return whether RGB, N x W x 3, is a view of one plane."""
     return color.ndim == 3 and color.strides[2] == 0
 
 

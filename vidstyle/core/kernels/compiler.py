@@ -43,7 +43,9 @@ OBJECT_SIZE = object.__basicsize__
 
 @global_compiler_lock
 def object_code(name: str, compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> bytes:
-    """An object file with the C function `name`: it takes flattened arguments and returns whether it failed.
+    """Return an object file with the C function `name`.
+
+    The function takes flattened arguments and returns whether it failed.
 
     Raises:
         KernelError: the function creates an array, or needs another part of Numba's runtime.

@@ -77,7 +77,7 @@ class _CompilerProcess:
         self._running: subprocess.Popen[bytes] | None = None
 
     def compile(self, name: str, compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> bytes:
-        """The object file of a kernel, compiled here where no process can do it.
+        """Return the object file of a kernel, compiled here where no process can do it.
 
         None can be started in a program that embeds Python; and a script is not imported a second time, as
         that could run it.

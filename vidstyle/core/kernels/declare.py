@@ -87,7 +87,7 @@ class Compiled(Generic[Arguments, Result]):
         return self.function.__qualname__
 
     def source_files(self) -> set[str]:
-        """The files of the function and of all that it calls."""
+        """Return the files of the function and of all that it calls."""
         own = {self.function.__code__.co_filename}
         own |= {inspect.getfile(type(item)) for item in self._callees() if not isinstance(item, Compiled)}
         return own.union(*(each.source_files() for each in self._callees() if isinstance(each, Compiled)))
@@ -128,12 +128,12 @@ def compiled(function: Any = None, /, *, fastmath: bool = False, noalias: bool =
 
 
 def types_of(values: tuple[Any, ...]) -> tuple[ArgumentType, ...]:
-    """The types of arguments, for which a kernel is compiled."""
+    """Return the types of arguments, for which a kernel is compiled."""
     return _types_of(values, [])
 
 
 def _types_of(values: tuple[Any, ...], flat: list[Any]) -> tuple[ArgumentType, ...]:
-    """The types, and the arguments flattened, in one pass: it is most of what a call costs."""
+    """Return the types, and the arguments flattened, in one pass: it is most of what a call costs."""
     kinds: list[ArgumentType] = []
     for value in values:
         if isinstance(value, np.ndarray):

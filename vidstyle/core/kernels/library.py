@@ -17,10 +17,10 @@ from typing import Any
 
 import numpy as np
 
-from vidstyle.core.installed import version_of
 from vidstyle.core.kernels.compiler_pool import CompilerPool, Kernel
 from vidstyle.core.kernels.declare import SCALARS, ArgumentType, Compiled, CompilerError, KernelError, dry_run
 from vidstyle.core.kernels.object_files import load, store
+from vidstyle.core.versions import version_of
 from vidstyle.errors import log
 
 COMPILER_FILES = ("compiler.py", "intrinsic.py", "vectors.py")
@@ -139,7 +139,7 @@ def _file_digest(file: str) -> str:
 
 
 def _c_types(compiled: Compiled, kinds: Iterable[ArgumentType]) -> list[Any]:
-    """The C types of flattened arguments; an array is passed as a pointer to its Python object."""
+    """Return the C types of flattened arguments; an array is passed as a pointer to its Python object."""
     types: list[Any] = []
     for kind in kinds:
         if isinstance(kind, tuple) and isinstance(kind[0], np.dtype):

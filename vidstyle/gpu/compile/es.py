@@ -31,7 +31,7 @@ from typing import Any
 import numpy as np
 
 from vidstyle.core import film_colors
-from vidstyle.core.measured import MAX_SIDE_SAMPLES
+from vidstyle.core.sampling import MAX_SIDE_SAMPLES
 from vidstyle.gpu.compile.asset_layers import layers_of
 from vidstyle.gpu.compile.glsl import TRIANGLE_SHADER, Form, read_source
 from vidstyle.gpu.compile.passes import Pass

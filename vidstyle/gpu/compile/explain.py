@@ -14,7 +14,7 @@ from itertools import groupby
 from math import prod
 from typing import Any
 
-from vidstyle.core.measured import Sampling
+from vidstyle.core.sampling import Sampling
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan
 from vidstyle.gpu.compile.shader import RenderTarget

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from vidstyle.core.measured import Sampling
 from vidstyle.core.picture import Encoding
+from vidstyle.core.sampling import Sampling
 from vidstyle.gpu.compile.glsl import VALUE_TYPES, Assembly, Form, ShaderParameter
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan

@@ -9,8 +9,8 @@ from math import ceil, floor
 from typing import NamedTuple
 
 from vidstyle.core.codes import chroma_radius
-from vidstyle.core.measured import Sampling
 from vidstyle.core.picture import Encoding
+from vidstyle.core.sampling import Sampling
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan
 from vidstyle.gpu.compile.shader_nodes import ShaderNode

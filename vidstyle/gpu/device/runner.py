@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vidstyle.core.measured import Sampling
 from vidstyle.core.picture import Picture
+from vidstyle.core.sampling import Sampling
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan
 from vidstyle.gpu.compile.shader import ImageOf, Shader

@@ -44,7 +44,7 @@ class Sampling:
 
 
 def sampled(plane: np.ndarray, most: int = MAX_SIDE_SAMPLES) -> np.ndarray:
-    """The small copy of a plane, a view."""
+    """Return the small copy of a plane, a view."""
     height, width = plane.shape[:2]
     sampling = Sampling.of(height, width, most)
     top, left = sampling.first
@@ -52,7 +52,7 @@ def sampled(plane: np.ndarray, most: int = MAX_SIDE_SAMPLES) -> np.ndarray:
 
 
 def sampled_values(picture: Picture) -> np.ndarray:
-    """The small copy of a picture's luma or RGB, float32 with black at 0 and white at 1.
+    """Return the small copy of a picture's luma or RGB, float32 with black at 0 and white at 1.
 
     Without kernels, so that a dry run of them has it too.
     """
@@ -64,7 +64,7 @@ def sampled_values(picture: Picture) -> np.ndarray:
 
 
 def small_luma(picture: Picture) -> np.ndarray:
-    """A small copy of a picture's luma, float32."""
+    """Return a small copy of a picture's luma, float32."""
     values = sampled_values(picture)
     return values if picture.color is None else luma_from_rgb(values, picture.encoding)
 
@@ -127,7 +127,7 @@ class ExponentialSmoother:
         self._time = None
 
     def blend_weight(self, time: float | None, time_constant: float) -> float:
-        """The weight of the next measurement, 0..1; call it once for each.
+        """Return the weight of the next measurement, 0..1; call it once for each.
 
         Args:
             time: presentation time in seconds; None for a picture that stands alone.

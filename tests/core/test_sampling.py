@@ -9,8 +9,8 @@ import pytest
 from media import photograph
 from pictures import FLOAT, noise, step, style
 
-from vidstyle.core.measured import MAX_SIDE_SAMPLES, ExponentialSmoother, sampled
 from vidstyle.core.picture import Encoding, Picture
+from vidstyle.core.sampling import MAX_SIDE_SAMPLES, ExponentialSmoother, sampled
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.style import Style
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 @cache
 def version_of(package: str) -> str:
-    """The version of an installed package, by the name that it is installed under.
+    """Return the version of an installed package, by the name that it is installed under.
 
     Taken from the name of its folder of metadata: importing `importlib.metadata` takes longer than all else
     that this is asked for.
