@@ -24,7 +24,7 @@ export function scaledSize(size, factor) {
 }
 
 /**
- * Returns which pixels are measured, as in `vidstyle.core.measured.Sampling`.
+ * Returns which pixels are measured, as in `vidstyle.core.sampling.Sampling`.
  * @param {Size} size
  * @param {number} most maximum number of samples in each direction
  * @returns {{stride: number, first: Size, size: Size}}

@@ -22,7 +22,7 @@ export function percentiles(numbers, percentages) {
   });
 }
 
-/** First-order smoothing over time, as in `vidstyle.core.measured.ExponentialSmoother`. */
+/** First-order smoothing over time, as in `vidstyle.core.sampling.ExponentialSmoother`. */
 export class Smoother {
   constructor() {
     /** @type {number[] | null} */
