@@ -68,7 +68,7 @@ class SceneCutDetector:
         return first or pause or cut
 
     def _is_new(self, blocks: _Blocks, before: list[np.ndarray]) -> bool:
-        """Return whether the blocks match neither the last picture nor, if it may be a flash, the one before."""
+        """Whether the blocks match neither the last picture nor, if it may be a flash, its previous one."""
         lost, average = 1 - _correlation(blocks, before[0]), self._average_loss
         # Cuts count as well, up to the threshold, so that fast action after a cut is not all cuts.
         self._average_loss += (min(lost, MIN_CUT_SHARE) - average) / 2

@@ -244,7 +244,7 @@ class GraphBuilder:
         return self._with_luma(block, image, luma, pictures)
 
     def _scaled(self, shape: Shape, size: Shape, factor: float) -> Shape:
-        """Return the size that a step asks for; if it undoes an earlier scaling, exactly the earlier size."""
+        """Return the requested size; if the step undoes an earlier scaling, exactly the size before it."""
         before, earlier = self.sizes[shape]
         if abs(factor * earlier - 1) < UNDONE_TOLERANCE:
             return before
