@@ -127,6 +127,9 @@ def test_each_name_may_vanish(name, tmp_path):
 
 RENDER = """
 import numpy as np
+from pictures import VIDEO, codes
+
+from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.style import load_style
 
 def planes(name):
