@@ -249,7 +249,7 @@ def test_closed_contexts_leak_nothing() -> None:
         files = process.num_fds()
         # A large process may allocate more for other reasons once; a leak grows each time.
         assert any(growth(run) < 10 << 23 for _ in range(3)), "half of the leak of twenty contexts"
-        assert process.num_fds() == files
+        assert process.num_fds() <= files  # garbage collection may close files of earlier tests
 
 
 def test_the_doctor_describes_each_device() -> None:
