@@ -158,4 +158,4 @@ OBSTACLES: dict[str, Callable[[str, Mapping[str, str]], str | None]] = {
     "locale": _obstacle_to_locale,
     "programs": _obstacle_to_programs,
 }
-"""Why an option of each setting cannot be had here, with what was chosen before; None: it can."""
+"""For each setting: why an option is not available here, given the settings chosen before; None if it is."""

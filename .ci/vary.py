@@ -94,7 +94,7 @@ class Checkout:
         return Result(process.wait() == 0, lines)
 
     def test(self, target: str, tests: str = "", show: bool = False) -> Result:
-        """Run tests by their target; what fails beside other tests is tried once more by itself.
+        """Run tests by their target; run failed tests once more, alone.
 
         Some tests play streams, on machines that may be busy.
         """
@@ -129,7 +129,7 @@ def main() -> None:
         all_tests = first.test("test", show=True)
         results = others.result()
         newest = first if first.machine.dependencies == "newest" else second
-        # Types are checked against the newest libraries, whose annotations differ from those of older ones.
+        # Types are checked against the newest libraries; older ones have other annotations.
         results["checks"] = newest.run("make", "check")
     results["all tests"] = all_tests
     for name, (succeeded, lines) in results.items():
@@ -141,7 +141,7 @@ def main() -> None:
 
 
 def _summary(lines: list[str]) -> str:
-    """Join the lines that count something, of the first run and of what was run once more."""
+    """Join the lines that count something, of the first run and of the second."""
     counts = re.compile(r"\d (passed|failed|error).* in |\d cases|^Success")
     return "; ".join(line.strip("= ") for line in lines if counts.search(line)) or lines[-1]
 

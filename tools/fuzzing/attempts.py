@@ -33,7 +33,7 @@ from vidstyle.renderer import Renderer, stylize
 from vidstyle.style import load_style, save_style, style_names
 
 COMMAND_RATIO = 12
-"""One of so many films, pictures and page files goes through a command in a process of its own."""
+"""One of this many films, pictures and page files runs through a command in a separate process."""
 
 FLOAT_TOLERANCE = 1e-4
 """Channels that share memory are restyled as one, with other rounding. Integers must be equal."""

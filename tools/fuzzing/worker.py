@@ -1,4 +1,4 @@
-"""A process that tries cases, and what is said of how each ended."""
+"""A process that tries cases and reports the outcome of each."""
 
 from __future__ import annotations
 

@@ -164,7 +164,7 @@ class PartialFile(OutputFile):
         self._identity, self.is_left = create_file(self.path), False
 
     def continue_beside(self) -> None:
-        """Go on in an empty file beside what an earlier run has left, which stays until `take_over`."""
+        """Write to an empty file next to the leftover of an earlier run, which stays until `take_over`."""
         self._earlier = self.path, self._identity
         self.path, self._identity = self.record.create_temporary(self.target)
         self.is_left = False
@@ -205,7 +205,7 @@ class PartialFile(OutputFile):
 
     @property
     def earlier(self) -> Path | None:
-        """What an earlier run has left, while this one goes on beside it."""
+        """The leftover of an earlier run, while this run writes next to it."""
         return self._earlier and self._earlier[0]
 
     def finish(self) -> None:
