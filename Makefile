@@ -8,7 +8,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet install
 
 # Processes that share the tests: one more than the cores that may be used, as some tests wait for real clocks,
 # and at most 16: each takes up to 1.5 GB.
-JOBS ?= $(shell $(BIN)/python -c 'from vidstyle.core.cores import available_cores; print(min(available_cores() + 1, 16))')
+JOBS ?= $(shell $(BIN)/python -c 'from vidstyle.core.machine.cores import available_cores; print(min(available_cores() + 1, 16))')
 # What to run, as arguments of pytest; nothing means all tests.
 TESTS ?=
 TYPESCRIPT := 7.0.2

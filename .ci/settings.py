@@ -18,8 +18,8 @@ from pathlib import Path
 
 ORDINARY_USER = "vidstyle-tests"
 OLDEST_PYTHON = "3.11"
-OTHER_PROGRAMS = {"chromium", "ffmpeg"}
-"""Programs that some tests need; those tests are skipped without them."""
+BROWSERS = {"chromium", "chromium-browser", "google-chrome", "chrome"}
+"""Names of the program that tests of pages need, one of them."""
 
 OPTIONS = {
     "user": ("root", "ordinary"),
@@ -145,8 +145,9 @@ def _obstacle_to_locale(option: str, _: Mapping[str, str]) -> str | None:
 
 
 def _obstacle_to_programs(option: str, _: Mapping[str, str]) -> str | None:
-    missing = {program for program in OTHER_PROGRAMS if not shutil.which(program)}
-    return f"no {' and no '.join(sorted(missing))}" if option == "with" and missing else None
+    missing = [] if any(map(shutil.which, BROWSERS)) else ["chromium"]
+    missing += [] if shutil.which("ffmpeg") else ["ffmpeg"]
+    return f"no {' and no '.join(missing)}" if option == "with" and missing else None
 
 
 OBSTACLES: dict[str, Callable[[str, Mapping[str, str]], str | None]] = {

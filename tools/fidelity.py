@@ -149,7 +149,7 @@ def toml_text(value: object) -> str:
 def shown_as(picture: Picture, shown: str) -> Picture:
     """The picture itself, clipped to 0..1, or after the soft threshold."""
     if shown == "threshold":
-        return all_blocks()["soft_threshold"](picture, phi=0.02, epsilon=130)
+        return all_blocks()["soft_threshold"](picture, np.empty_like(picture), phi=0.02, epsilon=130)
     return np.clip(picture, 0, 1) if shown == "clipped" else picture
 
 
@@ -195,14 +195,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--images", type=Path, required=True)
     parser.add_argument("--long-side", type=int, default=768)
-    parser.add_argument("--only", action="append", help="blocks; then nothing is written")
+    parser.add_argument("--only", action="append", help="a block, or 'flow_dog sigma 2'; writes nothing")
     parser.add_argument("--pictures", type=int, default=HELD_OUT, help="how many of the held-out ones")
     arguments = parser.parse_args()
     held_out = photographs_in(arguments.images, arguments.long_side)[-HELD_OUT:]
     pictures = [luma_of(each.color()) for each in held_out[: arguments.pictures]]
     rows = []
     for case in cases():
-        if not arguments.only or case.block in arguments.only:
+        if not arguments.only or any(f"{case.block} {case.name}".startswith(each) for each in arguments.only):
             rows += rows_of(case, pictures)
             print(*rows[-len(case.shown) :], sep="\n", flush=True)
     if not arguments.only:

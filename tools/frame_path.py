@@ -26,7 +26,7 @@ PAGE = PACKAGE.parent / "docs" / "architecture.md"
 SECTION = re.compile(r"(?<=<!-- frame path -->\n).*?(?=<!-- end -->)", re.DOTALL)
 WIDTH, HEIGHT, FRAMES = 98, 62, 8
 STYLE = {"format": 1, "background": [{"block": "gaussian"}], "lines": [{"block": "sobel"}], "steady": 0}
-FORMS = {"VideoFrame", "DecodedFrame", "Frame", "Picture"}
+FORMS = {"VideoFrame", "DecodedFrame", "Frame", "FrameRequest", "Picture"}
 """Names of the classes that hold a frame."""
 STAGES = ("vidstyle read", "vidstyle style", "vidstyle write")
 

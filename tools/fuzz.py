@@ -18,7 +18,7 @@ import tempfile
 import threading
 import time
 from collections import Counter, defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 
@@ -46,10 +46,6 @@ def main() -> None:
     parser.add_argument("--count", type=int, help="how many cases of each kind")
     parser.add_argument("--first", type=int, default=0, help="number of the first case")
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument(
-        "--report-only", metavar="OUTCOME", action="append", default=[],
-        help='print findings of this kind, such as "exit 5", but do not fail or keep them; may be repeated',
-    )  # fmt: skip
     parser.add_argument("--found", type=Path, default=FOUND, help="folder for the finds")
     chosen = parser.parse_args()
     count = math.inf if chosen.count is None else chosen.count
@@ -67,12 +63,11 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         os.environ["TMPDIR"] = folder  # so that workers that crash leave nothing behind
         whole = whole_files(Path(folder), kinds)
-        counts = try_all(cases, whole, chosen.found, chosen.workers, chosen.report_only)
+        counts = try_all(cases, whole, chosen.found, chosen.workers)
     for kind, outcomes in counts.items():
         said = ", ".join(f"{count} {outcome}" for outcome, count in outcomes.most_common())
         print(f"{kind}: {outcomes.total()} cases of seed {chosen.seed}: {said}")
-    accepted = {"used", "refused", *chosen.report_only}
-    sys.exit(any(outcomes.keys() - accepted for outcomes in counts.values()))
+    sys.exit(any(outcomes.keys() - {"used", "refused"} for outcomes in counts.values()))
 
 
 def try_all(
@@ -80,7 +75,6 @@ def try_all(
     whole: dict[str, list[Path]],
     found: Path,
     workers: int,
-    report_only: Sequence[str] = (),
 ) -> dict[str, Counter[str]]:
     """Try the cases in several workers and keep each find; how often each outcome was, by kind."""
     counts: dict[str, Counter[str]] = defaultdict(Counter)
@@ -94,12 +88,9 @@ def try_all(
                 if case is None:
                     return
                 outcome = worker.outcome(case)
-                kind_of_outcome = outcome.partition(":")[0]
                 with lock:
-                    counts[case.kind][kind_of_outcome] += 1
-                if kind_of_outcome in report_only:
-                    print(f"{case.kind}-{case.seed}-{case.number}: {outcome}", flush=True)
-                elif outcome not in ("used", "refused"):
+                    counts[case.kind][outcome.partition(":")[0]] += 1
+                if outcome not in ("used", "refused"):
                     keep(case, outcome, whole, found)
 
     threads = [threading.Thread(target=take_turns) for _ in range(workers)]

@@ -245,8 +245,8 @@ def _pair_failure(target: Path, runs: list[Run], codes: list[int], overwrite: li
     other = 1 - owner
     if codes[owner] != 0 or codes[other] == 0 and not overwrite[owner]:
         return "FALSE SUCCESS"
-    named = f"process {runs[owner].process.pid} is writing it"
-    reasons = named, "exists already", "has appeared meanwhile"
+    named = f"is being written by process {runs[owner].process.pid}"
+    reasons = named, "already exists", "appeared during the run"
     if codes[other] and not any(reason in line for line in runs[other].said for reason in reasons):
         return "REFUSED WITHOUT A REASON"
     return ""

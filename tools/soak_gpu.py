@@ -13,9 +13,10 @@ from itertools import cycle
 import numpy as np
 from soak import MAX_MEGABYTES, growth, pictures, resident_bytes
 
+from vidstyle.backend import FrameRequest
 from vidstyle.gpu.device.devices import choose
-from vidstyle.gpu.session import FrameRequest, GpuSession, InFlightFrame
-from vidstyle.style import load_style, style_names
+from vidstyle.gpu.session import GpuSession, InFlightFrame
+from vidstyle.style import Style, load_style, style_names
 
 STYLE_FRAMES = 100
 """So many frames in one style."""
@@ -54,8 +55,7 @@ def soak(frames: int, device: str, form: str | None) -> np.ndarray:
     for size in cycle(SIZES):
         waiting: InFlightFrame | None = None
         for picture in pictures(max(frames // 10, 1), *size):
-            request = FrameRequest(style, picture, done / 25, picture.encoding, False)
-            waiting = advance(session, request, waiting)
+            waiting = advance(session, style, FrameRequest(picture, done / 25), waiting)
             done += 1
             if done % STYLE_FRAMES == 0:
                 samples.append((done, resident_bytes(), living_objects(session)))
@@ -66,9 +66,11 @@ def soak(frames: int, device: str, form: str | None) -> np.ndarray:
     raise AssertionError("cycles do not end")
 
 
-def advance(session: GpuSession, request: FrameRequest, waiting: InFlightFrame | None) -> InFlightFrame:
+def advance(
+    session: GpuSession, style: Style, request: FrameRequest, waiting: InFlightFrame | None
+) -> InFlightFrame:
     """Start a frame, and fetch the one before, as a film does."""
-    drawn = session.start(request)
+    drawn = session.start(style, request)
     if waiting is not None:
         session.fetch(waiting).result()
     return drawn.result()

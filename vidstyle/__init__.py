@@ -13,6 +13,8 @@ from __future__ import annotations
 
 from importlib import import_module
 
+from vidstyle.version import __version__ as __version__
+
 # As in `typing`, which takes longer to import than all else before the program can handle signals.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -35,8 +37,6 @@ if TYPE_CHECKING:
     from vidstyle.style import load_style as load_style
     from vidstyle.style import save_style as save_style
     from vidstyle.style import style_names as style_names
-
-__version__ = "0.1.0"
 
 _HOMES = {
     "vidstyle.errors": "DeviceError InputError OutputError StyleError UsageError VidstyleError",

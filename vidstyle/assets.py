@@ -12,7 +12,7 @@ _PACKAGE = Path(__file__).resolve().parent
 def asset_folder(name: str) -> Path:
     """The folder `shaders`, `filters_bank` or `styles`.
 
-    A wheel holds all of them inside the package; in a checkout the first two lie beside it.
+    A wheel contains all of them inside the package; in a checkout, the first two are next to it.
 
     Raises:
         FileNotFoundError: neither place has it, so the installation is broken.
@@ -20,7 +20,7 @@ def asset_folder(name: str) -> Path:
     for folder in (_PACKAGE / name, _PACKAGE.parent / name):
         if folder.is_dir():
             return folder
-    raise FileNotFoundError(f"{name}: not found beside {_PACKAGE}; reinstall vidstyle")
+    raise FileNotFoundError(f"{name}: not found next to {_PACKAGE}; reinstall vidstyle")
 
 
 def configuration_folder() -> Path:

@@ -9,12 +9,12 @@ from importlib import metadata
 from typing import Any
 
 import vidstyle
-from vidstyle.core.cores import core_count
 from vidstyle.core.kernels.object_files import cache_state
+from vidstyle.core.machine.cores import core_count
 from vidstyle.errors import DeviceError
 from vidstyle.gpu.device.devices import Device, choose, list_devices
-from vidstyle.media.codecs import decoder_devices, encoders, ffmpeg_version
-from vidstyle.media.v4l2 import device_names
+from vidstyle.media.codecs import ffmpeg_version, list_decoder_devices, try_encoders
+from vidstyle.media.v4l2 import list_device_names
 
 LIBRARIES = ("av", "numpy", "opencv-contrib-python-headless", "numba", "moderngl", "click", "rich", "tomlkit")
 
@@ -29,11 +29,11 @@ def diagnose() -> dict[str, Any]:
         "memory": _memory(),
         "libraries": {name: _version(name) for name in LIBRARIES},
         "ffmpeg": ffmpeg_version(),
-        "encoders": encoders(),
-        "decoder devices": decoder_devices(),
+        "encoders": try_encoders(),
+        "decoder devices": list_decoder_devices(),
         "gpu": _gpus(),
         "device auto": choose("auto").notice,
-        "cameras": device_names(),
+        "cameras": list_device_names(),
         "kernel cache": cache_state(),
     }
 

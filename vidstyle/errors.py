@@ -15,20 +15,21 @@ log = logging.getLogger("vidstyle")
 MAX_NAMES = 40
 """The most names in a list in a message."""
 MAX_WORD = 200
-"""The most characters of a word that similar names are looked for."""
+"""Maximum length of a word for which similar names are suggested."""
 _SENTENCE = re.compile(
-    "(is|was|has|can|cannot|does|exists|holds|lies|leaves|needs|took|gave|wrote|failed|fails|refuses|reports)\\b"
+    "(already|appeared|can|cannot|contains|does|exists|failed|fails|gave|has|holds|is|leaves|lies|needs|refuses"
+    "|reports|took|was|wrote)\\b"
 )
-"""How a reason begins that makes a sentence with its subject."""
+"""First words of reasons that form a sentence with the subject."""
 
 
 _NO_MEMORY = re.compile(
     "cannot allocate memory|failed to map segment|can't (start new thread|allocate lock)|insufficient memory",
     re.I,
 )
-"""What Python, the loader of libraries and OpenCV say where memory is lacking."""
+"""Messages of Python, the dynamic loader and OpenCV if memory is insufficient."""
 _SPARE_BYTES = 1 << 28
-"""What a codec and its threads may take for a small picture: libx264 needs about 200 MB of addresses."""
+"""Address space of a codec and its threads for a small picture: libx264 needs about 200 MB."""
 
 
 class VidstyleError(Exception):
@@ -39,7 +40,7 @@ class VidstyleError(Exception):
 
     Attributes:
         subject: the file or parameter concerned, with control characters escaped.
-        reason: what is wrong with it.
+        reason: the problem.
         remedy: what would be right, or empty.
         exit_code: exit status of the command line (docs/rules.md, exit codes).
     """
@@ -95,7 +96,7 @@ def output_error(target: object, error: OSError, remedy: str = "") -> OutputErro
     reasons = {
         errno.ENOSPC: "the disk is full",
         errno.EDQUOT: "the disk quota is used up",
-        errno.EFBIG: "a limit on the size of files is reached",
+        errno.EFBIG: "the file size limit is reached",
         errno.EPIPE: "the reading program has closed the pipe",
         errno.EBADF: "it is closed",
         errno.EACCES: "no permission to write there",
@@ -128,7 +129,10 @@ def is_out_of_memory(error: BaseException | None) -> bool:
             return True
         if not isinstance(error, VidstyleError) and _NO_MEMORY.search(str(error)):
             return True
-        error = error.__cause__ or error.__context__
+        # Compiled libraries forget to say what failed.
+        if isinstance(error, SystemError) and is_memory_short():
+            return True
+        error = error.__cause__ or (None if error.__suppress_context__ else error.__context__)
     return False
 
 
@@ -153,6 +157,15 @@ def printable(value: object) -> str:
         else character.encode("unicode_escape", "surrogatepass").decode("ascii")
         for character in str(value)
     )
+
+
+def counted(number: int, noun: str) -> str:
+    """Return a number with its noun, in the plural if it is not 1.
+
+    >>> counted(1, "frame"), counted(0, "frame")
+    ('1 frame', '0 frames')
+    """
+    return f"{number} {noun}{'s' * (number != 1)}"
 
 
 def text_of_name(name: str) -> str:

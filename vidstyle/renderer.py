@@ -4,119 +4,151 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import closing
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol, overload
+from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
+from vidstyle.backend import Backend
 from vidstyle.core.closing import Closing
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu.passthrough import PassthroughRenderer
+from vidstyle.cues.cue_list import CueList
 from vidstyle.errors import UsageError, log, not_a_picture
 from vidstyle.gpu.device.devices import DEVICE_NAMES, DeviceChoice, choose
-from vidstyle.style import Style, load_style
+from vidstyle.regions.mask_renderer import MaskRenderer
+from vidstyle.style import PLAIN, Style, load_style
 
 if TYPE_CHECKING:
     import av
 
+    from vidstyle.core.scene_cuts import KnownCuts
     from vidstyle.gpu.device.devices import Device
+    from vidstyle.regions.face_tracks import FaceFollower, FacelessStart
+    from vidstyle.regions.faces import FaceFinder
+    from vidstyle.regions.focus import FaceSource
 
 StyleLike = Style | str | Path | Mapping[str, object]
 """A style as `load_style` takes it: a `Style`, a name, a path or a table."""
 
 
-class PendingPicture(Protocol):
-    """A picture that is being restyled."""
-
-    def result(self) -> Picture:
-        """The restyled picture; waits for it."""
-
-
-class Backend(Protocol):
-    """Restyles one picture after another, on the CPU (`CpuRenderer`) or a GPU (`GpuRenderer`).
-
-    It remembers earlier pictures where a style follows a film over time; a scene cut, a jump in time and
-    another size reset that.
-
-    Attributes:
-        frames_in_flight: how many pictures may be started before the result of the first is asked for.
-    """
-
-    frames_in_flight: int
-
-    def change_style(self, style: Style) -> None:
-        """Use another style from the next `start` on; pictures in flight keep theirs.
-
-        Device, threads and compiled programs are kept. Where only numbers and colours differ, memory of
-        earlier pictures is kept too. A style that cannot be used raises with the next result.
-        """
-
-    def start(
-        self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
-    ) -> PendingPicture:
-        """Start to restyle a picture; the arguments are those of `run`."""
-
-    def run(
-        self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
-    ) -> Picture:
-        """The restyled picture, at its own size; waits for it.
-
-        Args:
-            picture: any picture; its planes are only read.
-            time: presentation time in seconds, or None for a picture that stands alone.
-            target: encoding of the result's planes; None: as the picture's own.
-            rgb: packed RGB of the target's depth is wanted instead of luma and chroma.
-
-        Raises:
-            DeviceError: both the GPU and the CPU have failed.
-            StyleError: the style cannot be used.
-        """
-
-    def close(self) -> None:
-        """Release the device and its threads."""
-
-
-def open_renderer(style: StyleLike, device: str = "auto", announce: bool = True) -> Backend:
+def open_renderer(
+    style: StyleLike | CueList,
+    device: str = "auto",
+    announce: bool = True,
+    cuts: KnownCuts | None = None,
+    faces: FaceSource | None = None,
+) -> Backend:
     """Open a renderer on a device.
 
     Args:
-        style: the style; an empty one needs no device.
+        style: the style, or the styles over time; an empty one needs no device.
         device: "auto" (a real GPU if there is one, else the CPU), "cpu", "gpu" or "gpu:N".
         announce: whether to log which device is used, and why.
+        cuts: scene cuts of the film; None: they are detected.
+        faces: finds the faces for focus; None: they are found in each picture, and followed through a film.
 
     Raises:
         UsageError: an unknown device name.
         DeviceError: there is no such device.
         StyleError: the style cannot be used.
     """
-    style = load_style(style)
+    style = style if isinstance(style, CueList) else load_style(style)
     chosen = _choice(style, device).device
-    renderer = _opened(style, chosen)
+
+    def opened(style: Style, cuts: KnownCuts | None) -> Backend:
+        return _with_masks(style, chosen, cuts, faces)
+
+    renderer: Backend
+    if chosen is None and style.is_plain and faces is None:
+        plain = load_style(PLAIN)
+        renderer = MaskRenderer(plain, lambda: PassthroughRenderer(plain), cuts)
+    elif isinstance(style, CueList):
+        from vidstyle.cues.cue_renderer import CueRenderer
+
+        renderer = CueRenderer(style, opened, cuts)
+    else:
+        renderer = opened(style, cuts)
     if announce:
         announce_device(style, device)
     return renderer
 
 
-def _opened(style: Style, device: Device | None) -> Backend:
+def runs_on_cpu(style: Style, device: str) -> bool:
+    """Whether `open_renderer` with this device opens a renderer on the CPU; raises as it does."""
+    return _choice(style, device).device is None
+
+
+def has_followed_faces(style: Style) -> bool:
+    """Whether `open_renderer` opens a renderer that tracks faces in focus."""
+    is_focused = style.focus and style.height is not None and not style.is_plain
+    return bool(is_focused and _face_finder().has_model)
+
+
+def follow_faces(style: Style, cuts: KnownCuts, faceless: FacelessStart | None = None) -> FaceFollower | None:
+    """Return a follower of the faces in focus; None if the style has none.
+
+    Args:
+        cuts: scene cuts of the film; those of a frame must be added before the frame is followed.
+        faceless: see `FaceFollower`.
+    """
+    if not has_followed_faces(style):
+        return None
+    from vidstyle.regions.face_tracks import FaceFollower
+
+    return FaceFollower(_face_finder(), cuts, faceless)
+
+
+def _with_masks(
+    style: Style, device: Device | None, cuts: KnownCuts | None, faces: FaceSource | None
+) -> Backend:
+    """Open a renderer that computes the masks that a style reads."""
+    return MaskRenderer(style, lambda: _with_focus(style, device, cuts, faces), cuts)
+
+
+def _with_focus(
+    style: Style, device: Device | None, cuts: KnownCuts | None, faces: FaceSource | None
+) -> Backend:
+    """Open a renderer that restyles faces in finer detail, if they can be found."""
+    if faces is None and not _face_finder().has_model:
+        return _opened(style, device, cuts)
+    from vidstyle.regions.face_tracks import FaceFollower
+    from vidstyle.regions.focus import FocusRenderer
+
+    faces = faces or FaceFollower(_face_finder(), cuts)
+    return FocusRenderer(style, lambda style, cuts: _opened(style, device, cuts), faces, cuts)
+
+
+def _face_finder() -> FaceFinder:
+    from vidstyle.regions.faces import FaceFinder
+
+    return FaceFinder()
+
+
+def _opened(style: Style, device: Device | None, cuts: KnownCuts | None) -> Backend:
     """Imports what this renderer needs alone."""
-    if device is None and style.is_plain:
-        return PassthroughRenderer(style)
     from vidstyle.cpu.renderer import CpuRenderer
 
     if device is None:
-        return CpuRenderer(style)
+        return CpuRenderer(style, cuts=cuts)
     from vidstyle.gpu.renderer import GpuRenderer
 
-    return GpuRenderer(style, device, CpuRenderer)
+    return GpuRenderer(style, device, partial(CpuRenderer, cuts=cuts), cuts=cuts)
 
 
-def announce_device(style: Style, device: str) -> None:
-    """Log which device runs a style, and why, unless it is the CPU by request. Raises as `open_renderer`."""
+def announce_device(style: Style | CueList, device: str) -> None:
+    """Log which device runs a style, and why, unless it is the CPU by request; and if focus is impossible.
+
+    Raises as `open_renderer`.
+    """
     if notice := _choice(style, device).notice:
         log.info(notice, extra={"once": True})
+    if style.focus and not style.is_plain and not _face_finder().has_model:
+        log.info("focus is off: install vidstyle[comic] to detect faces", extra={"once": True})
 
 
-def _choice(style: Style, device: str) -> DeviceChoice:
+def _choice(style: Style | CueList, device: str) -> DeviceChoice:
     return choose("cpu" if style.is_plain and device in DEVICE_NAMES else device)
 
 
@@ -169,7 +201,7 @@ class Renderer(Closing):
         if isinstance(frame, np.ndarray):
             time = self._count / self.ARRAY_RATE if time is None else time
             self._count += 1
-            return _array_run(self._renderer, frame, time)
+            return restyle_array(self._renderer, frame, time)
         return self._frame_run(frame, time)
 
     def _frame_run(self, frame: av.VideoFrame, time: float | None) -> av.VideoFrame:
@@ -210,16 +242,25 @@ def stylize(picture: np.ndarray, style: StyleLike, device: str = "auto") -> np.n
     (dtype('float64'), [0.65, 0.65, 0.65])
     """
     with closing(open_renderer(style, device)) as renderer:
-        return _array_run(renderer, picture, None)
+        return restyle_array(renderer, picture)
 
 
-def _array_run(renderer: Backend, array: np.ndarray, time: float | None) -> np.ndarray:
+def restyle_array(renderer: Backend, array: np.ndarray, time: float | None = None) -> np.ndarray:
+    """Restyle an array; the result is a new array of the same shape and type.
+
+    Args:
+        array: as for `stylize`.
+        time: presentation time in seconds, or None for a picture that stands alone.
+
+    Raises:
+        UsageError, InputError: as `stylize`.
+    """
     if not isinstance(array, np.ndarray):
         raise not_a_picture(array, "an array")
     if array.ndim != 3:
         raise UsageError("picture", f"is an array of shape {array.shape}", "give H x W x 3 or H x W x 4")
     picture = Picture.from_array(array)
-    target = Encoding(full_range=True, depth=picture.encoding.depth, step=(1, 1))
+    target = Encoding(full_range=True, depth=picture.encoding.depth, subsampling=(1, 1))
     color = renderer.run(picture, time, target, rgb=True).color
     assert color is not None
     if array.shape[2] == 4:

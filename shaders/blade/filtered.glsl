@@ -1,16 +1,21 @@
 // A pixel filtered with the filter selected for it. The bank holds, for each pair of opposite pixels, the
 // weight of their sum minus twice the middle, and, if filters are not symmetric, then the weights of their
-// differences; `part_sums` are the responses of the parts to a constant 1.
+// differences; `part_sums` are the responses of the parts to a constant 1. If each filter has its own sum, a last
+// texel holds it and the constants to add.
 channels filtered(ivec2 at, float chosen, sampler2DArray bank, int bank_count, int size, float part_weights[8],
         float part_sums[8], float identity) {
     int number = clamp(int(chosen * 1024.0 + 0.5), 0, textureSize(bank, 0).y - 1);
     int radius = size / 2, pair = 0;
-    int texels = (size * size - 1) / 8;
-    bool is_symmetric = textureSize(bank, 0).x == texels;
+    int texels = (size * size - 1) / 8, count = textureSize(bank, 0).x;
+    bool is_symmetric = count == texels;
     channels middle = picture_at(at), total = identity * middle;
     vec4 weights = vec4(0.0), differences = vec4(0.0);
     for (int part = 0; part < bank_count; part++) {
         total += part_weights[part] * part_sums[part] * middle;
+        if (count > 2 * texels) {
+            vec4 line = texelFetch(bank, ivec3(2 * texels, number, part), 0);
+            total += part_weights[part] * (line.x * middle + channels(line.yzww));
+        }
     }
     for (int down = 0; down <= radius; down++) {
         for (int right = down == 0 ? 1 : -radius; right <= radius; right++) {

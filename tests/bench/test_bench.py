@@ -30,7 +30,7 @@ from vidstyle.gpu.compile.explain import explain
 from vidstyle.gpu.compile.plan import Plan, make_plan, plan_for_video
 from vidstyle.gpu.device.context import close_context, open_context
 from vidstyle.gpu.device.devices import choose
-from vidstyle.gpu.device.runner import GpuResources
+from vidstyle.gpu.device.gpu_resources import GpuResources
 from vidstyle.gpu.timing import GpuTimes, TimedRunner, TimerKind
 from vidstyle.style import Style, load_style, style_names
 from vidstyle.style.resolve import resolve
@@ -120,7 +120,7 @@ def test_the_cpu_alone_needs_no_gpu(capfd, tmp_path: Path) -> None:
     written = table.read_text()
     assert "## 64x36, CPU" in written and "passes" not in written
     exit_code, _, err = run(capfd, *arguments)
-    assert (exit_code, err.count("\n")) == (2, 1) and "exists already" in err and "-y" in err
+    assert (exit_code, err.count("\n")) == (2, 1) and "already exists" in err and "-y" in err
     assert run(capfd, *arguments, "-y")[0] == 0
 
 
@@ -209,7 +209,8 @@ def test_the_styles_made_after_the_paper_stand_beside_its_figures() -> None:
         Timed(Subject("style", name, style()), (100, 100), 0.001, ()) for name in ("blob", "comic", "ink")
     ]
     text = markdown(as_dict(Bench([(100, 100)], [each.subject for each in timed], None, (), 1), timed))
-    assert "Its style 1 is beside `ink`, 6 beside `blob`: alike in look" in " ".join(text.split())
+    told = "Its style 1 is compared with `ink`, 6 with `blob` (`kuwahara` for Flow-XDoG): similar in look"
+    assert told in " ".join(text.split())
 
 
 def test_a_film_is_measured_part_by_part(tmp_path: Path) -> None:

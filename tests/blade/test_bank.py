@@ -29,7 +29,7 @@ from vidstyle.blade.regression import (
     residuals,
     solve,
 )
-from vidstyle.blade.simd import packed_filters
+from vidstyle.blade.simd import pack_filters
 from vidstyle.blade.structure_tensor import select_filters, window_radius, window_weights
 from vidstyle.blade.symmetry import SYMMETRIES, Symmetry, pixel_pairs
 from vidstyle.blade.training import mssim, psnr
@@ -189,7 +189,7 @@ def test_a_shared_filter_is_applied_to_all_pixels_of_its_square(
     luma, bank = noise(*shape), random_bank(size=size)
     squares = (shape[0] + top + 1) // 2, (shape[1] + 1) // 2
     chosen = np.random.default_rng(1).integers(0, BINS.count, squares).astype(np.int32)
-    result = apply_filters(luma, chosen, packed_filters(bank.filters[0]), size, WIDE_RANGE, (0, 0), 2, top)
+    result = apply_filters(luma, chosen, pack_filters(bank.filters[0]), size, WIDE_RANGE, (0, 0), 2, top)
     of_each = chosen.repeat(2, 0).repeat(2, 1)[top : top + shape[0], : shape[1]]
     np.testing.assert_allclose(result, slowly_filtered(luma, of_each, bank.filters[0]), atol=2e-5)
 
@@ -199,7 +199,7 @@ def test_a_shared_filter_is_applied_to_all_pixels_of_its_square(
 def test_vector_kernel_equals_plain_sum(size: int, shape: tuple[int, int]) -> None:
     luma, bank = noise(*shape), random_bank(size=size)
     chosen = np.random.default_rng(1).integers(0, BINS.count, shape).astype(np.int32)
-    result = apply_filters(luma, chosen, packed_filters(bank.filters[0]), size, WIDE_RANGE)
+    result = apply_filters(luma, chosen, pack_filters(bank.filters[0]), size, WIDE_RANGE)
     np.testing.assert_allclose(result, slowly_filtered(luma, chosen, bank.filters[0]), atol=2e-5)
 
 

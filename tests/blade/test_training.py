@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+import subprocess
 import sys
 from pathlib import Path
 
@@ -107,6 +108,7 @@ def test_slow_program_becomes_block(
         (["--command", "no-such-program {in} {out}"], 2, "cannot be run"),
         (["--command", f"{PYTHON} -c 'raise SystemExit(3)' {{in}} {{out}}"], 3, "exit code 3"),
         (["--command", f"{PYTHON} -c pass {{in}} {{out}}"], 3, "wrote no picture"),
+        (["--reference", "tv_flow", "--depth", "16"], 2, "--depth has no effect without --command"),
         (["--function", "cv2:no_such"], 2, "is not a function"),
         (["--function", "json:loads"], 3, "failed on astronaut.png (TypeError: "),
         (["--pairs", "nowhere"], 3, "nowhere"),
@@ -144,16 +146,20 @@ def test_nonlocal_filter_is_reported(
         "3",
     ]
     assert main(["train", str(tmp_path / "mirrored.npz"), *arguments]) == 0
-    assert "% of the change: this filter is not local" in capfd.readouterr().err
+    said = capfd.readouterr().err
+    assert "explains 0% of the change" in said and "the rest: the filter is not local" in said
 
 
-def test_python_function_and_pairs_as_reference(photographs: Path, tmp_path: Path) -> None:
+def test_python_function_and_pairs_as_reference(
+    photographs: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
     pairs = tmp_path / "after"
     pairs.mkdir()
     for path in photographs.iterdir():
         cv2.imwrite(str(pairs / path.name), cv2.medianBlur(cv2.imread(str(path)), 3))
     common = ["--images", str(photographs), "--size", "5", "--bins", "16x3x3"]
     assert main(["train", str(tmp_path / "a.npz"), *common, "--pairs", str(pairs)]) == 0
+    assert "the cause of the rest is unknown: pairs" in capfd.readouterr().err
     assert main(["train", str(tmp_path / "b.npz"), *common, "--function", "median_filter:of_three"]) == 2
     taught = load_bank(tmp_path / "a.npz").about["fidelity"]
     assert taught["psnr"] > taught["untouched psnr"] + 1
@@ -184,6 +190,15 @@ def test_fidelity_is_measured_on_linear_and_clipped_results() -> None:
     case = fidelity.Case("flow_dog", {"sigma": 1, "p": 0}, lambda z: z, ("linear", "clipped"))
     linear, clipped = fidelity.rows_of(case, [luma])
     assert "sigma 1, p 0, linear" in linear and "inf dB" in linear and "inf dB" in clipped
+
+
+def test_fidelity_prints_a_row_of_the_published_table(photographs: Path) -> None:
+    options = ["--pictures", "1", "--long-side", "96", "--only", "flow_dog sigma 1, p 20"]
+    program = [sys.executable, fidelity.__file__, "--images", str(photographs), *options]
+    rows = subprocess.run(program, capture_output=True, text=True, check=True).stdout.splitlines()
+    assert [row.split(" | ")[1].rpartition(", ")[2] for row in rows] == ["linear", "clipped", "threshold"]
+    gains = [float(row.split(" | ")[6].split()[0]) for row in rows]
+    assert min(gains) > 10, "a bank reproduces most of its reference, also after the threshold"
 
 
 @pytest.mark.parametrize("name", SOURCES)

@@ -118,7 +118,7 @@ def test_the_schema_can_be_written_as_json(block: Block, parameter: Parameter) -
 
 
 def test_pages_have_a_function_for_each_kind_of_control() -> None:
-    script = (Path(vidstyle.__file__).parent / "web" / "static" / "controls.js").read_text("utf-8")
+    script = (Path(vidstyle.__file__).parent / "export" / "modules" / "controls.js").read_text("utf-8")
     table = re.findall(r"const CONTROLS = \{(.*)\}", script)[0]
     functions = {entry.partition(":")[0].strip() for entry in table.split(",")}
     assert {parameter.describe([])["kind"] for _, parameter in PARAMETERS} == functions

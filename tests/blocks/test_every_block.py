@@ -23,7 +23,7 @@ from vidstyle.block import (
     SavedRef,
 )
 from vidstyle.blocks import all_blocks
-from vidstyle.core.deferred_color import Mixed
+from vidstyle.core.color.deferred_color import Mixed
 from vidstyle.core.picture import RANGES, Encoding, Picture
 from vidstyle.style import Style
 
@@ -102,7 +102,7 @@ def call(block: Block, values: dict[str, Any], array: np.ndarray, other: np.ndar
 
 @pytest.mark.parametrize(
     "block",
-    [each for each in BLOCKS if each.kind not in ("resize", "recipe", "learned")],
+    [each for each in BLOCKS if each.kind not in ("resize", "recipe", "learned", "network")],
     ids=lambda block: block.name,
 )
 @every_size

@@ -150,7 +150,7 @@ def test_scale_moves_nothing(step_of: tuple[int, int], factor: float, after: tup
     """Ramps and colours keep their position after scaling, whether mixed with luma there or not."""
     y, x = np.mgrid[:48, :64]
     luma = (0.2 + 0.005 * x + 0.004 * y).astype(np.float32)
-    encoding = Encoding(depth=0, full_range=True, step=step_of, siting=(0.0, 0.5))
+    encoding = Encoding(depth=0, full_range=True, subsampling=step_of, siting=(0.0, 0.5))
     across, down = step_of
     rows, columns = encoding.chroma_shape(48, 64)
     chroma_y = np.arange(rows)[:, None] * down + (0.5 if down > 1 else 0)

@@ -57,7 +57,7 @@ def test_hard_posterize_is_the_floor_formula(levels: int) -> None:
 def test_hard_posterize_gives_only_its_tones(levels: int) -> None:
     """Also for 8-bit codes exactly on the border of two tones."""
     luma = np.arange(256, dtype=np.uint8)[None]
-    encoding = Encoding(full_range=True, step=(1, 1))
+    encoding = Encoding(full_range=True, subsampling=(1, 1))
     out = run(style(step("posterize", levels=levels, softness=0)), Picture(encoding, luma=luma), target=FLOAT)
     assert out.luma is not None
     tones = out.luma[0] * np.float32(levels - 1)

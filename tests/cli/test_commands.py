@@ -92,7 +92,7 @@ def test_python_minus_m_is_the_program():
         (["render", "a.mp4", "b.mp4", "--style", "plain", "--fps", "30/0"], "--fps"),
         (["render", "a.mp4", "b.mp4", "--style", "plain", "--frames", "0"], "--frames"),
         (["render", "a.mp4", "b.mp4", "--style", "plain", "--compare", "wipe"], "--compare"),
-        (["render", "a.mp4", "b.mp4", "--style", "plain", "--bogus"], "there is no option '--bogus'; see"),
+        (["render", "a.mp4", "b.mp4", "--style", "plain", "--qqq"], "there is no option '--qqq'; see"),
         (["blocks", "posterise"], "posterize"),
     ],
 )
@@ -153,7 +153,7 @@ def test_each_mistake_of_a_style_is_one_line(capfd, tmp_path):
     (tmp_path / "bad.toml").write_text("format = 1\ninc = 2\n\n[[lines]]\nblock = 'sobel'\ninvert = yes\n")
     exit_code, out, err = run(capfd, "styles", tmp_path / "bad.toml")
     assert (exit_code, out, err.count("\n")) == (3, "", 2)
-    assert "bad.toml: line 6: yes is no value; write invert = true\n" in err
+    assert "bad.toml: line 6: yes is not a value; write invert = true\n" in err
     assert "bad.toml: line 2: 'inc' is not a field" in err
 
 

@@ -56,7 +56,7 @@ def test_the_quality_of_films_is_none_of_pictures(file: Path, capfd: pytest.Capt
         ('[live]\nstyle = "ink"\n[render]\nstile = "ink"', "line 4: render has no option 'stile'; did you"),
         ("[live]\ncrf = 5\n[render]\n'crf' = 99", "line 4: crf: 99 is outside 0 to 63"),
         ("[render]\nfps = [25]", "line 2: fps: is not a text, a number or a truth value"),
-        ("[render]\nstyle = ink", 'line 2: ink is no value; write style = "ink"'),
+        ("[render]\nstyle = ink", 'line 2: ink is not a value; write style = "ink"'),
         ("render = 1", "line 1: render is a command; write [render] above its options"),
         ("[render", "is not TOML: "),
         ("x = " + "[" * 20000, "line 1 is nested too deeply; 16 levels are possible"),

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from vidstyle.cli import display
-from vidstyle.cli.reporting import Reporting
+from vidstyle.cli.terminal import display
+from vidstyle.cli.terminal.reporting import Reporting
 from vidstyle.pipeline.progress import Progress
 
 

@@ -9,12 +9,13 @@ from pathlib import Path
 
 import click
 import pytest
+from media import make_clip
 
 from vidstyle import cli
 from vidstyle.cli import commands
 from vidstyle.cli.parsing.command import MAX_UNGROUPED, Command, Group
 from vidstyle.cli.parsing.foreign_names import FOREIGN, OURS
-from vidstyle.cli.reporting import Reporting
+from vidstyle.cli.terminal.reporting import Reporting
 
 CONTEXT = click.Context(commands, info_name="vidstyle", obj=Reporting())
 NAMES = commands.list_commands(CONTEXT)
@@ -48,6 +49,8 @@ def test_help_fits_80_columns_and_shows_every_option(name: str) -> None:
     titles = [group.value for group in Group if f"\n{group.value}:\n" in text]
     assert bool(titles) is (len(options) + 1 > MAX_UNGROUPED)
     for each in options:
+        if each.hidden:
+            continue
         assert len(re.findall(rf"^  (?:-\w, )?{max(each.opts, key=len)}\b(?!-)", text, re.MULTILINE)) == 1
 
 
@@ -113,10 +116,29 @@ def test_ten_names_and_more_are_known() -> None:
         ("render a.mp4 -o b.mp4 --output c.mp4", "--output is given more than once: 'b.mp4' and 'c.mp4'"),
         ("render a b -s ink --style noir", "--style is given more than once: 'ink' and 'noir'"),
         ("comic a b --reading ltr --right-to-left", "--right-to-left: contradicts --reading ltr"),
+        ("comic a b --reading ltr --layout manga", "--layout manga: contradicts --reading ltr"),
+        ("render a b -s plain --no-autorotate --rotate 90", "--no-autorotate: contradicts --rotate 90"),
     ],
 )
 def test_what_would_be_misread_is_refused(capfd: pytest.CaptureFixture[str], line: str, words: str) -> None:
     assert words in error(capfd, line)
+
+
+def test_replaced_options_have_the_effect_of_their_successors(
+    capfd: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    clip = str(make_clip(tmp_path / "clip.mp4", frames=2, rotation=90))
+    for name, options in (("old", ["--no-autorotate"]), ("new", ["--rotate", "0"]), ("upright", [])):
+        assert cli.main(["render", "-s", "plain", clip, str(tmp_path / f"{name}.y4m"), *options]) == 0
+    assert "--no-autorotate: replaced by --rotate 0" in capfd.readouterr().err
+    old, new, upright = ((tmp_path / f"{name}.y4m").read_bytes() for name in ("old", "new", "upright"))
+    assert old == new != upright
+    for name, options in (("old", ["--right-to-left"]), ("new", ["--reading", "rtl"])):
+        saved = str(tmp_path / f"{name}.toml")
+        page = str(tmp_path / f"{name}.png")
+        assert cli.main(["comic", "-s", "plain", clip, page, "--save", saved, *options]) == 0
+    assert "--right-to-left: replaced by --reading rtl" in capfd.readouterr().err
+    assert 'reading = "rtl"' in (tmp_path / "old.toml").read_text()
 
 
 def test_values_and_words_after_the_dashes_are_no_names(capfd: pytest.CaptureFixture[str]) -> None:

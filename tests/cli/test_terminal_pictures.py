@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from vidstyle.cli import main
-from vidstyle.cli.terminal_pictures import MAX_CHUNK_BYTES, protocol_of, sheet_lines
+from vidstyle.cli.terminal.terminal_pictures import MAX_CHUNK_BYTES, protocol_of, sheet_lines
 
 RED, BLUE = np.full((90, 160, 3), (255, 0, 0), np.uint8), np.full((90, 160, 3), (0, 0, 255), np.uint8)
 NAMED = [("red", RED), ("blue", BLUE), ("third", RED)]

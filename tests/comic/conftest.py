@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vidstyle.comic.analyze import faces, film
-from vidstyle.comic.analyze.face_networks import find_faces, load_networks
+from vidstyle.comic.analyze import film
 from vidstyle.comic.analyze.features import Candidate, Survey, extract_features
 from vidstyle.comic.analyze.film import FilmFile
 from vidstyle.media.read.decode_report import DecodeReport
+from vidstyle.regions import faces
+from vidstyle.regions.face_networks import find_faces, load_networks
 
 
 @pytest.fixture(scope="package", autouse=True)

@@ -11,17 +11,25 @@ import pytest
 from covering import of_the_day
 
 from vidstyle.comic.analyze.saliency import attention_map, box_attention, crop_attention, mean_under
-from vidstyle.comic.key_frame import Box, KeyFrame
+from vidstyle.comic.key_frame import KeyFrame
 from vidstyle.comic.layout.crop import map_to_page
 from vidstyle.comic.layout.layout import PageLayout, lay_out
 from vidstyle.comic.layout.paper import paper
 from vidstyle.comic.layout.slant import upright_area
 from vidstyle.comic.lettering.balloons import FreeSpace, Wording, place_bubbles
-from vidstyle.comic.lettering.bubble import Bubble, add_face_margin, add_tail, break_text, bubble_size
+from vidstyle.comic.lettering.bubble import (
+    Bubble,
+    BubbleKind,
+    add_face_margin,
+    add_tail,
+    break_text,
+    bubble_size,
+)
 from vidstyle.comic.lettering.fonts import Letters, letter_size
 from vidstyle.comic.lettering.letter import PanelText, TextStyle, letter_panels
 from vidstyle.comic.lettering.subtitle_lines import Line
 from vidstyle.comic.lettering.title import move_below_title
+from vidstyle.regions.boxes import Box
 
 LETTERS = Letters()
 WORDS = (
@@ -99,6 +107,23 @@ def test_balloons_cover_no_face_and_are_in_order(seed: int) -> None:
     if bubbles is not None:
         assert [bubble.kind for bubble in bubbles] == [wording.kind for wording in wordings]
         check_bubbles(bubbles, room.area, list(room.faces), right_to_left)
+
+
+@pytest.mark.parametrize(("kind", "seen_rows"), [("caption", 230), ("balloon", 200)])
+def test_words_below_what_is_seen_touch_the_lower_edge(kind: BubbleKind, seen_rows: int) -> None:
+    room = room_of(400, 300, (), Box(0, 0, 400, seen_rows))
+    blocks = break_text(LETTERS, "the robot says", 16, 300)
+    bubbles = place_bubbles([Wording(kind, blocks, None)], room, False)
+    assert bubbles is not None and bubbles[0].box.bottom == 300
+
+
+@pytest.mark.parametrize("sizes", [(16, 24), (24, 16)])
+def test_the_smaller_of_two_balloons_is_chosen(sizes: tuple[int, int]) -> None:
+    blocks = [break_text(LETTERS, "the robot says", size, 300)[0] for size in sizes]
+    bubbles = place_bubbles(
+        [Wording("balloon", blocks, None)], room_of(800, 600, (), Box(0, 550, 800, 600)), False
+    )
+    assert bubbles is not None and bubbles[0].block.size == 16
 
 
 def test_most_random_panels_have_room_for_a_balloon() -> None:

@@ -13,7 +13,7 @@ from comic_key_frames import LANDSCAPE, PORTRAIT, SQUARE, WIDE, random_film
 
 from vidstyle.comic.analyze.features import add_saliency, extract_features
 from vidstyle.comic.analyze.saliency import find_blobs
-from vidstyle.comic.key_frame import Box, KeyFrame
+from vidstyle.comic.key_frame import KeyFrame
 from vidstyle.comic.layout.crop import (
     MIN_FACELESS_WINDOW_RATIO,
     MIN_TINY_FACE_WINDOW_RATIO,
@@ -23,6 +23,7 @@ from vidstyle.comic.layout.crop import (
     largest_window,
     required_box,
 )
+from vidstyle.regions.boxes import Box
 
 ASPECTS = (0.45, 0.7, 1.0, 1.4, 1.78, 2.4, 3.2)
 KEY_FRAMES = [

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vidstyle.comic.key_frame import Box, KeyFrame
+from vidstyle.comic.key_frame import KeyFrame
 from vidstyle.comic.lettering.dialogue import (
     EASY_PANEL_LETTERS,
     MAX_DISTANCE_SECONDS,
@@ -19,6 +19,7 @@ from vidstyle.comic.lettering.dialogue import (
 )
 from vidstyle.comic.lettering.subtitle_lines import Line, read_lines_of_file
 from vidstyle.errors import InputError
+from vidstyle.regions.boxes import Box
 
 
 def key_frame(time: float, scene: int = 0, faces: tuple[Box, ...] = (Box(10, 10, 30, 30),)) -> KeyFrame:

@@ -21,7 +21,7 @@ from PIL import Image
 from stories import PLACES, shot, story, view, write_film
 
 from vidstyle.cli import main
-from vidstyle.comic.key_frame import Box, Rectangle
+from vidstyle.cli.comic import comic
 from vidstyle.comic.lettering import fonts
 from vidstyle.comic.lettering.bubble import Bubble, break_text, bubble_size
 from vidstyle.comic.lettering.fonts import Letters
@@ -29,9 +29,10 @@ from vidstyle.comic.output.panel_renderer import scale_to_paper
 from vidstyle.comic.output.raster import page_image
 from vidstyle.comic.output.sheet import Label, RenderedPanel, Sheet
 from vidstyle.comic.output.svg import svg
-from vidstyle.comic.output.write import Output
+from vidstyle.comic.output.write import _PAGE_ENCODERS, Output
 from vidstyle.errors import OutputError, UsageError
 from vidstyle.media.read.subtitles import read_subtitles
+from vidstyle.regions.boxes import Box, Rectangle
 from vidstyle.style import load_style
 from vidstyle.style.resolve import resolve
 
@@ -45,6 +46,12 @@ SUFFIXES = "png jpg jpeg svg pdf cbz html".split()
 def no_fonts(monkeypatch: pytest.MonkeyPatch) -> None:
     """Ignore installed fonts, so that pages are the same on every machine."""
     monkeypatch.setattr(fonts, "FONT_FOLDERS", ())
+
+
+def test_every_format_is_tested_and_named_in_the_help() -> None:
+    assert {f".{suffix}" for suffix in SUFFIXES} == _PAGE_ENCODERS.keys()
+    assert comic.help is not None
+    assert all(f".{suffix}" in comic.help for suffix in SUFFIXES if suffix != "jpeg")
 
 
 def sheet(number: int) -> Sheet:
@@ -173,7 +180,7 @@ def test_names_with_a_pattern_are_numbered(tmp_path: Path) -> None:
 def test_existing_files_are_kept(tmp_path: Path) -> None:
     kept = tmp_path / "page-2.png"
     kept.write_bytes(b"mine")
-    with pytest.raises(UsageError, match="exists already"):
+    with pytest.raises(UsageError, match="already exists"):
         write_sheets(tmp_path / "page.png", 3)
     assert list(tmp_path.iterdir()) == [kept] and kept.read_bytes() == b"mine"
     write_sheets(tmp_path / "page.png", 3, overwrite=True)
@@ -186,7 +193,7 @@ def test_a_missing_folder_is_reported_at_once(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("height", "width", "millimetres"), [(20, 30, 0.5), (70, 90, 0.55), (120, 180, 0.625)]
+    ("height", "width", "millimetres"), [(20, 30, 0.35), (70, 90, 0.385), (120, 180, 0.4375)]
 )
 def test_dots_have_the_same_size_on_paper_at_every_resolution(
     height: int, width: int, millimetres: float
@@ -326,7 +333,7 @@ def test_subtitles_in_the_film_are_used_by_default(name: str, tmp_path: Path) ->
         (["-", "a.png"], 2, "standard input can be read only once; save the film to a file"),
         (["words.srt", "a.bmp"], 2, "a.bmp cannot be a comic page; end its name in .png, .jpg, .jpeg, .pdf, "
          ".cbz, .svg or .html"),
-        (["words.srt", "kept.png"], 2, "kept.png exists already; add -y to overwrite it, or choose another "
+        (["words.srt", "kept.png"], 2, "kept.png already exists; add -y to overwrite it, or choose another "
          "name"),
         (["none.mp4", "a.png", "--subtitles", "none.srt"], 3, "none.srt cannot be read: No such file"),
         (["none.mp4", "a.png", "--subtitles", "empty.srt"], 3, "empty.srt holds no subtitles"),

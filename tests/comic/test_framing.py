@@ -8,9 +8,9 @@ import numpy as np
 from media import photograph
 
 from vidstyle.comic.analyze.features import extract_features
-from vidstyle.comic.key_frame import Box
 from vidstyle.comic.layout.crop import crop
 from vidstyle.comic.select.framing import add_details, alternate_framing, remove_repeats
+from vidstyle.regions.boxes import Box
 
 
 def test_similar_key_frames_are_wide_views_and_close_ups_in_turn() -> None:

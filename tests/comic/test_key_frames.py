@@ -16,17 +16,18 @@ from media import make_picture
 from stories import PLACES, RATE, dissolved, shot, story, view, write_film
 
 from vidstyle.comic.analyze import film as film_file
-from vidstyle.comic.analyze.faces import FaceFinder
 from vidstyle.comic.analyze.features import (
     Candidate,
     extract_features,
 )
 from vidstyle.comic.analyze.film import PictureFolder, open_film
 from vidstyle.comic.analyze.similarity import SAME_SIMILARITY, similarity
-from vidstyle.comic.key_frame import Box, KeyFrame
+from vidstyle.comic.key_frame import KeyFrame
 from vidstyle.comic.select.choose import choose
 from vidstyle.comic.select.key_frames import KeyFrameOptions, find_key_frames
 from vidstyle.errors import InputError, UsageError
+from vidstyle.regions.boxes import Box
+from vidstyle.regions.faces import FaceFinder
 
 
 @pytest.fixture(scope="module")
@@ -222,7 +223,7 @@ def test_pictures_of_a_folder_that_cannot_be_read_are_damage(tmp_path: Path) -> 
     (tmp_path / "bad.png").write_bytes(b"no picture")
     film = open_film(tmp_path)
     film.survey()
-    assert film.damage.report() == "the input is damaged: 1 frame left out that could not be decoded"
+    assert film.damage.report() == "the input is damaged: 1 frame could not be decoded"
 
 
 def test_one_picture_is_a_film(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from comic_key_frames import LANDSCAPE, PORTRAIT, SQUARE, WIDE, even_film, random_film
 
-from vidstyle.comic.key_frame import Box, KeyFrame, Rectangle
+from vidstyle.comic.key_frame import KeyFrame
 from vidstyle.comic.layout.cost import MAX_PANEL_ASPECT, MIN_PANEL_ASPECT
 from vidstyle.comic.layout.crop import largest_window, required_box
 from vidstyle.comic.layout.inset import find_insets
@@ -26,6 +26,7 @@ from vidstyle.comic.layout.layout import (
 from vidstyle.comic.layout.paper import Paper, paper
 from vidstyle.comic.layout.slant import corners, upright_area
 from vidstyle.errors import UsageError
+from vidstyle.regions.boxes import Box, Rectangle
 
 PAPERS = [
     paper(size, 75, landscape=aside)

@@ -15,8 +15,6 @@ from media import photograph
 from stories import PLACES, shot, view, write_film
 
 from vidstyle.comic.analyze.action import add_actions, subject_difference
-from vidstyle.comic.analyze.face_networks import load_networks, weights_folder
-from vidstyle.comic.analyze.faces import FaceFinder
 from vidstyle.comic.analyze.features import (
     Survey,
     add_faces,
@@ -27,10 +25,12 @@ from vidstyle.comic.analyze.features import (
     is_smeared,
 )
 from vidstyle.comic.analyze.film import open_film
-from vidstyle.comic.key_frame import Box
 from vidstyle.comic.select.choose import choose
 from vidstyle.comic.select.key_frames import KeyFrameOptions, find_key_frames
 from vidstyle.errors import InputError
+from vidstyle.regions.boxes import Box
+from vidstyle.regions.face_networks import load_networks, weights_folder
+from vidstyle.regions.faces import FaceFinder
 
 CASCADE = "lbpcascade_frontalface_opencv.xml"
 
@@ -205,7 +205,7 @@ def test_files_that_are_no_face_models_are_refused(
     """Text, and a network with other outputs; nothing else is printed."""
     other = red_finder().replace(b"bbox_16", b"text_16")
     (tmp_path / name).write_bytes(other if name == "other.onnx" else b"no model")
-    remedy = r"give an OpenCV cascade \(.xml\) or a YuNet model \(.onnx\)$"
+    remedy = r"use an OpenCV cascade \(.xml\) or a YuNet model \(.onnx\)$"
     with pytest.raises(InputError, match=f"{name} is not a face detection model; {remedy}"):
         FaceFinder(tmp_path / name)
     assert capfd.readouterr().err == ""

@@ -113,7 +113,7 @@ def test_a_style_that_takes_too_much_is_refused(reason: str) -> None:
 def test_shipped_styles_are_far_below_the_limits(
     size: tuple[int, int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("vidstyle.style.limits.MAX_WORK", MAX_WORK // 7)
+    monkeypatch.setattr("vidstyle.style.limits.MAX_WORK", MAX_WORK // 4)
     monkeypatch.setattr("vidstyle.style.limits.MAX_GROWTH", 4)
     for name in style_names():
         assert not excess(lowered(load_style(name), *size).outputs, size), name

@@ -72,7 +72,7 @@ def test_an_array_in_rgb_is_not_copied() -> None:
 
 
 def test_chroma_of_a_large_picture_is_the_same_in_bands() -> None:
-    source = codes(Encoding(step=(1, 1)), 801, 301)
+    source = codes(Encoding(subsampling=(1, 1)), 801, 301)
     assert module.ONE_THREAD_PIXELS < 801 * 301
     expected = run(style(step("blend", opacity=0.0)), source, target=VIDEO)
     assert same_bits(convert(source, VIDEO), expected)

@@ -11,10 +11,11 @@ from typing import Any
 
 import cv2
 import pytest
+from control_groups import machine
 
-from vidstyle.core import cores
-from vidstyle.core.bands import CallingThread, in_bands
-from vidstyle.core.cores import (
+from vidstyle.core.bands import BandWorkers, CallingThread, in_bands
+from vidstyle.core.machine import cores
+from vidstyle.core.machine.cores import (
     MAX_THREADS,
     VARIABLE,
     CoreCount,
@@ -33,16 +34,6 @@ from vidstyle.errors import UsageError
 @pytest.fixture(autouse=True)
 def without_variable(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv(VARIABLE, raising=False)
-
-
-def machine(root: Path, groups: str, files: dict[str, str]) -> Path:
-    """A folder with the files of /proc and /sys that say how much a process may compute."""
-    texts = {"proc/self/cgroup": groups} | {f"sys/fs/cgroup/{name}": text for name, text in files.items()}
-    for name, text in texts.items():
-        path = root / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text)
-    return root
 
 
 V1 = "5:memory:/m\n4:cpu,cpuacct:/docker/1\n1:name=systemd:/docker/1\n"
@@ -96,7 +87,7 @@ def test_affinity_and_quota_limit_the_cores(affinity: int, quota: float | None, 
 def test_a_process_on_one_core_uses_one() -> None:
     command = (
         "import os; os.sched_setaffinity(0, [min(os.sched_getaffinity(0))]);"
-        "from vidstyle.core.cores import core_count; print(core_count())"
+        "from vidstyle.core.machine.cores import core_count; print(core_count())"
     )
     ended = subprocess.run([sys.executable, "-c", command], capture_output=True, text=True, check=True)
     wanted = "1: all cores" if os.cpu_count() == 1 else f"1 of {os.cpu_count()}: "
@@ -148,7 +139,7 @@ def test_opencv_uses_the_number_and_gets_its_own_back() -> None:
 def test_opencv_that_is_imported_later_uses_the_number() -> None:
     number = process_cores().number + 2
     command = (
-        "from vidstyle.core.cores import limit_opencv\n"
+        "from vidstyle.core.machine.cores import limit_opencv\n"
         "with limit_opencv():\n import cv2; print(cv2.getNumThreads())"
     )
     ended = subprocess.run(
@@ -174,6 +165,5 @@ class CountingPool(CallingThread):
 @pytest.mark.parametrize("number", [1, 3])
 def test_bands_are_divided_among_this_number_of_threads(number: int) -> None:
     pool = CountingPool()
-    with use_threads(number):
-        in_bands(pool, (4096, 64), 0, lambda top, bottom: None)
+    in_bands(BandWorkers(pool, number), (4096, 64), 0, lambda top, bottom: None)
     assert pool.submitted == number - 1

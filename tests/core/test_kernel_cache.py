@@ -14,7 +14,7 @@ import pytest
 from covering import DAY
 
 from vidstyle.core.kernels import object_files
-from vidstyle.core.user_cache import exposure_of, user_cache
+from vidstyle.core.machine.user_cache import exposure_of, user_cache
 
 ROOT = Path(__file__).parents[2]
 
@@ -22,7 +22,7 @@ DAMAGE = """
 import logging, os, random, sys
 from pathlib import Path
 import numpy as np
-from vidstyle.core.deferred_color import _mix
+from vidstyle.core.color.deferred_color import _mix
 from vidstyle.core.kernels import library, object_files
 from vidstyle.core.kernels.channels import _repeat_rows
 from vidstyle.core.kernels.declare import types_of
@@ -235,7 +235,7 @@ import os, sys
 os.path.expanduser = lambda path: path  # what it does there
 import logging
 logging.basicConfig(format="%(message)s", stream=sys.stdout)
-from vidstyle.core.user_cache import user_cache
+from vidstyle.core.machine.user_cache import user_cache
 print(user_cache() == user_cache(), user_cache().is_dir(), user_cache())
 """
     environment = {"XDG_CACHE_HOME": "relative", "LOCALAPPDATA": "", "PYTHONPATH": str(ROOT)}

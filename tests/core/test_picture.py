@@ -59,7 +59,7 @@ def test_levels(depth: int, full: bool, luma: tuple[int, int], chroma: tuple[int
     [((2, 2), (181, 321)), ((2, 1), (361, 321)), ((1, 2), (181, 641)), ((4, 1), (361, 161))],
 )
 def test_chroma_planes_are_rounded_up(step: tuple[int, int], shape: tuple[int, int]) -> None:
-    assert Encoding(step=step).chroma_shape(361, 641) == shape
+    assert Encoding(subsampling=step).chroma_shape(361, 641) == shape
 
 
 def test_sitings_are_those_of_h273() -> None:
@@ -89,7 +89,7 @@ def test_from_array(dtype: type[np.generic], depth: int, shape: tuple[int, ...])
     array = np.arange(np.prod(shape)).reshape(shape).astype(dtype) / np.array(1 if depth else 32, dtype)
     array = array.astype(dtype)
     picture = Picture.from_array(array)
-    assert picture.encoding == Encoding("bt709", full_range=True, depth=depth, step=(1, 1))
+    assert picture.encoding == Encoding("bt709", full_range=True, depth=depth, subsampling=(1, 1))
     held = picture.luma if len(shape) == 2 else picture.color
     assert held is not None
     assert held.dtype == picture.encoding.dtype

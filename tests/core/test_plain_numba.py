@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 from covering import of_the_day
 
-from vidstyle.blade.simd import filter_pixel_block, packed_filters
+from vidstyle.blade.simd import filter_pixel_block, pack_filters
 from vidstyle.core.kernels import Compiled, compiled
-from vidstyle.core.kernels.intrinsic import Intrinsic
+from vidstyle.core.kernels.declare import Intrinsic
 from vidstyle.core.kernels.neighbors import add_neighbors
 from vidstyle.core.kernels.sector_means import SECTOR_LANES, mean_of_sectors, sector_sums
 from vidstyle.core.kernels.vectors import VECTOR_LANES
@@ -254,7 +254,7 @@ def test_segments_are_nearly_equal(name, dtype):
 @pytest.mark.parametrize(("size", "shared"), [(7, 1), (9, 1), (9, 2), (11, 2)])
 def test_filtered_blocks_are_nearly_equal(size, shared):
     draw, together = np.random.default_rng(1), 2
-    bank = packed_filters(draw.random((5, size, size), np.float32) - np.float32(0.4))
+    bank = pack_filters(draw.random((5, size, size), np.float32) - np.float32(0.4))
     bins = draw.integers(0, 5, (together, 32)).astype(np.int32)
     luma = draw.random((size + together * shared - 1, 64), np.float32)
     out = np.zeros((together * shared, 24), np.float32)

@@ -12,7 +12,7 @@ from covering import in_one_test
 from pictures import codes
 
 from vidstyle.core.codes import IDENTITY_MIX_WEIGHTS, chroma_radius, store, store_chroma, store_yuv
-from vidstyle.core.deferred_color import Mixed, Printed
+from vidstyle.core.color.deferred_color import Mixed, Printed
 from vidstyle.core.picture import SITINGS, Encoding, Picture
 from vidstyle.core.planes import (
     chroma_rows,
@@ -148,7 +148,7 @@ def ramp(shape: tuple[int, int], step: tuple[int, int], siting: tuple[float, flo
 def test_a_ramp_survives_both_ways(
     step: tuple[int, int], siting: tuple[float, float], size: tuple[int, int]
 ) -> None:
-    encoding = Encoding(depth=0, full_range=True, step=step, siting=siting)
+    encoding = Encoding(depth=0, full_range=True, subsampling=step, siting=siting)
     small = ramp(encoding.chroma_shape(*size), step, siting)
     large = ramp(size, (1, 1), (0, 0))
     inside = (slice(4, -4), slice(4, -4))
@@ -166,7 +166,7 @@ def test_a_ramp_survives_both_ways(
 
 @every_subsampling
 def test_bands_of_chroma_are_those_of_the_whole(step: tuple[int, int], siting: tuple[float, float]) -> None:
-    encoding = Encoding(step=step, siting=siting)
+    encoding = Encoding(subsampling=step, siting=siting)
     picture = codes(encoding, 29, 31)
     whole = chroma_rows(picture, 0, 29)
     shrunk = averaged(whole[0], 0, 29, encoding)
@@ -182,7 +182,7 @@ def test_bands_of_chroma_are_those_of_the_whole(step: tuple[int, int], siting: t
 @every_subsampling
 def test_rgb_is_stored_as_its_luma_and_its_chroma(step: tuple[int, int], siting: tuple[float, float]) -> None:
     """In one go, in bands, as the planes one after another."""
-    encoding = Encoding(step=step, siting=siting)
+    encoding = Encoding(subsampling=step, siting=siting)
     color = np.random.default_rng(6).uniform(-0.1, 1.1, (29, 31, 3)).astype(np.float32)
     wanted, *planes = yuv_from_rgb(color, encoding)
     luma, in_bands = np.zeros((2, 29, 31), np.uint8)
@@ -202,7 +202,7 @@ def test_rgb_is_stored_as_its_luma_and_its_chroma(step: tuple[int, int], siting:
 @pytest.mark.parametrize("paper", [None, (0.9, 0.8, 0.7)], ids=["inked", "on paper"])
 def test_printed_rgb_is_stored_as_what_it_becomes(step: Any, siting: Any, paper: Any) -> None:
     """Paper and ink are laid on row by row."""
-    encoding, rng = Encoding(step=step, siting=siting), np.random.default_rng(8)
+    encoding, rng = Encoding(subsampling=step, siting=siting), np.random.default_rng(8)
     color, lines = (rng.uniform(-0.1, 1.1, shape).astype(np.float32) for shape in ((9, 11, 3), (9, 11)))
     printed = Printed(color, paper).inked((0.1, 0.2, 0.3), lines)
     under = color if paper is None else np.clip(color * np.array(paper), 0, 1)
@@ -222,7 +222,7 @@ def test_printed_rgb_is_stored_as_what_it_becomes(step: Any, siting: Any, paper:
 
 @every_subsampling
 def test_chroma_that_is_a_sum_of_planes(step: tuple[int, int], siting: tuple[float, float]) -> None:
-    encoding = Encoding(depth=16, step=step, siting=siting)
+    encoding = Encoding(depth=16, subsampling=step, siting=siting)
     planes = np.random.default_rng(7).uniform(0, 1, (3, 9, 11)).astype(np.float32)
     mix = np.array([[0.2, -0.1], [0, 0.1], [-0.3, 0], [0.05, -0.02]], np.float32)
     summed = np.tensordot(mix[:3], planes, (0, 0)) + mix[3, :, None, None]
@@ -237,7 +237,7 @@ def test_chroma_that_is_a_sum_of_planes(step: tuple[int, int], siting: tuple[flo
 def test_flat_chroma_stays_flat_to_the_edges(
     step: tuple[int, int], siting: tuple[float, float], size: tuple[int, int]
 ) -> None:
-    encoding = Encoding(depth=10, step=step, siting=siting)
+    encoding = Encoding(depth=10, subsampling=step, siting=siting)
     shape = encoding.chroma_shape(*size)
     plane = np.full(shape, 600, np.uint16)
     picture = Picture(encoding, luma=np.zeros(size, np.uint16), chroma=(plane, plane))
@@ -251,7 +251,7 @@ def test_smooth_subsampled_planes_come_back_through_rgb() -> None:
     """4:2:0 with soft colours: luma exact, chroma where it is linear."""
     encoding = Encoding()
     chroma = np.rint(128 + 512 * ramp((12, 16), (2, 2), encoding.siting)).astype(np.uint8)
-    luma = codes(replace(encoding, step=(1, 1)), 24, 32).luma
+    luma = codes(replace(encoding, subsampling=(1, 1)), 24, 32).luma
     picture = Picture(encoding, luma=luma, chroma=(chroma, chroma))
     back, blue, _ = yuv_from_rgb(color_rows(picture, 0, 24), encoding)
     out = np.empty((24, 32), np.uint8)
@@ -271,7 +271,9 @@ def test_gray_has_neutral_chroma_and_equal_channels() -> None:
 
 def test_rgb_planes_are_scaled_by_their_own_range() -> None:
     color = np.array([[[0, 128, 255], [16, 235, 100]]], np.uint8)
-    full, limited = (Picture(Encoding(full_range=each, step=(1, 1)), color=color) for each in (True, False))
+    full, limited = (
+        Picture(Encoding(full_range=each, subsampling=(1, 1)), color=color) for each in (True, False)
+    )
     np.testing.assert_allclose(color_rows(full, 0, 1), color / 255, atol=1e-7)
     np.testing.assert_allclose(color_rows(limited, 0, 1), (color - 16.0) / 219, atol=1e-6)
     np.testing.assert_allclose(luma_rows(full, 0, 1), color / 255 @ WEIGHTS["bt709"], atol=1e-6)

@@ -43,7 +43,7 @@ LONG = style(
 
 
 @pytest.mark.parametrize(
-    "target", [VIDEO, Encoding(siting=SITINGS["bottom"]), Encoding(step=(4, 4)), FLOAT], ids=str
+    "target", [VIDEO, Encoding(siting=SITINGS["bottom"]), Encoding(subsampling=(4, 4)), FLOAT], ids=str
 )
 @pytest.mark.parametrize("name", ["video", "rgb", "gray"])
 def test_bands_keep_every_bit_of_long_style(

@@ -25,7 +25,7 @@ def test_style_matches_golden(name: str, tmp_path: Path) -> None:
 
 
 def test_changed_style_is_reported_with_pictures(tmp_path: Path) -> None:
-    changed = override(load_style("poster"), ["lines.posterize.levels=5"])
+    changed = override(load_style("poster"), ["posterize.levels=2"])
     with pytest.raises(AssertionError, match="poster: .* levels off") as caught:
         check("poster", drawn(changed), tmp_path)
     paths = sorted(tmp_path.iterdir())

@@ -57,7 +57,7 @@ def test_chroma_is_not_read(monkeypatch: pytest.MonkeyPatch) -> None:
     def read(*_: object) -> None:
         raise AssertionError("chroma was converted")
 
-    for name in ("upsampled_chroma", "stored_chroma_rows", "color_rows", "yuv_from_rgb"):
+    for name in ("upsample_chroma", "stored_chroma_rows", "color_rows", "yuv_from_rgb"):
         monkeypatch.setattr(f"vidstyle.cpu.execute.{name}", read)
     monkeypatch.setattr("vidstyle.cpu.pixel_operations.rgb_from_yuv", read)
     for steps in LUMA_STYLES.values():
@@ -92,7 +92,7 @@ def test_result_has_target_encoding(source: Picture, target: Encoding) -> None:
     assert (result.luma.dtype, result.luma.shape) == (target.dtype, source.shape)
     for plane in result.chroma:
         assert (plane.dtype, plane.shape) == (target.dtype, target.chroma_shape(*source.shape))
-    if target.step == (1, 1):
+    if target.subsampling == (1, 1):
         rounding = 0 if target.depth == 0 else 1 / target.luma_levels[1]
         np.testing.assert_allclose(rgb_of(result), rgb_of(source), atol=1.6 * rounding + 1e-5)
     else:
@@ -114,7 +114,7 @@ def in_planes(rgb: np.ndarray, target: Encoding) -> list[np.ndarray]:
 
 def boxed(plane: np.ndarray, target: Encoding) -> np.ndarray:
     """Average half pixels, which is exact for any box whose ends are at half pixels."""
-    for axis, step_, siting in zip((1, 0), target.step, target.siting, strict=True):
+    for axis, step_, siting in zip((1, 0), target.subsampling, target.siting, strict=True):
         if step_ > 1:
             count = -(-plane.shape[axis] // step_)
             halves = np.arange(2 * step_) / 2 + 0.25 - step_ / 2
@@ -129,7 +129,7 @@ def boxed(plane: np.ndarray, target: Encoding) -> np.ndarray:
 def test_rgb_is_full_range_and_packed(source: Picture, depth: int) -> None:
     result = run(style(step("blend", opacity=0.0)), source, target=Encoding(depth=depth), rgb=True)
     assert result.color is not None and result.luma is None
-    assert result.encoding == Encoding(depth=depth, full_range=True, step=(1, 1))
+    assert result.encoding == Encoding(depth=depth, full_range=True, subsampling=(1, 1))
     top = 1 if depth == 0 else 2**depth - 1
     tolerance = 1e-5 if depth == 0 else 0.51 / top + 1e-5
     np.testing.assert_allclose(result.color / top, rgb_of(source), atol=tolerance)

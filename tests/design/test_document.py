@@ -159,7 +159,7 @@ def test_a_recipe_opens_into_steps_that_make_the_same_picture(name: str) -> None
         ("refer", {"step": 1, "name": "sigma", "value": "kept"}, "is not a picture or a file"),
         ("variant", {"name": "red"}, "is not a variant"),
         ("knob", {"step": None, "name": "inks", "on": True}, "did you mean 'ink'"),
-        ("strength", {"value": 2}, "strength: 2 is outside 0 to 1"),
+        ("field", {"name": "strength", "value": 2}, "strength: 2 is outside 0 to 1"),
         ("rename", {"name": "\x07"}, "is not a text"),
     ],
 )

@@ -17,6 +17,7 @@ from waiting import eventually
 import vidstyle
 from vidstyle.design.designer import Designer
 from vidstyle.design.drafts import Drafts
+from vidstyle.design.page import open_page
 from vidstyle.design.page.design_server import DesignServer
 from vidstyle.preview.clip import Clip, open_clip
 from vidstyle.style import Step, Style, load_style, save_style, style_names
@@ -48,6 +49,11 @@ class Page:
     def steps(self, layer: str) -> list[str]:
         document = self.server.designer.opened
         return [step.table["block"] for step in document.content.layers[layer]]
+
+    @property
+    def history(self) -> list[str]:
+        """The labels of the edits that can be undone, the last one last."""
+        return [each["label"] for each in self.server.designer.state["history"]]
 
     def add(self, gap: str, block: str, name: str) -> None:
         """Add a step by mouse."""
@@ -112,7 +118,7 @@ class Page:
 @contextmanager
 def shown(browser: Browser, clip: Clip, folder: Path) -> Iterator[Page]:
     """The page of a designer that writes into a folder."""
-    server = DesignServer(Designer(clip, folder, Drafts(folder / "draft.json")), 0, "cpu")
+    server = open_page(Designer(clip, folder, Drafts(folder / "draft.json")), 0, "cpu")
     browser.call(
         "Emulation.setDeviceMetricsOverride", width=1440, height=900, deviceScaleFactor=1, mobile=False
     )
@@ -221,6 +227,27 @@ def test_a_style_is_built_by_mouse(page: Page) -> None:
     by_hand(page, **values)
 
 
+def test_values_that_change_before_an_answer_are_undone_in_order(page: Page) -> None:
+    """A user is faster than a busy server: the second slider moves while values of the first wait."""
+    page.begin()
+    page.add("[data-layer=background]", "pattern", "Pattern")
+    before, revision = len(page.history), page.server.designer.opened.revision
+    last = page.browser.run(
+        """return names.map((name) => {
+          const [number, range] = document.querySelectorAll(`.inspector [data-path$='.${name}'] input`);
+          for (const part of [0.2, 0.4, 0.8]) {
+            range.value = part * range.max;
+            range.dispatchEvent(new Event("input"));
+          }
+          return `pattern ${name} ${number.value}`;
+        });""",
+        names=["levels", "angle", "wobble"],
+    )
+    page.undone(last[-1])
+    assert page.history[before:] == last
+    assert page.server.designer.opened.revision == revision + len(last), "only the newest values are sent"
+
+
 def test_a_style_is_built_by_keyboard_alone(page: Page) -> None:
     browser = page.browser
 
@@ -300,6 +327,26 @@ def test_the_browser_restyles_and_a_dragged_value_compiles_nothing(page: Page) -
     assert picture != before[1]
     browser.press("Escape", "k")
     page.told("no value differs by more than 1")
+
+
+def test_the_server_renders_styles_with_masks(page: Page, tmp_path: Path) -> None:
+    """A browser cannot compute masks."""
+    style = Style(
+        "keyed", keep="screen", masks={"screen": {"color": "#00b140"}}, background=(Step("posterize"),)
+    )
+    file = tmp_path / "keyed.toml"
+    save_style(style, file)
+    page.begin()
+    page.browser.run(
+        """const where = document.getElementById("where");
+        where.value = "page";
+        where.dispatchEvent(new Event("change"));"""
+    )
+    page.browser.until("document.getElementById('who').textContent === 'Software'")
+    page.drop(file)
+    page.browser.until("document.getElementById('name').value === 'keyed'")
+    page.browser.until("document.getElementById('who').textContent === 'Server'")
+    page.is_drawn()
 
 
 def test_files_are_dropped_on_the_page(page: Page) -> None:

@@ -8,10 +8,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 from designing import Page, served, shown
 from media import make_clip, make_picture
+from pictures import picture_with_face
 from waiting import LONG, eventually
 
 from vidstyle import load_style, stylize
@@ -85,7 +87,7 @@ def test_frames_come_by_number_and_are_exact(page: Page, server: DesignServer) -
     assert sent.number == 7 and (sent.pixels == server.designer.clip.frame(7)).all()
     page.ask("frame", number=10**6)
     assert page.picture(1, 11)
-    page.ask("play", **{"at": 4, "from": 3, "to": 5, "fps": 30})
+    page.ask("play", **{"at": 4, "first": 3, "last": 5, "fps": 30})
     numbers = [page.picture(1).number for _ in range(4)]
     assert numbers[0] == 4 and set(numbers) <= {3, 4, 5}
     page.ask("pause")
@@ -132,7 +134,7 @@ def test_a_style_is_saved_beside_its_file_and_never_over_another_unasked(
     page: Page, server: DesignServer, tmp_path: Path
 ) -> None:
     text = '# Mine.\nformat = 1\nname = "mine"\n\n# Tones.\n[[background]]\nblock = "posterize" # flat\n'
-    page.ask("open_text", name="mine.toml", text=text)
+    page.upload("mine.toml", text.encode())
     assert page.told["state"]["dirty"] and page.told["state"]["file"] == ""
     assert "has no file yet" in page.error("save")
     assert page.error("save_as", name="mine", overwrite=False) == ""
@@ -182,7 +184,7 @@ def test_a_film_is_rendered_with_progress_and_a_name_is_asked_for(page: Page, tm
     assert page.progress[-1]["finished"] and page.progress[-1]["file"] == "out.mp4"
     assert page.progress[-1]["done"] == 5 and (tmp_path / "out.mp4").stat().st_size > 0
     assert "exists" in page.error("render", name="out.mp4", overwrite=False, frames=5)
-    assert "unknown kind of file" in page.error("render", name="out.xyz", overwrite=False, frames=5)
+    assert "unknown extension" in page.error("render", name="out.xyz", overwrite=False, frames=5)
     assert page.ask("export", kind="html", name="sketch", overwrite=False)["file"] == "sketch.html"
     assert page.ask("command")["text"].endswith("film.mp4 output.mp4 --style sketch")
 
@@ -283,3 +285,24 @@ def test_a_page_that_asks_for_too_much_at_once_is_told_so(page: Page) -> None:
     ids = [page.say("check") for _ in range(20)]
     told = [page.answer(id).get("error", "") for id in ids]
     assert any("is busy" in each for each in told) and "" in told
+
+
+def test_a_page_that_renders_gets_the_faces(tmp_path: Path) -> None:
+    """In finer detail, to lay over its picture; and an empty picture once there is no focus."""
+    cv2.imwrite(str(tmp_path / "face.png"), picture_with_face()[..., ::-1])
+    with served(tmp_path, open_clip(tmp_path / "face.png")) as server, shown(server, 480) as page:
+        page.ask("open", style="comic")
+        data = np.frombuffer(page.picture(7).data, np.uint8)
+        faces = cv2.imdecode(data, cv2.IMREAD_UNCHANGED)
+        assert faces is not None and faces.shape == (480, 640, 4) and faces[..., 3].max() == 255
+        page.ask("field", name="focus", value=0, gesture=1)
+        sent = page.picture(7)
+        assert sent.pixels.shape == (1, 1, 3) and sent.revision == page.told["state"]["revision"]
+
+
+def test_the_server_renders_a_style_with_a_network(page: Page) -> None:
+    """For a page that renders the others."""
+    page.ask("new")
+    page.ask("add", layer="background", index=0, block="network", gesture=1)
+    assert page.picture(2).pixels.shape == (64, 96, 3)
+    assert "notice" not in page.told

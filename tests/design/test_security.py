@@ -18,11 +18,11 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from vidstyle.design.designer import Designer
 from vidstyle.design.drafts import Drafts
-from vidstyle.design.page import message_fields, page_connection
+from vidstyle.design.page.design_connection import DesignConnection
 from vidstyle.design.page.design_server import MAX_PAGES, DesignServer
 from vidstyle.errors import UsageError
 from vidstyle.preview.clip import open_clip
-from vidstyle.preview.places import checked_path
+from vidstyle.preview.places import check_path
 from vidstyle.web.messages import MessageError, read_message
 
 
@@ -91,7 +91,7 @@ def is_closed(page: Page) -> int:
         ('{"do": "save"}', 1008),
         ('{"do": "save", "id": 1, "path": "/etc/passwd"}', 1008),
         ('{"do": "set", "id": 1, "gesture": 1, "step": 1, "name": "sigma", "value": [1]}', 1008),
-        ('{"do": "strength", "id": 1, "gesture": 1, "value": NaN}', 1008),
+        ('{"do": "play", "id": 1, "at": 0, "first": 0, "last": 1, "fps": NaN}', 1008),
         ('{"do": "watch", "id": 1, "solo": null, "side": 99999, "where": "page"}', 1008),
         ("[" * 5000, 1008),
         ("x" * 70_000, 1009),
@@ -118,7 +118,7 @@ def test_parts_of_no_file_and_more_than_was_announced_end_the_connection(server:
 
 
 def test_too_many_messages_end_the_connection(server: DesignServer, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(page_connection, "MAX_MESSAGES", 20)
+    monkeypatch.setattr(DesignConnection, "MAX_MESSAGES", 20)
     with shown(server) as page:
         for _ in range(60):
             page.say("command")
@@ -135,14 +135,14 @@ NAMES = [
 def test_files_are_written_under_plain_names_in_one_folder(tmp_path: Path, name: str) -> None:
     (tmp_path / "link.toml").symlink_to(tmp_path.parent / "elsewhere.toml")
     with pytest.raises(UsageError):
-        checked_path(tmp_path, name, ".toml")
+        check_path(tmp_path, name, ".toml")
     with pytest.raises(UsageError):
-        checked_path(tmp_path, name)
+        check_path(tmp_path, name)
 
 
 @pytest.mark.parametrize("name", ["ink", "My style (2)", "été-1.v2", "a.toml"])
 def test_usual_names_are_taken(tmp_path: Path, name: str) -> None:
-    path = checked_path(tmp_path, name, ".toml")
+    path = check_path(tmp_path, name, ".toml")
     assert path.parent == tmp_path and path.suffix == ".toml" and path.name.count(".toml") == 1
 
 
@@ -176,13 +176,12 @@ def test_a_style_from_a_stranger_reads_no_file_and_holds_no_code(
         page.ask("new")
         for path in ("secret.npz", "../secret.npz", "/etc/passwd"):
             text = f'format = 1\n[[base]]\nblock = "learned"\nbank = "{path}"\n'
-            told = page.error("open_text", name="x.toml", text=text)
+            told = page.upload("x.toml", text.encode())["error"]
             assert "bank" in told and not page.told["state"]["layers"]["base"]
-        assert "is not TOML" in page.error("open_text", name="x.toml", text="import os")
-        assert "is not a block" in page.error(
-            "open_text", name="x.toml", text='format = 1\n[[base]]\nblock = "os.system"\n'
-        )
-        page.ask("open_text", name="\x07../x.toml", text="format = 1\n")
+        assert "is not TOML" in page.upload("x.toml", b"import os")["error"]
+        hostile = b'format = 1\n[[base]]\nblock = "os.system"\n'
+        assert "is not a block" in page.upload("x.toml", hostile)["error"]
+        page.upload("\x07../x.toml", b"format = 1\n")
         assert page.told["state"]["name"] == "x"
 
 
@@ -222,8 +221,8 @@ VALUES = [
 
 def malformed(choose: random.Random) -> str:
     """A message of the page with something wrong, or with values that make no sense."""
-    kind = choose.choice([*message_fields.MESSAGE_FIELDS, "nothing"])
-    fields = dict.fromkeys(message_fields.MESSAGE_FIELDS.get(kind, {"id": None}))
+    kind = choose.choice([*DesignConnection.messages, "nothing"])
+    fields = ["id", *DesignConnection.messages[kind].fields] if kind != "nothing" else ["id"]
     message = {"do": kind} | {name: choose.choice(VALUES) for name in fields}
     if choose.random() < 0.7:
         message["id"] = 1
@@ -244,7 +243,7 @@ def test_the_last_page_may_close_while_a_draft_is_kept(
 
     def keep_draft() -> None:
         begun.set()
-        eventually(lambda: not server.pages)
+        eventually(lambda: not server.browsers)
         done.set()
 
     with served(tmp_path, open_clip(photo)) as server:
@@ -253,7 +252,7 @@ def test_the_last_page_may_close_while_a_draft_is_kept(
             page.ask("new")
             assert begun.wait(LONG)
         assert done.wait(LONG)
-        eventually(lambda: not server._tasks)
+        eventually(lambda: not server.tasks)
 
 
 @pytest.mark.parametrize("count", [60, pytest.param(1000, marks=pytest.mark.thorough)])
@@ -261,14 +260,15 @@ def test_malformed_messages_never_raise(
     server: DesignServer, count: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Each is refused by the table, or answered; the first that is refused ends the connection."""
-    monkeypatch.setattr(page_connection, "MAX_MESSAGES", 10**6)
+    monkeypatch.setattr(DesignConnection, "MAX_MESSAGES", 10**6)
     choose = random.Random(random.randrange(2**32))
     refused = []
     with shown(server) as page:
         page.ask("new")
         for text in (malformed(choose) for _ in range(count)):
             try:
-                kind = read_message(text, message_fields.MESSAGE_FIELDS)["do"]
+                read_message(text, DesignConnection.messages)
+                kind = json.loads(text)["do"]
             except MessageError:
                 refused.append(text)
                 continue
@@ -282,5 +282,5 @@ def test_malformed_messages_never_raise(
         with shown(server) as page:
             page.socket.send(text)
             assert is_closed(page) == 1008
-    eventually(lambda: not server.pages)
+    eventually(lambda: not server.browsers)
     assert server.error is None

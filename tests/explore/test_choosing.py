@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Sequence
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -50,6 +51,13 @@ def chooser(seed: int = 1, **given: object) -> Chooser:
 
 def names(tiles: Sequence[Tile]) -> list[str]:
     return [tile.style.name for tile in tiles]
+
+
+def distances(made: Chooser, place: int) -> list[float]:
+    """How far the mutants that a choice of this tile shows are from it."""
+    notes = [style.note for style in made.likely_styles(place)]
+    found = [re.findall(r"other values, distance ([\d.]+)", note)[-1:] for note in notes[:6]]
+    return [float(distance) for (distance,) in found]
 
 
 def structure(style: Style) -> dict[str, list[str]]:
@@ -207,3 +215,15 @@ def test_somebody_with_a_look_in_mind_finds_it(name: str) -> None:
         Chooser(looks, shipped_styles(), 3), target, radius_of(target, others), 8
     )
     assert needed is not None, nearest
+
+
+def test_a_tile_that_is_taken_again_gives_nearer_ones() -> None:
+    made, place = chooser(), 2
+    found = [distances(made, place)]
+    for _ in range(3):
+        made.more_like(place)
+        place = MIDDLE
+        found.append(distances(made, place))
+    for before, after in pairwise(found):
+        assert after == pytest.approx([0.7 * distance for distance in before], rel=1e-4)
+    assert distances(made, 0) == found[0], "another tile begins at the first distance"

@@ -74,7 +74,7 @@ def test_a_stopped_search_keeps_what_is_there(photograph: Path, tmp_path: Path) 
 
 def test_a_picture_of_nothing_is_refused_in_a_line(tmp_path: Path) -> None:
     cv2.imwrite(str(tmp_path / "black.png"), data.chelsea() * 0)
-    with pytest.raises(InputError, match="none of 4 styles passed"):
+    with pytest.raises(InputError, match="no style passed of 4 candidates"):
         explore_to_folder(tmp_path / "black.png", tmp_path / "none", 1, seed=1, tries=4)
     assert not (tmp_path / "none").exists()
 

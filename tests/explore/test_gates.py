@@ -115,12 +115,12 @@ def test_judge_prefers_what_it_was_made_to_prefer(tmp_path: Path, classes: int) 
 @pytest.mark.parametrize("content", [b"", b"not a model"])
 def test_judge_refuses_other_files_in_a_line(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "model.onnx").write_bytes(content)
-    with pytest.raises(InputError, match="model that can judge"):
+    with pytest.raises(InputError, match="model that scores pictures"):
         Judge(tmp_path / "model.onnx")
 
 
 def test_judge_refuses_models_of_other_shape(tmp_path: Path) -> None:
     three = tmp_path / "three.onnx"
     three.write_bytes(brightness_judge(3))
-    with pytest.raises(InputError, match="gives 3 numbers"):
+    with pytest.raises(InputError, match="returns 3 numbers"):
         Judge(three)

@@ -13,10 +13,16 @@ from skimage import data
 from vidstyle.cli import main
 from vidstyle.explore import like
 from vidstyle.explore.appearance import appearance_distance, appearance_of
-from vidstyle.explore.like import MAX_NEAR_DISTANCE, MIN_FAR_DISTANCE, known_styles, ranked, searched
+from vidstyle.explore.like import (
+    MAX_NEAR_DISTANCE,
+    MIN_FAR_DISTANCE,
+    known_styles,
+    rank_styles,
+    search_styles,
+)
 from vidstyle.explore.measure import reduce_picture
 from vidstyle.explore.phrases import shipped_styles
-from vidstyle.gallery.style_samples import restyled
+from vidstyle.gallery.style_samples import restyle_picture
 from vidstyle.style import load_style
 
 SIDE = 300
@@ -28,10 +34,10 @@ def photograph(name: str) -> np.ndarray:
 
 def named_among_three(given: str, tried: str, wanted: list[str], known: list[str]) -> int:
     """How many of the wanted styles are among the three nearest to their picture of another photograph."""
-    looks = {name: appearance_of(restyled(photograph(tried), load_style(name))) for name in known}
+    looks = {name: appearance_of(restyle_picture(photograph(tried), load_style(name))) for name in known}
     hits = 0
     for name in wanted:
-        target = appearance_of(restyled(photograph(given), load_style(name)))
+        target = appearance_of(restyle_picture(photograph(given), load_style(name)))
         hits += name in sorted(looks, key=lambda each: appearance_distance(looks[each], target))[:3]
     return hits
 
@@ -49,9 +55,9 @@ def test_finds_eleven_of_thirteen_styles() -> None:
 
 
 def test_the_look_does_not_depend_on_the_size() -> None:
-    picture = restyled(photograph("coffee"), load_style("poster"))
+    picture = restyle_picture(photograph("coffee"), load_style("poster"))
     double = cv2.resize(picture, None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)
-    other = restyled(photograph("coffee"), load_style("engraving"))
+    other = restyle_picture(photograph("coffee"), load_style("engraving"))
     here, larger, different = map(appearance_of, (picture, double, other))
     assert (
         appearance_distance(here, larger)
@@ -64,10 +70,10 @@ def test_the_look_does_not_depend_on_the_size() -> None:
 def test_search_comes_nearer(monkeypatch: pytest.MonkeyPatch) -> None:
     for name, value in {"SEARCH_ROUNDS": 2, "PARENT_COUNT": 1, "CHILD_COUNT": 3}.items():
         monkeypatch.setattr(like, name, value)
-    wanted = restyled(photograph("coffee"), load_style({"format": 1, "ink": "#303080", "lines": [
+    wanted = restyle_picture(photograph("coffee"), load_style({"format": 1, "ink": "#303080", "lines": [
         {"block": "flow_xdog", "sigma": 3.0, "p": 12}]}))  # fmt: skip
-    known = ranked(wanted, photograph("chelsea"), [load_style("ink:blue")])
-    found = searched(wanted, photograph("chelsea"), known)
+    known = rank_styles(wanted, photograph("chelsea"), [load_style("ink:blue")])
+    found = search_styles(wanted, photograph("chelsea"), known)
     assert found.distance < known[0].distance
 
 
@@ -75,11 +81,17 @@ def test_command_names_the_nearest(
     tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(like, "known_styles", lambda: [load_style(name) for name in ("noir", "poster")])
-    picture = restyled(photograph("coffee"), load_style("poster"))
+    picture = restyle_picture(photograph("coffee"), load_style("poster"))
     cv2.imwrite(str(tmp_path / "poster.png"), picture[..., ::-1])
     assert main(["styles", "--like", str(tmp_path / "poster.png"), "--json", "--progress", "none"]) == 0
     rows = json.loads(capfd.readouterr().out)
     assert [row["name"] for row in rows] == ["poster", "noir"]
+    for name, value in {"SEARCH_ROUNDS": 1, "PARENT_COUNT": 1, "CHILD_COUNT": 1}.items():
+        monkeypatch.setattr(like, name, value)
+    near = ["styles", "--like", str(tmp_path / "poster.png"), "-o", str(tmp_path / "style.toml")]
+    assert main([*near, "--progress", "none"]) == 0
+    assert "style.toml" in capfd.readouterr().out
+    assert load_style(tmp_path / "style.toml").layers
     wrong = ["styles", "--like", str(tmp_path / "poster.png"), "-o", str(tmp_path / "style.png")]
     assert main(wrong) == 2
     assert "is not a style file" in capfd.readouterr().err

@@ -26,16 +26,17 @@ from vidstyle.errors import UsageError
 from vidstyle.explore import chooser
 from vidstyle.explore.look import MAX_LOOK_SIDE_PX
 from vidstyle.explore.page import exploration as exploration_file
-from vidstyle.explore.page import explore_server, outputs
+from vidstyle.explore.page import explore_server
 from vidstyle.explore.page.exploration import Exploration
-from vidstyle.explore.page.explore_messages import MESSAGE_FIELDS
-from vidstyle.explore.page.explore_server import STATIC_FOLDER, ExploreServer
+from vidstyle.explore.page.explore_server import STATIC_FOLDER, ExploreConnection, ExploreServer
+from vidstyle.explore.page.saving import save_style_of_user
 from vidstyle.gpu.compile.es import es_plan
 from vidstyle.preview.clip import open_clip
 from vidstyle.style import load_style, user_styles
 from vidstyle.web import server
 
 SIZE = (192, 108)
+MESSAGES = ExploreConnection.messages
 
 
 @pytest.fixture(scope="module")
@@ -83,15 +84,7 @@ def window(visitor: Visitor) -> Iterator[Window]:
 
 def answer(window: Window, do: str, **fields: Any) -> dict[str, Any]:
     """The answer to a message."""
-    answer.number += 1  # type: ignore[attr-defined]
-    window.say(do=do, id=answer.number, **fields)  # type: ignore[attr-defined]
-    while True:
-        told = json.loads(window._next(lambda data: isinstance(data, str) and "answer" in json.loads(data)))
-        if told["answer"] == answer.number:  # type: ignore[attr-defined]
-            return dict(told)
-
-
-answer.number = 0  # type: ignore[attr-defined]
+    return window.answer(do=do, **fields)
 
 
 def picture(visitor: Visitor, address: str) -> np.ndarray:
@@ -196,8 +189,8 @@ def test_a_name_is_a_name_and_no_path(window: Window, folder: Path, name: str) -
 
 @pytest.mark.parametrize("name", ["ink", "plain"])
 def test_a_shipped_style_keeps_its_name(name: str, folder: Path) -> None:
-    with pytest.raises(UsageError, match="comes with vidstyle"):
-        outputs.save(load_style("sketch"), name, overwrite=True)
+    with pytest.raises(UsageError, match="name of a shipped style"):
+        save_style_of_user(load_style("sketch"), name, overwrite=True)
 
 
 @pytest.mark.parametrize(
@@ -226,9 +219,9 @@ def test_malformed_messages_end_the_socket_and_nothing_else(page: ExploreServer,
     values = [None, True, -1, 0, 1.5, 2**60, "", "x", "x" * 300, [], {}, float("inf")]
     before = page.state()
     for number in range(60):
-        kind = chance.choice([*MESSAGE_FIELDS, "nothing", 7])
-        fields = dict(MESSAGE_FIELDS.get(kind, {"id": None})) if isinstance(kind, str) else {"id": None}
-        message = {"do": kind, **{name: chance.choice(values) for name in fields}, "more": 1}
+        kind = chance.choice([*MESSAGES, "nothing", 7])
+        fields = MESSAGES[kind].fields if kind in MESSAGES else ()
+        message = {"do": kind, **{name: chance.choice(values) for name in ("id", *fields)}, "more": 1}
         text = json.dumps(message) if number % 5 else json.dumps(message)[:-3]
         with visitor.look() as window:
             window.socket.send(text)
@@ -239,7 +232,7 @@ def test_malformed_messages_end_the_socket_and_nothing_else(page: ExploreServer,
 
 
 def test_messages_have_a_size_and_a_rate(visitor: Visitor, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(explore_server, "MAX_MESSAGES", 5)
+    monkeypatch.setattr(ExploreConnection, "MAX_MESSAGES", 5)
     for texts, code in (
         (["x" * (server.MAX_MESSAGE + 1)], 1009),
         ([json.dumps({"do": "cancel", "id": 1})] * 40, 1008),
@@ -252,9 +245,9 @@ def test_messages_have_a_size_and_a_rate(visitor: Visitor, monkeypatch: pytest.M
 
 
 def test_so_many_browsers_and_no_more(visitor: Visitor, page: ExploreServer) -> None:
-    eventually(lambda: not page._viewers)
+    eventually(lambda: not page.browsers)
     with ExitStack() as stack:
-        for _ in range(explore_server.MAX_VIEWERS):
+        for _ in range(explore_server.MAX_BROWSERS):
             stack.enter_context(visitor.look()).news("state")
         assert visitor.ask("/socket")[0] == 429
 
@@ -262,7 +255,6 @@ def test_so_many_browsers_and_no_more(visitor: Visitor, page: ExploreServer) -> 
 def test_the_page_sends_what_the_server_knows_and_loads_nothing_from_elsewhere() -> None:
     texts = {path.name: path.read_text(encoding="utf-8") for path in STATIC_FOLDER.iterdir()}
     scripts = "".join(text for name, text in texts.items() if name.endswith(".js"))
-    assert set(re.findall(r'\bask\("(\w+)"', scripts)) == MESSAGE_FIELDS.keys()
     ids = re.findall(r'\bid="([\w-]+)"', texts["explore.html"])
     assert len(ids) == len(set(ids)) and set(
         re.findall(r'\bget\("([\w-]+)"\)', scripts.replace("options.get(", ""))
@@ -299,6 +291,22 @@ def focused(page: Browser) -> str:
     return str(
         page.run("return document.activeElement.getAttribute('aria-label') ?? document.activeElement.id")
     )
+
+
+def test_a_page_that_is_opened_before_the_first_screen_waits_for_it(
+    browser: Browser, page: ExploreServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    chooser = page.exploration.chooser
+    with monkeypatch.context() as patch:
+        patch.setattr(chooser, "screens", [])
+        browser.open(page.url)
+        browser.until("document.getElementById('clip').textContent === 'film.mp4'")
+        browser.run("await new Promise((done) => setTimeout(done, 50))")
+    page.submit(page.send_state)
+    browser.until(
+        "document.querySelectorAll('.take').length === 9 && document.getElementById('seen').children.length"
+    )
+    assert not [event for event in browser.events if event["method"] == "Runtime.exceptionThrown"]
 
 
 def test_nine_tiles_move_and_say_what_they_are(opened: Browser, page: ExploreServer) -> None:
@@ -426,6 +434,6 @@ def test_a_tile_is_opened_in_the_designer(
     opened.open(opened.run("return globalThis.opened"))
     opened.until(f"document.querySelectorAll('.card').length === {len(style.steps) + 2}")
     opened.until("document.getElementById('name').value.length > 0")
-    assert opened.run("return document.getElementById('film-name').textContent").endswith("film.mp4")
+    opened.until("document.getElementById('film-name').textContent.endsWith('film.mp4')")
     opened.until("document.getElementById('picture').dataset.revision")
     stop.set()

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import shutil
 import subprocess
+from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from block_settings import block_style, ends_of, style_of_a_richer_bank
+from block_settings import RICHER_BANKS, block_style, ends_of
 from block_settings import folder as folder
 from browser import StyleBrowser
 from browser import style_browser as style_browser
@@ -31,6 +33,9 @@ from vidstyle.style import Step, Style, load_style, override, style_names
 
 SHARES = {False: 0.001, True: 0.002}
 """The share of samples that may be off by more than one code, in float32 and in half floats."""
+SAMPLES_AROUND_A_CHOICE = 27
+"""Samples of 3 x 3 pixels: where one pixel takes another filter of a bank, a second bank spreads that. In
+small pictures these are more than the share above."""
 
 
 @cache
@@ -41,10 +46,11 @@ def picture(height: int, width: int) -> np.ndarray:
 def fault(browser: StyleBrowser, chosen: Style, shape: tuple[int, int], half: bool) -> str:
     """What is wrong with a style in the browser; empty if it agrees with the CPU."""
     source = picture(*shape)
-    right = vidstyle.stylize(source, chosen, "cpu").astype(int)
+    right = vidstyle.stylize(source, replace(chosen, steady=0.0), "cpu").astype(int)
     (made,) = browser.restyled(es_plan(chosen, *shape[::-1]), [source], half)
-    share = float((np.abs(made - right) > 1).mean())
-    return "" if share <= SHARES[half] else f"{share:.3%} of the samples are off"
+    off = np.abs(made - right) > 1
+    allowed = max(SHARES[half] * off.size, SAMPLES_AROUND_A_CHOICE)
+    return "" if off.sum() <= allowed else f"{off.mean():.3%} of the samples are off"
 
 
 STYLES = [f"{name} in {precision}" for name in style_names() for precision in ("float", "half")]
@@ -72,11 +78,20 @@ def test_every_block_gives_in_a_browser_what_it_gives_on_the_cpu(
         assert not fault(style_browser, block_style(block, values, folder), SMALL, False), values
 
 
-def test_a_bank_that_chooses_by_more_and_changes_chroma_does_so_in_a_browser(
-    style_browser: StyleBrowser, tmp_path: Path
+@pytest.mark.parametrize("make_style", RICHER_BANKS)
+def test_a_bank_of_another_form_gives_in_a_browser_what_it_gives_on_the_cpu(
+    make_style: Callable[[Path], Path], style_browser: StyleBrowser, tmp_path: Path
 ) -> None:
-    look = load_style(style_of_a_richer_bank(tmp_path))
+    look = load_style(make_style(tmp_path))
     assert not fault(style_browser, look, SMALL, False)
+
+
+@pytest.mark.parametrize("shape", [(1, 3), (2, 5), (20, 40)], ids=str)
+def test_a_bank_works_on_a_single_pixel(shape: tuple[int, int], style_browser: StyleBrowser) -> None:
+    look = Style("test", background=(Step("scale", {"factor": 0.05}), Step("etf"), Step("detail")))
+    right = vidstyle.stylize(picture(*shape), look, "cpu").astype(int)
+    (made,) = style_browser.restyled(es_plan(look, *shape[::-1]), [picture(*shape)], False)
+    assert np.abs(made - right).max() <= 1
 
 
 def test_percentiles_and_smoothing_are_those_of_python(style_browser: StyleBrowser) -> None:
@@ -148,13 +163,13 @@ def test_a_slider_changes_numbers_alone_and_another_size_needs_no_other_plan(
 ) -> None:
     """For pictures whose shorter side is as long: on it depend all lengths."""
     before = es_plan(load_style("poster"), 97, 61)
-    chosen = override(load_style("poster"), ["background.posterize.levels=7", "colorize.hue=200"])
+    chosen = override(load_style("poster"), ["posterize.levels=7", "separate.second=#2080d0"])
     after = es_plan(chosen, 143, 61)
     values = after.pop("values")
     assert after | {"size": [97, 61], "values": before["values"]} == before
     source = picture(61, 143)
     (made,) = style_browser.restyled(before | {"values": values}, [source])
-    right = vidstyle.stylize(source, chosen, "cpu").astype(int)
+    right = vidstyle.stylize(source, replace(chosen, steady=0.0), "cpu").astype(int)
     assert (np.abs(made - right) > 1).mean() <= SHARES[False]
 
 

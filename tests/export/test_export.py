@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from media import photograph
 
 import vidstyle
 from vidstyle.cli import main
+from vidstyle.export import RUNNER_FOLDER, join_modules
 from vidstyle.export.adjust import with_tints
 from vidstyle.export.export_style import export_style
 from vidstyle.export.page import page_data
@@ -101,8 +103,18 @@ def shown(browser: Browser) -> np.ndarray:
 
 def off(made: np.ndarray, source: np.ndarray, style: Style) -> float:
     """The share of samples that are more than one code off, beside the gray that the page moves a little."""
-    right = vidstyle.stylize(source, style, "cpu").astype(int)
+    right = vidstyle.stylize(source, replace(style, steady=0.0), "cpu").astype(int)
     return float((np.abs(made - right) > 2).mean())
+
+
+def test_the_modules_of_a_page_declare_no_name_twice() -> None:
+    """They are joined into one module, where the second one would be a syntax error."""
+    names = re.findall(
+        r"^(?:async )?(?:export )?(?:function|class|const|let) (\w+)",
+        join_modules(RUNNER_FOLDER.with_name("page.js")),
+        re.M,
+    )
+    assert len(names) > 80 and [name for name in names if names.count(name) > 1] == []
 
 
 def test_a_page_restyles_a_picture_from_a_file_and_asks_nobody(
@@ -119,12 +131,24 @@ def test_a_page_restyles_a_picture_from_a_file_and_asks_nobody(
     style = load_style(STYLE)
     assert off(shown(browser), source, style) <= 0.001
     browser.run(
-        """const slider = document.querySelector("input[max='32']");
-        slider.value = 7;
-        slider.dispatchEvent(new Event("input"));"""
+        """const levels = document.querySelector("input[type=number][max='32']");
+        levels.value = 7;
+        levels.dispatchEvent(new Event("change"));"""
     )
     assert off(shown(browser), source, override(style, ["posterize.levels=7"])) <= 0.001
     assert off(shown(browser), source, style) > 0.1
+    x, y, width, height = browser.place("#picture")
+    wide = min(width, height * 480 / 360)
+    browser.press("b")
+    browser.drag((x, y), (x - wide / 4, y))
+    part = shown(browser)
+    assert np.abs(part[:, :110].astype(int) - source[:, :110]).max() <= 1
+    assert np.abs(part[:, 130:].astype(int) - source[:, 130:]).mean() > 8
+    line = browser.place("#divider")
+    assert (line[0], line[3]) == pytest.approx((x - wide / 4, wide * 360 / 480), abs=1)
+    browser.press("b")
+    assert browser.run("return document.getElementById('divider').hidden")
+    assert np.abs(shown(browser)[:, :110].astype(int) - source[:, :110]).mean() > 8
     asked = [
         event["params"]["request"]["url"]
         for event in browser.events
@@ -160,8 +184,8 @@ def test_an_export_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     taken = tmp_path / "taken.html"
     taken.write_text("mine")
     for arguments, code, reason in (
-        (["ink", str(tmp_path / "ink.png")], 2, "is no kind of export"),
-        (["ink", str(taken)], 2, "exists already"),
+        (["ink", str(tmp_path / "ink.png")], 2, "is not an export format"),
+        (["ink", str(taken)], 2, "already exists"),
         (["inc", str(tmp_path / "ink.html")], 3, "did you mean 'ink'?"),
         (["plain", str(tmp_path / "ink.html"), "--detail", "2"], 2, "has no height"),
     ):
@@ -182,3 +206,16 @@ def test_the_documented_sizes_are_those_of_the_smallest_and_the_largest_style(
     for name, kilobytes in zip(row.groups()[:2], documented, strict=True):
         written = export_style(load_style(name), tmp_path / f"{name}{kind}", size=size)
         assert written / 1000 == pytest.approx(kilobytes, rel=0.02, abs=1), name
+
+
+@pytest.mark.parametrize(("ending", "is_reported"), [("html", True), ("hook", True), ("toml", False)])
+def test_an_export_reports_that_it_has_no_focus(
+    ending: str, is_reported: bool, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """In one line; not of a style without focus."""
+    style = load_style("poster")
+    with caplog.at_level("INFO", "vidstyle"):
+        for number, focus in enumerate((1.0, 0.0)):
+            export_style(replace(style, focus=focus), tmp_path / f"{number}.{ending}")
+    lines = [each.message for each in caplog.records if "focus" in each.message]
+    assert len(lines) == is_reported and all("0." + ending in line for line in lines)

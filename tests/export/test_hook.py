@@ -6,14 +6,15 @@ import os
 import re
 import shutil
 import subprocess
+from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
 import pytest
-from block_settings import style_of_a_richer_bank
+from block_settings import RICHER_BANKS
 from covering import of_the_day
 from gpu import ODD, SMALL
 from media import photograph
@@ -23,12 +24,15 @@ from vidstyle.cli import main
 from vidstyle.core.picture import Picture
 from vidstyle.export.frozen import frozen_percentiles
 from vidstyle.export.hook import height_powers, hook_of
-from vidstyle.gpu.compile.es import es_plan
+from vidstyle.gpu.compile.es import EsPlan
 from vidstyle.media.read.reader import open_reader
 from vidstyle.style import Step, Style, load_style, style_names
 
 DRIVERS = sorted(Path("/usr/share/vulkan/icd.d").glob("lvp_icd*.json"))
 MEAN, NEAR = 1.0, 0.998
+FEW_SAMPLES = 60
+"""Of twenty pixels: with half floats, a few squares of `pixel` get another colour of the palette, which in a
+small picture is more than the share above."""
 """The mean difference in codes that is allowed, and the share of the samples within 8 codes."""
 
 
@@ -50,12 +54,12 @@ def picture(height: int, width: int) -> np.ndarray:
 
 
 def text_of(style: Style, width: int, height: int, source: np.ndarray) -> str:
-    def plan_of(chosen: Style) -> dict[str, Any]:
-        return es_plan(chosen, width, height, depth=0)
+    def plan_of(chosen: Style) -> EsPlan:
+        return EsPlan.of(chosen, width, height, depth=0)
 
     plan = plan_of(style)
-    frozen = frozen_percentiles(style, [source]) if plan["measures"] else {}
-    return hook_of(style, plan, height_powers(plan, plan_of, style), frozen, "a test")
+    frozen = frozen_percentiles(style, [source]) if plan.data["measures"] else {}
+    return hook_of(style, plan.data, height_powers(plan, plan_of, style), frozen, "a test")
 
 
 def run_ffmpeg(hook: Path, source: Path, pixels: str, *target: str) -> None:
@@ -80,8 +84,9 @@ def in_ffmpeg(text: str, source: np.ndarray, folder: Path) -> np.ndarray:
 
 
 def check(made: np.ndarray, style: Style, source: np.ndarray) -> None:
-    off = np.abs(made.astype(int) - vidstyle.stylize(source, style, "cpu"))
-    assert off.mean() <= MEAN and (off <= 8).mean() >= NEAR, f"{off.mean():.3f}, {(off <= 8).mean():.3%}"
+    off = np.abs(made.astype(int) - vidstyle.stylize(source, replace(style, steady=0.0), "cpu"))
+    far = np.count_nonzero(off > 8)
+    assert off.mean() <= MEAN and far <= max((1 - NEAR) * off.size, FEW_SAMPLES), f"{off.mean():.3f}, {far}"
 
 
 @needs_ffmpeg
@@ -92,8 +97,11 @@ def test_every_style_gives_in_ffmpeg_what_it_gives_on_the_cpu(name: str, tmp_pat
 
 
 @needs_ffmpeg
-def test_a_bank_that_chooses_by_more_and_changes_chroma_does_so_in_ffmpeg(tmp_path: Path) -> None:
-    style, source = load_style(style_of_a_richer_bank(tmp_path)), picture(*SMALL)
+@pytest.mark.parametrize("make_style", RICHER_BANKS)
+def test_a_bank_of_another_form_gives_in_ffmpeg_what_it_gives_on_the_cpu(
+    make_style: Callable[[Path], Path], tmp_path: Path
+) -> None:
+    style, source = load_style(make_style(tmp_path)), picture(*SMALL)
     check(in_ffmpeg(text_of(style, *SMALL[::-1], source), source, tmp_path), style, source)
 
 
@@ -156,12 +164,12 @@ def test_what_is_measured_and_the_size_are_those_of_a_film(
     assert main([*arguments, str(tmp_path / "b.hook"), "--size", "640x360"]) == 0
     assert "640 x 360" in (tmp_path / "b.hook").read_text()
     assert main([*arguments, str(tmp_path / "a.html"), "--size", "640x360"]) == 2
-    assert "--from and --size: belong to OUT.hook" in capsys.readouterr().err
+    assert "--from and --size: apply only to OUT.hook" in capsys.readouterr().err
 
 
 def test_a_hook_says_what_each_number_is_and_what_is_left_out() -> None:
     text = text_of(load_style("blueprint"), 1280, 720, picture(36, 64))
-    assert re.search(r"const float epsilon_\d+ = 100.0; // soft_threshold.epsilon: threshold;", text)
+    assert re.search(r"const float epsilon_\d+ = 70.0; // soft_threshold.epsilon: threshold;", text)
     assert re.search(r"#define spacing_\d+ max\(36.0 \* vidstyle_growth, 3.0\) // pattern.spacing:", text)
     assert f"a style of vidstyle {vidstyle.__version__}" in text
     assert "Not included: temporal smoothing." in text

@@ -86,7 +86,7 @@ def from_gstreamer(data: bytes, kind: str, size: tuple[int, int], encoding: Enco
 @pytest.mark.parametrize(
     ("rate", "caps", "encoding"),
     [
-        (10, "format=RGB", Encoding(full_range=True, step=(1, 1))),
+        (10, "format=RGB", Encoding(full_range=True, subsampling=(1, 1))),
         (10, "format=I420,colorimetry=bt601,chroma-site=jpeg", Encoding("bt601", siting=SITINGS["center"])),
         (1, "format=I420,colorimetry=bt709,chroma-site=mpeg2", Encoding("bt709", siting=SITINGS["left"])),
         (10, "format=I420,colorimetry=(string)1:3:5:1,chroma-site=mpeg2", Encoding(full_range=True)),

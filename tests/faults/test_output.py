@@ -75,7 +75,7 @@ def test_27_an_address_is_not_opened_unless_allowed(program: Program):
 
 
 def test_27_an_allowed_address_that_does_not_answer(program: Program, monkeypatch):
-    monkeypatch.setattr("vidstyle.media.read.open.NETWORK_SECONDS", 0.3)
+    monkeypatch.setattr("vidstyle.media.read.open.NETWORK_TIMEOUT_SECONDS", 0.3)
     program.refused(3, "127.0.0.1", "http://127.0.0.1:9/x", "out.mp4", "--allow-url")
     with socket.create_server(("127.0.0.1", 0)) as server:
         address = f"http://127.0.0.1:{server.getsockname()[1]}/x.mp4"

@@ -96,7 +96,7 @@ def test_16_of_two_video_tracks_the_longer_is_taken_and_named(program: Program):
                     made.mux(packet)
     outcome = program(both)
     assert outcome.exit_code == 0
-    assert len(video(outcome.target)) == 30 and "stream 1 is taken" in outcome.said
+    assert len(video(outcome.target)) == 30 and "stream 1, the longest, is used" in outcome.said
 
 
 def test_17_every_track_of_sound_and_subtitles_is_kept(program: Program):

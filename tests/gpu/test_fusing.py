@@ -31,7 +31,7 @@ from vidstyle.style.resolve import resolve
 SHAPE = SMALL
 SOURCES = (
     film_picture(*SHAPE),
-    film_picture(*SHAPE, Encoding(step=(1, 1))),
+    film_picture(*SHAPE, Encoding(subsampling=(1, 1))),
     gray_picture(*SHAPE),
     packed_picture(*SHAPE),
 )

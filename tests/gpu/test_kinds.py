@@ -35,12 +35,12 @@ HALF_SIZE = style(step("scale", factor=0.6), step("brightness", factor=1.1))
 
 STEPS = {"4:2:0": (2, 2), "4:2:2": (2, 1), "4:4:4": (1, 1), "4:1:1": (4, 1), "4:1:0": (4, 4), "4:4:0": (1, 2)}
 DEPTHS = (8, 10, 12, 16, 0)
-LEVELS = {"depth": DEPTHS, "full_range": (False, True), "step": ((2, 2), (1, 1))}
+LEVELS = {"depth": DEPTHS, "full_range": (False, True), "subsampling": ((2, 2), (1, 1))}
 GRIDS = [
     *(Encoding(siting=siting) for siting in SITINGS.values()),
-    *(Encoding("bt601", step=grid) for grid in STEPS.values()),
-    Encoding(step=(2, 2), siting=(1.0, 0.5)),
-    Encoding("bt2020", depth=10, step=(4, 4), siting=(1.5, 0.0)),
+    *(Encoding("bt601", subsampling=grid) for grid in STEPS.values()),
+    Encoding(subsampling=(2, 2), siting=(1.0, 0.5)),
+    Encoding("bt2020", depth=10, subsampling=(4, 4), siting=(1.5, 0.0)),
 ]
 PAIRED = [*(Encoding(**row) for row in covering_rows(LEVELS)), *GRIDS]
 ENCODINGS = [
@@ -51,11 +51,11 @@ CHANGES = {
     "bt601 in, bt709 out": (Encoding("bt601"), Encoding("bt709")),
     "limited in, full out": (VIDEO, Encoding(full_range=True)),
     "10 bit in, 8 bit out": (Encoding("bt2020", depth=10), VIDEO),
-    "8 bit in, 10 bit out": (VIDEO, Encoding(depth=10, step=(2, 1))),
-    "16 bit in, float out": (Encoding(full_range=True, depth=16, step=(1, 1)), FLOAT),
+    "8 bit in, 10 bit out": (VIDEO, Encoding(depth=10, subsampling=(2, 1))),
+    "16 bit in, float out": (Encoding(full_range=True, depth=16, subsampling=(1, 1)), FLOAT),
     "float in, 12 bit out": (FLOAT, Encoding(depth=12)),
-    "4:4:4 in, 4:1:1 out": (Encoding(step=(1, 1)), Encoding(step=(4, 1))),
-    "4:1:0 in, 4:2:2 out": (Encoding(step=(4, 4)), Encoding(step=(2, 1))),
+    "4:4:4 in, 4:1:1 out": (Encoding(subsampling=(1, 1)), Encoding(subsampling=(4, 1))),
+    "4:1:0 in, 4:2:2 out": (Encoding(subsampling=(4, 4)), Encoding(subsampling=(2, 1))),
     "left in, topleft out": (VIDEO, Encoding(siting=SITINGS["topleft"])),
 }
 
@@ -65,7 +65,7 @@ sessions = Sessions.fixture()
 
 def named(encoding: Encoding) -> str:
     kind = "full" if encoding.full_range else "limited"
-    return f"{encoding.matrix} {encoding.depth} bit {kind} {encoding.step} at {encoding.siting}"
+    return f"{encoding.matrix} {encoding.depth} bit {kind} {encoding.subsampling} at {encoding.siting}"
 
 
 def faults_by_encoding(
@@ -198,7 +198,7 @@ UNTOUCHED = {
 
 
 @pytest.mark.parametrize("name", UNTOUCHED)
-@pytest.mark.parametrize("encoding", [VIDEO, Encoding(depth=10, step=(1, 1)), FLOAT], ids=named)
+@pytest.mark.parametrize("encoding", [VIDEO, Encoding(depth=10, subsampling=(1, 1)), FLOAT], ids=named)
 def test_unmodified_planes_are_passed_through(name: str, encoding: Encoding, sessions: Sessions) -> None:
     chosen, expected = UNTOUCHED[name]
     source = film_picture(*SHAPE, encoding)

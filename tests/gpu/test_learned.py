@@ -9,6 +9,7 @@ import pytest
 from gpu import film_picture
 from pictures import step, style
 
+from vidstyle.backend import FrameRequest
 from vidstyle.blade.bank import shipped_bank
 from vidstyle.blade.structure_tensor import select_filters
 from vidstyle.core.planes import luma_rows
@@ -16,7 +17,7 @@ from vidstyle.gpu.compile.glsl import Form
 from vidstyle.gpu.compile.plan import plan_for_video
 from vidstyle.gpu.compile.shader_nodes import ShaderNode, working_format
 from vidstyle.gpu.device import devices as devices
-from vidstyle.gpu.session import FrameRequest, GpuSession
+from vidstyle.gpu.session import GpuSession
 from vidstyle.style import Style
 
 ONCE = style(step("learned", bank="tvf_flat", passes=3, reselect=False))
@@ -36,7 +37,7 @@ def drawn(look: Style, form: Form, shape: tuple[int, int]) -> GpuSession:
     assert device is not None
     session = GpuSession(device, form)
     picture = film_picture(*shape)
-    session.fetch(session.start(FrameRequest(look, picture, None, picture.encoding, False)).result()).result()
+    session.fetch(session.start(look, FrameRequest(picture)).result()).result()
     return session
 
 

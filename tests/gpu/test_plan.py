@@ -31,7 +31,7 @@ with_shaders = pytest.mark.parametrize(
     [
         block
         for block in all_blocks().values()
-        if block.kind not in ("recipe", "resize", "learned") and not block.is_identity
+        if block.kind not in ("recipe", "resize", "learned", "network") and not block.is_identity
     ],
     ids=lambda block: block.name,
 )
@@ -148,7 +148,8 @@ def test_no_pass_exceeds_guaranteed_render_targets() -> None:
 @pytest.mark.parametrize("form", ["compute", "fragment"])
 def test_a_slider_changes_no_shader(form: Form) -> None:
     look = vidstyle.load_style("comic")
-    other = override(look, ["halftone.cell=9", "lines.soft_threshold.epsilon=90", "luma_posterize.levels=3"])
+    changes = ["halftone.cell=9", "lines.soft_threshold#2.epsilon=90", "luma_posterize.levels=3"]
+    other = override(look, changes)
     texts = [
         [write_shader(plan, each).assembly.text for each in plan.passes]
         for plan in (plan_of(look, form), plan_of(other, form))
@@ -184,7 +185,7 @@ def glsl_type(parameter: Parameter, block: Block) -> str:
 
 
 def test_long_page_is_processed_in_tiles() -> None:
-    plan = plan_of(vidstyle.load_style("poster"), shape=(700, 1300))
+    plan = plan_of(vidstyle.load_style("oil"), shape=(700, 1300))
     jobs = jobs_of(plan, 512)
     assert len(jobs) > 6 and all(max(w.shape) <= 512 for job in jobs for w in job.windows.values())
     covered = [job.result_window("luma") for job in jobs if any(each.result for each in job.passes)]

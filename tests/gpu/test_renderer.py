@@ -17,16 +17,18 @@ from media import make_clip, rgb_from_frame
 from pictures import VIDEO, codes, step, style
 
 import vidstyle
+from vidstyle.backend import FrameRequest
 from vidstyle.core.picture import Picture
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.errors import DeviceError, StyleError
 from vidstyle.gpu import renderer as gpu_renderer
 from vidstyle.gpu import session
 from vidstyle.gpu.compile import glsl as includes
+from vidstyle.gpu.compile import shader_writer
 from vidstyle.gpu.compile.glsl import Form
 from vidstyle.gpu.device import devices as devices
 from vidstyle.gpu.renderer import GpuRenderer
-from vidstyle.gpu.session import FrameRequest, GpuSession
+from vidstyle.gpu.session import GpuSession
 from vidstyle.pipeline.render import render
 from vidstyle.renderer import open_renderer
 from vidstyle.style import Style
@@ -95,7 +97,7 @@ def test_readback_lags_one_frame(clip: Path, tmp_path: Path, monkeypatch: pytest
     monkeypatch.setattr(
         GpuSession,
         "_start",
-        lambda self, request: (order.append(("start", request.time)), start(self, request))[1],
+        lambda self, look, request: (order.append(("start", request.time)), start(self, look, request))[1],
     )
     monkeypatch.setattr(
         GpuSession,
@@ -213,6 +215,7 @@ def test_a_shader_that_does_not_compile_is_named_by_file_and_line(
     monkeypatch.setattr(
         includes, "read_source", lambda file: broken if file == "blocks/brightness.glsl" else read(file)
     )
+    monkeypatch.setattr(shader_writer, "_texts", {})
     made = open_renderer(style(step("brightness")), "gpu")
     source = codes(VIDEO, 6, 8)
     assert differ(made.run(source), by_cpu(source, style(step("brightness")))) == 0
@@ -251,8 +254,7 @@ def test_changing_styles_and_sizes_leaks_nothing(device: devices.Device, form: F
     for number in range(18):
         shape = (30, 40) if number % 2 else (36, 28)
         for _ in range(3):
-            request = FrameRequest(looks[number % 3], codes(VIDEO, *shape), None, VIDEO, False)
-            made.fetch(made.start(request).result()).result()
+            made.fetch(made.start(looks[number % 3], FrameRequest(codes(VIDEO, *shape))).result()).result()
         counts.append(made._thread.submit(living, made._context).result())
     made.close()
     assert counts[6:12] == counts[12:18]

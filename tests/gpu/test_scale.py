@@ -137,9 +137,14 @@ LAYERS = {
 EVERY = CHAINS | LAYERS
 
 
-ENCODINGS = (VIDEO, Encoding(step=(4, 1)), Encoding(step=(1, 1)), Encoding(siting=SITINGS["bottom"]))
+ENCODINGS = (
+    VIDEO,
+    Encoding(subsampling=(4, 1)),
+    Encoding(subsampling=(1, 1)),
+    Encoding(siting=SITINGS["bottom"]),
+)
 MAKERS = {
-    **{f"{each.step} at {each.siting}": partial(film_picture, encoding=each) for each in ENCODINGS},
+    **{f"{each.subsampling} at {each.siting}": partial(film_picture, encoding=each) for each in ENCODINGS},
     "gray": gray_picture,
     "packed": packed_picture,
 }

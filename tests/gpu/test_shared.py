@@ -74,7 +74,7 @@ def test_a_pass_shares_what_its_filters_read(look: Style, radius: list | None, g
         assert ("load_around(first, area);" in text) == shares
         assert bool(re.search(r"^shared \w+ around\[", text, re.MULTILINE)) == shares
     if groups:
-        assert [shader.groups for shader in shaders] == groups
+        assert [shader.text.groups for shader in shaders] == groups
 
 
 def test_fragments_share_nothing() -> None:
@@ -90,7 +90,7 @@ def test_one_pass_prepares_one_choice() -> None:
 
 @pytest.mark.parametrize("grid", [(2, 2), (4, 4)])
 def test_shared_memory_stays_within_guaranteed_size(grid: tuple[int, int], tmp_path: Path) -> None:
-    source = PictureLayout(Encoding(step=grid), (180, 320), "chroma")
+    source = PictureLayout(Encoding(subsampling=grid), (180, 320), "chroma")
     looks = [style(step("gaussian", sigma=number / 4)) for number in range(1, 130)]
     for radius in range(1, 17):
         save_bank(replace(shipped_bank("tvf"), rho=radius / 4), tmp_path / f"{radius}.npz")

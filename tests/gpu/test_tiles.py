@@ -10,10 +10,10 @@ from covering import DAY, drawn, of_the_day
 from gpu import FORMS, Sessions, film_picture, gray_picture, most_off, packed_picture
 from pictures import FLOAT, RGB8, VIDEO, step, style
 
+from vidstyle.backend import FrameRequest
 from vidstyle.core.picture import SITINGS, Encoding, Picture
 from vidstyle.core.resample import METHODS
 from vidstyle.gpu.compile.glsl import Form
-from vidstyle.gpu.session import FrameRequest
 from vidstyle.style import Style, load_style, style_names
 
 SHAPE, TILES = (181, 243), 3 * 4
@@ -78,7 +78,7 @@ def test_pages_are_processed_in_tiles(whole: Sessions, tiled: Sessions) -> None:
     source = film_picture(*SHAPE)
     for form in FORMS:
         drawn = [
-            each[form].start(FrameRequest(STYLES["gaussian"], source, None, VIDEO, False)).result()
+            each[form].start(STYLES["gaussian"], FrameRequest(source, target=VIDEO)).result()
             for each in (whole, tiled)
         ]
         assert len(drawn[0].readbacks) == 1
@@ -102,7 +102,7 @@ def test_no_seam_is_seen_among_many_tiles(name: str, whole: Sessions, tiled: Ses
 
 ENCODINGS = [
     *(Encoding(siting=SITINGS[name]) for name in ("topleft", "bottom")),
-    *(Encoding(step=grid) for grid in ((1, 1), (2, 1), (4, 4))),
+    *(Encoding(subsampling=grid) for grid in ((1, 1), (2, 1), (4, 4))),
     Encoding(siting=(1.0, 0.5)),
 ]
 

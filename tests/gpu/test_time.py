@@ -11,10 +11,10 @@ from covering import of_the_day
 from gpu import FORMS, Sessions, disagreements, scene
 from pictures import FLOAT, RGB8, VIDEO, run, same_bits, step, style
 
+from vidstyle.backend import FrameRequest
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.gpu.compile.glsl import Form
-from vidstyle.gpu.session import FrameRequest
 from vidstyle.style import Style
 
 SHAPE = (61, 97)
@@ -151,7 +151,7 @@ def test_plane_memory_can_be_reused_after_start(sessions: Sessions) -> None:
         luma, (blue, red) = first.luma.copy(), (plane.copy() for plane in first.chroma)  # type: ignore[union-attr]
         drawn = (
             sessions[form]
-            .start(FrameRequest(MEASURED, Picture(VIDEO, luma, (blue, red)), None, VIDEO, False))
+            .start(MEASURED, FrameRequest(Picture(VIDEO, luma, (blue, red)), target=VIDEO))
             .result()
         )
         luma[:] = second.luma

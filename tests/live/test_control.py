@@ -6,6 +6,7 @@ import os
 import pty
 import subprocess
 import sys
+from dataclasses import replace
 
 import pytest
 from waiting import LONG, eventually
@@ -16,6 +17,7 @@ from vidstyle.live.keys import keys, press
 from vidstyle.live.latest import DropOldestQueue
 from vidstyle.live.process import WORKING_SCALES, AdaptiveScale
 from vidstyle.style import describe, load_style, override
+from vidstyle.style.behind import style_behind
 
 
 def test_styles_go_round():
@@ -33,6 +35,18 @@ def test_what_was_set_by_hand_stays_with_the_first_style():
     controls.choose("poster")
     controls.choose("ink")
     assert controls.style is first
+
+
+def test_a_background_stays_with_all_styles():
+    """A call must not show the room when another style is chosen."""
+    first = replace(load_style("plain"), behind=style_behind("blur"), keep="faces")
+    controls = Controls(first, ["plain", "poster", "ink"])
+    for name in ("poster", "poster:pink", "ink", "plain"):
+        controls.choose(name)
+        assert (controls.style.behind, controls.style.keep) == (first.behind, "faces"), name
+        controls.set_values({"steady": 0.3})
+        assert controls.style.behind == first.behind
+    assert replace(controls.named("ink"), behind=None, keep="") == load_style("ink")
 
 
 def test_variants_are_chosen_by_name():

@@ -22,11 +22,11 @@ from vidstyle import cli
 from vidstyle.errors import DeviceError, InputError
 from vidstyle.live.capture import MicrophoneCapture
 from vidstyle.live.targets import TargetGroup, TargetOptions, target_maker
-from vidstyle.media.audio import RATE, AudioChunk
+from vidstyle.media.audio import LIVE_SAMPLE_RATE, AudioChunk
 from vidstyle.media.capture import microphone as alsa
 from vidstyle.media.capture.microphone import Microphone, capture_time
 from vidstyle.media.capture.monotonic import MONOTONIC, Clock
-from vidstyle.media.capture.sources import File
+from vidstyle.media.capture.sources import FileSource
 
 PIECE = 0.02
 """Seconds."""
@@ -64,7 +64,7 @@ class Whistle:
         while not self._clock.wait(self._stopping, PIECE):
             if not self._is_there():
                 raise InputError(self.name, "was lost: no such device")
-            moments = begin - BEGIN + np.arange(round(PIECE * RATE)) / RATE
+            moments = begin - BEGIN + np.arange(round(PIECE * LIVE_SAMPLE_RATE)) / LIVE_SAMPLE_RATE
             level = sum((moments >= first) & (moments < last) for first, last in self.loud)
             yield AudioChunk(np.tile(np.float32(0.5) * level, (2, 1)).astype(np.float32), begin)
             begin += PIECE
@@ -74,7 +74,7 @@ class Whistle:
 
 def sounds(film: Path) -> tuple[np.ndarray, float]:
     """The sound from the first picture on, gaps as zeros, and how long its longest gap is, in seconds."""
-    track = np.zeros(60 * RATE)
+    track = np.zeros(60 * LIVE_SAMPLE_RATE)
     end, gap = 0.0, 0.0
     with av.open(str(film)) as container:
         zero = next(container.decode(video=0)).time
@@ -83,10 +83,10 @@ def sounds(film: Path) -> tuple[np.ndarray, float]:
             assert frame.time is not None and zero is not None
             begin = max(0.0, frame.time - zero)
             gap, end = max(gap, begin - end), begin + frame.samples / frame.sample_rate
-            place = round(begin * RATE)
+            place = round(begin * LIVE_SAMPLE_RATE)
             samples = frame.to_ndarray()[0, :: 1 if frame.format.is_planar else 2]
             track[place : place + frame.samples] = samples / (1 if samples.dtype.kind == "f" else 2**15)
-    return track[: round(end * RATE)], gap
+    return track[: round(end * LIVE_SAMPLE_RATE)], gap
 
 
 ALWAYS = (0.0, float("inf"))
@@ -99,7 +99,7 @@ def test_what_is_heard_lies_in_the_film_when_it_was_heard(tmp_path: Path):
     with session(generated(), kept, maker, microphone=Whistle(spans), seconds=3.2) as running:
         running.wait()
     track, gap = sounds(film)
-    loud = np.flatnonzero(np.abs(track) > 0.2) / RATE
+    loud = np.flatnonzero(np.abs(track) > 0.2) / LIVE_SAMPLE_RATE
     begins = [loud[0], *loud[1:][np.diff(loud) > 0.15]]
     wanted = [BEGIN + first - kept.captured[0] for first, _ in spans]
     assert begins == pytest.approx(wanted, abs=IN_STEP) and gap < 0.1
@@ -116,10 +116,10 @@ def test_a_lost_microphone_is_silent_and_comes_back(tmp_path: Path, caplog: pyte
     assert whistle.opened == pytest.approx([0.0, 2.75], abs=0.2)
     assert f"whistle: back after {whistle.opened[1] - 1.0:.1f} s" in caplog.text
     track, gap = sounds(film)
-    quiet = np.flatnonzero(np.abs(track) < 0.05) / RATE
+    quiet = np.flatnonzero(np.abs(track) < 0.05) / LIVE_SAMPLE_RATE
     assert gap < 0.1, "there is no sound at all, in place of silence"
-    assert len(quiet) / RATE == pytest.approx(whistle.opened[1] - 1.0, abs=0.1)
-    assert np.abs(track[-RATE // 8 : -RATE // 16]).min() > 0.2
+    assert len(quiet) / LIVE_SAMPLE_RATE == pytest.approx(whistle.opened[1] - 1.0, abs=0.1)
+    assert np.abs(track[-LIVE_SAMPLE_RATE // 8 : -LIVE_SAMPLE_RATE // 16]).min() > 0.2
     assert max(np.diff(kept.arrived)) < 1 / 30 + 1e-6, "pictures waited for sound"
 
 
@@ -131,7 +131,7 @@ def test_there_is_silence_all_the_while():
 
     def take(piece: AudioChunk) -> None:
         pieces.append(piece)
-        late.append(clock.now() - piece.time - piece.samples.shape[1] / RATE)
+        late.append(clock.now() - piece.time - piece.samples.shape[1] / LIVE_SAMPLE_RATE)
 
     whistle = Whistle((ALWAYS,), away=(0.5, float("inf")))
     listening = MicrophoneCapture(whistle, take, clock)  # type: ignore[arg-type]
@@ -139,7 +139,7 @@ def test_there_is_silence_all_the_while():
     listening.wait()
     eventually(lambda: pieces[-1].time > BEGIN + 2)
     listening.close(LONG)
-    ends = [piece.time + piece.samples.shape[1] / RATE for piece in pieces]
+    ends = [piece.time + piece.samples.shape[1] / LIVE_SAMPLE_RATE for piece in pieces]
     assert [piece.time for piece in pieces[1:]] == pytest.approx(ends[:-1], abs=0.001)
     assert np.abs(pieces[-1].samples).max() == 0 < np.abs(pieces[0].samples).max()
     assert max(late) < 0.001, "silence comes up to the present"
@@ -153,7 +153,7 @@ def test_the_sound_of_the_source_gives_way(
     heard: list[AudioChunk] = []
     monkeypatch.setattr(TargetGroup, "push_audio", lambda self, chunk: heard.append(chunk))
     film = make_clip(tmp_path / "film.mp4", frames=15, size=(64, 48), audio_tracks=1)
-    with session(File(str(film)), microphone=microphone) as running:
+    with session(FileSource(str(film)), microphone=microphone) as running:
         running.wait()
     assert any(np.abs(chunk.samples).max() > 0.01 for chunk in heard) is (microphone is None)
     assert heard
@@ -164,14 +164,14 @@ def test_a_tone_is_on_our_clock():
     opened = Microphone("test").open(stopping, clock)
     pieces = []
     for chunk in opened:
-        end = chunk.time + chunk.samples.shape[1] / RATE
+        end = chunk.time + chunk.samples.shape[1] / LIVE_SAMPLE_RATE
         assert end == pytest.approx(clock.now()), "it is given out when it ends"
         pieces.append(chunk)
         if len(pieces) == 30:
             stopping.set()
     opened.close()
     begins = [chunk.time for chunk in pieces]
-    ends = [chunk.time + chunk.samples.shape[1] / RATE for chunk in pieces]
+    ends = [chunk.time + chunk.samples.shape[1] / LIVE_SAMPLE_RATE for chunk in pieces]
     assert begins[1:] == pytest.approx(ends[:-1], abs=1e-6), "it has gaps"
     assert begins[0] == pytest.approx(BEGIN) and clock.now() - BEGIN > 0.5
 
@@ -201,12 +201,12 @@ DEVICES = """00-00: ALC892 Analog : ALC892 Analog : playback 1 : capture 1
 def two_cards(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "cards").write_text(CARDS)
     (tmp_path / "pcm").write_text(DEVICES)
-    monkeypatch.setattr(alsa, "SOUND", tmp_path)
+    monkeypatch.setattr(alsa, "ALSA_FOLDER", tmp_path)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="ALSA is Linux's")
 def test_what_can_be_heard_is_listed(two_cards: None, capfd: pytest.CaptureFixture[str]):
-    assert alsa.alsa_microphones() == [
+    assert alsa.list_alsa_microphones() == [
         ("hw:0,0", "HDA Intel PCH, ALC892 Analog"),
         ("hw:2,0", "C270 HD WEBCAM, USB Audio"),
     ]
@@ -235,7 +235,7 @@ def test_a_microphone_that_is_missing_is_one_line(two_cards: None, capfd: pytest
     assert cli.main(arguments) == 6
     said = capfd.readouterr().err.splitlines()
     assert said == [
-        "vidstyle: microphone hw:77: no such microphone; there is hw:0,0 (HDA Intel PCH, ALC892 Analog), "
+        "vidstyle: microphone hw:77: no such microphone; available: hw:0,0 (HDA Intel PCH, ALC892 Analog), "
         "hw:2,0 (C270 HD WEBCAM, USB Audio)"
     ]
 
@@ -254,7 +254,7 @@ def test_a_microphone_that_fails_opens_no_target(tmp_path: Path):
 def test_one_that_says_nothing_is_not_waited_for_for_ever():
     clock = SimulatedClock()
     listening = MicrophoneCapture(Whistle(), lambda chunk: None, clock)  # type: ignore[arg-type]  # never started: silent
-    with pytest.raises(DeviceError, match="gave no sound in 5 s"):
+    with pytest.raises(DeviceError, match="has delivered no sound for 5 s"):
         listening.wait()
     assert clock.now() - BEGIN == 5
 
@@ -269,7 +269,9 @@ def test_the_command_records_a_microphone(tmp_path: Path):
     arguments = ["live", "test", "--size", "64x48", "--microphone", "test", "--style", "plain"]
     assert cli.main([*arguments, "--to", str(film), "--duration", "1.2", "--no-keys"]) == 0
     track, gap = sounds(film)
-    assert gap < 0.1 and len(track) / RATE == pytest.approx(times(film)[-1] - times(film)[0], abs=0.4)
+    assert gap < 0.1 and len(track) / LIVE_SAMPLE_RATE == pytest.approx(
+        times(film)[-1] - times(film)[0], abs=0.4
+    )
     assert np.abs(track).max() > 0.05
 
 
@@ -304,15 +306,15 @@ def test_the_real_alsa(tmp_path: Path):
 def test_alsa_is_found_in_an_installation_whose_path_has_spaces(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    lines = [line for line in alsa.MAPS.read_text("utf-8").splitlines() if "libasound" in line]
+    lines = [line for line in alsa.MEMORY_MAPS_FILE.read_text("utf-8").splitlines() if "libasound" in line]
     library = lines[0][lines[0].index("/") :]
     link = tmp_path / "mein Ördner" / Path(library).name
     link.parent.mkdir()
     link.symlink_to(library)
     (tmp_path / "maps").write_text(lines[0].replace(library, str(link)) + "\n", "utf-8")
-    monkeypatch.setattr(alsa, "MAPS", tmp_path / "maps")
-    kept = len(alsa._kept)
+    monkeypatch.setattr(alsa, "MEMORY_MAPS_FILE", tmp_path / "maps")
+    kept = len(alsa._callbacks)
     alsa.prepare_alsa.cache_clear()
     alsa.prepare_alsa()
     alsa.prepare_alsa.cache_clear()  # what comes next sets up the real one again
-    assert len(alsa._kept) == kept + 1
+    assert len(alsa._callbacks) == kept + 1

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import logging
 import re
 import subprocess
@@ -21,13 +20,13 @@ from websockets.exceptions import ConnectionClosed
 
 from vidstyle.gallery.thumbnail import THUMBNAIL_HEIGHT_PX, THUMBNAIL_WIDTH_PX
 from vidstyle.live.control import Controls, LiveOptions, Status
-from vidstyle.live.page import PageTarget, actions, page_target
-from vidstyle.live.page.page_target import MAX_SIZE, STATIC_FOLDER, encode_jpeg
+from vidstyle.live.page import PageTarget, frame_feed
+from vidstyle.live.page.frame_feed import MAX_SIZE, encode_jpeg
+from vidstyle.live.page.page_target import STATIC_FOLDER
 from vidstyle.live.page.viewer import JpegQuality
 from vidstyle.live.session import LiveSession
 from vidstyle.live.target import LiveFrame
 from vidstyle.style import load_style, set_values, user_styles
-from vidstyle.web.messages import read_message
 
 
 def test_a_picture_arrives_as_it_was_offered() -> None:
@@ -76,7 +75,7 @@ def test_offering_never_waits(monkeypatch: pytest.MonkeyPatch) -> None:
         assert go.wait(LONG)
         return encode_jpeg(frame, quality)
 
-    monkeypatch.setattr(page_target, "encode_jpeg", hold)
+    monkeypatch.setattr(frame_feed, "encode_jpeg", hold)
     with showing() as (page, _, visitor), visitor.look():
         assert held.wait(LONG)
         frame = live_frame(1, (1920, 1080))
@@ -202,12 +201,14 @@ def test_the_status_is_told_as_it_changes() -> None:
 
 @pytest.mark.parametrize(
     "text",
-    ["", "x", "[]", "1", "null", "[" * 5000, '{"do": "shout"}', '{"do": ["set"]}',
-     '{"do": "next", "more": 1}', b"\0", '{"do": "choose", "style": ""}',
-     '{"do": "set"}', '{"do": "set", "values": {}}', '{"do": "set", "values": {"a": [1]}}',
-     '{"do": "set", "values": {"": 1}}', '{"do": "set", "values": {"a": null}}',
-     '{"do": "set", "values": "a=1"}', '{"do": "bypass", "on": "yes"}', '{"do": "shown", "number": -1}',
-     '{"do": "shown", "number": true}', '{"do": "shown", "number": 12345}'],
+    ["", "x", "[]", "1", "null", "[" * 5000, '{"id": 1, "do": "shout"}', '{"id": 1, "do": ["set"]}',
+     '{"do": "next"}', '{"id": 1, "do": "next", "more": 1}', b"\0", '{"id": 1, "do": "choose", "style": ""}',
+     '{"id": 1, "do": "set"}', '{"id": 1, "do": "set", "values": {}}',
+     '{"id": 1, "do": "set", "values": {"a": [1]}}',
+     '{"id": 1, "do": "set", "values": {"": 1}}', '{"id": 1, "do": "set", "values": {"a": null}}',
+     '{"id": 1, "do": "set", "values": "a=1"}', '{"id": 1, "do": "bypass", "on": "yes"}',
+     '{"id": 1, "do": "shown", "number": -1}',
+     '{"id": 1, "do": "shown", "number": true}', '{"id": 1, "do": "shown", "number": 12345}'],
 )  # fmt: skip
 def test_a_message_that_the_page_does_not_send_ends_the_socket_with_one_line(
     text: str | bytes, caplog: pytest.LogCaptureFixture
@@ -310,22 +311,12 @@ def test_a_session_shows_itself_on_the_page() -> None:
     assert not thread.is_alive()
 
 
-def test_the_page_sends_what_the_server_knows() -> None:
-    scripts = "".join(path.read_text(encoding="utf-8") for path in STATIC_FOLDER.glob("*.js"))
-    assert set(re.findall(r'\bdo: "(\w+)"', scripts)) == actions.MESSAGE_FIELDS.keys()
-
-
 def test_every_part_that_the_scripts_name_is_there() -> None:
     scripts = "".join(path.read_text(encoding="utf-8") for path in STATIC_FOLDER.glob("*.js"))
     page = (STATIC_FOLDER / "page.html").read_text(encoding="utf-8")
     ids = re.findall(r'\bid="([\w-]+)"', page)
     assert len(ids) == len(set(ids))
     assert set(re.findall(r'\$\("([\w-]+)"\)', scripts)) <= set(ids)
-
-
-def test_messages_are_read_as_they_are_written() -> None:
-    message = {"do": "choose", "style": "ink:green"}
-    assert read_message(json.dumps(message), actions.MESSAGE_FIELDS) == message
 
 
 @pytest.mark.parametrize("words", [["live", "test"], ["design", "test"]], ids=" ".join)

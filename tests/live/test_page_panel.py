@@ -45,7 +45,7 @@ class TestEveryStyle:
     def test_two_to_four_knobs_come_to_the_top(self, name: str) -> None:
         style = load_style(name)
         main = {entry["path"] for entry in panel(style, style)["entries"] if entry["main"]}
-        fields = {"ink", "paper", "steady", "strength"}
+        fields = {"ink", "paper", "steady", "strength", "focus"}
         assert fields <= main and len(main) == len(fields.union(style.knobs))
         assert len(style.knobs) in ((0,) if style.is_plain else (2, 3, 4))
 

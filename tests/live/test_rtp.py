@@ -104,7 +104,7 @@ def test_sound_that_does_not_keep_up_with_the_pictures_ends_no_stream(first: int
         if number == first:
             stream.push_audio(AudioChunk(silence, 0), 0.0)
     stream.close()
-    assert ("too late is left out" in caplog.text) == (first > 0)
+    assert ("too late is dropped" in caplog.text) == (first > 0)
 
 
 @pytest.mark.skipif(not SOCKETS.exists(), reason="only Linux tells who listens")

@@ -16,7 +16,7 @@ from vidstyle import cli
 from vidstyle.errors import InputError
 from vidstyle.media.capture import sources as live_sources
 from vidstyle.media.capture.monotonic import MONOTONIC
-from vidstyle.media.capture.sources import Network
+from vidstyle.media.capture.sources import NetworkSource
 
 RATE, SIZE = 25, (128, 96)
 DESCRIPTION = (
@@ -119,10 +119,10 @@ class Interleaved:
 
 def test_it_plays_is_killed_and_comes_back(caplog: pytest.LogCaptureFixture):
     kept, server = Kept(), Server()
-    with session(Network(f"rtsp://127.0.0.1:{server.port}/camera"), kept, clock=MONOTONIC) as running:
+    with session(NetworkSource(f"rtsp://127.0.0.1:{server.port}/camera"), kept, clock=MONOTONIC) as running:
         eventually(lambda: len(kept.numbers) > 8)
         server.kill()
-        eventually(lambda: "the last picture is held" in caplog.text)
+        eventually(lambda: "the last frame is repeated" in caplog.text)
         count = len(kept.numbers)
         server = Server(server.port)
         eventually(lambda: len(kept.numbers) > count + 8)
@@ -133,13 +133,13 @@ def test_it_plays_is_killed_and_comes_back(caplog: pytest.LogCaptureFixture):
 
 
 def test_one_that_freezes_is_lost_in_time(caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(live_sources, "NETWORK_SECONDS", 2.0)
+    monkeypatch.setattr(live_sources, "NETWORK_TIMEOUT_SECONDS", 2.0)
     kept, server = Kept(), Server()
-    with session(Network(f"rtsp://127.0.0.1:{server.port}/camera"), kept, clock=MONOTONIC) as running:
+    with session(NetworkSource(f"rtsp://127.0.0.1:{server.port}/camera"), kept, clock=MONOTONIC) as running:
         eventually(lambda: len(kept.numbers) > 8)
         server.frozen.set()
         # It is still there, says nothing, and hangs up on nobody.
-        eventually(lambda: "was lost: no data for 2 s; the last picture is held" in caplog.text)
+        eventually(lambda: "was lost: no data for 2 s; the last frame is repeated" in caplog.text)
         count = len(kept.numbers)
         server.frozen.clear()
         eventually(lambda: len(kept.numbers) > count + 10)
@@ -157,8 +157,8 @@ def test_what_it_has_not_is_one_line(capfd: pytest.CaptureFixture[str]):
 
 
 def test_one_that_never_answers_is_not_waited_for(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(live_sources, "NETWORK_SECONDS", 0.5)
+    monkeypatch.setattr(live_sources, "NETWORK_TIMEOUT_SECONDS", 0.5)
     server = Server(mute=True)
     with pytest.raises(InputError, match="has not answered within 0.5 s"):
-        Network(f"rtsp://127.0.0.1:{server.port}/camera").open(threading.Event(), MONOTONIC)
+        NetworkSource(f"rtsp://127.0.0.1:{server.port}/camera").open(threading.Event(), MONOTONIC)
     server.kill()

@@ -11,27 +11,31 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from faults import video
 from live import POSTER, SMALL, Kept, SimulatedClock, before_opening, generated, refuse, session
-from media import rgb_from_frame
+from media import make_clip, rgb_from_frame
 from waiting import LONG, eventually
 
+from vidstyle.backend import FrameRequest
 from vidstyle.core.picture import Picture
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.errors import OutputError
 from vidstyle.live.control import Status
+from vidstyle.live.target import TargetContext
 from vidstyle.media.capture.monotonic import MONOTONIC
+from vidstyle.media.capture.sources import SourceOptions, resolve_source
 
 
 def slow_down(monkeypatch: pytest.MonkeyPatch, seconds: Callable[[Picture], float]) -> SimulatedClock:
     """Let every style but plain take this long for a picture, by the clock that is returned."""
-    original, clock = CpuRenderer.run, SimulatedClock()
+    original, clock = CpuRenderer.restyle, SimulatedClock()
 
-    def run(self: CpuRenderer, picture: Picture, *given: object, **named: object) -> Picture:
+    def restyle(self: CpuRenderer, request: FrameRequest) -> Picture:
         if not self.style.is_plain:
-            clock.wait(threading.Event(), seconds(picture))
-        return original(self, picture, *given, **named)  # type: ignore[arg-type]
+            clock.wait(threading.Event(), seconds(request.picture))
+        return original(self, request)
 
-    monkeypatch.setattr(CpuRenderer, "run", run)
+    monkeypatch.setattr(CpuRenderer, "restyle", restyle)
     return clock
 
 
@@ -53,6 +57,25 @@ def test_frames_arrive_in_order_and_are_counted():
     # 30 pictures at 30 a second take a second, whatever the style could do.
     assert kept.arrived[-1] - kept.arrived[0] == pytest.approx(29 / 30)
     assert summary.size == SMALL and summary.rate == 30
+
+
+def test_the_last_frame_arrives_though_the_source_ends_before_targets_are_open(tmp_path: Path):
+    clip = make_clip(tmp_path / "clip.mp4", frames=5, size=SMALL)
+    kept, entered = Kept(), threading.Event()
+
+    def open_late(context: TargetContext) -> Kept:
+        entered.wait()
+        eventually(lambda: running.controls.status().source_state == "ended")
+        kept.context = context
+        return kept
+
+    with session(resolve_source(str(clip), SourceOptions()), open_late, clock=MONOTONIC) as running:
+        entered.set()
+        summary = running.wait()
+    assert kept.numbers == [0] and summary.dropped == 0
+    assert kept.newest is not None
+    last = video(clip)[-1]
+    assert kept.newest.to_ndarray(format="gray") == pytest.approx(last.to_ndarray(format="gray"), abs=1)
 
 
 def test_what_goes_out_is_plain_video():
@@ -79,7 +102,7 @@ def test_the_newest_wins_when_the_style_is_slow(monkeypatch: pytest.MonkeyPatch)
     with session(generated(), kept, style=POSTER, clock=clock, frames=12, budget=False) as running:
         summary = running.wait()
     # 3.6 pictures come while one is restyled.
-    assert summary.dropped == pytest.approx(11 * 2.6, abs=1)
+    assert summary.dropped == pytest.approx(12 * 2.6, abs=1)
     # The newest has waited for one thirtieth of a second at most when its turn comes.
     delays = [there - taken for taken, there in zip(kept.captured[1:], kept.arrived[1:], strict=True)]
     assert 0.12 <= min(delays) and max(delays) <= 0.12 + 1 / 30 + 1e-9

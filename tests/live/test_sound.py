@@ -14,8 +14,8 @@ from live import Receiver, session
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.live.target import LiveFrame
 from vidstyle.live.targets import StreamSink, TargetOptions, target_maker
-from vidstyle.media.audio import RATE, AudioChunk, AudioEncoder
-from vidstyle.media.capture.sources import File
+from vidstyle.media.audio import LIVE_SAMPLE_RATE, AudioChunk, AudioEncoder
+from vidstyle.media.capture.sources import FileSource
 from vidstyle.media.write.stream import Stream, StreamOptions, open_stream
 
 BEEP = 0.7
@@ -68,7 +68,7 @@ def flash_and_beep(film: object) -> tuple[float, float]:
 @pytest.mark.parametrize("name", ["film.mp4", "film.webm"])
 def test_a_file_has_its_sound_in_step(clapper: Path, tmp_path: Path, name: str):
     film = tmp_path / name
-    with session(File(str(clapper)), target_maker(str(film), TargetOptions())) as running:
+    with session(FileSource(str(clapper)), target_maker(str(film), TargetOptions())) as running:
         running.wait()
     flash, beep = flash_and_beep(str(film))
     assert abs(flash - beep) < IN_STEP
@@ -77,7 +77,7 @@ def test_a_file_has_its_sound_in_step(clapper: Path, tmp_path: Path, name: str):
 def test_a_stream_has_its_sound_in_step(clapper: Path):
     receiver = Receiver()
     maker = target_maker(f"tcp://127.0.0.1:{receiver.port}", TargetOptions())
-    with session(File(str(clapper)), maker) as running:
+    with session(FileSource(str(clapper)), maker) as running:
         running.wait()
     receiver.finish()
     receiver.hang_up()
@@ -88,7 +88,7 @@ def test_a_stream_has_its_sound_in_step(clapper: Path):
 def test_sound_can_be_left_out(clapper: Path, tmp_path: Path):
     film = tmp_path / "film.mp4"
     with session(
-        File(str(clapper)), target_maker(str(film), TargetOptions()), sound=False, frames=5
+        FileSource(str(clapper)), target_maker(str(film), TargetOptions()), sound=False, frames=5
     ) as running:
         running.wait()
     with av.open(str(film)) as container:
@@ -98,7 +98,7 @@ def test_sound_can_be_left_out(clapper: Path, tmp_path: Path):
 def test_sound_goes_on_over_the_seam_of_a_loop(clapper: Path, tmp_path: Path):
     film = tmp_path / "film.mkv"
     with session(
-        File(str(clapper), loop=True), target_maker(str(film), TargetOptions()), seconds=2.9
+        FileSource(str(clapper), loop=True), target_maker(str(film), TargetOptions()), seconds=2.9
     ) as running:
         running.wait()
     with av.open(str(film)) as container:
@@ -109,7 +109,7 @@ def test_sound_goes_on_over_the_seam_of_a_loop(clapper: Path, tmp_path: Path):
 
 def test_a_long_gap_is_left_and_not_filled(tmp_path: Path):
     path = tmp_path / "voice.mkv"
-    tone = np.full((2, RATE // 2), 0.5, np.float32)
+    tone = np.full((2, LIVE_SAMPLE_RATE // 2), 0.5, np.float32)
     with av.open(str(path), "w") as container:
         voice = AudioEncoder(container, "aac")
         assert sum(len(bytes(packet)) > 0 for packet in voice.packets(tone, 0.0)) > 5
@@ -121,7 +121,7 @@ def test_a_long_gap_is_left_and_not_filled(tmp_path: Path):
 
 def test_gaps_are_silent_and_overlaps_are_left_out(tmp_path: Path):
     path = tmp_path / "voice.mkv"
-    tone = np.full((2, RATE // 10), 0.5, np.float32)
+    tone = np.full((2, LIVE_SAMPLE_RATE // 10), 0.5, np.float32)
     with av.open(str(path), "w") as container:
         voice = AudioEncoder(container, "pcm_s16le")
         for seconds in (0.0, 0.1, 0.105, 1.0, 0.9):
@@ -129,9 +129,12 @@ def test_gaps_are_silent_and_overlaps_are_left_out(tmp_path: Path):
         container.mux(voice.flush())
     with av.open(str(path)) as container:
         samples = np.concatenate([each.to_ndarray()[0, ::2] for each in container.decode(audio=0)])
-    assert len(samples) == pytest.approx(1.1 * RATE, abs=2000)
-    assert np.abs(samples[int(0.35 * RATE) : int(0.95 * RATE)]).max() == 0
-    assert np.abs(samples[: int(0.15 * RATE)]).min() > 1000 and samples[int(1.05 * RATE)] > 1000
+    assert len(samples) == pytest.approx(1.1 * LIVE_SAMPLE_RATE, abs=2000)
+    assert np.abs(samples[int(0.35 * LIVE_SAMPLE_RATE) : int(0.95 * LIVE_SAMPLE_RATE)]).max() == 0
+    assert (
+        np.abs(samples[: int(0.15 * LIVE_SAMPLE_RATE)]).min() > 1000
+        and samples[int(1.05 * LIVE_SAMPLE_RATE)] > 1000
+    )
 
 
 @pytest.mark.parametrize(
@@ -146,12 +149,12 @@ def test_small_gaps_and_a_clock_that_drifts_do_not_add_up(tmp_path: Path, gap: f
         for number in range(300):
             seconds += 0.02 * (1 + drift) + (gap if number == 20 else 0.0)
             loud = loud or (seconds if number == 250 else 0.0)
-            tone = np.full((2, RATE // 50), 0.5 * (number >= 250), np.float32)
+            tone = np.full((2, LIVE_SAMPLE_RATE // 50), 0.5 * (number >= 250), np.float32)
             container.mux(voice.packets(tone, seconds))
         container.mux(voice.flush())
     with av.open(str(path)) as container:
         samples = np.concatenate([each.to_ndarray()[0, ::2] for each in container.decode(audio=0)])
-    assert np.flatnonzero(samples > 6000)[0] / RATE == pytest.approx(loud, abs=0.022)
+    assert np.flatnonzero(samples > 6000)[0] / LIVE_SAMPLE_RATE == pytest.approx(loud, abs=0.022)
 
 
 def test_sound_stays_in_step_while_a_picture_is_repeated(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):

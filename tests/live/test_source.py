@@ -25,14 +25,14 @@ from vidstyle.media.capture.camera import Camera, Screen, choose_mode, mode_rate
 from vidstyle.media.capture.input import PlaybackClock
 from vidstyle.media.capture.monotonic import MONOTONIC
 from vidstyle.media.capture.sources import (
-    File,
+    FileSource,
     GeneratedPicture,
-    Network,
+    NetworkSource,
     PipeSource,
     SourceOptions,
-    live_source,
+    resolve_source,
 )
-from vidstyle.media.v4l2 import Mode
+from vidstyle.media.v4l2 import CameraMode
 
 Y4M = b"YUV4MPEG2 W64 H48 F30:1 Ip A1:1 C420jpeg\n"
 BYTES = 64 * 48 * 3 // 2
@@ -69,9 +69,9 @@ def luma(kept: Kept) -> int:
         ("screen", Screen),
         ("screen::1", Screen),
         ("-", PipeSource),
-        ("rtsp://127.0.0.1/x", Network),
-        ("clip.mp4", File),
-        ("folder/clip", File),
+        ("rtsp://127.0.0.1/x", NetworkSource),
+        ("clip.mp4", FileSource),
+        ("folder/clip", FileSource),
         ("camera", Camera),
         ("/dev/video3", Camera),
         ("0", Camera),
@@ -79,18 +79,18 @@ def luma(kept: Kept) -> int:
     ],
 )
 def test_words_for_sources(word: str, kind: type):
-    assert isinstance(live_source(word, SourceOptions()), kind)
+    assert isinstance(resolve_source(word, SourceOptions()), kind)
 
 
 def test_a_film_plays_at_its_own_pace_and_again(tmp_path: Path):
     clip = make_clip(tmp_path / "clip.mp4", frames=15, size=(64, 48))
     kept = Kept()
-    with session(File(str(clip)), kept) as running:
+    with session(FileSource(str(clip)), kept) as running:
         summary = running.wait()
     assert (summary.frames, summary.dropped) == (15, 0)
     assert np.diff(kept.arrived) == pytest.approx(1 / 30, abs=0.001)
     looped = Kept()
-    with session(File(str(clip), loop=True), looped, frames=40) as running:
+    with session(FileSource(str(clip), loop=True), looped, frames=40) as running:
         running.wait()
     assert len(looped.numbers) == 40
 
@@ -108,7 +108,7 @@ def test_a_source_is_lost_and_comes_back(tmp_path: Path, caplog: pytest.LogCaptu
     fifo = tmp_path / "camera"
     os.mkfifo(fifo)
     kept = Kept()
-    with session(live_source(str(fifo), SourceOptions()), kept, clock=MONOTONIC) as running:
+    with session(resolve_source(str(fifo), SourceOptions()), kept, clock=MONOTONIC) as running:
         first = Writer(fifo, 60)
         eventually(lambda: len(kept.numbers) > 5)
         assert luma(kept) == 60
@@ -120,7 +120,7 @@ def test_a_source_is_lost_and_comes_back(tmp_path: Path, caplog: pytest.LogCaptu
         assert running.controls.status().source_state == "running"
         second.end()
         running.end()
-    assert "the last picture is held" in caplog.text and "back after" in caplog.text
+    assert "the last frame is repeated" in caplog.text and "back after" in caplog.text
     assert kept.newest is not None and (kept.newest.width, kept.newest.height) == (64, 48)
 
 
@@ -163,7 +163,7 @@ def test_a_stream_whose_server_is_killed_and_restarted(caplog: pytest.LogCapture
     server = serve(port, 128)
     try:
         eventually(lambda: is_taken(port))
-        with session(Network(f"tcp://127.0.0.1:{port}"), kept, clock=MONOTONIC) as running:
+        with session(NetworkSource(f"tcp://127.0.0.1:{port}"), kept, clock=MONOTONIC) as running:
             eventually(lambda: len(kept.numbers) > 5)
             server.kill()
             server.wait()
@@ -202,13 +202,13 @@ def test_y4m_on_standard_input_and_its_end():
 @pytest.mark.parametrize(
     ("code", "words", "arguments"),
     [
-        (6, "no such camera; there is", ["nothing-like-that"]),
-        (6, "no such camera; there is", ["/dev/video99"]),
-        (6, "is not a camera; there is", ["/dev/null"]),
+        (6, "no such camera; ", ["nothing-like-that"]),
+        (6, "no such camera; ", ["/dev/video99"]),
+        (6, "is not a camera; ", ["/dev/null"]),
         (3, "no such file", ["missing.mp4"]),
         (3, "cannot be opened: Connection refused", ["tcp://127.0.0.1:1"]),
-        (3, "does not speak quux", ["quux://127.0.0.1:1"]),
-        (2, "does not say its size", ["-", "--input-format", "raw"]),
+        (3, "does not support quux", ["quux://127.0.0.1:1"]),
+        (2, "has no header with its size", ["-", "--input-format", "raw"]),
         (2, "'9' is not a size", ["test", "--size", "9"]),
         (6, "there is no such screen", ["screen:nowhere:7"]),
     ],
@@ -222,10 +222,10 @@ def test_what_cannot_be_had_is_one_line(
 
 
 MODES = [
-    Mode("yuyv422", 640, 480, (Fraction(30), Fraction(15))),
-    Mode("yuyv422", 1280, 720, (Fraction(10),)),
-    Mode("mjpeg", 1280, 720, (Fraction(30), Fraction(60))),
-    Mode("mjpeg", 1920, 1080, (Fraction(30000, 1001),)),
+    CameraMode("yuyv422", 640, 480, (Fraction(30), Fraction(15))),
+    CameraMode("yuyv422", 1280, 720, (Fraction(10),)),
+    CameraMode("mjpeg", 1280, 720, (Fraction(30), Fraction(60))),
+    CameraMode("mjpeg", 1920, 1080, (Fraction(30000, 1001),)),
 ]
 
 
@@ -255,7 +255,7 @@ def test_the_slowest_rate_that_is_enough():
 
 
 def test_secrets_in_an_address_are_kept():
-    source = live_source("rtsp://me:secret@127.0.0.1:1/camera?token=1", SourceOptions())
+    source = resolve_source("rtsp://me:secret@127.0.0.1:1/camera?token=1", SourceOptions())
     assert source.name == "rtsp://127.0.0.1:1/camera"
     with pytest.raises(InputError, match="rtsp://127.0.0.1:1/camera cannot be opened") as raised:
         source.open(threading.Event(), MONOTONIC)
@@ -267,6 +267,6 @@ def test_errors_name_the_source():
     with pytest.raises(DeviceError, match="no such camera"):
         Camera("/dev/video99").open(stopping, MONOTONIC)
     with pytest.raises(InputError, match="nope.mp4: no such file"):
-        File("nope.mp4").open(stopping, MONOTONIC)
+        FileSource("nope.mp4").open(stopping, MONOTONIC)
     with pytest.raises(UsageError, match="--input-size"):
         PipeSource("-", SourceOptions(format="raw")).open(stopping, MONOTONIC)

@@ -20,8 +20,8 @@ from waiting import LONG, eventually
 from vidstyle.errors import DeviceError
 from vidstyle.live.capture import FIRST_FRAME_SECONDS
 from vidstyle.media.capture import input as live_input
-from vidstyle.media.capture.camera import device_descriptors, wait_for_input
-from vidstyle.media.capture.input import FIRST_SECONDS, STALL_SECONDS, LiveInput
+from vidstyle.media.capture.camera import find_descriptors, wait_for_input
+from vidstyle.media.capture.input import FIRST_FRAME_TIMEOUT_SECONDS, STALL_TIMEOUT_SECONDS, LiveInput
 from vidstyle.media.capture.monotonic import Clock
 
 LAVFI = "testsrc2=size=64x48:rate=30"
@@ -44,9 +44,9 @@ def test_a_device_is_waited_for_by_its_descriptor():
     stopping, clock = threading.Event(), FakeClock()
     with terminal() as (near, path), ThreadPoolExecutor() as pool, ExitStack() as last:
         last.callback(clock.advance, 1000.0)  # so that no wait outlives a test that fails
-        before = device_descriptors(path)
+        before = find_descriptors(path)
         descriptor = os.open(path, os.O_RDWR | os.O_NOCTTY)
-        opened = device_descriptors(path) - before
+        opened = find_descriptors(path) - before
         assert opened == {descriptor}
         wait = wait_for_input(descriptor, clock)
 
@@ -77,10 +77,10 @@ def test_a_device_is_waited_for_by_its_descriptor():
 def test_only_the_descriptors_of_that_device_are_found():
     with terminal() as (near, path):
         descriptor = os.open(path, os.O_RDWR | os.O_NOCTTY)
-        found = device_descriptors(path)
+        found = find_descriptors(path)
         assert descriptor in found and near not in found
         os.close(descriptor)
-    assert device_descriptors("/no/such/device") == set()
+    assert find_descriptors("/no/such/device") == set()
 
 
 @dataclass
@@ -131,8 +131,8 @@ def test_a_driver_that_falls_silent_is_opened_again(caplog: pytest.LogCaptureFix
     driver.look = look
     with session(driver, kept, seconds=9.0) as running:
         running.wait()
-    lost = 1 + STALL_SECONDS + 1 / 30
-    assert "has delivered no frame for 2.0 s; the last picture is held" in caplog.text
+    lost = 1 + STALL_TIMEOUT_SECONDS + 1 / 30
+    assert "has delivered no frame for 2.0 s; the last frame is repeated" in caplog.text
     tries = [lost + 0.25, lost + 0.75, lost + 1.75, lost + 2.75, lost + 3.75, lost + 4.75]
     assert driver.tried == pytest.approx([0.0, *tries], abs=0.05)
     assert "driver: back after 4.8 s" in caplog.text
@@ -146,18 +146,20 @@ def test_a_driver_that_falls_silent_is_opened_again(caplog: pytest.LogCaptureFix
 def test_one_that_never_gives_anything_is_a_device_that_failed():
     driver = Driver((0.0, 100.0))
     with (
-        pytest.raises(DeviceError, match=f"driver has delivered no frame for {FIRST_SECONDS:.1f} s"),
+        pytest.raises(
+            DeviceError, match=f"driver has delivered no frame for {FIRST_FRAME_TIMEOUT_SECONDS:.1f} s"
+        ),
         session(driver) as running,
     ):
         running.wait()
-    assert running.clock.now() - BEGIN == pytest.approx(FIRST_SECONDS, abs=0.11)
+    assert running.clock.now() - BEGIN == pytest.approx(FIRST_FRAME_TIMEOUT_SECONDS, abs=0.11)
 
 
 def test_one_that_holds_its_reader_for_long_is_not_waited_for(monkeypatch: pytest.MonkeyPatch):
     """Inside the driver, where nobody looks at how long it takes."""
-    monkeypatch.setattr(live_input, "FIRST_SECONDS", 100.0)
+    monkeypatch.setattr(live_input, "FIRST_FRAME_TIMEOUT_SECONDS", 100.0)
     with (
-        pytest.raises(DeviceError, match=f"driver gave no picture in {FIRST_FRAME_SECONDS:g} s"),
+        pytest.raises(DeviceError, match=f"driver has delivered no frame for {FIRST_FRAME_SECONDS:g} s"),
         session(Driver((0.0, 100.0))) as running,
     ):
         running.wait()

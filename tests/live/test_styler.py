@@ -22,7 +22,7 @@ from vidstyle.style import Style, load_style, override, set_values
 FEW = load_style(
     {"format": 1, "name": "few", "background": [{"block": "luma_posterize", "levels": 3, "softness": 0}]}
 )
-ENCODING = Encoding("bt709", full_range=False, depth=8, step=(2, 2))
+ENCODING = Encoding("bt709", full_range=False, depth=8, subsampling=(2, 2))
 
 
 class Film:

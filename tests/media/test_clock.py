@@ -35,7 +35,7 @@ def test_good_stamps_stay(caplog):
 def test_stamps_that_do_not_grow_are_nudged_by_a_tick(caplog):
     clock = FrameClock(Fraction(1, 90000), Fraction(30))
     assert stamps(clock, [0, 3000, 3000, 2990, 9000]) == [0, 3000, 3001, 3002, 9000]
-    assert clock.nudged == 2 and len(caplog.records) == 1
+    assert clock.shifted == 2 and len(caplog.records) == 1
 
 
 def test_a_coarse_time_base_is_divided_so_that_a_nudge_is_not_seen():

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.media.color_tags import HLG, PQ, ColorTags
+from vidstyle.media.color_tags import HLG_CODE, PQ_CODE, ColorTags
 from vidstyle.media.frame import Frame, picture_from_frame
 from vidstyle.media.hdr import (
-    BT2020_TO_BT709,
+    BT2020_TO_BT709_MATRIX,
     ToneMap,
-    brightest,
-    compressed_nits,
+    compress_nits,
     hlg_to_scene,
     nits_to_pq,
     pq_to_nits,
+    read_peak_nits,
 )
 from vidstyle.media.read.reader import open_reader
 
@@ -37,7 +37,7 @@ def test_hlg_has_the_values_of_the_standard(signal, scene):
 
 def test_the_knee_keeps_the_dark_grows_and_ends_at_white():
     nits = np.linspace(0, 1000, 4001)
-    bent = compressed_nits(nits, 1000)
+    bent = compress_nits(nits, 1000)
     top, target = nits_to_pq(np.array(1000.0)), nits_to_pq(np.array(203.0))
     start = float(pq_to_nits((1.5 * target / top - 0.5) * top))
     assert bent[nits < start] == pytest.approx(nits[nits < start], rel=1e-9)
@@ -48,17 +48,17 @@ def test_the_knee_keeps_the_dark_grows_and_ends_at_white():
 
 def reference(rgb: np.ndarray, transfer: int) -> np.ndarray:
     """The whole way for RGB signals in float64, straight from the standards."""
-    if transfer == PQ:
+    if transfer == PQ_CODE:
         nits = pq_to_nits(rgb)
     else:
         scene = hlg_to_scene(rgb)
         nits = 1000 * scene * (scene @ np.array([0.2627, 0.6780, 0.0593]))[..., None] ** 0.2
     most = nits.max(-1, keepdims=True)
-    light = nits * compressed_nits(most, 1000) / np.maximum(most, 1e-12) / 203
-    return np.clip(light @ BT2020_TO_BT709.T.astype(np.float64), 0, 1) ** (1 / 2.4)
+    light = nits * compress_nits(most, 1000) / np.maximum(most, 1e-12) / 203
+    return np.clip(light @ BT2020_TO_BT709_MATRIX.T.astype(np.float64), 0, 1) ** (1 / 2.4)
 
 
-@pytest.mark.parametrize("transfer", [PQ, HLG])
+@pytest.mark.parametrize("transfer", [PQ_CODE, HLG_CODE])
 def test_rgb_is_mapped_as_the_closed_form_says(transfer):
     steps = np.linspace(0.02, 0.75, 12)
     rgb = np.stack(np.meshgrid(steps, steps, steps), -1).reshape(36, 48, 3)
@@ -68,7 +68,7 @@ def test_rgb_is_mapped_as_the_closed_form_says(transfer):
     assert np.abs(mapped - reference(codes / 65535, transfer)).max() < 0.002
 
 
-@pytest.mark.parametrize(("transfer", "code"), [("pq", PQ), ("hlg", HLG)])
+@pytest.mark.parametrize(("transfer", "code"), [("pq", PQ_CODE), ("hlg", HLG_CODE)])
 @pytest.mark.parametrize("pix_fmt", ["yuv420p10le", "yuv422p10le", "yuv444p10le"])
 def test_planes_are_mapped_as_their_rgb_is(transfer, code, pix_fmt):
     rgb = next(media.moving_frames(1, (322, 182)))
@@ -79,7 +79,7 @@ def test_planes_are_mapped_as_their_rgb_is(transfer, code, pix_fmt):
     mapped = ToneMap.of(frame, tags).apply(source)
     assert (mapped.encoding.matrix, mapped.encoding.full_range) == ("bt709", False)
     expected = reference(_rgb(source) / 255, code) @ mapped.encoding.from_rgb.T.astype(np.float64)
-    across, down = mapped.encoding.step
+    across, down = mapped.encoding.subsampling
     assert np.abs(mapped.luma - 64 - 876 * expected[..., 0]).max() < 3
     for plane, difference in zip(mapped.chroma, (expected[..., 1], expected[..., 2]), strict=True):
         wanted = 512 + 896 * media.subsample(difference, (across, down))
@@ -89,10 +89,10 @@ def test_planes_are_mapped_as_their_rgb_is(transfer, code, pix_fmt):
 def test_gray_and_odd_sizes():
     luma = np.full((3, 5), 64 + 876 // 2, np.uint16)
     chroma = np.full((2, 3), 512, np.uint16)
-    tone_map = ToneMap(PQ)
+    tone_map = ToneMap(PQ_CODE)
     gray = tone_map.apply(Picture(Encoding("bt2020", False, 10, (1, 1)), luma=luma))
     film = tone_map.apply(Picture(Encoding("bt2020", False, 10), luma=luma, chroma=(chroma, chroma)))
-    expected = 64 + 876 * float(reference(np.full((1, 3), 0.5), PQ)[0, 1])
+    expected = 64 + 876 * float(reference(np.full((1, 3), 0.5), PQ_CODE)[0, 1])
     assert gray.chroma is None and np.abs(gray.luma - expected).max() <= 2
     assert np.abs(film.luma - expected).max() <= 2 and np.abs(film.chroma[0] - 512.0).max() <= 2
 
@@ -126,8 +126,8 @@ def test_the_peak_comes_from_the_stream(tmp_path):
         transfer="pq",
         options={"x265-params": "log-level=error:max-cll=640,120:hdr10=1"},
     )
-    assert brightest(media.read_all(path)[0]) == 640
-    assert brightest(media.frame_from_rgb(media.photograph())) == 1000
+    assert read_peak_nits(media.read_all(path)[0]) == 640
+    assert read_peak_nits(media.frame_from_rgb(media.photograph())) == 1000
 
 
 def _rgb(picture: Picture) -> np.ndarray:
@@ -137,7 +137,7 @@ def _rgb(picture: Picture) -> np.ndarray:
     luma = (picture.luma - black) / (white - black)
     height, width = picture.shape
     x, y = picture.encoding.siting
-    across, down = picture.encoding.step
+    across, down = picture.encoding.subsampling
     places = np.meshgrid(
         (np.arange(width, dtype=np.float32) - x) / across, (np.arange(height, dtype=np.float32) - y) / down
     )

@@ -15,7 +15,7 @@ from covering import DAY
 
 from vidstyle.errors import InputError, UsageError
 from vidstyle.media.frame import Frame
-from vidstyle.media.read.open import FORMATS
+from vidstyle.media.read.open import FILE_FORMATS
 from vidstyle.media.read.reader import ReadOptions, open_reader
 
 
@@ -113,7 +113,7 @@ def test_playlists_in_disguise(tmp_path, text):
 
 
 def test_formats_that_open_other_files_are_not_on_the_list():
-    allowed = set(FORMATS.split(","))
+    allowed = set(FILE_FORMATS.split(","))
     assert not allowed & {
         "concat",
         "hls",
@@ -149,7 +149,7 @@ def test_hardware_that_is_not_there_is_said(tmp_path, caplog):
     path = media.make_clip(tmp_path / "clip.mp4", frames=3)
     with open_reader(path, ReadOptions(hwaccel="qsv")) as reader:
         assert sum(isinstance(item, Frame) for item in reader) == 3
-    assert "the CPU does it" in caplog.text
+    assert "the CPU decodes" in caplog.text
 
 
 def test_files_are_closed(tmp_path):

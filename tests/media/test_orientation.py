@@ -11,14 +11,14 @@ from covering import in_one_test
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.errors import UsageError
 from vidstyle.media.orientation import Orientation
-from vidstyle.media.resize import letterboxed, output_size, resized
+from vidstyle.media.resize import letterbox_picture, output_size, resize_picture
 
 ALL = [Orientation(*flags) for flags in itertools.product((False, True), repeat=3)]
 
 
 def ramp(height: int, width: int, step: tuple[int, int], siting: tuple[float, float]) -> Picture:
     """Luma 2 x + y, and chroma of the same light where its samples lie."""
-    encoding = Encoding(depth=16, step=step, siting=siting)
+    encoding = Encoding(depth=16, subsampling=step, siting=siting)
     y, x = np.mgrid[:height, :width]
     rows, columns = encoding.chroma_shape(height, width)
     below, across = np.mgrid[:rows, :columns]
@@ -30,7 +30,7 @@ def ramp(height: int, width: int, step: tuple[int, int], siting: tuple[float, fl
 def misfit(picture: Picture) -> float:
     """How far chroma is from luma's light at the places that the encoding names, inside the picture."""
     height, width = picture.shape
-    (across, down), (x, y) = picture.encoding.step, picture.encoding.siting
+    (across, down), (x, y) = picture.encoding.subsampling, picture.encoding.siting
     plane = picture.chroma[0]
     rows, columns = y + down * np.arange(plane.shape[0]), x + across * np.arange(plane.shape[1])
     rows_in = (rows >= 3) & (rows <= height - 4)
@@ -54,7 +54,7 @@ def test_chroma_stays_on_its_luma_however_it_is_turned(orientation, size, step, 
 
 def test_a_phones_left_sited_film_is_top_sited_once_upright():
     upright = Orientation.from_rotation(90).apply(ramp(24, 32, (2, 2), (0.0, 0.5)))
-    assert upright.encoding.siting == (0.5, 0.0) and upright.encoding.step == (2, 2)
+    assert upright.encoding.siting == (0.5, 0.0) and upright.encoding.subsampling == (2, 2)
 
 
 @pytest.mark.parametrize("turns", range(4))
@@ -75,14 +75,14 @@ def test_a_display_matrix_says_where_columns_and_rows_go(orientation):
 @pytest.mark.parametrize("siting", [(0.0, 0.5), (0.5, 0.5), (0.0, 0.0)])
 def test_chroma_stays_on_its_luma_at_another_size(size, siting):
     picture = ramp(24, 32, (2, 2), siting)
-    fitted = resized(picture, *size)
+    fitted = resize_picture(picture, *size)
     assert fitted.shape == size[::-1] and fitted.encoding == picture.encoding
     assert misfit(fitted) < 60, "a quarter of a luma pixel of the source"
 
 
 def test_bars_are_black_and_the_picture_in_between_is_whole():
     picture = ramp(40, 20, (2, 2), (0.0, 0.5))
-    boxed = letterboxed(picture, 80, 40)
+    boxed = letterbox_picture(picture, 80, 40)
     assert boxed.shape == (40, 80)
     assert (boxed.luma[:, :30] == 16 * 256).all() and (boxed.luma[:, 50:] == 16 * 256).all()
     assert (boxed.chroma[0][:, :15] == 128 * 256).all()
@@ -92,7 +92,7 @@ def test_bars_are_black_and_the_picture_in_between_is_whole():
 def test_bars_of_rgb_with_alpha():
     color = np.full((10, 10, 3), 200, np.uint8)
     picture = Picture(Encoding("bt709", True, 8, (1, 1)), color=color, alpha=np.full((10, 10), 7, np.uint8))
-    boxed = letterboxed(picture, 30, 10)
+    boxed = letterbox_picture(picture, 30, 10)
     assert boxed.color[5, 0].tolist() == [0, 0, 0] and boxed.alpha[5, 0] == 255 and boxed.alpha[5, 15] == 7
 
 

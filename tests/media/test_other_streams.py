@@ -14,7 +14,7 @@ from media import make_clip
 from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import ReadOptions, open_reader
 from vidstyle.media.write import film_writer
-from vidstyle.media.write.film_writer import frames_in
+from vidstyle.media.write.resume_source import count_frames
 from vidstyle.media.write.writer import WriteOptions, open_writer
 from vidstyle.pipeline.progress import Summary
 from vidstyle.pipeline.render import render
@@ -103,7 +103,7 @@ def rendered(source: Path, target: Path, end: Fraction | None = None, audio: str
         count = sum(packet.size > 0 for packet in container.demux(video=0))
     if end is not None:
         count = min(count, -(-end * FRAME_RATE // 1))
-    assert frames_in(target) == summary.frames == count
+    assert count_frames(target) == summary.frames == count
     assert not list(target.parent.glob("*.partial*"))
     return summary
 
@@ -126,18 +126,18 @@ def test_a_cut_without_sound_keeps_its_pictures(tmp_path, caplog, codec, ending)
     late = film(tmp_path / "late.mkv", codec, begin=1.0)
     summary = rendered(late, tmp_path / f"out{ending}", end=Fraction(1, 2))
     assert summary.exit_code == 0
-    assert ("is left out, since none of it comes" in caplog.text) == (codec != "aac" and ending == ".mp4")
+    assert ("is dropped, because it has no packet" in caplog.text) == (codec != "aac" and ending == ".mp4")
 
 
 def test_late_sound_is_copied_and_else_encoded_anew(tmp_path, caplog, monkeypatch):
     late, target = film(tmp_path / "late.mkv", "ac3", begin=1.5), tmp_path / "out.mp4"
     for wait, codec in ((Fraction(30), "ac3"), (Fraction(1), "aac")):
-        monkeypatch.setattr(film_writer, "MAX_WAIT_SECONDS", wait)
+        monkeypatch.setattr(film_writer, "MAX_NEEDED_WAIT_SECONDS", wait)
         rendered(late, target)
         with av.open(str(target)) as container:
             assert container.streams.audio[0].codec_context.codec.canonical_name == codec
         assert beep(target) == pytest.approx(1.8, abs=0.03)
-    assert "encoded anew as aac, since .mp4 files need a good packet of it early" in caplog.text
+    assert "re-encoded as aac, because .mp4 files need a valid early packet of it" in caplog.text
 
 
 @pytest.mark.parametrize(
@@ -150,7 +150,7 @@ def test_late_sound_is_late_where_the_container_holds_no_times(tmp_path, caplog,
     )
     rendered(late, target)
     assert beep(target) == pytest.approx(begin + 0.8, abs=0.03)
-    assert f"since it begins late, which {ending} files cannot hold" in caplog.text
+    assert f"because it starts late, which {ending} files do not support" in caplog.text
 
 
 def test_gaps_in_sound_that_a_container_closes_are_told(tmp_path, caplog):
@@ -158,7 +158,8 @@ def test_gaps_in_sound_that_a_container_closes_are_told(tmp_path, caplog):
     rendered(source, tmp_path / "out.mkv")
     assert "gaps" not in caplog.text
     rendered(source, tmp_path / "out.avi")
-    assert "0.3 s of gaps in the sound are closed, since .avi files hold no times of sound" in caplog.text
+    reason = "because .avi files store no timestamps of sound"
+    assert f"0.3 s of gaps in the sound are closed, {reason}" in caplog.text
 
 
 @pytest.mark.parametrize("ending", [".mp4", ".mov"])
@@ -170,7 +171,7 @@ def test_a_film_is_on_the_disk_while_its_sound_has_not_begun(tmp_path, ending):
             if isinstance(item, Frame) and item.time >= Fraction(5, 2):
                 break
             writer.write(item)
-        assert writer.partial and frames_in(writer.partial, whole=False) > 25
+        assert writer.partial and count_frames(writer.partial, whole=False) > 25
         writer.abandon()
 
 
@@ -209,7 +210,7 @@ def test_sound_of_which_nothing_can_be_used_is_no_reason_to_fail(tmp_path, endin
 @pytest.mark.parametrize(("codec", "ending"), [("pcm_s16le", ".avi"), ("aac", ".mp4"), ("ac3", ".mkv")])
 def test_sound_with_a_time_hours_away_makes_the_film_no_longer(tmp_path, codec, ending):
     summary = rendered(film(tmp_path / "in.mkv", codec, astray=5), tmp_path / f"out{ending}")
-    assert summary.exit_code == 4 and summary.damage.endswith("its clock leaps once, bridged")
+    assert summary.exit_code == 4 and summary.damage.endswith("its clock jumps once (bridged)")
     with av.open(str(tmp_path / f"out{ending}")) as container:
         assert container.duration < 3 * av.time_base
 

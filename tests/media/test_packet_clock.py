@@ -55,7 +55,7 @@ def shown(path: Path, stream: str) -> list[float]:
 def test_a_leap_of_hours_is_bridged_and_reported(tmp_path, hours, ending):
     source, target = leaping(tmp_path / "in.mkv", hours, 1, 9), tmp_path / f"out{ending}"
     summary = vidstyle.render(source, target, "plain")
-    assert summary.exit_code == 4 and summary.damage.endswith("its clock leaps once, bridged")
+    assert summary.exit_code == 4 and summary.damage.endswith("its clock jumps once (bridged)")
     times, whole = shown(target, "video"), shown(tmp_path / "whole.mp4", "video")
     assert times == pytest.approx(whole, abs=0.06), "the delay of B-frames may be off by a frame or two"
     assert shown(target, "audio") == pytest.approx(shown(tmp_path / "whole.mp4", "audio"), abs=0.06)
@@ -82,6 +82,40 @@ def test_a_gap_while_another_stream_goes_on_is_meant():
         for each in [*slides[:2], *(packet(streams[0], minute) for minute in talk), slides[2]]:
             clock.restamp(each)
     assert clock.jumps == 0 and slides[2].pts == 3 * HOUR * 1000
+
+
+@pytest.mark.parametrize("broadcast", [True, False])
+def test_a_first_time_far_from_the_start_is_bridged(broadcast):
+    """The start of a film is the earliest time of any stream, which may come later in the file."""
+    clock = PacketClock(Fraction(0), broadcast)
+    with av.open(os.devnull, "w", "null") as container:
+        streams = [container.add_mux_stream("pcm_s16le"), container.add_mux_stream("mpeg4")]
+        sound = [packet(streams[0], 20 * HOUR + number) for number in range(3)]
+        pictures = [packet(streams[1], number and 20 * HOUR + number) for number in range(3)]
+        for each in [sound[0], pictures[0], sound[1], pictures[1], sound[2], pictures[2]]:
+            clock.restamp(each)
+    assert max(each.pts for each in (*sound, *pictures)) < 10_000 and clock.jumps == 1
+    assert clock.forward_jumps == (not broadcast)
+
+
+def test_a_first_time_after_a_seek_is_kept():
+    clock = PacketClock(Fraction(0), broadcast=True)
+    clock.reset(from_start=False)
+    with av.open(os.devnull, "w", "null") as container:
+        first = packet(container.add_mux_stream("mpeg4"), 20 * HOUR)
+        clock.restamp(first)
+    assert clock.jumps == 0 and first.pts == 20 * HOUR * 1000
+
+
+def test_a_duration_of_hours_moves_no_later_packet():
+    clock = PacketClock(Fraction(0), broadcast=False)
+    with av.open(os.devnull, "w", "null") as container:
+        stream = container.add_mux_stream("mpeg4")
+        packets = [packet(stream, number) for number in range(5)]
+        for each in packets:
+            each.duration = 10**9
+            clock.restamp(each)
+    assert [each.pts for each in packets] == [0, 1000, 2000, 3000, 4000] and clock.jumps == 0
 
 
 def packet(stream: av.stream.Stream, seconds: float) -> av.Packet:
@@ -129,3 +163,37 @@ def test_a_fine_time_base_leaves_room_for_a_gap_in_mp4(tmp_path):
             made.mux(each)
     assert vidstyle.render(source, target, "plain").exit_code == 0
     assert shown(target, "video") == pytest.approx([0, 1, 3002, 3003], abs=1e-4)
+
+
+def spaced(path: Path, seconds: list[float]) -> Path:
+    """A Matroska film with a frame at each of some times."""
+    return make_clip(path, size=(64, 48), times=[Fraction(each) for each in seconds], options={"bf": "0"})
+
+
+def test_a_gap_that_is_too_long_for_avi_is_divided(tmp_path):
+    """Its muxer fills gaps with empty packets, and refuses to write more than 60,000."""
+    gap = 3590
+    source, target = spaced(tmp_path / "in.mkv", [0, 1, gap, gap + 1]), tmp_path / "out.avi"
+    summary = vidstyle.render(source, target, "plain")
+    times = shown(target, "video")
+    assert (summary.exit_code, summary.frames) == (0, 4)
+    assert times[-1] == pytest.approx(gap + 1, abs=0.1) and times[0] == 0
+
+
+def test_avi_is_written_with_at_most_the_rate_that_it_holds(tmp_path):
+    source = make_clip(tmp_path / "in.mov", size=(64, 48), rate=7680, frames=10, codec="mpeg4")
+    summary = vidstyle.render(source, tmp_path / "out.avi", "plain")
+    assert (summary.exit_code, summary.frames) == (0, 10)
+    assert len(shown(tmp_path / "out.avi", "video")) == 10
+
+
+def test_frames_years_apart_are_taken_for_frames_without_times(tmp_path, caplog):
+    """The header of an AVI file gives the time of a frame as a fraction."""
+    source = make_clip(tmp_path / "in.avi", size=(64, 48), frames=10, codec="mpeg4")
+    content = bytearray(source.read_bytes())
+    start = content.index(b"strh") + 8 + 20
+    content[start : start + 8] = (778_409_643).to_bytes(4, "little") + (10).to_bytes(4, "little")
+    source.write_bytes(content)
+    summary = vidstyle.render(source, tmp_path / "out.avi", "plain")
+    assert summary.frames == 10 and "the stream has no timestamps" in caplog.text
+    assert shown(tmp_path / "out.avi", "video") == pytest.approx([number / 25 for number in range(10)])

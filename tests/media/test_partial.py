@@ -15,7 +15,7 @@ from vidstyle.errors import OutputError, UsageError, output_error
 from vidstyle.media.read.reader import open_reader
 from vidstyle.media.write import atomic, temporary_files
 from vidstyle.media.write.atomic import PartialFile
-from vidstyle.media.write.film_writer import frames_in
+from vidstyle.media.write.resume_source import count_frames
 from vidstyle.media.write.run_record import RunRecord
 from vidstyle.media.write.writer import WriteOptions, open_writer
 from vidstyle.pipeline.render import render
@@ -192,22 +192,22 @@ def test_a_nearly_full_disk_stops_the_film_while_it_can_be_closed(tmp_path, monk
     monkeypatch.setattr(atomic, "POLL_SECONDS", 0)
     with open_reader(clip) as reader:
         writer = open_writer(tmp_path / "out.mp4", reader.info, WriteOptions(), reader)
-        with pytest.raises(OutputError, match=r"MB are left.*the first \d+ frames are safe in .*out.partial"):
+        with pytest.raises(OutputError, match=r"MB are left.*the first \d+ frames are kept in .*out.partial"):
             for item in reader:
                 if writer.frames == 60:
-                    monkeypatch.setattr(atomic, "MIN_FREE", 2**60)
+                    monkeypatch.setattr(atomic, "MIN_FREE_BYTES", 2**60)
                 writer.write(item)
         left = writer.abandon()
-    assert left == tmp_path / "out.partial.mp4" and len(read_all(left)) == frames_in(left) > 30
+    assert left == tmp_path / "out.partial.mp4" and len(read_all(left)) == count_frames(left) > 30
 
 
 @pytest.mark.parametrize("overwrite", [False, True])
 def test_a_run_owns_its_partial_file_until_it_ends(tmp_path, overwrite):
     file = PartialFile(tmp_path / "a.mp4", None, False)
-    with pytest.raises(UsageError, match=f"a.mp4: process {os.getpid()} is writing it"):
+    with pytest.raises(UsageError, match=f"a.mp4 is being written by process {os.getpid()}"):
         PartialFile(tmp_path / "a.mp4", None, overwrite)
     file.rewrite(lambda source, other: other.write_text("film") == 4)
-    with pytest.raises(UsageError, match="is writing it"):
+    with pytest.raises(UsageError, match="is being written"):
         PartialFile(tmp_path / "a.mp4", None, overwrite)
     file.finish()
     assert (tmp_path / "a.mp4").read_text() == "film"
@@ -223,10 +223,24 @@ def test_the_lock_of_a_killed_run_is_gone(tmp_path):
     command = [sys.executable, "-c", program, str(tmp_path / "a.mp4")]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as other:
         assert other.stdout is not None and "partial" in other.stdout.readline()
-        with pytest.raises(UsageError, match=f"process {other.pid} is writing it"):
+        with pytest.raises(UsageError, match=f"is being written by process {other.pid}"):
             PartialFile(tmp_path / "a.mp4", None, True)
         other.kill()
     PartialFile(tmp_path / "a.mp4", None, False).remove()
+
+
+@pytest.mark.parametrize("ending", [".mp4", ".mkv", ".webm", ".nut"])
+def test_a_run_killed_before_its_first_frame_does_not_block_the_next(tmp_path, ending):
+    """Kernels may be compiled for a minute before the first frame, when only a header is written."""
+    target = tmp_path / f"a{ending}"
+    with open_reader(make_clip(tmp_path / "in.mp4", frames=2)) as reader:
+        killed = open_writer(target, reader.info, WriteOptions())
+        killed._file.record.release()  # as the system does
+        left = snapshot(tmp_path)
+    assert left.keys() > {f"a.partial{ending}"}
+    render(tmp_path / "in.mp4", target, "plain")
+    assert len(read_all(target)) == 2
+    killed.abandon()
 
 
 def test_a_folder_without_locks_is_written_to_all_the_same(tmp_path, monkeypatch):
@@ -253,7 +267,7 @@ def test_what_appears_meanwhile_is_not_overwritten(tmp_path, monkeypatch, links)
         monkeypatch.setattr(os, "link", link)
     file = PartialFile(tmp_path / "a.mp4", None, False)
     (tmp_path / "a.mp4").write_text("mine")
-    with pytest.raises(OutputError, match="has appeared meanwhile"):
+    with pytest.raises(OutputError, match="appeared during the run"):
         file.finish()
     assert (tmp_path / "a.mp4").read_text() == "mine" and file.path.exists()
     (tmp_path / "a.mp4").unlink()
@@ -268,7 +282,7 @@ def test_a_film_whose_target_appears_is_kept_whole(tmp_path):
         for item in reader:
             writer.write(item)
         (tmp_path / "out.mp4").write_text("mine")
-        with pytest.raises(OutputError, match="appeared meanwhile.*the whole film is .*out.partial.mp4"):
+        with pytest.raises(OutputError, match="appeared during the run.*complete film is .*out.partial.mp4"):
             writer.finish()
     assert (tmp_path / "out.mp4").read_text() == "mine"
     assert len(read_all(tmp_path / "out.partial.mp4")) == 10
@@ -299,7 +313,7 @@ def test_a_sequence_is_written_by_one_run_only(tmp_path):
     with open_reader(clip) as reader:
         for _ in range(2):
             writer = open_writer(tmp_path / "%02d.png", reader.info, WriteOptions(), reader)
-            with pytest.raises(UsageError, match=f"process {os.getpid()} is writing it"):
+            with pytest.raises(UsageError, match=f"is being written by process {os.getpid()}"):
                 open_writer(tmp_path / "%02d.png", reader.info, WriteOptions(overwrite=True), reader)
             writer.abandon()
     assert os.listdir(tmp_path) == ["clip.mp4"]

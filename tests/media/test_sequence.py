@@ -14,7 +14,7 @@ from faults import Program, cut
 from vidstyle.errors import InputError
 from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import ReadOptions, open_reader
-from vidstyle.media.read.sequence import numbered_files
+from vidstyle.media.read.sequence import find_sequence_files
 
 
 def read(path: object, **options: object) -> list[Frame]:
@@ -97,7 +97,11 @@ def test_a_damaged_picture_among_them_is_held(tmp_path):
 def test_numbers_are_sorted_as_numbers(tmp_path):
     for name in ("9.png", "10.png", "0100.png"):
         (tmp_path / name).touch()
-    assert [path.name for path in numbered_files(str(tmp_path / "%d.png"))] == ["9.png", "10.png", "0100.png"]
+    assert [path.name for path in find_sequence_files(str(tmp_path / "%d.png"))] == [
+        "9.png",
+        "10.png",
+        "0100.png",
+    ]
 
 
 def test_a_name_with_a_star_is_a_sequence_in_natural_order(program: Program):
@@ -108,7 +112,11 @@ def test_a_name_with_a_star_is_a_sequence_in_natural_order(program: Program):
     outcome = program(folder / "b*.png", "%d.png")
     assert outcome.exit_code == 0, outcome.said
     assert [read(program.folder / f"{number}.png")[0].picture.shape[1] for number in (1, 2)] == [66, 66]
-    assert [path.name for path in numbered_files(str(folder / "*.png"))] == ["a.png", "b2.png", "b10.png"]
+    assert [path.name for path in find_sequence_files(str(folder / "*.png"))] == [
+        "a.png",
+        "b2.png",
+        "b10.png",
+    ]
     (folder / "film.png").write_bytes(media.make_clip(folder / "film.mp4", frames=2).read_bytes())
     program.refused(3, "film.png is not a picture; a name with", folder / "f*.png", "%d.jpg")
     program.refused(2, "is the input itself", folder / "b*.png", "in/b%d.png", "-y")
@@ -136,7 +144,7 @@ def test_animations(tmp_path, name, codec, pix_fmt):
 
 def test_an_animation_that_does_not_fit_in_memory_is_refused(tmp_path):
     path: Path = media.make_clip(tmp_path / "a.webp", frames=6, codec="libwebp_anim", pix_fmt="yuva420p")
-    with pytest.raises(InputError, match="more than fit in memory"):
+    with pytest.raises(InputError, match="do not fit in memory"):
         open_reader(path, ReadOptions(max_pixels=160 * 90))
     with pytest.raises(InputError, match="larger than the limit"):
         open_reader(path, ReadOptions(max_pixels=160 * 89))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import os
 import re
+import struct
 import sys
 from fractions import Fraction
 from pathlib import Path
@@ -21,8 +22,8 @@ from vidstyle.errors import UsageError
 from vidstyle.media.codecs import choose_pix_fmt, encoder_options, find_encoder
 from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import ReadOptions, open_reader
-from vidstyle.media.write.containers import kind_of
-from vidstyle.media.write.encoder import encoder_frame
+from vidstyle.media.write.containers import KINDS, find_kind
+from vidstyle.media.write.encoder import to_encoder_frame
 from vidstyle.media.write.faststart import move_index_first
 from vidstyle.media.write.video_plan import plan_video
 from vidstyle.media.write.writer import WriteOptions, open_writer
@@ -72,6 +73,13 @@ def test_colours_and_their_tags_are_the_sources(tmp_path, matrix, code, full_ran
     assert rms_error(rgb_from_frame(frames[3]), rgb_from_frame(read_all(clip)[3])) == 0
 
 
+@pytest.mark.parametrize(("height", "system"), [(288, 5), (576, 5), (480, 6), (570, 6)])
+def test_untagged_pal_and_ntsc_have_their_own_tags(tmp_path, height, system):
+    clip = make_clip(tmp_path / "clip.mp4", tagged=False, frames=2, size=(720, height))
+    frame = read_all(copy(clip, tmp_path / "out.mp4"))[0]
+    assert (frame.colorspace, frame.color_primaries, frame.color_trc) == (system, system, 6)
+
+
 def test_what_was_untagged_is_tagged_as_it_was_understood(tmp_path):
     frame = read_all(copy(make_clip(tmp_path / "clip.mp4", tagged=False), tmp_path / "out.mp4"))[0]
     assert (frame.colorspace, frame.color_primaries, frame.color_trc, frame.color_range) == (6, 6, 6, 1)
@@ -114,6 +122,48 @@ def test_the_index_comes_first(tmp_path):
     assert names.index(b"moov") < names.index(b"mdat") and b"moof" not in names
 
 
+FILMS = [kind for kind in KINDS if kind.way == "film"]
+
+
+@pytest.mark.parametrize("kind", FILMS, ids=lambda kind: kind.endings[0])
+def test_no_film_has_its_index_behind_its_pictures(tmp_path, kind):
+    target = tmp_path / f"out{kind.endings[0]}"
+    render(make_clip(tmp_path / "clip.mp4", frames=3), target, "plain")
+    content = target.read_bytes()
+    assert content[4:8] != b"ftyp" or content.index(b"moov") < content.index(b"mdat")
+
+
+def test_each_film_can_be_resumed_or_is_known_not_to_be():
+    # Extend docs/rules.md (Output files) with a container that can be.
+    not_resumable = "avi mpegts ogv flv asf nut yuv4mpegpipe rawvideo webp apng".split()
+    assert [kind.muxer for kind in FILMS if not kind.resumable] == not_resumable
+
+
+def box(name: bytes, *parts: bytes) -> bytes:
+    content = b"".join(parts)
+    return struct.pack(">I4s", 8 + len(content), name) + content
+
+
+@pytest.mark.parametrize(
+    ("name", "code", "beyond", "fits"),
+    [(b"stco", "I", 0, True), (b"stco", "I", 1, False), (b"co64", "Q", 1, True)],
+)
+def test_offsets_that_leave_four_gigabytes_are_left_alone(tmp_path, name, code, beyond, fits):
+    def film(offset: int) -> bytes:
+        table = box(name, struct.pack(f">II{code}", 0, 1, offset))
+        index = box(b"moov", box(b"trak", box(b"mdia", box(b"minf", box(b"stbl", table)))))
+        return box(b"ftyp", b"isom") + box(b"mdat", b"data") + index
+
+    source, target = tmp_path / "in.mp4", tmp_path / "out.mp4"
+    shift = len(film(0)) - len(box(b"ftyp", b"isom") + box(b"mdat", b"data"))
+    source.write_bytes(film(2**32 - 1 - shift + beyond))
+    assert move_index_first(source, target) is fits
+    assert target.exists() is fits
+    if fits:
+        place = target.read_bytes().index(name) + 12
+        assert struct.unpack_from(f">{code}", target.read_bytes(), place) == (2**32 - 1 + beyond,)
+
+
 def test_a_file_with_its_index_first_is_left_alone(tmp_path):
     target = copy(make_clip(tmp_path / "clip.mp4"), tmp_path / "out.mp4")
     assert move_index_first(target, tmp_path / "again.mp4") is False
@@ -149,7 +199,7 @@ def test_sample_aspect_stays(tmp_path):
 
 def test_a_hardware_encoder_that_is_not_here_is_replaced_and_it_is_said(tmp_path, caplog):
     target = copy(make_clip(tmp_path / "clip.mp4"), tmp_path / "out.mp4", codec="h264_vaapi", preset="p4")
-    assert "libx264 encodes instead" in caplog.text
+    assert "libx264 is used instead" in caplog.text
     assert len(read_all(target)) == 30
 
 
@@ -229,7 +279,7 @@ def test_the_shortest_films_in_hevc_have_their_times(tmp_path, frames, ending):
 
 def test_an_unknown_ending_names_those_that_come_near():
     with pytest.raises(UsageError, match=r"did you mean \.mp4"):
-        kind_of("out.mp5", None, False)
+        find_kind("out.mp5", None, False)
 
 
 @pytest.mark.parametrize("ending", [".webm", ".mov", ".mkv", ".webp", ".apng", ".png"])
@@ -300,7 +350,7 @@ def test_one_picture_holds_one_frame(tmp_path):
     clip = make_clip(tmp_path / "clip.mp4", frames=3)
     one = tmp_path / "one.png"
     with pytest.raises(
-        UsageError, match=r"can hold one picture only: add --frames 1, or name it one_%05d\.png"
+        UsageError, match=r"can hold only one picture; add --frames 1, or name it one_%05d\.png"
     ):
         render(clip, one, "plain")
     assert list(tmp_path.iterdir()) == [clip]
@@ -349,9 +399,9 @@ def test_a_native_frame_is_encoded_as_it_is(tmp_path):
     with open_reader(clip) as reader:
         frames = [item for item in reader if hasattr(item, "picture")]
     assert all(frame.native is not None for frame in frames)
-    plan = plan_video("out.mp4", kind_of("out.mp4", None, False), reader.info, WriteOptions())
-    assert encoder_frame(frames[2], plan) is frames[2].native
-    bare = encoder_frame(dataclasses.replace(frames[2], native=None), plan)
+    plan = plan_video("out.mp4", find_kind("out.mp4", None, False), reader.info, WriteOptions())
+    assert to_encoder_frame(frames[2], plan) is frames[2].native
+    bare = to_encoder_frame(dataclasses.replace(frames[2], native=None), plan)
     assert np.array_equal(bare.to_ndarray(), frames[2].native.to_ndarray())
 
 

@@ -8,8 +8,10 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable
+from concurrent.futures import CancelledError
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import av
 import numpy as np
@@ -19,6 +21,8 @@ from media import make_clip, make_picture, rgb_from_frame, rms_error
 from waiting import LONG, eventually
 
 import vidstyle
+from vidstyle.core.picture import Picture
+from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.errors import DeviceError, StyleError, UsageError
 from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import Reader
@@ -154,6 +158,36 @@ def test_stopping_keeps_what_is_done(clip: Path, tmp_path: Path, monkeypatch: py
     assert 0 < len(video(summary.partial)) == summary.frames < 90
     assert not (tmp_path / "out.mp4").exists()
     assert summary.as_dict()["partial"] == str(summary.partial)
+
+
+def test_stopping_waits_for_no_frame_that_is_restyled(
+    clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    stop = threading.Event()
+
+    def endless(self: CpuRenderer, *_: object) -> Picture:
+        stop.set()
+        assert self._cancelled.wait(LONG)
+        raise CancelledError
+
+    monkeypatch.setattr(CpuRenderer, "_finish", endless)
+    summary = render(clip, tmp_path / "out.mp4", POSTER, device="cpu", stop=stop)
+    assert summary.stopped and summary.frames == 0 and not own_threads()
+
+
+def test_a_frame_that_fails_ends_all_others(clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    finish, running = CpuRenderer._finish, own_threads()
+
+    def failing(self: CpuRenderer, frame: Any, *others: Any) -> Picture:
+        if frame.request.time == 0.5:
+            raise ValueError("broken")
+        return finish(self, frame, *others)
+
+    monkeypatch.setattr(CpuRenderer, "_finish", failing)
+    with pytest.raises(ValueError, match="broken"):
+        render(clip, tmp_path / "out.mp4", POSTER, device="cpu")
+    assert not own_threads() - running
+    assert len(video(tmp_path / "out.partial.mp4")) <= 15
 
 
 def test_what_the_caller_raises_ends_the_threads(clip: Path, tmp_path: Path):

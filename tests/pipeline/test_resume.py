@@ -10,8 +10,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from face_network import red_people
 from faults import Program, packets, video
 from media import make_clip, make_picture
+from pictures import film_with_face
 from stories import PLACES, RATE, shot, story
 
 from vidstyle.core.convert import convert
@@ -22,12 +24,13 @@ from vidstyle.media.write import atomic, film_writer, run_record
 from vidstyle.media.write.film_writer import FilmWriter
 from vidstyle.media.write.images import PictureWriter
 from vidstyle.media.write.memory import write_film
-from vidstyle.media.write.resume_source import frames_in
+from vidstyle.media.write.resume_source import count_frames
 from vidstyle.media.write.writer import WriteOptions
 from vidstyle.pipeline.progress import Progress, Summary
 from vidstyle.pipeline.render import render
 from vidstyle.pipeline.resume import warm_up_frames
-from vidstyle.style import load_style
+from vidstyle.regions.chosen_files import MODEL_VARIABLE
+from vidstyle.style import load_style, style_from_table
 
 SHOT, SHOTS = 30, 4
 """Frames in a shot of the film, whose cuts are where an encoder begins groups of pictures."""
@@ -63,7 +66,7 @@ def interrupt(monkeypatch: pytest.MonkeyPatch) -> Interrupt:
 
         with monkeypatch.context() as patch:
             # However slow the machine is, all that was encoded is stored.
-            patch.setattr("vidstyle.media.write.film_writer.FLUSH_SECONDS", 1e6)
+            patch.setattr("vidstyle.media.write.film_writer.MAX_FLUSH_SECONDS", 1e6)
             patch.setattr("vidstyle.pipeline.stages.END_SECONDS", 1e6)
             for writer in (FilmWriter, PictureWriter):
                 patch.setattr(writer, "write", failing(writer.write))
@@ -111,7 +114,7 @@ def test_what_an_earlier_run_has_made_stays_until_there_is_more(
     target, partial = tmp_path / "out.mkv", tmp_path / "out.partial.mkv"
     interrupt(40, film, target)
     content = partial.read_bytes()
-    assert frames_in(partial) == 40
+    assert count_frames(partial) == 40
     interrupt(10, film, target, resume=True)
     interrupt(36, film, target, resume=True)
     assert partial.read_bytes() == content
@@ -120,12 +123,12 @@ def test_what_an_earlier_run_has_made_stays_until_there_is_more(
     held = []
 
     def watch(*_: object) -> bool:
-        held.append(frames_in(partial))
+        held.append(count_frames(partial))
         return True
 
     monkeypatch.setattr(atomic.PartialFile, "check", watch)
     interrupt(46, film, target, resume=True)
-    assert min(held) == 40 < frames_in(partial) == 46
+    assert min(held) == 40 < count_frames(partial) == 46
 
 
 REMEMBERS = {
@@ -173,7 +176,7 @@ def test_another_job_is_refused_and_the_difference_named(
     interrupt(50, film, tmp_path / "out.mp4")
     left = tmp_path / "out.partial.mp4"
     content = left.read_bytes()
-    with pytest.raises(UsageError, match=f"out.partial.mp4 was begun with {named}"):
+    with pytest.raises(UsageError, match=f"out.partial.mp4 was started with {named}"):
         render(film, tmp_path / "out.mp4", **{"style": "plain", "resume": True} | changed)
     assert left.read_bytes() == content
     assert sorted(os.listdir(tmp_path)) == ["out.mp4.partial.jsonl", left.name]
@@ -188,7 +191,7 @@ def test_another_source_or_a_lost_record_is_refused(film, tmp_path, interrupt: I
     (tmp_path / "out.mp4.partial.jsonl").unlink()
     with pytest.raises(UsageError, match="out.partial.mp4 exists and is not an unfinished output"):
         render(source, tmp_path / "out.mp4", "plain", resume=True)
-    assert frames_in(tmp_path / "out.partial.mp4") == 30
+    assert count_frames(tmp_path / "out.partial.mp4") == 30
 
 
 def foreign_film(film: Path, left: Path, whole: Path) -> None:
@@ -247,7 +250,7 @@ def test_a_whole_film_that_has_not_got_its_name_is_continued(film, tmp_path, mon
         patch.setattr(FilmWriter, "abandon", lambda writer: writer.partial)
         with pytest.raises(KeyboardInterrupt):
             render(film, target, "plain")
-    assert frames_in(tmp_path / f"out.partial{ending}") == SHOTS * SHOT
+    assert count_frames(tmp_path / f"out.partial{ending}") == SHOTS * SHOT
     summary = render(film, target, "plain", resume=True)
     assert summary.kept == SHOT * (SHOTS - 1) and len(video(target)) == SHOTS * SHOT
     assert os.listdir(tmp_path) == [target.name]
@@ -258,7 +261,7 @@ def test_a_film_without_its_index_is_refused_unless_told_so(film, tmp_path, inte
     interrupt(100, film, target)
     cut_off(film, left, target)
     content = left.read_bytes()
-    with pytest.raises(UsageError, match=r"out.partial.mp4 cannot be continued, .*; -y starts anew"):
+    with pytest.raises(UsageError, match=r"out.partial.mp4 cannot be resumed: .*; -y starts again"):
         render(film, target, "plain", resume=True)
     assert left.read_bytes() == content
     render(film, target, "plain", frames=5, write=WriteOptions(overwrite=True))
@@ -297,7 +300,7 @@ def test_pictures_of_others_are_not_counted(film, tmp_path, interrupt: Interrupt
     interrupt(12, film, target, frames=20)
     (tmp_path / "007.png").write_bytes(b"mine")
     (tmp_path / "013.png").write_bytes(b"mine")
-    with pytest.raises(UsageError, match="007.png exists already"):
+    with pytest.raises(UsageError, match="007.png already exists"):
         render(film, target, "plain", frames=20, resume=True)
     assert (tmp_path / "007.png").read_bytes() == (tmp_path / "013.png").read_bytes() == b"mine"
 
@@ -328,13 +331,13 @@ def test_33_what_was_saved_is_kept_and_continued(program: Program, film, interru
     content = partial.read_bytes()
     outcome = program(film)
     assert outcome.exit_code == 2 and len(outcome.lines) == 1
-    assert "holds the first 2.0 s of an earlier run; --resume continues it, -y starts anew" in outcome.said
+    assert "holds the first 2.0 s of an earlier run; --resume continues it, -y starts again" in outcome.said
     assert partial.read_bytes() == content
     outcome = program(film, "out.mp4", "--resume")
     assert outcome.exit_code == 0 and "30 of 50 frames are kept" in outcome.said
     assert len(video(outcome.target)) == SHOTS * SHOT
     outcome = program(film, "out.mp4", "--resume")
-    assert outcome.exit_code == 0 and "nothing is left to do" in outcome.said and len(outcome.lines) == 1
+    assert outcome.exit_code == 0 and "is already finished" in outcome.said and len(outcome.lines) == 1
 
 
 def test_33_told_so_a_run_begins_anew(program: Program, film, interrupt: Interrupt):
@@ -370,3 +373,39 @@ def test_pace_and_time_left_are_those_of_the_new_frames():
     )
     assert Progress(30, 1.2, 0.5, duration=3.2, since=Progress(30, 1.2, 0.5)).remaining is None
     assert Summary("a", "b", 60, 2.4, 5.0, kept=40).as_dict()["fps"] == 4.0
+
+
+def test_faces_of_a_continued_film_have_the_same_windows(tmp_path, interrupt: Interrupt):
+    """A face moves through its windows from the first frame on, long before the film is continued."""
+    style = style_from_table({"format": 1, "height": 720, "background": [{"block": "dither"}]}, "dots")
+    frames, lossless = warm_up_frames(style, RATE) + 60, WriteOptions(codec="ffv1", audio="none")
+    places = film_with_face(lambda number: 40 + 2 * number, frames)
+    pictures = (
+        convert(Picture.from_array(cv2.resize(picture.color, (320, 240))), Encoding())
+        for picture, _ in places
+    )
+    write_film(
+        tmp_path / "source.mkv", pictures, Fraction(RATE), np.zeros(48000 * frames // RATE, np.float32)
+    )
+    render(tmp_path / "source.mkv", tmp_path / "whole.mkv", style, write=lossless)
+    interrupt(frames - 5, tmp_path / "source.mkv", tmp_path / "out.mkv", style, write=lossless)
+    summary = render(tmp_path / "source.mkv", tmp_path / "out.mkv", style, write=lossless, resume=True)
+    assert warm_up_frames(style, RATE) + 20 < summary.kept < frames
+    whole, continued = shown(tmp_path / "whole.mkv"), shown(tmp_path / "out.mkv")
+    worst = [np.mean(one != other) for (_, one), (_, other) in zip(whole, continued, strict=True)]
+    assert max(worst) < 1e-4
+
+
+def test_masks_of_a_continued_film_are_those_of_one_run(tmp_path, interrupt: Interrupt, monkeypatch):
+    """The network is asked for every second frame, from the beginning of the film on."""
+    model = tmp_path / "red.onnx"
+    model.write_bytes(red_people())
+    monkeypatch.setenv(MODEL_VARIABLE, str(model))
+    style = load_style({"format": 1, "only": "people", "background": [{"block": "brightness"}]})
+    source = make_clip(tmp_path / "source.mkv", frames=150, codec="ffv1", pix_fmt="yuv420p")
+    lossless = WriteOptions(codec="ffv1", audio="none")
+    render(source, tmp_path / "whole.mkv", style, write=lossless)
+    interrupt(131, source, tmp_path / "out.mkv", style, write=lossless)
+    assert render(source, tmp_path / "out.mkv", style, write=lossless, resume=True).kept > 100
+    whole, continued = shown(tmp_path / "whole.mkv"), shown(tmp_path / "out.mkv")
+    assert all(np.array_equal(one, other) for (_, one), (_, other) in zip(whole, continued, strict=True))

@@ -29,7 +29,7 @@ from vidstyle.gallery.style_samples import (
     BORDER_PX,
     LABEL_HEIGHT_PX,
     StyleSample,
-    restyled,
+    restyle_picture,
     samples_of,
     sheet_of_samples,
 )
@@ -37,7 +37,7 @@ from vidstyle.gallery.thumbnail import (
     THUMBNAIL_FOLDER,
     THUMBNAIL_HEIGHT_PX,
     THUMBNAIL_WIDTH_PX,
-    restyled_thumbnail,
+    restyle_thumbnail,
     thumbnail,
 )
 from vidstyle.media.read.reader import ReadOptions
@@ -84,7 +84,9 @@ def test_the_page_shows_every_style_the_source_first(
         decoded = cv2.imdecode(np.frombuffer(b64decode(content), np.uint8), cv2.IMREAD_COLOR)
         assert kind == "data:image/jpeg;base64" and decoded.shape == (180, 320, 3)
         style = load_style(str(image["alt"]))
-        assert rms_error(decoded[..., ::-1].astype(float), restyled(picture(), style).astype(float)) < 12
+        assert (
+            rms_error(decoded[..., ::-1].astype(float), restyle_picture(picture(), style).astype(float)) < 12
+        )
         assert re.sub("`", "", style.note) in page.text
 
 
@@ -115,7 +117,7 @@ def test_the_sheet_holds_the_pictures_under_their_names(name: str, tmp_path: Pat
         sheet = np.asarray(image.convert("RGB")).astype(float)
     assert sheet.shape == (2 * (180 + LABEL_HEIGHT_PX + BORDER_PX), 320 + 2 * BORDER_PX, 3)
     assert sheet[:LABEL_HEIGHT_PX].min() < 100
-    for number, expected in enumerate([picture(), restyled(picture(), FLAT)]):
+    for number, expected in enumerate([picture(), restyle_picture(picture(), FLAT)]):
         top = number * (180 + LABEL_HEIGHT_PX + BORDER_PX) + LABEL_HEIGHT_PX
         assert rms_error(sheet[top : top + 180, BORDER_PX:-BORDER_PX], expected.astype(float)) < (
             6 if "J" in name else 0.01
@@ -193,7 +195,7 @@ def test_a_film_that_is_shorter_than_it_says_shows_its_first(
     monkeypatch.setattr("vidstyle.gallery.preview._middle", lambda *_: Fraction(50))
     still = read_still(film).astype(float)
     assert rms_error(still, picture((160, 90)).astype(float)) < 2
-    assert "showing its first" in caplog.text
+    assert "showing the first" in caplog.text
 
 
 def test_pictures_are_upright_square_and_small(tmp_path: Path) -> None:
@@ -216,7 +218,7 @@ UNUSABLE = {
         "--preview in.png": "--preview needs -o FILE.html",
         "--at 3": "--at needs --preview",
         "--preview in.png -o out.gif": "out.gif cannot be a preview; end its name in .html",
-        "--preview in.png -o there.html": "there.html exists already; add -y",
+        "--preview in.png -o there.html": "there.html already exists; add -y",
         "--preview in.png -o in.png -y": "is the input itself",
         "--preview in.png -o pipe.html -y": "pipe.html is a device or a pipe",
         "--preview http://x/y.png -o out.html": "allow it with --allow-url",
@@ -281,7 +283,7 @@ def test_the_thumbnail_that_is_shipped_is_what_the_style_makes() -> None:
             cv2.resize(
                 each(style), (THUMBNAIL_WIDTH_PX // 8, THUMBNAIL_HEIGHT_PX // 8), interpolation=cv2.INTER_AREA
             ).astype(float)
-            for each in (thumbnail, restyled_thumbnail)
+            for each in (thumbnail, restyle_thumbnail)
         )
         assert np.abs(kept - made).mean() < 3, style.name
 
@@ -308,14 +310,14 @@ def test_a_style_is_shown_step_by_step() -> None:
     ]
     expected = [
         source,
-        restyled(source, Style("s", base=(bright,))),
-        restyled(source, Style("s", base=(bright, gray))),
-        restyled(source, Style("s", base=(bright, gray, tones))),
-        restyled(source, Style("s", base=(bright, gray, Step("sobel")))),
+        restyle_picture(source, Style("s", base=(bright,))),
+        restyle_picture(source, Style("s", base=(bright, gray))),
+        restyle_picture(source, Style("s", base=(bright, gray, tones))),
+        restyle_picture(source, Style("s", base=(bright, gray, Step("sobel")))),
     ]
     for stage, wanted in zip(stages, expected, strict=False):
         assert (stage.picture == wanted).all(), stage.name
-    assert (stages[-1].picture == restyled(source, style)).all()
+    assert (stages[-1].picture == restyle_picture(source, style)).all()
     assert (stages[5].picture != stages[4].picture).any()
 
 

@@ -17,7 +17,8 @@ from tools import api_reference, performance
 from tools.pictures import gallery
 from vidstyle.blocks import all_blocks
 from vidstyle.cli import commands
-from vidstyle.cli.reporting import Reporting
+from vidstyle.cli.terminal.reporting import Reporting
+from vidstyle.export.export_targets import EXPORT_TARGETS
 from vidstyle.style import load_style, override
 
 ROOT = Path(__file__).parents[2]
@@ -53,8 +54,16 @@ def test_a_command_in_the_documents_is_understood(words: list[str]) -> None:
     assert command is not None
     with command.make_context(words[0], words[1:], parent=context) as parsed:
         names = parsed.params.get("style_name") or parsed.params.get("style") or ""
-        for name in names.split(",") if names else ():
+        for name in names.split(",") if names and isinstance(names, str) else names:
             override(load_style(name), parsed.params.get("changes") or ())
+
+
+def test_export_targets_are_documented() -> None:
+    rows = [
+        f"| `vidstyle export ink {target.example}` | {target.help} |" for target in EXPORT_TARGETS.values()
+    ]
+    text = (ROOT / "docs" / "everywhere.md").read_text(encoding="utf-8")
+    assert re.findall(r"^\| `vidstyle export .* \|$", text, re.MULTILINE) == rows
 
 
 def test_files_that_the_documents_name_exist() -> None:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
@@ -13,6 +12,7 @@ import pytest
 from films import RATE, VIDEO, noisy, page, panned_film, picture, still_film
 from pictures import SOURCES, planes, run, same_bits, step, style
 
+from vidstyle.core.bands import ONE_THREAD
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.stabilize.blend import source_rows
@@ -27,12 +27,6 @@ PLAIN = style()
 LINES = style(step("gaussian", sigma=1), step("sobel"))
 STROKES = style(step("pattern"))
 """A style with marks fixed to the page."""
-
-
-@pytest.fixture(scope="module")
-def pool() -> Iterator[ThreadPoolExecutor]:
-    with ThreadPoolExecutor(2) as threads:
-        yield threads
 
 
 def restyled(chosen: Style, film: Iterable[Picture], steady: float) -> list[Picture]:
@@ -79,14 +73,15 @@ def test_chroma_that_a_style_never_reads_is_not_stabilized(
     result = restyled(chosen, film, 0.5)[-1]
     assert all((each.picture.chroma is not None) == reads for each in stable)
 
-    monkeypatch.setattr(Stabilizer, "before", lambda *arguments: before(*arguments[:4]))
+    monkeypatch.setattr(Stabilizer, "before", lambda *arguments: before(*arguments[:-1]))
     assert same_bits(restyled(chosen, film, 0.5)[-1], result)
 
 
-def test_noise_is_removed_under_moving_camera(pool: ThreadPoolExecutor) -> None:
-    stage, wide = Stabilizer(0.5, False, pool), page(180, 320 + 3 * 10)
+def test_noise_is_removed_under_moving_camera() -> None:
+    stage, wide = Stabilizer(0.5, False), page(180, 320 + 3 * 10)
     for number, each in enumerate(panned_film(10)):
-        stabilized = stage.before(each, number / RATE, False).picture
+        pair = stage.follow(each, number / RATE, False)
+        stabilized = stage.before(each, pair.warp() if pair else None, ONE_THREAD).picture
 
     clean = picture(wide[:, 27 : 27 + 320], replace(VIDEO, depth=16)).luma
     assert each.luma is not None and stabilized.luma is not None and clean is not None
@@ -143,12 +138,13 @@ def test_new_size_restarts_stabilization() -> None:
         assert same_bits(renderer.run(small, 1 / RATE), small)
 
 
-def test_single_picture_stays_unchanged() -> None:
+def test_single_picture_depends_on_no_other() -> None:
     first, second = still_film(2)
-    with CpuRenderer(style(step("brightness"), steady=1), 2) as renderer:
+    chosen = style(step("brightness"), steady=1)
+    with CpuRenderer(chosen, 2) as renderer:
         renderer.run(first)
 
-        assert same_bits(renderer.run(second), run(style(step("brightness")), second))
+        assert same_bits(renderer.run(second), run(chosen, second))
 
 
 @pytest.mark.parametrize("kind", SOURCES)

@@ -19,6 +19,7 @@ from gpu import FORMS, device, disagreements, film_picture
 from pictures import VIDEO, codes, step, style
 from waiting import new_threads, thread_names
 
+from vidstyle.backend import Backend
 from vidstyle.block import Slider
 from vidstyle.blocks import all_blocks
 from vidstyle.core.picture import Picture, PictureLayout
@@ -30,7 +31,7 @@ from vidstyle.gpu.compile.plan import make_plan
 from vidstyle.gpu.compile.shader_writer import write_shader
 from vidstyle.gpu.device.programs import Program
 from vidstyle.gpu.renderer import GpuRenderer
-from vidstyle.renderer import Backend, open_renderer
+from vidstyle.renderer import open_renderer
 from vidstyle.style import LAYERS, Style, load_style, style_names
 from vidstyle.style.resolve import resolve
 
@@ -227,9 +228,9 @@ def test_pictures_in_flight_are_those_made_one_by_one(monkeypatch: pytest.Monkey
         alone = [apart.run(picture, number / 25) for number, picture in enumerate(film)]
     all_started, restyle = threading.Event(), CpuRenderer._restyle
 
-    def held(self: CpuRenderer, picture: Picture, time: float | None, *others: Any) -> Picture:
-        assert time != 0 or all_started.wait(60)
-        return restyle(self, picture, time, *others)
+    def held(self: CpuRenderer, frame: Any, *others: Any) -> Picture:
+        assert frame.request.time != 0 or all_started.wait(60)
+        return restyle(self, frame, *others)
 
     monkeypatch.setattr(CpuRenderer, "_restyle", held)
     with CpuRenderer(look(steady=0.8), 2) as together:
@@ -240,10 +241,10 @@ def test_pictures_in_flight_are_those_made_one_by_one(monkeypatch: pytest.Monkey
 
 
 def test_a_picture_that_fails_does_not_keep_those_after_it_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
-    def failing(self: CpuRenderer, picture: Picture, time: float | None, *others: Any) -> Picture:
-        if time == 0:
+    def failing(self: CpuRenderer, frame: Any, *others: Any) -> Picture:
+        if frame.request.time == 0:
             raise ValueError("broken")
-        return restyle(self, picture, time, *others)
+        return restyle(self, frame, *others)
 
     restyle = CpuRenderer._restyle
     monkeypatch.setattr(CpuRenderer, "_restyle", failing)

@@ -303,7 +303,7 @@ def test_the_command_writes_the_picture(
         (["--svg"], 2, "--svg needs the NAME of a style"),
         (["ink", "-o", "x.svg"], 2, "--output needs --preview INPUT, --svg or"),
         (["plain", "--svg", "-o", "x.png"], 2, "x.png cannot be an SVG file; end it in .svg"),
-        (["plain", "--svg", "-o", "there.svg"], 2, "there.svg exists already; add -y"),
+        (["plain", "--svg", "-o", "there.svg"], 2, "there.svg already exists; add -y"),
         (["plain", "--svg", "-o", "none/x.svg"], 5, "its folder does not exist"),
         (["plian", "--svg"], 3, "there is no style 'plian'; did you mean 'plain'?"),
     ],

@@ -48,7 +48,7 @@ def test_knobs_and_mute_are_in_files_and_in_their_schema(tmp_path: Path) -> None
     assert table_from_style(load_style(tmp_path / "s.toml")) == table
     entries = panel(load_style(table), load_style(table))["entries"]
     main = [entry["path"] for entry in entries if entry["main"]]
-    assert main == ["ink", "paper", "steady", "strength", "posterize.levels"]
+    assert main == ["ink", "paper", "steady", "strength", "focus", "posterize.levels"]
 
 
 @pytest.mark.parametrize(

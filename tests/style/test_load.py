@@ -226,7 +226,7 @@ def test_files_of_a_style_are_few_and_read_once(tmp_path: Path) -> None:
     assert read[:4] == [b"0", b"1", b"2", b"3"] and all(map(operator.is_, read[:4], read[4:]))
     steps.append("{block = 'stamp', file = '4.png'}")
     (found,) = mistakes_of(write(tmp_path, f"format = 1\nlines = [{', '.join(steps)}]"))
-    assert "'4.png' is one too many: a style has at most 4 files" in found
+    assert "'4.png' is one too many: a style reads at most 4 files" in found
 
 
 @pytest.mark.parametrize(
@@ -278,8 +278,8 @@ def test_all_mistakes_of_a_file_have_their_lines(tmp_path: Path) -> None:
     text = f"{head}|[[lines]]|block = 'hue'|angel = 3|[[lines]]|save = 'source'|".replace("|", "\n")
     starts = [mistake.split(";")[0] for mistake in mistakes_of(write(tmp_path, text))]
     assert starts == [
-        "line 3: #f00000 is no value",
-        "line 6: yes is no value",
+        "line 3: #f00000 is not a value",
+        "line 6: yes is not a value",
         "line 2: 'inc' is not a field of a style",
         "line 9: lines step 2 (hue): 'angel' is not a parameter",
         "line 11: lines step 3: save: 'source' is the untouched picture",

@@ -181,7 +181,7 @@ def test_another_matrix_goes_through_rgb_but_gray_does_not() -> None:
     [
         (replace(VIDEO, depth=10), True),
         (replace(VIDEO, full_range=True), True),
-        (Encoding(step=(1, 1)), False),
+        (Encoding(subsampling=(1, 1)), False),
         (Encoding(siting=(0.0, 0.0)), False),
     ],
     ids=["depth", "range", "grid", "siting"],
@@ -243,8 +243,10 @@ def test_lines_are_inked_over_the_background(chosen: Style, luma: Any, chroma: A
 
 @in_one_test("name", style_names())
 def test_each_node_of_a_shipped_style_has_an_operation_that_the_gpu_knows(name: str) -> None:
-    known = {"plane", "upsample", "resample", "filter_bank", "block", *OPERATION_FILES} - {"same_chroma"}
-    assert known == set(Op.__args__)  # type: ignore[attr-defined]
+    known = {"plane", "mask", "upsample", "resample", "filter_bank", "block", *OPERATION_FILES} - {
+        "same_chroma"
+    }
+    assert known | {"network"} == set(Op.__args__)  # type: ignore[attr-defined]
     for node in nodes_in_order(lowered(load_style(name)).outputs):
         assert node.op in known and (node.op == "block") == (node.block is not None)
         assert node.radius == 0 or node.reads_neighbors
@@ -259,12 +261,12 @@ def test_the_cpu_stores_what_filters_read_before_they_run(name: str) -> None:
     for task in [*(task for task, _ in plan.tasks), plan.output]:
         if isinstance(task, Sweep):
             for each in task.steps:
-                assert not each.is_loaded or each.node.op == "plane" or each.node in at_hand
+                assert not each.is_loaded or each.node.is_given or each.node in at_hand
                 if not each.is_loaded and (each.node.block or each.node.op == "resample"):
                     computed.append(each.node)
                 if not each.is_loaded and each.node.op in READS_PLANES:
                     images = each.node.inputs.values()
-                    assert all(image.op == "plane" or image in at_hand for image in images)
+                    assert all(image.is_given or image in at_hand for image in images)
                 assert each.node.measure is None or each.is_loaded or each.node.measure in at_hand
                 if each.node.reads_neighbors and not each.is_loaded:
                     assert each.margin == 0, "a sweep has one neighborhood operation in a row"

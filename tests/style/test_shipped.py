@@ -1,4 +1,4 @@
-"""The shipped styles as a set: they are complete, use every block, have notes, and look different."""
+"""The shipped styles as a set: they are complete, have notes, and look different."""
 
 from __future__ import annotations
 
@@ -10,9 +10,8 @@ import pytest
 from covering import in_one_test, of_the_day
 from media import photograph
 
-from vidstyle.blocks import all_blocks
 from vidstyle.renderer import Renderer, stylize
-from vidstyle.style import PLAIN, expand, load_style, style_names
+from vidstyle.style import PLAIN, load_style, style_names
 
 OF_THE_PAPER = ("ink", "crayon", "sketch", "abstraction", "paint", "blob")
 STYLES = sorted(set(style_names()) - {PLAIN})
@@ -33,12 +32,6 @@ def distance(one: str, other: str) -> float:
 
 def test_the_styles_of_the_paper_are_there() -> None:
     assert set(OF_THE_PAPER) < set(STYLES)
-
-
-def test_together_they_use_every_block() -> None:
-    loaded = [load_style(name) for name in STYLES]
-    used = {step.block for style in loaded for step in (*style.steps, *expand(style).steps)}
-    assert used - {""} == set(all_blocks())
 
 
 @in_one_test("name", STYLES)

@@ -160,7 +160,8 @@ def test_a_variant_must_be_right_as_a_whole() -> None:
     layers = {"base": [{"save": "a"}, {"block": "blend", "other": "a"}]}
     found = mistakes_of({"format": 1, **layers, "variants": {"b": {"blend.other": "lost"}}})
     assert found == [
-        "variants.b: base step 2 (blend): other: no step before it saves 'lost'; there are source, a"
+        "variants.b: base step 2 (blend): other: no step before it saves 'lost'; "
+        "there are source, people, background, faces, skin, backdrop, a"
     ]
     long = table(b={}) | {"name": "n" * 99}
     assert mistakes_of(long)[0].startswith("variants.b: name: ")

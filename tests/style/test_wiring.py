@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+from vidstyle.style.mask_declarations import BACKDROP, REGIONS
 from vidstyle.style.model import SOURCE, Step
-from vidstyle.style.wiring import START, rename_pictures, wire_layers, wiring_of
+from vidstyle.style.wiring import START, rename_pictures, structure_key, wire_layers, wiring_of
 
 
 def test_a_default_names_a_picture_like_a_value():
@@ -27,8 +30,9 @@ def test_each_layer_starts_from_the_end_of_base():
     }
     wired = list(wire_layers(layers))
     assert [each.start for each in wired] == [None, 0, 1, None, 1, None]
-    assert wired[0].savers == {SOURCE: None}
-    assert wired[-1].savers == {SOURCE: None, "chroma": 0, "hued": 1}
+    given = dict.fromkeys([SOURCE, *REGIONS, BACKDROP])
+    assert wired[0].savers == given
+    assert wired[-1].savers == given | {"chroma": 0, "hued": 1}
     assert wired[-1].wiring.reads == {START: "missing", "other": "hued"}
 
 
@@ -43,3 +47,43 @@ def test_pictures_are_renamed_wherever_a_step_reads_them():
     assert renamed == Step("blend", {"other": "z", "mask": "b"}, source="z", save="a")
     assert rename_pictures(Step("to_color"), {"chroma": "tint"}).values == {"chroma": "tint"}
     assert rename_pictures(Step("hue", {"degrees": 4.0}), {"a": "z"}) == Step("hue", {"degrees": 4.0})
+
+
+STEP = Step("halftone", {"cell": 6.0, "inks": "press"}, save="a")
+
+
+def key_of(*steps: Step) -> object:
+    return structure_key({"base": (), "background": steps, "lines": ()})
+
+
+def test_only_numbers_leave_the_structure():
+    moved = replace(STEP, values={"cell": 9.0, "gain": 0.3, "inks": "press"})
+    assert key_of(STEP) == key_of(moved) == key_of(replace(STEP, values={"inks": "press"}))
+
+
+def test_a_color_leaves_the_structure():
+    assert key_of(Step("mosaic", {"gap_color": "#ff0000"})) == key_of(
+        Step("mosaic", {"gap_color": "#00ff00"})
+    )
+
+
+def test_each_change_of_wiring_or_of_a_choice_is_another_structure():
+    others = [
+        (replace(STEP, values={"cell": 6.0, "inks": "pure"}),),
+        (replace(STEP, save="b"),),
+        (replace(STEP, source=SOURCE),),
+        (replace(STEP, on="luma"),),
+        (replace(STEP, mute=True),),
+        (replace(STEP, block="hue", values={}),),
+        (STEP, STEP),
+        (),
+    ]
+    keys = [key_of(STEP), *(key_of(*steps) for steps in others)]
+    assert all(one != other for number, one in enumerate(keys) for other in keys[:number])
+    assert key_of(Step("blend", {"other": "a"})) != key_of(Step("blend", {"other": "b"}))
+
+
+def test_steps_with_a_file_of_the_user_are_never_equal():
+    own = Step("pattern", {"tiles": "mine"})
+    assert key_of(own) != key_of(own)
+    assert key_of(Step("pattern")) == key_of(Step("pattern"))

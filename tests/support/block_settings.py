@@ -67,6 +67,24 @@ def style_of_a_richer_bank(folder: Path) -> Path:
     return folder / "rich.toml"
 
 
+def style_of_an_affine_bank(folder: Path) -> Path:
+    """A style whose bank has filters with their own sums and constants, symmetric about nothing."""
+    random, bins = np.random.default_rng(3), Bins(8, 2, 2, features=(Feature("mean", 4, 0.3),))
+    filters = random.normal(0, 0.04, (1, bins.count, 5, 5)).astype(np.float32)
+    filters[:, :, 2, 2] += random.uniform(-1, 1, bins.count).astype(np.float32)
+    constants = random.uniform(-0.2, 0.6, (1, bins.count, 3)).astype(np.float32)
+    bank = Bank(bins, 1.5, filters, {"imitates": "nothing"}, filters / 2, constants)
+    save_bank(bank, folder / "affine.npz")
+    (folder / "affine.toml").write_text(
+        'format = 1\n[[background]]\nblock = "learned"\nbank = "affine.npz"\n'
+    )
+    return folder / "affine.toml"
+
+
+RICHER_BANKS = [style_of_a_richer_bank, style_of_an_affine_bank]
+"""Functions of a folder that write a style with a bank of a form that no shipped bank has."""
+
+
 def block_style(block: Block, values: dict[str, Any], folder: Path) -> Style:
     """The block upon the source, with a blurred picture and a gray one to be had."""
     saved = (step("gaussian", save="soft"), step("to_gray", source="source", save="flat"))

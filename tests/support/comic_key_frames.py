@@ -8,7 +8,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from vidstyle.comic.key_frame import Box, KeyFrame
+from vidstyle.comic.key_frame import KeyFrame
+from vidstyle.regions.boxes import Box
 
 LANDSCAPE, PORTRAIT, SQUARE, WIDE = (1080, 1920), (1920, 1080), (900, 900), (332, 800)
 

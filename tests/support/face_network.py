@@ -1,4 +1,4 @@
-"""Minimal networks as ONNX files: one like YuNet, which detects everything red as a face, and a judge."""
+"""Minimal networks as ONNX files: everything red is a face, as for YuNet, or people; and a judge."""
 
 from __future__ import annotations
 
@@ -63,6 +63,17 @@ def brightness_judge(classes: int) -> bytes:
         _tensor("biases", np.zeros(classes, np.float32)),
     ]
     return _model(b"judge", nodes, tensors, ("picture", [1, 3, 224, 224]), [("shares", [1, classes, 1, 1])])
+
+
+def red_people(size: tuple[int, int] = (256, 144)) -> bytes:
+    """A model that gives a high probability of people for red pixels; `size`: width and height."""
+    tensors = [
+        _tensor("weights", np.array([20, -10, -10], np.float32).reshape(1, 3, 1, 1)),
+        _tensor("biases", np.array([-8], np.float32)),
+    ]
+    nodes = [_node("Conv", ["picture", "weights", "biases"], "raw"), _node("Sigmoid", ["raw"], "people")]
+    shape = [1, 3, *size[::-1]]
+    return _model(b"people", nodes, tensors, ("picture", shape), [("people", [1, 1, *size[::-1]])])
 
 
 def _model(

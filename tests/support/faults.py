@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import hashlib
 import os
+import re
 import struct
 import threading
 from collections.abc import Iterator
@@ -92,8 +93,12 @@ class Program:
 
 
 def own_threads() -> set[threading.Thread]:
-    """The threads of the package that run now; others than those of before a call are left over by it."""
-    return {thread for thread in threading.enumerate() if thread.name.startswith("vidstyle")}
+    """The threads of the package that run now; others than those of before a call are left over by it.
+
+    Without those of `shared_workers`, which are started once and stay.
+    """
+    names = re.compile("vidstyle(?!-bands)")
+    return {thread for thread in threading.enumerate() if names.match(thread.name)}
 
 
 def video(path: Path, cut_off: bool = False) -> list[av.VideoFrame]:

@@ -26,7 +26,7 @@ def page(height: int, width: int, name: str = "coffee") -> np.ndarray:
 
 def picture(planes: np.ndarray, encoding: Encoding = VIDEO) -> Picture:
     """Of codes of 8-bit 4:4:4 video, H x W x 3: a picture in an encoding with whole codes."""
-    across, down = encoding.step
+    across, down = encoding.subsampling
     unit = 2.0 ** (encoding.depth - 8)
     codes = np.clip(np.rint(planes * unit), 0, 256 * unit - 1).astype(encoding.dtype)
     blue, red = (np.ascontiguousarray(codes[::down, ::across, number]) for number in (1, 2))

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from media import photograph
 
-from vidstyle.gallery.style_samples import encoded, restyled
+from vidstyle.gallery.style_samples import encode_picture, restyle_picture
 from vidstyle.style import PLAIN, Style, load_style, style_names
 
 FOLDER = Path(__file__).parents[1] / "golden"
@@ -66,7 +66,7 @@ def drawn(style: Style) -> np.ndarray:
 
     Lengths are taken as they are written: fitted to so small a picture, most would be below a pixel.
     """
-    return np.hstack([restyled(picture, replace(style, height=None)) for picture in PICTURES])
+    return np.hstack([restyle_picture(picture, replace(style, height=None)) for picture in PICTURES])
 
 
 def golden_path(name: str) -> Path:
@@ -82,7 +82,7 @@ def golden(name: str) -> np.ndarray | None:
 
 def write_png(path: Path, picture: np.ndarray) -> Path:
     """Write a picture, RGB."""
-    path.write_bytes(encoded(picture, ".png"))
+    path.write_bytes(encode_picture(picture, ".png"))
     return path
 
 

@@ -12,10 +12,11 @@ import pytest
 from media import photograph
 from pictures import FLOAT, RGB8, VIDEO, run, style
 
+from vidstyle.backend import FrameRequest
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.gpu.compile.glsl import Form
 from vidstyle.gpu.device.devices import Device, choose
-from vidstyle.gpu.session import FrameRequest, GpuSession
+from vidstyle.gpu.session import GpuSession
 from vidstyle.style import Style
 
 FORMS: tuple[Form, ...] = ("compute", "fragment")
@@ -85,7 +86,7 @@ class Sessions:
     ) -> Callable[[], Picture]:
         """Begin to restyle a picture on the GPU while other work goes on; call what this gives for it."""
         session = self[form]
-        started = session.start(FrameRequest(chosen, picture, time, target or picture.encoding, rgb))
+        started = session.start(chosen, FrameRequest(picture, time, target, rgb))
         return lambda: session.fetch(started.result()).result()
 
     def run(self, form: Form, chosen: Style, picture: Picture, **options: Any) -> Picture:
@@ -140,16 +141,25 @@ def differences(one: Picture, other: Picture) -> dict[str, np.ndarray]:
     return {name: (others[name] - plane.astype(np.float64)) / level for name, plane in planes.items()}
 
 
-def disagreements(right: Picture, made: Picture) -> list[str]:
+SAMPLES_AROUND_A_CHOICE = 9
+"""Samples of 3 x 3 pixels: where one pixel takes another filter of a bank, a second bank spreads that. In
+small pictures these are more than the share that may be off."""
+
+
+def disagreements(right: Picture, made: Picture, agreement: float = AGREEMENT) -> list[str]:
     """What is not alike, a line for each reason and plane; nothing where the rule is kept.
 
     The rule lets every sample be off by a level, but not all to one side: that would be a wrong rounding.
+
+    Args:
+        agreement: the share of the samples that must not be off by more than a level.
     """
     found = []
     planes = named_planes(right)
     for name, levels in differences(right, made).items():
-        if (off := float((np.abs(levels) > 1).mean())) > 1 - AGREEMENT + 1e-12:
-            found.append(f"{name}: {off:.3%} of the samples are off")
+        off = np.abs(levels) > 1
+        if off.sum() > max((1 - agreement + 1e-12) * off.size, SAMPLES_AROUND_A_CHOICE):
+            found.append(f"{name}: {off.mean():.3%} of the samples are off")
         _, tones, counts = np.unique(planes[name], return_inverse=True, return_counts=True)
         # A tone that a few samples have is rounded to one side by chance.
         often = (counts > 3) | (counts == counts.max())
@@ -178,4 +188,14 @@ def faults(
     right = run(chosen, picture, **options)
     return [
         f"{label}, {form}: {line}" for form, made in started.items() for line in disagreements(right, made())
+    ]
+
+
+def faults_of_kinds(sessions: Sessions, chosen: Style) -> list[str]:
+    """Where either form disagrees with the CPU on pictures with and without colour, of any size."""
+    return [
+        line
+        for make in (film_picture, gray_picture)
+        for shape in (SMALL, (1, 1))
+        for line in faults(sessions, chosen, make(*shape), f"{make.__name__} {shape}")
     ]

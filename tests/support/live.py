@@ -13,6 +13,7 @@ from fractions import Fraction
 
 import av
 import pytest
+from faults import own_threads
 from waiting import LONG, eventually
 
 from vidstyle.errors import DeviceError
@@ -209,11 +210,6 @@ def _handing(target: Kept) -> Callable[[TargetContext], Target]:
         return target
 
     return make
-
-
-def own_threads() -> set[threading.Thread]:
-    """The threads that we have started and that still run."""
-    return {thread for thread in threading.enumerate() if thread.name.startswith("vidstyle")}
 
 
 def before_opening(name: str, do: Callable[[], None], monkeypatch: pytest.MonkeyPatch) -> None:

@@ -31,6 +31,9 @@ RGB_TO_BT2020 = np.array([[0.6274, 0.3293, 0.0433], [0.0691, 0.9195, 0.0114], [0
 """Linear BT.709 RGB to linear BT.2020 RGB (ITU-R BT.2087)."""
 
 
+PHOTOGRAPHS = ("coffee", "astronaut", "rocket", "chelsea")
+
+
 @cache
 def photograph(name: str = "coffee") -> np.ndarray:
     """A photograph that scikit-image ships (astronaut, chelsea, coffee, rocket): H x W x 3 uint8."""
@@ -219,6 +222,7 @@ def make_clip(
     attachment: bytes = b"",
     options: dict[str, str] | None = None,
     photograph_name: str = "coffee",
+    scene_frames: int = 0,
     format: str | None = None,
 ) -> Path:
     """Write a film, and return its path; the container follows the name unless `format` says it.
@@ -232,6 +236,7 @@ def make_clip(
         audio_tracks: AAC tracks (Opus in WebM), each another tone, in English, German, French.
         subtitles: languages of subtitle tracks (MKV or MP4), two lines in each.
         chapters: how many, evenly spread.
+        scene_frames: frames after which the next photograph begins, with a cut; 0: never.
         options: for the encoder, on top of a quick preset and a keyframe every second.
     """
     times = [Fraction(number) / Fraction(rate) for number in range(frames)] if times is None else list(times)
@@ -261,7 +266,8 @@ def make_clip(
             _write_subtitles(container, line, length)
         stored = pix_fmt, matrix, full_range, transfer
         for number, time in enumerate(times):
-            planes = _moving_planes(number, tuple(size), photograph_name, *stored)
+            name = PHOTOGRAPHS[number // scene_frames % 4] if scene_frames else photograph_name
+            planes = _moving_planes(number, tuple(size), name, *stored)
             frame = _frame_of(planes, size, pix_fmt)
             if interlaced:
                 frame = _interlace(frame)

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
+import cv2
 import numpy as np
+from media import photograph
 
 from vidstyle.core.picture import SITINGS, Encoding, Picture
 from vidstyle.core.planes import color_rows
 from vidstyle.cpu.renderer import CpuRenderer
+from vidstyle.regions.boxes import Box
 from vidstyle.style import Step, Style
 
 VIDEO = Encoding()
-RGB8 = Encoding(full_range=True, step=(1, 1))
-FLOAT = Encoding(depth=0, full_range=True, step=(1, 1))
+RGB8 = Encoding(full_range=True, subsampling=(1, 1))
+FLOAT = Encoding(depth=0, full_range=True, subsampling=(1, 1))
 """float32 planes at full chroma resolution."""
 
 
@@ -83,7 +87,7 @@ def rgb_of(picture: Picture) -> np.ndarray:
 
 SOURCES = {
     "video": codes(VIDEO, 37, 41),
-    "deep": codes(Encoding("bt2020", depth=10, step=(2, 1)), 37, 41),
+    "deep": codes(Encoding("bt2020", depth=10, subsampling=(2, 1)), 37, 41),
     "rgb": Picture(RGB8, color=codes(RGB8, 37, 41 * 3).luma.reshape(37, 41, 3)),  # type: ignore[union-attr]
     "float": Picture(FLOAT, color=noise(37, 41, 3)),
     "gray": Picture(VIDEO, luma=codes(VIDEO, 37, 41).luma),
@@ -95,13 +99,40 @@ TARGETS = [
     Encoding("bt601"),
     Encoding("bt2020", depth=10),
     Encoding(full_range=True),
-    Encoding(step=(2, 1)),
-    Encoding(step=(1, 1)),
-    Encoding(step=(4, 1)),
-    Encoding(step=(4, 4), siting=(0.0, 0.0)),
+    Encoding(subsampling=(2, 1)),
+    Encoding(subsampling=(1, 1)),
+    Encoding(subsampling=(4, 1)),
+    Encoding(subsampling=(4, 4), siting=(0.0, 0.0)),
     Encoding(siting=SITINGS["topleft"]),
     Encoding(siting=SITINGS["bottom"]),
     Encoding("bt601", True, 16, (1, 2)),
     FLOAT,
 ]
 """Encodings of results: matrices, ranges, depths, chroma grids and sitings."""
+
+
+_FACE_SHAPE = 480, 640
+"""Height and width of the pictures."""
+FACE = Box(60, 21, 105, 77)
+"""The face in the part of a photograph that is laid over the background."""
+
+
+def picture_with_face(left: float | None = 250, top: float = 150) -> np.ndarray:
+    """Return a face of 56 lines before a table, H x W x 3 uint8; `left` None: the table alone.
+
+    Args:
+        left, top: position of the part with the face, in pixels.
+    """
+    table = cv2.resize(photograph("coffee"), _FACE_SHAPE[::-1], interpolation=cv2.INTER_AREA)
+    if left is None:
+        return table
+    person = cv2.resize(
+        photograph("astronaut")[20:260, 60:360], None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA
+    )
+    place = np.array([[1, 0, left], [0, 1, top]], np.float32)
+    return cv2.warpAffine(person, place, _FACE_SHAPE[::-1], table, borderMode=cv2.BORDER_TRANSPARENT)
+
+
+def film_with_face(place: Callable[[int], float | None], frames: int) -> list[tuple[Picture, float]]:
+    """Return frames, 25 a second, with their times; `place`: the face's `left` by the number of the frame."""
+    return [(Picture.from_array(picture_with_face(place(number))), number / 25) for number in range(frames)]

@@ -2,24 +2,35 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import threading
 import time
 from collections import Counter
 from collections.abc import Callable
 
-from vidstyle.core.cores import available_cores
+from vidstyle.core.machine.cores import available_cores
 
-LONG = 60.0
-"""Seconds after which a test is taken to hang. No measure: far more than anything takes on a busy machine."""
+IDLE_LIMIT_SECONDS = 60.0
+"""Time after which a test is taken to hang. No measure: far more than anything takes on an idle machine."""
+
+
+def patience() -> float:
+    """IDLE_LIMIT_SECONDS, times the number of processes that share a core: each gets that much less of it."""
+    load = os.getloadavg()[0] if hasattr(os, "getloadavg") else 0.0
+    return IDLE_LIMIT_SECONDS * max(1.0, load / available_cores())
+
+
+LONG = patience()
+"""As above, when the tests began."""
 
 
 def guard(what: object = "") -> Callable[[], float]:
-    """A function that gives the seconds left of LONG, and fails the test once there are none."""
-    deadline = time.monotonic() + LONG
+    """A function that gives the seconds left of our patience, and fails the test once there are none."""
+    begin = time.monotonic()
 
     def left() -> float:
-        seconds = deadline - time.monotonic()
+        seconds = begin + patience() - time.monotonic()
         assert seconds > 0, what() if callable(what) else what or "it never came to be"
         return seconds
 

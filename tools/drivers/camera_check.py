@@ -145,7 +145,7 @@ class Cameras:
         with started(self.camera, "--style", "plain", "--to", self.virtual) as program:
             wait_for_picture(self.virtual, program)
             (DRIVER / "unbind").write_text(device)
-            program.expect("the last picture is held")
+            program.expect("the last frame is repeated")
             held = columns(self.virtual)
             assert held.std() > 10, "the virtual camera shows nothing"
             time.sleep(2)
@@ -169,7 +169,7 @@ class Cameras:
         ):
             program.expect_file(film)
             writer.end()
-            program.expect("the last picture is held")
+            program.expect("the last frame is repeated")
             time.sleep(3)
             writer = Flashing(self.virtual)
             program.expect("back after")

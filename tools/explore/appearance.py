@@ -18,7 +18,7 @@ from vidstyle.explore.appearance import MODEL_FILE, appearance_distance, appeara
 from vidstyle.explore.like import known_styles
 from vidstyle.explore.phrases import shipped_styles
 from vidstyle.gallery.preview import read_still
-from vidstyle.gallery.style_samples import restyled
+from vidstyle.gallery.style_samples import restyle_picture
 
 AXES, SHRINKAGE = 24, 0.05
 """How many axes are kept, and by how much correlations within a style are drawn towards none."""
@@ -65,7 +65,9 @@ def looks_of(file: Path) -> np.ndarray:
     """The looks of a photograph in each known style."""
     picture = read_still(file)
     with ThreadPoolExecutor() as pool:
-        return np.array(list(pool.map(lambda style: appearance_of(restyled(picture, style)), known_styles())))
+        return np.array(
+            list(pool.map(lambda style: appearance_of(restyle_picture(picture, style)), known_styles()))
+        )
 
 
 def rounded(value: object) -> object:

@@ -13,7 +13,7 @@ from skimage import data
 
 from vidstyle.explore.candidates import search
 from vidstyle.explore.measure import Original, reduce_picture
-from vidstyle.gallery.style_samples import restyled
+from vidstyle.gallery.style_samples import restyle_picture
 
 TARGET = Path(__file__).parents[2] / "docs" / "explore-sheet.jpg"
 PHOTOGRAPHS = ("astronaut", "chelsea", "coffee")
@@ -34,7 +34,7 @@ def rows_of(name: str) -> np.ndarray:
     """Rows of one of scikit-image's photographs in random styles, H x W x 3 uint8."""
     picture = reduce_picture(cropped(getattr(data, name)()), DRAWN_SIDE)
     chosen = search(Original(picture), SEED, COUNT).chosen
-    tiles = [cv2.resize(restyled(picture, each.style), (WIDTH, HEIGHT), interpolation=cv2.INTER_AREA)
+    tiles = [cv2.resize(restyle_picture(picture, each.style), (WIDTH, HEIGHT), interpolation=cv2.INTER_AREA)
              for each in chosen]  # fmt: skip
     return np.vstack([np.hstack(tiles[start : start + COLUMNS]) for start in range(0, COUNT, COLUMNS)])
 

@@ -15,12 +15,12 @@ import skimage.data
 
 from vidstyle.assets import asset_folder
 from vidstyle.blocks import all_blocks
-from vidstyle.gallery.style_samples import encoded, labelled, samples_of, sheet_of
+from vidstyle.gallery.style_samples import encode_picture, label_picture, samples_of, sheet_of
 from vidstyle.gallery.thumbnail import (
     THUMBNAIL_FOLDER,
     THUMBNAIL_HEIGHT_PX,
     THUMBNAIL_WIDTH_PX,
-    restyled_thumbnail,
+    restyle_thumbnail,
 )
 from vidstyle.renderer import stylize
 from vidstyle.style import PLAIN, SOURCE, Step, Style, load_style, style_names
@@ -64,7 +64,7 @@ def main() -> None:
         ("styles", labelled_styles(), STYLE_COLUMNS),
     ):
         output = folder / f"{name}.jpg"
-        output.write_bytes(encoded(sheet_of(pictures, columns), ".jpg"))
+        output.write_bytes(encode_picture(sheet_of(pictures, columns), ".jpg"))
         print(output)
     write_thumbnails()
 
@@ -77,7 +77,7 @@ def write_thumbnails() -> None:
     )
     _write_thumbnail(PLAIN, larger)
     for file in sorted(asset_folder("styles").glob("*.toml")):
-        _write_thumbnail(file.stem, restyled_thumbnail(load_style(file.stem)))
+        _write_thumbnail(file.stem, restyle_thumbnail(load_style(file.stem)))
 
 
 def _write_thumbnail(name: str, picture: np.ndarray) -> None:
@@ -92,17 +92,17 @@ def labelled_styles() -> Iterator[np.ndarray]:
     photograph = cv2.resize(skimage.data.astronaut()[CROP], (FULL, FULL), interpolation=cv2.INTER_CUBIC)
     for name, sample in zip(names, samples_of(photograph, map(load_style, names)), strict=True):
         small = cv2.resize(sample.picture, (SIDE, SIDE), interpolation=cv2.INTER_AREA)
-        yield labelled(small, "source" if sample.style.is_plain else name)
+        yield label_picture(small, "source" if sample.style.is_plain else name)
 
 
 def labelled_blocks() -> Iterator[np.ndarray]:
     """The photograph and what each block makes of it, in the order of the names."""
     photograph = cv2.resize(skimage.data.astronaut()[CROP], (SIDE, SIDE), interpolation=cv2.INTER_AREA)
-    yield labelled(photograph, "source")
+    yield label_picture(photograph, "source")
     for name in all_blocks():
         steps = (*SHOWN_AFTER.get(name, ()), Step(name, VALUES.get(name, {})))
         picture = stylize(photograph, Style(name, background=steps))
-        yield labelled(picture, ", ".join(step.block for step in steps if step.block))
+        yield label_picture(picture, ", ".join(step.block for step in steps if step.block))
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ import numpy as np
 import skimage.data
 
 from vidstyle.blade.photographs import photographs_in
-from vidstyle.gallery.style_samples import encoded, labelled, sheet_of
+from vidstyle.gallery.style_samples import encode_picture, label_picture, sheet_of
 from vidstyle.renderer import stylize
 from vidstyle.style import Step, Style
 
@@ -52,11 +52,11 @@ def main() -> None:
         found = photographs_in(arguments.folder, 700)[-10:]
         pictures = [cropped(cv2.convertScaleAbs(each.color(), alpha=255)) for each in found]
     sheet = [
-        labelled(styled(picture, *setting), name)
+        label_picture(styled(picture, *setting), name)
         for picture in pictures
         for name, setting in SETTINGS.items()
     ]
-    arguments.output.write_bytes(encoded(sheet_of(sheet, len(SETTINGS)), arguments.output.suffix))
+    arguments.output.write_bytes(encode_picture(sheet_of(sheet, len(SETTINGS)), arguments.output.suffix))
     print(arguments.output)
 
 

@@ -10,7 +10,7 @@ import skimage.data
 
 from vidstyle.blade.photographs import Photograph, luma_of
 from vidstyle.blade.reference_filter import reference_by_function
-from vidstyle.gallery.style_samples import encoded, labelled, sheet_of
+from vidstyle.gallery.style_samples import encode_picture, label_picture, sheet_of
 from vidstyle.renderer import stylize
 from vidstyle.style import Step, Style
 
@@ -39,7 +39,7 @@ def main() -> None:
         for name, picture in pictures.items()
     }
     arguments.output.write_bytes(
-        encoded(sheet_of([labelled(each, name) for name, each in enlarged.items()], 3), ".jpg")
+        encode_picture(sheet_of([label_picture(each, name) for name, each in enlarged.items()], 3), ".jpg")
     )
     print(arguments.output)
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vidstyle.gallery.style_samples import restyled
+from vidstyle.gallery.style_samples import restyle_picture
 from vidstyle.style import LAYERS, Step, Style
 
 _JOINT = "end of base"
@@ -44,7 +44,7 @@ def progression(picture: np.ndarray, style: Style) -> Iterator[Stage]:
                 so_far = Style(
                     style.name, height=style.height, base=done + steps[:number], folder=style.folder
                 )
-                yield Stage(layer, step.block, restyled(picture, so_far))
+                yield Stage(layer, step.block, restyle_picture(picture, so_far))
         # Each layer continues from the end of the base, and can use what was saved before.
         done += (*steps, Step("", save=_JOINT) if layer == "base" else Step("", source=_JOINT))
-    yield Stage("", "result", restyled(picture, style))
+    yield Stage("", "result", restyle_picture(picture, style))

@@ -14,7 +14,7 @@ import numpy as np
 from tools.steadiness.warping import Motion, find_motion
 from vidstyle.core.picture import Picture
 from vidstyle.core.planes import color_rows
-from vidstyle.core.sampling import sampled
+from vidstyle.core.sampling import sample_plane
 from vidstyle.core.scene_cuts import SceneCutDetector
 from vidstyle.errors import InputError
 from vidstyle.media.frame import Frame
@@ -63,7 +63,7 @@ def motions_of(clip: Clip) -> list[Motion | None]:
     """The motion from each frame to the next; None across a cut."""
     detector = SceneCutDetector()
     cuts = [
-        detector.is_cut(sampled(cv2.cvtColor(frame, cv2.COLOR_RGB2GRAY)).astype(np.float32) / 255)
+        detector.is_cut(sample_plane(cv2.cvtColor(frame, cv2.COLOR_RGB2GRAY)).astype(np.float32) / 255)
         for frame in clip.frames
     ]
     pairs = zip(clip.frames, clip.frames[1:], cuts[1:], strict=False)

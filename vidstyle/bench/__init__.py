@@ -14,6 +14,7 @@ from vidstyle.errors import DeviceError, log
 from vidstyle.gpu.compile.glsl import Form
 from vidstyle.gpu.device.devices import Device, choose
 from vidstyle.gpu.timing import FRAME_RATE, GpuTimes, median_time, time_style
+from vidstyle.regions.mask_renderer import MaskRenderer
 from vidstyle.style import Style
 
 PictureSize = tuple[int, int]
@@ -104,7 +105,7 @@ def set_up(
 def time_on_cpu(style: Style, picture: Picture, seconds: float) -> float:
     """The median time of a frame on the CPU, in seconds."""
     numbers = count()
-    with CpuRenderer(style) as renderer:
+    with MaskRenderer(style, lambda: CpuRenderer(style)) as renderer:
         return median_time(lambda: renderer.run(picture, next(numbers) / FRAME_RATE), seconds)
 
 

@@ -39,10 +39,18 @@ MOBILE_FILTER_SPEEDS = (38.21, 223.03)
 PAPER_STYLE_NUMBERS = {"ink": 1, "crayon": 2, "sketch": 3, "abstraction": 4, "paint": 5, "blob": 6}
 """The style of the paper that each style is modelled on: the six that the paper describes (section 6.1).
 
-The look and the filters named in the description are the same: Flow-XDoG, a threshold, Gaussian smoothing and
-a tint for style 1. The paper states neither parameters nor the number of passes, and the styles here adapt to
-the brightness of the picture first, so that speeds compare similar looks, not equal work. Styles 7 to 13 of
-the paper are only shown as pictures and have no counterpart."""
+The look is the same, and so are the filters named in the description, except for `OTHER_FILTERS`. The paper
+states neither parameters nor the number of passes, and the styles here adapt to the brightness of the picture
+first, so that speeds compare similar looks, not equal work. Styles 7 to 13 of the paper are only shown as
+pictures and have no counterpart."""
+
+OTHER_FILTERS = {
+    "crayon": "`strokes` for the grain",
+    "sketch": "`lic` for the hatching",
+    "paint": "`strokes` for the brush of ETF",
+    "blob": "`kuwahara` for Flow-XDoG",
+}
+"""Styles that replace a filter of the paper's style: the filter here, and the one of the paper."""
 
 
 def figure_for(style: str) -> PaperFigure | None:

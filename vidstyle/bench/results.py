@@ -9,8 +9,14 @@ from typing import Any
 import vidstyle
 from vidstyle.bench import Bench, Timed
 from vidstyle.bench.films import FilmTimes
-from vidstyle.bench.paper_figures import MOBILE_FILTER_SPEEDS, PAPER_FIGURES, XEON_ETF_SPEED, figure_for
-from vidstyle.core.cores import available_cores
+from vidstyle.bench.paper_figures import (
+    MOBILE_FILTER_SPEEDS,
+    OTHER_FILTERS,
+    PAPER_FIGURES,
+    XEON_ETF_SPEED,
+    figure_for,
+)
+from vidstyle.core.machine.cores import available_cores
 from vidstyle.gpu.compile.explain import explain
 from vidstyle.gpu.timing import GpuTimes
 
@@ -170,8 +176,8 @@ def _legend(results: Sequence[dict[str, Any]]) -> Iterator[str]:
     """Notes below the tables."""
     if any(result["gpu"] for result in results):
         yield (
-            "Passes: alone, without transfers. Upload and download: alone. Whole: from picture to picture, "
-            "the next one sent before the last is back. Bytes: as the plan counts them, each picture once."
+            "Passes, upload and download are measured separately. Whole: from picture to picture, with the "
+            "next upload before the previous download. Bytes: by the plan, each picture counted once."
         )
         yield ""
     desktop, mobile = (
@@ -179,7 +185,7 @@ def _legend(results: Sequence[dict[str, Any]]) -> Iterator[str]:
     )
     yield (
         f"Paper: on a GTX 1080, on a Pixel 2018. Its {len(PAPER_FIGURES)} styles run at {desktop[0]:.0f} to "
-        f"{desktop[-1]:.0f} and {mobile[0]:.0f} to {mobile[-1]:.0f} MP/s; single filters it only draws."
+        f"{desktop[-1]:.0f} and {mobile[0]:.0f} to {mobile[-1]:.0f} MP/s; single filters have no figures."
     )
     if any(result["name"] in ("learned", "etf") for result in results):
         cpu, gpu = MOBILE_FILTER_SPEEDS
@@ -195,10 +201,11 @@ def _legend(results: Sequence[dict[str, Any]]) -> Iterator[str]:
 def _paper_alike(alike: dict[str, int]) -> str:
     """Which style of the paper each style is compared with.
 
-    >>> _paper_alike({"sketch": 3, "ink": 1})
-    'Its style 1 is beside `ink`, 3 beside `sketch`: alike in look, not in the work done.'
+    >>> _paper_alike({"abstraction": 4, "ink": 1})
+    'Its style 1 is compared with `ink`, 4 with `abstraction`: similar in look, not in the work done.'
     """
     pairs = sorted((number, name) for name, number in alike.items())
-    (number, name), *others = pairs
-    texts = [f"{number} is beside `{name}`", *(f"{number} beside `{name}`" for number, name in others)]
-    return f"Its style {', '.join(texts)}: alike in look, not in the work done."
+    names = [f"`{name}`{f' ({OTHER_FILTERS[name]})' if name in OTHER_FILTERS else ''}" for _, name in pairs]
+    first, *others = (f"{number} with {name}" for (number, _), name in zip(pairs, names, strict=True))
+    texts = [first.replace(" with ", " is compared with ", 1), *others]
+    return f"Its style {', '.join(texts)}: similar in look, not in the work done."

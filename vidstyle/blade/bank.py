@@ -22,7 +22,9 @@ from vidstyle.core.file_checks import read_regular_file
 from vidstyle.media.write.atomic import atomic_file
 
 FORMAT_VERSION = 1
-"""Version of the file format."""
+"""Version of the file format of banks without constants."""
+AFFINE_FORMAT_VERSION = 2
+"""Version of the file format of banks with constants, which readers of version 1 would leave out."""
 FILTER_SIZES = range(3, 16, 2)
 """The allowed filter sizes in pixels."""
 MAX_BYTES = 64 << 20
@@ -42,8 +44,8 @@ MAX_FEATURES = 2
 MAX_WEIGHT = 1024.0
 """Maximum weight of a pixel; weights of trained banks are below 1."""
 REQUIRED_ARRAYS = {"format", "filters", "bins", "ranges", "rho", "about"}
-CHROMA_ARRAY = "chroma"
-"""Name of the optional array of filters for chroma."""
+OPTIONAL_ARRAYS = {"chroma", "constants"}
+"""Names of the optional arrays: filters for chroma, and constants."""
 BINS_ATTRIBUTES = {"curvatures": "curvatures", "step": "pitch"}
 """Keys in the description of a bank and the attributes of `Bins` that they hold if these are not 1."""
 _NPY_HEADER = re.compile(
@@ -74,6 +76,10 @@ class Bank:
         filters: parts x bins x size x size float32. The result is the weighted sum of the parts; a
             block sets the weights.
         chroma: filters of the same shape for the two chroma planes; None if these stay unchanged.
+        constants: parts x bins x planes float32, added to the results of the filters of luma, or of luma and
+            both chroma planes. None for a bank in which all filters of a part have the same sum, so that flat
+            areas stay flat, and filters are symmetric about the middle or bins depend on curvature.
+        scale: working size relative to the picture, 0..1.
         about: a record of the training, as plain data: "imitates" (the reference filter), "parts" (names),
             "pictures" (names and checksums), "samples" and "residuals" (in levels of 255) of each filter,
             "sliders" and others.
@@ -84,6 +90,8 @@ class Bank:
     filters: np.ndarray
     about: dict[str, Any] = field(default_factory=dict)
     chroma: np.ndarray | None = None
+    constants: np.ndarray | None = None
+    scale: float = 1
 
     def __post_init__(self) -> None:
         problem = _problem(self)
@@ -104,17 +112,26 @@ class Bank:
         """
         if self.chroma is None:
             raise ValueError("has no filters for chroma")
-        return replace(self, filters=self.chroma, chroma=None)
+        constants = None if self.constants is None else self.constants[..., 1:]
+        return replace(self, filters=self.chroma, chroma=None, constants=constants)
 
     @cached_property
     def packed(self) -> tuple[np.ndarray, ...]:
         """The weights of pairs of opposite pixels, one bins x texels x 4 float32 array per part.
 
-        The weights of sums come first, then the weights of differences if bins depend on curvature; both are
-        padded to a multiple of four.
+        The weights of sums come first, then the weights of differences if bins depend on curvature or the
+        bank has constants. Then a bank with constants has the sum of the filter and its constants for one or
+        two planes.
         """
-        weights = pair_weights(self.filters, self.bins).astype(np.float32)
-        return tuple(weights.reshape(*weights.shape[:2], -1, 4))
+        has_differences = self.bins.curvatures > 1 or self.constants is not None
+        weights = pair_weights(self.filters, has_differences)
+        if self.constants is not None:
+            lines = np.zeros((*weights.shape[:2], 4))
+            lines[..., 0] = self.filters.sum(axis=(2, 3), dtype=np.float64)
+            planes = min(self.constants.shape[2], 2)
+            lines[..., 1 : 1 + planes] = self.constants[..., :planes]
+            weights = np.concatenate([weights, lines], axis=2)
+        return tuple(weights.astype(np.float32).reshape(*weights.shape[:2], -1, 4))
 
     @cached_property
     def packed_in_half(self) -> tuple[np.ndarray, ...]:
@@ -137,7 +154,9 @@ class Bank:
 
     @property
     def sums(self) -> tuple[float, ...]:
-        """The mean response of each part to a constant 1."""
+        """The response of each part to a constant 1, its mean; 0 if each filter has its own sum."""
+        if self.constants is not None:
+            return (0.0,) * len(self.filters)
         return tuple(float(part.sum(axis=(1, 2)).mean()) for part in self.filters)
 
     def combined(self, weights: tuple[float, ...]) -> np.ndarray:
@@ -150,6 +169,12 @@ class Bank:
             raise ValueError(f"has {len(self.filters)} parts, not {len(weights)}")
         return np.tensordot(np.asarray(weights, np.float32), self.filters, 1)
 
+    def combined_constants(self, weights: tuple[float, ...]) -> np.ndarray | None:
+        """Return the weighted sum of the parts' constants: bins x planes float32; None without constants."""
+        return (
+            None if self.constants is None else np.tensordot(np.array(weights, np.float32), self.constants, 1)
+        )
+
 
 def save_bank(bank: Bank, path: str | Path) -> None:
     """Write a bank atomically. Equal banks produce equal bytes.
@@ -158,15 +183,14 @@ def save_bank(bank: Bank, path: str | Path) -> None:
         OutputError: the file cannot be written.
     """
     arrays = {
-        "format": np.int32(FORMAT_VERSION),
+        "format": np.int32(FORMAT_VERSION if bank.constants is None else AFFINE_FORMAT_VERSION),
         "filters": bank.filters,
         "bins": np.array(bank.bins.counts[:3], np.int32),
         "ranges": np.array([bank.bins.strength_range, bank.bins.coherence_range]),
         "rho": np.float64(bank.rho),
         "about": np.frombuffer(json.dumps(_described(bank), sort_keys=True).encode(), np.uint8),
     }
-    if bank.chroma is not None:
-        arrays[CHROMA_ARRAY] = bank.chroma
+    arrays |= {name: array for name in sorted(OPTIONAL_ARRAYS) if (array := getattr(bank, name)) is not None}
     content = BytesIO()
     with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, array in arrays.items():
@@ -184,6 +208,7 @@ def _described(bank: Bank) -> dict[str, Any]:
     others |= {
         key: getattr(bank.bins, name) for key, name in BINS_ATTRIBUTES.items() if getattr(bank.bins, name) > 1
     }
+    others |= {"scale": bank.scale} if bank.scale != 1 else {}
     return bank.about | others
 
 
@@ -198,7 +223,7 @@ def load_bank(path: str | Path) -> Bank:
     try:
         arrays = _arrays_from_npz(content)
     except (ValueError, *_DAMAGE_ERRORS) as error:
-        raise ValueError(f"is no bank: {error}") from None
+        raise ValueError(f"is not a bank: {error}") from None
     return _bank_from_arrays(arrays)
 
 
@@ -215,8 +240,9 @@ def _arrays_from_npz(content: bytes) -> dict[str, np.ndarray]:
             entry.filename for entry in entries
         ):
             raise ValueError(f"{', '.join(sorted(missing))} missing")
-        names = REQUIRED_ARRAYS.union([CHROMA_ARRAY] if f"{CHROMA_ARRAY}.npy" in archive.namelist() else [])
-        return {name: _array_from_npy(archive.read(f"{name}.npy")) for name in names}
+        names = {entry.filename for entry in entries}
+        wanted = REQUIRED_ARRAYS.union(name for name in OPTIONAL_ARRAYS if f"{name}.npy" in names)
+        return {name: _array_from_npy(archive.read(f"{name}.npy")) for name in wanted}
 
 
 def _array_from_npy(content: bytes) -> np.ndarray:
@@ -256,20 +282,22 @@ def _bank_from_arrays(arrays: dict[str, np.ndarray]) -> Bank:
         or about.dtype != np.uint8
         or about.size > MAX_ABOUT
     ):
-        raise ValueError("is no bank: its arrays have wrong types or shapes")
-    if arrays["format"] != FORMAT_VERSION:
-        raise ValueError(f"has format {arrays['format']}; this version reads format {FORMAT_VERSION}")
+        raise ValueError("is not a bank: its arrays have wrong types or shapes")
+    version = AFFINE_FORMAT_VERSION if "constants" in arrays else FORMAT_VERSION
+    if arrays["format"] != version:
+        raise ValueError(f"has format {arrays['format']}; this version reads format {version}")
     try:
         described = json.loads(about.tobytes().decode())
     except (ValueError, RecursionError):
-        raise ValueError("is no bank: its description cannot be read") from None
+        raise ValueError("is not a bank: its description cannot be read") from None
     described = described if isinstance(described, dict) else {}
     of_strength, of_coherence = ((float(low), float(high)) for low, high in arrays["ranges"])
     orientations, strengths, coherences = map(int, arrays["bins"])
     features = _features(described.pop("features", []))
     shape = {name: described.pop(key, 1) for key, name in BINS_ATTRIBUTES.items()}
     bins = Bins(orientations, strengths, coherences, of_strength, of_coherence, features=features, **shape)
-    return Bank(bins, float(arrays["rho"]), arrays["filters"], described, arrays.get(CHROMA_ARRAY))
+    scale, optional = described.pop("scale", 1), {name: arrays.get(name) for name in OPTIONAL_ARRAYS}
+    return Bank(bins, float(arrays["rho"]), arrays["filters"], described, scale=scale, **optional)
 
 
 def _features(declared: object) -> tuple[Feature, ...]:
@@ -293,9 +321,12 @@ def _problem(bank: Bank) -> str:
     bins, filters = bank.bins, bank.filters
     if not isinstance(bins.curvatures, int) or min(bins.counts) < 1 or bins.orientations % 2:
         return f"has bins {' x '.join(map(str, bins.counts))}; the number of orientations must be even"
-    divided = bins.features or bins.curvatures > 1
+    divided = bins.features or bins.curvatures > 1 or bank.constants is not None
     if not isinstance(bins.pitch, int) or bins.pitch not in (1, 2) or (bins.pitch > 1 and divided):
-        return f"shares filters in squares of {bins.pitch} pixels; allowed are 1 or, without features, 2"
+        allowed = "1 or, without features or constants, 2"
+        return f"shares filters in squares of {bins.pitch} pixels; allowed are {allowed}"
+    if type(bank.scale) not in (int, float) or not 0 < bank.scale <= 1:
+        return f"has a scale of {bank.scale!r}, which is not above 0 and at most 1"
     ends = (*bins.strength_range, *bins.coherence_range)
     if not (ends[0] < ends[1] and ends[2] < ends[3] and 0 < bank.rho <= MAX_RHO and bins.is_finite):
         return "has an empty range of bins, or a window of an invalid size"
@@ -311,8 +342,15 @@ def _problem(bank: Bank) -> str:
         return "declares sliders that are not [name, low, high] of a part after the first"
     if bank.chroma is not None and (bank.chroma.shape, bank.chroma.dtype) != (filters.shape, filters.dtype):
         return f"has filters for chroma of shape {bank.chroma.shape}, for luma of {filters.shape}"
-    planes = filters if bank.chroma is None else np.stack([filters, bank.chroma])
-    wrong = planes.size - np.count_nonzero(np.abs(planes) <= MAX_WEIGHT)
+    constants = bank.constants
+    if constants is not None and (
+        constants.dtype != np.float32
+        or constants.shape[:-1] != filters.shape[:2]
+        or constants.shape[-1] not in ((1, 2) if bank.chroma is None else (3,))
+    ):
+        return f"has constants of shape {constants.shape}, not parts x bins x planes"
+    numbers = [each for each in (filters, bank.chroma, constants) if each is not None]
+    wrong = sum(each.size - np.count_nonzero(np.abs(each) <= MAX_WEIGHT) for each in numbers)
     return f"has {wrong} weights that are NaN or beyond {MAX_WEIGHT:g}" if wrong else ""
 
 

@@ -30,7 +30,8 @@ def draw_bank(bank: Bank) -> np.ndarray:
     Columns are orientations; rows are strengths within coherences within curvatures within additional
     features. Parts follow one another, then the filters for chroma. All filters of a part share a scale,
     which ends at the largest coefficient that is not in the middle of a filter, as middle coefficients
-    dominate. If the bank records the number of samples of each filter and its residual, maps of both follow.
+    dominate. A map of its constants follows each part of an affine bank. If the bank records the number of
+    samples of each filter and its residual, maps of both follow.
     """
     samples = _per_bin(bank, "samples")
     residuals = bank.about.get("residuals", [])
@@ -41,6 +42,9 @@ def draw_bank(bank: Bank) -> np.ndarray:
         pages.append(_draw_part(bank, filters, str(title), samples))
         if number < len(residuals):
             pages.append(_draw_map(bank, np.asarray(residuals[number]), "residual, levels of 255", ".2f"))
+        if bank.constants is not None:
+            constants = 255 * bank.constants[number, :, 0].astype(np.float64)
+            pages.append(_draw_map(bank, constants, "constant, levels of 255", ".1f"))
         if bank.chroma is not None:
             pages.append(_draw_part(bank, bank.chroma[number], f"{title}, chroma", samples))
     if samples is not None:

@@ -5,6 +5,7 @@ Paper, section 5.1, equation 2.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -12,8 +13,8 @@ import numpy as np
 
 from vidstyle.blade.bank import Bank
 from vidstyle.blade.choice import choice_radius, choose_filters
-from vidstyle.blade.simd import filter_pixel_block, packed_filters
-from vidstyle.core.kernels import CACHE_LINE_FLOATS, aligned_parts, compiled, rounded_up
+from vidstyle.blade.simd import filter_pixel_block, pack_filters
+from vidstyle.core.kernels import CACHE_LINE_FLOATS, aligned_parts, compiled, round_up
 from vidstyle.core.picture import RANGES, WIDE_RANGE
 from vidstyle.core.resample import resample, scaled_shape
 
@@ -91,11 +92,17 @@ class BankRun:
 
     @cached_property
     def _packed(self) -> np.ndarray:
-        return packed_filters(self.filters)
+        return pack_filters(self.filters)
 
     @cached_property
     def _packed_for_chroma(self) -> np.ndarray:
-        return packed_filters(self._filters_of(self.bank.of_chroma))
+        return pack_filters(self._filters_of(self.bank.of_chroma))
+
+    @cached_property
+    def _constants(self) -> list[np.ndarray | None]:
+        """The constants of each bin for luma and both chroma planes; None if the bank has none."""
+        constants = self.bank.combined_constants(self.weights)
+        return [None] * 3 if constants is None else list(np.ascontiguousarray(constants.T))
 
     def run(
         self,
@@ -143,18 +150,36 @@ class BankRun:
                 selected = choose_filters(luma, bins, self.window, rows, top)
             place = rows, bins.pitch, top
             chroma = tuple(
-                apply_filters(each, selected, self._packed_for_chroma, size, RANGES["chroma"], *place)
-                for each in chroma
+                apply_filters(
+                    each,
+                    selected,
+                    self._packed_for_chroma,
+                    size,
+                    RANGES["chroma"],
+                    *place,
+                    constants=constants,
+                )
+                for each, constants in zip(chroma, self._constants[1:], strict=False)
             )
             if not chroma or (left and self.reselect):
                 last = None if left else out
-                luma = apply_filters(luma, selected, self._packed, size, self.limits, *place, last)
+                luma = apply_filters(
+                    luma, selected, self._packed, size, self.limits, *place, last, self._constants[0]
+                )
         return [luma, *chroma]
 
     def whole(self, luma: np.ndarray) -> np.ndarray:
         """Return the result for a picture, including the reduction and enlargement, as in a style."""
-        reduced = resample(luma, self.shape_at_scale((luma.shape[0], luma.shape[1])), RESAMPLING_METHOD)
-        return resample(self.run(reduced), (luma.shape[0], luma.shape[1]), RESAMPLING_METHOD)
+        return resample(self.run(self._reduced(luma)), (luma.shape[0], luma.shape[1]), RESAMPLING_METHOD)
+
+    def whole_chroma(self, luma: np.ndarray, chroma: Sequence[np.ndarray]) -> list[np.ndarray]:
+        """Return the chroma planes of the size of luma, including the reduction and enlargement."""
+        shape = luma.shape[0], luma.shape[1]
+        filtered = self.run_chroma(self._reduced(luma), tuple(map(self._reduced, chroma)))
+        return [resample(each, shape, RESAMPLING_METHOD) for each in filtered]
+
+    def _reduced(self, plane: np.ndarray) -> np.ndarray:
+        return resample(plane, self.shape_at_scale((plane.shape[0], plane.shape[1])), RESAMPLING_METHOD)
 
 
 def apply_filters(
@@ -167,33 +192,36 @@ def apply_filters(
     step: int = 1,
     top: int = 0,
     out: np.ndarray | None = None,
+    constants: np.ndarray | None = None,
 ) -> np.ndarray:
     """Filter each pixel with the filter selected for it.
 
     Args:
         luma: H x W float32; beyond its border the border is repeated.
         selected: from `choose_filters`.
-        packed: from `packed_filters`.
+        packed: from `pack_filters`.
         size: rows and columns of a filter.
         limits: the range that the result is clipped to.
         margin: numbers of first and last rows that are not needed.
         step: side of the squares of pixels that share a filter.
         top: as in `select_filters`.
         out: float32, rows without the margin.
+        constants: one for each filter, to add to its result before clipping.
 
     Returns:
         `out` if it consists of whole cache lines and squares; otherwise H x W float32, undefined in the
         margin.
     """
     (height, width), lead = luma.shape, top % step
-    columns = rounded_up(width, CACHE_LINE_FLOATS)
+    columns = round_up(width, CACHE_LINE_FLOATS)
     rows = (margin[0] + lead) // step, -(-(height - margin[1] + lead) // step)
     together = 1 if step > 1 else min(ROWS_AT_ONCE, rows[1] - rows[0])
-    shape = size + together * step - 1, columns + rounded_up(size, CACHE_LINE_FLOATS) + CACHE_LINE_FLOATS
+    shape = size + together * step - 1, columns + round_up(size, CACHE_LINE_FLOATS) + CACHE_LINE_FLOATS
     kept, again = aligned_parts(shape, (shape[0] * shape[1] + CACHE_LINE_FLOATS,))
     # Pixels that start within a cache line read rows that also start within one.
     around = kept, again[CACHE_LINE_FLOATS // 2 : -CACHE_LINE_FLOATS // 2].reshape(shape)
-    ends = np.float32(limits[0]), np.float32(limits[1])
+    low, high = limits if constants is None else WIDE_RANGE
+    ends = np.float32(low), np.float32(high)
     if (
         out is None
         or width % CACHE_LINE_FLOATS
@@ -206,6 +234,10 @@ def apply_filters(
     chosen = _widened(selected, columns // step)
     sides = (0,) * size, (0,) * step, (0,) * together
     _apply(np.ascontiguousarray(luma), chosen, packed, sides, (*rows, lead, first), ends, around, out)
+    if constants is not None:
+        needed = slice(margin[0], height - margin[1])
+        inside = result if result is out else result[needed]
+        _add_constants(inside, selected[needed], constants, np.float32(limits[0]), np.float32(limits[1]))
     return result
 
 
@@ -214,6 +246,14 @@ def _widened(selected: np.ndarray, columns: int) -> np.ndarray:
     if selected.base is not None and selected.base.shape == (len(selected), columns):
         return selected.base
     return np.pad(selected, ((0, 0), (0, columns - selected.shape[1]))).astype(np.int32)
+
+
+@compiled(fastmath=True)
+def _add_constants(out, selected, constants, low, high):  # type: ignore[no-untyped-def]
+    """Add the constant of each pixel's filter, and clip; a constant belongs to one pixel, not to a square."""
+    for row in range(out.shape[0]):
+        for x in range(out.shape[1]):
+            out[row, x] = min(max(out[row, x] + constants[selected[row, x]], low), high)
 
 
 @compiled(fastmath=True)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vidstyle.core.picture import Picture
+from vidstyle.core.picture import BT709_WEIGHTS, Picture
 from vidstyle.core.planes import color_rows
 from vidstyle.core.resample import resample
 from vidstyle.errors import InputError, error_reason
@@ -55,13 +55,9 @@ class Photograph:
         raise InputError(self.path, "contains no picture", "remove it from the folder")
 
 
-LUMA_WEIGHTS = np.array([0.2126, 0.7152, 0.0722], np.float32)
-"""Weights of red, green and blue in luma: BT.709."""
-
-
 def luma_of(picture: np.ndarray) -> np.ndarray:
     """Return the luma of RGB, H x W float32; luma, H x W, is returned unchanged."""
-    return np.asarray(picture @ LUMA_WEIGHTS if picture.ndim == 3 else picture, np.float32)
+    return np.asarray(picture @ BT709_WEIGHTS if picture.ndim == 3 else picture, np.float32)
 
 
 def chroma_of(picture: np.ndarray) -> list[np.ndarray]:
@@ -69,7 +65,7 @@ def chroma_of(picture: np.ndarray) -> list[np.ndarray]:
     luma = luma_of(picture)
     if picture.ndim == 2:
         return [np.zeros_like(luma)] * 2
-    return [(picture[..., channel] - luma) / (2 - 2 * LUMA_WEIGHTS[channel]) for channel in (2, 0)]
+    return [(picture[..., channel] - luma) / (2 - 2 * BT709_WEIGHTS[channel]) for channel in (2, 0)]
 
 
 def photographs_in(folder: Path, long_side: int) -> list[Photograph]:

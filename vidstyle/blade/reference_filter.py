@@ -1,18 +1,14 @@
-"""Reference filters that banks approximate: built-in filters, commands, functions, or pairs of pictures."""
+"""Reference filters that banks approximate: built-in filters, functions, or pairs of pictures."""
 
 from __future__ import annotations
 
 import importlib
 import inspect
-import shlex
-import subprocess
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 
 from vidstyle.blade import references
@@ -26,9 +22,6 @@ _BUILT_IN: dict[str, tuple[Callable[..., Any], tuple[str, ...], tuple[int, ...]]
     "flow_dog": (references.flow_dog_parts, ("smooth", "difference"), (1, 0)),
 }
 
-MAX_COMMAND_SECONDS = 600
-"""Maximum run time of a command for one picture."""
-
 
 @dataclass(frozen=True)
 class ReferenceFilter:
@@ -41,6 +34,7 @@ class ReferenceFilter:
         parts: names of the bank's parts; a bank has filters for each.
         sums: the response of each part to a constant 1: 1 if a constant is kept, 0 if it vanishes.
         settings: settings of the filter, for the record in the bank.
+        is_testable: whether `apply` accepts any picture, not only training pictures.
     """
 
     name: str
@@ -48,6 +42,7 @@ class ReferenceFilter:
     parts: tuple[str, ...] = ("all",)
     sums: tuple[int, ...] = (1,)
     settings: Mapping[str, Any] = field(default_factory=dict)
+    is_testable: bool = True
 
 
 def reference_by_name(name: str, **settings: float) -> ReferenceFilter:
@@ -85,28 +80,6 @@ def _settings_text(reference: ReferenceFilter) -> str:
     return "".join(f", {name} {value:g}" for name, value in reference.settings.items())
 
 
-def reference_by_command(command: str) -> ReferenceFilter:
-    """Return a filter that runs a program, such as "ffmpeg -i {in} -vf nlmeans {out}", without a shell.
-
-    Raises:
-        UsageError: {in} or {out} is missing.
-    """
-    words = shlex.split(command)
-    if not all(any(mark in word for word in words) for mark in ("{in}", "{out}")):
-        raise UsageError(command, "does not name its pictures", "write {in} and {out}")
-
-    def apply(color: np.ndarray, photograph: Photograph) -> list[np.ndarray]:
-        with tempfile.TemporaryDirectory() as folder:
-            source, target = Path(folder, "in.png"), Path(folder, "out.png")
-            cv2.imwrite(str(source), (color[..., ::-1] * 65535 + 0.5).astype(np.uint16))
-            _run([word.replace("{in}", str(source)).replace("{out}", str(target)) for word in words])
-            if not target.exists():
-                raise InputError(words[0], f"wrote no picture for {photograph.path.name}", "try it by hand")
-            return [_check_size(Photograph(target, 1 << 20).color(), color, words[0], "command")]
-
-    return ReferenceFilter(command, apply)
-
-
 def reference_by_function(name: str, sliders: Sequence[str] = ()) -> ReferenceFilter:
     """Return a filter that calls a Python function, "module:function", on RGB, H x W x 3 uint8.
 
@@ -135,7 +108,7 @@ def reference_by_function(name: str, sliders: Sequence[str] = ()) -> ReferenceFi
             raise InputError(name, reason, "return one for each --slider in addition to the first")
         scales = (np.float32(1 / 255 if each.dtype == np.uint8 else 1) for each in results)
         scaled = (each.astype(np.float32) * scale for each, scale in zip(results, scales, strict=True))
-        return [_check_size(each, color, name, "function") for each in scaled]
+        return [check_size(each, color, name, "function") for each in scaled]
 
     sums = (1, *[0] * len(sliders))
     return ReferenceFilter(name, apply, ("result", *sliders) if sliders else ("all",), sums)
@@ -146,26 +119,12 @@ def reference_by_pairs(folder: Path) -> ReferenceFilter:
 
     def apply(color: np.ndarray, photograph: Photograph) -> list[np.ndarray]:
         target = folder / photograph.path.name
-        return [_check_size(Photograph(target, photograph.long_side).color(), color, str(target), "pair")]
+        return [check_size(Photograph(target, photograph.long_side).color(), color, str(target), "pair")]
 
-    return ReferenceFilter(f"the pictures in {folder.name}", apply)
-
-
-def _run(words: list[str]) -> None:
-    try:
-        run = subprocess.run(words, capture_output=True, timeout=MAX_COMMAND_SECONDS)
-    except OSError as error:
-        raise UsageError(words[0], f"cannot be run ({error.strerror})", "give its full path") from None
-    except subprocess.TimeoutExpired:
-        raise InputError(
-            words[0], f"took more than {MAX_COMMAND_SECONDS} s", "use smaller pictures"
-        ) from None
-    if run.returncode:
-        said = run.stderr.decode(errors="replace").strip().rpartition("\n")[2]
-        raise InputError(words[0], f"failed with exit code {run.returncode} ({said})", "try it by hand")
+    return ReferenceFilter(f"the pictures in {folder.name}", apply, is_testable=False)
 
 
-def _check_size(result: np.ndarray, color: np.ndarray, name: str, what: str) -> np.ndarray:
+def check_size(result: np.ndarray, color: np.ndarray, name: str, what: str) -> np.ndarray:
     """Return the result, RGB or luma; raise InputError if its size differs from the original."""
     if result.shape[:2] != color.shape[:2]:
         returned, given = (f"{each.shape[1]}x{each.shape[0]}" for each in (result, color))

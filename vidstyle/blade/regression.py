@@ -1,7 +1,8 @@
 """Least-squares training: find for each bin the filter that is closest to the reference filter.
 
 Paper, section 5.2, equations 4 and 5, with the eight symmetries of the training pictures. The unknowns are
-defined in `vidstyle.blade.symmetry`. By construction, a constant picture stays constant.
+defined in `vidstyle.blade.symmetry`. By construction, a constant picture stays constant, unless filters are
+affine: then their sums and a constant for each are unknowns, too.
 """
 
 from __future__ import annotations
@@ -37,6 +38,8 @@ class TrainingConfig:
         scale: working size of the bank relative to the picture, 0..1; it is trained on reduced pictures.
         prior_samples: weight, in samples, of the average over all bins of the same orientation in each
             bin: it keeps rare bins from fitting noise, and empty bins behave like the average.
+        affine: whether each filter has its own sum and a constant; then `sums` have no effect.
+        planes: number of planes that filters are learned for together; each has its own constants.
     """
 
     bins: Bins
@@ -46,11 +49,18 @@ class TrainingConfig:
     smoothness: float = 1e-4
     prior_samples: float = 50.0
     scale: float = 1.0
+    affine: bool = False
+    planes: int = 1
+
+    @property
+    def pair_unknowns(self) -> int:
+        """Number of unknown weights of pairs of opposite pixels, one or two per pair; see `symmetry`."""
+        return len(pixel_pairs(self.size)) * (2 if self.bins.curvatures > 1 else 1)
 
     @property
     def unknowns(self) -> int:
-        """Number of unknown weights of a filter: one or two per pair of opposite pixels; see `symmetry`."""
-        return len(pixel_pairs(self.size)) * (2 if self.bins.curvatures > 1 else 1)
+        """Number of unknowns of a filter: weights of pairs, and if affine of the middle, and constants."""
+        return self.pair_unknowns + (1 + self.planes if self.affine else 0)
 
 
 @dataclass
@@ -94,6 +104,7 @@ def accumulate(
     targets: Sequence[np.ndarray],
     pool: Executor,
     plane: np.ndarray | None = None,
+    number: int = 0,
 ) -> NormalEquations:
     """Compute the normal equations of one picture.
 
@@ -103,6 +114,7 @@ def accumulate(
             the full size, independent of the scale.
         pool: runs the stripes of the picture in parallel.
         plane: the plane to filter if it is not luma; luma then only selects the filters.
+        number: the number of the plane among `config.planes`.
     """
     margin = max(config.size // 2, choice_radius(config.bins, config.rho)) + 1
     height, width = shape = scaled_shape(luma.shape, config.scale)
@@ -114,8 +126,9 @@ def accumulate(
         return total
     chosen, step = choose_filters(luma, config.bins, config.rho), config.bins.pitch
     selected = chosen if step == 1 else np.kron(chosen, np.ones((step, step), np.int32))
+    known = (0.0,) * len(targets) if config.affine else config.sums
     wanted = np.stack(
-        [target - constant * plane for target, constant in zip(targets, config.sums, strict=True)]
+        [target - constant * plane for target, constant in zip(targets, known, strict=True)]
     ).astype(np.float32)
     offsets = np.array(pixel_pairs(config.size), np.int64)
     edges = np.linspace(margin, height - margin, STRIPE_COUNT + 1).astype(int)
@@ -123,7 +136,12 @@ def accumulate(
     def run(stripe: int) -> NormalEquations:
         sums = NormalEquations.empty(config)
         rows = int(edges[stripe]), int(edges[stripe + 1])
-        _sum_up(plane, wanted, selected, offsets, margin, rows, np.empty(config.unknowns), *sums.arrays)
+        regressors = np.zeros(config.unknowns)
+        if config.affine:
+            regressors[config.pair_unknowns + 1 + number] = 1
+        _sum_up(
+            plane, wanted, selected, offsets, margin, rows, regressors, config.pair_unknowns, *sums.arrays
+        )
         return sums
 
     for sums in pool.map(run, range(STRIPE_COUNT)):
@@ -131,29 +149,26 @@ def accumulate(
     return total
 
 
-def with_gains(config: TrainingConfig, sums: NormalEquations) -> tuple[TrainingConfig, NormalEquations]:
-    """Return the equations of parts with learned sums, and the configuration with these sums.
+def with_sums(config: TrainingConfig, sums: NormalEquations) -> tuple[TrainingConfig, NormalEquations]:
+    """Return the configuration and equations of filters with the sums of `config`, from affine ones."""
+    middle = config.pair_unknowns
+    known = np.array(config.sums, np.float64)[:, None]
+    vectors = sums.vectors - known * sums.matrices[:, None, middle]
+    energies = sums.energies - known[:, 0] * (sums.vectors + vectors)[..., middle]
+    found = NormalEquations(sums.matrices[:, :middle, :middle], vectors[..., :middle], energies, sums.samples)
+    return replace(config, affine=False), found
 
-    Args:
-        sums: equations of n targets, of the filtered plane as a target, and of the n sums of both, all with
-            sums of 0.
+
+def with_gains(config: TrainingConfig, sums: NormalEquations) -> TrainingConfig:
+    """Return the configuration with the sums that are best for affine equations.
+
+    One filter and one sum for all bins: a sum alone would also absorb the effect of smoothing.
     """
-    count = sums.vectors.shape[1] // 2
-    vectors, middle = sums.vectors[:, :count], sums.vectors[:, count : count + 1]
-    energies, own = sums.energies[:, :count], sums.energies[:, count : count + 1]
-    products = (sums.energies[:, count + 1 :] - energies - own) / 2
-    # One filter and one gain for all bins: a gain alone would also absorb the effect of smoothing.
-    side = middle.sum(axis=0)
-    matrix = np.block([[sums.matrices.sum(axis=0), side.T], [side, own.sum(axis=0)]])
-    matrix += 1e-9 * (np.trace(matrix) + 1e-12) / len(matrix) * np.eye(len(matrix))
-    gains = np.linalg.solve(matrix, np.concatenate([vectors.sum(axis=0).T, products.sum(axis=0)[None]]))[-1]
-    found = NormalEquations(
-        sums.matrices,
-        vectors - gains[None, :, None] * middle,
-        energies - 2 * gains * products + gains**2 * own,
-        sums.samples,
-    )
-    return replace(config, sums=tuple(map(float, gains))), found
+    count = config.pair_unknowns + 1
+    matrix = sums.matrices[:, :count, :count].sum(axis=0)
+    matrix += 1e-9 * (np.trace(matrix) + 1e-12) / count * np.eye(count)
+    gains = np.linalg.solve(matrix, sums.vectors[..., :count].sum(axis=0).T)[-1]
+    return replace(config, sums=tuple(map(float, gains)))
 
 
 def before_enlarging(target: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
@@ -173,6 +188,11 @@ def _inverse_of_enlarging(small: int, large: int) -> np.ndarray:
 
 def solve(config: TrainingConfig, sums: NormalEquations) -> np.ndarray:
     """Return the filters: parts x bins x size x size float32."""
+    return as_filters(config, solve_weights(config, sums))
+
+
+def solve_weights(config: TrainingConfig, sums: NormalEquations) -> np.ndarray:
+    """Return the unknowns: parts x bins x unknowns."""
     unknowns = sums.matrices.shape[1]
     # The numbers of samples are summed over the symmetries like an additional part.
     counts = np.broadcast_to(sums.samples[:, None, None], (len(sums.samples), 1, unknowns))
@@ -182,19 +202,24 @@ def solve(config: TrainingConfig, sums: NormalEquations) -> np.ndarray:
     matrices, vectors = _with_prior(config, matrices, vectors, samples)
     smooth, bend = _regularizer(config)
     # Relative to the energy of each bin: a weight for strong edges would turn flat areas into a box blur.
-    energy = np.trace(matrices, axis1=1, axis2=2)[:, None, None] / unknowns + 1e-12
+    pairs = config.pair_unknowns
+    energy = np.trace(matrices[:, :pairs, :pairs], axis1=1, axis2=2)[:, None, None] / pairs + 1e-12
     weight, ridge = config.smoothness * energy, 1e-9 * energy * np.eye(unknowns)
     found = np.linalg.solve(matrices + weight * smooth + ridge, (vectors + weight * bend).transpose(0, 2, 1))
-    return _as_filters(config, found.transpose(2, 0, 1))
+    return found.transpose(2, 0, 1)
 
 
 def residuals(config: TrainingConfig, sums: NormalEquations, filters: np.ndarray) -> np.ndarray:
     """Return the mean squared error of each part and bin on the training samples; NaN for empty bins."""
-    weights = pair_weights(filters, config.bins)
+    with np.errstate(invalid="ignore"):
+        return squared_errors(sums, pair_weights(filters, config.bins.curvatures > 1)) / sums.samples
+
+
+def squared_errors(sums: NormalEquations, weights: np.ndarray) -> np.ndarray:
+    """Return the sum of squared errors of each part and bin for these unknowns."""
     mixed = np.einsum("pbi,bpi->pb", weights, sums.vectors)
     squared = np.einsum("pbi,bij,pbj->pb", weights, sums.matrices, weights)
-    with np.errstate(invalid="ignore"):
-        return (sums.energies.T - 2 * mixed + squared) / sums.samples
+    return np.asarray(sums.energies.T - 2 * mixed + squared)
 
 
 def _with_prior(
@@ -222,35 +247,52 @@ def _regularizer(config: TrainingConfig) -> tuple[np.ndarray, np.ndarray]:
         np.concatenate([np.diff(filters, axis=axis).reshape(-1, filters.shape[2]) for axis in (0, 1)])
         for filters in (_coefficients_of_weights(config), impulse)
     )
-    return from_weights.T @ from_weights, -np.outer(config.sums, from_weights.T @ from_middle)
+    known = np.zeros(len(config.sums)) if config.affine else config.sums
+    return from_weights.T @ from_weights, -np.outer(known, from_weights.T @ from_middle)
 
 
 def _coefficients_of_weights(config: TrainingConfig) -> np.ndarray:
     """Return the filter of each unknown, size x size x unknowns.
 
     The filter of a pair's sum has 1 at both pixels and -2 in the middle; the filter of its difference has 1
-    and -1.
+    and -1. The weight of the middle is the sum of the filter; a constant is no part of it.
     """
     pairs, radius = pixel_pairs(config.size), config.size // 2
     matrix = np.zeros((config.size, config.size, config.unknowns))
-    for number in range(config.unknowns):
+    for number in range(config.pair_unknowns):
         down, right = pairs[number % len(pairs)]
         is_sum = number < len(pairs)
         matrix[radius + down, radius + right, number] = 1
         matrix[radius - down, radius - right, number] = 1 if is_sum else -1
         matrix[radius, radius, number] = -2 if is_sum else 0
+    if config.affine:
+        matrix[radius, radius, config.pair_unknowns] = 1
     return matrix
 
 
-def _as_filters(config: TrainingConfig, weights: np.ndarray) -> np.ndarray:
+def as_filters(config: TrainingConfig, weights: np.ndarray) -> np.ndarray:
+    """Return the filters of unknowns: parts x bins x size x size float32."""
     filters = np.tensordot(weights, _coefficients_of_weights(config), (2, 2))
-    middle = config.size // 2
-    filters[:, :, middle, middle] += np.array(config.sums)[:, None]
+    if not config.affine:
+        middle = config.size // 2
+        filters[:, :, middle, middle] += np.array(config.sums)[:, None]
     return filters.astype(np.float32)
 
 
+def constants_of(config: TrainingConfig, weights: np.ndarray) -> np.ndarray | None:
+    """Return the constants of unknowns: parts x bins x planes float32; None if they are not affine."""
+    return weights[..., config.pair_unknowns + 1 :].astype(np.float32) if config.affine else None
+
+
 @compiled(fastmath=True)
-def _sum_up(luma, wanted, selected, offsets, margin, rows, differences, matrices, vectors, energies, samples):  # type: ignore[no-untyped-def]
+def _sum_up(  # type: ignore[no-untyped-def]
+    luma, wanted, selected, offsets, margin, rows, differences, end, matrices, vectors, energies, samples
+):
+    """Add the equations of some rows; `end` of the unknowns are weights of pairs.
+
+    Args:
+        differences: filled with the regressors of a pixel; constants are set by the caller.
+    """
     unknowns, pairs, parts = len(differences), len(offsets), len(wanted)
     for row in range(rows[0], rows[1]):
         for column in range(margin, luma.shape[1] - margin):
@@ -259,8 +301,10 @@ def _sum_up(luma, wanted, selected, offsets, margin, rows, differences, matrices
                 down, right = offsets[k, 0], offsets[k, 1]
                 one, other = luma[row + down, column + right], luma[row - down, column - right]
                 differences[k] = one + other - middle - middle
-                if unknowns > pairs:
+                if end > pairs:
                     differences[pairs + k] = one - other
+            if unknowns > end:
+                differences[end] = middle
             samples[number] += 1
             for k in range(unknowns):
                 for j in range(k, unknowns):

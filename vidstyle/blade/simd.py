@@ -17,14 +17,14 @@ import numpy as np
 
 from vidstyle.core.kernels import compiled
 from vidstyle.core.kernels.aligned import aligned
-from vidstyle.core.kernels.intrinsic import Intrinsic
+from vidstyle.core.kernels.declare import Intrinsic
 from vidstyle.core.kernels.vectors import VECTOR_LANES, VectorEmitter
 
 INTERLEAVED_PIXELS = 2
 """Neighbouring pixels whose sums are interleaved, as additions to the same sum depend on one another."""
 
 
-def packed_filters(filters: np.ndarray) -> np.ndarray:
+def pack_filters(filters: np.ndarray) -> np.ndarray:
     """Pack filters, count x size x size, for `filter_pixel_block`: count x numbers float32, aligned.
 
     The rows of each filter are padded by zeros to whole vectors. If only a single column would need a vector,
@@ -52,7 +52,7 @@ class PixelBlockIntrinsic(Intrinsic):
     Writes the filtered and clipped pixels column..column + 7 of some rows to `out`; NaN becomes `low`.
 
     Args of the compiled call:
-        bank: from `packed_filters`.
+        bank: from `pack_filters`.
         bins: int32, the filter of each square of pixels, for the rows of squares that are filtered together.
         luma: float32, a ring buffer of the loaded rows, of which `row` is the top one; padded so that the
             windows at `column` begin there, and `VECTOR_LANES` more columns can be read.

@@ -15,7 +15,7 @@ from functools import lru_cache
 import numpy as np
 
 from vidstyle.blade.bins import MIDDLE_CURVATURE, Bins
-from vidstyle.core.kernels import CACHE_LINE_FLOATS, aligned_parts, compiled, index_at, rounded_up
+from vidstyle.core.kernels import CACHE_LINE_FLOATS, aligned_parts, compiled, index_at, round_up
 
 MAX_STRIP_COLUMNS = 256
 """Maximum columns of pixels for which a kernel keeps products: 8 rows fill half a first-level cache."""
@@ -73,11 +73,11 @@ def select_filters(
         `CACHE_LINE_FLOATS`. Undefined in the margin.
     """
     (height, width), step = luma.shape, bins.pitch
-    lead, columns = top % step, rounded_up(width, CACHE_LINE_FLOATS) // step
+    lead, columns = top % step, round_up(width, CACHE_LINE_FLOATS) // step
     radius, edge = window_radius(rho), int(bins.curvatures > 1)
-    strip = rounded_up(-(-columns // -(-columns * step // MAX_STRIP_COLUMNS)), CACHE_LINE_FLOATS)
+    strip = round_up(-(-columns // -(-columns * step // MAX_STRIP_COLUMNS)), CACHE_LINE_FLOATS)
     planes = 2 if bins.strengths * bins.coherences == 1 else 3
-    wide = rounded_up((strip + 2 * edge + 1) * step + 2 * (radius - step), CACHE_LINE_FLOATS)
+    wide = round_up((strip + 2 * edge + 1) * step + 2 * (radius - step), CACHE_LINE_FLOATS)
     window = _window(rho, step, planes * wide)
     taps = window[2].size
     products, narrow, halves, tensor, directions = aligned_parts(

@@ -6,12 +6,14 @@ over its seven images (paper, section 5.2) without visiting them.
 
 The unknowns of a filter are one weight for each pair of opposite pixels: the weight of their sum minus twice
 the middle. Rotated by 180 degrees, a straight line and its filter stay the same; a curved line bends the
-other way. If bins depend on curvature, each pair has a second weight, for the difference of its pixels.
+other way. If bins depend on curvature, each pair has a second weight, for the difference of its pixels. The
+further unknowns of affine filters, the weight of the middle and constants, are the same in all images.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -73,10 +75,12 @@ def pixel_pairs(size: int) -> list[tuple[int, int]]:
     ]
 
 
-def pair_weights(filters: np.ndarray, bins: Bins) -> np.ndarray:
+def pair_weights(filters: np.ndarray, has_differences: bool) -> np.ndarray:
     """Return the weights of pairs, parts x bins x unknowns, of filters, parts x bins x size x size.
 
-    Without bins of curvature, filters must be symmetric about the middle.
+    Args:
+        has_differences: whether weights of differences follow; otherwise filters must be symmetric about the
+            middle.
     """
     radius = filters.shape[2] // 2
     one, other = (
@@ -89,7 +93,7 @@ def pair_weights(filters: np.ndarray, bins: Bins) -> np.ndarray:
         ).astype(np.float64)
         for sign in (1, -1)
     )
-    return np.concatenate([(one + other) / 2, (one - other) / 2], axis=-1) if bins.curvatures > 1 else one
+    return np.concatenate([(one + other) / 2, (one - other) / 2], axis=-1) if has_differences else one
 
 
 def symmetrize(
@@ -104,10 +108,16 @@ def symmetrize(
     all_matrices, all_vectors = np.zeros_like(matrices), np.zeros_like(vectors)
     for symmetry in SYMMETRIES:
         order, signs = _images_of_unknowns(symmetry, size, matrices.shape[1])
-        target = np.array([symmetry.bin_of(bins, number) for number in range(bins.count)])
+        target = _images_of_bins(symmetry, bins)
         all_matrices[np.ix_(target, order, order)] += np.outer(signs, signs) * matrices
         all_vectors[np.ix_(target, np.arange(vectors.shape[1]), order)] += signs * vectors
     return all_matrices, all_vectors
+
+
+@cache
+def _images_of_bins(symmetry: Symmetry, bins: Bins) -> np.ndarray:
+    """Return the image of each bin."""
+    return np.array([symmetry.bin_of(bins, number) for number in range(bins.count)])
 
 
 def _images_of_unknowns(symmetry: Symmetry, size: int, unknowns: int) -> tuple[np.ndarray, np.ndarray]:
@@ -116,6 +126,10 @@ def _images_of_unknowns(symmetry: Symmetry, size: int, unknowns: int) -> tuple[n
     images = [symmetry.moved(*pixel) for pixel in pairs]
     order = [pairs.index(image if image in pairs else (-image[0], -image[1])) for image in images]
     signs = [1 if image in pairs else -1 for image in images]
-    if unknowns == len(pairs):
-        return np.array(order), np.ones(unknowns)
-    return np.array([*order, *(len(pairs) + each for each in order)]), np.array([1] * len(pairs) + signs)
+    if unknowns >= 2 * len(pairs):
+        order += [len(pairs) + each for each in order]
+        signs = [1] * len(pairs) + signs
+    else:
+        signs = [1] * len(pairs)
+    others = range(len(order), unknowns)
+    return np.array([*order, *others]), np.array([*signs, *(1 for _ in others)])

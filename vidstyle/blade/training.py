@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -13,15 +14,8 @@ from vidstyle.blade.bank import Bank
 from vidstyle.blade.inference import BankRun
 from vidstyle.blade.photographs import Photograph, chroma_of, luma_of
 from vidstyle.blade.reference_filter import ReferenceFilter
-from vidstyle.blade.regression import (
-    NormalEquations,
-    TrainingConfig,
-    accumulate,
-    residuals,
-    solve,
-    with_gains,
-)
-from vidstyle.core.cores import available_cores
+from vidstyle.blade.regression import NormalEquations, TrainingConfig, accumulate, residuals, solve
+from vidstyle.core.machine.cores import available_cores
 
 SSIM_WINDOW_PX = 11
 """Side of the window of structural similarity, as in Wang et al. 2004."""
@@ -38,11 +32,13 @@ class TrainingReport:
         samples: number of pixels.
         empty: number of bins without pixels.
         residual: root mean squared error of each part on the samples, in levels of 255.
+        clipped: share of the values that the filter makes black or white.
     """
 
     samples: int
     empty: int
     residual: tuple[float, ...]
+    clipped: float = 0.0
 
     def __str__(self) -> str:
         residual = ", ".join(f"{part:.2f}" for part in self.residual)
@@ -54,31 +50,35 @@ def train(
     reference: ReferenceFilter,
     photographs: Sequence[Photograph],
     on_picture: OnPicture = lambda *_: None,
-    chroma: bool = False,
 ) -> tuple[Bank, TrainingReport]:
-    """Train a bank; with `chroma` also for the chroma planes.
+    """Train a bank for luma.
 
     Raises:
         InputError: a picture cannot be read, or the reference filter fails.
         UsageError: the reference filter's settings are invalid.
     """
     sums = NormalEquations.empty(config)
-    # For `with_gains`, which takes each target, the plane, and the sum of both.
-    free = replace(config, sums=(0.0,) * (2 * len(config.sums) + 1))
-    of_chroma = NormalEquations.empty(free) if chroma else None
     with ThreadPoolExecutor(available_cores()) as pool:
         for number, photograph in enumerate(photographs, 1):
             color = photograph.color()
-            luma, targets = luma_of(color), reference.apply(color, photograph)
-            sums.add(accumulate(config, luma, [luma_of(each) for each in targets], pool))
-            for plane, *wanted in zip(chroma_of(color), *map(chroma_of, targets), strict=True):
-                if of_chroma is not None:
-                    both = [*wanted, plane, *(each + plane for each in wanted)]
-                    of_chroma.add(accumulate(free, luma, both, pool, plane))
+            targets = reference.apply(color, photograph)
+            sums.add(accumulate(config, luma_of(color), [luma_of(each) for each in targets], pool))
             on_picture("learning", number, len(photographs))
     filters = solve(config, sums)
     errors = 255 * np.sqrt(np.maximum(np.nan_to_num(residuals(config, sums, filters)), 0))
-    about = {
+    about = description(config, reference, photographs, sums, errors)
+    return Bank(config.bins, config.rho, filters, about), report(sums, errors)
+
+
+def description(
+    config: TrainingConfig,
+    reference: ReferenceFilter,
+    photographs: Sequence[Photograph],
+    sums: NormalEquations,
+    errors: np.ndarray,
+) -> dict[str, Any]:
+    """Return what a bank says about its training; `errors` has levels of 255 for each part and bin."""
+    return {
         "imitates": reference.name,
         "settings": dict(reference.settings),
         "parts": list(reference.parts),
@@ -89,8 +89,6 @@ def train(
         "samples": sums.samples.tolist(),
         "residuals": errors.round(3).tolist(),
     }
-    for_chroma = None if of_chroma is None else solve(*with_gains(config, of_chroma))
-    return Bank(config.bins, config.rho, filters, about, for_chroma), _report(sums, errors)
 
 
 def measure(
@@ -132,7 +130,7 @@ def measure(
             wanted = [
                 mixed(list(each), plane) for plane, *each in zip(planes, *map(chroma_of, parts), strict=True)
             ]
-            found = run.run_chroma(luma, tuple(planes))
+            found = run.whole_chroma(luma, planes)
             row += [psnr(np.stack(each), np.stack(wanted)) for each in (found, planes)]
         rows.append(row)
         errors += float(np.square(result - target).mean())
@@ -170,7 +168,8 @@ def mssim(result: np.ndarray, target: np.ndarray) -> float:
     return float((inside if inside.size else similarity).mean())
 
 
-def _report(sums: NormalEquations, errors: np.ndarray) -> TrainingReport:
+def report(sums: NormalEquations, errors: np.ndarray) -> TrainingReport:
+    """Summarize a training; `errors` has levels of 255 for each part and bin."""
     total = max(int(sums.samples.sum()), 1)
     levels = tuple(float(np.sqrt(part)) for part in (errors**2 * sums.samples).sum(axis=1) / total)
     return TrainingReport(int(sums.samples.sum()), int((sums.samples == 0).sum()), levels)

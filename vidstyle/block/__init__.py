@@ -28,15 +28,16 @@ from vidstyle.block.reference_controls import Asset as Asset
 from vidstyle.block.reference_controls import SavedRef as SavedRef
 from vidstyle.block.slider import Slider as Slider
 
-BlockKind = Literal["pixel", "filter", "measured", "resize", "learned", "recipe"]
+BlockKind = Literal["pixel", "filter", "measured", "resize", "learned", "network", "recipe"]
 """How a block computes its result: from the same pixel, a neighbourhood, measurements of the whole frame, at
-another size, by a bank of learned filters, or by other blocks.
+another size, by a bank of learned filters, by a neural network, or by other blocks.
 
 - A pixel, filter or measured block takes an array and returns one, or a `core.deferred_color.Mixed`. Gray RGB
   may be passed as a view of one plane (`core.kernels.gray_rgb`). The parameter `settle` of a measured block
   is the time constant, in seconds, of the smoothing of its measurements.
 - A recipe returns a list of blocks with their values.
 - A learned block returns an object with `radius`, `scale` and `run(luma, margin)`.
+- A network block returns an object with `run(color, out)`, or None for no change. It runs on the CPU only.
 - A resize block takes a (height, width) and returns it scaled by its parameter `factor`. The renderer
   resamples with the methods in its parameters `method` and `back`.
 """
@@ -215,7 +216,9 @@ def block(
             raise TypeError(f"{name}: filters, and no other blocks, declare `radius`")
         if not inspect.getdoc(function):
             raise TypeError(f"{name}: a block needs a docstring that describes it")
-        parameters, injected = _read_signature(function, skip=0 if kind in ("recipe", "learned") else 1)
+        parameters, injected = _read_signature(
+            function, skip=0 if kind in ("recipe", "learned", "network") else 1
+        )
         return Block(
             name, kind, on, function, parameters, injected, percentiles, radius, chroma, saves, is_identity,
             exact,

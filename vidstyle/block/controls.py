@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Literal
 
 
 class Control(ABC):
-    """A kind of value; a new one needs a subclass and a function for its `kind` in `web/static/controls.js`.
+    """A kind of value; a new one needs a subclass, and a function in `export/modules/controls.js`.
 
     Attributes:
         help: one line, without a full stop.
@@ -77,6 +77,10 @@ class Control(ABC):
         """Return the value for pictures that are larger by a factor; `values`: all values of the step."""
         return value
 
+    def between(self, one: Any, other: Any, share: float, is_integer: bool) -> Any:
+        """Return the value at a share of the way from one value to another; most kinds jump at its end."""
+        return other if share >= 1 else one
+
     def own_file(self, value: Any) -> str:
         """Return the path of the user's file that a value names, or an empty text."""
         return ""
@@ -118,6 +122,10 @@ class Parameter:
         """Return its JSON Schema, with help and default."""
         described = {"description": self.control.help, "default": self.default}
         return self.control.schema(self.is_integer) | described
+
+    def between(self, one: Any, other: Any, share: float) -> Any:
+        """Return the value at a share, 0..1, of the way from one value to another."""
+        return self.control.between(one, other, share, self.is_integer)
 
     def describe(self, saved: list[str]) -> dict[str, Any]:
         """Return what a page needs to show the parameter; `saved`: the saved pictures that it may name."""

@@ -90,6 +90,10 @@ class Color(OptionControl):
     def argument(self, value: Any) -> Any:
         return rgb_from_text(value) if isinstance(value, str) else value
 
+    def between(self, one: Any, other: Any, share: float, is_integer: bool) -> Any:
+        codes = zip(bytes.fromhex(one[1:]), bytes.fromhex(other[1:]), strict=True)
+        return "#" + bytes(round(low + (high - low) * share) for low, high in codes).hex()
+
 
 def rgb_from_text(text: str) -> tuple[float, float, float]:
     """Convert the colour "#rrggbb" to red, green and blue, 0..1.

@@ -102,6 +102,12 @@ class Slider(Control):
             value = round(value, RANDOM_DIGIT_COUNT - 1 - math.floor(math.log10(abs(value))))
         return self.check(min(max(value, self.low), self.high), is_integer)
 
+    def between(self, one: Any, other: Any, share: float, is_integer: bool) -> Any:
+        if one is None or other is None:
+            return super().between(one, other, share, is_integer)
+        value = one + (other - one) * share
+        return round(value) if is_integer else value
+
     def text(self, value: Any) -> str:
         return f"{value:g}"
 
@@ -110,20 +116,3 @@ class Slider(Control):
             return value
         grown = max(value * growth**self.power, self.low)
         return grown if self.unit == "px" else min(grown, self.high)
-
-
-@dataclass(frozen=True)
-class _Options(Control):
-    """A value of which random styles may have some, given by `explore`."""
-
-    help: str
-    explore: tuple[Any, ...] = ()
-
-    def draw(self, random: Random, default: Any, is_integer: bool) -> Any:
-        return random.choice(self.explore) if self.explore else default
-
-    def is_drawn(self, value: Any) -> bool:
-        return value in self.explore
-
-    def draw_near(self, random: Random, value: Any, spread: float, is_integer: bool) -> Any:
-        return random.choice(self.explore) if self.explore and random.random() < spread / 2 else value

@@ -9,7 +9,7 @@ from typing import Annotated
 import numpy as np
 
 from vidstyle.block import LumaWeights, Slider, block
-from vidstyle.core.deferred_color import Mixed
+from vidstyle.core.color.deferred_color import Mixed
 
 
 @block("pixel", on="color")

@@ -24,9 +24,9 @@ def learned(
     A bank may declare sliders, which weight its parts after the first; other parts are not used. It may also
     filter chroma. Paper, section 5, equation 2. All banks differ from the paper as follows: windows of the
     structure tensor have an even number of pixels and end at two rho; the weights of each filter add up to 1,
-    or to 0 for differences; the weight of the smoothness of a filter is relative to the energy of its
-    samples; filters may also be selected by the curvature of lines, the local mean, or structure at a second
-    scale.
+    or to 0 for differences, or each filter has its own sum and adds a constant; the weight of the smoothness
+    of a filter is relative to the energy of its samples; filters may also be selected by the curvature of
+    lines, the local mean, or structure at a second scale.
     """
     weights = tuple(amount * weight for weight in bank.weights_at((first, second, third)))
-    return BankRun(bank, weights, 1 - amount, passes=passes, reselect=reselect)
+    return BankRun(bank, weights, 1 - amount, passes=passes, reselect=reselect, scale=bank.scale)

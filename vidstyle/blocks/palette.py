@@ -9,10 +9,10 @@ from typing import Annotated, Any
 import numpy as np
 
 from vidstyle.block import Asset, ResultRows, block, rgb_from_text
+from vidstyle.core.color.film_colors import FilmTable
+from vidstyle.core.color.oklab import CONE_WEIGHTS, LAB_WEIGHTS, lab_from_rgb
 from vidstyle.core.file_checks import read_regular_file
-from vidstyle.core.film_colors import FilmTable
 from vidstyle.core.kernels import TIE_LIFT, cached, compiled, index_at, interleaved, look_up_at
-from vidstyle.core.oklab import CONE_WEIGHTS, LAB_WEIGHTS, lab_from_rgb
 
 MAX_COLORS = 64
 MAX_FILE_BYTES = 4096

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-import struct
 from pathlib import Path
 from typing import Annotated, Any
 
-import cv2
 import numpy as np
 
 from vidstyle.block import Asset, Choice, PageRegion, Slider, block
-from vidstyle.core.file_checks import read_regular_file
+from vidstyle.block.gray_png import read_gray_png
 from vidstyle.core.kernels import TIE_LIFT, cached, compiled
 
 MAX_TILE_SIDE_PX = 1024
@@ -47,18 +45,7 @@ def read_tile(file: Path) -> np.ndarray:
         ValueError: the file is not a PNG, or larger than `MAX_TILE_SIDE_PX`.
         OSError: the file cannot be read.
     """
-    try:
-        content = read_regular_file(file, MAX_TILE_BYTES)
-    except ValueError as error:
-        raise ValueError(f"{file.name} {error}") from None
-    is_png = content[:4] == b"\x89PNG" and len(content) >= 24
-    if not is_png or not 0 < max(struct.unpack(">II", content[16:24])) <= MAX_TILE_SIDE_PX:
-        raise ValueError(
-            f"{file.name} is not a PNG of at most {MAX_TILE_SIDE_PX} x {MAX_TILE_SIDE_PX} pixels"
-        )
-    tile = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_GRAYSCALE)
-    if tile is None:
-        raise ValueError(f"{file.name} is damaged")
+    tile = read_gray_png(file, MAX_TILE_SIDE_PX, MAX_TILE_BYTES)
     return tile.astype(np.float32) / np.float32(255)
 
 
@@ -91,7 +78,7 @@ def pattern(
         return _fill(luma, tiles, place.top, softness)
     sets = _stroke_sets(levels, spacing, width, angle, layout, wobble, place.height, place.width)
     out = np.empty((rows, columns), np.float32)
-    _hatch(luma, sets[:, place.top : place.top + rows], np.float32(softness), TIE_LIFT, out)
+    _hatch(luma, sets, place.top, np.float32(softness), TIE_LIFT, out)
     return out
 
 
@@ -148,8 +135,12 @@ def _draw_strokes(cosine, sine, shift, half_width, wobble, spacing, out):  # typ
 
 
 @compiled
-def _hatch(luma, sets, softness, lift, out):  # type: ignore[no-untyped-def]
-    """Draw black strokes on white: set n appears where luma is below its border."""
+def _hatch(luma, sets, top, softness, lift, out):  # type: ignore[no-untyped-def]
+    """Draw black strokes on white: set n appears where luma is below its border.
+
+    Args:
+        top: the row of the page at which the picture begins.
+    """
     half, one, three, two = np.float32(0.5), np.float32(1), np.float32(3), np.float32(2)
     count = sets.shape[0]
     levels = np.float32(count + 1)
@@ -157,10 +148,11 @@ def _hatch(luma, sets, softness, lift, out):  # type: ignore[no-untyped-def]
     for row in range(out.shape[0]):
         out[row, :] = one
         for number in range(count):
+            strokes = sets[number, top + row]
             border = levels - one - np.float32(number)
             for x in range(out.shape[1]):
                 ramp = min(
                     max((border - (luma[row, x] + lift) * levels) * sharpness + half, np.float32(0)), one
                 )
                 ramp = ramp * ramp * (three - two * ramp)
-                out[row, x] *= one - ramp * sets[number, row, x] * np.float32(1 / 255)
+                out[row, x] *= one - ramp * strokes[x] * np.float32(1 / 255)

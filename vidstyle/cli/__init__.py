@@ -12,7 +12,7 @@ import click
 
 import vidstyle
 from vidstyle.cli.parsing.configuration import configuration_option
-from vidstyle.cli.reporting import Reporting
+from vidstyle.cli.terminal.reporting import Reporting
 from vidstyle.errors import UsageError, suggest
 from vidstyle.pipeline.stopping import on_signals, raise_stopped
 

@@ -11,7 +11,7 @@ import click
 from vidstyle.cli.parsing.command import Group, command, option
 from vidstyle.cli.parsing.common_options import BLOCK, SIZE, STYLE, device_option, number
 from vidstyle.cli.parsing.path_arguments import PATH, parents_option
-from vidstyle.cli.reporting import reporting_options, say
+from vidstyle.cli.terminal.reporting import reporting_options, say
 
 if TYPE_CHECKING:
     from vidstyle.bench import Timed

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vidstyle.cli.display import list_entry
 from vidstyle.cli.parsing.command import command, option
 from vidstyle.cli.parsing.common_options import BLOCK
-from vidstyle.cli.reporting import reporting_options
+from vidstyle.cli.terminal.display import list_entry
+from vidstyle.cli.terminal.reporting import reporting_options
 from vidstyle.errors import UsageError, suggest
 
 if TYPE_CHECKING:

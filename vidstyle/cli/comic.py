@@ -6,13 +6,14 @@ from typing import Any, get_args
 
 import click
 
-from vidstyle.cli.display import display, progress_option
 from vidstyle.cli.parsing.command import Group, command, option
-from vidstyle.cli.parsing.common_options import STYLE, Parsed, device_option, number, parse_seconds
+from vidstyle.cli.parsing.common_options import STYLE, Parsed, device_option, number
 from vidstyle.cli.parsing.path_arguments import PATH, PATH_TEXT, parents_option, path_arguments
-from vidstyle.cli.reporting import reporting_options, say
+from vidstyle.cli.terminal.display import display, progress_option
+from vidstyle.cli.terminal.reporting import reporting_options, say
 from vidstyle.comic.layout.paper import DEFAULT_DPI, LayoutKind
-from vidstyle.errors import UsageError, printable
+from vidstyle.cues.times import parse_seconds
+from vidstyle.errors import UsageError, counted, log, printable
 from vidstyle.pipeline.progress import StepProgress
 
 
@@ -69,10 +70,10 @@ SPANS = Parsed("T-T,T-T", parse_spans)
 @option("--bleed", "bleeding", is_flag=True, group=Group.PAGE_LAYOUT,
         help="Full bleed: extend full-width panels to the page edge.")  # fmt: skip
 @option("--layout", type=click.Choice(get_args(LayoutKind)), default="dynamic", group=Group.PAGE_LAYOUT,
-        help="Gutters: straight, slanted, or slanted from right to left; or a grid.")  # fmt: skip
+        help="Gutters: straight, slanted, slanted right to left with full bleed, or a grid.")  # fmt: skip
 @option("--reading", type=click.Choice(("ltr", "rtl")), group=Group.PAGE_LAYOUT,
         help="Reading order: left to right or right to left.  [default: ltr]")  # fmt: skip
-@option("--right-to-left", is_flag=True, group=Group.PAGE_LAYOUT, help="Same as --reading rtl.")
+@option("--right-to-left", is_flag=True, hidden=True, group=Group.PAGE_LAYOUT)
 @option("-s", "--style", "styles", type=STYLE, metavar="A,B,C", group=Group.STYLE,
         help="Styles of the panels, in rotation.  [default: comic]")  # fmt: skip
 @option("--subtitles", type=PATH_TEXT, metavar="FILE|none", group=Group.LETTERING,
@@ -106,15 +107,12 @@ def comic(source: str, target: str, styles: str | None, progress: str, **options
     from vidstyle.pipeline.render import DAMAGED_EXIT_CODE
 
     key_frames = KeyFrameOptions(options.pop("panels"), options.pop("at"), options.pop("skip"))
-    reading = options.pop("reading")
-    if options["right_to_left"] and reading == "ltr":
-        raise UsageError("--right-to-left", "contradicts --reading ltr", "remove one of them")
-    options["right_to_left"] |= reading == "rtl"
+    options["right_to_left"] = _reads_backwards(options.pop("reading"), options)
     names = tuple(name.strip() for name in styles.split(",")) if styles else None
     comic_options = ComicOptions(key_frames=key_frames, styles=names, **options)
     with display(progress) as show:
         made = make_comic(source, target, comic_options, StepProgress(show))
-    panels, pages = (_counted(*each) for each in ((len(made.key_frames), "panel"), (made.pages, "page")))
+    panels, pages = (counted(*each) for each in ((len(made.key_frames), "panel"), (made.pages, "page")))
     text = printable(f"{', '.join(map(str, made.files))}: {panels} on {pages}")
     facts = {"files": [*map(str, made.files)], "panels": len(made.key_frames), "pages": made.pages}
     if damage := made.damage.report():
@@ -123,5 +121,12 @@ def comic(source: str, target: str, styles: str | None, progress: str, **options
     return DAMAGED_EXIT_CODE if made.damage.is_significant else 0
 
 
-def _counted(number: int, noun: str) -> str:
-    return f"{number} {noun}{'s' * (number != 1)}"
+def _reads_backwards(reading: str | None, options: dict[str, Any]) -> bool:
+    """Return whether `--reading`, or an option that implies it, asks for the order from right to left."""
+    implying = {"--right-to-left": options["right_to_left"], "--layout manga": options["layout"] == "manga"}
+    for name, is_given in implying.items():
+        if is_given and reading == "ltr":
+            raise UsageError(name, "contradicts --reading ltr", "remove one of them")
+    if options["right_to_left"]:
+        log.warning("--right-to-left: replaced by --reading rtl")
+    return reading == "rtl" or any(implying.values())

@@ -9,7 +9,7 @@ import click
 from vidstyle.cli.parsing.command import command, option
 from vidstyle.cli.parsing.common_options import threads_option
 from vidstyle.cli.parsing.path_arguments import PATH
-from vidstyle.cli.reporting import reporting_options
+from vidstyle.cli.terminal.reporting import reporting_options
 
 
 @command("Generate a short film and restyle it.", examples=("vidstyle demo",))

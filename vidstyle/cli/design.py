@@ -9,7 +9,7 @@ import click
 from vidstyle.cli import browser
 from vidstyle.cli.parsing import common_options as common
 from vidstyle.cli.parsing.command import command, option
-from vidstyle.cli.reporting import reporting_options, say
+from vidstyle.cli.terminal.reporting import reporting_options, say
 
 
 @command(

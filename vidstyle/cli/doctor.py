@@ -9,7 +9,7 @@ import click
 
 from vidstyle.cli.parsing.command import command, option
 from vidstyle.cli.parsing.common_options import threads_option
-from vidstyle.cli.reporting import reporting_options
+from vidstyle.cli.terminal.reporting import reporting_options
 
 LINE = f"\n{'':21}"
 """Separator between the lines of an entry."""

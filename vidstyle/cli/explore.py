@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from vidstyle.cli import browser
-from vidstyle.cli.display import display, progress_option
 from vidstyle.cli.parsing import common_options as common
 from vidstyle.cli.parsing.command import Group, command, option
 from vidstyle.cli.parsing.path_arguments import PATH, parents_option, path_arguments
-from vidstyle.cli.reporting import reporting_options, say
+from vidstyle.cli.terminal.display import display, progress_option
+from vidstyle.cli.terminal.reporting import reporting_options, say
 from vidstyle.errors import UsageError, printable
 from vidstyle.pipeline.progress import StepProgress
 from vidstyle.pipeline.stopping import stop_on_signals

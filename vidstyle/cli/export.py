@@ -17,24 +17,30 @@ from vidstyle.cli.parsing.common_options import (
     threads_option,
 )
 from vidstyle.cli.parsing.path_arguments import PATH, parents_option
-from vidstyle.cli.reporting import reporting_options, say
+from vidstyle.cli.terminal.reporting import reporting_options, say
 from vidstyle.errors import printable
+from vidstyle.export.export_targets import EXPORT_TARGETS, film_targets
+
+
+def _help() -> str:
+    kinds = "\n\n".join(f"OUT.{kind}: {target.help}." for kind, target in EXPORT_TARGETS.items())
+    return f"Write a style that runs without vidstyle.\n\n{kinds}".replace("`", "")
 
 
 @command(
     "Write a style for a browser, mpv or FFmpeg, or as a style file.",
-    examples=(
-        "vidstyle export ink ink.html                 # page for a browser",
-        "vidstyle export ink ink.hook --size 1280x720 # shader for a player",
-        "vidstyle export ink my-ink.toml --steady 0.8 # style file",
-    ),
+    help=_help(),
+    examples=[
+        f"vidstyle export ink {target.example:<25} # {target.title.lower()}"
+        for target in EXPORT_TARGETS.values()
+    ],
 )
 @click.argument("style_name", type=STYLE, metavar="STYLE")
 @click.argument("target", metavar="OUT", type=PATH)
 @change_options
 @option("--from", "film", type=PATH, metavar="FILM",
-        help="For OUT.hook: take measurements and size from this film.")  # fmt: skip
-@option("--size", type=SIZE, callback=both_sides, help="For OUT.hook: size of the pictures.")
+        help=f"For {film_targets()}: take measurements and size from this film.")  # fmt: skip
+@option("--size", type=SIZE, callback=both_sides, help=f"For {film_targets()}: size of the pictures.")
 @option("-y", "--overwrite", is_flag=True, help="Overwrite OUT if it exists.")
 @parents_option("target")
 @threads_option
@@ -42,11 +48,7 @@ from vidstyle.errors import printable
 def export(
     target: Path, overwrite: bool, film: Path | None, size: tuple[int, int] | None, **options: Any
 ) -> None:
-    """Write a style that runs without vidstyle.
-
-    OUT.html is a page for the browser, OUT.hook a shader for mpv, FFmpeg (libplacebo) and other libplacebo
-    players, and OUT.toml a style file that includes the changes made by options and variants.
-    """
+    """Write a style to OUT, see `_help`."""
     from vidstyle.export.export_style import export_style
     from vidstyle.style import style_file
 

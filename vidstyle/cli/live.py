@@ -13,7 +13,7 @@ from vidstyle.cli.parsing import common_options as common
 from vidstyle.cli.parsing.command import Group, command, option
 from vidstyle.cli.parsing.configuration import configured_options
 from vidstyle.cli.parsing.path_arguments import parents_option, path_arguments
-from vidstyle.cli.reporting import reporting_options, say
+from vidstyle.cli.terminal.reporting import reporting_options, say
 from vidstyle.errors import UsageError
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ def live(
     from vidstyle.live.keys import KEY_HELP, keys
     from vidstyle.live.session import LiveSession
     from vidstyle.live.targets import TargetOptions, target_maker
-    from vidstyle.media.capture.sources import SourceOptions, live_source
+    from vidstyle.media.capture.sources import SourceOptions, resolve_source
     from vidstyle.media.write.writer import WriteOptions
     from vidstyle.pipeline.stopping import stop_on_signals
 
@@ -93,13 +93,13 @@ def live(
         _list_devices(as_json)
         return 0
     controls = Controls(common.style_from_options(options))
-    file = common.from_options(WriteOptions, options, audio="copy", habitual=configured_options())
+    file = common.from_options(WriteOptions, options, audio="copy", optional=configured_options())
     browse = browser.open_page if browser.is_wanted(options["no_open"]) else None
     of_targets = {"format": options["file_format"], "file": file, "browse": browse}
     target_options = common.from_options(TargetOptions, options, **of_targets)
     makers = [target_maker(target, target_options) for target in targets]
     read = {"rate": options["fps"], "format": options["input_format"], "raw": common.raw_video(options)}
-    opened = live_source(source, common.from_options(SourceOptions, options, **read))
+    opened = resolve_source(source, common.from_options(SourceOptions, options, **read))
     session = LiveSession(opened, controls, makers, _live_options(options))
     no_keys = options["no_keys"] or source == "-"
     with stop_on_signals() as stop, nullcontext(False) if no_keys else keys(controls) as has_keys:
@@ -113,10 +113,10 @@ def live(
 
 
 def _list_devices(as_json: bool) -> None:
-    from vidstyle.media.capture.camera import camera_list
-    from vidstyle.media.capture.microphone import microphone_list
+    from vidstyle.media.capture.camera import list_cameras
+    from vidstyle.media.capture.microphone import list_microphones
 
-    cameras, microphones = camera_list(), microphone_list()
+    cameras, microphones = list_cameras(), list_microphones()
     if as_json:
         heard = [{"kind": "microphone", "path": path, "name": name} for path, name in microphones]
         click.echo(json.dumps([*(_described(device) for _, device in cameras), *heard]))

@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
+import glob
 import json
+import os
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from vidstyle.cli.display import display, progress_option
-from vidstyle.cli.parsing import common_options as common
 from vidstyle.cli.parsing.command import Group, command, option
-from vidstyle.cli.parsing.configuration import configured_options
+from vidstyle.cli.parsing.common_options import style_option
+from vidstyle.cli.parsing.cue_options import by_options, cues_option, look_from_options
+from vidstyle.cli.parsing.film_options import film_options, read_options, write_options
 from vidstyle.cli.parsing.path_arguments import parents_option, path_arguments
-from vidstyle.cli.reporting import reporting_options, say
-from vidstyle.errors import printable
+from vidstyle.cli.terminal.display import display, progress_option
+from vidstyle.cli.terminal.reporting import reporting_options, say
+from vidstyle.errors import InputError, UsageError, printable
 from vidstyle.pipeline.progress import clock
 
 if TYPE_CHECKING:
     from vidstyle.pipeline.progress import Summary
+
+SEVERAL_FILMS = "restyle several films with 'vidstyle batch'"
 
 
 @command(
@@ -29,39 +35,17 @@ if TYPE_CHECKING:
     ),
     epilog="Styles: vidstyle styles. Guide: docs/commands.md in the source folder.",
 )
-@path_arguments(source="INPUT", target="OUTPUT")
-@common.style_options()
+@path_arguments(SEVERAL_FILMS, source="INPUT", target="OUTPUT")
+@style_option()
+@cues_option
+@by_options
+@film_options
 @option("-y", "--overwrite", is_flag=True, group=Group.OUTPUT, help="Overwrite OUTPUT if it exists.")
 @parents_option("target")
 @option("--resume", is_flag=True, group=Group.OUTPUT, help="Continue an interrupted run that wrote OUTPUT.")
-@option("--start", type=common.SECONDS, group=Group.INPUT, help="Start time, in seconds or as h:mm:ss.")
-@option("--end", type=common.SECONDS, group=Group.INPUT, help="End time, as a position in INPUT.")
-@option("--frames", type=common.number(1, whole=True), group=Group.OUTPUT, help="Write at most N frames.")
-@option("--size", type=common.SIZE, group=Group.OUTPUT,
-        help="Scale to this size; 1280x-2 keeps the aspect ratio.")  # fmt: skip
-@option("--fps", type=common.RATE, group=Group.OUTPUT,
-        help="Convert to a constant frame rate.  [default: keep all timestamps]")  # fmt: skip
-@option("--codec", metavar="NAME", group=Group.VIDEO, help="Video encoder, such as libx265 or h264_nvenc.")
-@option("--crf", type=common.number(0, 63), group=Group.VIDEO,
-        help="Constant quality; a lower value gives better quality and a larger file.")  # fmt: skip
-@option("--preset", metavar="NAME", group=Group.VIDEO,
-        help="Encoder preset; a slower one gives a smaller file.")  # fmt: skip
-@option("--pix-fmt", metavar="NAME", group=Group.VIDEO, help="Output pixel format, such as yuv420p10le.")
-@option("--audio", metavar="copy|none|CODEC", default="copy", group=Group.AUDIO,
-        help="Copy, drop or re-encode the audio.")  # fmt: skip
 @option("--format", "file_format", metavar="NAME", group=Group.OUTPUT,
         help="Format of standard output, such as nut, y4m or raw.")  # fmt: skip
-@option("--input-format", metavar="NAME", group=Group.INPUT,
-        help="Format of INPUT if it cannot be detected: raw.")  # fmt: skip
-@common.raw_video_options("Frame rate of raw video or an image sequence.  [default: 25]", "rate")
-@option("--hwaccel", metavar="NAME", group=Group.INPUT, help="Hardware decoder, such as cuda.")
-@option("--rotate", type=click.Choice(["0", "90", "180", "270"]), group=Group.INPUT,
-        help="Rotate clockwise by this angle instead of the rotation stored in INPUT.")  # fmt: skip
-@option("--no-autorotate", is_flag=True, group=Group.INPUT, help="Ignore the rotation stored in INPUT.")
 @option("--allow-url", is_flag=True, group=Group.INPUT, help="Allow INPUT to be a URL.")
-@option("--compare", type=click.Choice(["side", "split"]), group=Group.OUTPUT,
-        help="Show source and result side by side, or split in the middle.")  # fmt: skip
-@common.device_option()
 @progress_option
 @option("--json", "as_json", is_flag=True,
         help="Print a summary as JSON (on stderr if OUTPUT is -).")  # fmt: skip
@@ -72,35 +56,63 @@ def render(source: str, target: str, as_json: bool, progress: str, **options: An
     Name a sequence frames/%05d.png; as INPUT, '*.png' in quotes works too. If OUTPUT is a folder, the file
     keeps INPUT's name.
     """
-    from vidstyle.media.read.reader import ReadOptions
-    from vidstyle.media.write.writer import WriteOptions
+    from vidstyle.media.read.open import redact_url
+    from vidstyle.media.storage import is_stored
     from vidstyle.pipeline.render import render as render_film
+    from vidstyle.pipeline.resume import setting_parts
     from vidstyle.pipeline.stopping import stop_on_signals
+    from vidstyle.pipeline.stored_film import StoredFilm
 
-    style, raw, rotate = common.style_from_options(options), common.raw_video(options), options["rotate"]
-    turn = 0 if options["no_autorotate"] else None if rotate is None else int(rotate)
-    options |= {"raw": raw, "rotate": turn, "format": options["input_format"]}
+    _refuse_several(source)
     format_out = options["file_format"] if target == "-" else None
-    with stop_on_signals() as stop, display(progress) as show:
-        summary = render_film(
+    is_stored_film = is_stored(source) or is_stored(target)
+    if is_stored(source) and options["by"] is not None:
+        raise UsageError("--by", "needs a film on this machine", "copy it, or give --cues")
+    style = look_from_options(source, options)
+    read, write = read_options(options), write_options(options, format_out)
+    more = {name: options[name] for name in ("device", "frames", "compare")}
+
+    def run(source: str, target: str) -> Summary:
+        return render_film(
             source,
             target,
             style,
-            read=common.from_options(ReadOptions, options),
-            write=common.from_options(
-                WriteOptions, options, format=format_out, habitual=configured_options()
-            ),
-            device=options["device"],
-            frames=options["frames"],
-            compare=options["compare"],
+            read=read,
+            write=write,
+            **more,
             resume=options["resume"],
             on_progress=show,
             stop=stop,
         )
+
+    with stop_on_signals() as stop, display(progress) as show:
+        if is_stored_film:
+            film = StoredFilm(source, target, options["overwrite"])
+            with film.local_names(setting_parts(style, read, write, **more), stop) as names:
+                summary = run(*names)
+                if not summary.stopped:
+                    film.put()
+            summary = replace(summary, source=redact_url(film.source), target=redact_url(film.target))
+        else:
+            summary = run(source, target)
     _report(summary, quiet=progress == "none")
     if as_json:
         click.echo(json.dumps(summary.as_dict()), err=target == "-")
     return stop.exit_code if summary.stopped else summary.exit_code
+
+
+def _refuse_several(source: str) -> None:
+    """Raise an error for a folder, or a pattern that matches films: those are for `batch`."""
+    if os.path.isdir(source):
+        remedy = (
+            f"restyle its films with 'vidstyle batch', or name a pattern such as '{source.rstrip('/')}/*.png'"
+        )
+        raise InputError(source.rstrip("/"), "is a folder", remedy)
+    if glob.has_magic(source) and not os.path.lexists(source):
+        from vidstyle.batch.inputs import is_film_name
+
+        if any(is_film_name(os.path.basename(name)) for name in glob.iglob(source)):
+            raise UsageError(source, "matches films", SEVERAL_FILMS)
 
 
 def _report(summary: Summary, quiet: bool) -> None:
@@ -111,7 +123,7 @@ def _report(summary: Summary, quiet: bool) -> None:
     target = "standard output" if summary.target == "-" else printable(summary.target)
     text = ""
     if summary.stopped:
-        kept = f"; {printable(summary.partial)} keeps what was done" if summary.partial else ""
+        kept = f"; {printable(summary.partial)} keeps the finished part" if summary.partial else ""
         text = f"{target}: stopped before its end{kept}"
     elif summary.frames and not quiet:
         pace = f"{summary.rate:.3g} fps" if summary.elapsed else ""

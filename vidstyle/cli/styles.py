@@ -14,13 +14,13 @@ import click
 from vidstyle.cli import browser
 from vidstyle.cli.bench import FORMS as OPENGL_FORMS
 from vidstyle.cli.bench import both_sides
-from vidstyle.cli.display import display, list_entry, progress_option
 from vidstyle.cli.likeness import print_like
 from vidstyle.cli.parsing.command import Group, command, option
 from vidstyle.cli.parsing.common_options import SECONDS, SIZE, STYLE, threads_option
 from vidstyle.cli.parsing.path_arguments import PATH, PATH_TEXT, parents_option
-from vidstyle.cli.reporting import reporting_options, say
-from vidstyle.cli.terminal_pictures import protocol_of, sheet_lines
+from vidstyle.cli.terminal.display import display, list_entry, progress_option
+from vidstyle.cli.terminal.reporting import reporting_options, say
+from vidstyle.cli.terminal.terminal_pictures import protocol_of, sheet_lines
 from vidstyle.errors import StyleError, UsageError, printable
 from vidstyle.pipeline.progress import StepProgress
 

@@ -7,25 +7,25 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vidstyle.cli.display import display, progress_option
 from vidstyle.cli.parsing.command import Group, command, option
 from vidstyle.cli.parsing.common_options import number, threads_option
 from vidstyle.cli.parsing.path_arguments import PATH, parents_option
-from vidstyle.cli.reporting import reporting_options, say
+from vidstyle.cli.parsing.training_options import MIN_RHO, parse_configs, parse_reference, parse_sliders
+from vidstyle.cli.terminal.display import display, progress_option
+from vidstyle.cli.terminal.reporting import reporting_options, say
 from vidstyle.errors import InputError, UsageError
 from vidstyle.pipeline.progress import StepProgress
 
 if TYPE_CHECKING:
-    from vidstyle.blade.bins import Feature
+    from vidstyle.blade.bank import Bank
+    from vidstyle.blade.photographs import Photograph
     from vidstyle.blade.reference_filter import ReferenceFilter
-    from vidstyle.blade.regression import TrainingConfig
+    from vidstyle.blade.training import TrainingReport
 
-MIN_LEARNED_SHARE = 0.4
-"""The part of a filter's change below which a bank is not worth its name."""
-
-
-MIN_RHO = 0.3
-"""Of the windows by which filters are chosen, in pixels."""
+GOOD_SHARE = 0.95
+"""The part of a filter's change below which the rest is explained."""
+MAX_CLIPPED_SHARE = 0.01
+"""The share of values that a filter may make black or white without a notice."""
 
 
 @command(
@@ -35,7 +35,7 @@ MIN_RHO = 0.3
         "vidstyle train mine.npz --images photographs/ --pairs painted/",
         "vidstyle train mine.npz --show filters.png",
     ),
-    epilog="Guide: README.md in the source folder.",
+    epilog="Guide: docs/training.md in the source folder.",
 )
 @click.argument("bank", metavar="BANK.npz", type=PATH)
 @option("--images", metavar="DIR", type=PATH, group=Group.REFERENCE, help="Folder of training pictures.")
@@ -45,14 +45,16 @@ MIN_RHO = 0.3
         help="Override a setting of the reference filter; may be repeated.")  # fmt: skip
 @option("--command", metavar="COMMAND", group=Group.REFERENCE,
         help="Approximate a program: 'ffmpeg -i {in} -vf nlmeans {out}'.")  # fmt: skip
+@option("--depth", type=click.Choice(["8", "16"]), default="8", group=Group.REFERENCE,
+        help="Bits per channel of the PNG pictures that the program receives.")  # fmt: skip
 @option("--function", metavar="MODULE:NAME", group=Group.REFERENCE,
         help="Approximate a Python function from RGB to RGB (uint8).")  # fmt: skip
 @option("--pairs", metavar="DIR", type=PATH, group=Group.REFERENCE,
-        help="Approximate the pictures in DIR that have the same names as those of --images.")  # fmt: skip
+        help="Approximate the pictures in DIR, which have the same names as in --images.")  # fmt: skip
 @option("--slider", "sliders", metavar="NAME=LOW:HIGH", multiple=True, group=Group.FILTERS,
         help="Weight of an additional picture that the function returns; may be repeated.")  # fmt: skip
-@option("--bins", metavar="OxSxC[xK]", default="16x5x3", group=Group.FILTERS,
-        help="Bins of orientation, strength, coherence and curvature.")  # fmt: skip
+@option("--bins", metavar="auto|OxSxC[xK]", default="auto", group=Group.FILTERS,
+        help="Bins of orientation, strength, coherence and curvature; auto tries some.")  # fmt: skip
 @option("--feature", "features", metavar="NAME=BINS@RHO", multiple=True, group=Group.FILTERS,
         help="Also select filters by mean, strength or coherence at scale RHO; may be repeated.")  # fmt: skip
 @option("--chroma", is_flag=True, group=Group.FILTERS, help="Also learn filters for chroma.")
@@ -60,6 +62,8 @@ MIN_RHO = 0.3
         help="Filter size in pixels, odd.")  # fmt: skip
 @option("--rho", type=number(MIN_RHO, 8), default=1.5, group=Group.FILTERS,
         help="Standard deviation of the structure tensor's window, in pixels.")  # fmt: skip
+@option("--scale", type=number(0.05, 1), default=1, group=Group.FILTERS,
+        help="Size of the picture at which the bank runs; below 1 for wide filters.")  # fmt: skip
 @option("--hold-out", type=number(0, whole=True), default=2, group=Group.REFERENCE,
         help="Hold out the last N pictures for validation.")  # fmt: skip
 @option("--long-side", type=number(16, whole=True), default=1000, group=Group.REFERENCE,
@@ -84,21 +88,19 @@ def train(bank: Path, **options: Any) -> None:
 
 def _train(path: Path, options: dict[str, Any]) -> None:
     from vidstyle.blade.bank import MAX_SLIDERS, save_bank
-    from vidstyle.blade.inference import BankRun
     from vidstyle.blade.photographs import photographs_in
-    from vidstyle.blade.training import measure
-    from vidstyle.blade.training import train as train_bank
+    from vidstyle.blade.trial import train_best
 
-    sliders = _sliders(options["sliders"])
-    reference = _reference(options, [name for name, *_ in sliders])
+    sliders = parse_sliders(options["sliders"])
+    reference = parse_reference(options, [name for name, *_ in sliders])
     if len(sliders) > min(len(reference.parts) - 1, MAX_SLIDERS):
         most = min(len(reference.parts) - 1, MAX_SLIDERS)
         raise UsageError(
             "--slider", f"is given {len(sliders)} times", f"use it at most {most} times with this reference"
         )
-    config = _config(options, reference)
+    configs = parse_configs(options, reference)
     if path.exists() and not options["overwrite"]:
-        raise UsageError(path, "exists already", "add -y to overwrite it, or choose another name")
+        raise UsageError(path, "already exists", "add -y to overwrite it, or choose another name")
     if options["images"] is None:
         raise UsageError("--images", "is missing", "add --images and a folder of pictures")
     pictures = photographs_in(options["images"], options["long_side"])
@@ -106,107 +108,65 @@ def _train(path: Path, options: dict[str, Any]) -> None:
     with display(options["progress"]) as show:
         on_picture = StepProgress(show)
         learned_from = pictures[: len(pictures) - held_out]
-        bank, report = train_bank(config, reference, learned_from, on_picture, options["chroma"])
-        fidelity = None
+        bank, report = train_best(configs, reference, learned_from, on_picture, options["chroma"])
         bank.about["sliders"] = [list(slider) for slider in sliders]
-        if held_out > 0:
-            middle = bank.weights_at([0.5] * len(sliders)) if sliders else (1.0,) * len(reference.parts)
-            run = BankRun(bank, middle)
-            fidelity = measure(run, reference, pictures[-held_out:], middle, on_picture=on_picture)
-            bank.about["fidelity"] = fidelity
+        _measure(bank, reference, pictures[len(pictures) - held_out :], on_picture)
+    save_bank(bank, path)
+    _report(bank, report, held_out, reference, pictures[0], path, len(configs))
+
+
+def _measure(
+    bank: Bank, reference: ReferenceFilter, pictures: list[Photograph], on_picture: StepProgress
+) -> None:
+    """Record the fidelity on held-out pictures in the description of a bank."""
+    from vidstyle.blade.inference import BankRun
+    from vidstyle.blade.training import measure
+
+    if not pictures:
+        return
+    sliders = len(bank.about["sliders"])
+    middle = bank.weights_at([0.5] * sliders) if sliders else (1.0,) * len(reference.parts)
+    run = BankRun(bank, middle, scale=bank.scale)
+    bank.about["fidelity"] = measure(run, reference, pictures, middle, on_picture=on_picture)
+
+
+def _report(
+    bank: Bank,
+    report: TrainingReport,
+    held_out: int,
+    reference: ReferenceFilter,
+    photograph: Photograph,
+    path: Path,
+    layouts: int,
+) -> None:
+    """Print the layout of the bank, its fidelity, and the causes of the remaining error."""
+    from vidstyle.blade.layouts import layout_text
+
     say(str(report))
+    best = f", the best of {layouts} layouts" if layouts > 1 else ""
+    kind = "filters that keep flat areas" if bank.constants is None else "affine filters"
+    say(f"{layout_text(bank.bins)}{best}; {kind}")
+    fidelity = bank.about.get("fidelity")
+    if report.clipped > MAX_CLIPPED_SHARE:
+        say(f"the filter clips {report.clipped:.0%} more of the values to black or white")
     if fidelity:
         say(_fidelity_text(fidelity, held_out))
-        if fidelity["explained"] < MIN_LEARNED_SHARE:
-            say(
-                f"explains {fidelity['explained']:.0%} of the change: this filter is not local "
-                f"(a result depends on more than {config.size} x {config.size} pixels and their direction)"
-            )
-    save_bank(bank, path)
+        if fidelity["explained"] < GOOD_SHARE:
+            say(_rest_text(bank, reference, photograph))
     text = f"{path}: {bank.bins.count} filters of {bank.size} x {bank.size}"
     say(text, {"files": [str(path)], "filters": bank.bins.count, "fidelity": fidelity})
 
 
-def _sliders(texts: tuple[str, ...]) -> list[tuple[str, float, float]]:
-    from vidstyle.blade.bank import MAX_WEIGHT
+def _rest_text(bank: Bank, reference: ReferenceFilter, photograph: Photograph) -> str:
+    """Return why a bank does not reproduce the rest of the change, by tests of the filter."""
+    from vidstyle.blade.dependence import find_dependence
 
-    found = []
-    for text in texts:
-        name, _, ends = text.partition("=")
-        try:
-            low, high = (float(end) for end in ends.split(":"))
-        except ValueError:
-            low = high = 0.0
-        if not name or not -MAX_WEIGHT <= low < high <= MAX_WEIGHT:
-            raise UsageError(text, "is not NAME=LOW:HIGH", "for example --slider strength=0:2")
-        found.append((name, low, high))
-    return found
-
-
-def _features(texts: tuple[str, ...]) -> tuple[Feature, ...]:
-    from vidstyle.blade.bank import MAX_FEATURES, MAX_FILTERS, MAX_RHO
-    from vidstyle.blade.bins import FEATURE_RANGES, Feature
-
-    found = []
-    for text in texts:
-        name, _, scale = text.partition("=")
-        try:
-            bins, rho = int(scale.partition("@")[0]), float(scale.partition("@")[2])
-        except ValueError:
-            bins, rho = 0, 0.0
-        if name not in FEATURE_RANGES or not (1 <= bins <= MAX_FILTERS and MIN_RHO <= rho <= MAX_RHO):
-            remedy = f"for example --feature mean=4@2; names are {', '.join(FEATURE_RANGES)}"
-            raise UsageError(text, "is not NAME=BINS@RHO", remedy)
-        found.append(Feature(name, bins, rho))
-    if len(found) > MAX_FEATURES:
-        raise UsageError("--feature", f"is given {len(found)} times", f"use it at most {MAX_FEATURES} times")
-    return tuple(found)
-
-
-def _reference(options: dict[str, Any], sliders: list[str]) -> ReferenceFilter:
-    from vidstyle.blade import reference_filter
-
-    sources = ("reference", "command", "function", "pairs")
-    given = [name for name in sources if options[name]]
-    if len(given) != 1:
-        raise UsageError("train", "needs exactly one reference", f"add one of --{', --'.join(sources)}")
-    if given[0] == "reference":
-        return reference_filter.reference_by_name(options["reference"], **_settings(options["settings"]))
-    if given[0] == "function":
-        return reference_filter.reference_by_function(options["function"], sliders)
-    make = getattr(reference_filter, f"reference_by_{given[0]}")
-    return make(options[given[0]])
-
-
-def _settings(texts: tuple[str, ...]) -> dict[str, float]:
-    try:
-        return {name: float(value) for name, value in (text.split("=") for text in texts)}
-    except ValueError:
-        raise UsageError(" ".join(texts), "is not NAME=NUMBER", "for example --set sigma=2") from None
-
-
-def _config(options: dict[str, Any], reference: ReferenceFilter) -> TrainingConfig:
-    from vidstyle.blade.bank import MAX_FILTERS
-    from vidstyle.blade.bins import Bins
-    from vidstyle.blade.regression import TrainingConfig
-
-    try:
-        orientations, strengths, coherences, *others = (int(part) for part in options["bins"].split("x"))
-        (curvatures,) = others or [1]
-    except ValueError:
-        reason, remedy = f"{options['bins']} is not OxSxC or OxSxCxK", "for example --bins 16x5x3"
-        raise UsageError("--bins", reason, remedy) from None
-    size, rho = options["size"], options["rho"]
-    if orientations < 2 or orientations % 2 or min(strengths, coherences, curvatures) < 1:
-        reason = f"{options['bins']} is invalid: orientations must be even, the others at least 1"
-        raise UsageError("--bins", reason, "for example --bins 16x5x3")
-    if size % 2 == 0:
-        raise UsageError("--size", f"{size} is even", f"use {size - 1} or {size + 1}")
-    features = _features(options["features"])
-    bins = Bins(orientations, strengths, coherences, curvatures=curvatures, features=features)
-    if bins.count > MAX_FILTERS:
-        raise UsageError("--bins", f"{bins.count} filters are too many", f"use at most {MAX_FILTERS}")
-    return TrainingConfig(bins, rho, size, reference.sums)
+    if not reference.is_testable:
+        return "the cause of the rest is unknown: pairs of pictures cannot be tested like a filter"
+    unexplained = 1 - bank.about["fidelity"]["explained"]
+    found = find_dependence(reference, photograph)
+    reasons = found.reasons(bank.size, bank.scale, bank.chroma is not None, unexplained)
+    return f"the rest: the filter {'; '.join(reasons)}"
 
 
 def _show(path: Path, target: Path) -> None:
@@ -231,5 +191,5 @@ def _fidelity_text(fidelity: dict[str, float], held_out: int) -> str:
     return (
         f"on {held_out} held-out pictures: {fidelity['psnr']:.1f} dB, MSSIM {fidelity['mssim']:.4f} "
         f"(untouched: {fidelity['untouched psnr']:.1f} dB, {fidelity['untouched mssim']:.4f}){chroma}; "
-        f"explains {fidelity['explained']:.0%} of the change"
+        f"explains {max(fidelity['explained'], 0):.0%} of the change"
     )

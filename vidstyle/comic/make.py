@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from pathlib import Path
 
-from vidstyle.comic.analyze.faces import FaceFinder
 from vidstyle.comic.analyze.film import Film, open_film
 from vidstyle.comic.analyze.saliency import attention_map, box_attention
 from vidstyle.comic.key_frame import KeyFrame
@@ -30,7 +29,8 @@ from vidstyle.comic.select.key_frames import KeyFrameOptions, find_key_frames
 from vidstyle.errors import UsageError, log, printable, text_of_name
 from vidstyle.media.read.decode_report import DecodeReport
 from vidstyle.media.write.atomic import atomic_file
-from vidstyle.pipeline.progress import OnStep, unwatched
+from vidstyle.pipeline.progress import ProgressCallback, ignore_progress
+from vidstyle.regions.faces import FaceFinder
 from vidstyle.renderer import StyleLike
 from vidstyle.style import PLAIN, load_style
 
@@ -57,7 +57,10 @@ class Comic:
 
 
 def make_comic(
-    source: str | Path, target: str | Path, options: ComicOptions | None = None, on_step: OnStep = unwatched
+    source: str | Path,
+    target: str | Path,
+    options: ComicOptions | None = None,
+    on_step: ProgressCallback = ignore_progress,
 ) -> Comic:
     """Make a comic of a film, of numbered pictures or of a folder of pictures.
 
@@ -76,7 +79,7 @@ def make_comic(
 class _Job:
     """One run of `make_comic`; the constructor checks everything that does not depend on the film."""
 
-    def __init__(self, source: str, target: Path, options: ComicOptions, on_step: OnStep) -> None:
+    def __init__(self, source: str, target: Path, options: ComicOptions, on_step: ProgressCallback) -> None:
         check_pillow()
         options.key_frames.check()
         self._read_saved: PageFile | None = None

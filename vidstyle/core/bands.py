@@ -3,22 +3,42 @@
 from __future__ import annotations
 
 import ctypes
+import threading
 from collections.abc import Callable
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor
 from contextlib import suppress
+from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
 
-from vidstyle.core.cores import available_cores
+from vidstyle.core.machine.cores import available_cores
 
 BAND_BYTES = 1 << 21
 """Approximate size of a band's largest value: fits a second-level cache; smaller ones mean more calls."""
+LONE_BAND_FACTOR = 8
+"""Bands of a picture with one thread are larger by this factor: then threads with a picture each seldom wait
+for Python's lock, which costs more than the cache saves."""
+
+
+@dataclass(frozen=True)
+class BandWorkers:
+    """Threads that compute the bands of a picture: the calling thread, and others of a pool.
+
+    Attributes:
+        pool: the other threads.
+        count: number of threads, 1 or more.
+        cancelled: if set, the calling thread computes no further band.
+    """
+
+    pool: Executor
+    count: int
+    cancelled: threading.Event = field(default_factory=threading.Event)
 
 
 @cache
-def shared_pool() -> Executor:
-    """Return the default pool, one thread per core, started on first use."""
-    return threads_for(available_cores() - 1, "vidstyle-bands")
+def shared_workers() -> BandWorkers:
+    """Return the default workers, one thread per core, started on first use."""
+    return BandWorkers(threads_for(available_cores() - 1, "vidstyle-bands"), available_cores())
 
 
 @cache
@@ -46,34 +66,53 @@ class CallingThread(Executor):
         return future
 
 
+ONE_THREAD = BandWorkers(CallingThread(), 1)
+"""The calling thread."""
+
+
 def threads_for(threads: int, name: str) -> Executor:
     """Return a pool of `threads` threads; for one, run tasks in the calling thread."""
     return ThreadPoolExecutor(threads, thread_name_prefix=name) if threads > 1 else CallingThread()
 
 
+def band_rows(workers: BandWorkers, shape: tuple[int, int], radius: int, channels: int) -> int:
+    """Return the rows of a band, a multiple of four; see `in_bands` for the arguments."""
+    height, width = shape
+    most_bytes = BAND_BYTES * (LONE_BAND_FACTOR if workers.count == 1 else 1)
+    count = -(-height // max(most_bytes // (4 * channels * width), 8 * radius, 1))
+    count = -(-count // workers.count) * workers.count  # the same number for each thread
+    return -(-height // (4 * count)) * 4
+
+
 def in_bands(
-    pool: Executor, shape: tuple[int, int], radius: int, run: Callable[[int, int], None], channels: int = 3
+    workers: BandWorkers,
+    shape: tuple[int, int],
+    radius: int,
+    run: Callable[[int, int], None],
+    channels: int = 3,
 ) -> None:
-    """Call `run(top, bottom)` for bands that cover all rows, on all cores.
+    """Call `run(top, bottom)` for bands that cover all rows, in all threads of `workers`.
 
     Bands begin at multiples of four rows, which every chroma step divides.
 
     Args:
         radius: rows that are read around each band.
         channels: float32 numbers of a pixel in the largest value of a band.
+
+    Raises:
+        CancelledError: the workers were cancelled.
     """
-    (height, width), cores = shape, available_cores()
-    count = -(-height // max(BAND_BYTES // (4 * channels * width), 8 * radius, 1))
-    count = -(-count // cores) * cores  # the same number for each core
-    rows = -(-height // (4 * count)) * 4
+    height, rows = shape[0], band_rows(workers, shape, radius, channels)
     tops = iter(range(0, height, rows))
 
     def work() -> None:
         # Each thread takes the next one: a task for each band would cost as much as some bands.
         for top in tops:
+            if workers.cancelled.is_set():
+                raise CancelledError
             run(top, min(top + rows, height))
 
-    others = [pool.submit(work) for _ in range(min(cores, -(-height // rows)) - 1)]
+    others = [workers.pool.submit(work) for _ in range(min(workers.count, -(-height // rows)) - 1)]
     try:
         work()
     finally:

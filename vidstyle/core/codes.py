@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from vidstyle.core.deferred_color import NO_LAYERS, Printed, lay_on
+from vidstyle.core.color.deferred_color import NO_LAYERS, Printed, lay_on
 from vidstyle.core.kernels import compiled, interleaved
 from vidstyle.core.picture import Encoding
 
@@ -82,7 +82,7 @@ def chroma_radius(encoding: Encoding, axis: int = 1) -> tuple[int, int]:
     Args:
         axis: 0 for columns left and right instead.
     """
-    step, offset = encoding.step[axis], encoding.siting[axis]
+    step, offset = encoding.subsampling[axis], encoding.siting[axis]
     if step == 1:
         return 0, 0
     above, below = step / 2 - 0.5 - offset, offset + 0.5 - step / 2
@@ -92,7 +92,7 @@ def chroma_radius(encoding: Encoding, axis: int = 1) -> tuple[int, int]:
 @lru_cache(maxsize=64)
 def _sampling(encoding: Encoding) -> tuple[SampleArea, SampleArea, Any, Levels, Levels]:
     """Return the areas down and across, the kernel that makes codes, and its levels for luma and chroma."""
-    columns, rows = (_area(*each) for each in zip(encoding.step, encoding.siting, strict=True))
+    columns, rows = (_area(*each) for each in zip(encoding.subsampling, encoding.siting, strict=True))
     black, white = encoding.luma_levels
     levels = _levels(black, white - black, encoding.depth), _levels(*encoding.chroma_levels, encoding.depth)
     return rows, columns, _rounded if encoding.depth else _unchanged, *levels

@@ -10,9 +10,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from vidstyle.core.bands import in_bands, shared_pool
+from vidstyle.core.bands import in_bands, shared_workers
 from vidstyle.core.codes import IDENTITY_MIX_WEIGHTS, Chroma, chroma_radius, store, store_chroma, store_yuv
-from vidstyle.core.deferred_color import Printed
+from vidstyle.core.color.deferred_color import Printed
 from vidstyle.core.kernels import interleaved
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.core.planes import alpha_in_depth, chroma_rows, color_rows, luma_rows
@@ -43,7 +43,7 @@ def convert(picture: Picture, target: Encoding, rgb: bool = False) -> Picture:
     if height * width < ONE_THREAD_PIXELS:
         put(0, height)
     else:
-        in_bands(shared_pool(), picture.shape, 0, put)
+        in_bands(shared_workers(), picture.shape, 0, put)
     return assembler.picture()
 
 
@@ -54,7 +54,7 @@ def to_rgb(picture: Picture, depth: int = 8) -> np.ndarray:
         picture: any picture; a packed RGB picture of this depth is not copied.
         depth: up to 8 for uint8, up to 16 for uint16, both full range; 0 for float32 in 0..1.
     """
-    shown = convert(picture, Encoding(full_range=True, depth=depth, step=(1, 1)), rgb=True)
+    shown = convert(picture, Encoding(full_range=True, depth=depth, subsampling=(1, 1)), rgb=True)
     assert shown.color is not None
     if shown.alpha is None:
         return np.ascontiguousarray(shown.color)
@@ -69,7 +69,7 @@ class PictureAssembler:
 
     def __init__(self, source: Picture, target: Encoding, rgb: bool) -> None:
         """Size and alpha of the result are those of `source`; `rgb` has the same meaning as for `convert`."""
-        self.target = replace(target, full_range=True, step=(1, 1)) if rgb else target
+        self.target = replace(target, full_range=True, subsampling=(1, 1)) if rgb else target
         self._source = source
         self._color = np.empty((*source.shape, 3), target.dtype) if rgb else None
         self._luma = None if rgb else np.empty(source.shape, target.dtype)
@@ -132,7 +132,7 @@ class PictureAssembler:
         self._chroma = _recoded_chroma(chroma, encoding, self.target)
 
     def _chroma_rows(self, top: int, bottom: int) -> Chroma:
-        down = self.target.step[1]
+        down = self.target.subsampling[1]
         blue, red = (plane[top // down : -(-bottom // down)] for plane in self._chroma)
         return blue, red
 

@@ -10,8 +10,9 @@ import os
 import re
 import stat
 import tomllib
+from io import BufferedReader, FileIO
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from vidstyle.errors import error_reason
 
@@ -47,18 +48,37 @@ def read_regular_file(path: Path, max_bytes: int) -> bytes:
         ValueError: it is no regular file, or larger than `max_bytes`.
         OSError: it cannot be read.
     """
-    with open(path, "rb", opener=_open_without_waiting) as file:
-        if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
-            raise ValueError("is not a file")
+    with open_regular_file(path) as file:
         content = file.read(max_bytes + 1)
     if len(content) > max_bytes:
         raise ValueError(f"is larger than {max_bytes >> 10} KiB")
     return content
 
 
-def _open_without_waiting(path: str, flags: int) -> int:
-    """Open a file; otherwise opening a pipe would wait for a writer."""
-    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+def open_regular_file(
+    path: Path, mode: Literal["rb", "ab"] = "rb", follows: bool = True
+) -> FileIO | BufferedReader:
+    """Open a file that is no pipe and no device, which may never end.
+
+    Args:
+        follows: whether it may be a link.
+
+    Raises:
+        ValueError: it is no regular file.
+        OSError: it cannot be opened, or is a link and must not be.
+    """
+
+    def opener(path: str, flags: int) -> int:
+        # Otherwise opening a pipe would wait for its other end.
+        flags |= getattr(os, "O_NONBLOCK", 0) | (0 if follows else getattr(os, "O_NOFOLLOW", 0))
+        return os.open(path, flags, 0o666)
+
+    file: FileIO | BufferedReader
+    file = open(path, "ab", buffering=0, opener=opener) if mode == "ab" else open(path, "rb", opener=opener)
+    if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+        file.close()
+        raise ValueError("is not a file")
+    return file
 
 
 def read_toml_text(path: Path, max_bytes: int) -> str:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
 
@@ -50,7 +50,7 @@ class Encoding:
         matrix: a key of LUMA_WEIGHTS.
         full_range: whether black and white are the ends of the number range (else 16..235 in 8 bit).
         depth: bits of an integer sample; 0 for float32 samples, luma 0..1 and chroma -0.5..0.5.
-        step: luma pixels for each chroma sample, across and down: (2, 2) is 4:2:0.
+        subsampling: luma pixels for each chroma sample, across and down: (2, 2) is 4:2:0.
         siting: position of the first chroma sample, in luma pixels right and down from the first luma
             sample: a value of SITINGS, or that after rotating the picture.
     """
@@ -58,7 +58,7 @@ class Encoding:
     matrix: str = "bt709"
     full_range: bool = False
     depth: int = 8
-    step: tuple[int, int] = (2, 2)
+    subsampling: tuple[int, int] = (2, 2)
     siting: tuple[float, float] = SITINGS["left"]
 
     @property
@@ -124,12 +124,12 @@ class Encoding:
         >>> Encoding().chroma_shape(361, 641)
         (181, 321)
         """
-        across, down = self.step
+        across, down = self.subsampling
         return -(-height // down), -(-width // across)
 
     def has_grid_of(self, other: Encoding) -> bool:
         """Return whether chroma samples have the other's positions and matrix; codes may differ."""
-        return (self.matrix, self.step, self.siting) == (other.matrix, other.step, other.siting)
+        return (self.matrix, self.subsampling, self.siting) == (other.matrix, other.subsampling, other.siting)
 
     def as_float_at(self, old: tuple[int, int], new: tuple[int, int]) -> Encoding:
         """Return the encoding of float32 chroma planes resampled with a picture from one size to another.
@@ -139,13 +139,20 @@ class Encoding:
         growth = new[1] / old[1], new[0] / old[0]
         x, y = (
             (step - 1) / 2 + (offset - (step - 1) / 2) * grown
-            for step, offset, grown in zip(self.step, self.siting, growth, strict=True)
+            for step, offset, grown in zip(self.subsampling, self.siting, growth, strict=True)
         )
-        return replace(self.as_float(), step=self.step, siting=(x, y))
+        return replace(self.as_float(), subsampling=self.subsampling, siting=(x, y))
 
     def as_float(self) -> Encoding:
         """Return the same matrix with float32 samples at full chroma resolution."""
-        return replace(self, depth=0, full_range=True, step=(1, 1))
+        return replace(self, depth=0, full_range=True, subsampling=(1, 1))
+
+
+MASK_ENCODING = Encoding(full_range=True, subsampling=(1, 1))
+"""Encoding of the samples of masks, as luma."""
+
+BT709_WEIGHTS = Encoding("bt709").weights
+"""Weights of red, green and blue in the luma of pictures without tags; float32."""
 
 
 @dataclass(frozen=True)
@@ -160,6 +167,8 @@ class Picture:
         chroma: blue and red difference at the encoding's step, or None for gray and RGB.
         color: H x W x 3 RGB, or None.
         alpha: H x W of the same type, full range, or None; no block touches it.
+        masks: regions of the picture that a style reads, by name: H x W uint8, 255 inside; and the backdrop,
+            H x W x 3 uint8 RGB.
     """
 
     encoding: Encoding
@@ -167,6 +176,7 @@ class Picture:
     chroma: tuple[np.ndarray, np.ndarray] | None = None
     color: np.ndarray | None = None
     alpha: np.ndarray | None = None
+    masks: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if (self.luma is None) == (self.color is None):
@@ -187,7 +197,8 @@ class Picture:
         """Return the picture with each plane replaced by `change(plane, kind)`.
 
         Args:
-            change: is given the planes in the order of the attributes, and the attribute's name.
+            change: is given the planes in the order of the attributes, and the attribute's name; a mask
+                counts as "mask".
             encoding: of the result; None keeps the encoding of the picture.
         """
 
@@ -197,7 +208,8 @@ class Picture:
         luma = changed(self.luma, "luma")
         chroma = self.chroma and (change(self.chroma[0], "chroma"), change(self.chroma[1], "chroma"))
         color, alpha = changed(self.color, "color"), changed(self.alpha, "alpha")
-        return Picture(encoding or self.encoding, luma, chroma, color, alpha)
+        masks = {name: change(mask, "mask") for name, mask in self.masks.items()}
+        return Picture(encoding or self.encoding, luma, chroma, color, alpha, masks)
 
     @classmethod
     def from_array(cls, array: np.ndarray) -> Picture:
@@ -224,7 +236,7 @@ class Picture:
         array = np.asarray(array, array.dtype.newbyteorder("="))
         if array.dtype.kind == "f":
             array = _checked(array)
-        encoding = Encoding("bt709", full_range=True, depth=depths[kind], step=(1, 1))
+        encoding = Encoding("bt709", full_range=True, depth=depths[kind], subsampling=(1, 1))
         if array.ndim == 2:
             return cls(encoding, luma=array)
         return cls(encoding, color=array[..., :3], alpha=array[..., 3] if array.shape[2] == 4 else None)

@@ -22,7 +22,7 @@ def luma_rows(picture: Picture, top: int, bottom: int) -> np.ndarray:
     if picture.color is not None:
         return luma_from_rgb(color_rows(picture, top, bottom), picture.encoding)
     assert picture.luma is not None
-    return decoded(picture.luma[top:bottom], "luma", picture.encoding)
+    return decode_rows(picture.luma[top:bottom], "luma", picture.encoding)
 
 
 def chroma_rows(picture: Picture, top: int, bottom: int) -> Chroma:
@@ -33,17 +33,17 @@ def chroma_rows(picture: Picture, top: int, bottom: int) -> Chroma:
     shape = bottom - top, picture.shape[1]
     if picture.chroma is None:
         return np.zeros(shape, np.float32), np.zeros(shape, np.float32)
-    return upsampled_chroma(picture.chroma, picture.encoding, top, shape)
+    return upsample_chroma(picture.chroma, picture.encoding, top, shape)
 
 
 def stored_chroma_rows(picture: Picture, top: int, bottom: int) -> Chroma:
     """Rows of the chroma planes themselves, on the grid that they have, as float32."""
     assert picture.chroma is not None
-    blue, red = (decoded(each[top:bottom], "chroma", picture.encoding) for each in picture.chroma)
+    blue, red = (decode_rows(each[top:bottom], "chroma", picture.encoding) for each in picture.chroma)
     return blue, red
 
 
-def upsampled_chroma(chroma: Chroma, encoding: Encoding, top: int, shape: tuple[int, int]) -> Chroma:
+def upsample_chroma(chroma: Chroma, encoding: Encoding, top: int, shape: tuple[int, int]) -> Chroma:
     """Chroma at luma's resolution from planes on the encoding's grid, by linear interpolation.
 
     Args:
@@ -53,7 +53,7 @@ def upsampled_chroma(chroma: Chroma, encoding: Encoding, top: int, shape: tuple[
         shape: rows and columns of luma.
     """
     neutral, span = encoding.chroma_levels
-    (across, down), (x, y) = encoding.step, encoding.siting
+    (across, down), (x, y) = encoding.subsampling, encoding.siting
     first, weights = _between(shape[0], down, y, top)
     rows, offset = (first, weights / np.float32(span)), np.float32(-neutral / span)
     blue, red = np.empty(shape, np.float32), np.empty(shape, np.float32)
@@ -75,7 +75,7 @@ def color_rows(picture: Picture, top: int, bottom: int) -> np.ndarray:
         if picture.chroma is None:
             return gray_rgb(luma)
         return rgb_from_yuv(luma, chroma_rows(picture, top, bottom), picture.encoding)
-    return decoded(picture.color[top:bottom], "color", picture.encoding)
+    return decode_rows(picture.color[top:bottom], "color", picture.encoding)
 
 
 def rgb_from_yuv(luma: np.ndarray, chroma: Chroma, encoding: Encoding) -> np.ndarray:
@@ -125,7 +125,7 @@ def stored_planes(picture: Picture, kind: str) -> tuple[np.ndarray, ...]:
     return () if plane is None else (plane,)
 
 
-def decoded(codes: np.ndarray, kind: str, encoding: Encoding) -> np.ndarray:
+def decode_rows(codes: np.ndarray, kind: str, encoding: Encoding) -> np.ndarray:
     """Return rows of a plane as working values, float32; the rows themselves if they are working values.
 
     Args:

@@ -13,6 +13,8 @@ from vidstyle.core.planes import luma_from_rgb
 
 MAX_SIDE_SAMPLES = 320
 """Largest side of a small copy in pixels."""
+SMOOTHING_STEP = 2.0**-32
+"""Unit of smoothed numbers, which are 0..1: far below what changes a picture."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +45,7 @@ class Sampling:
         return cls(stride, (top, left), (-(-(height - top) // stride), -(-(width - left) // stride)))
 
 
-def sampled(plane: np.ndarray, most: int = MAX_SIDE_SAMPLES) -> np.ndarray:
+def sample_plane(plane: np.ndarray, most: int = MAX_SIDE_SAMPLES) -> np.ndarray:
     """Return the small copy of a plane, a view."""
     height, width = plane.shape[:2]
     sampling = Sampling.of(height, width, most)
@@ -60,7 +62,7 @@ def sampled_values(picture: Picture) -> np.ndarray:
     plane = picture.luma if picture.color is None else picture.color
     assert plane is not None
     span = white - black
-    return np.asarray(sampled(plane) * np.float32(1 / span) - np.float32(black / span))
+    return np.asarray(sample_plane(plane) * np.float32(1 / span) - np.float32(black / span))
 
 
 def small_luma(picture: Picture) -> np.ndarray:
@@ -80,7 +82,7 @@ def percentiles(values: np.ndarray, percentages: Sequence[float]) -> np.ndarray:
     places = np.array(percentages, np.float64) / 100 * (values.size - 1)
     below = places.astype(np.intp)
     above = np.minimum(below + 1, values.size - 1)
-    ordered = np.sort(values, axis=None)
+    ordered = np.partition(values, sorted({*below.tolist(), *above.tolist()}), axis=None)
     low, high = (ordered[each].astype(np.float64) for each in (below, above))
     return low + (places - below) * (high - low)
 
@@ -94,11 +96,11 @@ def small_colors(picture: Picture, most: int) -> np.ndarray:
     black, white = encoding.luma_levels
     plane = picture.luma if picture.color is None else picture.color
     assert plane is not None
-    values = (sampled(plane, most).astype(np.float64) - black) / (white - black)
+    values = (sample_plane(plane, most).astype(np.float64) - black) / (white - black)
     if picture.color is None:
         yuv = np.zeros((*values.shape, 3))
         yuv[..., 0] = values
-        sampling, (across, down) = Sampling.of(*picture.shape, most), encoding.step
+        sampling, (across, down) = Sampling.of(*picture.shape, most), encoding.subsampling
         (top, left), (height, width) = sampling.first, sampling.shape
         rows, columns = (
             (top + sampling.stride * np.arange(height)) // down,
@@ -112,7 +114,9 @@ def small_colors(picture: Picture, most: int) -> np.ndarray:
 
 
 class ExponentialSmoother:
-    """First-order smoothing: p += (1 - e^(-dt/tau)) (measure - p).
+    """First-order smoothing: p += (1 - e^(-dt/tau)) (measure - p), in steps of `SMOOTHING_STEP`.
+
+    p reaches a constant measure, so that numbers which began differently become the same bit for bit.
 
     Attributes:
         numbers: the smoothed numbers after the last measurement; None before the first.
@@ -142,7 +146,9 @@ class ExponentialSmoother:
         """Return the smoothed numbers after this measurement; for the arguments see `blend_weight`."""
         weight = self.blend_weight(time, time_constant)
         if self.numbers is None or weight == 1:
-            self.numbers = measure
+            self.numbers = measure.copy()
         else:
-            self.numbers = self.numbers + weight * (measure - self.numbers)
+            wanted, steps = np.rint(measure / SMOOTHING_STEP), self.numbers / SMOOTHING_STEP
+            steps += weight * (wanted - steps)
+            self.numbers = SMOOTHING_STEP * np.where(wanted > steps, np.ceil(steps), np.floor(steps))
         return self.numbers

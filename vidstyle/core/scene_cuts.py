@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import cv2
 import numpy as np
 
@@ -45,11 +47,12 @@ class SceneCutDetector:
         self._blanks = 0
         self._average_loss = 0.0
 
-    def is_cut(self, luma: np.ndarray) -> bool:
+    def is_cut(self, luma: np.ndarray, time: float | None = None) -> bool:
         """Return whether the next frame begins a scene; one of another size does.
 
         Args:
             luma: a small copy of the frame's luma, H x W float32, 0..1.
+            time: presentation time in seconds, which is not used.
         """
         first, self._shape = luma.shape != self._shape, luma.shape
         if first:
@@ -75,6 +78,21 @@ class SceneCutDetector:
         if lost <= MIN_CUT_SHARE + ACTION_FACTOR * average:
             return False
         return all(1 - _correlation(blocks, each) > MIN_CUT_SHARE for each in before[1:])
+
+
+class KnownCuts:
+    """Scene cuts that were detected before, by the times of the frames that begin scenes, in seconds."""
+
+    def __init__(self, times: Iterable[float]) -> None:
+        self._times = set(times)
+
+    def add(self, time: float) -> None:
+        """Add a frame that begins a scene."""
+        self._times.add(time)
+
+    def is_cut(self, luma: np.ndarray, time: float | None = None) -> bool:
+        """Return whether the frame of this time begins a scene."""
+        return time in self._times
 
 
 def _reduced(luma: np.ndarray) -> np.ndarray:

@@ -1,42 +1,41 @@
-"""Executes a schedule for one picture, in bands of rows on all cores."""
+"""Executes a schedule for one picture, in bands of rows."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import Executor
 from typing import Any
 
 import numpy as np
 
 from vidstyle.block import FrameTime, Limits, LumaWeights, Margin, PageRegion, ResultRows
-from vidstyle.core.bands import in_bands
+from vidstyle.core.bands import BandWorkers, in_bands
 from vidstyle.core.codes import Chroma, chroma_radius
+from vidstyle.core.color.deferred_color import Mixed
 from vidstyle.core.convert import PictureAssembler
-from vidstyle.core.deferred_color import Mixed
-from vidstyle.core.kernels import aligned_empty
-from vidstyle.core.picture import Picture
+from vidstyle.core.kernels import aligned_empty, is_dry_run
+from vidstyle.core.picture import MASK_ENCODING, Picture
 from vidstyle.core.planes import (
     color_rows,
-    decoded,
+    decode_rows,
     luma_from_rgb,
     luma_rows,
     stored_chroma_rows,
     stored_planes,
-    upsampled_chroma,
+    upsample_chroma,
     yuv_from_rgb,
 )
 from vidstyle.core.resample import Resampling
-from vidstyle.core.sampling import percentiles, sampled, sampled_values
+from vidstyle.core.sampling import percentiles, sample_plane, sampled_values
 from vidstyle.cpu.pixel_operations import TAKES_DEFERRED, Value, at_every_pixel, per_pixel, planes_of
 from vidstyle.cpu.schedule import Key, Schedule, Sweep
-from vidstyle.style.nodes import LoweredStyle, Measure, Node, encoding_of
+from vidstyle.style.nodes import LoweredStyle, Node, PercentileRequest, encoding_of
 
 
 class FrameExecutor:
     """Runs the tasks of a schedule for one picture.
 
     Args:
-        pool: threads for the bands.
+        workers: threads for the bands.
         source: the picture; its planes are only read.
         follow: takes the measurements of a step and returns the smoothed numbers.
         moment: `FrameTime` of the frame.
@@ -44,24 +43,29 @@ class FrameExecutor:
 
     def __init__(
         self,
-        pool: Executor,
+        workers: BandWorkers,
         schedule: Schedule,
         source: Picture,
-        follow: Callable[[Measure[Node], np.ndarray], np.ndarray],
+        follow: Callable[[PercentileRequest[Node], np.ndarray], np.ndarray],
         moment: int = 0,
     ) -> None:
-        self._pool, self._source, self._output = pool, source, schedule.output
+        self._workers, self._source, self._output = workers, source, schedule.output
         self._moment = moment
         self._stored: dict[Node, Value] = {}
-        self._numbers: dict[Measure[Node], np.ndarray] = {}
+        self._numbers: dict[PercentileRequest[Node], np.ndarray] = {}
         for task, releases in schedule.tasks:
-            if isinstance(task, Measure):
-                measured = percentiles(self._sample(task.of), task.percentages)
-                self._numbers[task] = follow(task, measured)
+            if isinstance(task, PercentileRequest):
+                self._numbers[task] = follow(task, self._measure(task))
             else:
                 self._run_sweep(task)
             for node in releases:
                 self._stored.pop(node, None)
+
+    def _measure(self, task: PercentileRequest[Node]) -> np.ndarray:
+        sample = self._sample(task.of)
+        if is_dry_run():  # the sample holds any values; with zeros, steps that stretch contrast do so
+            return np.zeros(len(task.percentages))
+        return percentiles(sample, task.percentages)
 
     def picture(self, lowered: LoweredStyle) -> Picture:
         """Return the result in the target's encoding, or as packed RGB.
@@ -91,7 +95,7 @@ class FrameExecutor:
                 assembler.put_luma(top, values[made["luma"]][top - first : bottom - first])
 
         if made:
-            in_bands(self._pool, source.shape, output.radius, run, output.channels)
+            in_bands(self._workers, source.shape, output.radius, run, output.channels)
         return assembler.picture()
 
     def planes(self, node: Node) -> Value:
@@ -106,11 +110,20 @@ class FrameExecutor:
 
     def _run_sweep(self, sweep: Sweep) -> None:
         self._stored |= {node: _empty_planes(node) for node in sweep.stores}
+        node = sweep.results[0]
+        if node.op == "network":
+            self._run_network(node)
+            return
 
         def run(top: int, bottom: int) -> None:
             self._run_band(sweep, top, bottom)
 
-        in_bands(self._pool, sweep.stores[0].shape, sweep.radius, run, sweep.channels)
+        in_bands(self._workers, sweep.stores[0].shape, sweep.radius, run, sweep.channels)
+
+    def _run_network(self, node: Node) -> None:
+        if not is_dry_run():
+            color = node.inputs["color"]
+            node.values["run"].run(self._load(color, 0, color.shape[0]), self._stored[node])
 
     def _run_band(self, sweep: Sweep, top: int, bottom: int) -> dict[Key, Value]:
         """Compute the rows top..bottom of all steps; return at least the sweep's results."""
@@ -152,7 +165,7 @@ class FrameExecutor:
             chroma = node.inputs["chroma"]
             assert chroma.grid is not None
             shape = bottom - top, node.shape[1]
-            return upsampled_chroma(self._subsampled_chroma(chroma), chroma.grid, top, shape)
+            return upsample_chroma(self._subsampled_chroma(chroma), chroma.grid, top, shape)
         return per_pixel(node, (bottom - top, node.shape[1]), inputs, out)
 
     def _run_block(
@@ -184,6 +197,8 @@ class FrameExecutor:
         return self._moment if kind is FrameTime else self._numbers.get(node.measure)  # type: ignore[arg-type]
 
     def _load(self, node: Node, top: int, bottom: int) -> Value:
+        if node.op == "mask":
+            return decode_rows(self._source.masks[node.values["name"]][top:bottom], node.kind, MASK_ENCODING)
         if node.op == "plane":
             if node.kind == "chroma":
                 return stored_chroma_rows(self._source, top, bottom)
@@ -201,7 +216,7 @@ class FrameExecutor:
         codes = stored_planes(source, image.kind) if image.op == "plane" else ()
         if codes:  # decoded afterwards, as resampling usually reduces a source
             planes = (resampling.rows(plane[first:last], first, top, bottom) for plane in codes)
-            values = tuple(decoded(plane, image.kind, source.encoding) for plane in planes)
+            values = tuple(decode_rows(plane, image.kind, source.encoding) for plane in planes)
             return values if image.kind == "chroma" else values[0]
 
         def resampled(plane: np.ndarray, out: np.ndarray | None) -> np.ndarray:
@@ -217,9 +232,11 @@ class FrameExecutor:
         """Return a small copy of luma or RGB whose planes are stored, converted if necessary."""
         if node.op == "plane":
             return sampled_values(self._source)
+        if node.op == "mask":
+            return sample_plane(self._source.masks[node.values["name"]]) * np.float32(1 / 255)
         if node.op == "luma_from_rgb" and node not in self._stored:
             return luma_from_rgb(self._sample(node.inputs["color"]), encoding_of(node.matrix))
-        return sampled(self._stored[node])
+        return sample_plane(self._stored[node])
 
 
 def _run_bank(node: Node, inputs: dict[str, Value], top: int, bottom: int, out: np.ndarray | None) -> Value:

@@ -3,28 +3,26 @@
 from __future__ import annotations
 
 from concurrent.futures import Future
-from typing import TYPE_CHECKING
 
-from vidstyle.core.closing import Closing
-from vidstyle.core.picture import Encoding, Picture
+from vidstyle.backend import Backend, FrameRequest, completed_future
+from vidstyle.core.picture import Picture
 from vidstyle.style import Style
 
-if TYPE_CHECKING:
-    from vidstyle.cpu.renderer import CpuRenderer
 
-
-class PassthroughRenderer(Closing):
-    """Returns pictures unchanged; opens a `CpuRenderer` for another encoding or style.
-
-    Attributes:
-        frames_in_flight: see `CpuRenderer`.
-    """
+class PassthroughRenderer(Backend):
+    """Returns pictures unchanged; opens a `CpuRenderer` for another encoding or style."""
 
     frames_in_flight = 0
+    device_kind = "cpu"
 
     def __init__(self, style: Style) -> None:
         self.style = style
-        self._renderer: CpuRenderer | None = None
+        self._renderer: Backend | None = None
+
+    def cancel(self) -> None:
+        """See `Backend.cancel`."""
+        if self._renderer:
+            self._renderer.cancel()
 
     def close(self) -> None:
         """End the threads, if there are any."""
@@ -37,33 +35,16 @@ class PassthroughRenderer(Closing):
         if self._renderer:
             self._renderer.change_style(style)
 
-    def run(
-        self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
-    ) -> Picture:
-        """Restyle a picture; see `Backend.run` for the arguments."""
+    def restyle(self, request: FrameRequest) -> Picture:
+        """Return the picture itself if the style changes nothing; see `Backend.restyle`."""
         if self._renderer is None:
-            if is_passthrough(picture, self.style, target, rgb):
-                return picture
+            if request.is_passthrough(self.style):
+                return request.picture
             from vidstyle.cpu.renderer import CpuRenderer
 
             self._renderer = CpuRenderer(self.style)
-        return self._renderer.run(picture, time, target, rgb)
+        return self._renderer.restyle(request)
 
-    def start(
-        self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
-    ) -> Future[Picture]:
-        """Return the result of `run` as a future."""
-        return completed_future(self.run(picture, time, target, rgb))
-
-
-def completed_future(picture: Picture) -> Future[Picture]:
-    """Return a completed future with this result."""
-    future: Future[Picture] = Future()
-    future.set_result(picture)
-    return future
-
-
-def is_passthrough(picture: Picture, style: Style, target: Encoding | None, rgb: bool) -> bool:
-    """Whether the result is the picture itself."""
-    same = target in (None, picture.encoding) and rgb == (picture.color is not None)
-    return style.is_plain and same
+    def begin(self, request: FrameRequest) -> Future[Picture]:
+        """Return the result of `restyle` as a future."""
+        return completed_future(self.restyle(request))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from vidstyle.core.codes import IDENTITY_MIX_WEIGHTS, Chroma
-from vidstyle.core.deferred_color import Mixed, Printed
+from vidstyle.core.color.deferred_color import Mixed, Printed
 from vidstyle.core.kernels import compiled, gray_rgb
 from vidstyle.core.planes import luma_from_rgb, rgb_from_yuv, yuv_from_rgb
 from vidstyle.cpu.tints import Tints

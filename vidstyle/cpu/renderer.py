@@ -2,61 +2,90 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
-from concurrent.futures import Executor, Future, wait
+import threading
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from contextlib import AbstractContextManager, ExitStack
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vidstyle.backend import Backend, FrameRequest, completed_future
 from vidstyle.block import moment_of
-from vidstyle.core.bands import CallingThread, keep_freed_memory, threads_for
-from vidstyle.core.closing import Closing
-from vidstyle.core.cores import available_cores
-from vidstyle.core.film_colors import FilmPalettes
+from vidstyle.core.bands import BandWorkers, keep_freed_memory, threads_for
+from vidstyle.core.color.film_colors import FilmPalettes
 from vidstyle.core.kernels.library import rehearsing
+from vidstyle.core.machine.cores import available_cores, single_threaded_opencv
 from vidstyle.core.picture import Encoding, Picture, PictureLayout
 from vidstyle.core.sampling import ExponentialSmoother, small_luma
-from vidstyle.core.scene_cuts import SceneCutDetector
+from vidstyle.core.scene_cuts import KnownCuts, SceneCutDetector
 from vidstyle.cpu.execute import FrameExecutor
+from vidstyle.cpu.frame_memory import pictures_in_memory
 from vidstyle.cpu.frame_order import FrameOrder
-from vidstyle.cpu.passthrough import completed_future, is_passthrough
 from vidstyle.cpu.schedule import Schedule, schedule
+from vidstyle.stabilize.motion import FramePair
 from vidstyle.stabilize.stabilizer import Stabilized, Stabilizer, stabilized_layout
+from vidstyle.stabilize.still import flatten_still
 from vidstyle.style import Style
 from vidstyle.style.lower import lower
-from vidstyle.style.nodes import LoweredStyle, Measure, Node, StepKey
+from vidstyle.style.nodes import LoweredStyle, Node, PercentileRequest, StepKey
 from vidstyle.style.resolve import ResolvedStep, film_tables, has_fixed_marks, resolve, structure
 
-MAX_SIDE_BY_SIDE_PIXELS = 1280 * 720
-"""Maximum pixels of a picture for restyling two at the same time: their planes need twice the memory."""
+WAITING_FRAMES = 2
+"""Pictures that wait for a thread, so that no thread waits for them."""
 
 
-class CpuRenderer(Closing):
+@dataclass(frozen=True)
+class _Frame:
+    """A picture whose restyling has begun.
+
+    Attributes:
+        is_cut: whether it begins a scene.
+        pair: the picture and the previous one, if its motion is wanted.
+        order: its place among the pictures.
+    """
+
+    request: FrameRequest
+    is_cut: bool
+    pair: FramePair | None
+    order: FrameOrder
+    lowered: LoweredStyle
+    tasks: Schedule
+
+
+class CpuRenderer(Backend):
     """Restyles one picture after another with one style.
 
     It keeps the state of measured blocks until a scene cut or another size. Close it, or use it as a context
     manager, to end its threads.
 
+    Each picture that `begin` gets has a thread of its own, without bands, so that threads never wait for each
+    other; if memory is short of a picture for each thread, several threads share one, in bands. A picture
+    that `restyle` gets has all threads.
+
     Args:
-        threads: number of threads for pictures given to `start`, and for bands of pictures while a thread has
-            no picture; in `run` the calling thread takes bands, too. Default: `available_cores`.
-        pool: threads to use instead.
+        threads: number of threads. Default: `available_cores`.
+        cuts: scene cuts of the film; None: they are detected.
 
     Attributes:
-        frames_in_flight: maximum number of started pictures before a result is requested. Small pictures are
-            restyled concurrently, so that threads need not wait for each other as with bands of one picture;
-            of large pictures, one is restyled while the next is stabilized.
+        frames_in_flight: number of pictures to start before the result of the first is requested: more than
+            are restyled at the same time, so that no thread waits for the next picture.
     """
 
-    frames_in_flight = 1
+    device_kind = "cpu"
 
-    def __init__(self, style: Style, threads: int | None = None, pool: Executor | None = None) -> None:
+    def __init__(self, style: Style, threads: int | None = None, cuts: KnownCuts | None = None) -> None:
         keep_freed_memory()
         self.style = style
-        self._pool = pool or threads_for(threads or available_cores(), "vidstyle-cpu")
+        self._threads = threads or available_cores()
+        self._pool = threads_for(self._threads, "vidstyle-cpu")
+        self._cancelled = threading.Event()
+        self._frame_pool = self._pool
+        self._settings = ExitStack()
+        self._fitted: Schedule | None = None
+        self._side_by_side = self._threads
         self._started: list[Future[Picture]] = []
         self._order = FrameOrder()
-        self._cuts = SceneCutDetector()
+        self._cuts = cuts or SceneCutDetector()
         self._shape: tuple[int, int] | None = None
         self._prepared: Style | None = None
         self._steps: dict[str, tuple[ResolvedStep, ...]] = {}
@@ -65,91 +94,133 @@ class CpuRenderer(Closing):
         self._stabilizer: Stabilizer | None = None
         self._film_palettes = FilmPalettes()
 
+    @property
+    def frames_in_flight(self) -> int:
+        return self._side_by_side + WAITING_FRAMES
+
+    def memory(self) -> list[np.ndarray]:
+        """Return what is remembered of earlier pictures; see `Backend.memory`."""
+        numbers = [each.numbers for each in self._smoothers.values() if each.numbers is not None]
+        return numbers + (self._stabilizer.memory() if self._stabilizer else [])
+
+    def cancel(self) -> None:
+        """Stop the started pictures after their current bands; their results raise CancelledError."""
+        self._cancelled.set()
+
     def close(self) -> None:
         """Finish the started pictures, then end the threads."""
         wait(self._started)  # their bands need threads
+        self._settings.close()
         self._pool.shutdown()
 
     def change_style(self, style: Style) -> None:
         """Use another style from the next picture on."""
         self.style = style
 
-    def run(
-        self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
-    ) -> Picture:
-        """Restyle a picture; see `Backend.run` for the arguments."""
-        target = target or picture.encoding
-        if is_passthrough(picture, self.style, target, rgb):
-            return picture
+    def restyle(self, request: FrameRequest) -> Picture:
+        """Restyle a picture with all threads; see `Backend.restyle`."""
+        if request.is_passthrough(self.style):
+            return request.picture
         wait(self._started)
-        with rehearsing(lambda: self._rehearse(picture, time, target, rgb)):
-            return self._begin(picture, time, target, rgb)()
+        with self._rehearsing(request):
+            return self._finish(self._follow(request), self._workers(1))
 
-    def start(
-        self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
-    ) -> Future[Picture]:
-        """Stabilize a picture, and restyle it in another thread."""
-        target = target or picture.encoding
-        if is_passthrough(picture, self.style, target, rgb):
-            return completed_future(picture)
-        with rehearsing(lambda: self._rehearse(picture, time, target, rgb)):
-            finish = self._begin(picture, time, target, rgb)
-
-        def finished() -> Picture:
-            with rehearsing(lambda: self._rehearse(picture, time, target, rgb)):
-                return finish()
-
-        if self._film_palettes or math.prod(picture.shape) > MAX_SIDE_BY_SIDE_PIXELS:
-            wait(self._started)
-        pending = self._pool.submit(finished)
+    def begin(self, request: FrameRequest) -> Future[Picture]:
+        """Restyle a picture in other threads."""
+        if request.is_passthrough(self.style):
+            return completed_future(request.picture)
+        with self._rehearsing(request):
+            frame = self._follow(request)
+        self._use_memory(frame)
+        pending = self._frame_pool.submit(self._finish_begun, frame, self._workers(self._side_by_side))
         self._started = [*(each for each in self._started if not each.done()), pending]
         return pending
 
+    def _finish_begun(self, frame: _Frame, workers: BandWorkers) -> Picture:
+        with self._rehearsing(frame.request):
+            return self._finish(frame, workers)
+
+    def _use_memory(self, frame: _Frame) -> None:
+        """Choose how many pictures like this one are restyled at the same time."""
+        if frame.tasks is self._fitted:
+            return
+        self._fitted, self._side_by_side = frame.tasks, 1
+        if not self._film_palettes:
+            request = frame.request
+            shape, target = request.picture.shape, request.encoding
+            is_steady = self._stabilizer is not None and request.time is not None
+            self._side_by_side = pictures_in_memory(frame.tasks, shape, target, is_steady, self._threads)
+        self._settings.close()
+        self._frame_pool = self._pool
+        if self._side_by_side < self._threads:
+            # Few threads of their own, as the C library keeps the memory of a frame for each thread.
+            self._frame_pool = ThreadPoolExecutor(self._side_by_side, "vidstyle-frame")
+            self._settings.enter_context(self._frame_pool)
+        if self._side_by_side > 1:
+            self._settings.enter_context(single_threaded_opencv())
+
+    def _workers(self, frames: int) -> BandWorkers:
+        """Return the threads of one of so many pictures."""
+        return BandWorkers(self._pool, -(-self._threads // frames), self._cancelled)
+
     def measured(self, picture: Picture) -> dict[StepKey, np.ndarray]:
         """Return the percentiles that each measured step measures on a single picture."""
-        self.run(picture, None, picture.encoding, rgb=picture.color is not None)
+        self.restyle(FrameRequest(picture, rgb=picture.color is not None))
         return {step: each.numbers for step, each in self._smoothers.items() if each.numbers is not None}
 
-    def _rehearse(self, picture: Picture, time: float | None, target: Encoding, rgb: bool) -> None:
+    def _rehearsing(self, request: FrameRequest) -> AbstractContextManager[None]:
+        return rehearsing(self, lambda: self._rehearse(request))
+
+    def _rehearse(self, request: FrameRequest) -> None:
         """Restyle this picture and a similar one, in another thread if necessary, without keeping state."""
-        with CpuRenderer(self.style, pool=CallingThread()) as renderer:
+        with CpuRenderer(self.style, threads=1) as renderer:
             for later in (0, 0.01):
-                renderer.run(picture, None if time is None else time + later, target, rgb)
+                time = None if request.time is None else request.time + later
+                renderer.restyle(replace(request, time=time))
 
-    def _begin(
-        self, picture: Picture, time: float | None, target: Encoding, rgb: bool
-    ) -> Callable[[], Picture]:
-        """Detect a cut and stabilize; return a function that restyles."""
+    def _follow(self, request: FrameRequest) -> _Frame:
+        """Detect a cut, and keep what the next picture needs of this one."""
+        request = flatten_still(request, self.style.steady)
+        picture, time = request.picture, request.time
         self._prepare(picture)
-        is_steady = self._stabilizer is not None and time is not None
+        stabilizer, pair = self._stabilizer, None
+        is_steady = stabilizer is not None and time is not None
         layout = stabilized_layout(picture) if is_steady else PictureLayout.of(picture)
-        lowered, tasks = self._plan(layout, target, rgb)
-        remembers = bool(self._smoothers or self._stabilizer or self._film_palettes)
-        is_cut = remembers and self._cuts.is_cut(small_luma(picture))
-        stable = Stabilized(picture)
-        if self._stabilizer:
-            stable = self._stabilizer.before(picture, time, is_cut, lowered.reads_chroma)
+        lowered, tasks = self._plan(layout, request.encoding, request.rgb)
+        remembers = bool(self._smoothers or stabilizer or self._film_palettes)
+        is_cut = remembers and self._cuts.is_cut(small_luma(picture), time)
+        if stabilizer is not None and time is not None:
+            pair = stabilizer.follow(picture, time, is_cut)
+        self._order = FrameOrder(self._order)
+        return _Frame(request, is_cut, pair, self._order, lowered, tasks)
 
-        order = self._order = FrameOrder(self._order)
-
-        def finish() -> Picture:
-            with order:
-                self._film_palettes.follow(picture, time, is_cut)
-                result = self._restyle(stable.picture, time, is_cut, order, lowered, tasks)
-                if self._stabilizer is None:
-                    return result
-                with order.at(self._stabilizer):
-                    return self._stabilizer.after(result, stable)
-
-        return finish
+    def _finish(self, frame: _Frame, workers: BandWorkers) -> Picture:
+        """Stabilize and restyle."""
+        order, stabilizer = frame.order, self._stabilizer
+        picture, time = frame.request.picture, frame.request.time
+        with order:
+            self._film_palettes.follow(picture, time, frame.is_cut)
+            if stabilizer is None:
+                return self._restyle(frame, picture, workers)
+            stable = Stabilized(picture)
+            if time is not None:
+                warp = frame.pair.warp() if frame.pair else None
+                with order.at(stabilizer.source):
+                    stable = stabilizer.before(picture, warp, workers, frame.lowered.reads_chroma)
+            result = self._restyle(frame, stable.picture, workers)
+            with order.at(stabilizer.result):
+                return stabilizer.after(result, stable, workers)
 
     def _prepare(self, picture: Picture) -> None:
         """Resolve the style again after a change of style or size; keep state if only values differ."""
         if picture.shape == self._shape and self.style is self._prepared:
             return
-        wait(self._started)
         steps = resolve(self.style, *picture.shape)
-        if picture.shape != self._shape or structure(steps) != structure(self._steps):
+        has_other_structure = picture.shape != self._shape or structure(steps) != structure(self._steps)
+        needs_stabilizer = self.style.steady > 0
+        if has_other_structure or needs_stabilizer != bool(self._stabilizer) or film_tables(self._steps):
+            wait(self._started)  # they use what changes here
+        if has_other_structure:
             self._stabilizer = None
             self._film_palettes = FilmPalettes()
             self._smoothers = {
@@ -158,10 +229,10 @@ class CpuRenderer(Closing):
                 for number, step in enumerate(each)
                 if step.block is not None and step.block.kind == "measured"
             }
-        if not self.style.steady:
+        if not needs_stabilizer:
             self._stabilizer = None
         elif self._stabilizer is None:
-            self._stabilizer = Stabilizer(self.style.steady, has_fixed_marks(steps), self._pool)
+            self._stabilizer = Stabilizer(self.style.steady, has_fixed_marks(steps))
         else:
             self._stabilizer.change_strength(self.style.steady, has_fixed_marks(steps))
         self._film_palettes.use(film_tables(steps))
@@ -175,20 +246,15 @@ class CpuRenderer(Closing):
             self._lowered[layout, target, rgb] = lowered, schedule(lowered)
         return self._lowered[layout, target, rgb]
 
-    def _restyle(
-        self,
-        picture: Picture,
-        time: float | None,
-        is_cut: bool,
-        order: FrameOrder,
-        lowered: LoweredStyle,
-        tasks: Schedule,
-    ) -> Picture:
-        def follow(measure: Measure[Node], measured: np.ndarray) -> np.ndarray:
+    def _restyle(self, frame: _Frame, picture: Picture, workers: BandWorkers) -> Picture:
+        time = frame.request.time
+
+        def follow(measure: PercentileRequest[Node], measured: np.ndarray) -> np.ndarray:
             smoother = self._smoothers[measure.step]
-            with order.at(smoother):
-                if is_cut:
+            with frame.order.at(smoother):
+                if frame.is_cut:
                     smoother.restart()
                 return smoother.follow(measured, time, measure.time_constant)
 
-        return FrameExecutor(self._pool, tasks, picture, follow, moment_of(time)).picture(lowered)
+        executor = FrameExecutor(workers, frame.tasks, picture, follow, moment_of(time))
+        return executor.picture(frame.lowered)

@@ -13,11 +13,11 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from vidstyle.style.limits import CHANNELS
-from vidstyle.style.nodes import LoweredStyle, Measure, Node, in_order, nodes_in_order
+from vidstyle.style.nodes import LoweredStyle, Node, PercentileRequest, in_order, nodes_in_order
 
 CONVERSION_OPERATIONS = ("luma_from_rgb", "chroma_from_rgb", "rgb_from_yuv", "rgb_from_gray", "upsample")
-READS_PLANES = ("resample", "upsample")
-"""Operations that read stored planes of another size."""
+READS_PLANES = ("resample", "upsample", "network")
+"""Operations that read stored planes: of another size, or the whole picture."""
 
 Key = tuple[Node, int]
 """A node, and the numbers of rows above and below the band that it is computed for."""
@@ -65,7 +65,7 @@ class Sweep:
         return max(CHANNELS[step.node.kind] for step in self.steps)
 
 
-Task = Sweep | Measure[Node]
+Task = Sweep | PercentileRequest[Node]
 """A sweep, or percentiles to measure."""
 
 
@@ -105,15 +105,16 @@ def _needed_whole(outputs: Sequence[Node]) -> set[Node]:
     users = Counter([*outputs, *(other for node in nodes for other in node.inputs.values())])
 
     def behind_conversions(node: Node) -> set[Node]:
-        if node.op == "plane":
+        if node.is_given:
             return set()
         color = node.inputs.get("color")
-        is_used_once = node.op == "luma_from_rgb" and color and color.op != "plane" and users[color] == 1
+        is_used_once = node.op == "luma_from_rgb" and color and not color.is_given and users[color] == 1
         if node.op not in CONVERSION_OPERATIONS or is_used_once:  # store one plane instead of three
             return {node}
         return set().union(*map(behind_conversions, node.inputs.values()))
 
     whole = {node for node in outputs if node.grid}
+    whole |= {node for node in nodes if node.op == "network"}
     for node in nodes:
         if node.measure is not None:
             whole |= behind_conversions(node.measure.of)
@@ -143,7 +144,7 @@ class _Scheduler:
         for node in nodes_in_order([*lowered.outputs, *kept]):
             if node.measure is not None and node.measure not in self._tasks:
                 self._tasks.append(node.measure)
-            if node in whole - self._done and node.op != "plane":
+            if node in whole - self._done and not node.is_given:
                 self._tasks.append(self._sweep([node]))
         self._output = self._sweep(_results(lowered, self._stores), is_output=True)
 
@@ -196,7 +197,7 @@ class _Scheduler:
         return Sweep(steps, tuple(roots), tuple(stores), max((margin for _, margin in order), default=0))
 
     def _is_loaded(self, node: Node) -> bool:
-        return node in self._done or node.op == "plane"
+        return node in self._done or node.is_given
 
     def _inputs(self, key: Key) -> tuple[tuple[str, Key], ...]:
         """Return the inputs of a node at its size, with the rows that it reads."""
@@ -230,7 +231,7 @@ def _results(lowered: LoweredStyle, stored: set[Node]) -> list[Node]:
 
 def _planes_read(task: Task) -> Iterable[Node]:
     """Return the nodes whose planes a task reads."""
-    if isinstance(task, Measure):
+    if isinstance(task, PercentileRequest):
         return nodes_in_order([task.of])
     loaded = [step.node for step in task.steps if step.is_loaded]
     others = [step.node for step in task.steps if not step.is_loaded and step.node.op in READS_PLANES]

@@ -9,13 +9,15 @@ from typing import Any
 
 import numpy as np
 
+from vidstyle.core.bands import BandWorkers
+from vidstyle.core.machine.cores import available_cores
 from vidstyle.core.picture import Picture, PictureLayout
 from vidstyle.core.sampling import ExponentialSmoother
 from vidstyle.cpu.execute import FrameExecutor
 from vidstyle.cpu.schedule import schedule
 from vidstyle.style import Step, Style
 from vidstyle.style.lower import GraphBuilder
-from vidstyle.style.nodes import LoweredStyle, Measure, Node, StepKey
+from vidstyle.style.nodes import LoweredStyle, Node, PercentileRequest, StepKey
 from vidstyle.style.resolve import resolve
 
 
@@ -44,10 +46,11 @@ def step_pictures(style: Style, picture: Picture, pool: Executor) -> dict[StepKe
     }
     lowered = LoweredStyle(graph.source, picture.encoding, color=graph.color(image), sizes=graph.sizes)
 
-    def follow(measure: Measure[Node], measured: np.ndarray) -> np.ndarray:
+    def follow(measure: PercentileRequest[Node], measured: np.ndarray) -> np.ndarray:
         return ExponentialSmoother().follow(measured, None, measure.time_constant)
 
-    executor = FrameExecutor(pool, schedule(lowered, list(nodes.values())), picture, follow)
+    workers = BandWorkers(pool, available_cores())
+    executor = FrameExecutor(workers, schedule(lowered, list(nodes.values())), picture, follow)
     return {key: _as_bytes(executor.planes(node)) for key, node in nodes.items()}
 
 

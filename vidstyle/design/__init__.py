@@ -34,7 +34,7 @@ def serve(
     """
     from vidstyle.design.designer import Designer
     from vidstyle.design.drafts import Drafts
-    from vidstyle.design.page.design_server import DesignServer
+    from vidstyle.design.page import open_page
     from vidstyle.preview.clip import open_clip
 
     designer = Designer(open_clip(source), folder, Drafts())
@@ -43,7 +43,7 @@ def serve(
             designer.open_text(style.name, style_text(style))
         elif style is not None:
             designer.open_style(style)
-        server = DesignServer(designer, port, device)
+        server = open_page(designer, port, device)
     except BaseException:
         designer.clip.close()
         raise

@@ -13,8 +13,9 @@ from vidstyle.design.document.state import state_of
 from vidstyle.design.drafts import Drafts
 from vidstyle.errors import UsageError
 from vidstyle.preview.clip import Clip
-from vidstyle.preview.places import checked_path, refuse_existing
+from vidstyle.preview.outputs import output_path
 from vidstyle.style import (
+    Step,
     Style,
     load_style,
     save_style,
@@ -146,8 +147,7 @@ class Designer:
             StyleError: the style is invalid.
             OutputError: the file cannot be written.
         """
-        path = checked_path(self.file.parent if self.file else self.folder, name, ".toml")
-        refuse_existing(path, overwrite)
+        path = output_path(self.file.parent if self.file else self.folder, name, ".toml", overwrite)
         document = self.opened
         document.valid_style()
         document.edit("rename", name=path.stem)
@@ -157,7 +157,7 @@ class Designer:
         """Export the style to the working folder; return the file name.
 
         Args:
-            kind: "html" or "hook".
+            kind: of `EXPORT_TARGETS`.
 
         Raises:
             UsageError: the name is invalid, or the file exists.
@@ -166,8 +166,7 @@ class Designer:
         """
         from vidstyle.export.export_style import export_style
 
-        path = checked_path(self.folder, name, f".{kind}")
-        refuse_existing(path, overwrite)
+        path = output_path(self.folder, name, f".{kind}", overwrite)
         export_style(self.opened.valid_style(), path, self.file, overwrite)
         return path.name
 
@@ -179,7 +178,7 @@ class Designer:
             StyleError: the style is invalid.
         """
         style, source = self.opened.valid_style(), self.clip.source
-        if self._start is not None and _wiring_key(style) == _wiring_key(self._start):
+        if self._start is not None and _without_values(style) == _without_values(self._start):
             start = replace(self._start, name=str(self.file)) if self.file else self._start
             text = panel(replace(style, name=start.name), start)["text"]
         elif self.file is not None and not self.opened.is_changed:
@@ -214,9 +213,6 @@ class Designer:
         self._drafts.remove()
 
 
-def _wiring_key(style: Style) -> tuple[object, ...]:
-    """Return the wiring of a style, without values."""
-    return tuple(
-        (layer, tuple((step.block, step.save, step.source, step.mute) for step in steps))
-        for layer, steps in style.layers.items()
-    )
+def _without_values(style: Style) -> dict[str, list[Step]]:
+    """Return the steps of a style without values, which are all that options of a command can change."""
+    return {layer: [replace(step, values={}) for step in steps] for layer, steps in style.layers.items()}

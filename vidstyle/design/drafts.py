@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from vidstyle.core.file_checks import read_regular_file
-from vidstyle.core.user_cache import user_cache
+from vidstyle.core.machine.user_cache import user_cache
 from vidstyle.errors import UsageError, error_reason, log
 from vidstyle.media.write.atomic import atomic_file
 

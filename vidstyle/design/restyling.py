@@ -4,25 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from dataclasses import replace
 from fractions import Fraction
 from time import perf_counter
 
 import numpy as np
 
-from vidstyle.core.cores import available_cores
-from vidstyle.core.picture import Encoding, Picture
-from vidstyle.cpu.renderer import CpuRenderer
+from vidstyle.core.machine.cores import available_cores
+from vidstyle.core.picture import Picture
 from vidstyle.cpu.step_pictures import step_pictures
 from vidstyle.design.working_size import WorkingSize
 from vidstyle.preview.clip import Clip
-from vidstyle.renderer import Backend, open_renderer
+from vidstyle.regions.frame_masks import FrameMasks
+from vidstyle.regions.mask_renderer import MaskRenderer
+from vidstyle.regions.still_faces import StillFaces
+from vidstyle.renderer import open_renderer, restyle_array
 from vidstyle.style import Style
 from vidstyle.style.nodes import StepKey
 
 MAX_LARGE_SECONDS = 0.5
 """Target time for a preview while nothing changes."""
-_RGB_ENCODING = Encoding(full_range=True, depth=8, step=(1, 1))
 
 
 class Restyler:
@@ -35,29 +37,66 @@ class Restyler:
     def __init__(self, device: str) -> None:
         """`device`: see `open_renderer`."""
         self._device = device
-        self._backend: Backend | None = None
+        self._backend: MaskRenderer | None = None
+        self._faces = StillFaces()
         self.size = WorkingSize()
 
-    def render_preview(self, style: Style, clip: Clip, number: int, side: int) -> np.ndarray:
-        """Render a frame fast enough to follow a slider, of at most `side`; H x W x 3 uint8."""
-        aspect = max(clip.size) / min(clip.size)
-        return self._render(style, clip, number, self.size.side(side, aspect))
+    def render_preview(self, style: Style, clip: Clip, number: int, side: int) -> tuple[np.ndarray, bool]:
+        """Render a frame fast enough to follow a slider, of at most `side`.
 
-    def render_large(self, style: Style, clip: Clip, number: int, side: int) -> np.ndarray:
-        """Render a frame at a larger size, within `MAX_LARGE_SECONDS`; H x W x 3 uint8."""
+        Returns:
+            The picture, H x W x 3 uint8, and whether `render_large` would show more: it is smaller than
+            `side`, or its faces are not known yet, as they take longer to find than most styles.
+        """
         aspect = max(clip.size) / min(clip.size)
-        return self._render(style, clip, number, self.size.side(side, aspect, MAX_LARGE_SECONDS))
+        has_faces = self._faces.show((clip, number)) or clip.live or not style.focus
+        picture = self._render(style, clip, number, self.size.side(side, aspect))
+        return picture, min(picture.shape[:2]) < side or not has_faces
+
+    def render_large(self, style: Style, clip: Clip, number: int, side: int) -> tuple[np.ndarray, bool]:
+        """Render a frame at a larger size, within `MAX_LARGE_SECONDS`; H x W x 3 uint8, and False."""
+        aspect = max(clip.size) / min(clip.size)
+        self._show_faces(clip, number)
+        return self._render(style, clip, number, self.size.side(side, aspect, MAX_LARGE_SECONDS)), False
+
+    def render_exactly(self, style: Style, clip: Clip, number: int, side: int) -> np.ndarray:
+        """Render a frame, H x W x 3 uint8, on the CPU, whose result is the reference."""
+        self._show_faces(clip, number)
+        style = replace(style, steady=0.0)
+        with closing(open_renderer(style, "cpu", announce=False, faces=self._faces)) as renderer:
+            return restyle_array(renderer, clip.frame(number, side))
+
+    def render_faces(self, style: Style, clip: Clip, number: int, side: int) -> np.ndarray | None:
+        """Render only the faces of a frame, for pages that render the rest; see `FocusRenderer.overlay`.
+
+        Returns:
+            H x W x 4 uint8; None without a face.
+        """
+        self._show_faces(clip, number)
+        picture = Picture.from_array(np.ascontiguousarray(clip.frame(number, side)))
+        return self._renderer(style).overlay(picture)
+
+    def _show_faces(self, clip: Clip, number: int) -> None:
+        if not clip.live:
+            self._faces.find((clip, number), lambda: np.ascontiguousarray(clip.frame(number)))
+        self._faces.show((clip, number))
 
     def _render(self, style: Style, clip: Clip, number: int, side: int) -> np.ndarray:
-        style = replace(style, steady=0.0)
-        frame = clip.frame(number, side)
-        if self._backend is None:
-            self._backend = open_renderer(style, self._device, announce=False)
-        self._backend.change_style(style)
+        frame, renderer = clip.frame(number, side), self._renderer(style)
         began = perf_counter()
-        color = _run(self._backend, frame, None)
+        color = restyle_array(renderer, frame)
         self.size.record(frame.shape[0] * frame.shape[1], perf_counter() - began)
         return color
+
+    def _renderer(self, style: Style) -> MaskRenderer:
+        """Return the renderer of previews with this style."""
+        style = replace(style, steady=0.0)
+        if self._backend is None:
+            renderer = open_renderer(style, self._device, announce=False, faces=self._faces)
+            assert isinstance(renderer, MaskRenderer)
+            self._backend = renderer
+        self._backend.change_style(style)
+        return self._backend
 
     def close(self) -> None:
         """Release the device."""
@@ -73,17 +112,13 @@ class StepPictures:
 
     def of(self, style: Style, frame: np.ndarray) -> dict[StepKey, np.ndarray]:
         """See `step_pictures`."""
-        return step_pictures(style, Picture.from_array(frame), self._pool)
+        with FrameMasks(style) as masks:
+            picture = Picture.from_array(frame)
+            return step_pictures(style, replace(picture, masks=masks.of(picture, None)), self._pool)
 
     def close(self) -> None:
         """End the threads."""
         self._pool.shutdown()
-
-
-def render_exactly(style: Style, frame: np.ndarray) -> np.ndarray:
-    """Render a frame, H x W x 3 uint8, on the CPU, whose result is the reference."""
-    with CpuRenderer(replace(style, steady=0.0)) as renderer:
-        return _run(renderer, frame, None)
 
 
 def render_second(
@@ -91,15 +126,10 @@ def render_second(
 ) -> Iterator[tuple[int, int, np.ndarray]]:
     """Render one second of the clip with temporal smoothing; yield frame number, frame count and picture."""
     count = min(max(1, round(clip.fps)), clip.count - first if not clip.live else round(clip.fps))
-    with CpuRenderer(style) as renderer:
+    with closing(open_renderer(style, "cpu", announce=False)) as renderer:
         for number in range(count):
             if stopped():
                 return
             time = Fraction(first + number) / Fraction(clip.fps)
-            yield first + number, count, _run(renderer, clip.frame(first + number, side), float(time))
-
-
-def _run(backend: Backend, frame: np.ndarray, time: float | None) -> np.ndarray:
-    color = backend.run(Picture.from_array(frame), time, _RGB_ENCODING, rgb=True).color
-    assert color is not None
-    return color
+            frame = clip.frame(first + number, side)
+            yield first + number, count, restyle_array(renderer, frame, float(time))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from vidstyle.blocks import all_blocks
 from vidstyle.gallery.style_samples import style_of_block
-from vidstyle.gallery.thumbnail import restyled_thumbnail, thumbnail
+from vidstyle.gallery.thumbnail import restyle_thumbnail, thumbnail
 from vidstyle.preview.encode import encode
 from vidstyle.style import load_style
 
@@ -20,4 +20,4 @@ def style_sample(name: str) -> bytes:
 
 def block_sample(name: str) -> bytes:
     """Render the thumbnail of a block with default values as JPEG."""
-    return encode(restyled_thumbnail(style_of_block(all_blocks()[name])), "jpeg")
+    return encode(restyle_thumbnail(style_of_block(all_blocks()[name])), "jpeg")

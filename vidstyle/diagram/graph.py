@@ -51,7 +51,7 @@ def blocks_of(style: Style) -> list[GraphBlock]:
     """The source, the steps and the result; steps without a block only name pictures."""
     found = _BlockList()
     ends = {"base": 0}
-    for wired in wire_layers(style.layers):
+    for wired in wire_layers(style.layers, style.masks):
         ends[wired.layer] = found.add_step(wired)
     found.add_result(style, ends)
     return found.blocks

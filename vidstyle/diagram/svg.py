@@ -38,6 +38,7 @@ KIND_COLORS = {
     "measured": "#e3d7f6",
     "resize": "#d8e0e3",
     "learned": "#cbebce",
+    "network": "#f6e3f3",
     "recipe": "#fad6dc",
     "result": "#e8e6e1",
 }

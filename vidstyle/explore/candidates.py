@@ -11,7 +11,7 @@ from threading import Event
 
 import numpy as np
 
-from vidstyle.core.cores import available_cores
+from vidstyle.core.machine.cores import available_cores
 from vidstyle.explore.gates import (
     DUPLICATE_FAULT,
     MAX_UNSTEADY,
@@ -24,7 +24,7 @@ from vidstyle.explore.gates import (
 from vidstyle.explore.generate import Rules, random_style
 from vidstyle.explore.measure import Original, PictureMetrics
 from vidstyle.explore.score import score, spread_out
-from vidstyle.pipeline.progress import OnStep, unwatched
+from vidstyle.pipeline.progress import ProgressCallback, ignore_progress
 from vidstyle.style import Style
 
 MAX_ATTEMPTS_PER_STYLE = 50
@@ -87,7 +87,7 @@ def search(
     rules: Rules = "open",
     tries: int | None = None,
     judge: Callable[[np.ndarray], float] | None = None,
-    on_step: OnStep = unwatched,
+    on_step: ProgressCallback = ignore_progress,
     stop: Event | None = None,
 ) -> Found:
     """Find random styles that pass the quality gates.
@@ -139,7 +139,7 @@ def _ranks(scores: list[float]) -> np.ndarray:
     return (order + 1) / len(scores)
 
 
-def _prune_all(original: Original, chosen: list[RandomStyle], on_step: OnStep) -> list[RandomStyle]:
+def _prune_all(original: Original, chosen: list[RandomStyle], on_step: ProgressCallback) -> list[RandomStyle]:
     """Remove ineffective steps from all candidates, using all cores."""
     done: list[RandomStyle] = []
     with ThreadPoolExecutor(available_cores(), thread_name_prefix="vidstyle-explore") as pool:

@@ -10,6 +10,7 @@ from random import Random
 import numpy as np
 
 from vidstyle.block import rgb_from_text
+from vidstyle.core.picture import BT709_WEIGHTS
 from vidstyle.style import Style
 
 MIN_CONTRAST = 3.0
@@ -156,7 +157,7 @@ def hsl_hue(color: str) -> float:
 
 
 def _luminance(color: str) -> float:
-    return float(_linear(np.array(rgb_from_text(color))) @ (0.2126, 0.7152, 0.0722))
+    return float(_linear(np.array(rgb_from_text(color))) @ BT709_WEIGHTS)
 
 
 def _linear(rgb: np.ndarray) -> np.ndarray:

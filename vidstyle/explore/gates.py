@@ -13,7 +13,7 @@ import numpy as np
 
 from vidstyle.explore.measure import Original, PictureMetrics
 from vidstyle.explore.random_steps import is_valid, with_layers, without_idle_steps
-from vidstyle.gallery.style_samples import restyled
+from vidstyle.gallery.style_samples import restyle_picture
 from vidstyle.style import LAYERS, Style
 
 
@@ -79,7 +79,7 @@ def prune(style: Style, original: Original, picture: np.ndarray) -> Style:
             if shorter is None or not _is_same(original.render(shorter), picture):
                 continue
             # Effects of one or two pixels vanish in the small picture.
-            if _is_same(restyled(original.large, shorter), restyled(original.large, style)):
+            if _is_same(restyle_picture(original.large, shorter), restyle_picture(original.large, style)):
                 style = shorter
     return style
 

@@ -8,15 +8,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vidstyle.core.cores import available_cores
+from vidstyle.core.machine.cores import available_cores
 from vidstyle.explore.appearance import appearance_distance, appearance_of
 from vidstyle.explore.generate import alter, cross, mutate
 from vidstyle.explore.measure import reduce_picture
 from vidstyle.explore.phrases import shipped_styles
 from vidstyle.gallery.preview import read_still
-from vidstyle.gallery.style_samples import restyled
+from vidstyle.gallery.style_samples import restyle_picture
 from vidstyle.gallery.thumbnail import THUMBNAIL_FOLDER
-from vidstyle.pipeline.progress import OnStep, unwatched
+from vidstyle.pipeline.progress import ProgressCallback, ignore_progress
 from vidstyle.style import PLAIN, Style, load_style
 
 MAX_NEAR_DISTANCE, MIN_FAR_DISTANCE = 1.25, 2.0
@@ -63,8 +63,11 @@ def photograph_for(source: str | None) -> np.ndarray:
     return reduce_picture(read_still(source or THUMBNAIL_FOLDER / f"{PLAIN}.webp"), MAX_PHOTOGRAPH_SIDE_PX)
 
 
-def ranked(
-    wanted: np.ndarray, photograph: np.ndarray, styles: Iterable[Style], on_step: OnStep = unwatched
+def rank_styles(
+    wanted: np.ndarray,
+    photograph: np.ndarray,
+    styles: Iterable[Style],
+    on_step: ProgressCallback = ignore_progress,
 ) -> list[Likeness]:
     """Return styles sorted by the distance of their rendering of `photograph` to `wanted`, nearest first.
 
@@ -74,15 +77,18 @@ def ranked(
     target, styles = appearance_of(wanted), list(styles)
     found: list[Likeness] = []
     with ThreadPoolExecutor(available_cores(), thread_name_prefix="vidstyle-explore") as pool:
-        drawn = pool.map(lambda each: appearance_of(restyled(photograph, each)), styles)
+        drawn = pool.map(lambda each: appearance_of(restyle_picture(photograph, each)), styles)
         for style, numbers in zip(styles, drawn, strict=True):
             found.append(Likeness(style, appearance_distance(numbers, target)))
             on_step("comparing looks", len(found), len(styles))
     return sorted(found, key=lambda each: each.distance)
 
 
-def searched(
-    wanted: np.ndarray, photograph: np.ndarray, known: list[Likeness], on_step: OnStep = unwatched
+def search_styles(
+    wanted: np.ndarray,
+    photograph: np.ndarray,
+    known: list[Likeness],
+    on_step: ProgressCallback = ignore_progress,
 ) -> Likeness:
     """Search variations of known styles for the nearest one; each round starts from the best so far."""
     best = known[:PARENT_COUNT]
@@ -93,7 +99,7 @@ def searched(
             for number, parent in enumerate(best)
             for child in _children(parent.style, best[0].style, f"{turn}-{number}", reach)
         ]
-        best += ranked(wanted, photograph, children)
+        best += rank_styles(wanted, photograph, children)
         best = sorted(best, key=lambda each: each.distance)[:PARENT_COUNT]
         on_step("searching", turn + 1, SEARCH_ROUNDS)
     return best[0]

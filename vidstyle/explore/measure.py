@@ -9,8 +9,9 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
+from vidstyle.core.picture import BT709_WEIGHTS
 from vidstyle.explore.colors import oklab
-from vidstyle.gallery.style_samples import restyled
+from vidstyle.gallery.style_samples import restyle_picture
 from vidstyle.style import Style
 
 MAX_DRAWN_SIDE_PX = 320
@@ -25,8 +26,6 @@ MAX_INK_LEVEL, MIN_PAPER_LEVEL = 0.15, 0.92
 """Luma below which a pixel counts as ink, and above which it counts as paper."""
 STRONG_EDGE_PERCENTILE = 80
 """Percentile of the gradient above which an edge in the source is strong."""
-
-_LUMA_WEIGHTS = np.array([0.2126, 0.7152, 0.0722], np.float32)
 
 
 class PictureMetrics(NamedTuple):
@@ -99,7 +98,7 @@ class Original:
 
     def render(self, style: Style) -> np.ndarray:
         """Render the picture in a style; H x W x 3 uint8."""
-        return restyled(self.picture, style)
+        return restyle_picture(self.picture, style)
 
     def measure(self, picture: np.ndarray) -> PictureMetrics:
         """Return the metrics of a restyled picture, H x W x 3 uint8, of any size."""
@@ -151,7 +150,7 @@ class Original:
         """
         noise = np.random.RandomState(1).normal(0, GRAIN_DEVIATION, (2, *self.picture.shape[:2], 1))
         grainy = [np.clip(self.picture + each, 0, 255).round().astype(np.uint8) for each in noise]
-        changes = _changes([picture, *(restyled(frame, style) for frame in grainy)])
+        changes = _changes([picture, *(restyle_picture(frame, style) for frame in grainy)])
         return changes / max(_changes([self.picture, *grainy]), 1e-6)
 
 
@@ -173,7 +172,7 @@ def oklab_thumbnail(picture: np.ndarray) -> np.ndarray:
 
 def luma_of_codes(picture: np.ndarray) -> np.ndarray:
     """Return the luma of RGB 0..255 as float32 0..1."""
-    return (picture @ _LUMA_WEIGHTS / 255).astype(np.float32)
+    return (picture @ BT709_WEIGHTS / 255).astype(np.float32)
 
 
 def gradient_of(luma: np.ndarray) -> np.ndarray:

@@ -74,10 +74,11 @@ class Judge:
             classes = self._run(np.zeros((JUDGE_SIDE_PX, JUDGE_SIDE_PX, 3), np.uint8)).size
         except cv2.error as error:
             reason = " ".join(str(error.err or error).split())[:80]
-            raise InputError(path, f"is not a model that can judge: {reason}") from None
+            raise InputError(path, f"is not a model that scores pictures: {reason}") from None
         if classes not in (1, CLASS_COUNT):
             raise InputError(
-                path, f"gives {classes} numbers; a judge gives one, or the shares of {CLASS_COUNT} classes"
+                path,
+                f"returns {classes} numbers instead of one, or of the probabilities of {CLASS_COUNT} classes",
             )
 
     def __call__(self, picture: np.ndarray) -> float:

@@ -13,7 +13,7 @@ from multiprocessing import connection, get_context, parent_process
 from typing import Any, TypeVar
 
 from vidstyle.core.closing import Closing
-from vidstyle.core.cores import available_cores
+from vidstyle.core.machine.cores import available_cores
 
 T = TypeVar("T")
 

@@ -16,10 +16,10 @@ from vidstyle.explore.generate import Rules
 from vidstyle.explore.measure import Original, reduce_picture
 from vidstyle.explore.score import Judge
 from vidstyle.gallery.preview import preview_page, read_still
-from vidstyle.gallery.style_samples import StyleSample, encoded, samples_of, sheet_of_samples
+from vidstyle.gallery.style_samples import StyleSample, encode_picture, samples_of, sheet_of_samples
 from vidstyle.media.read.reader import ReadOptions
 from vidstyle.media.write.atomic import atomic_file, check_folder
-from vidstyle.pipeline.progress import OnStep, unwatched
+from vidstyle.pipeline.progress import ProgressCallback, ignore_progress
 from vidstyle.style import save_style
 
 PAGE_FILE, SHEET_FILE, TABLE_FILE = "sheet.html", "sheet.png", "styles.json"
@@ -37,7 +37,7 @@ def explore_to_folder(
     judge: Path | None = None,
     read: ReadOptions | None = None,
     overwrite: bool = False,
-    on_step: OnStep = unwatched,
+    on_step: ProgressCallback = ignore_progress,
     stop: Event | None = None,
 ) -> Found:
     """Write random styles that pass the quality gates on a picture.
@@ -66,7 +66,7 @@ def explore_to_folder(
     picture = read_still(source, read)
     found = search(Original(picture), seed, count, rules, tries, scorer, on_step, stop)
     if not found.chosen:
-        raise InputError(source, f"none of {found.tried} styles passed", "choose another picture")
+        raise InputError(source, f"no style passed of {found.tried} candidates", "choose another picture")
     folder.mkdir(exist_ok=True)
     for candidate in found.chosen:
         save_style(candidate.style, folder / f"{candidate.style.name}.toml")
@@ -100,7 +100,11 @@ def _row(candidate: RandomStyle) -> dict[str, Any]:
 
 
 def _write_sheets(
-    folder: Path, heading: str, picture: np.ndarray, candidates: Sequence[RandomStyle], on_step: OnStep
+    folder: Path,
+    heading: str,
+    picture: np.ndarray,
+    candidates: Sequence[RandomStyle],
+    on_step: ProgressCallback,
 ) -> None:
     samples: list[StyleSample] = []
     shown = reduce_picture(picture, MAX_DRAWN_SIDE_PX)
@@ -111,7 +115,7 @@ def _write_sheets(
     sheet = sheet_of_samples(
         [(each.style.name, reduce_picture(each.picture, MAX_DRAWN_SIDE_PX // 2)) for each in samples]
     )
-    _write(folder / SHEET_FILE, encoded(sheet, ".png"))
+    _write(folder / SHEET_FILE, encode_picture(sheet, ".png"))
 
 
 def _write(path: Path, content: bytes) -> None:

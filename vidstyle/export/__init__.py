@@ -5,12 +5,32 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-RUNNER_FOLDER = Path(__file__).with_name("runner")
+_FOLDER = Path(__file__).parent
+RUNNER_FOLDER = _FOLDER / "runner"
 """The JavaScript modules that run plans in a browser; import `runner.js`."""
+SCRIPT_FOLDERS = (RUNNER_FOLDER, _FOLDER / "modules")
+"""The JavaScript modules that every page of vidstyle may import."""
+_IMPORT = re.compile(r'^import [^;]* from "\./([\w.]+)";\n', re.MULTILINE)
 
 
 def runner_module() -> str:
     """The modules of `RUNNER_FOLDER` joined into one module."""
-    parts = ("measured", "context", "frame", "runner")
-    texts = ((RUNNER_FOLDER / f"{part}.js").read_text(encoding="utf-8") for part in parts)
-    return "\n".join(re.sub(r'^import .* from "\./.*";\n', "", text, flags=re.M) for text in texts)
+    return join_modules(RUNNER_FOLDER / "runner.js")
+
+
+def join_modules(path: Path) -> str:
+    """Return a module and all modules that it imports, directly or not, as the text of one module.
+
+    It imports modules of `SCRIPT_FOLDERS`, by their file names.
+    """
+    texts: dict[str, str] = {}
+
+    def add(path: Path) -> None:
+        text = path.read_text(encoding="utf-8")
+        for name in _IMPORT.findall(text):
+            if name not in texts:
+                add(next(folder / name for folder in SCRIPT_FOLDERS if (folder / name).exists()))
+        texts[path.name] = _IMPORT.sub("", text)
+
+    add(path)
+    return "\n".join(texts.values())

@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 
 from vidstyle.errors import VidstyleError
-from vidstyle.gpu.compile.es import COMPONENT_COUNTS
+from vidstyle.gpu.compile.es import COMPONENT_COUNTS, EsPlan
 from vidstyle.style import Style, set_values
 from vidstyle.style.panel import panel
 
 SLIDER_POSITIONS = 5
 """Number of slider positions recorded for a nonlinear effect."""
 INTEGER_TYPES = ("bool", "int", "ivec2")
-MakePlan = Callable[[Style], dict[str, Any]]
+MakePlan = Callable[[Style], EsPlan]
 ValuesAt = Callable[[object], list[float] | None]
 """Returns the values of the plan for a value of a control; None if the passes differ."""
 
@@ -49,9 +49,7 @@ def _tint(text: str) -> str:
     return f"{text[:5]}{int(text[5:], 16) ^ 1:02x}" if is_gray else text
 
 
-def tables_of(
-    style: Style, base: dict[str, Any], control: dict[str, Any], make: MakePlan
-) -> list[dict[str, Any]]:
+def tables_of(style: Style, base: EsPlan, control: dict[str, Any], make: MakePlan) -> list[dict[str, Any]]:
     """Return the effect of a control on plan values: one table, or three for a colour; none if passes change.
 
     A table holds the positions `at`. For each number that changes, `set` holds its index in `values`, its
@@ -69,7 +67,7 @@ def tables_of(
             plan = make(set_values(style, {control["path"]: value}))
         except VidstyleError:
             return None
-        return plan["values"] if is_same(plan, base) else None
+        return plan.values if plan.key == base.key else None
 
     if control["kind"] == "color":
         codes = bytes.fromhex(control["value"][1:])
@@ -82,14 +80,14 @@ def _complete(tables: list[dict[str, Any] | None]) -> list[dict[str, Any]]:
     return found if len(found) == len(tables) else []
 
 
-def _of_primary(codes: bytes, part: int, base: dict[str, Any], values_at: ValuesAt) -> dict[str, Any] | None:
+def _of_primary(codes: bytes, part: int, base: EsPlan, values_at: ValuesAt) -> dict[str, Any] | None:
     """Return the table of one primary of a colour, on which all numbers depend linearly."""
     far = 254 if codes[part] < 128 else 1
     found = values_at("#" + bytes([*codes[:part], far, *codes[part + 1 :]]).hex())
-    return None if found is None else _make_table([codes[part], far], [base["values"], found], base)
+    return None if found is None else _make_table([codes[part], far], [base.values, found], base)
 
 
-def _of_control(control: dict[str, Any], base: dict[str, Any], values_at: ValuesAt) -> dict[str, Any] | None:
+def _of_control(control: dict[str, Any], base: EsPlan, values_at: ValuesAt) -> dict[str, Any] | None:
     if control["kind"] != "slider":
         return _of_positions(_options(control), control["value"], base, values_at)
     low, high, now = control["low"], control["high"], control["value"]
@@ -97,7 +95,7 @@ def _of_control(control: dict[str, Any], base: dict[str, Any], values_at: Values
         now = (low + high) // 2 if control["whole"] else (low + high) / 2
     at = [low, now, high]
     found = _probe([number for number in at if number != control["value"]], values_at)
-    found[control["value"]] = base["values"]
+    found[control["value"]] = base.values
     if all(number in found for number in at) and _is_linear(at, [found[number] for number in at]):
         return _make_table([low, high], [found[low], found[high]], base)
     whole = round if control["whole"] else float
@@ -110,13 +108,13 @@ def _options(control: dict[str, Any]) -> list[Any]:
 
 
 def _of_positions(
-    values: Sequence[Any], now: object, base: dict[str, Any], values_at: ValuesAt
+    values: Sequence[Any], now: object, base: EsPlan, values_at: ValuesAt
 ) -> dict[str, Any] | None:
     """Return the table of the values around the current one that leave the passes unchanged."""
     place = values.index(now)
     sides = (values[:place][::-1], values[place + 1 :])
     below, above = (_probe(side, values_at) for side in sides)
-    found = dict([*list(below.items())[::-1], (now, base["values"]), *above.items()])
+    found = dict([*list(below.items())[::-1], (now, base.values), *above.items()])
     if len(found) == 1:
         return None
     at = (
@@ -143,7 +141,7 @@ def _is_linear(at: Sequence[float], tried: Sequence[Any]) -> bool:
     return bool(np.allclose(middle, expected, rtol=1e-5, atol=1e-7))
 
 
-def _make_table(at: Sequence[float], found: Sequence[Any], base: dict[str, Any]) -> dict[str, Any]:
+def _make_table(at: Sequence[float], found: Sequence[Any], base: EsPlan) -> dict[str, Any]:
     columns = np.array(found)
     integers = set(_integers(base))
     changed = [int(index) for index in np.flatnonzero((columns != columns[0]).any(axis=0))]
@@ -160,10 +158,10 @@ def _make_table(at: Sequence[float], found: Sequence[Any], base: dict[str, Any])
     }
 
 
-def _integers(base: dict[str, Any]) -> Iterator[int]:
+def _integers(base: EsPlan) -> Iterator[int]:
     """Yield the indices of integers in `values`."""
-    index = len(base["pages"]) - 1
-    for each in base["passes"]:
+    index = len(base.data["pages"]) - 1
+    for each in base.data["passes"]:
         for _, kind, count in each["uniforms"]:
             length = COMPONENT_COUNTS[kind] * max(count, 1)
             yield from range(index, index + length) if kind in INTEGER_TYPES else ()
@@ -201,8 +199,3 @@ def is_alike(plan: dict[str, Any], base: dict[str, Any]) -> bool:
     passes = [re.sub(r"'texture': '\w+'", "", repr(each["passes"])) for each in (plan, base)]
     keys = ("pages", "images", "measures", "shaders")
     return passes[0] == passes[1] and all(plan[key] == base[key] for key in keys)
-
-
-def is_same(plan: dict[str, Any], base: dict[str, Any]) -> bool:
-    """Whether two plans differ only in values."""
-    return all(plan[key] == base[key] for key in base if key not in ("values", "size"))

@@ -12,14 +12,16 @@ from typing import Any
 
 import numpy as np
 
+from vidstyle.core.color.film_colors import MAX_SIDE_PX, FilmColors
 from vidstyle.core.convert import to_rgb
-from vidstyle.core.film_colors import MAX_SIDE_PX, FilmColors
 from vidstyle.core.picture import Picture
-from vidstyle.core.sampling import sampled
+from vidstyle.core.sampling import sample_plane
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import ReadOptions, open_reader, open_source
 from vidstyle.style import Style
+from vidstyle.style.mask_declarations import BACKDROP, fixed_mask_level
+from vidstyle.style.resolve import masks_read
 
 MEASURED_FRAMES = 8
 """Number of frames measured in a film."""
@@ -32,14 +34,24 @@ def frozen_percentiles(style: Style, pictures: Iterable[np.ndarray]) -> dict[str
         pictures: H x W x 3 uint8.
     """
     with CpuRenderer(replace(style, steady=0.0)) as renderer:
-        taken = [renderer.measured(Picture.from_array(each)) for each in pictures]
+        taken = [renderer.measured(_with_fixed_masks(style, each)) for each in pictures]
     means = {step: np.mean([each[step] for each in taken], axis=0) for step in taken[0]}
     return {f"{layer} {number}": tuple(map(float, mean)) for (layer, number), mean in means.items()}
 
 
+def _with_fixed_masks(style: Style, color: np.ndarray) -> Picture:
+    """Return a picture with the masks that an exported style has."""
+    levels = {name: round(255 * fixed_mask_level(name)) for name in masks_read(style)}
+    masks = {
+        name: np.full(color.shape if name == BACKDROP else color.shape[:2], level, np.uint8)
+        for name, level in levels.items()
+    }
+    return replace(Picture.from_array(color), masks=masks)
+
+
 def freeze_colors(plan: dict[str, Any], pictures: Iterable[np.ndarray]) -> None:
     """Fill the film colour textures of a plan with the main colours of pictures, H x W x 3 uint8."""
-    combined = Picture.from_array(np.concatenate([sampled(each, MAX_SIDE_PX) for each in pictures]))
+    combined = Picture.from_array(np.concatenate([sample_plane(each, MAX_SIDE_PX) for each in pictures]))
     for texture in plan["textures"].values():
         if "film" in texture:
             table = np.empty(texture["size"][1::-1], np.float32)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import base64
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -17,8 +17,9 @@ import numpy as np
 
 import vidstyle
 from vidstyle.blocks import all_blocks
-from vidstyle.export.adjust import is_same
-from vidstyle.gpu.compile.es import COMPONENT_COUNTS
+from vidstyle.errors import counted
+from vidstyle.export.adjust import MakePlan
+from vidstyle.gpu.compile.es import COMPONENT_COUNTS, EsPlan
 from vidstyle.style import Style
 
 HEIGHT_PROBE_FACTOR = 1.02
@@ -50,7 +51,7 @@ _HOOK_HEAD = """\
 """
 
 
-def height_powers(plan: dict[str, Any], make: Callable[[Style], dict[str, Any]], style: Style) -> list[int]:
+def height_powers(plan: EsPlan, make: MakePlan, style: Style) -> list[int]:
     """Return for each value of a plan the power of the picture height by which it scales.
 
     It is 1 for lengths, -1 for the working size of a bank that depends on a length, else 0.
@@ -59,11 +60,11 @@ def height_powers(plan: dict[str, Any], make: Callable[[Style], dict[str, Any]],
         make: makes a plan of another style for the same picture size.
     """
     if style.height is None:
-        return [0] * len(plan["values"])
+        return [0] * len(plan.values)
     other = make(replace(style, height=style.height * HEIGHT_PROBE_FACTOR))
-    if not is_same(other, plan):
-        return [0] * len(plan["values"])
-    now, then = (np.array(each["values"], float) for each in (plan, other))
+    if other.key != plan.key:
+        return [0] * len(plan.values)
+    now, then = (np.array(each.values, float) for each in (plan, other))
     grows, shrinks = (
         np.isclose(then * HEIGHT_PROBE_FACTOR**power, now, rtol=1e-4, atol=0) for power in (1, -1)
     )
@@ -88,7 +89,7 @@ def _head(style: Style, plan: dict[str, Any], measured_from: str) -> str:
     left = []
     count = len(plan["measures"]) + sum("film" in each for each in plan["textures"].values())
     if count:
-        left.append(f"// Frozen: {count} measurement{'s' * (count > 1)} of {measured_from}.")
+        left.append(f"// Frozen: {counted(count, 'measurement')} of {measured_from}.")
     if "steady" in plan["server"]:
         left.append("// Not included: temporal smoothing.")
     width, height = plan["size"]

@@ -8,18 +8,21 @@ import json
 import re
 from html import escape
 from importlib.resources import files
+from pathlib import Path
 from string import Template
 from typing import Any
 
 import vidstyle
-from vidstyle.export import runner_module
+from vidstyle.export import join_modules
 from vidstyle.export.adjust import is_alike, main_controls, tables_fit, tables_of, with_tints
-from vidstyle.gpu.compile.es import es_plan
+from vidstyle.gpu.compile.es import EsPlan
 from vidstyle.style import Style, set_values
 from vidstyle.style.panel import panel
 
 WORKING_SIDES_PX = (720, 360, 1080)
 """Working sizes of the page: the shorter side; the default comes first."""
+
+_PAGE_MODULE = Path(__file__).with_name("page.js")
 
 
 def page_of_style(style: Style) -> str:
@@ -28,8 +31,7 @@ def page_of_style(style: Style) -> str:
     Raises:
         StyleError: the style is invalid.
     """
-    runner = re.sub(r"^export (?=class|function|const)", "", runner_module(), flags=re.M)
-    script = f"{runner}\n{_text('page.js')}"
+    script = _script()
     css = _text("page.css")
     data = json.dumps(page_data(style), separators=(",", ":")).replace("</", "<\\/")
     return Template(_text("page.html")).substitute(
@@ -44,6 +46,12 @@ def page_of_style(style: Style) -> str:
     )
 
 
+def _script() -> str:
+    """Return `page.js` with the modules that it imports, without exports and comments for developers."""
+    text = re.sub(r"^export (?=class|function|const)", "", join_modules(_PAGE_MODULE), flags=re.M)
+    return re.sub(r"^ *(?://[^\n]*|/\*\*.*?\*/)\n", "", text, flags=re.M | re.S)
+
+
 def page_data(style: Style) -> dict[str, Any]:
     """Return the plans of a style for `WORKING_SIDES_PX`, its controls and their effect on plan values.
 
@@ -53,9 +61,9 @@ def page_data(style: Style) -> dict[str, Any]:
     controls = main_controls(style)
     plans: list[dict[str, Any]] = []
     for side in WORKING_SIDES_PX:
-        plan = es_plan(style, _width(side), side)
-        alike = next((other for other in plans if is_alike(plan, other["plan"])), None)
-        plans.append({"side": side, "plan": plan, "tables": _tables(style, plan, controls, alike)})
+        plan = EsPlan.of(style, _width(side), side)
+        alike = next((other for other in plans if is_alike(plan.data, other["plan"])), None)
+        plans.append({"side": side, "plan": plan.data, "tables": _tables(style, plan, controls, alike)})
     shown = [control for control in controls if all(control["path"] in each["tables"] for each in plans)]
     texts = list(dict.fromkeys(text for each in plans for text in each["plan"]["shaders"]))
     textures = {name: made for each in plans for name, made in each["plan"].pop("textures").items()}
@@ -74,16 +82,15 @@ def page_data(style: Style) -> dict[str, Any]:
 
 
 def _tables(
-    style: Style, plan: dict[str, Any], controls: list[dict[str, Any]], alike: dict[str, Any] | None
+    style: Style, plan: EsPlan, controls: list[dict[str, Any]], alike: dict[str, Any] | None
 ) -> dict[str, Any]:
-    """Return tables by path of the control; reuse those of a similar plan for another size where they fit."""
-    width, height = plan["size"]
+    """Return tables by path of the control; reuse the tables of a similar plan if they fit."""
     tables = {}
     for control in controls:
         serves = alike is not None and control.get("unit") != "px"
         found = alike["tables"].get(control["path"], []) if alike and serves else []
-        if not serves or not tables_fit(found, control, plan):
-            found = tables_of(style, plan, control, lambda changed: es_plan(changed, width, height))
+        if not serves or not tables_fit(found, control, plan.data):
+            found = tables_of(style, plan, control, lambda changed: EsPlan.of(changed, *plan.data["size"]))
         if found:
             tables[control["path"]] = found
     return tables

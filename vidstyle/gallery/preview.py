@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from base64 import b64encode
 from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import replace
@@ -16,12 +15,18 @@ import cv2
 import numpy as np
 
 from vidstyle.core.convert import to_rgb
-from vidstyle.errors import InputError, UsageError, log, printable
-from vidstyle.gallery.style_samples import StyleSample, encoded, samples_of, sheet_of_samples
+from vidstyle.errors import InputError, UsageError, counted, log, printable
+from vidstyle.gallery.style_samples import (
+    StyleSample,
+    encode_picture,
+    jpeg_address,
+    samples_of,
+    sheet_of_samples,
+)
 from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import ReadOptions, open_reader, open_source
 from vidstyle.media.write.atomic import atomic_file
-from vidstyle.pipeline.progress import OnStep, unwatched
+from vidstyle.pipeline.progress import ProgressCallback, ignore_progress
 from vidstyle.style import Style
 
 MAX_SIDE = 960
@@ -44,7 +49,7 @@ def write_preview(
     styles: Sequence[Style],
     read: ReadOptions | None = None,
     overwrite: bool = False,
-    on_step: OnStep = unwatched,
+    on_step: ProgressCallback = ignore_progress,
 ) -> str:
     """Write a picture of the source in several styles.
 
@@ -70,7 +75,7 @@ def write_preview(
         raise UsageError(target, "cannot be a preview", f"end its name in {' or '.join(_PREVIEW_SUFFIXES)}")
     count = len(styles) - 1
     name = "standard input" if str(source) == "-" else Path(source).name
-    heading = f"{name} in {count} style{'s' * (count != 1)}"
+    heading = f"{name} in {counted(count, 'style')}"
     with atomic_file(target, source, overwrite) as write:
         picture = read_still(source, read)
         samples = []
@@ -82,7 +87,7 @@ def write_preview(
             write(preview_page(heading, samples).encode("utf-8"))
         else:
             sheet = sheet_of_samples([(sample.style.name, sample.picture) for sample in samples])
-            write(encoded(sheet, suffix))
+            write(encode_picture(sheet, suffix))
     return heading
 
 
@@ -98,7 +103,7 @@ def _figure(sample: StyleSample) -> str:
     return _FIGURE_TEMPLATE.substitute(
         name=escape(sample.style.name),
         note=_to_html(sample.style.note),
-        picture=f"data:image/jpeg;base64,{b64encode(encoded(sample.picture, '.jpg')).decode('ascii')}",
+        picture=jpeg_address(sample.picture),
         width=width,
         height=height,
     )
@@ -129,7 +134,7 @@ def read_still(source: str | Path, read: ReadOptions | None = None) -> np.ndarra
         try:
             return _read(source, replace(read, start=middle))
         except InputError:
-            log.warning("%s: no picture in the middle of its announced duration: showing its first", source)
+            log.warning("%s: no frame in the middle of its nominal duration; showing the first one", source)
     return _read(source, read)
 
 

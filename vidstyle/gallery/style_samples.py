@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from base64 import b64encode
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -11,9 +12,14 @@ import numpy as np
 
 from vidstyle.block import Block
 from vidstyle.blocks import all_blocks
-from vidstyle.core.cores import available_cores
-from vidstyle.core.picture import Picture
+from vidstyle.core.machine.cores import available_cores
+from vidstyle.core.scene_cuts import KnownCuts
 from vidstyle.cpu.renderer import CpuRenderer
+from vidstyle.media.picture_bytes import jpeg_bytes, png_bytes
+from vidstyle.regions.focus import FocusRenderer
+from vidstyle.regions.mask_renderer import MaskRenderer
+from vidstyle.regions.still_faces import NO_FACES, KnownFaces, StillFaces
+from vidstyle.renderer import restyle_array
 from vidstyle.style import Step, Style
 from vidstyle.style.wiring import wiring_of
 
@@ -23,16 +29,7 @@ SHEET_ASPECT = 16 / 10
 """The aspect ratio that the layout of a sheet approximates."""
 MAX_SHEET_SIDE = 480
 """The longest side of one picture on a sheet of samples, in pixels."""
-
-_ENCODER_PARAMETERS = {
-    ".png": [],
-    # Subsampled chroma would wash out coloured dots and strokes.
-    ".jpg": [
-        *(cv2.IMWRITE_JPEG_QUALITY, 88),
-        *(cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444),
-        *(cv2.IMWRITE_JPEG_OPTIMIZE, 1),
-    ],
-}
+JPEG_QUALITY = 88
 
 
 @dataclass(frozen=True)
@@ -53,20 +50,23 @@ def style_of_block(block: Block) -> Style:
 
 def samples_of(picture: np.ndarray, styles: Iterable[Style]) -> Iterator[StyleSample]:
     """Render a picture, H x W x 3 uint8, in each style; yield samples in order. Uses all cores."""
+    faces = StillFaces().find("picture", lambda: picture)
     with ThreadPoolExecutor(available_cores(), thread_name_prefix="vidstyle-gallery") as pool:
-        yield from pool.map(lambda style: StyleSample(style, restyled(picture, style)), styles)
+        yield from pool.map(lambda style: StyleSample(style, restyle_picture(picture, style, faces)), styles)
 
 
-def restyled(picture: np.ndarray, style: Style) -> np.ndarray:
-    """Render a picture, H x W x 3 uint8, in a style. Uses one thread."""
-    source = Picture.from_array(picture)
-    with CpuRenderer(replace(style, steady=0.0), threads=1) as renderer:
-        color = renderer.run(source, None, source.encoding, rgb=True).color
-    assert color is not None
-    return np.array(color)
+def restyle_picture(picture: np.ndarray, style: Style, faces: KnownFaces = NO_FACES) -> np.ndarray:
+    """Render a picture, H x W x 3 uint8, in a style, with focus on these faces. Uses one thread."""
+
+    def open_backend(style: Style, cuts: KnownCuts | None) -> CpuRenderer:
+        return CpuRenderer(style, threads=1)
+
+    style = replace(style, steady=0.0)
+    with MaskRenderer(style, lambda: FocusRenderer(style, open_backend, faces)) as renderer:
+        return restyle_array(renderer, picture)
 
 
-def labelled(picture: np.ndarray, name: str) -> np.ndarray:
+def label_picture(picture: np.ndarray, name: str) -> np.ndarray:
     """Return the picture, H x W x 3 uint8, with a white border and its name above."""
     framed = cv2.copyMakeBorder(
         picture, LABEL_HEIGHT_PX, BORDER_PX, BORDER_PX, BORDER_PX, cv2.BORDER_CONSTANT, value=(255, 255, 255)
@@ -90,13 +90,16 @@ def sheet_of_samples(named: Sequence[tuple[str, np.ndarray]]) -> np.ndarray:
     size = max(1, round(width * factor)), max(1, round(height * factor))
     columns = round((len(named) * SHEET_ASPECT * (size[1] + LABEL_HEIGHT_PX) / size[0]) ** 0.5)
     return sheet_of(
-        (labelled(cv2.resize(each, size, interpolation=cv2.INTER_AREA), name) for name, each in named),
+        (label_picture(cv2.resize(each, size, interpolation=cv2.INTER_AREA), name) for name, each in named),
         min(max(1, columns), len(named)),
     )
 
 
-def encoded(picture: np.ndarray, suffix: str) -> bytes:
+def encode_picture(picture: np.ndarray, suffix: str) -> bytes:
     """Encode a picture, H x W x 3 uint8 RGB, as a .png or .jpg file."""
-    done, content = cv2.imencode(suffix, picture[..., ::-1], _ENCODER_PARAMETERS[suffix])
-    assert done, suffix
-    return content.tobytes()
+    return png_bytes(picture) if suffix == ".png" else jpeg_bytes(picture, JPEG_QUALITY, optimized=True)
+
+
+def jpeg_address(picture: np.ndarray) -> str:
+    """Return a "data:" address for a page that contains the picture, H x W x 3 uint8 RGB."""
+    return f"data:image/jpeg;base64,{b64encode(encode_picture(picture, '.jpg')).decode('ascii')}"

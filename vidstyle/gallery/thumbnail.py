@@ -7,7 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from vidstyle.gallery.style_samples import restyled
+from vidstyle.gallery.style_samples import restyle_picture
 from vidstyle.style import PLAIN, Style, load_style
 
 THUMBNAIL_WIDTH_PX, THUMBNAIL_HEIGHT_PX = 240, 135
@@ -23,12 +23,12 @@ def thumbnail(style: Style) -> np.ndarray:
     shipped = {file.stem: file for file in THUMBNAIL_FOLDER.glob("*.webp")}
     if style.name in shipped and style == load_style(style.name):
         return _small(_read(shipped[style.name]))
-    return restyled_thumbnail(style)
+    return restyle_thumbnail(style)
 
 
-def restyled_thumbnail(style: Style) -> np.ndarray:
+def restyle_thumbnail(style: Style) -> np.ndarray:
     """Render the thumbnail of a style."""
-    return _small(restyled(_read(THUMBNAIL_FOLDER / f"{PLAIN}.webp"), style))
+    return _small(restyle_picture(_read(THUMBNAIL_FOLDER / f"{PLAIN}.webp"), style))
 
 
 def _read(file: Path) -> np.ndarray:

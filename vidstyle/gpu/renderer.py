@@ -5,38 +5,32 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import Future
 from concurrent.futures import TimeoutError as FutureTimeout
-from typing import Protocol
 
-from vidstyle.core.picture import Encoding, Picture
+from vidstyle.backend import Backend, FrameRequest
+from vidstyle.core.picture import Picture
+from vidstyle.core.scene_cuts import KnownCuts
 from vidstyle.errors import DeviceError, log
 from vidstyle.gpu.compile.glsl import Form
 from vidstyle.gpu.device.devices import Device
-from vidstyle.gpu.session import FrameRequest, GpuSession, InFlightFrame
+from vidstyle.gpu.session import GpuSession, InFlightFrame
 from vidstyle.style import Style
+from vidstyle.style.wiring import needs_cpu
 
 HANG_SECONDS = 10.0
 """A GPU counts as lost after this time without a picture. Software renderers may be slow and never count as
 lost."""
 
 
-class Fallback(Protocol):
-    """The renderer that takes over when the GPU is lost; see `Backend`."""
-
-    def change_style(self, style: Style) -> None: ...
-
-    def run(self, picture: Picture, time: float | None, target: Encoding | None, rgb: bool) -> Picture: ...
-
-    def close(self) -> None: ...
-
-
 class PendingFrame:
     """A picture that is being restyled; `result` waits for it."""
 
-    def __init__(self, renderer: GpuRenderer, request: FrameRequest, session: GpuSession | None) -> None:
+    def __init__(
+        self, renderer: GpuRenderer, style: Style, request: FrameRequest, session: GpuSession | None
+    ) -> None:
         self._renderer = renderer
-        self.request = request
+        self.style, self.request = style, request
         self.session = session
-        self.started: Future[InFlightFrame] | None = session.start(request) if session else None
+        self.started: Future[InFlightFrame] | None = session.start(style, request) if session else None
 
     def result(self) -> Picture:
         """The restyled picture.
@@ -48,8 +42,8 @@ class PendingFrame:
         return self._renderer.finish(self)
 
 
-class GpuRenderer:
-    """Restyles one picture after another on a GPU; implements `Backend`.
+class GpuRenderer(Backend):
+    """Restyles one picture after another on a GPU.
 
     Start a picture before requesting the result of the previous one: the GPU then works on one picture while
     the other is transferred. If the context is lost or out of memory, it is reopened once; after a second
@@ -58,47 +52,51 @@ class GpuRenderer:
     Args:
         fallback: creates the fallback renderer for a style.
         form: form of the passes; None for the best form of the device.
+        cuts: scene cuts of the film; None: they are detected.
     """
 
     frames_in_flight = 1
+    device_kind = "gpu"
 
     def __init__(
-        self, style: Style, device: Device, fallback: Callable[[Style], Fallback], form: Form | None = None
+        self,
+        style: Style,
+        device: Device,
+        fallback: Callable[[Style], Backend],
+        form: Form | None = None,
+        cuts: KnownCuts | None = None,
     ) -> None:
         self._style = style
-        self._device, self._form = device, form
+        self._device, self._form, self._cuts = device, form, cuts
         self._make_fallback = fallback
-        self._fallback: Fallback | None = None
-        self._session: GpuSession | None = GpuSession(device, form)
+        self._fallback: Backend | None = None
+        self._session: GpuSession | None = GpuSession(device, form, cuts=cuts)
         self._reopened = False
 
     def change_style(self, style: Style) -> None:
         """Use another style from the next picture on."""
         self._style = style
 
-    def start(
-        self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
-    ) -> PendingFrame:
+    def begin(self, request: FrameRequest) -> PendingFrame:
         """Upload a picture and start its passes."""
-        request = FrameRequest(self._style, picture, time, target or picture.encoding, rgb)
-        return PendingFrame(self, request, self._session)
+        if not needs_cpu(self._style):
+            return PendingFrame(self, self._style, request, self._session)
+        log.info("%s has a network: it runs on the CPU", self._style.name, extra={"once": True})
+        return PendingFrame(self, self._style, request, None)
 
-    def run(
-        self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
-    ) -> Picture:
-        """Restyle a picture and wait for it."""
-        return self.start(picture, time, target, rgb).result()
+    def cancel(self) -> None:
+        """Do nothing: a started picture is finished soon."""
 
     def finish(self, pending: PendingFrame) -> Picture:
         """Return the result of a started picture; restyle it again if the context was lost since."""
-        while (session := self._session) is not None:
+        while not needs_cpu(pending.style) and (session := self._session) is not None:
             if pending.session is not session:
-                pending = PendingFrame(self, pending.request, session)
+                pending = PendingFrame(self, pending.style, pending.request, session)
             try:
                 return self._wait(pending)
             except (DeviceError, MemoryError, FutureTimeout) as error:
                 self._reopen(session, error)
-        return self._run_fallback(pending.request)
+        return self._run_fallback(pending)
 
     def close(self) -> None:
         """Close the context and the fallback."""
@@ -120,18 +118,18 @@ class GpuRenderer:
         if not (self._reopened or hangs):
             self._reopened = True
             try:
-                self._session = GpuSession(self._device, self._form)
+                self._session = GpuSession(self._device, self._form, cuts=self._cuts)
                 log.warning("the GPU is lost (%s): reopened", reason)
                 return
             except DeviceError as again:
                 reason = again.reason
         log.warning("the GPU is lost (%s): continuing on the CPU", reason)
 
-    def _run_fallback(self, request: FrameRequest) -> Picture:
+    def _run_fallback(self, pending: PendingFrame) -> Picture:
         try:
-            self._fallback = self._fallback or self._make_fallback(request.style)
-            self._fallback.change_style(request.style)
-            return self._fallback.run(request.picture, request.time, request.target, request.rgb)
+            self._fallback = self._fallback or self._make_fallback(pending.style)
+            self._fallback.change_style(pending.style)
+            return self._fallback.restyle(pending.request)
         except MemoryError:
             raise DeviceError(
                 "the GPU", "is lost, and there is not enough memory to continue on the CPU"

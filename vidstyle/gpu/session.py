@@ -12,40 +12,32 @@ from typing import Any
 
 import numpy as np
 
+from vidstyle.backend import FrameRequest
 from vidstyle.block import moment_of
-from vidstyle.core.bands import shared_pool
-from vidstyle.core.film_colors import FilmPalettes
-from vidstyle.core.picture import Encoding, Picture, PictureLayout
+from vidstyle.core.bands import shared_workers
+from vidstyle.core.color.film_colors import FilmPalettes
+from vidstyle.core.picture import Picture, PictureLayout
 from vidstyle.core.planes import alpha_in_depth
 from vidstyle.core.sampling import ExponentialSmoother, small_luma
-from vidstyle.core.scene_cuts import SceneCutDetector
+from vidstyle.core.scene_cuts import KnownCuts, SceneCutDetector
 from vidstyle.errors import DeviceError, log
 from vidstyle.gpu.compile.glsl import Form
 from vidstyle.gpu.compile.plan import Plan, make_plan
-from vidstyle.gpu.compile.shader_nodes import ShaderMeasure
+from vidstyle.gpu.compile.shader_nodes import ShaderPercentileRequest
 from vidstyle.gpu.compile.tiles import MAX_SIDE
 from vidstyle.gpu.device.context import ContextThread, close_context, open_context
 from vidstyle.gpu.device.devices import Device
-from vidstyle.gpu.device.runner import BlendWeights, GpuResources, Readback, Runner
+from vidstyle.gpu.device.gpu_resources import GpuResources
+from vidstyle.gpu.device.runner import BlendWeights, Readback, Runner
 from vidstyle.gpu.device.stabilizer import GpuStabilizer
 from vidstyle.stabilize.stabilizer import Stabilizer, planes_encoding, stabilized_layout, with_planes
+from vidstyle.stabilize.still import flatten_still
 from vidstyle.style import Style
 from vidstyle.style.lower import Steps
 from vidstyle.style.resolve import film_tables, has_fixed_marks, resolve, structure
 
 END_SECONDS = 2.0
 """Maximum time to wait for closing a context."""
-
-
-@dataclass(frozen=True)
-class FrameRequest:
-    """A picture to restyle, and the style; see `Backend.run` for the other arguments."""
-
-    style: Style
-    picture: Picture
-    time: float | None
-    target: Encoding
-    rgb: bool
 
 
 @dataclass(frozen=True)
@@ -73,13 +65,19 @@ class GpuSession:
         form: form of the passes; None for the best form of the device.
         fused: False to make every call a separate pass, for comparison.
         max_side: pages with a longer side are processed in tiles.
+        cuts: scene cuts of the film; None: they are detected.
 
     Raises:
         DeviceError: the context cannot be opened.
     """
 
     def __init__(
-        self, device: Device, form: Form | None = None, fused: bool = True, max_side: int = MAX_SIDE
+        self,
+        device: Device,
+        form: Form | None = None,
+        fused: bool = True,
+        max_side: int = MAX_SIDE,
+        cuts: KnownCuts | None = None,
     ) -> None:
         self._form: Form = form or device.form
         self._fused = fused
@@ -89,7 +87,7 @@ class GpuSession:
         self._steps: Steps = {}
         self._runner: Runner | None = None
         self._smoothers: dict[tuple[str, int], ExponentialSmoother] = {}
-        self._cuts = SceneCutDetector()
+        self._cuts = cuts or SceneCutDetector()
         self._film_palettes = FilmPalettes()
         self._stabilizer: GpuStabilizer | Stabilizer | None = None
         try:
@@ -98,9 +96,9 @@ class GpuSession:
             self._thread.end(END_SECONDS)
             raise
 
-    def start(self, request: FrameRequest) -> Future[InFlightFrame]:
+    def start(self, style: Style, request: FrameRequest) -> Future[InFlightFrame]:
         """Upload a picture and start all passes for it, in the context's thread."""
-        return self._thread.submit(self._start, request)
+        return self._thread.submit(self._start, style, request)
 
     def fetch(self, frame: InFlightFrame) -> Future[Picture]:
         """Return the restyled picture; the context's thread waits until the GPU has finished it."""
@@ -115,19 +113,22 @@ class GpuSession:
         self._context = open_context(index)
         self._resources = GpuResources(self._context)
 
-    def _start(self, request: FrameRequest) -> InFlightFrame:
+    def _start(self, style: Style, request: FrameRequest) -> InFlightFrame:
+        request = flatten_still(request, style.steady)
         with driver_errors():
-            runner, picture, finish = self._prepare(request), request.picture, None
+            runner, picture, finish = self._prepare(style, request), request.picture, None
             stabilizer, measures = self._stabilizer, runner.plan.measures
             remembers = bool(stabilizer or measures or self._film_palettes)
-            scene_cut = remembers and self._cuts.is_cut(small_luma(picture))
+            scene_cut = remembers and self._cuts.is_cut(small_luma(picture), request.time)
             self._film_palettes.follow(picture, request.time, scene_cut)
             weights = self._blend_weights(measures, request.time, scene_cut)
             moment = moment_of(request.time)
             if isinstance(stabilizer, Stabilizer):
-                stabilized = stabilizer.before(picture, request.time, scene_cut)
+                assert request.time is not None
+                pair = stabilizer.follow(picture, request.time, scene_cut)
+                stabilized = stabilizer.before(picture, pair.warp() if pair else None, shared_workers())
                 readbacks = runner.start(stabilized.picture, weights, moment=moment)
-                finish = partial(stabilizer.after, stabilized=stabilized)
+                finish = partial(stabilizer.after, stabilized=stabilized, workers=shared_workers())
             elif stabilizer is not None:
                 assert request.time is not None
                 stabilizer.estimate(picture, request.time, scene_cut)
@@ -137,20 +138,20 @@ class GpuSession:
             self._check()
             return InFlightFrame(request, runner.plan, readbacks, finish)
 
-    def _prepare(self, request: FrameRequest) -> Runner:
+    def _prepare(self, style: Style, request: FrameRequest) -> Runner:
         """Return the runner for a request: the previous runner, or a new one."""
-        style, is_steady = request.style, request.style.steady > 0 and request.time is not None
+        is_steady = style.steady > 0 and request.time is not None
         layout = stabilized_layout(request.picture) if is_steady else PictureLayout.of(request.picture)
         old = self._runner.plan if self._runner else None
         same_size = old is not None and old.source.shape == layout.shape
-        same_layout = old is not None and old.fits(layout, request.target, request.rgb)
+        same_layout = old is not None and old.fits(layout, request.encoding, request.rgb)
         if self._runner and same_layout and style is self._style:
             return self._runner
         steps = self._steps
         if not (same_size and style is self._style):
             steps = resolve(style, *layout.shape)
         same_structure = structure(steps) == structure(self._steps)
-        plan = make_plan(style, steps, layout, request.target, request.rgb, self._form, self._fused)
+        plan = make_plan(style, steps, layout, request.encoding, request.rgb, self._form, self._fused)
         if self._runner is not None:
             self._runner.release()
             self._runner = None
@@ -164,24 +165,23 @@ class GpuSession:
             self._stabilizer = None
         self._runner = Runner(self._resources, plan, self._max_side)
         if is_steady:
-            self._stabilize(request, has_fixed_marks(steps), self._runner.is_tiled)
+            self._stabilize(style.steady, request, has_fixed_marks(steps), self._runner.is_tiled)
         self._film_palettes.use(film_tables(steps))
         self._style, self._steps = style, steps
         return self._runner
 
-    def _stabilize(self, request: FrameRequest, is_fixed: bool, is_tiled: bool) -> None:
-        steady = request.style.steady
+    def _stabilize(self, steady: float, request: FrameRequest, is_fixed: bool, is_tiled: bool) -> None:
         if self._stabilizer is not None:
             self._stabilizer.change_strength(steady, is_fixed)
         elif is_tiled:
             log.info("pictures larger than one texture: stabilization runs on the CPU, which is slower")
-            self._stabilizer = Stabilizer(steady, is_fixed, shared_pool())
+            self._stabilizer = Stabilizer(steady, is_fixed)
         else:
             source = planes_encoding(request.picture)
-            self._stabilizer = GpuStabilizer(self._resources, steady, is_fixed, source, request.target)
+            self._stabilizer = GpuStabilizer(self._resources, steady, is_fixed, source, request.encoding)
 
     def _blend_weights(
-        self, measures: list[ShaderMeasure], time: float | None, scene_cut: bool
+        self, measures: list[ShaderPercentileRequest], time: float | None, scene_cut: bool
     ) -> BlendWeights:
         if scene_cut:
             self._smoothers = {}
@@ -195,7 +195,7 @@ class GpuSession:
         with driver_errors():
             tiles = [(each.windows.items(), each.transfer.arrays()) for each in frame.readbacks]
             self._check()
-        page, target = frame.request.picture.shape, frame.request.target
+        page, target = frame.request.picture.shape, frame.request.encoding
         planes: dict[str, np.ndarray] = {}
         for windows, arrays in tiles:
             for (name, window), array in zip(windows, arrays, strict=True):
@@ -227,10 +227,12 @@ def driver_errors() -> Iterator[None]:
 
 def _picture(frame: InFlightFrame, planes: dict[str, np.ndarray]) -> Picture:
     """Return the result, including planes that the passes have not changed."""
-    source, target = frame.request.picture, frame.request.target
+    source, target = frame.request.picture, frame.request.encoding
     alpha = alpha_in_depth(source, target.depth)
     if frame.request.rgb:
-        return Picture(replace(target, full_range=True, step=(1, 1)), color=planes["color"], alpha=alpha)
+        return Picture(
+            replace(target, full_range=True, subsampling=(1, 1)), color=planes["color"], alpha=alpha
+        )
     luma = planes.get("luma", source.luma)
     chroma = source.chroma
     if frame.plan.chroma == "made":

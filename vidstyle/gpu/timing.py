@@ -11,6 +11,7 @@ from itertools import product
 from statistics import median
 from typing import Literal
 
+from vidstyle.backend import FrameRequest
 from vidstyle.core.picture import Picture, PictureLayout
 from vidstyle.gpu.compile.explain import result_targets
 from vidstyle.gpu.compile.glsl import Form
@@ -19,8 +20,9 @@ from vidstyle.gpu.compile.plan import Plan, make_plan
 from vidstyle.gpu.compile.tiles import MAX_SIDE
 from vidstyle.gpu.device.context import ContextThread, close_context, open_context
 from vidstyle.gpu.device.devices import Device
-from vidstyle.gpu.device.runner import GpuResources, Runner, plane_arrays
-from vidstyle.gpu.session import END_SECONDS, FrameRequest, GpuSession, InFlightFrame, driver_errors
+from vidstyle.gpu.device.gpu_resources import GpuResources
+from vidstyle.gpu.device.runner import Runner, plane_arrays
+from vidstyle.gpu.session import END_SECONDS, GpuSession, InFlightFrame, driver_errors
 from vidstyle.style import Style
 from vidstyle.style.resolve import resolve
 
@@ -135,7 +137,7 @@ def _time_whole(style: Style, picture: Picture, device: Device, form: Form, seco
     session = GpuSession(device, form)
 
     def start(number: int) -> Future[InFlightFrame]:
-        return session.start(FrameRequest(style, picture, number / FRAME_RATE, picture.encoding, False))
+        return session.start(style, FrameRequest(picture, number / FRAME_RATE))
 
     def fetch(started: Future[InFlightFrame]) -> None:
         session.fetch(started.result()).result()

@@ -13,7 +13,7 @@ import numpy as np
 
 from vidstyle.errors import DeviceError, VidstyleError, log
 from vidstyle.live.latest import DropOldestQueue
-from vidstyle.media.audio import RATE, AudioChunk
+from vidstyle.media.audio import LIVE_SAMPLE_RATE, AudioChunk
 from vidstyle.media.capture.input import CapturedFrame, CaptureSource, LiveInput, LiveSource, T
 from vidstyle.media.capture.microphone import AudioInput, Microphone
 from vidstyle.media.capture.monotonic import MONOTONIC, Clock
@@ -122,7 +122,7 @@ class Capture(ReconnectingSource[LiveInput]):
         codec, rate, sample_aspect, has_sound: of the source, known with the first frame.
     """
 
-    purpose, substitute = "capture", "the last picture is held"
+    purpose, substitute = "capture", "the last frame is repeated"
 
     def __init__(self, source: LiveSource, push_audio: PushAudio, clock: Clock = MONOTONIC) -> None:
         super().__init__(source, push_audio, clock)
@@ -145,7 +145,7 @@ class Capture(ReconnectingSource[LiveInput]):
         """An error if the source has been open for long without a frame, else None."""
         if self._opened is None or self._last or self._clock.now() - self._opened < FIRST_FRAME_SECONDS:
             return None
-        return DeviceError(self._source.name, f"gave no picture in {FIRST_FRAME_SECONDS:g} s")
+        return DeviceError(self._source.name, f"has delivered no frame for {FIRST_FRAME_SECONDS:g} s")
 
     def close(self, timeout: float) -> None:
         """Stop; a thread that hangs in a driver is abandoned after `timeout` seconds."""
@@ -193,7 +193,7 @@ class MicrophoneCapture(ReconnectingSource[AudioInput]):
         if self.error is not None:
             raise self.error
         if not started:
-            raise DeviceError(self._source.name, f"gave no sound in {FIRST_CHUNK_SECONDS:g} s")
+            raise DeviceError(self._source.name, f"has delivered no sound for {FIRST_CHUNK_SECONDS:g} s")
 
     def _read(self, opened: AudioInput) -> None:
         for chunk in opened:
@@ -204,11 +204,11 @@ class MicrophoneCapture(ReconnectingSource[AudioInput]):
         """Wait, delivering silence up to the present: targets would wait for sound otherwise."""
         until = self._clock.now() + seconds
         while not self._clock.wait(self._stopping, SILENCE_SECONDS) and self._clock.now() < until:
-            missing = round((self._clock.now() - self._end) * RATE)
+            missing = round((self._clock.now() - self._end) * LIVE_SAMPLE_RATE)
             self._deliver(AudioChunk(np.zeros((2, max(0, missing)), np.float32), self._end))
 
     def _deliver(self, chunk: AudioChunk) -> None:
-        self._end = chunk.time + chunk.samples.shape[1] / RATE
+        self._end = chunk.time + chunk.samples.shape[1] / LIVE_SAMPLE_RATE
         self._push_audio(chunk)
         self._started.set()
 

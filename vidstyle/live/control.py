@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from vidstyle.errors import UsageError, suggest
 from vidstyle.media.capture.microphone import Microphone
 from vidstyle.style import Style, load_style, set_values, style_names
 from vidstyle.style.change import apply_variant
+from vidstyle.style.mask_declarations import REGIONS
 
 
 @dataclass(frozen=True)
@@ -105,6 +106,8 @@ class Controls:
     def choose(self, name: str) -> None:
         """Request another style; the overrides of the initial style apply to that style only.
 
+        Its regions, and what it has behind people, apply to all: a call must not show the room.
+
         Args:
             name: one of `names`, or a variant of one: "ink:green".
 
@@ -126,7 +129,12 @@ class Controls:
         Raises:
             StyleError: the style file has changed and is invalid.
         """
-        return self._initial if name == self._initial.name else load_style(name)
+        initial = self._initial
+        if name == initial.name:
+            return initial
+        regions = {key: mask for key in ("only", "keep") if (mask := getattr(initial, key)) in REGIONS}
+        style = load_style(name)
+        return replace(style, behind=initial.behind or style.behind, **regions)
 
     def next_style(self) -> None:
         """Request the next style; the first follows the last."""

@@ -5,14 +5,15 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
-from vidstyle.blocks import all_blocks
+from vidstyle.backend import Backend
 from vidstyle.core.convert import convert
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.errors import VidstyleError
 from vidstyle.live.latest import DropOldestQueue
-from vidstyle.media.resize import resized
-from vidstyle.renderer import Backend, open_renderer
-from vidstyle.style import LAYERS, Step, Style
+from vidstyle.media.resize import resize_picture
+from vidstyle.renderer import open_renderer
+from vidstyle.style import Style, expand
+from vidstyle.style.wiring import structure_key
 
 MIN_SIDE = 16
 """Pixels of the smallest working size."""
@@ -64,7 +65,7 @@ class HotSwapRenderer:
         if style is None:
             return convert(picture, target), False
         height, width = picture.shape
-        small = picture if self.scale == 1 else resized(picture, *self.working_size(width, height))
+        small = picture if self.scale == 1 else resize_picture(picture, *self.working_size(width, height))
         if style is not self._requested:
             self._request(style, small, time, target)
         before = self.style
@@ -72,7 +73,7 @@ class HotSwapRenderer:
         if self._renderer is None:
             self._renderer = open_renderer(self.style, self._device)
         result = self._renderer.run(small, time, target)
-        return resized(result, width, height), self.style is not before
+        return resize_picture(result, width, height), self.style is not before
 
     def working_size(self, width: int, height: int) -> tuple[int, int]:
         """Width and height that pictures of a size are restyled at."""
@@ -140,18 +141,8 @@ class HotSwapRenderer:
 
 
 def _structure_key(style: Style) -> tuple[object, ...]:
-    """Return the parts of a style that require compiling or loading: all but numbers and colours."""
-    layers = [[_step_key(step) for step in getattr(style, layer)] for layer in LAYERS]
-    return style.is_plain, style.steady > 0, style.strength < 1, layers
-
-
-def _step_key(step: Step) -> tuple[object, ...]:
-    block = all_blocks().get(step.block)
-    kept: dict[str, object] = {}
-    for name, parameter in block.parameters.items() if block else ():
-        value = step.values.get(name, parameter.default)
-        if parameter.control.own_file(value):
-            value = object()  # a file of the user may have changed: never equal
-        if parameter.control.changes_structure:
-            kept[name] = value
-    return step.block, step.save, step.source, step.on, step.mute, kept
+    """Return a key that is equal if only numbers and colours differ, which compiles and loads nothing."""
+    behind = style.behind and _structure_key(style.behind)
+    masks = style.only, style.keep, style.masks
+    steps = structure_key(expand(style).layers)
+    return style.is_plain, style.steady > 0, style.strength < 1, masks, behind, steps

@@ -13,9 +13,9 @@ from vidstyle.live.capture import Capture
 from vidstyle.live.control import Controls, LiveOptions
 from vidstyle.live.hot_swap import HotSwapRenderer
 from vidstyle.media.capture.input import CapturedFrame
-from vidstyle.media.color_tags import HD_LINES
+from vidstyle.media.color_tags import MIN_HD_HEIGHT
 from vidstyle.media.read.frame_converter import FrameConverter
-from vidstyle.media.resize import letterboxed, output_size, resized
+from vidstyle.media.resize import letterbox_picture, output_size, resize_picture
 
 
 class FrameProcessor:
@@ -107,8 +107,8 @@ class FrameNormalizer:
         if self._converter is None:
             self._converter = self._begin(captured, capture, name)
         picture = replace(self._converter.convert(captured.native)[0], alpha=None)
-        square = resized(picture, *self._square)
-        return square if self.size == self._square else letterboxed(square, *self.size)
+        square = resize_picture(picture, *self._square)
+        return square if self.size == self._square else letterbox_picture(square, *self.size)
 
     def _begin(self, first: CapturedFrame, capture: Capture, name: str) -> FrameConverter:
         aspect = capture.sample_aspect
@@ -124,8 +124,8 @@ def output_encoding(picture: Picture) -> Encoding:
     """The encoding that pictures like this one are delivered in: 8 bit, 4:2:0, limited range."""
     matrix = picture.encoding.matrix if picture.color is None else ""
     if matrix not in ("bt601", "bt709"):
-        matrix = "bt709" if picture.shape[0] >= HD_LINES else "bt601"
-    return Encoding(matrix, full_range=False, depth=8, step=(2, 2), siting=SITINGS["left"])
+        matrix = "bt709" if picture.shape[0] >= MIN_HD_HEIGHT else "bt601"
+    return Encoding(matrix, full_range=False, depth=8, subsampling=(2, 2), siting=SITINGS["left"])
 
 
 WORKING_SCALES = (1.0, 0.75, 0.5, 0.375, 0.25)

@@ -134,23 +134,32 @@ class LiveSession:
 
     def _process(self, captured: CapturedFrame) -> None:
         begin = self._clock.now()
-        picture = self._processor.process(captured, self._capture, self._source.name)
-        frame = LiveFrame(picture, captured.time, self._frames)
+        frame = self._restyle(captured)
         if self._context is None:
             self._context = self._open_targets(frame)
             self._began = begin = self._clock.now()
-            frame = replace(frame, captured=begin)
+            frame = replace(self._newest_of(frame), captured=begin)
         self._restyled.record(frame.captured)
         self._targets.offer(frame)
         self._recorder.offer(frame, self._context)
         self._processor.record_time(self._clock.now() - begin)
         self._frames += 1
 
-    def _open_targets(self, frame: LiveFrame) -> TargetContext:
-        """Open the targets with the first frame, whose time begins when all are open.
+    def _restyle(self, captured: CapturedFrame) -> LiveFrame:
+        picture = self._processor.process(captured, self._capture, self._source.name)
+        return LiveFrame(picture, captured.time, self._frames)
 
-        Frames that arrive in the meantime are not counted as dropped.
+    def _newest_of(self, first: LiveFrame) -> LiveFrame:
+        """Return the newest frame that arrived while targets were opened, or the first.
+
+        It may be the last one of the source, so it is not discarded. Those before it do not count as dropped.
         """
+        captured = self._capture.frames.get(0)
+        self._dropped_at_start = self._capture.frames.dropped
+        return self._restyle(captured) if captured else first
+
+    def _open_targets(self, frame: LiveFrame) -> TargetContext:
+        """Open the targets with the first frame; the time of the output begins when all are open."""
         rate = self._options.rate or self._capture.rate or DEFAULT_RATE
         sound = self._options.sound and (self._capture.has_sound or self._microphone is not None)
         if self._microphone is not None:
@@ -160,8 +169,6 @@ class LiveSession:
         self._targets.open(context)
         if self._hint:
             log.info(self._hint)
-        self._capture.frames.get(0)
-        self._dropped_at_start = self._capture.frames.dropped
         return context
 
     def _push_source_audio(self, chunk: AudioChunk) -> None:

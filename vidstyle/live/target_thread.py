@@ -28,7 +28,7 @@ class Sink(Protocol):
     """An open target that frames are written to.
 
     Attributes:
-        needs_every: whether frames have no timestamps, so that none may be skipped.
+        needs_every: whether frames have no timestamps, so that all must be written.
     """
 
     needs_every: bool
@@ -176,7 +176,7 @@ class TargetThread:
         if not self._reconnects:
             self.error = error
             return
-        log.warning("%s; it is tried again", error)
+        log.warning("%s; reconnecting", error)
         self._retry_delay = MIN_RETRY_SECONDS
         self._retry_time = self._clock.now() + self._retry_delay
         if sink is not None:
@@ -188,7 +188,7 @@ class TargetThread:
     def _reopen(self) -> None:
         try:
             self._sink = self._open_sink()
-            log.warning("%s: is back", self.name)
+            log.warning("%s: reconnected", self.name)
         except VidstyleError as error:
             log.debug("%s", error)
             self._retry_delay = min(2 * self._retry_delay, MAX_RETRY_SECONDS)

@@ -20,10 +20,10 @@ from vidstyle.media.audio import AudioChunk
 from vidstyle.media.color_tags import default_tags
 from vidstyle.media.frame import Frame
 from vidstyle.media.options import VideoInfo
-from vidstyle.media.read.open import is_url, public_name
+from vidstyle.media.read.open import is_url, redact_url
 from vidstyle.media.write import stream
 from vidstyle.media.write.atomic import check_folder, is_regular_file
-from vidstyle.media.write.containers import kind_of
+from vidstyle.media.write.containers import find_kind
 from vidstyle.media.write.images import is_numbered
 from vidstyle.media.write.writer import WriteOptions, open_writer
 
@@ -75,10 +75,10 @@ def target_maker(text: str, options: TargetOptions) -> TargetMaker:
         if not is_url(text):
             check_folder(Path(text))
             _refuse_existing([Path(text), *_pieces(Path(text))], options.file.overwrite)
-        name = public_name(text) if is_url(text) else text
+        name = redact_url(text) if is_url(text) else text
         return _stream_maker(name, options, partial(stream.open_stream, text), reconnects=is_url(text))
     check_folder(Path(text))
-    kind_of(text, options.file.format, is_numbered(text))
+    find_kind(text, options.file.format, is_numbered(text))
     if is_regular_file(Path(text)):
         _refuse_existing([Path(text)], options.file.overwrite)
     return lambda context: file_target(text, context, options.file)
@@ -87,7 +87,7 @@ def target_maker(text: str, options: TargetOptions) -> TargetMaker:
 def _refuse_existing(paths: Sequence[Path], overwrite: bool) -> None:
     existing = next((path for path in paths if os.path.lexists(path)), None)
     if existing is not None and not overwrite:
-        raise UsageError(existing, "exists already", "add -y to overwrite it, or choose another name")
+        raise UsageError(existing, "already exists", "add -y to overwrite it, or choose another name")
 
 
 def _pieces(playlist: Path) -> list[Path]:

@@ -1,4 +1,4 @@
-"""Encoders: their quality and speed options, pixel formats, and which of them work here."""
+"""Encoders: options for quality and speed, pixel formats, and a check which of them work."""
 
 from __future__ import annotations
 
@@ -16,16 +16,27 @@ from av.codec.hwaccel import hwdevices_available
 from vidstyle.errors import UsageError, is_memory_short
 from vidstyle.media.pixel_formats import PlaneLayout, layout_of
 
-SOFTWARE = {
+SOFTWARE_ENCODERS = {
     **{"h264": "libx264", "hevc": "libx265", "av1": "libsvtav1", "vp9": "libvpx-vp9", "vp8": "libvpx"},
     **{"mpeg2": "mpeg2video", "mpeg4": "mpeg4", "mjpeg": "mjpeg", "prores": "prores_ks"},
 }
-"""The software encoder that stands in for a hardware one of the same codec."""
-HARDWARE = ("nvenc", "qsv", "amf", "vaapi", "v4l2m2m", "videotoolbox", "mf", "vulkan", "rkmpp", "omx")
-"""What the names of hardware encoders end with, after an underscore."""
+"""Software encoder that replaces a hardware encoder, by codec."""
+HARDWARE_SUFFIXES = (
+    "nvenc",
+    "qsv",
+    "amf",
+    "vaapi",
+    "v4l2m2m",
+    "videotoolbox",
+    "mf",
+    "vulkan",
+    "rkmpp",
+    "omx",
+)
+"""Endings of the names of hardware encoders, after an underscore."""
 
 LOW_DEPTH_FORMATS = ("rgb8", "bgr8", "rgb4", "bgr4", "rgb5", "bgr5", "rgb4_byte", "bgr4_byte", "pal8", "mono")
-"""Prefixes of the names of formats with less than eight bits per colour."""
+"""Prefixes of the names of formats with fewer than eight bits per colour channel."""
 
 
 @dataclass(frozen=True)
@@ -33,10 +44,10 @@ class QualityOptions:
     """How `--crf` and `--preset` map to the options of an encoder.
 
     Attributes:
-        crf: its option for the quality, "q" for a fixed quantiser, or "" if it has none.
-        preset: its option for the speed, or "".
-        quality, speed: the values when none are asked for; "" leaves the encoder's own.
-        speeds: the accepted presets; empty: the encoder checks them itself.
+        crf: the encoder's option for the quality, "q" for a fixed quantizer, or "" if it has none.
+        preset: the encoder's option for the speed, or "".
+        quality, speed: default values; "" keeps the default of the encoder.
+        speeds: the accepted presets; empty: the encoder checks the preset.
         options: always set.
     """
 
@@ -48,7 +59,7 @@ class QualityOptions:
     options: dict[str, str] = field(default_factory=dict)
 
 
-X26_SPEEDS = (
+X26_PRESETS = (
     *("ultrafast", "superfast", "veryfast", "faster", "fast"),
     *("medium", "slow", "slower", "veryslow", "placebo"),
 )
@@ -57,10 +68,10 @@ _NVENC = QualityOptions("cq", "preset", "19", "p4", options={"rc": "vbr"})
 _QSV = QualityOptions("global_quality", "preset", "20", "medium")
 _AMF = QualityOptions("qvbr_quality_level", "quality")
 _WEBP = QualityOptions(options={"quality": "90"})
-QUALITY: dict[str, QualityOptions] = {
-    "libx264": QualityOptions("crf", "preset", "18", "veryfast", X26_SPEEDS),
-    "libx264rgb": QualityOptions("crf", "preset", "18", "veryfast", X26_SPEEDS),
-    "libx265": QualityOptions("crf", "preset", "20", "fast", X26_SPEEDS, {"x265-params": "log-level=none"}),
+QUALITY_OPTIONS: dict[str, QualityOptions] = {
+    "libx264": QualityOptions("crf", "preset", "18", "veryfast", X26_PRESETS),
+    "libx264rgb": QualityOptions("crf", "preset", "18", "veryfast", X26_PRESETS),
+    "libx265": QualityOptions("crf", "preset", "20", "fast", X26_PRESETS, {"x265-params": "log-level=none"}),
     "libsvtav1": QualityOptions("crf", "preset", "26", "8", tuple("0123456789") + ("10", "11", "12", "13")),
     "libvpx-vp9": QualityOptions(
         "crf", "cpu-used", "24", "4", options={"b": "0", "row-mt": "1", "deadline": "good"}
@@ -76,50 +87,52 @@ QUALITY: dict[str, QualityOptions] = {
 
 
 def find_encoder(name: str) -> tuple[str, str]:
-    """The encoder that a name means, and the canonical name of its codec: "hevc" gives libx265.
+    """Return the encoder for a name, and the canonical name of its codec: "hevc" gives libx265.
 
     Raises:
-        UsageError: no video encoder is called so; it names those that come near.
+        UsageError: there is no such video encoder; the message suggests similar names.
     """
     try:
-        codec = av.Codec(SOFTWARE.get(name, name), "w")
+        codec = av.Codec(SOFTWARE_ENCODERS.get(name, name), "w")
     except av.codec.codec.UnknownCodecError:
         codec = None
     if codec is not None and codec.type == "video":
         return codec.name, codec.canonical_name
-    near = difflib.get_close_matches(name, [*QUALITY, *SOFTWARE, "prores_ks", "ffv1", "utvideo"], 3, 0.5)
+    near = difflib.get_close_matches(
+        name, [*QUALITY_OPTIONS, *SOFTWARE_ENCODERS, "prores_ks", "ffv1", "utvideo"], 3, 0.5
+    )
     remedy = f"did you mean {' or '.join(near)}?" if near else "libx264 plays everywhere"
     raise UsageError("--codec", f"there is no video encoder {name!r} in this build", remedy)
 
 
-def software_encoder(name: str) -> str | None:
-    """The software encoder of the same codec if the name is a hardware encoder's, else None.
+def find_software_encoder(name: str) -> str | None:
+    """Return the software encoder of the same codec for the name of a hardware encoder, else None.
 
-    >>> software_encoder("hevc_nvenc"), software_encoder("libx264")
+    >>> find_software_encoder("hevc_nvenc"), find_software_encoder("libx264")
     ('libx265', None)
     """
     codec, _, hardware = name.rpartition("_")
-    return SOFTWARE.get(codec) if hardware in HARDWARE else None
+    return SOFTWARE_ENCODERS.get(codec) if hardware in HARDWARE_SUFFIXES else None
 
 
 def encoder_options(
-    encoder: str, crf: float | None, preset: str | None, habitual: Collection[str] = ()
+    encoder: str, crf: float | None, preset: str | None, optional: Collection[str] = ()
 ) -> dict[str, str]:
-    """The encoder's own options for a quality and a speed; None for the default.
+    """Return the options of an encoder for a quality and a speed; None selects the default.
 
     Args:
-        habitual: "crf", "preset" or both: left out where the encoder has no such setting.
+        optional: "crf", "preset" or both: ignored if the encoder has no such setting.
 
     Raises:
         UsageError: the encoder has no such setting.
     """
-    knobs = QUALITY.get(encoder, QualityOptions())
-    crf = None if "crf" in habitual and not knobs.crf else crf
-    preset = None if "preset" in habitual and not knobs.preset else preset
+    knobs = QUALITY_OPTIONS.get(encoder, QualityOptions())
+    crf = None if "crf" in optional and not knobs.crf else crf
+    preset = None if "preset" in optional and not knobs.preset else preset
     if crf is not None and not knobs.crf:
-        raise UsageError("--crf", f"the encoder {encoder} has no such setting", "leave it out")
+        raise UsageError("--crf", f"the encoder {encoder} has no such setting", "remove it")
     if preset is not None and not knobs.preset:
-        raise UsageError("--preset", f"the encoder {encoder} has no such setting", "leave it out")
+        raise UsageError("--preset", f"the encoder {encoder} has no such setting", "remove it")
     if preset is not None and knobs.speeds and preset not in knobs.speeds:
         raise UsageError("--preset", f"{encoder} has no {preset!r}", f"use one of {', '.join(knobs.speeds)}")
     quality = knobs.quality if crf is None else f"{crf:g}"
@@ -132,10 +145,10 @@ def encoder_options(
     return options | ({knobs.preset: speed} if speed else {})
 
 
-def choose_pix_fmt(encoder: str, depth: int, step: tuple[int, int], rgb: bool, alpha: bool) -> str:
-    """The default pixel format for an encoder: 4:2:0 for the codecs that play everywhere.
+def choose_pix_fmt(encoder: str, depth: int, subsampling: tuple[int, int], rgb: bool, alpha: bool) -> str:
+    """Return the default pixel format of an encoder: 4:2:0 for the codecs that play everywhere.
 
-    For other codecs, the one that keeps most of a source of that depth, chroma step, colour kind and alpha.
+    For other codecs, the format that loses least of a source of this depth, subsampling, colours and alpha.
     """
     codec = av.Codec(encoder, "w")
     names = [video_format.name for video_format in codec.video_formats or ()] or ["yuv420p"]
@@ -144,11 +157,13 @@ def choose_pix_fmt(encoder: str, depth: int, step: tuple[int, int], rgb: bool, a
         wanted = ("yuv420p10le", "p010le") if deep else ("yuv420p", "nv12")
         return next((name for name in wanted if name in names), names[0])
     layouts = [layout for name in names if (layout := writable_layout(name))]
-    return min(layouts, key=lambda layout: _loss(layout, depth or 16, step, rgb, alpha)).name
+    return min(
+        layouts, key=lambda layout: _rank_conversion(layout, depth or 16, subsampling, rgb, alpha)
+    ).name
 
 
 def writable_layout(pix_fmt: str) -> PlaneLayout | None:
-    """The layout of a pixel format, or None if pictures cannot be put into it without loss.
+    """Return the layout of a pixel format, or None if pictures cannot be stored in it without loss.
 
     Raises:
         ValueError: there is no such format.
@@ -158,9 +173,11 @@ def writable_layout(pix_fmt: str) -> PlaneLayout | None:
     return None if backward or pix_fmt.startswith(LOW_DEPTH_FORMATS) else layout
 
 
-def _loss(layout: PlaneLayout, depth: int, step: tuple[int, int], rgb: bool, alpha: bool) -> tuple[int, ...]:
-    """Sort key of layouts: what they would lose, then what they would waste."""
-    steps = list(zip(layout.step, step, strict=True))
+def _rank_conversion(
+    layout: PlaneLayout, depth: int, subsampling: tuple[int, int], rgb: bool, alpha: bool
+) -> tuple[int, ...]:
+    """Return a sort key for layouts: first what they lose, then what they waste."""
+    steps = list(zip(layout.subsampling, subsampling, strict=True))
     return (
         layout.planes < 3,
         alpha and not layout.alpha,
@@ -174,13 +191,13 @@ def _loss(layout: PlaneLayout, depth: int, step: tuple[int, int], rgb: bool, alp
 
 
 def open_encoder(context: av.CodecContext) -> None:
-    """Open it, and leave the scheduling of threads as it is.
+    """Open an encoder without changing the scheduling of threads.
 
-    As root SVT-AV1 gives its threads, and the one that opens it, the highest real-time priority, with which
-    they keep everything else off the processor.
+    If it runs as root, SVT-AV1 sets the highest real-time priority for its threads and for the thread that
+    opens it, which blocks all other processes.
 
     Raises:
-        FFmpegError, ValueError: its settings are refused.
+        FFmpegError, ValueError: the encoder rejects its settings.
     """
     if context.name == "libsvtav1":
         os.environ.setdefault("SVT_LOG", "1")  # otherwise it writes to standard error
@@ -190,17 +207,17 @@ def open_encoder(context: av.CodecContext) -> None:
     finally:
         if before is not None and (changed := _scheduling()) != before:
             for thread in map(int, os.listdir("/proc/self/task")):
-                with suppress(OSError):  # it has ended, perhaps
+                with suppress(OSError):  # it may have ended
                     if _scheduling(thread) == changed:
                         os.sched_setscheduler(thread, *before)
 
 
 def _scheduling(thread: int = 0) -> tuple[int, os.sched_param]:
-    """Policy and priority of a thread; 0: of this one."""
+    """Return policy and priority of a thread; 0: the current thread."""
     return os.sched_getscheduler(thread), os.sched_getparam(thread)
 
 
-ENCODERS = (
+DOCTOR_ENCODERS = (
     "libx264", "libx265", "libsvtav1", "libvpx-vp9", "ffv1", "prores_ks",
     "h264_nvenc", "hevc_nvenc", "av1_nvenc", "h264_qsv", "hevc_qsv", "h264_amf", "hevc_amf",
     "h264_videotoolbox", "hevc_videotoolbox", "h264_mf",
@@ -209,24 +226,24 @@ ENCODERS = (
 
 
 def ffmpeg_version() -> str:
-    """The version of the FFmpeg inside PyAV."""
+    """Return the version of FFmpeg in PyAV."""
     return str(av.ffmpeg_version_info)
 
 
-def encoders() -> dict[str, str]:
-    """For each encoder "works", or why it does not: one frame is encoded with it."""
-    return {name: _try_encoder(name) for name in ENCODERS}
+def try_encoders() -> dict[str, str]:
+    """Encode one frame with each encoder; return "works" or the reason why it does not, by name."""
+    return {name: _try_encoder(name) for name in DOCTOR_ENCODERS}
 
 
-def decoder_devices() -> list[str]:
-    """The kinds of devices that this build can decode on, whether present or not."""
+def list_decoder_devices() -> list[str]:
+    """Return the device types that this build can decode on, present or not."""
     return list(hwdevices_available())
 
 
 def _try_encoder(name: str) -> str:
     if name not in av.codecs_available:
         return "not in this build"
-    if is_memory_short():  # libsvtav1 ends the process where it gets none
+    if is_memory_short():  # libsvtav1 ends the process if an allocation fails
         return "unknown (not enough memory to try it)"
     codec = av.Codec(name, "w")
     context = codec.create("video")

@@ -1,4 +1,4 @@
-"""Colour tags of streams (code points of ITU-T H.273) and the encodings that they denote."""
+"""Colour tags of streams (code points of ITU-T H.273) and the encodings that they signal."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from typing import Any
 from vidstyle.core.picture import SITINGS, Encoding
 from vidstyle.errors import InputError
 
-UNSPECIFIED = 2
+UNSPECIFIED_CODE = 2
 """The H.273 code for unspecified primaries, transfer or matrix."""
-LIMITED, FULL = 1, 2
-"""FFmpeg's codes of the range; 0 is unspecified."""
-PQ, HLG = 16, 18
-"""The transfers of HDR: SMPTE ST 2084 and ARIB STD-B67."""
-BT2020_PRIMARIES = 9
+LIMITED_RANGE, FULL_RANGE = 1, 2
+"""FFmpeg's codes of limited and full range; 0 is unspecified."""
+PQ_CODE, HLG_CODE = 16, 18
+"""HDR transfer functions: SMPTE ST 2084 and ARIB STD-B67."""
+BT2020_PRIMARIES_CODE = 9
 
 MATRICES = {1: "bt709", 4: "fcc", 5: "bt601", 6: "bt601", 7: "smpte240m", 9: "bt2020"}
 """The supported matrices by H.273 code."""
@@ -23,12 +23,12 @@ UNSUPPORTED_MATRICES = {
     **{13: "chromaticity-derived constant luminance", 14: "ICtCp", 15: "IPT-C2", 16: "YCgCo-Re"},
     17: "YCgCo-Ro",
 }
-HD_LINES, HD_COLUMNS = 720, 1280
-"""From this height or this width on, untagged video is taken for BT.709, as players do."""
+MIN_HD_HEIGHT, MIN_HD_WIDTH = 720, 1280
+"""Untagged video of at least this height or this width is treated as BT.709, as in players."""
 JPEG_CODECS = frozenset({"mjpeg", "jpegls", "webp", "amv", "mjpegb", "ljpeg"})
-"""Codecs that are BT.601 at every size by their specification."""
+"""Codecs whose specification demands BT.601 at every size."""
 CENTERED_CODECS = JPEG_CODECS | {"jpeg2000"}
-"""Codecs whose 4:2:0 chroma lies between the luma samples, as in JPEG (JFIF); elsewhere it is left-sited."""
+"""Codecs whose 4:2:0 chroma is centred between luma samples, as in JPEG (JFIF); others are left-sited."""
 
 
 @dataclass(frozen=True)
@@ -38,21 +38,21 @@ class ColorTags:
     These are the numbers that av's `color_primaries`, `color_trc`, `colorspace` and `color_range` take.
     """
 
-    primaries: int = UNSPECIFIED
-    transfer: int = UNSPECIFIED
-    matrix: int = UNSPECIFIED
+    primaries: int = UNSPECIFIED_CODE
+    transfer: int = UNSPECIFIED_CODE
+    matrix: int = UNSPECIFIED_CODE
     range: int = 0
 
     @classmethod
     def of(cls, tagged: Any) -> ColorTags:
-        """The tags of an av.VideoFrame or an av codec context."""
+        """Return the tags of an av.VideoFrame or an av codec context."""
         codes = (tagged.color_primaries, tagged.color_trc, tagged.colorspace, tagged.color_range)
         return cls(*(int(code) for code in codes))
 
     @property
     def is_hdr(self) -> bool:
-        """Whether the light is coded for HDR displays; ten bits alone are not HDR."""
-        return self.transfer in (PQ, HLG)
+        """Whether the transfer function is an HDR one; ten bits alone are not HDR."""
+        return self.transfer in (PQ_CODE, HLG_CODE)
 
     def put_on(self, tagged: Any) -> None:
         """Set the tags of an av.VideoFrame or an av codec context."""
@@ -60,21 +60,21 @@ class ColorTags:
         tagged.colorspace, tagged.color_range = self.matrix, self.range
 
     def completed(self, encoding: Encoding, height: int) -> ColorTags:
-        """The tags with unspecified ones filled in from the encoding.
+        """Fill in unspecified tags from the encoding.
 
         >>> ColorTags().completed(Encoding("bt601"), 576)
         ColorTags(primaries=5, transfer=6, matrix=5, range=1)
         """
         usual = default_tags(encoding, height)
-        said = {name: code for name, code in vars(self).items() if code not in (0, UNSPECIFIED)}
+        said = {name: code for name, code in vars(self).items() if code not in (0, UNSPECIFIED_CODE)}
         return replace(usual, **said | {"range": usual.range})
 
 
 def default_tags(encoding: Encoding, height: int = 0) -> ColorTags:
-    """The tags that usually go with a matrix; for BT.601 the height tells 625 lines from 525."""
-    seen_range = FULL if encoding.full_range else LIMITED
+    """Return the usual tags of a matrix; for BT.601 the height distinguishes 625 from 525 lines."""
+    seen_range = FULL_RANGE if encoding.full_range else LIMITED_RANGE
     if encoding.matrix == "bt2020":
-        return ColorTags(BT2020_PRIMARIES, 14, 9, seen_range)
+        return ColorTags(BT2020_PRIMARIES_CODE, 14, 9, seen_range)
     if encoding.matrix == "bt601":
         system = 5 if height in (288, 576) else 6
         return ColorTags(system, 6, system, seen_range)
@@ -83,7 +83,7 @@ def default_tags(encoding: Encoding, height: int = 0) -> ColorTags:
 
 
 def matrix_from_tags(subject: object, tags: ColorTags, codec: str, height: int, width: int) -> str:
-    """The matrix, a key of LUMA_WEIGHTS: as tagged, else from the codec or the size of the stored picture.
+    """Return the matrix, a key of LUMA_WEIGHTS: as tagged, else by codec or the size of the stored picture.
 
     Raises:
         InputError: an unsupported matrix; `subject` names the source.
@@ -95,16 +95,16 @@ def matrix_from_tags(subject: object, tags: ColorTags, codec: str, height: int, 
         return MATRICES[tags.matrix]
     if codec in JPEG_CODECS:
         return "bt601"
-    return "bt709" if height >= HD_LINES or width >= HD_COLUMNS else "bt601"
+    return "bt709" if height >= MIN_HD_HEIGHT or width >= MIN_HD_WIDTH else "bt601"
 
 
-def siting_from_codec(codec: str, tags: ColorTags, step: tuple[int, int]) -> tuple[float, float]:
-    """Position of the first chroma sample, from codec and tags, as PyAV does not expose it.
+def siting_from_codec(codec: str, tags: ColorTags, subsampling: tuple[int, int]) -> tuple[float, float]:
+    """Return the position of the first chroma sample by codec and tags, as PyAV does not expose it.
 
     BT.2020 with PQ or HLG is top-left sited (ITU-R BT.2100, H.265 table E.1 note).
     """
     if codec in CENTERED_CODECS:
-        return (step[0] - 1) / 2, (step[1] - 1) / 2
-    if tags.is_hdr and tags.primaries == BT2020_PRIMARIES and step == (2, 2):
+        return (subsampling[0] - 1) / 2, (subsampling[1] - 1) / 2
+    if tags.is_hdr and tags.primaries == BT2020_PRIMARIES_CODE and subsampling == (2, 2):
         return SITINGS["topleft"]
-    return 0.0, (step[1] - 1) / 2
+    return 0.0, (subsampling[1] - 1) / 2

@@ -1,4 +1,4 @@
-"""Kernels of tone mapping. Curves are lookup tables; signals and light are floats 0..1."""
+"""Kernels for tone mapping. Curves are lookup tables; signals and light are floats 0..1."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from vidstyle.core.kernels import compiled, index_at
 
 @compiled(fastmath=True)
 def look_up(table, position):  # type: ignore[no-untyped-def]
-    """The table's entry nearest to a position 0..1."""
+    """Return the table entry nearest to a position 0..1."""
     last = np.int32(table.size - 1)
     position = min(max(position, np.float32(0)), np.float32(1))
     return table[index_at(position * np.float32(last) + np.float32(0.5), last)]
@@ -19,17 +19,15 @@ def look_up(table, position):  # type: ignore[no-untyped-def]
 
 @compiled(fastmath=True)
 def map_pixel(red, green, blue, tables):  # type: ignore[no-untyped-def]
-    """The SDR signal of one pixel of HDR signal.
+    """Return the SDR signal of one HDR pixel.
 
     Args:
         red, green, blue: 0..1.
         tables:
             light: from signal to light.
-            gain: what to multiply with, by the largest signal (PQ) or the fourth root of the largest light
-                (HLG).
-            ootf: what HLG's scene light is multiplied with, by the fourth root of its luminance; empty for
-                PQ.
-            gamut: 3 x 3, linear light to BT.709 primaries.
+            gain: factor, by the largest signal (PQ) or the fourth root of the largest light (HLG).
+            ootf: factor for HLG's scene light, by the fourth root of its luminance; empty for PQ.
+            gamut: 3 x 3 matrix, linear light to BT.709 primaries.
             display: from the square root of light to signal.
     """
     light, gain, ootf, gamut, display = tables
@@ -55,7 +53,7 @@ def map_pixel(red, green, blue, tables):  # type: ignore[no-untyped-def]
 
 @compiled(fastmath=True)
 def mix_rows(plane, row, weights):  # type: ignore[no-untyped-def]
-    """One chroma row interpolated between the rows above and below a place, in rows."""
+    """Interpolate a chroma row at a vertical position, in rows."""
     last = plane.shape[0] - 1
     place = min(max(row, 0.0), float(last))
     above = index_at(place, max(last - 1, 0))
@@ -67,8 +65,8 @@ def mix_rows(plane, row, weights):  # type: ignore[no-untyped-def]
 
 
 @compiled(fastmath=True)
-def between(row, place):  # type: ignore[no-untyped-def]
-    """The value of a row of chroma at a place, in samples."""
+def interpolate_chroma(row, place):  # type: ignore[no-untyped-def]
+    """Interpolate a chroma row at a horizontal position, in samples."""
     last = row.size - 1
     place = min(max(place, np.float32(0)), np.float32(last))
     index = index_at(place, max(last - 1, 0))
@@ -77,15 +75,15 @@ def between(row, place):  # type: ignore[no-untyped-def]
 
 @compiled(fastmath=True)
 def tone_map_planes(planes, out, first, end, levels, matrices, place, tables, rows):  # type: ignore[no-untyped-def]
-    """Tone-map rows `first` to `end` (a multiple of the chroma step, or the last) of a picture with chroma.
+    """Tone-map rows `first` to `end` (a multiple of the subsampling, or the last) of a picture with chroma.
 
     Args:
-        planes, out: luma, blue and red difference; the first are read, the second written.
-        levels: of planes and of out: luma black, luma span, chroma neutral, chroma span; in codes.
-        matrices: 3 x 3 from the source's luma and chroma to RGB, and from RGB to the result's.
-        place: chroma step across and down, siting across and down.
+        planes, out: luma, blue and red difference; `planes` are read, `out` is written.
+        levels: of `planes` and `out`: luma black, luma range, chroma neutral, chroma range; in codes.
+        matrices: 3 x 3, from luma and chroma of the source to RGB, and from RGB to those of the result.
+        place: horizontal and vertical subsampling, horizontal and vertical siting.
         tables: see `map_pixel`.
-        rows: scratch, two rows of the planes' chroma and two of luma, float32.
+        rows: scratch memory: two rows of the width of chroma and two of the width of luma, float32.
     """
     luma, blue, red = planes
     out_luma, out_blue, out_red = out
@@ -106,8 +104,8 @@ def tone_map_planes(planes, out, first, end, levels, matrices, place, tables, ro
             for column in range(width):
                 where = (np.float32(column) - place[2]) * across
                 bright = (np.float32(luma[row, column]) - in_levels[0]) / in_levels[1]
-                cb = (between(blue_row, where) - in_levels[2]) / in_levels[3]
-                cr = (between(red_row, where) - in_levels[2]) / in_levels[3]
+                cb = (interpolate_chroma(blue_row, where) - in_levels[2]) / in_levels[3]
+                cr = (interpolate_chroma(red_row, where) - in_levels[2]) / in_levels[3]
                 r, g, b = map_pixel(
                     bright + to_rgb[0, 2] * cr,
                     bright + to_rgb[1, 1] * cb + to_rgb[1, 2] * cr,
@@ -125,7 +123,7 @@ def tone_map_planes(planes, out, first, end, levels, matrices, place, tables, ro
 
 @compiled(fastmath=True)
 def store_chroma(row, out, step, neutral, scale):  # type: ignore[no-untyped-def]
-    """A row of chroma at every `step` pixels, left-sited: weights 1 2 1 where the step is 2."""
+    """Subsample a row of chroma to every `step` pixels, left-sited: weights 1 2 1 if the step is 2."""
     last = row.size - 1
     for index in range(out.size):
         column = index * step
@@ -138,7 +136,7 @@ def store_chroma(row, out, step, neutral, scale):  # type: ignore[no-untyped-def
 
 @compiled(fastmath=True)
 def tone_map_colors(color, out, first, end, top, tables):  # type: ignore[no-untyped-def]
-    """Tone-map rows of an RGB picture of integers up to `top`."""
+    """Tone-map rows of an RGB picture of integers 0..`top`."""
     scale = np.float32(1) / np.float32(top)
     for row in range(first, end):
         for column in range(color.shape[1]):

@@ -1,4 +1,4 @@
-"""The memory layout of FFmpeg's pixel formats."""
+"""Memory layouts of FFmpeg's pixel formats."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ REORDERED_FORMATS = {
     }.items()
     for name in names.split()
 }
-"""Formats that are reordered losslessly before use, and the format they are converted to."""
+"""Formats that are reordered without loss before use, and the format they are converted to."""
 
 
 @dataclass(frozen=True)
@@ -43,14 +43,14 @@ class PlaneLayout:
 
     Attributes:
         name: FFmpeg's name.
-        reordered_as: the format to put it into first, or "".
+        reordered_as: the format to convert to first, or "".
         kind: "luma" (with or without chroma planes), "packed" RGB or "planar" RGB.
         planes: number of colour planes, without alpha.
-        depth: bits of a sample.
-        step: luma pixels for each chroma sample, across and down.
+        depth: bits per sample.
+        subsampling: luma pixels per chroma sample, horizontally and vertically.
         alpha: whether there is an alpha channel.
-        full_range: the range if the format implies it; None: see the tags.
-        big_endian: byte order of samples of two bytes.
+        full_range: the range if the format implies it; None: given by the tags.
+        big_endian: byte order of two-byte samples.
     """
 
     name: str
@@ -58,7 +58,7 @@ class PlaneLayout:
     kind: str
     planes: int
     depth: int
-    step: tuple[int, int]
+    subsampling: tuple[int, int]
     alpha: bool
     full_range: bool | None
     big_endian: bool
@@ -66,7 +66,7 @@ class PlaneLayout:
 
 @lru_cache(maxsize=256)
 def layout_of(name: str) -> PlaneLayout | None:
-    """The layout of a pixel format, or None for an unsupported one (Bayer, XYZ, floats)."""
+    """Return the layout of a pixel format, or None for an unsupported one (Bayer, XYZ, float)."""
     format = VideoFormat(name, 64, 64)
     if name in REORDERED_FORMATS:
         inner = layout_of(REORDERED_FORMATS[name])
@@ -77,14 +77,14 @@ def layout_of(name: str) -> PlaneLayout | None:
     if not 8 <= depth <= 16 or _is_foreign(name, format):
         return None
     single = format.is_rgb or len(components) == 1
-    step = (1, 1) if single else (64 // format.chroma_width(64), 64 // format.chroma_height(64))
+    subsampling = (1, 1) if single else (64 // format.chroma_width(64), 64 // format.chroma_height(64))
     return PlaneLayout(
         name=name,
         reordered_as="",
         kind="luma" if not format.is_rgb else "planar" if format.is_planar else "packed",
         planes=len(components),
         depth=depth,
-        step=step,
+        subsampling=subsampling,
         alpha=len(components) < len(format.components),
         full_range=True if format.is_rgb or name.startswith("yuvj") else None,
         big_endian=format.is_big_endian,
@@ -100,8 +100,8 @@ def _is_foreign(name: str, format: VideoFormat) -> bool:
     return (packed and name not in known_packed) or semi_planar or format.is_bayer or "msb" in name
 
 
-def format_name(depth: int, step: tuple[int, int], *, rgb: bool, chroma: bool, alpha: bool) -> str:
-    """The FFmpeg format that holds such planes.
+def format_name(depth: int, subsampling: tuple[int, int], *, rgb: bool, chroma: bool, alpha: bool) -> str:
+    """Return the FFmpeg format for such planes.
 
     Raises:
         ValueError: FFmpeg has none.
@@ -116,10 +116,10 @@ def format_name(depth: int, step: tuple[int, int], *, rgb: bool, chroma: bool, a
         stem = "ya" if alpha else "gray"
         found = stem + (f"{depth}le" if depth > 8 else "8" * alpha)
     else:
-        sampling = {(2, 2): 420, (2, 1): 422, (1, 1): 444, (1, 2): 440, (4, 1): 411, (4, 4): 410}.get(step, 0)
-        found = f"yuv{'a' * alpha}{sampling}p" + (f"{depth}le" if depth > 8 else "")
+        digits = {(2, 2): 420, (2, 1): 422, (1, 1): 444, (1, 2): 440, (4, 1): 411, (4, 4): 410}
+        found = f"yuv{'a' * alpha}{digits.get(subsampling, 0)}p" + (f"{depth}le" if depth > 8 else "")
     try:
         VideoFormat(found, 64, 64)
     except ValueError:
-        raise ValueError(f"no pixel format for {depth} bits at chroma step {step}: {found}") from None
+        raise ValueError(f"no pixel format for {depth} bits, subsampling {subsampling}: {found}") from None
     return found

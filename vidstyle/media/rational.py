@@ -1,4 +1,4 @@
-"""Exact numbers of FFmpeg, for which PyAV has a type of its own from version 19 on."""
+"""Rational numbers of FFmpeg, for which PyAV has its own type since version 19."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Rational(Protocol):
 
 
 def to_fraction(number: Rational) -> Fraction:
-    """Return the number as a fraction of Python.
+    """Convert the number to a Python fraction.
 
     >>> to_fraction(Fraction(24000, 1001)), to_fraction(0)
     (Fraction(24000, 1001), Fraction(0, 1))

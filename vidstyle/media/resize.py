@@ -9,12 +9,12 @@ import numpy as np
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.errors import UsageError
 
-MIN_BLUR = 0.1
-"""Standard deviation of a Gaussian, in samples, below which it is skipped."""
+MIN_BLUR_DEVIATION = 0.1
+"""Standard deviation in samples below which a Gaussian is skipped."""
 
 
 def output_size(wanted: tuple[int, int], width: int, height: int) -> tuple[int, int]:
-    """Width and height; one of `wanted` may be -1 to keep the aspect ratio, or -2 to make it even, too.
+    """Return width and height; one of `wanted` may be -1 to keep the aspect ratio, -2 to make it even, too.
 
     Raises:
         UsageError: the size is invalid.
@@ -28,18 +28,18 @@ def output_size(wanted: tuple[int, int], width: int, height: int) -> tuple[int, 
             f"size {across}x{down}", "is not a size", "give WxH in pixels, one of them perhaps -1 or -2"
         )
     if across < 0:
-        across = _rounded(down * width / height, even=across == -2)
+        across = _round_length(down * width / height, even=across == -2)
     elif down < 0:
-        down = _rounded(across * height / width, even=down == -2)
+        down = _round_length(across * height / width, even=down == -2)
     return across, down
 
 
-def _rounded(length: float, even: bool) -> int:
+def _round_length(length: float, even: bool) -> int:
     return max(2, 2 * round(length / 2)) if even else max(1, round(length))
 
 
-def resized(picture: Picture, width: int, height: int) -> Picture:
-    """The picture at another size: area averaging when shrinking, bicubic when enlarging."""
+def resize_picture(picture: Picture, width: int, height: int) -> Picture:
+    """Resize a picture: area averaging when shrinking, bicubic interpolation when enlarging."""
     old_height, old_width = picture.shape
     if (old_width, old_height) == (width, height):
         return picture
@@ -48,20 +48,20 @@ def resized(picture: Picture, width: int, height: int) -> Picture:
 
     def resize(plane: np.ndarray, kind: str) -> np.ndarray:
         if kind == "chroma":
-            return _chroma(plane, picture.encoding, scales, chroma_shape)
-        return _plane(plane, (height, width))
+            return _resize_chroma(plane, picture.encoding, scales, chroma_shape)
+        return _resize_plane(plane, (height, width))
 
     return picture.map_planes(resize)
 
 
-def letterboxed(picture: Picture, width: int, height: int) -> Picture:
-    """The picture fitted into another size, with black bars."""
+def letterbox_picture(picture: Picture, width: int, height: int) -> Picture:
+    """Fit a picture into another size, with black bars."""
     old_height, old_width = picture.shape
     scale = min(width / old_width, height / old_height)
     inner_width = min(width, max(1, round(old_width * scale)))
     inner_height = min(height, max(1, round(old_height * scale)))
-    inner = resized(picture, inner_width, inner_height)
-    across, down = picture.encoding.step
+    inner = resize_picture(picture, inner_width, inner_height)
+    across, down = picture.encoding.subsampling
     left = (width - inner_width) // 2 // across * across
     top = (height - inner_height) // 2 // down * down
     encoding = picture.encoding
@@ -81,14 +81,14 @@ def letterboxed(picture: Picture, width: int, height: int) -> Picture:
     return inner.map_planes(frame)
 
 
-def square_pixels(color: np.ndarray, sample_aspect: Fraction | None) -> np.ndarray:
-    """An H x W x 3 picture stretched in width to square pixels; `sample_aspect` None: unchanged."""
+def stretch_to_square_pixels(color: np.ndarray, sample_aspect: Fraction | None) -> np.ndarray:
+    """Stretch the width of an H x W x 3 picture to square pixels; `sample_aspect` None: unchanged."""
     width = max(1, round(color.shape[1] * (sample_aspect or 1)))
-    return color if width == color.shape[1] else _plane(color, (color.shape[0], width))
+    return color if width == color.shape[1] else _resize_plane(color, (color.shape[0], width))
 
 
-def _plane(plane: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """Pixel areas are mapped, not pixel centres."""
+def _resize_plane(plane: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """Resize a plane by mapping pixel areas, not pixel centres."""
     import cv2
 
     shrinks = shape[0] <= plane.shape[0] and shape[1] <= plane.shape[1]
@@ -96,20 +96,20 @@ def _plane(plane: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
     return cv2.resize(plane, (shape[1], shape[0]), interpolation=method)
 
 
-def _chroma(
+def _resize_chroma(
     plane: np.ndarray, encoding: Encoding, scales: tuple[float, float], shape: tuple[int, int]
 ) -> np.ndarray:
-    """A chroma plane sampled where the luma of another size has its chroma, by the same siting.
+    """Resample a chroma plane for luma of another size, keeping the siting.
 
-    The new sample j lies at the new luma pixel siting + step j; the rest is that pixel's place in the source.
+    The new sample j is at the new luma pixel siting + step j, which is mapped to its position in the source.
     """
     import cv2
 
     spread = [0.5 * max(1 / scale**2 - 1, 0) ** 0.5 for scale in scales]
-    if max(spread) > MIN_BLUR:
-        across, down = (max(sigma, MIN_BLUR) for sigma in spread)
+    if max(spread) > MIN_BLUR_DEVIATION:
+        across, down = (max(sigma, MIN_BLUR_DEVIATION) for sigma in spread)
         plane = cv2.GaussianBlur(plane, (0, 0), across, sigmaY=down, borderType=cv2.BORDER_REPLICATE)
-    places = zip(encoding.siting, encoding.step, scales, strict=True)
+    places = zip(encoding.siting, encoding.subsampling, scales, strict=True)
     x, y = (((first + 0.5) / scale - 0.5 - first) / step for first, step, scale in places)
     where = np.array([[1 / scales[0], 0, x], [0, 1 / scales[1], y]])
     flags = cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP

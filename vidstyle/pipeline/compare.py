@@ -15,21 +15,21 @@ Compare = Literal["side", "split"]
 half of the result, with a white line between them."""
 
 
-def compared_info(info: VideoInfo, how: Compare | None) -> VideoInfo:
+def compare_info(info: VideoInfo, how: Compare | None) -> VideoInfo:
     """Return the properties of a film of compared pictures: twice as wide if they are side by side."""
     if how != "side":
         return info
-    return replace(info, width=_whole_chroma(info.width, info.encoding.step[0]) + info.width)
+    return replace(info, width=_whole_chroma(info.width, info.encoding.subsampling[0]) + info.width)
 
 
-def compared(before: Picture, after: Picture, how: Compare) -> Picture:
+def compare_pictures(before: Picture, after: Picture, how: Compare) -> Picture:
     """Return both pictures in one; they have the same size, encoding and kinds of planes.
 
     >>> black, white = np.zeros((2, 7), np.uint8), np.full((2, 7), 255, np.uint8)
-    >>> compared(Picture.from_array(black), Picture.from_array(white), "side").luma[0].tolist()
+    >>> compare_pictures(Picture.from_array(black), Picture.from_array(white), "side").luma[0].tolist()
     [0, 0, 0, 0, 0, 0, 0, 0, 255, 255, 255, 255, 255, 255, 255]
     """
-    step = 1 if before.luma is None else before.encoding.step[0]
+    step = 1 if before.luma is None else before.encoding.subsampling[0]
     width = before.shape[1]
     if how == "side":
         return _beside(_widened(before, _whole_chroma(width, step) - width), after)
@@ -49,7 +49,7 @@ def _whole_chroma(width: int, step: int) -> int:
 def _widened(picture: Picture, missing: int) -> Picture:
     def widen(plane: np.ndarray, kind: str) -> np.ndarray:
         # Subsampled chroma already ends on a whole sample.
-        if kind == "chroma" and picture.encoding.step[0] > 1:
+        if kind == "chroma" and picture.encoding.subsampling[0] > 1:
             return plane
         return np.concatenate([plane, *[plane[:, -1:]] * missing], axis=1)
 
@@ -58,7 +58,7 @@ def _widened(picture: Picture, missing: int) -> Picture:
 
 def _columns(picture: Picture, start: int, end: int) -> Picture:
     def cut(plane: np.ndarray, kind: str) -> np.ndarray:
-        step = picture.encoding.step[0] if kind == "chroma" else 1
+        step = picture.encoding.subsampling[0] if kind == "chroma" else 1
         return plane[:, start // step : -(-end // step)]
 
     return picture.map_planes(cut)

@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-OnStep = Callable[[str, float, float], None]
+ProgressCallback = Callable[[str, float, float], None]
 """Called with the name of a step, how many of its parts are done, and of how many; 0: not known."""
 
 
-def unwatched(step: str, done: float, total: float) -> None:
-    """The `OnStep` of a job without progress report."""
+def ignore_progress(step: str, done: float, total: float) -> None:
+    """The `ProgressCallback` of a job without progress report."""
 
 
 @dataclass(frozen=True)

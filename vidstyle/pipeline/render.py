@@ -7,20 +7,23 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
+from fractions import Fraction
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+from vidstyle.backend import Backend, FrameRequest
 from vidstyle.core.convert import convert
+from vidstyle.cues.cue_list import CueList
 from vidstyle.errors import log
 from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import Reader, ReadOptions, VideoInfo, open_reader
 from vidstyle.media.write.writer import WriteOptions, Writer, file_in_folder, is_finished, open_writer
-from vidstyle.pipeline.compare import Compare, compared, compared_info
+from vidstyle.pipeline.compare import Compare, compare_info, compare_pictures
 from vidstyle.pipeline.progress import Progress, Summary
 from vidstyle.pipeline.resume import check_resumable, render_fingerprint, warm_up_frames
 from vidstyle.pipeline.stages import Stages
-from vidstyle.renderer import Backend, StyleLike, announce_device, open_renderer
+from vidstyle.renderer import StyleLike, announce_device, open_renderer
 from vidstyle.style import load_style
 
 Restyle = Callable[[Frame], Callable[[], Frame]]
@@ -36,7 +39,7 @@ INTERLEAVING_SECONDS = 1
 def render(
     source: str | Path,
     target: str | Path,
-    style: StyleLike,
+    style: StyleLike | CueList,
     *,
     read: ReadOptions | None = None,
     write: WriteOptions | None = None,
@@ -53,7 +56,7 @@ def render(
         source: a path, a pattern such as `%05d.png` or `*.png`, or "-" for standard input.
         target: the same, or "-" for standard output; its ending says what kind of file it becomes. A folder
             takes a file of the source's name.
-        style: a style, or what `load_style` takes.
+        style: a style, what `load_style` takes, or styles over time.
         read, write: how to read and how to write; see their classes.
         device: "auto", "cpu", "gpu" or "gpu:N"; see `open_renderer`.
         frames: how many frames at most.
@@ -67,34 +70,37 @@ def render(
         VidstyleError: of one of its kinds. A note names the partial file, if there is one.
     """
     began = time.monotonic()
-    style, read, write = load_style(style), read or ReadOptions(), write or WriteOptions()
+    read, write = read or ReadOptions(), write or WriteOptions()
+    style = style.moved(-(read.start or Fraction(0))) if isinstance(style, CueList) else load_style(style)
     target = file_in_folder(target, source)
     if resume:
         check_resumable(source, target, write)
         if is_finished(target):
-            log.info("%s is finished: nothing is left to do", target)
+            log.info("%s is already finished", target)
             return Summary(str(source), str(target), 0, 0.0, 0.0)
     renderer = open_renderer(style, device, announce=False)
     reader = open_reader(source, read)
     stages: Stages | None = None
     try:
-        info = compared_info(reader.info, compare)
+        info = compare_info(reader.info, compare)
         if frames and info.frames:
             info = replace(info, frames=min(frames, info.frames))
-        device_kind = type(renderer).__module__.split(".")[1]  # the package cpu or gpu
-        more = {"frames": frames, "compare": compare, "device": device_kind}
+        more = {"frames": frames, "compare": compare, "device": renderer.device_kind}
         fingerprint = render_fingerprint(source, target, style, read, write, resume, **more)
         writer = open_writer(target, info, write, reader, fingerprint)
         announce_device(style, device)
         items = first_frames(reader, frames, bool(reader.copied_streams)) if frames else reader
-        restyle: Restyle = partial(_start_restyling, renderer, writer, compare)
+        restyle: Restyle = partial(
+            start_restyling, renderer, writer, compare, is_still=reader.info.frames == 1
+        )
         if writer.kept:
-            restyle = _starting_at(writer.kept - warm_up_frames(style, float(info.rate or 25)), restyle)
-        stages = Stages(items, restyle, writer, renderer.frames_in_flight)
+            first = writer.kept - warm_up_frames(style, float(info.rate or 25))
+            restyle = _starting_at(first, restyle, partial(_skip, renderer, writer))
+        stages = Stages(items, restyle, writer, lambda: renderer.frames_in_flight, renderer.cancel)
         watch = _watcher(stages, reader.info, frames, writer.kept, began, on_progress)
         stages.run(stop or threading.Event(), watch)
         watch()
-        return _summary(source, target, stages, reader, writer, time.monotonic() - began)
+        return summarize(source, target, stages, reader, writer, time.monotonic() - began)
     finally:
         # A thread that still waits for data would read from freed memory.
         if stages is None or not stages.alive:
@@ -102,29 +108,39 @@ def render(
             renderer.close()
 
 
-def _start_restyling(
-    renderer: Backend, writer: Writer, compare: Compare | None, frame: Frame
+def start_restyling(
+    renderer: Backend, writer: Writer, compare: Compare | None, frame: Frame, is_still: bool = False
 ) -> Callable[[], Frame]:
     """Begin a frame; the returned function waits for the result, in the writer's encoding.
 
     If the style does not change it, the result is the same frame.
+
+    Args:
+        is_still: whether the frame is a single picture, not part of a film.
     """
     wanted = writer.encoding, writer.wants_rgb
-    pending = renderer.start(frame.picture, float(frame.time), *wanted)
+    time = None if is_still else float(frame.time)
+    pending = renderer.begin(FrameRequest(frame.picture, time, *wanted))
 
     def result() -> Frame:
         picture = pending.result()
         if compare:
-            picture = compared(convert(frame.picture, *wanted), picture, compare)
+            picture = compare_pictures(convert(frame.picture, *wanted), picture, compare)
         return frame if picture is frame.picture else replace(frame, picture=picture, native=None)
 
     return result
 
 
-def _starting_at(first: int, restyle: Restyle) -> Restyle:
-    """`restyle` from the frame with this number on; the pictures of those before are not used."""
+def _skip(renderer: Backend, writer: Writer, frame: Frame) -> Callable[[], Frame]:
+    """Take note of a frame whose picture is not used."""
+    renderer.skip(FrameRequest(frame.picture, float(frame.time), writer.encoding, writer.wants_rgb))
+    return lambda: frame
+
+
+def _starting_at(first: int, restyle: Restyle, skip: Restyle) -> Restyle:
+    """`restyle` from the frame with this number on, and `skip` before."""
     numbers = itertools.count()
-    return lambda frame: restyle(frame) if next(numbers) >= first else lambda: frame
+    return lambda frame: restyle(frame) if next(numbers) >= first else skip(frame)
 
 
 def first_frames(items: Iterable[Any], count: int, packets: bool) -> Iterator[Any]:
@@ -168,9 +184,10 @@ def _watcher(
     return watch
 
 
-def _summary(
+def summarize(
     source: str | Path, target: str | Path, stages: Stages, reader: Reader, writer: Writer, elapsed: float
 ) -> Summary:
+    """Return the result of a job that has ended."""
     damage, loss = reader.damage, writer.loss
     found = damage.report()
     if loss:

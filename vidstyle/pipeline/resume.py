@@ -4,24 +4,31 @@ from __future__ import annotations
 
 import hashlib
 import os
+import sys
 from collections.abc import Iterable
 from dataclasses import fields
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-import vidstyle
 from vidstyle.blocks import all_blocks
-from vidstyle.core.versions import version_of
+from vidstyle.core.machine.versions import version_of
+from vidstyle.cues.cue_list import CueList
 from vidstyle.errors import UsageError
 from vidstyle.media.codecs import ffmpeg_version
 from vidstyle.media.options import ReadOptions, WriteOptions
-from vidstyle.media.read.sequence import is_pattern, numbered_files
+from vidstyle.media.read.sequence import find_sequence_files, is_pattern
 from vidstyle.media.write.run_record import Fingerprint
 from vidstyle.media.write.writer import is_resumable
+from vidstyle.regions.chosen_files import backdrop_file, people_model
 from vidstyle.style import Style, expand
+from vidstyle.style.mask_declarations import BACKDROP, BACKGROUND, PEOPLE
+from vidstyle.style.model import FIELDS
+from vidstyle.style.resolve import masks_read
 from vidstyle.style.values import asset_path
+from vidstyle.version import __version__
 
 HARMLESS = ("allow_url", "max_pixels", "overwrite", "new_sound")
 """Options that change no picture."""
@@ -32,20 +39,20 @@ SETTLED_FACTOR = 7
 
 
 def check_resumable(source: str | Path, target: str | Path, write: WriteOptions) -> None:
-    """Raise UsageError if an unfinished target of this source cannot be continued."""
+    """Raise UsageError if an unfinished target of this source cannot be resumed."""
     # A missing source is reported when it is opened.
     is_file = is_pattern(source) or Path(source).is_file() or not os.path.lexists(source)
     if str(source) == "-" or "://" in str(source) or not is_file:
         raise UsageError("--resume", f"{source} cannot be read twice", "it works for films in files")
     if not is_resumable(target, write):
         remedy = "it works for .mp4, .mov, .mkv, .webm and numbered pictures"
-        raise UsageError("--resume", f"{target} cannot be continued", remedy)
+        raise UsageError("--resume", f"{target} cannot be resumed", remedy)
 
 
 def render_fingerprint(
     source: str | Path,
     target: str | Path,
-    style: Style,
+    style: Style | CueList,
     read: ReadOptions,
     write: WriteOptions,
     resume: bool,
@@ -57,28 +64,37 @@ def render_fingerprint(
         source, target, style, read, write, resume: of `render`.
         more: what else decides the pictures, by its name.
     """
-    files = numbered_files(str(source)) if is_pattern(source) else [Path(source)]
+    files = find_sequence_files(str(source)) if is_pattern(source) else [Path(source)]
     if not all(file.is_file() for file in files) or not is_resumable(target, write):
         return None
+    parts = {"source": _signature(files), **setting_parts(style, read, write, **more)}
+    return Fingerprint(parts, resume)
+
+
+def setting_parts(
+    style: Style | CueList, read: ReadOptions, write: WriteOptions, **more: object
+) -> dict[str, str]:
+    """Return everything that determines a render, except its source, for a `Fingerprint`."""
     options: dict[str, Any] = {
         field.name: getattr(each, field.name)
         for each in (read, write)
         for field in fields(each)
         if field.name not in HARMLESS
     }
-    parts = {"source": _signature(files), "style": _style_digest(style), **options, **more, "build": build()}
-    return Fingerprint({name: str(part) for name, part in parts.items()}, resume)
+    parts = {"style": _look_digest(style), **options, **more, "build": build()}
+    return {name: str(part) for name, part in parts.items()}
 
 
-def warm_up_frames(style: Style, rate: float) -> int:
+def warm_up_frames(style: Style | CueList, rate: float) -> int:
     """Return the number of earlier frames that a style needs for the same picture as in the whole film.
 
     Args:
         rate: frames a second.
     """
-    settle = max(
-        (_arguments(step.block, step.values).get("settle") or 0 for step in expand(style).steps), default=0
-    )
+    if any(map(masks_read, _styles_of(style))):
+        return sys.maxsize  # masks follow people from the beginning of a scene
+    steps = [step for each in _styles_of(style) for step in expand(each).steps]
+    settle = max((_arguments(step.block, step.values).get("settle") or 0 for step in steps), default=0)
     return STABLE_FRAMES + round(SETTLED_FACTOR * settle * rate)
 
 
@@ -86,12 +102,25 @@ def build() -> str:
     """Return the versions of what makes the pictures."""
     # Importing it would take longest of all.
     opencv = version_of("opencv-contrib-python-headless")
-    libraries = f"FFmpeg {ffmpeg_version()}, OpenCV {opencv}, NumPy {np.__version__}"
-    return f"vidstyle {vidstyle.__version__}, {libraries}"
+    faces = "with" if find_spec("mtcnn") else "without"
+    libraries = f"FFmpeg {ffmpeg_version()}, OpenCV {opencv}, NumPy {np.__version__}, {faces} faces"
+    return f"vidstyle {__version__}, {libraries}"
 
 
 def _arguments(block: str, values: dict[str, Any]) -> dict[str, Any]:
     return all_blocks()[block].arguments_for(values) if block else {}
+
+
+def _styles_of(style: Style | CueList) -> list[Style]:
+    return style.styles if isinstance(style, CueList) else [style]
+
+
+def _look_digest(style: Style | CueList) -> str:
+    """Of a style, or of all cues."""
+    if isinstance(style, Style):
+        return _style_digest(style)
+    cues = (repr((each.time, each.transition, each.seconds, each.curve)) for each in style.cues)
+    return _digest([*cues, *map(_style_digest, style.styles)])
 
 
 def _style_digest(style: Style) -> str:
@@ -109,11 +138,20 @@ def _style_digest(style: Style) -> str:
         for layer, each in expanded.layers.items()
         for step in each
     ]
-    values = style.height, style.ink, style.paper, style.steady
-    return _digest([repr((values, steps)), _signature(_assets(expanded))])
+    values = [getattr(style, name) for name in FIELDS]
+    behind = _style_digest(style.behind) if style.behind else ""
+    return _digest([repr((values, style.masks, steps)), behind, _signature(_assets(expanded))])
 
 
 def _assets(style: Style) -> Iterable[Path]:
+    """Yield the files that a style reads, and those that the user names for it."""
+    yield from (asset_path(style.folder, each["file"]) for each in style.masks.values() if "file" in each)
+    model = people_model()
+    if model is not None and {PEOPLE, BACKGROUND} & set(masks_read(style)):
+        yield model
+    backdrop = backdrop_file()
+    if backdrop is not None and BACKDROP in masks_read(style):
+        yield backdrop
     for step in style.steps:
         for name, parameter in all_blocks()[step.block].parameters.items() if step.block else ():
             if file := parameter.control.own_file(step.values.get(name)):

@@ -10,6 +10,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import CancelledError
 from typing import Any
 
 from vidstyle.errors import OutputError
@@ -37,7 +38,8 @@ class Stages:
         items: frames and packets in the order of the source.
         restyle: begins with a frame and returns what waits for the result.
         writer: where everything goes.
-        frames_in_flight: how many frames may be under way before the result of the first is waited for.
+        frames_in_flight: returns how many frames may be begun before the result of the first is waited for.
+        cancel: called at an early end; results that are waited for then raise CancelledError.
 
     Attributes:
         frames: frames handed to the writer.
@@ -51,11 +53,12 @@ class Stages:
         items: Iterable[Any],
         restyle: Callable[[Frame], Callable[[], Frame]],
         writer: Writer,
-        frames_in_flight: int = 0,
+        frames_in_flight: Callable[[], int],
+        cancel: Callable[[], None],
     ) -> None:
         self._items = items
         self._restyle = restyle
-        self._frames_in_flight = frames_in_flight
+        self._frames_in_flight, self._cancel = frames_in_flight, cancel
         self._writer = writer
         self._source: BoundedQueue[Batch] = BoundedQueue(MAX_QUEUED_BATCHES)
         self._result: BoundedQueue[Batch] = BoundedQueue(MAX_QUEUED_BATCHES)
@@ -107,12 +110,12 @@ class Stages:
             thread.join(max(0.0, deadline - time.monotonic()))
         if self._error is not None and self.partial is not None and not isinstance(self._error, OutputError):
             # Errors of the writer already name it.
-            self._error.add_note(f"{self.partial} keeps what was done")
+            self._error.add_note(f"{self.partial} keeps the finished part")
 
     def _guard(self, stage: Callable[[], None]) -> None:
         try:
             stage()
-        except QueueClosedError:
+        except (QueueClosedError, CancelledError):
             pass
         except BaseException as error:  # a thread's error is raised again in the calling thread
             self._fail(error)
@@ -128,6 +131,7 @@ class Stages:
         self._halted.set()
         self._source.close(discard=True)
         self._result.close(discard=True)
+        self._cancel()
 
     def _read(self) -> None:
         for batch in batches(self._items):
@@ -138,7 +142,7 @@ class Stages:
         waiting: deque[Batch] = deque()
         for batch in self._source:
             waiting.append([self._restyle(item) if isinstance(item, Frame) else item for item in batch])
-            while sum(_is_pending(each) for each in waiting) > self._frames_in_flight:
+            while sum(_is_pending(each) for each in waiting) > self._frames_in_flight():
                 self._finish(waiting.popleft())
         for batch in waiting:
             self._finish(batch)

@@ -13,7 +13,7 @@ from vidstyle.live.capture import FIRST_FRAME_SECONDS, Capture
 from vidstyle.media.audio import AudioChunk
 from vidstyle.media.capture.input import LiveSource
 from vidstyle.media.read.frame_converter import FrameConverter
-from vidstyle.media.resize import square_pixels
+from vidstyle.media.resize import stretch_to_square_pixels
 
 DEFAULT_RATE = 25.0
 CLOSE_SECONDS = 1.0
@@ -39,7 +39,7 @@ class CameraClip:
         if first is None:
             self.close()
             raise self._capture.error or DeviceError(
-                source.name, f"gave no picture in {FIRST_FRAME_SECONDS:g} s"
+                source.name, f"has delivered no frame for {FIRST_FRAME_SECONDS:g} s"
             )
         self._newest = first.native
         self._converter = FrameConverter(
@@ -56,7 +56,7 @@ class CameraClip:
             if arrived is not None:
                 self._newest = arrived.native
             whole = to_rgb(self._converter.convert(self._newest)[0])
-        whole = square_pixels(whole, self._converter.sample_aspect)
+        whole = stretch_to_square_pixels(whole, self._converter.sample_aspect)
         return shrink(whole, side)
 
     def file(self) -> None:

@@ -17,11 +17,11 @@ import numpy as np
 from vidstyle.core.convert import to_rgb
 from vidstyle.demo.drawing import FILM_HEIGHT_PX, FILM_RATE, FILM_SECONDS, FILM_WIDTH_PX, film_picture
 from vidstyle.errors import InputError
-from vidstyle.media.capture.sources import SourceOptions, is_file_name, live_source
-from vidstyle.media.read.headers import has_picture_ending
+from vidstyle.media.capture.sources import SourceOptions, is_file_name, resolve_source
+from vidstyle.media.read.file_structure.headers import has_picture_ending
 from vidstyle.media.read.sampler import FilmSampler, SampledFrame
 from vidstyle.media.read.sequence import is_pattern
-from vidstyle.media.resize import letterboxed
+from vidstyle.media.resize import letterbox_picture
 from vidstyle.preview.camera_clip import CameraClip, shrink
 
 CACHED_BYTES = 64 << 20
@@ -87,7 +87,7 @@ def open_clip(source: str | os.PathLike[str] | None) -> Clip:
         return FilmClip(_pattern_of(Path(text)), name=text)
     if is_pattern(text) or is_file_name(text):
         return FilmClip(text)
-    return CameraClip(live_source(text, SourceOptions()))
+    return CameraClip(resolve_source(text, SourceOptions()))
 
 
 class FilmClip:
@@ -184,7 +184,9 @@ class FilmClip:
         picture = self._at.picture(longer)
         if self._at.shape != self._shape:  # pictures of a folder may differ in size
             factor = longer / max(self._shape)
-            picture = letterboxed(picture, max(1, round(width * factor)), max(1, round(height * factor)))
+            picture = letterbox_picture(
+                picture, max(1, round(width * factor)), max(1, round(height * factor))
+            )
         return to_rgb(picture)
 
 

@@ -12,7 +12,7 @@ _RESERVED_NAME = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\..*)?", re.IGNORECA
 """Matches names of devices on Windows."""
 
 
-def checked_path(folder: Path, name: str, ending: str = "") -> Path:
+def check_path(folder: Path, name: str, ending: str = "") -> Path:
     """Return the path for a file name from a page.
 
     Args:
@@ -21,7 +21,7 @@ def checked_path(folder: Path, name: str, ending: str = "") -> Path:
     Raises:
         UsageError: the name is not a plain file name, is hidden, has another extension, or is a link.
     """
-    path = folder / checked_name(name, ending)
+    path = folder / check_name(name, ending)
     if path.is_symlink():
         raise UsageError(name, "is a link", "choose another name")
     if not folder.is_dir():
@@ -29,8 +29,8 @@ def checked_path(folder: Path, name: str, ending: str = "") -> Path:
     return path
 
 
-def checked_name(name: str, ending: str = "") -> str:
-    """Return a file name from a page with its extension; arguments and errors as in `checked_path`."""
+def check_name(name: str, ending: str = "") -> str:
+    """Return a file name from a page with its extension; arguments and errors as in `check_path`."""
     if ending and not name.lower().endswith(ending):
         name += ending
     if (

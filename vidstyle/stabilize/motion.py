@@ -113,6 +113,32 @@ def _jumps(flow: np.ndarray, most: float) -> np.ndarray:
     return cv2.dilate(found, np.ones((3, 3), np.uint8)).astype(np.float32)
 
 
+@dataclass(frozen=True)
+class FramePair:
+    """A frame and the previous one, from which `warp` estimates motion in any thread.
+
+    Attributes:
+        picture: the frame.
+        before, now: reduced luma of the previous frame and of this one, uint8.
+        weight: weight of the previous frame for unchanged pixels, 0..1.
+        is_fixed: whether the style draws marks that are fixed to the page.
+    """
+
+    picture: Picture
+    before: np.ndarray
+    now: np.ndarray
+    weight: float
+    is_fixed: bool
+
+    def warp(self) -> Warp:
+        """Return the warp of the previous frame into this one."""
+        width = self.picture.shape[1]
+        limit = float(np.hypot(MIN_LIMIT, NOISE_FACTOR * noise_level(self.picture)))
+        jump = MAX_JUMP_PX * width / self.now.shape[1]
+        flow = _flow(self.before, self.now, width)
+        return Warp(self.weight, limit, flow, RESULT_FACTOR * self.weight, self.is_fixed, jump)
+
+
 class MotionEstimator:
     """Estimates motion and noise of the frames of a film.
 
@@ -123,7 +149,6 @@ class MotionEstimator:
 
     def __init__(self, steady: float, is_fixed: bool) -> None:
         self.change_strength(steady, is_fixed)
-        self._estimator = _estimator()
         self._reduced: np.ndarray | None = None
         self._shape: tuple[int, int] | None = None
         self._time = 0.0
@@ -132,52 +157,52 @@ class MotionEstimator:
         """Use other values from the next picture on."""
         self._weight, self._is_fixed = MAX_WEIGHT * steady * (2 - steady), is_fixed
 
-    def estimate(self, picture: Picture, time: float, scene_cut: bool) -> Warp | None:
-        """Return the warp of the previous frame into this one; None at a scene cut.
+    def memory(self) -> list[np.ndarray]:
+        """Return the reduced luma of the previous frame, if there is one."""
+        return [] if self._reduced is None else [self._reduced]
+
+    def follow(self, picture: Picture, time: float, scene_cut: bool) -> FramePair | None:
+        """Return this frame with the previous one, or None at a scene cut; call it for each frame in order.
 
         Args:
             time: presentation time in seconds.
             scene_cut: whether this frame begins a scene.
         """
-        before, self._reduced = self._reduced, _reduced_luma(picture)
+        before, self._reduced = self._reduced, reduced_luma(picture)
         elapsed, self._time = time - self._time, time
         continues = not scene_cut and self._shape == picture.shape
         self._shape = picture.shape
         if before is None or not continues or not 0 <= elapsed <= MAX_GAP_SECONDS:
             return None
-        limit = float(np.hypot(MIN_LIMIT, NOISE_FACTOR * noise_level(picture)))
-        flow = self._flow(before, picture.shape[1])
-        weights = self._weight, RESULT_FACTOR * self._weight
-        jump = MAX_JUMP_PX * picture.shape[1] / self._reduced.shape[1]
-        return Warp(weights[0], limit, flow, weights[1], self._is_fixed, jump)
-
-    def _flow(self, before: np.ndarray, width: int) -> np.ndarray | None:
-        now = self._reduced
-        assert now is not None
-        change = _change(now, before)
-        if min(now.shape) < 16 or change.max() <= MAX_STILL_CHANGE * NOISE_AREA_PX**2:
-            return None
-        flow: np.ndarray = self._estimator.calc(now, before, None)
-        is_better = _is_better(flow, now, before, change)
-        if not is_better.any():
-            return None
-        flow = cv2.copyTo(flow, is_better.view(np.uint8))
-        scale = width / now.shape[1]
-        cell = max(FLOW_GRID_PX, round(SEGMENT_SIZE / 2 / scale))
-        grid = now.shape[1] // cell, now.shape[0] // cell
-        return cv2.resize(flow, grid, interpolation=cv2.INTER_AREA) * np.float32(scale)
+        return FramePair(picture, before, self._reduced, self._weight, self._is_fixed)
 
 
-def _estimator() -> Any:  # its stubs require an initial flow for `calc`, the function does not
-    """Return a dense inverse search (Kroeger 2016), without variational refinement.
+def _flow_estimator() -> Any:
+    """Return a dense inverse search (Kroeger 2016) without variational refinement.
 
     Refinement doubles the time without improving stability. Patches are compared after subtracting their
     mean: otherwise they explain more of the change, but more noise becomes motion, and still areas flicker
-    more.
+    more. Use it for one pair of frames only: at some sizes, its next flow depends on earlier ones.
     """
     estimator = cv2.DISOpticalFlow.create(cv2.DISOPTICAL_FLOW_PRESET_FAST)
     estimator.setVariationalRefinementIterations(0)
     return estimator
+
+
+def _flow(before: np.ndarray, now: np.ndarray, width: int) -> np.ndarray | None:
+    """Return the flow of a `Warp` for a picture of this width; None if nothing moves."""
+    change = _change(now, before)
+    if min(now.shape) < 16 or change.max() <= MAX_STILL_CHANGE * NOISE_AREA_PX**2:
+        return None
+    flow: np.ndarray = _flow_estimator().calc(now, before, None)
+    is_better = _is_better(flow, now, before, change)
+    if not is_better.any():
+        return None
+    flow = cv2.copyTo(flow, is_better.view(np.uint8))
+    scale = width / now.shape[1]
+    cell = max(FLOW_GRID_PX, round(SEGMENT_SIZE / 2 / scale))
+    grid = now.shape[1] // cell, now.shape[0] // cell
+    return cv2.resize(flow, grid, interpolation=cv2.INTER_AREA) * np.float32(scale)
 
 
 def _change(now: np.ndarray, before: np.ndarray) -> np.ndarray:
@@ -200,7 +225,7 @@ def _is_better(flow: np.ndarray, now: np.ndarray, before: np.ndarray, still: np.
     return (still > MAX_STILL_CHANGE * NOISE_AREA_PX**2) & (whole * _change(now, moved) < part * still)
 
 
-def _reduced_luma(picture: Picture) -> np.ndarray:
+def reduced_luma(picture: Picture) -> np.ndarray:
     """Return luma, uint8, reduced by averaging."""
     plane = picture.luma if picture.color is None else picture.color
     assert plane is not None

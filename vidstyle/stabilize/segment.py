@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from vidstyle.core.kernels import Compiled, compiled
-from vidstyle.core.kernels.intrinsic import Intrinsic
+from vidstyle.core.kernels.declare import Intrinsic
 from vidstyle.core.kernels.vectors import VectorEmitter
 
 SEGMENT_SIZE = 16

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache, partial
 
 import numpy as np
 
-from vidstyle.core.bands import in_bands
+from vidstyle.core.bands import BandWorkers, in_bands
 from vidstyle.core.picture import Encoding, Picture, PictureLayout
 from vidstyle.core.planes import alpha_in_depth, color_rows, yuv_from_rgb
 from vidstyle.stabilize.blend import Rows, result_rows, source_rows
-from vidstyle.stabilize.motion import MotionEstimator, Warp
+from vidstyle.stabilize.motion import FramePair, MotionEstimator, Warp
 from vidstyle.stabilize.warp import Moves, in_segments, moves_of
 
 BAND_RADIUS_ROWS = 24
@@ -38,47 +37,62 @@ class Stabilized:
     weights: np.ndarray | None = None
 
 
+@dataclass(eq=False)
+class PreviousFrame:
+    """What is kept of the previous frame: its planes and, of a source, their encoding."""
+
+    planes: Planes = field(default_factory=dict)
+    encoding: Encoding | None = None
+
+
 class Stabilizer:
     """Blends the input of a style, and then its result, with the previous frame's.
 
     The first blend removes noise that a style would turn into flickering lines and steps; the second removes
-    the remaining flicker.
+    the remaining flicker. `follow`, `before` and `after` each take the frames in their order; different
+    frames may be in different methods at the same time.
 
     Args:
         steady: 0 to 1, as in a style.
         is_fixed: whether the style draws marks fixed to the page, which are not warped, and are blended only
             where nothing moves.
+
+    Attributes:
+        source: what `before` keeps.
+        result: what `after` keeps.
     """
 
-    def __init__(self, steady: float, is_fixed: bool, pool: Executor) -> None:
+    def __init__(self, steady: float, is_fixed: bool) -> None:
         self._motion = MotionEstimator(steady, is_fixed)
-        self._pool = pool
-        self._encoding: Encoding | None = None
-        self._source: Planes = {}
-        self._result: Planes = {}
+        self.source = PreviousFrame()
+        self.result = PreviousFrame()
 
     def change_strength(self, steady: float, is_fixed: bool) -> None:
         """Use other values from the next picture on."""
         self._motion.change_strength(steady, is_fixed)
 
+    def follow(self, picture: Picture, time: float, scene_cut: bool) -> FramePair | None:
+        """Return the frame with the previous one; see `MotionEstimator.follow`."""
+        return self._motion.follow(picture, time, scene_cut)
+
+    def memory(self) -> list[np.ndarray]:
+        """Return all arrays that are kept of the previous frame."""
+        return [*self._motion.memory(), *self.source.planes.values(), *self.result.planes.values()]
+
     def before(
-        self, picture: Picture, time: float | None, scene_cut: bool, needs_chroma: bool = True
+        self, picture: Picture, warp: Warp | None, workers: BandWorkers, needs_chroma: bool = True
     ) -> Stabilized:
         """Return the stabilized input of the style: luma and chroma in `stabilized_encoding`.
 
         Args:
-            picture: the next frame.
-            time: presentation time in seconds; None for a still picture, which stays unchanged.
-            scene_cut: whether the frame begins a scene.
+            picture: the next frame of a film.
+            warp: the warp of the pair that `follow` returned; None for none.
             needs_chroma: whether the style reads chroma; otherwise the result has none.
         """
-        if time is None:
-            return Stabilized(picture)
-        warp = self._motion.estimate(picture, time, scene_cut)
         now = with_planes(picture)
         shown = now if needs_chroma else replace(now, chroma=None)
         encoding, planes = stabilized_encoding(now.encoding), dict(_named_planes(shown))
-        if encoding != self._encoding or not _same_shapes(planes, self._source):
+        if encoding != self.source.encoding or not _same_shapes(planes, self.source.planes):
             warp = None
         weights = None
         if warp is None:
@@ -86,13 +100,16 @@ class Stabilizer:
                 (gain, offset), _ = code_scale(name, now.encoding, encoding)
                 planes[name] = _scale(plane, gain, offset, encoding.depth == 0)
         else:
-            planes, weights = self._blend(planes, now.encoding, encoding, warp)
-        self._encoding, self._source = encoding, planes
+            planes, weights = self._blend(planes, now.encoding, encoding, warp, workers)
+        self.source.encoding, self.source.planes = encoding, planes
         chroma = (planes["blue"], planes["red"]) if "blue" in planes else None
         alpha = alpha_in_depth(now, encoding.depth)
-        return Stabilized(Picture(encoding, planes["luma"], chroma, alpha=alpha), warp, weights)
+        stable = Picture(encoding, planes["luma"], chroma, alpha=alpha, masks=now.masks)
+        return Stabilized(stable, warp, weights)
 
-    def _blend(self, now: Planes, old: Encoding, new: Encoding, warp: Warp) -> tuple[Planes, np.ndarray]:
+    def _blend(
+        self, now: Planes, old: Encoding, new: Encoding, warp: Warp, workers: BandWorkers
+    ) -> tuple[Planes, np.ndarray]:
         """Return the planes of the source, blended with the previous ones, and the weights of luma."""
         out = {name: np.empty(plane.shape, new.dtype) for name, plane in now.items()}
         guide = np.empty(now["luma"].shape, np.uint8)
@@ -101,18 +118,19 @@ class Stabilizer:
             (scale, span), step = code_scale(name, old, new), plane_step(name, old)
             luma, other = (guide, None) if name == "luma" else (None, guide)
             jobs[name] = source_rows(
-                plane, scale, self._source[name], moves(plane.shape[1], step), warp.weight,
+                plane, scale, self.source.planes[name], moves(plane.shape[1], step), warp.weight,
                 warp.limit * span, other, step, out[name], luma,
             )  # fmt: skip
-        self._run(jobs, now["luma"].shape, old)
+        _run(jobs, now["luma"].shape, old, workers)
         return out, guide
 
-    def after(self, result: Picture, stabilized: Stabilized) -> Picture:
-        """Stabilize the result of the style; call it in the order of the frames."""
-        warp, weights, old, encoding = stabilized.warp, stabilized.weights, self._result, result.encoding
+    def after(self, result: Picture, stabilized: Stabilized, workers: BandWorkers) -> Picture:
+        """Stabilize the result of the style."""
+        warp, weights, encoding = stabilized.warp, stabilized.weights, result.encoding
+        old = self.result.planes
         planes, gain, floats = dict(_named_planes(result)), result_gain(encoding), encoding.depth == 0
         if warp is None or weights is None or not _same_shapes(planes, old):
-            self._result = {name: _scale(each, gain, 0, floats) for name, each in planes.items()}
+            self.result.planes = {name: _scale(each, gain, 0, floats) for name, each in planes.items()}
             return result
         shown = result.map_planes(lambda plane, kind: plane if kind == "alpha" else np.empty_like(plane))
         codes, jobs = dict(_named_planes(shown)), {}
@@ -120,25 +138,26 @@ class Stabilizer:
         dtype = np.dtype(np.float32 if floats else np.uint16)
         moves = cache(partial(_plane_moves, warp.result_flow, dtype))
         parts_of = cache(partial(in_segments, warp.result_guide))
-        self._result = {name: np.empty(plane.shape, dtype) for name, plane in planes.items()}
+        new = self.result.planes = {name: np.empty(plane.shape, dtype) for name, plane in planes.items()}
         for name, plane in planes.items():
             step, width = plane_step(name, encoding), plane.shape[1]
             jobs[name] = result_rows(
                 plane, gain, old[name], moves(width, step), parts_of(width), warp.result_weight, weights,
-                step, self._result[name], codes[name],
+                step, new[name], codes[name],
             )  # fmt: skip
-        self._run(jobs, result.shape, encoding)
+        _run(jobs, result.shape, encoding, workers)
         return shown
 
-    def _run(self, jobs: Mapping[str, Rows], shape: tuple[int, int], encoding: Encoding) -> None:
-        """Compute the rows of all planes band by band, luma first."""
 
-        def run(top: int, bottom: int) -> None:
-            for name, rows in jobs.items():
-                _, down = plane_step(name, encoding)
-                rows(top // down, -(-bottom // down))
+def _run(jobs: Mapping[str, Rows], shape: tuple[int, int], encoding: Encoding, workers: BandWorkers) -> None:
+    """Compute the rows of all planes band by band, luma first."""
 
-        in_bands(self._pool, shape, BAND_RADIUS_ROWS, run)
+    def run(top: int, bottom: int) -> None:
+        for name, rows in jobs.items():
+            _, down = plane_step(name, encoding)
+            rows(top // down, -(-bottom // down))
+
+    in_bands(workers, shape, BAND_RADIUS_ROWS, run)
 
 
 def stabilized_encoding(encoding: Encoding) -> Encoding:
@@ -175,12 +194,14 @@ def with_planes(picture: Picture) -> Picture:
         return picture
     encoding = planes_encoding(picture)
     luma, *chroma = yuv_from_rgb(color_rows(picture, 0, picture.shape[0]), encoding)
-    return Picture(encoding, luma, (chroma[0], chroma[1]), alpha=alpha_in_depth(picture, 0))
+    return Picture(
+        encoding, luma, (chroma[0], chroma[1]), alpha=alpha_in_depth(picture, 0), masks=picture.masks
+    )
 
 
 def plane_step(name: str, encoding: Encoding) -> tuple[int, int]:
     """Return the pixels per sample of a plane, across and down."""
-    return encoding.step if name in ("blue", "red") else (1, 1)
+    return encoding.subsampling if name in ("blue", "red") else (1, 1)
 
 
 def segment_flow(flow: np.ndarray | None, width: int, step: tuple[int, int]) -> np.ndarray:

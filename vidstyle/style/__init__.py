@@ -88,7 +88,7 @@ def _files() -> dict[str, Path]:
 
 def _load_named(name: str) -> Style:
     if name == PLAIN:
-        return Style(name=PLAIN, note="The source as it is.")
+        return Style(name=PLAIN, note="The unchanged source.")
     files = _files()
     if name not in files:
         if os.path.isfile(name):

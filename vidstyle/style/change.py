@@ -53,7 +53,8 @@ def apply_variant(style: Style, variant: str) -> Style:
     Raises:
         StyleError: it has no such variant.
     """
-    return style_from_table(table_of_variant(style, variant), style.name, folder=style.folder)
+    table = table_of_variant(replace(style, behind=None), variant)
+    return _with_behind(style_from_table(table, style.name, folder=style.folder), style)
 
 
 def expand(style: Style) -> Style:
@@ -89,7 +90,7 @@ def _expand_step(step: Step) -> tuple[Step, ...]:
 
 def _changed(style: Style, texts: list[str], assign: Callable[[dict[str, Any], str], None]) -> Style:
     """Return the style after `assign` was called with its table for each text."""
-    table = table_from_style(style)
+    table = table_from_style(replace(style, behind=None))
     mistakes: list[str] = []
     for text in texts:
         try:
@@ -102,7 +103,12 @@ def _changed(style: Style, texts: list[str], assign: Callable[[dict[str, Any], s
         mistakes += error.mistakes
     if mistakes:
         raise UsageError(", ".join(texts), "; ".join(mistakes))
-    return changed
+    return _with_behind(changed, style)
+
+
+def _with_behind(changed: Style, style: Style) -> Style:
+    """Return a changed style with `behind` as before: its files may be in another folder."""
+    return replace(changed, behind=style.behind)
 
 
 def _parse(control: Control, text: str) -> object:

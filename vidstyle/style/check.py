@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ from typing import Any
 from vidstyle.block import NAME_PATTERN, Asset, Block, Parameter
 from vidstyle.blocks import all_blocks
 from vidstyle.errors import StyleError, suggest
+from vidstyle.style.mask_declarations import REGIONS, read_masks
 from vidstyle.style.model import FIELDS, LAYERS, SOURCE, STEP_KEYS, Step, Style, table_from_style
 from vidstyle.style.paths import find_value
 from vidstyle.style.values import MAX_MISTAKES, asset_path, read_values, to_text
@@ -28,6 +29,8 @@ MAX_FILES = 4
 TEXTS = {"name": 100, "note": 1000}
 """The fields that hold text, and the maximum number of characters of each."""
 MAX_KNOBS = 16
+NOT_BEHIND = ("format", "knobs", "variants", "masks", "behind", "steady", "focus")
+"""Fields of a style that do not belong in `behind`."""
 
 
 def style_from_table(
@@ -71,24 +74,40 @@ def _is_known_format(table: Mapping[str, object], mistakes: list[str]) -> bool:
 
 
 def _read_style(table: Mapping[str, object], name: str, folder: Path | None, mistakes: list[str]) -> Style:
-    known = ("format", *TEXTS, "knobs", *FIELDS, *LAYERS, "variants")
+    known = ("format", *TEXTS, "knobs", *FIELDS, "masks", *LAYERS, "behind", "variants")
     for key in table:
         if key not in known:
             mistakes.append(f"{to_text(key)} is not a field of a style; {suggest(str(key), known)}")
     texts: dict[str, Any] = {"name": name}
     texts |= {key: _read_text(key, table[key], mistakes) for key in TEXTS if key in table}
     fields = read_values(FIELDS, table, "", mistakes)
+    masks = read_masks(table.get("masks", {}), folder, mistakes)
     reader = StepReader(folder, mistakes)
     layers: dict[str, Any] = {layer: reader.read_layer(layer, table.get(layer, [])) for layer in LAYERS}
-    mistakes += _wiring_mistakes(layers)
-    return Style(folder=folder, **texts, **fields, **layers)
+    mistakes += _wiring_mistakes(layers, masks)
+    known = (*REGIONS, *masks)
+    wrong = [key for key in ("only", "keep") if fields.get(key, "") not in ("", *known)]
+    mistakes += [f"{key}: {fields[key]!r} is not a mask; {suggest(fields[key], known)}" for key in wrong]
+    behind = _read_behind(table["behind"], folder, mistakes) if "behind" in table else None
+    return Style(folder=folder, masks=masks, behind=behind, **texts, **fields, **layers)
 
 
-def _wiring_mistakes(layers: Mapping[str, tuple[Step, ...]]) -> Iterator[str]:
+def _read_behind(given: object, folder: Path | None, mistakes: list[str]) -> Style | None:
+    """Return the style of everything except people, which is a table like a style."""
+    if not isinstance(given, Mapping):
+        mistakes.append(f"behind: {to_text(given)} is not a table like a style")
+        return None
+    found = [f"{to_text(key)} has no effect there; remove it" for key in NOT_BEHIND if key in given]
+    style = _read_style({key: given[key] for key in given if key not in NOT_BEHIND}, "", folder, found)
+    mistakes += [f"behind: {mistake}" for mistake in found]
+    return style
+
+
+def _wiring_mistakes(layers: Mapping[str, tuple[Step, ...]], masks: Iterable[str]) -> Iterator[str]:
     """Yield pictures that are read but not saved before, and names that are saved twice."""
-    taken = {SOURCE}
+    taken = {SOURCE, *masks}
     counts = Counter[str]()
-    for wired in wire_layers(layers):
+    for wired in wire_layers(layers, masks):
         counts[wired.layer] += 1
         where = _place_of(wired.layer, counts[wired.layer], wired.step.block)
         for key, name in wired.wiring.reads.items():
@@ -97,6 +116,8 @@ def _wiring_mistakes(layers: Mapping[str, tuple[Step, ...]]) -> Iterator[str]:
         save = wired.wiring.saved_output
         if save == SOURCE:
             yield f"{where}save: {SOURCE!r} is the untouched picture; choose another name"
+        elif save in masks:
+            yield f"{where}save: {save!r} is a mask; choose another name"
         elif save in taken:
             yield f"{where}save: an earlier step has saved {save!r}; choose another name"
         taken |= {save} - {""}
@@ -215,9 +236,7 @@ class StepReader:
             try:
                 asset_path(self.folder, value)
                 if len(self.files) > MAX_FILES:
-                    raise ValueError(
-                        f"{value!r} is one too many: a style has at most {MAX_FILES} files of its own"
-                    )
+                    raise ValueError(f"{value!r} is one too many: a style reads at most {MAX_FILES} files")
             except ValueError as error:
                 names = control.shipped()
                 hint = f"; {suggest(value, names)}" if names else ""

@@ -28,7 +28,7 @@ def new_text(table: dict[str, Any]) -> str:
     return tomlkit.dumps(table)
 
 
-def edited_text(text: str, table: dict[str, Any], path: Path) -> str:
+def edit_text(text: str, table: dict[str, Any], path: Path) -> str:
     """Return the text of a style file, edited to hold the table of another style.
 
     Where the layout of the file cannot be edited, such as steps in one line, the text is rewritten with a

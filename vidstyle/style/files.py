@@ -8,7 +8,7 @@ from typing import Any
 from vidstyle.core.file_checks import parse_toml, read_toml_text
 from vidstyle.errors import StyleError, text_of_name
 from vidstyle.style.check import style_from_table
-from vidstyle.style.locate import mended_word, with_lines
+from vidstyle.style.locate import correct_word, with_lines
 from vidstyle.style.model import Style, table_from_style
 from vidstyle.style.values import MAX_MISTAKES
 
@@ -51,10 +51,10 @@ def style_text(style: Style, like: Path | None = None) -> str:
     Raises:
         StyleError: the other file cannot be read.
     """
-    from vidstyle.style.edit import edited_text, new_text  # which a render needs not
+    from vidstyle.style.edit import edit_text, new_text  # which a render needs not
 
     table = _written_shortly(table_from_style(style))
-    return new_text(table) if like is None else edited_text(read_style_text(like), table, like)
+    return new_text(table) if like is None else edit_text(read_style_text(like), table, like)
 
 
 def save_style(style: Style, path: str | Path, like: str | None = None) -> None:
@@ -68,15 +68,15 @@ def save_style(style: Style, path: str | Path, like: str | None = None) -> None:
         OutputError: the file cannot be written.
     """
     from vidstyle.media.write.atomic import atomic_file
-    from vidstyle.style.edit import edited_text, new_text
+    from vidstyle.style.edit import edit_text, new_text
 
     path = Path(path)
     table = _written_shortly(table_from_style(style))
     style_from_table(table, style.name, folder=path.absolute().parent)
     if like is not None:
-        text = edited_text(like, table, path)
+        text = edit_text(like, table, path)
     else:
-        text = edited_text(_own_text(path, table), table, path) if path.exists() else new_text(table)
+        text = edit_text(_own_text(path, table), table, path) if path.exists() else new_text(table)
     with atomic_file(path, overwrite=True) as write:
         write(text.encode())
 
@@ -122,7 +122,7 @@ def _parse(path: Path, text: str) -> tuple[dict[str, Any], list[str]]:
         try:
             return parse_toml(text), words
         except ValueError as error:
-            mended = mended_word(text, str(error)) if len(words) < MAX_MISTAKES else None
+            mended = correct_word(text, str(error)) if len(words) < MAX_MISTAKES else None
             if mended is None:
                 raise StyleError(path, [*words, str(error)]) from None
             text = mended[0]

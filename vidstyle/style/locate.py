@@ -26,15 +26,15 @@ def with_lines(mistakes: Iterable[str], text: str) -> list[str]:
     return [f"line {number}: {mistake}" if number else mistake for number, mistake in numbered]
 
 
-def mended_word(text: str, error: str) -> tuple[str, str] | None:
+def correct_word(text: str, error: str) -> tuple[str, str] | None:
     """Return the text with quotes added to a value, or with `yes` as `true`, and the mistake.
 
     Args:
         text: no TOML.
         error: what tomllib says about it.
 
-    >>> mended_word("invert = yes", "Invalid value (at line 1, column 10)")
-    ('invert = true', 'line 1: yes is no value; write invert = true')
+    >>> correct_word("invert = yes", "Invalid value (at line 1, column 10)")
+    ('invert = true', 'line 1: yes is not a value; write invert = true')
     """
     place = re.search(r"at line (\d+)", error)
     lines = text.split("\n")
@@ -47,7 +47,7 @@ def mended_word(text: str, error: str) -> tuple[str, str] | None:
     if lines[number - 1] == right:
         return None
     lines[number - 1] = right
-    return "\n".join(lines), f"line {number}: {word} is no value; write {right}"
+    return "\n".join(lines), f"line {number}: {word} is not a value; write {right}"
 
 
 def _places(text: str) -> Iterator[tuple[str, str, int]]:

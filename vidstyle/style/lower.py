@@ -16,14 +16,19 @@ from vidstyle.block import Block, rgb_from_text
 from vidstyle.core.picture import Encoding, PictureLayout
 from vidstyle.core.resample import fitting_method
 from vidstyle.errors import StyleError
+from vidstyle.network.network_run import NetworkRun
 from vidstyle.style.limits import excess
-from vidstyle.style.model import SOURCE, Step, Style
-from vidstyle.style.nodes import Kind, LoweredStyle, Measure, Node, Op, Shape, StepKey, identity_key
-from vidstyle.style.resolve import ResolvedStep
+from vidstyle.style.mask_declarations import BACKDROP, PEOPLE
+from vidstyle.style.model import LAYERS, SOURCE, Step, Style
+from vidstyle.style.nodes import Kind, LoweredStyle, Node, Op, PercentileRequest, Shape, StepKey, identity_key
+from vidstyle.style.resolve import ResolvedStep, layers_behind, masks_read
 from vidstyle.style.wiring import START, wiring_of
 
 UNDONE_TOLERANCE = 1e-3
 """Factors whose product is this close to 1 undo each other: 0.75 and 1.3333 do."""
+
+_ABOVE, _MASK = " above", " mask"
+"""Names of pictures that no step can save."""
 
 Steps = Mapping[str, tuple[ResolvedStep, ...]]
 """The resolved steps of each layer."""
@@ -88,7 +93,7 @@ class GraphBuilder:
         source: layout of what comes in.
         encoding: its matrix is the one of luma and chroma.
         planes: the source itself.
-        saved: the pictures that steps have saved, by name.
+        saved: the source, the masks, and the pictures that steps have saved, by name.
         sizes: as in `LoweredStyle`.
     """
 
@@ -98,7 +103,7 @@ class GraphBuilder:
         self.sizes: dict[Shape, tuple[Shape, float]] = {source.shape: (source.shape, 1.0)}
         self._nodes: dict[object, Node] = {}
         self.planes = self._source_planes()
-        self.saved = {SOURCE: self.planes}
+        self.saved: dict[str, ImageValue] = {}
 
     def node(self, op: Op, kind: Kind, shape: Shape, inputs: dict[str, Node], **others: Any) -> Node:
         """Return a node, or the equal one made before."""
@@ -188,22 +193,47 @@ class GraphBuilder:
         return ImageValue(luma, self.node("plane", "chroma", small, {}, grid=encoding, page=shape))
 
     def run_layers(self, style: Style, steps: Steps) -> ImageValue:
-        """base, then background and lines from where it ended, and the lines laid over the background."""
-        base = self.run_layer("base", steps["base"], self.planes)
-        background = lines = None
-        if steps["background"] or not steps["lines"]:
-            background = self._at_page_size(self.run_layer("background", steps["background"], base))
-        if steps["lines"]:
-            lines = self._at_page_size(self.run_layer("lines", steps["lines"], base))
-        image = self._inked(self._on_paper(style, background), rgb_from_text(style.ink), lines)
-        return image if style.strength == 1 else self._mixed_with_source(image, style.strength)
+        """Run the layers of a style, laid over those of the style behind people, if there is one."""
+        behind = self._run_style(style.behind, steps, layers_behind(style)) if style.behind else None
+        image = self._run_style(style, steps, dict(zip(LAYERS, LAYERS, strict=True)))
+        return image if behind is None else self._mixed(behind, image, 1.0, PEOPLE)
 
-    def _mixed_with_source(self, image: ImageValue, strength: float) -> ImageValue:
-        """Return the part of the source that the style leaves, laid over the result."""
-        wiring = wiring_of(Step("blend", {"other": SOURCE}))
+    def _run_style(self, style: Style, steps: Steps, names: Mapping[str, str]) -> ImageValue:
+        """base, then background and lines from where it ended, and the lines laid over the background.
+
+        Args:
+            names: the names of the layers in `steps`.
+        """
+        self.saved = {SOURCE: self.planes} | {name: self._mask(name) for name in masks_read(style)}
+        base_steps, background_steps, lines_steps = (steps[names[layer]] for layer in LAYERS)
+        base = self.run_layer(names["base"], base_steps, self.planes)
+        background = lines = None
+        if background_steps or not lines_steps:
+            background = self._at_page_size(self.run_layer(names["background"], background_steps, base))
+        if lines_steps:
+            lines = self._at_page_size(self.run_layer(names["lines"], lines_steps, base))
+        image = self._inked(self._on_paper(style, background), rgb_from_text(style.ink), lines)
+        if style.strength != 1:
+            image = self._mixed(image, self.planes, 1 - style.strength)
+        if style.only:
+            image = self._mixed(self.planes, image, 1.0, style.only)
+        return self._mixed(image, self.planes, 1.0, style.keep) if style.keep else image
+
+    def _mixed(self, under: ImageValue, above: ImageValue, opacity: float, mask: str = "") -> ImageValue:
+        """Return a picture laid over another one, inside a mask if one is named."""
+        values = {"other": _ABOVE} | ({"mask": _MASK} if mask else {})
+        wiring = wiring_of(Step("blend", values, on="color"))
         assert wiring.block is not None
-        step = ResolvedStep(wiring, "color", {"mode": "normal", "opacity": 1 - strength})
-        return self._run_step(step, wiring.block, image, ("strength", 0))
+        self.saved |= {_ABOVE: above} | ({_MASK: self._mask(mask)} if mask else {})
+        step = ResolvedStep(wiring, {"mode": "normal", "opacity": opacity})
+        return self._run_step(step, wiring.block, under, ("strength", 0))
+
+    def _mask(self, name: str) -> ImageValue:
+        """Return a mask, or the backdrop."""
+        values = {"name": name}
+        if name == BACKDROP:
+            return ImageValue(color=self.node("mask", "color", self.source.shape, {}, values=values))
+        return ImageValue(self.node("mask", "luma", self.source.shape, {}, values=values))
 
     def run_layer(self, layer: str, steps: tuple[ResolvedStep, ...], image: ImageValue) -> ImageValue:
         """Return the picture after all steps of a layer."""
@@ -225,11 +255,13 @@ class GraphBuilder:
             return replace(self.at_size(image, size, step.values["method"]), back=step.values["back"])
         if block.kind == "learned":
             return self._run_bank(image, block.function(**step.values))
+        if block.kind == "network":
+            return self._run_network(image, block.function(**step.values))
         measure = None
         if block.kind == "measured":
             percentages, time_constant = block.percentiles_for(step.values), step.values.get("settle", 0.0)
-            measure = Measure(self.luma(image), percentages, time_constant, key)
-        in_color = step.on == "color" or (step.on == "channels" and not image.is_gray)
+            measure = PercentileRequest(self.luma(image), percentages, time_constant, key)
+        in_color = step.wiring.on == "color" or (step.wiring.on == "channels" and not image.is_gray)
         pictures = {
             name: self._saved_at_size(saved, image.shape, block.saved_refs[name].on, in_color)
             for name, saved in step.wiring.pictures.items()
@@ -273,6 +305,15 @@ class GraphBuilder:
             chroma = self._run_bank_on_chroma(image, small, run)
         return ImageValue(self.resampled(filtered, luma.shape, RESAMPLING_METHOD), chroma, back=image.back)
 
+    def _run_network(self, image: ImageValue, run: NetworkRun | None) -> ImageValue:
+        """Return the picture after a network; itself without one."""
+        if run is None:
+            return image
+        inputs = {"color": self.color(image)}
+        return ImageValue(
+            color=self.node("network", "color", image.shape, inputs, values={"run": run}), back=image.back
+        )
+
     def _run_bank_on_chroma(self, image: ImageValue, luma: Node, run: BankRun) -> Node:
         """Its chroma after a bank; luma, at the size at which the bank runs, chooses the filters."""
         chroma = self.chroma(image)
@@ -289,7 +330,7 @@ class GraphBuilder:
         block: Block,
         image: Node,
         pictures: dict[str, ImageValue],
-        measure: Measure | None,
+        measure: PercentileRequest | None,
     ) -> Node:
         inputs = {"image": image}
         for name, picture in pictures.items():

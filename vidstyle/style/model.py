@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from vidstyle.block import Color, Control, On, Parameter, Slider
+from vidstyle.style.mask_declarations import MaskRef, Masks
 
 LAYERS = ("base", "background", "lines")
 """The layers in the order in which they run; a step may use the pictures that earlier ones saved."""
@@ -51,6 +52,12 @@ class Style:
         height: the picture height for which lengths ("px") are given; None uses them unchanged.
         steady: temporal smoothing, 0 to 1.
         strength: how much of the result is mixed with the source, 0 to 1.
+        focus: how much finer the detail in small faces is, 0 to 1; needs a `height`.
+        only: the mask inside which the style applies, or empty for the whole picture.
+        keep: a mask inside which the source is kept, or empty.
+        masks: the masks that the style declares, by name.
+        behind: the style of everything except people, or None; its own `behind`, `masks`, `steady` and
+            `focus` have no effect.
         folder: the folder to which paths in the style are relative; None where paths are not allowed.
         variants: for each variant's name the values that it sets, by their paths.
         knobs: the paths of the values that are worth adjusting first.
@@ -63,17 +70,23 @@ class Style:
     paper: str = "#ffffff"
     steady: float = 0.0
     strength: float = 1.0
+    focus: float = 1.0
+    only: str = ""
+    keep: str = ""
     base: tuple[Step, ...] = ()
     background: tuple[Step, ...] = ()
     lines: tuple[Step, ...] = ()
     folder: Path | None = None
     variants: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     knobs: tuple[str, ...] = ()
+    masks: Masks = field(default_factory=dict)
+    behind: Style | None = None
 
     @property
     def is_plain(self) -> bool:
         """Whether it changes no picture."""
-        return not self.steps and self.paper == Style.paper and self.steady == 0
+        own = bool(self.steps or self.behind)
+        return not own and self.paper == Style.paper and self.steady == 0
 
     @property
     def layers(self) -> dict[str, tuple[Step, ...]]:
@@ -92,6 +105,9 @@ _CONTROLS: dict[str, Control] = {
     "paper": Color("colour that the background is multiplied by"),
     "steady": Slider(0, 1, "temporal smoothing, from 0 (off) to 1 (strongest)"),
     "strength": Slider(0, 1, "how much of the style is mixed with the source"),
+    "focus": Slider(0, 1, "finer detail in small faces, from 0 (off) to 1"),
+    "only": MaskRef("mask inside which the style applies", on="luma", optional=True),
+    "keep": MaskRef("mask inside which the source is kept", on="luma", optional=True),
 }
 FIELDS = {name: Parameter(name, control, getattr(Style, name)) for name, control in _CONTROLS.items()}
 """The fields of a style that are values, declared like the parameters of blocks."""
@@ -108,6 +124,10 @@ def table_from_style(style: Style) -> dict[str, Any]:
     table |= {name: value for name, value in values.items() if value != getattr(Style, name)}
     table |= {"knobs": list(style.knobs)} if style.knobs else {}
     table |= {layer: list(map(_table_from_step, steps)) for layer, steps in style.layers.items() if steps}
+    table |= {"masks": {name: dict(each) for name, each in style.masks.items()}} if style.masks else {}
+    if style.behind is not None:
+        behind = table_from_style(style.behind)
+        table["behind"] = {key: each for key, each in behind.items() if each != "" and key != "format"}
     if style.variants:
         table["variants"] = {name: dict(values) for name, values in style.variants.items()}
     return table

@@ -8,6 +8,7 @@ Operations (`Node.op`), with the names of their inputs and values:
 | op               | inputs                | values   | result                                               |
 |------------------|-----------------------|----------|------------------------------------------------------|
 | plane            |                       |          | a plane of the source, or its two chroma planes      |
+| mask             |                       | name     | a mask of the source, or its backdrop                |
 | luma_from_rgb    | color                 |          | luma, with `matrix` (ITU-T H.273, section 8.3)       |
 | chroma_from_rgb  | color                 |          | blue and red difference, with `matrix`               |
 | rgb_from_yuv     | luma, chroma          |          | RGB, with `matrix`                                   |
@@ -16,6 +17,7 @@ Operations (`Node.op`), with the names of their inputs and values:
 | resample         | image                 | method   | the image at this node's shape, see `core.resample`  |
 | block            | image, saved pictures | its own  | the function of `block`                              |
 | filter_bank      | luma, chroma          | run      | all passes of a `BankRun`; without chroma, of luma   |
+| network          | color                 | run      | the whole picture after a `NetworkRun`               |
 | constant_luma    |                       | level    | the same luma everywhere                             |
 | constant_chroma  |                       | tint     | the same chroma everywhere                           |
 | on_paper         | color                 | paper    | color * paper, clipped to 0..1                       |
@@ -28,7 +30,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, fields
-from functools import cached_property, lru_cache
+from functools import cache, cached_property, lru_cache
+from operator import attrgetter
 from typing import Any, Generic, Literal, TypeVar
 
 from vidstyle.block import Block
@@ -39,6 +42,7 @@ T = TypeVar("T")
 Kind = Literal["luma", "chroma", "color"]
 Op = Literal[
     "plane",
+    "mask",
     "luma_from_rgb",
     "chroma_from_rgb",
     "rgb_from_yuv",
@@ -47,6 +51,7 @@ Op = Literal[
     "resample",
     "block",
     "filter_bank",
+    "network",
     "constant_luma",
     "constant_chroma",
     "on_paper",
@@ -62,7 +67,7 @@ StepKey = tuple[str, int]
 
 
 @dataclass(frozen=True, eq=False)
-class Measure(Generic[T]):
+class PercentileRequest(Generic[T]):
     """Percentiles of luma that a measured step takes, smoothed over time.
 
     Attributes:
@@ -105,7 +110,7 @@ class Node:
     values: dict[str, Any] = field(default_factory=dict)
     block: Block | None = None
     radius: int = 0
-    measure: Measure[Node] | None = None
+    measure: PercentileRequest[Node] | None = None
     matrix: str = ""
     grid: Encoding | None = None
     page: Shape | None = None
@@ -132,6 +137,11 @@ class Node:
     @property
     def _is_overshooting_resample(self) -> bool:
         return self.op == "resample" and self.values["method"] in OVERSHOOTING
+
+    @property
+    def is_given(self) -> bool:
+        """Whether it comes with the source, and is not computed."""
+        return self.op in ("plane", "mask")
 
     @property
     def reads_neighbors(self) -> bool:
@@ -219,7 +229,13 @@ def identity_key(node: Any) -> tuple[object, ...]:
 
     Arrays live as long as the style does, so their identity serves.
     """
-    return tuple(_key(getattr(node, each.name)) for each in fields(node))
+    return tuple(map(_key, _all_fields(node.__class__)(node)))
+
+
+@cache
+def _all_fields(kind: Any) -> Callable[[Any], tuple[Any, ...]]:
+    """Return the function that reads all fields of nodes of a kind."""
+    return attrgetter(*(each.name for each in fields(kind)))
 
 
 def _key(value: Any) -> object:

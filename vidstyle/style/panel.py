@@ -8,6 +8,7 @@ from typing import Any
 
 from vidstyle.blocks import all_blocks
 from vidstyle.style import Style, set_values, table_from_style
+from vidstyle.style.mask_declarations import MaskRef
 from vidstyle.style.model import FIELDS
 from vidstyle.style.paths import find_value, steps_by_path
 from vidstyle.style.wiring import wire_layers
@@ -43,12 +44,13 @@ def _entries(style: Style, start: Style) -> Iterator[dict[str, Any]]:
         return {"path": path, "value": _value(table, path), "start": _value(before, path)}
 
     for name, parameter in FIELDS.items():
-        if getattr(style, name) is not None:
+        # A page cannot compute masks.
+        if getattr(style, name) is not None and not isinstance(parameter.control, MaskRef):
             # `height` is the reference for lengths, not a parameter to adjust.
             place = {"name": name, "layer": "", "step": "", "main": name != "height"}
             yield place | values(name) | parameter.describe([])
     named = _knobs(style, table)
-    wired_blocks = [wired for wired in wire_layers(style.layers) if wired.wiring.block]
+    wired_blocks = [wired for wired in wire_layers(style.layers, style.masks) if wired.wiring.block]
     for step, wired in zip(steps_by_path(table), wired_blocks, strict=True):
         block = all_blocks()[wired.step.block]
         layer, saved = wired.layer, list(wired.savers)

@@ -8,12 +8,13 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from vidstyle.block import Asset, Block, On, PageRegion
-from vidstyle.core.film_colors import FilmTable
+from vidstyle.block import Asset, Block, PageRegion
+from vidstyle.core.color.film_colors import FilmTable
 from vidstyle.errors import StyleError
-from vidstyle.style import Step, Style, expand
+from vidstyle.style import SOURCE, Step, Style, expand
+from vidstyle.style.mask_declarations import PEOPLE
 from vidstyle.style.values import asset_path
-from vidstyle.style.wiring import StepWiring, wiring_of
+from vidstyle.style.wiring import StepWiring, wire_layers, wiring_key, wiring_of
 
 _Read = Callable[[Asset, Path], Any]
 
@@ -23,13 +24,11 @@ class ResolvedStep:
     """A step with nothing left to look up.
 
     Attributes:
-        wiring: its block, and the pictures that it reads and saves.
-        on: the channels that it works on.
+        wiring: its block, its channels, and the pictures that it reads and saves.
         values: every parameter as the function takes it, without those that name pictures.
     """
 
     wiring: StepWiring
-    on: On
     values: dict[str, Any]
 
     @property
@@ -50,16 +49,28 @@ def film_tables(layers: Mapping[str, tuple[ResolvedStep, ...]]) -> list[FilmTabl
 
 
 def structure(layers: Mapping[str, tuple[ResolvedStep, ...]]) -> tuple[object, ...]:
-    """Return resolved steps without values: while it is equal, measurements of a film remain valid."""
-    return tuple(
-        (layer, step.block and step.block.name, step.on, step.wiring.reads, step.wiring.saves)
-        for layer, steps in layers.items()
-        for step in steps
-    )
+    """Return the key of resolved steps without their values; see `wiring_key`."""
+    return wiring_key({layer: [step.wiring for step in steps] for layer, steps in layers.items()})
+
+
+def layers_behind(style: Style) -> dict[str, str]:
+    """Return the names, in resolved steps, of the layers of `style.behind`, by the names in that style."""
+    return {layer: f"behind.{layer}" for layer in style.layers} if style.behind else {}
+
+
+def masks_read(style: Style) -> list[str]:
+    """Return the names of the masks that a style reads, each once."""
+    found = [style.only, style.keep]
+    for wired in wire_layers(expand(style).layers, style.masks):
+        reads = wired.wiring.reads.values()
+        found += [name for name in reads if name != SOURCE and wired.savers[name] is None]
+    if style.behind is not None:
+        found += [*masks_read(style.behind), PEOPLE]
+    return list(dict.fromkeys(filter(None, found)))
 
 
 def resolve(style: Style, height: int, width: int) -> dict[str, tuple[ResolvedStep, ...]]:
-    """Return the steps of each layer for pictures of this size.
+    """Return the steps of each layer for pictures of this size, and those of `layers_behind`.
 
     Lengths of a style that names a `height` grow with the picture's shorter side, so that a turned
     picture looks alike, and edges keep their width in pixels. Scaled values stay in the range of their
@@ -70,17 +81,19 @@ def resolve(style: Style, height: int, width: int) -> dict[str, tuple[ResolvedSt
     """
     growth = 1.0 if style.height is None else min(height, width) / style.height
     read = cache(lambda control, path: control.read(path))  # once for all steps
-    return {
+    steps = {
         layer: tuple(_prepare_step(style, step, growth, read) for step in steps)
         for layer, steps in expand(style).layers.items()
     }
+    behind = resolve(style.behind, height, width) if style.behind else {}
+    return steps | {name: behind[layer] for layer, name in layers_behind(style).items()}
 
 
 def _prepare_step(style: Style, step: Step, growth: float, read: _Read) -> ResolvedStep:
     wiring = wiring_of(step)
     block = wiring.block
     if block is None:
-        return ResolvedStep(wiring, "channels", {})
+        return ResolvedStep(wiring, {})
     values = block.arguments_for(step.values)
     values = {
         name: _prepare_value(
@@ -89,7 +102,7 @@ def _prepare_step(style: Style, step: Step, growth: float, read: _Read) -> Resol
         for name, value in values.items()
         if name not in block.saved_refs
     }
-    return ResolvedStep(wiring, step.on or block.on, values)
+    return ResolvedStep(wiring, values)
 
 
 def _prepare_value(style: Style, value: Any, block: Block, name: str, read: _Read) -> Any:

@@ -6,8 +6,9 @@ from typing import Any
 
 from vidstyle.block import NAME_PATTERN, Block
 from vidstyle.blocks import all_blocks
-from vidstyle.style.check import FORMAT_VERSION, MAX_KNOBS, MAX_STEPS, TEXTS
-from vidstyle.style.model import FIELDS, LAYERS, Step, Style
+from vidstyle.style.check import FORMAT_VERSION, MAX_KNOBS, MAX_STEPS, NOT_BEHIND, TEXTS
+from vidstyle.style.mask_declarations import BACKDROP, MASK_VALUES, MAX_MASKS, REGIONS
+from vidstyle.style.model import FIELDS, LAYERS, Step, Style, table_from_style
 from vidstyle.style.variants import MAX_VARIANTS, VARIANT_PATTERN
 
 
@@ -35,7 +36,9 @@ def style_schema() -> dict[str, Any]:
                 "items": {"type": "string"},
             },
             **_field_schemas(),
+            "masks": _masks_schema(),
             **dict.fromkeys(LAYERS, layer),
+            "behind": _behind_schema(layer),
             "variants": _variants_schema(),
         },
         "$defs": {
@@ -50,6 +53,8 @@ def describe(style: Style) -> dict[str, Any]:
     """Return the style as plain data, with every value, its range and its help."""
     fields: dict[str, Any] = {key: getattr(style, key) for key in ("name", "note", *FIELDS)}
     fields["knobs"] = list(style.knobs)
+    fields |= {"masks": dict(style.masks)} if style.masks else {}
+    fields |= {"behind": table_from_style(style)["behind"]} if style.behind else {}
     fields["variants"] = {name: dict(values) for name, values in style.variants.items()}
     return fields | {layer: list(map(_describe_step, steps)) for layer, steps in style.layers.items()}
 
@@ -78,6 +83,34 @@ def _describe_step(step: Step) -> dict[str, Any]:
 def _field_schemas() -> dict[str, Any]:
     controls = {key: parameter.control for key, parameter in FIELDS.items()}
     return {key: control.schema(False) | {"description": control.help} for key, control in controls.items()}
+
+
+def _masks_schema() -> dict[str, Any]:
+    mask = {
+        "type": "object",
+        "additionalProperties": False,
+        "oneOf": [{"required": ["color"]}, {"required": ["file"]}],
+        "properties": {name: parameter.schema() for name, parameter in MASK_VALUES.items()},
+    }
+    return {
+        "type": "object",
+        "description": "Masks by the names under which steps read them.",
+        "maxProperties": MAX_MASKS,
+        "propertyNames": {"pattern": f"^{NAME_PATTERN}$", "not": {"enum": ["source", *REGIONS, BACKDROP]}},
+        "additionalProperties": mask,
+    }
+
+
+def _behind_schema(layer: dict[str, Any]) -> dict[str, Any]:
+    """Return the schema of the style behind people; `layer`: the schema of a layer."""
+    fields = {name: schema for name, schema in _field_schemas().items() if name not in NOT_BEHIND}
+    texts = {key: {"type": "string", "maxLength": longest} for key, longest in TEXTS.items()}
+    return {
+        "type": "object",
+        "description": "The style of everything except people.",
+        "additionalProperties": False,
+        "properties": texts | fields | dict.fromkeys(LAYERS, layer),
+    }
 
 
 def _variants_schema() -> dict[str, Any]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
-from vidstyle.block import Block
+from vidstyle.block import Block, On
 from vidstyle.blocks import all_blocks
-from vidstyle.style.model import SOURCE, Step
+from vidstyle.style.mask_declarations import BACKDROP, REGIONS
+from vidstyle.style.model import SOURCE, Step, Style
 
 START = "from"
 """The key of the picture that a step starts from; other keys are parameters of its block."""
@@ -22,12 +23,16 @@ class StepWiring:
         reads: the saved pictures that the step reads, by `START` or the parameter that names them.
         saved_input: the name under which the step saves its input, or empty.
         saved_output: the name under which the step saves its output, or empty.
+        on: the channels that it works on.
+        muted: whether it is bypassed.
     """
 
     block: Block | None
     reads: Mapping[str, str]
     saved_input: str
     saved_output: str
+    on: On
+    muted: bool
 
     @property
     def pictures(self) -> dict[str, str]:
@@ -50,7 +55,7 @@ class WiredStep:
         start: the index of the step whose output it starts from, among the steps of all layers; None for
             the source picture.
         savers: the pictures that it can read, by name: the index of the step that saves each, or None for
-            the source picture.
+            the source picture and its masks.
     """
 
     layer: str
@@ -67,17 +72,59 @@ def wiring_of(step: Step) -> StepWiring:
     for name in block.saved_refs if block else ():
         reads[name] = str(step.values.get(name, block.parameters[name].default if block else ""))
     named = {key: name for key, name in reads.items() if name}
-    return StepWiring(block, named, block.saves if block else "", step.save)
+    on: On = (step.on or block.on) if block else "channels"
+    return StepWiring(block, named, block.saves if block else "", step.save, on, step.mute)
 
 
-def wire_layers(layers: Mapping[str, tuple[Step, ...]]) -> Iterator[WiredStep]:
+def wiring_key(layers: Mapping[str, Iterable[StepWiring]]) -> tuple[object, ...]:
+    """Return a key of steps without their values: equal for the same steps, wired in the same way.
+
+    While it is equal, measurements of a film remain valid.
+    """
+    return tuple((layer, tuple(wirings)) for layer, wirings in layers.items())
+
+
+def structure_key(layers: Mapping[str, Iterable[Step]]) -> tuple[object, ...]:
+    """Return a key of steps that is equal if only numbers and colours differ.
+
+    Values of the other controls may require other passes, kernels or files. A file of the user may have
+    changed, so that steps that read one are never equal.
+    """
+    values = [list(_structural_values(step)) for steps in layers.values() for step in steps]
+    return wiring_key({layer: map(wiring_of, steps) for layer, steps in layers.items()}), values
+
+
+def _structural_values(step: Step) -> Iterator[object]:
+    block = wiring_of(step).block
+    for name, parameter in block.parameters.items() if block else ():
+        value = step.values.get(name, parameter.default)
+        if parameter.control.own_file(value):
+            yield object()
+        elif parameter.control.changes_structure:
+            yield value
+
+
+def needs_cpu(style: Style) -> bool:
+    """Return whether a style runs on the CPU only: it has a network."""
+    if style.behind is not None and needs_cpu(style.behind):
+        return True
+    return any(
+        step.wiring.block is not None and step.wiring.block.kind == "network" and not step.wiring.muted
+        for step in wire_layers(style.layers)
+    )
+
+
+def wire_layers(layers: Mapping[str, tuple[Step, ...]], masks: Iterable[str] = ()) -> Iterator[WiredStep]:
     """Yield the steps of all layers in running order.
 
     A step without `from` starts from the previous step of its layer; the first from the end of the base
     layer. A name that no earlier step saves is not in `savers`; a step that starts from it has the source
     picture as `start`.
+
+    Args:
+        masks: the names of masks that the style declares.
     """
-    savers: dict[str, int | None] = {SOURCE: None}
+    savers: dict[str, int | None] = dict.fromkeys((SOURCE, *REGIONS, BACKDROP, *masks))
     ends: dict[str, int | None] = {}
     index = 0
     for layer, steps in layers.items():

@@ -1,46 +1,132 @@
-"""Parsing and validation of messages from a page, by a schema."""
+"""Messages from a page, declared by methods: the signature of a method is the schema of its message."""
 
 from __future__ import annotations
 
+import inspect
 import json
-from collections.abc import Awaitable, Callable, Mapping
-from typing import Any
-
-from aiohttp import WSCloseCode, WSMsgType, web
-
-from vidstyle.errors import log
+from collections.abc import Awaitable, Callable, Collection, Mapping
+from dataclasses import dataclass
+from types import UnionType
+from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints, overload
 
 MAX_TEXT_CHARACTERS = 200
 """Default maximum length of a string."""
+MAX_INTEGER = 2**53
+"""Integers up to this are exact in JavaScript."""
 
 Check = Callable[[object], bool]
 """Returns whether a field has the right type and range."""
-Fields = Mapping[str, Check]
-"""The fields of a message, in the order of the arguments of its action."""
+Answer = dict[str, Any] | None
+"""The fields of the answer to a message."""
 
 
 class MessageError(Exception):
     """An invalid message, which no page of ours sends."""
 
 
-def is_text(value: object) -> bool:
-    """Whether it is a string of 1 to `MAX_TEXT_CHARACTERS` characters."""
-    return isinstance(value, str) and 0 < len(value) <= MAX_TEXT_CHARACTERS
+def number_between(low: float, high: float) -> Check:
+    """Return a check for numbers within low..high."""
+    return lambda value: (
+        isinstance(value, int | float) and not isinstance(value, bool) and low <= value <= high
+    )
 
 
-def is_bool(value: object) -> bool:
-    """Whether it is true or false."""
-    return isinstance(value, bool)
+def integer_between(low: int, high: int) -> Check:
+    """Return a check for integers within low..high."""
+    return lambda value: isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
 
 
-def is_index(value: object) -> bool:
-    """Whether it is an integer from 0 that JavaScript represents exactly."""
-    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 2**53
+def text_between(low: int, high: int) -> Check:
+    """Return a check for strings of low..high characters."""
+    return lambda value: isinstance(value, str) and low <= len(value) <= high
 
 
-def is_part(value: object) -> bool:
-    """Whether it is a number from 0 to 1."""
-    return isinstance(value, int | float) and not isinstance(value, bool) and 0 <= value <= 1
+def one_of(options: Collection[object]) -> Check:
+    """Return a check for the elements of a collection."""
+    return lambda value: value in list(options)
+
+
+def is_value(value: object) -> bool:
+    """Whether it is a short string, a number or a boolean."""
+    return isinstance(value, int | float) or (isinstance(value, str) and len(value) <= MAX_TEXT_CHARACTERS)
+
+
+FractionField = Annotated[float, number_between(0, 1)]
+TextOrEmpty = Annotated[str, text_between(0, MAX_TEXT_CHARACTERS)]
+"""A string that may be empty; a field of type `str` may not."""
+AnyValue = Annotated[Any, is_value]
+"""A string, a number or a boolean; the parameter of a style checks its range later."""
+
+CHECKS: Mapping[object, Check] = {
+    int: integer_between(0, MAX_INTEGER - 1),
+    float: number_between(-MAX_INTEGER, MAX_INTEGER),
+    bool: lambda value: isinstance(value, bool),
+    str: text_between(1, MAX_TEXT_CHARACTERS),
+    type(None): lambda value: value is None,
+}
+"""The checks of fields without `Annotated`."""
+
+
+def check_of(hint: Any) -> Check:
+    """Return the check that the type of a field declares.
+
+    Raises:
+        KeyError: the type declares none.
+
+    >>> check_of(Literal["a", "b"])("c"), check_of(int | None)(None), check_of(FractionField)(0.5)
+    (False, True, True)
+    """
+    origin, arguments = get_origin(hint), get_args(hint)
+    if origin is Annotated:
+        return hint.__metadata__[0]  # type: ignore[no-any-return]
+    if origin is Literal:
+        return lambda value: value in arguments
+    if origin in (Union, UnionType):
+        checks = [check_of(argument) for argument in arguments]
+        return lambda value: any(check(value) for check in checks)
+    return CHECKS[hint]
+
+
+def fields_of(function: Callable[..., Any], first: int = 1) -> dict[str, Check]:
+    """Return the fields that a function declares by its parameters, from number `first` on."""
+    hints = get_type_hints(function, include_extras=True)
+    return {name: check_of(hints[name]) for name in list(inspect.signature(function).parameters)[first:]}
+
+
+@dataclass(frozen=True)
+class Message:
+    """A kind of message that a page may send.
+
+    Attributes:
+        handle: handles the message of a connection; its keyword arguments are the fields. A field named `id`
+            is the number of the message.
+        fields: the checks of the fields, all of which are required.
+        in_background: whether later messages are handled before it is done.
+    """
+
+    handle: Callable[..., Awaitable[Answer]]
+    fields: Mapping[str, Check]
+    in_background: bool = False
+
+
+Method = Callable[..., Awaitable[Answer]]
+
+
+@overload
+def message(method: Method) -> Message: ...
+@overload
+def message(*, in_background: bool) -> Callable[[Method], Message]: ...
+def message(method: Method | None = None, *, in_background: bool = False) -> Any:
+    """Declare a method of a `PageConnection` as the message of the same name.
+
+    >>> @message
+    ... async def bypass(self, on: bool) -> None: ...
+    >>> list(bypass.fields)
+    ['on']
+    """
+    if method is None:
+        return lambda other: Message(other, fields_of(other), in_background)
+    return Message(method, fields_of(method))
 
 
 class RateLimit:
@@ -71,54 +157,32 @@ class RateLimit:
             raise MessageError(f"more than {self._most} messages in a second")
 
 
-async def receive(
-    socket: web.WebSocketResponse, handle: Callable[[str | bytes], Awaitable[None]]
-) -> MessageError | None:
-    """Handle messages until the socket closes; stop at an invalid message and return its error."""
-    async for message in socket:
-        if message.type is WSMsgType.ERROR:  # too large, for example; aiohttp has closed the socket
-            break
-        try:
-            await handle(message.data)
-        except MessageError as error:
-            return error
-    return None
-
-
-async def refuse(socket: web.WebSocketResponse, mistake: MessageError) -> None:
-    """Close the socket of a browser that sent an invalid message."""
-    log.warning("page: a browser was disconnected: %s", mistake)
-    await socket.close(code=WSCloseCode.POLICY_VIOLATION, message=b"not a message of this page")
-
-
-def read_message(text: str | bytes, kinds: Mapping[str, Fields]) -> dict[str, Any]:
-    """Parse and validate a message; return its kind, "do", and its fields.
-
-    Args:
-        kinds: the fields of each message. All are required, and no others are allowed.
+def read_message(text: str | bytes, kinds: Mapping[str, Message]) -> tuple[Message, int, dict[str, Any]]:
+    """Parse and validate a message; return its kind, its number, and the arguments for its handler.
 
     Raises:
-        MessageError: the text is not a valid message.
+        MessageError: the text is not a message of one of these kinds.
 
-    >>> read_message('{"do": "bypass", "on": true}', {"bypass": {"on": is_bool}})
-    {'do': 'bypass', 'on': True}
-    >>> read_message('{"do": "bypass", "on": 1}', {"bypass": {"on": is_bool}})
+    >>> kinds = {"bypass": Message(None, {"on": CHECKS[bool]})}
+    >>> read_message('{"do": "bypass", "id": 1, "on": true}', kinds)[1:]
+    (1, {'on': True})
+    >>> read_message('{"do": "bypass", "id": 1, "on": 1}', kinds)
     Traceback (most recent call last):
     vidstyle.web.messages.MessageError: bypass: on has the wrong type or range
     """
     try:
-        message = json.loads(text) if isinstance(text, str) else None
+        found = json.loads(text) if isinstance(text, str) else None
     except (ValueError, RecursionError):
-        message = None
-    if not isinstance(message, dict):
+        found = None
+    if not isinstance(found, dict):
         raise MessageError("not a JSON object")
-    do = message.get("do")
+    do = found.pop("do", None)
     if not isinstance(do, str) or do not in kinds:
         raise MessageError("unknown kind of message")
-    fields = kinds[do]
-    if message.keys() != {"do", *fields}:
-        raise MessageError(f"{do}: takes {', '.join(fields) or 'nothing'}")
-    for name, check in fields.items():
-        if not check(message[name]):
+    checks = {**kinds[do].fields, "id": CHECKS[int]}
+    if found.keys() != checks.keys():
+        raise MessageError(f"{do}: takes {', '.join(checks)}")
+    for name, check in checks.items():
+        if not check(found[name]):
             raise MessageError(f"{do}: {name} has the wrong type or range")
-    return message
+    return kinds[do], found["id"], {name: found[name] for name in kinds[do].fields}

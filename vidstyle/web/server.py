@@ -141,11 +141,12 @@ class WebServer:
             most: the maximum number of connections.
 
         Raises:
+            web.HTTPForbidden: the handshake has no Origin.
             web.HTTPTooManyRequests: the maximum is reached.
             web.HTTPUpgradeRequired: the request is no handshake.
         """
         if len(viewers) >= most:
-            raise web.HTTPTooManyRequests(text=f"429: {most} browsers show the page already\n")
+            raise web.HTTPTooManyRequests(text=f"429: {most} browsers already show the page\n")
         socket = await self._accept(request)
         viewers.append(viewer)
         try:
@@ -160,6 +161,8 @@ class WebServer:
         )
         if not socket.can_prepare(request):
             raise web.HTTPUpgradeRequired(headers={"Upgrade": "websocket"})
+        if "Origin" not in request.headers:  # every browser sends it; `Authorization` has checked its value
+            raise web.HTTPForbidden(text="403: a WebSocket needs an Origin\n")
         self._sockets.add(socket)
         await socket.prepare(request)
         return socket
@@ -193,7 +196,7 @@ class WebServer:
         if timer := self._silent.pop(request.protocol, None):
             timer.cancel()
         if request.can_read_body or request.content_length or "Transfer-Encoding" in request.headers:
-            raise web.HTTPBadRequest(text="400: no request here has a body\n")
+            raise web.HTTPBadRequest(text="400: requests must not have a body\n")
         self._authorization.check(request)
         if not request.raw_path.startswith("/") or "%" in request.raw_path.partition("?")[0]:
             raise web.HTTPNotFound
@@ -258,7 +261,7 @@ def network_address() -> str:
     """Return the LAN address, or 127.0.0.1 if there is none."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
-            probe.connect(("192.0.2.1", 9))  # reserved for documentation; nothing is sent
+            probe.connect(("192.0.2.1", 9))  # reserved for documentation; no packet is sent
             return str(probe.getsockname()[0])
         except OSError:
             return THIS_MACHINE
@@ -298,7 +301,7 @@ class Authorization:
             raise web.HTTPSeeOther("/", headers={"Set-Cookie": cookie})
         pairs = [pair.strip().partition("=") for pair in ";".join(_values(request, "Cookie")).split(";")]
         if not _is_one([value for name, _, value in pairs if name == self._cookie_name], self.token):
-            raise web.HTTPForbidden(text="403: open the address that vidstyle has printed\n")
+            raise web.HTTPForbidden(text="403: open the address printed by vidstyle\n")
 
     def _check_sender(self, request: web.BaseRequest) -> None:
         hosts = _values(request, "Host")

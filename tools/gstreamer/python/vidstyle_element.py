@@ -14,9 +14,10 @@ gi.require_version("GstBase", "1.0")
 gi.require_version("GstVideo", "1.0")
 from gi.repository import GObject, Gst, GstBase, GstVideo  # noqa: E402
 
+from vidstyle.backend import Backend  # noqa: E402
 from vidstyle.core.picture import SITINGS, Encoding, Picture  # noqa: E402
 from vidstyle.errors import VidstyleError  # noqa: E402
-from vidstyle.renderer import Backend, open_renderer  # noqa: E402
+from vidstyle.renderer import open_renderer  # noqa: E402
 from vidstyle.style import Style, load_style, override  # noqa: E402
 
 CAPS = Gst.Caps.from_string(
@@ -31,7 +32,7 @@ MATRICES = {
     GstVideo.VideoColorMatrix.SMPTE240M: "smpte240m",
 }
 FULL_RANGE = getattr(GstVideo.VideoColorRange, "0_255")
-RGB = Encoding(full_range=True, step=(1, 1))
+RGB = Encoding(full_range=True, subsampling=(1, 1))
 OWN = -1.0
 """The value of `steady` that leaves it to the style."""
 NOW = GObject.ParamFlags.READWRITE | Gst.PARAM_MUTABLE_PLAYING

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from vidstyle.core.bands import in_bands, shared_pool
+from vidstyle.core.bands import in_bands, shared_workers
 from vidstyle.errors import UsageError
 
 
@@ -13,7 +13,7 @@ def for_all_rows(kernel: Callable[..., None], shape: tuple[int, int], *arguments
 
     The kernel must release the GIL, and write only its rows.
     """
-    in_bands(shared_pool(), shape, 0, lambda top, bottom: kernel(top, bottom, *arguments))
+    in_bands(shared_workers(), shape, 0, lambda top, bottom: kernel(top, bottom, *arguments))
 
 
 def require_positive(**lengths: float) -> None:

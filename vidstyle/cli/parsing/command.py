@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from enum import Enum
 from typing import Any
 
 import click
+from click.core import ParameterSource
 
 from vidstyle.cli.parsing.foreign_names import check_names
 from vidstyle.errors import UsageError
@@ -17,6 +18,8 @@ MAX_UNGROUPED = 15
 """The most options whose help is one list."""
 MAX_NAME_WIDTH = 30
 """Characters of an option's names, beyond which its help begins on the next line."""
+_GIVEN = "vidstyle.given"
+"""Where a context keeps the options that the user has given, with their values as they were written."""
 
 
 class Group(Enum):
@@ -56,6 +59,13 @@ class Option(click.Option):
             super().add_to_parser(parser, ctx)
         else:
             parser.add_option(self, self.opts, self.name, action="append", nargs=self.nargs)
+
+    def consume_value(self, ctx: click.Context, opts: Mapping[str, Any]) -> Any:
+        """See click; the value is kept for `given_words`."""
+        value, source = super().consume_value(ctx, opts)
+        if source in (ParameterSource.COMMANDLINE, ParameterSource.DEFAULT_MAP):
+            ctx.meta.setdefault(_GIVEN, {})[self] = value
+        return value, source
 
     def handle_parse_result(self, ctx: click.Context, opts: Mapping[str, Any], args: list[str]) -> Any:
         """See click.
@@ -112,12 +122,29 @@ class Command(click.Command):
 
 
 def command(
-    short_help: str, *, examples: Sequence[str] = (), epilog: str | None = None
+    short_help: str, *, examples: Sequence[str] = (), epilog: str | None = None, help: str | None = None
 ) -> Callable[[Callable[..., Any]], Command]:
-    """Declare a command; see `Command`."""
-    return click.command(cls=Command, short_help=short_help, examples=examples, epilog=epilog)
+    """Declare a command; see `Command`. `help`: in place of the docstring."""
+    declared = {} if help is None else {"help": help}
+    return click.command(cls=Command, short_help=short_help, examples=examples, epilog=epilog, **declared)
 
 
 def option(*names: str, group: Group = Group.MESSAGES, **declared: Any) -> Callable[[Any], Any]:
     """Declare an option; see `Option`."""
     return click.option(*names, cls=Option, group=group, **declared)
+
+
+def given_words(context: click.Context, names: Collection[str]) -> list[str]:
+    """Return the options that the user has given, as words of a command line.
+
+    Args:
+        names: of the parameters that are wanted.
+    """
+    words = []
+    for each, value in context.meta.get(_GIVEN, {}).items():
+        name = max(each.opts, key=len)
+        if each.name in names and each.is_flag:
+            words += [name] * bool(value)
+        elif each.name in names:
+            words += [f"{name}={one}" for one in (value if each.multiple else [value])]
+    return words

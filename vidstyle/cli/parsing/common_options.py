@@ -15,7 +15,10 @@ import click
 from click.shell_completion import CompletionItem
 
 from vidstyle.cli.parsing.command import Decorator, Group, option
-from vidstyle.core.cores import MAX_THREADS, limit_opencv, use_threads
+from vidstyle.cli.parsing.region_options import region_options, with_background
+from vidstyle.core.machine.cores import MAX_THREADS, limit_opencv, use_threads
+from vidstyle.core.machine.free_memory import DEFAULT_MEMORY_SHARE, parse_memory, use_memory
+from vidstyle.cues.times import parse_seconds
 from vidstyle.errors import StyleError, UsageError
 
 if TYPE_CHECKING:
@@ -93,13 +96,6 @@ def all_block_names() -> Iterable[str]:
 STYLE, BLOCK = Name(all_styles), Name(all_block_names)
 
 
-def parse_seconds(text: str) -> Fraction:
-    """Return a time: seconds, or [hours:]minutes:seconds."""
-    if not re.fullmatch(r"(\d+:){0,2}\d+(\.\d*)?", text):
-        raise ValueError(f"{text!r} is not a time such as 12.5 or 1:02:03.5")
-    return sum((60**power * Fraction(part) for power, part in enumerate(text.split(":")[::-1])), Fraction(0))
-
-
 def parse_size(text: str) -> tuple[int, int]:
     """Width and height in pixels, as 1280x720; -1 for one keeps the aspect ratio, -2 makes it even too."""
     match = re.fullmatch(r"(-[12]|[1-9]\d{0,4})[xX](-[12]|[1-9]\d{0,4})", text)
@@ -145,6 +141,18 @@ def threads_option(command: Callable[..., Any]) -> Callable[..., Any]:
                   expose_value=False, callback=limit, help=text)(command)  # fmt: skip
 
 
+def memory_option(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add --memory, which limits how many frames are restyled at the same time."""
+
+    def limit(context: click.Context, _: click.Parameter, size: int | None) -> None:
+        if size is not None and not context.resilient_parsing:
+            context.with_resource(use_memory(size))
+
+    text = f"Maximum memory, such as 2G.  [default: 1/{DEFAULT_MEMORY_SHARE} of the free memory, for frames]"
+    return option("--memory", type=Parsed("size", parse_memory), metavar="SIZE", group=Group.DEVICE,
+                  expose_value=False, callback=limit, help=text)(command)  # fmt: skip
+
+
 def device_option(text: str = "Device that runs the style.") -> Decorator:
     """Add --device, --list-devices and --threads; `text`: help of the first."""
 
@@ -166,9 +174,15 @@ def device_option(text: str = "Device that runs the style.") -> Decorator:
 
 def style_options(**declared: Any) -> Decorator:
     """Add the options that choose a style and change its values; `declared`: of --style."""
-    declared |= {"type": STYLE, "group": Group.STYLE, "help": "Name of a style, or a style file."}
-    style = option("-s", "--style", "style_name", **declared)
+    style = style_option(**declared)
     return lambda command: style(change_options(command))
+
+
+def style_option(**declared: Any) -> Decorator:
+    """Add --style; `declared`: of it."""
+    text = "Name of a style, or a style file."
+    own: dict[str, Any] = {"type": STYLE, "group": Group.STYLE, "help": text}
+    return option("-s", "--style", "style_name", **(own | declared))
 
 
 def change_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -180,7 +194,9 @@ def change_options(command: Callable[..., Any]) -> Callable[..., Any]:
     steady = option("--steady", type=number(0, 1), group=group, help=text)
     text = "Level of detail: 2 halves the size of lines and dots, 0.5 doubles it."
     detail = option("--detail", type=number(0.125, 8), group=group, help=text)
-    return changes(steady(detail(command)))
+    text = "Finer detail in small faces, from 0 (off) to 1.  [default: the style's]"
+    focus = option("--focus", type=number(0, 1), group=group, help=text)
+    return changes(steady(detail(focus(region_options(command)))))
 
 
 def style_from_options(options: Mapping[str, Any]) -> Style:
@@ -190,12 +206,13 @@ def style_from_options(options: Mapping[str, Any]) -> Style:
     if options["style_name"] is None:
         raise UsageError("--style", "is missing", f"choose one of {', '.join(style_names())}, or a file")
     style = override(load_style(options["style_name"]), options["changes"])
-    values = {} if options["steady"] is None else {"steady": options["steady"]}
+    names = "steady", "focus", "only", "keep"
+    values = {name: options[name] for name in names if options[name] is not None}
     if options["detail"] is not None:
         if style.height is None:
             raise UsageError("--detail", f"{style.name} has no height; give one, such as --set height=720")
         values["height"] = style.height * options["detail"]
-    return set_values(style, values) if values else style
+    return with_background(set_values(style, values) if values else style, options)
 
 
 def raw_video_options(rate_help: str, rate_name: str) -> Decorator:

@@ -106,9 +106,9 @@ def _parse(path: Path) -> tuple[str, dict[str, Any]]:
         text = read_toml_text(path, MAX_FILE)
         return text, parse_toml(text)
     except ValueError as error:
-        from vidstyle.style.locate import mended_word
+        from vidstyle.style.locate import correct_word
 
-        mended = mended_word(text, str(error))
+        mended = correct_word(text, str(error))
         raise UsageError(path, mended[1] if mended else str(error)) from None
 
 

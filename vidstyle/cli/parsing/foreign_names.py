@@ -29,7 +29,7 @@ OURS = {
     "--format nut": "-f",
     "--loop": "-loop -stream_loop",
     "--rotate 90": "-display_rotation",
-    "--no-autorotate": "-noautorotate",
+    "--rotate 0": "-noautorotate",
     "--hwaccel cuda": "-hwaccel",
     "--threads 2": "-threads",
     "--log-level warning": "-loglevel -v -hide_banner",

@@ -23,10 +23,11 @@ PATH_OPTIONS = {"source": (Group.INPUT, "-i", "--input"), "target": (Group.OUTPU
 """The group and the names of the options that give what the arguments of these names give."""
 
 
-def path_arguments(**metavars: str) -> Decorator:
+def path_arguments(several_films: str = "", **metavars: str) -> Decorator:
     """Add arguments that may be given as options too, in any mixture.
 
     Args:
+        several_films: a hint for a user who gives too many arguments, which are films.
         metavars: how the help calls each argument, one of `PATH_OPTIONS`; in brackets it may be missing.
     """
     words = " ".join(metavars.values())
@@ -38,7 +39,8 @@ def path_arguments(**metavars: str) -> Decorator:
             open_names = [name for name in metavars if given[name] is None]
             given |= zip(open_names, words_given, strict=False)
             for word in words_given[len(open_names) :]:
-                raise click.UsageError(f"unexpected argument {word!r}; {_quoting_hint(words_given)}")
+                hint = several_films if _are_films(words_given[:2]) else ""
+                raise click.UsageError(f"unexpected argument {word!r}; {hint or _quoting_hint(words_given)}")
             for name, metavar in metavars.items():
                 if given[name] is None and not metavar.startswith("["):
                     raise click.UsageError(f"{metavar} is missing")
@@ -50,6 +52,12 @@ def path_arguments(**metavars: str) -> Decorator:
         return click.argument("words_given", metavar=words, nargs=-1, type=PATH_TEXT)(run)
 
     return add
+
+
+def _are_films(words: Sequence[str]) -> bool:
+    from vidstyle.batch.inputs import is_film_name
+
+    return all(os.path.isfile(word) and is_film_name(os.path.basename(word)) for word in words)
 
 
 def _quoting_hint(words: Sequence[str]) -> str:

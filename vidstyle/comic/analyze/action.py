@@ -10,7 +10,7 @@ import numpy as np
 
 from vidstyle.comic.analyze.features import Candidate, Foreground
 from vidstyle.comic.analyze.saliency import salient_box
-from vidstyle.comic.key_frame import Box
+from vidstyle.regions.boxes import Box
 
 # What counts as the subject of a shot with a still camera.
 _MIN_SHOT_FRAMES = 4

@@ -9,10 +9,16 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from vidstyle.comic.analyze.faces import LARGE_FACE_HEIGHT_RATIO, FaceFinder
 from vidstyle.comic.analyze.saliency import find_blobs, saliency_map, salient_box
 from vidstyle.comic.analyze.similarity import make_thumbnail
-from vidstyle.comic.key_frame import Box, KeyFrame, Point
+from vidstyle.comic.key_frame import KeyFrame
+from vidstyle.regions.boxes import Box, Point
+from vidstyle.regions.faces import (
+    LARGE_FACE_HEIGHT_RATIO,
+    MIN_FACE_HEIGHT_RATIO,
+    SEARCHED_HEIGHT_RATIO,
+    FaceFinder,
+)
 
 MEASURED_SIDE_PX = 640
 """Longer side of the copies that are measured: small enough to be fast, large enough to show blur."""
@@ -170,7 +176,8 @@ def add_faces(
     color = candidate.small
     if color is None:
         return candidate
-    mouths, factor = faces.find(color, only_large), candidate.shape[1] / color.shape[1]
+    searched = SEARCHED_HEIGHT_RATIO if only_large else MIN_FACE_HEIGHT_RATIO
+    mouths, factor = faces.find(color, searched), candidate.shape[1] / color.shape[1]
     if len(others) > 1:
         least, seen = (
             LARGE_FACE_HEIGHT_RATIO * color.shape[0],

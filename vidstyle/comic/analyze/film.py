@@ -16,7 +16,6 @@ from pathlib import Path
 import numpy as np
 
 from vidstyle.comic.analyze.action import add_actions
-from vidstyle.comic.analyze.faces import FaceFinder
 from vidstyle.comic.analyze.features import (
     MEASURED_SIDE_PX,
     Candidate,
@@ -29,13 +28,14 @@ from vidstyle.comic.analyze.shots import KeyShots, ShotFinder
 from vidstyle.comic.select.choose import default_panels
 from vidstyle.core.closing import Closing
 from vidstyle.core.convert import to_rgb
-from vidstyle.core.cores import available_cores
+from vidstyle.core.machine.cores import available_cores
 from vidstyle.core.sampling import small_luma
 from vidstyle.errors import InputError, UsageError, log
 from vidstyle.media.read.decode_report import DecodeReport
 from vidstyle.media.read.sampler import FilmSampler, SampledFrame, exact_time
-from vidstyle.media.read.sequence import natural_order
-from vidstyle.pipeline.progress import OnStep, unwatched
+from vidstyle.media.read.sequence import natural_sort_key
+from vidstyle.pipeline.progress import ProgressCallback, ignore_progress
+from vidstyle.regions.faces import FaceFinder
 
 # How much of a film is decoded.
 MAX_WHOLE_PIXELS = 2 * 10**9
@@ -69,7 +69,7 @@ MAX_KEPT_BYTES = 2**28
 """Full-size frames that are needed twice are kept in memory up to this size."""
 PICTURE_SUFFIXES = frozenset(".avif .bmp .gif .heic .jpeg .jpg .jxl .png .ppm .tif .tiff .webp".split())
 """Suffixes of files in a folder that are read as pictures."""
-_STEP_NAME = "looking through the film"
+_STEP_NAME = "analyzing the film"
 
 
 class Film(Closing):
@@ -89,7 +89,7 @@ class Film(Closing):
         self._pool = ThreadPoolExecutor(available_cores(), thread_name_prefix="vidstyle-comic")
 
     @abstractmethod
-    def survey(self, on_step: OnStep = unwatched) -> Survey:
+    def survey(self, on_step: ProgressCallback = ignore_progress) -> Survey:
         """Analyse the whole film and report progress in seconds.
 
         Raises:
@@ -159,7 +159,7 @@ class FilmFile(Film):
         super().close()
         self._sampler.close()
 
-    def survey(self, on_step: OnStep = unwatched) -> Survey:
+    def survey(self, on_step: ProgressCallback = ignore_progress) -> Survey:
         seconds = float(self._sampler.seconds)
 
         def on_time(time: float) -> None:
@@ -328,12 +328,16 @@ class PictureFolder(Film):
                 for each in path.glob(pattern)
                 if each.suffix.lower() in PICTURE_SUFFIXES and each.is_file()
             ),
-            key=lambda each: (each.parent != path, natural_order(each.parent.name), natural_order(each.name)),
+            key=lambda each: (
+                each.parent != path,
+                natural_sort_key(each.parent.name),
+                natural_sort_key(each.name),
+            ),
         )
         if not self._paths:
             raise InputError(path, "holds no pictures")
 
-    def survey(self, on_step: OnStep = unwatched) -> Survey:
+    def survey(self, on_step: ProgressCallback = ignore_progress) -> Survey:
         candidates = []
         measured = [self._pool.submit(self._features, number) for number in range(len(self._paths))]
         for number, each in enumerate(measured):

@@ -7,8 +7,9 @@ from collections.abc import Iterator, Sequence
 import cv2
 import numpy as np
 
-from vidstyle.comic.analyze.faces import is_colorful, skin_map
-from vidstyle.comic.key_frame import Box, KeyFrame
+from vidstyle.comic.key_frame import KeyFrame
+from vidstyle.regions.boxes import Box
+from vidstyle.regions.faces import is_colorful, skin_map
 
 # The salient box.
 SALIENT_BOX_SHARE = 0.85

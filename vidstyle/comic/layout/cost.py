@@ -8,9 +8,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from vidstyle.comic.key_frame import Box, KeyFrame
+from vidstyle.comic.key_frame import KeyFrame
 from vidstyle.comic.layout.crop import content_box, main_face, required_box
 from vidstyle.comic.layout.slicing import Tree
+from vidstyle.regions.boxes import Box
 
 # The shape of panels.
 MIN_PANEL_ASPECT, MAX_PANEL_ASPECT = 0.45, 3.2

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from vidstyle.comic.key_frame import Box, KeyFrame, Point, Rectangle
+from vidstyle.comic.key_frame import KeyFrame
+from vidstyle.regions.boxes import Box, Point, Rectangle
 
 # The size of windows.
 MIN_WINDOW_RATIO = 0.5

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from vidstyle.comic.key_frame import Rectangle
 from vidstyle.comic.layout.paper import Paper
+from vidstyle.regions.boxes import Rectangle
 
 _WANTED_PANEL_ASPECT = 1.4
 """Width divided by height of the panels that the grid aims at."""

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from vidstyle.comic.key_frame import Box, KeyFrame, Rectangle
+from vidstyle.comic.key_frame import KeyFrame
 from vidstyle.comic.layout.cost import best_shape
 from vidstyle.comic.layout.crop import add_face_room, content_box, main_face, map_to_page
+from vidstyle.regions.boxes import Box, Rectangle
 
 # Which key frames become insets.
 _MIN_DISTANCE_PANELS = 5

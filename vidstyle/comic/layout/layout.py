@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vidstyle.comic.key_frame import Box, KeyFrame, Rectangle
+from vidstyle.comic.key_frame import KeyFrame
 from vidstyle.comic.layout.cost import LayoutWeights, panel_costs, perturb_weights, wanted_areas
 from vidstyle.comic.layout.crop import crop
 from vidstyle.comic.layout.grid import place_grid
@@ -20,6 +20,7 @@ from vidstyle.comic.layout.slicing import Grid, Placement, list_rows
 from vidstyle.comic.layout.strip import lay_out_strip
 from vidstyle.comic.lettering.bubble import Bubble
 from vidstyle.errors import UsageError
+from vidstyle.regions.boxes import Box, Rectangle
 
 BEST_PANELS_PER_PAGE = 6.5
 """Number of panels per page that the default number of pages aims at."""

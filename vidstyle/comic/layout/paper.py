@@ -7,8 +7,8 @@ import re
 from dataclasses import dataclass
 from typing import Literal
 
-from vidstyle.comic.key_frame import Box, Rectangle
 from vidstyle.errors import UsageError
+from vidstyle.regions.boxes import Box, Rectangle
 
 LayoutKind = Literal["classic", "dynamic", "manga", "grid"]
 """Straight gutters, slanted ones, slanted ones from right to left with bleed, and a regular grid."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from vidstyle.comic.key_frame import Box, Rectangle
 from vidstyle.comic.layout.paper import Paper
+from vidstyle.regions.boxes import Box, Rectangle
 
 Leans = tuple[int, int]
 """Horizontal offset of the top ends of a panel's left and right edge from their middles, to the right, in

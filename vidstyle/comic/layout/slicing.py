@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from vidstyle.comic.key_frame import Rectangle
+from vidstyle.regions.boxes import Rectangle
 
 
 @dataclass(frozen=True)

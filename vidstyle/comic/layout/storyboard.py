@@ -6,11 +6,12 @@ import math
 from collections.abc import Sequence
 from statistics import median
 
-from vidstyle.comic.key_frame import Box, KeyFrame, Rectangle
+from vidstyle.comic.key_frame import KeyFrame
 from vidstyle.comic.layout.layout import PageLayout, Panel
 from vidstyle.comic.layout.paper import Paper
 from vidstyle.comic.output.sheet import Label
 from vidstyle.errors import UsageError
+from vidstyle.regions.boxes import Box, Rectangle
 
 PORTRAIT_COLUMNS, LANDSCAPE_COLUMNS, STRIP_COLUMNS = 3, 5, 2
 """Pictures in a row of a portrait page, of a landscape page and of a strip."""

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vidstyle.comic.key_frame import KeyFrame, Rectangle
+from vidstyle.comic.key_frame import KeyFrame
 from vidstyle.comic.layout.cost import LayoutWeights, panel_costs, perturb_weights, wanted_areas
 from vidstyle.comic.layout.paper import Paper
+from vidstyle.regions.boxes import Rectangle
 
 # The size of panels.
 _HEIGHT_STEPS_PER_WIDTH = 24

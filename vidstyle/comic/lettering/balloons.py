@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vidstyle.comic.analyze.saliency import mean_under
-from vidstyle.comic.key_frame import Box, Point, usual_mouth
 from vidstyle.comic.lettering.bubble import (
     BALLOON_KINDS,
     Bubble,
@@ -20,6 +19,8 @@ from vidstyle.comic.lettering.bubble import (
     bubble_size,
     max_tail_length,
 )
+from vidstyle.regions.boxes import Box, Point
+from vidstyle.regions.faces import usual_mouth
 
 # The search for positions.
 _POSITIONS_PER_SIDE_COUNT = 11

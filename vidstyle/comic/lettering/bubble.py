@@ -12,8 +12,8 @@ from typing import Literal
 
 import numpy as np
 
-from vidstyle.comic.key_frame import Box, Point
 from vidstyle.comic.lettering.fonts import Letters, remove_stress
+from vidstyle.regions.boxes import Box, Point
 
 BubbleKind = Literal["balloon", "burst", "cloud", "whisper", "caption", "band"]
 BALLOON_KINDS = "balloon", "burst", "cloud", "whisper"

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vidstyle.comic.analyze.saliency import crop_attention, mean_under
-from vidstyle.comic.key_frame import Box, KeyFrame, Point, Rectangle
+from vidstyle.comic.key_frame import KeyFrame
 from vidstyle.comic.layout.crop import crop, map_point_to_page, map_to_page, shift_window
 from vidstyle.comic.layout.layout import PageLayout, Panel
 from vidstyle.comic.layout.slant import upright_area
@@ -17,6 +17,7 @@ from vidstyle.comic.lettering.balloons import FreeSpace, Wording, place_bubbles
 from vidstyle.comic.lettering.bubble import Bubble, BubbleKind, TextBlock, break_text, bubble_size
 from vidstyle.comic.lettering.fonts import Letters
 from vidstyle.comic.lettering.subtitle_lines import Line, Manner
+from vidstyle.regions.boxes import Box, Point, Rectangle
 
 # Panels whose text does not fit.
 TEXT_AREA_FACTOR = 1.6

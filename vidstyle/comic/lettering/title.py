@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from vidstyle.comic.key_frame import KeyFrame, Rectangle
+from vidstyle.comic.key_frame import KeyFrame
 from vidstyle.comic.layout.crop import crop
 from vidstyle.comic.layout.layout import PageLayout, Panel
 from vidstyle.comic.layout.paper import Paper
 from vidstyle.comic.lettering.fonts import Letters
 from vidstyle.comic.output.sheet import Label
+from vidstyle.regions.boxes import Rectangle
 
 _TITLE_FONT_RATIO = 2.6
 """Font size of a title, relative to the comic's."""

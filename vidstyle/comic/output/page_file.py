@@ -10,31 +10,31 @@ import json
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from math import isfinite
 from pathlib import Path
 from typing import Any, get_args
 
 from vidstyle.comic.analyze.film import Film
-from vidstyle.comic.key_frame import Box, KeyFrame, Point, Rectangle
+from vidstyle.comic.key_frame import KeyFrame
 from vidstyle.comic.layout.layout import PageLayout, Panel
 from vidstyle.comic.layout.paper import MAX_PAGE_PIXELS
 from vidstyle.comic.lettering.bubble import Bubble, BubbleKind, TextBlock, bubble_size
-from vidstyle.comic.lettering.characters import control_character
 from vidstyle.comic.lettering.fonts import Letters, find_comic_font
+from vidstyle.comic.output.page_table import MAX_SIDE_PX, PageTable
 from vidstyle.comic.output.panel_renderer import PagePlan
 from vidstyle.comic.output.sheet import Label
 from vidstyle.core.file_checks import parse_toml, read_toml_text
 from vidstyle.errors import InputError
+from vidstyle.regions.boxes import Box, Rectangle
 
 FORMAT_VERSION = 1
-_MAX_FILE_BYTES, _MAX_PANELS, _MAX_SIDE_PX, _MAX_SHEET_PIXELS = 1 << 20, 300, 200_000, 1 << 28
+_MAX_FILE_BYTES, _MAX_PANELS, _MAX_SHEET_PIXELS = 1 << 20, 300, 1 << 28
 """Limits of a file, of its panels and of its pages."""
 _MAX_TOTAL_PIXELS = 1 << 29
 """Maximum number of pixels of all pages together: 61 pages of A4 at 300 dots per inch."""
 _MAX_COVERAGE_RATIO = 2
 """Maximum area of the pictures of a page, or of its words, relative to the page: few overlap."""
-_MAX_TEXT_COUNT, _MAX_LETTERS = 4000, 4000
-"""Maximum number of balloons, captions and labels in all, and of characters in a text."""
+_MAX_TEXT_COUNT = 4000
+"""Maximum number of balloons, captions and labels in all."""
 _COMIC_FONT, _BUILT_IN_FONT = "comic", "built-in"
 """Names of fonts that are not files."""
 
@@ -108,7 +108,7 @@ class PageFile:
     source: str
     title: str
     styles: tuple[str, ...]
-    _data: _Table
+    _data: PageTable
 
     def plan(self, film: Film) -> PagePlan:
         """Return the comic.
@@ -121,7 +121,7 @@ class PageFile:
         if (reading := data.value("reading", str)) not in ("ltr", "rtl"):
             raise data.error("reading", "is neither ltr nor rtl")
         pages = data.tables("page")
-        sheets = [Rectangle(0, 0, *each.whole("size", 2, 64, _MAX_SIDE_PX)) for each in pages]
+        sheets = [Rectangle(0, 0, *each.whole("size", 2, 64, MAX_SIDE_PX)) for each in pages]
         _check_counts(data, pages, sheets)
         tables = [(number, each) for number, page in enumerate(pages) for each in page.tables("panel")]
         panels = [
@@ -147,7 +147,7 @@ def read_page_file(path: Path) -> PageFile:
         InputError: it cannot be read, or is not a page file.
     """
     try:
-        data = _Table(parse_toml(read_toml_text(path, _MAX_FILE_BYTES)), path, "")
+        data = PageTable(parse_toml(read_toml_text(path, _MAX_FILE_BYTES)), path)
     except ValueError as error:
         raise InputError(path, str(error)) from None
     if data.value("format", int) != FORMAT_VERSION:
@@ -159,7 +159,7 @@ def read_page_file(path: Path) -> PageFile:
     return PageFile(source, data.text("title"), tuple(styles), data)
 
 
-def _check_counts(data: _Table, pages: Sequence[_Table], sheets: Sequence[Rectangle]) -> None:
+def _check_counts(data: PageTable, pages: Sequence[PageTable], sheets: Sequence[Rectangle]) -> None:
     """Raise InputError if there are too many pages, panels, words or pixels."""
     panels = [panel for page in pages for panel in page.tables("panel")]
     words = [each for panel in panels for each in panel.tables("words")]
@@ -179,7 +179,7 @@ def _check_counts(data: _Table, pages: Sequence[_Table], sheets: Sequence[Rectan
 
 
 def _check_coverage(
-    page: _Table, sheet: Rectangle, panels: Sequence[Panel], labels: Sequence[Label], letters: Letters
+    page: PageTable, sheet: Rectangle, panels: Sequence[Panel], labels: Sequence[Label], letters: Letters
 ) -> None:
     """Raise InputError if pictures or words cover their page several times."""
     bubbles = [bubble for panel in panels for bubble in panel.bubbles]
@@ -197,7 +197,7 @@ def _extent(bubble: Bubble) -> Box:
     return bubble.box.union(Box(*tip, *tip))
 
 
-def _read_key_frame(table: _Table, film: Film) -> KeyFrame:
+def _read_key_frame(table: PageTable, film: Film) -> KeyFrame:
     key_frame = replace(film.at(table.number("time", 0)), small=None)
     height, width = key_frame.shape
     if Box(0, 0, width, height).intersection(table.box("window")).area <= 0:
@@ -205,7 +205,7 @@ def _read_key_frame(table: _Table, film: Film) -> KeyFrame:
     return key_frame
 
 
-def _letters(data: _Table) -> Letters:
+def _letters(data: PageTable) -> Letters:
     font = data.text("font")
     if font == _COMIC_FONT:
         path = find_comic_font()
@@ -215,20 +215,20 @@ def _letters(data: _Table) -> Letters:
     return Letters() if font == _BUILT_IN_FONT else Letters(Path(font))
 
 
-def _read_panel(table: _Table, key_frame: int, page: int, letters: Letters, sheet: Rectangle) -> Panel:
+def _read_panel(table: PageTable, key_frame: int, page: int, letters: Letters, sheet: Rectangle) -> Panel:
     place, picture = (table.rectangle(name) for name in ("place", "picture"))
     if not (sheet.contains(place) and place.contains(picture)):
         raise table.error("place", "is not on its page, or does not contain its picture")
     if picture.area > MAX_PAGE_PIXELS:
         raise table.error("picture", f"is more than {MAX_PAGE_PIXELS} pixels", "give a smaller one")
-    left, right = table.whole("leans", 2, -_MAX_SIDE_PX, _MAX_SIDE_PX)
+    left, right = table.whole("leans", 2, -MAX_SIDE_PX, MAX_SIDE_PX)
     if 2 * (abs(left) + abs(right)) >= picture.width:
         raise table.error("leans", "are wider than the panel")
     words = tuple(_read_words(each, letters, sheet) for each in table.tables("words"))
     return Panel(key_frame, page, place, picture, table.box("window"), words, (left, right))
 
 
-def _read_words(table: _Table, letters: Letters, sheet: Rectangle) -> Bubble:
+def _read_words(table: PageTable, letters: Letters, sheet: Rectangle) -> Bubble:
     kind, (size,) = table.value("kind", str), table.whole("size", 1, 1, 1000)
     if kind not in get_args(BubbleKind):
         raise table.error("kind", f"is not one of {', '.join(get_args(BubbleKind))}")
@@ -245,7 +245,7 @@ def _read_words(table: _Table, letters: Letters, sheet: Rectangle) -> Bubble:
     return Bubble(kind, box, block, tip)
 
 
-def _read_label(table: _Table, letters: Letters, sheet: Rectangle) -> Label:
+def _read_label(table: PageTable, letters: Letters, sheet: Rectangle) -> Label:
     text, (middle, foot), (size,) = (
         table.text("text"),
         table.point("at", sheet),
@@ -254,74 +254,3 @@ def _read_label(table: _Table, letters: Letters, sheet: Rectangle) -> Label:
     if letters.width(text, size) > sheet.width or size > sheet.height:
         raise table.error("text", "is larger than its page", "give fewer words or a smaller size")
     return Label(text, middle, foot, size, table.value("bold", bool))
-
-
-@dataclass(frozen=True)
-class _Table:
-    """A table of the file, with its path, and its position in the file for messages."""
-
-    content: dict[str, Any]
-    path: Path
-    place: str
-
-    def error(self, name: str, reason: str, remedy: str = "") -> InputError:
-        return InputError(self.path, f"{self.place}{name} {reason}", remedy)
-
-    def has(self, name: str) -> bool:
-        return name in self.content
-
-    def value(self, name: str, kind: type) -> Any:
-        if type(self.content.get(name)) is not kind:
-            raise self.error(name, "is missing or has the wrong type")
-        return self.content[name]
-
-    def text(self, name: str, has_lines: bool = False) -> str:
-        found = str(self.value(name, str))
-        if len(found) > _MAX_LETTERS:
-            raise self.error(name, f"has more than {_MAX_LETTERS} characters", "shorten it")
-        if control := control_character(found.replace("\n", "") if has_lines else found):
-            raise self.error(name, f"holds the control character {control}", "remove it")
-        return found
-
-    def tables(self, name: str) -> list[_Table]:
-        found = self.content.get(name, [])
-        if not isinstance(found, list) or not all(isinstance(each, dict) for each in found):
-            raise self.error(name, "is not a list of tables")
-        return [
-            _Table(each, self.path, f"{self.place}{name} {number}: ") for number, each in enumerate(found, 1)
-        ]
-
-    def number(self, name: str, least: float, most: float = 1e9) -> float:
-        (number,) = self.numbers(name, 1)
-        if not least <= number <= most:
-            raise self.error(name, f"is outside {least:g} to {most:g}")
-        return number
-
-    def numbers(self, name: str, count: int) -> list[float]:
-        found = self.content.get(name)
-        found = found if isinstance(found, list) else [found]
-        if len(found) != count or not all(type(each) in (int, float) and isfinite(each) for each in found):
-            raise self.error(name, "is missing or not a number" if count == 1 else f"is not {count} numbers")
-        return [float(each) for each in found]
-
-    def point(self, name: str, sheet: Rectangle) -> Point:
-        across, down = self.numbers(name, 2)
-        if not (0 <= across <= sheet.width and 0 <= down <= sheet.height):
-            raise self.error(name, "does not lie on its page")
-        return across, down
-
-    def whole(self, name: str, count: int, least: int, most: int) -> list[int]:
-        found = self.numbers(name, count)
-        if not all(each == int(each) and least <= each <= most for each in found):
-            raise self.error(name, f"must contain whole numbers from {least} to {most}")
-        return [int(each) for each in found]
-
-    def box(self, name: str) -> Box:
-        box = Box(*self.numbers(name, 4))
-        if box.area <= 0 or max(map(abs, box)) > 1e6:
-            raise self.error(name, "is not a rectangle: left, top, right, bottom")
-        return box
-
-    def rectangle(self, name: str) -> Rectangle:
-        self.box(name)
-        return Rectangle(*self.whole(name, 4, 0, _MAX_SIDE_PX))

@@ -10,8 +10,9 @@ from itertools import cycle
 import cv2
 import numpy as np
 
+from vidstyle.backend import Backend
 from vidstyle.comic.analyze.film import Film
-from vidstyle.comic.key_frame import Box, KeyFrame, Rectangle
+from vidstyle.comic.key_frame import KeyFrame
 from vidstyle.comic.layout.layout import PageLayout
 from vidstyle.comic.layout.paper import MM_PER_INCH
 from vidstyle.comic.layout.storyboard import format_timecode
@@ -19,9 +20,8 @@ from vidstyle.comic.lettering.fonts import Letters, remove_stress
 from vidstyle.comic.output.sheet import Label, RenderedPanel, Sheet
 from vidstyle.comic.output.write import Frames
 from vidstyle.core.closing import Closing
-from vidstyle.core.convert import to_rgb
-from vidstyle.core.picture import Encoding, Picture
-from vidstyle.renderer import Backend, open_renderer
+from vidstyle.regions.boxes import Box, Rectangle
+from vidstyle.renderer import open_renderer, restyle_array
 from vidstyle.style import Style
 
 DEFAULT_STYLE_HEIGHT_PX = 720
@@ -30,8 +30,6 @@ STYLE_HEIGHT_MM = 90.0
 """Height on paper that corresponds to a style's reference height."""
 MIN_LENGTH_FACTOR = 0.8
 """Factor on lengths in small panels; finer dots would need more pixels than a page has by default."""
-
-_RGB_ENCODING = Encoding(full_range=True, step=(1, 1))
 
 
 def scale_to_paper(style: Style, height: int, width: int, dpi: float) -> Style:
@@ -88,8 +86,7 @@ class PanelRenderer(Closing):
             self._backend = open_renderer(style, self._device)
         else:
             self._backend.change_style(style)
-        # A copy, as the renderer may reuse the memory of the result.
-        return np.array(to_rgb(self._backend.run(Picture.from_array(shown), None, _RGB_ENCODING, rgb=True)))
+        return restyle_array(self._backend, shown)
 
 
 def cut_out(color: np.ndarray, window: Box, width: int, height: int) -> np.ndarray:

@@ -11,12 +11,12 @@ from zipfile import ZIP_STORED, ZipFile, ZipInfo
 
 import numpy as np
 
-from vidstyle.comic.key_frame import Point, Rectangle
 from vidstyle.comic.layout.slant import corners
 from vidstyle.comic.lettering.bubble import DASH_LENGTH_RATIO, Bubble
 from vidstyle.comic.lettering.characters import xml_text
 from vidstyle.comic.lettering.fonts import split_stress, thickness
 from vidstyle.comic.output.sheet import RenderedPanel, Sheet
+from vidstyle.regions.boxes import Point, Rectangle
 
 if TYPE_CHECKING:
     from PIL.Image import Image

@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from vidstyle.comic.key_frame import Rectangle
 from vidstyle.comic.layout.slant import Leans
 from vidstyle.comic.lettering.bubble import Bubble
 from vidstyle.comic.lettering.fonts import Letters, thickness
+from vidstyle.regions.boxes import Rectangle
 
 
 @dataclass(frozen=True)

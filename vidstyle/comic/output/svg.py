@@ -10,10 +10,6 @@ from itertools import accumulate
 from pathlib import Path
 from string import Template
 
-import cv2
-import numpy as np
-
-from vidstyle.comic.key_frame import Rectangle
 from vidstyle.comic.layout.paper import MM_PER_INCH
 from vidstyle.comic.layout.slant import corners
 from vidstyle.comic.lettering.bubble import DASH_LENGTH_RATIO, Bubble
@@ -21,6 +17,8 @@ from vidstyle.comic.lettering.characters import xml_text
 from vidstyle.comic.lettering.fonts import split_stress, thickness
 from vidstyle.comic.output.raster import JPEG_QUALITY
 from vidstyle.comic.output.sheet import Label, RenderedPanel, Sheet
+from vidstyle.media.picture_bytes import jpeg_bytes
+from vidstyle.regions.boxes import Rectangle
 
 _TEMPLATE_PATH, _SCRIPT_PATH = (Path(__file__).with_name(name) for name in ("strip.html", "edit.js"))
 
@@ -113,7 +111,7 @@ def _panel(panel: RenderedPanel, number: int) -> Iterator[str]:
         yield _rect(panel.band, "#fff")
     yield (
         f'<image {_place(panel.picture)} preserveAspectRatio="none"'
-        f' href="data:image/jpeg;base64,{b64encode(_jpeg(panel.color)).decode("ascii")}"/>'
+        f' href="data:image/jpeg;base64,{b64encode(jpeg_bytes(panel.color, JPEG_QUALITY)).decode("ascii")}"/>'
     )
     if panel.leans != (0, 0):
         yield "</g>"
@@ -132,13 +130,6 @@ def _rect(rectangle: Rectangle, fill: str) -> str:
 
 def _place(rectangle: Rectangle) -> str:
     return f'x="{rectangle.left}" y="{rectangle.top}" width="{rectangle.width}" height="{rectangle.height}"'
-
-
-def _jpeg(color: np.ndarray) -> bytes:
-    factor = cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444
-    done, file = cv2.imencode(".jpg", color[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY, *factor])
-    assert done
-    return file.tobytes()
 
 
 def _bubble(bubble: Bubble) -> Iterator[str]:

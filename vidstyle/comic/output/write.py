@@ -10,7 +10,6 @@ from functools import partial
 from io import StringIO
 from pathlib import Path
 
-import cv2
 import numpy as np
 
 from vidstyle.comic.key_frame import KeyFrame
@@ -21,6 +20,7 @@ from vidstyle.comic.output.sheet import Sheet
 from vidstyle.comic.output.svg import html, svg
 from vidstyle.core.closing import Closing
 from vidstyle.errors import OutputError, UsageError
+from vidstyle.media.picture_bytes import png_bytes
 from vidstyle.media.write.atomic import atomic_file
 from vidstyle.media.write.images import is_numbered, numbered_path
 
@@ -157,9 +157,7 @@ class Frames(Closing):
     def save(self, color: np.ndarray, key_frame: KeyFrame) -> None:
         """Save the next frame, H x W x 3 uint8; after the last one, also save the table."""
         number = len(self._rows)
-        done, content = cv2.imencode(".png", color[..., ::-1])
-        assert done
-        self._writers[number - 1](content.tobytes())
+        self._writers[number - 1](png_bytes(color))
         time = f"{key_frame.time:.3f}", format_timecode(key_frame.time)
         weight = f"{key_frame.importance:.3f}"
         self._rows.append((str(number), self._names[number - 1], *time, str(key_frame.scene + 1), weight))

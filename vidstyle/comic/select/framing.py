@@ -11,7 +11,7 @@ import numpy as np
 from vidstyle.comic.analyze.features import Candidate
 from vidstyle.comic.analyze.saliency import saliency_map
 from vidstyle.comic.analyze.similarity import SAME_SIMILARITY, similarity
-from vidstyle.comic.key_frame import Box
+from vidstyle.regions.boxes import Box
 
 # Close-ups.
 _BODY_MARGIN_RATIOS = 1.1, 0.9, 2.0

@@ -15,7 +15,7 @@ from vidstyle.comic.key_frame import KeyFrame
 from vidstyle.comic.select.choose import LOOKBACK_PANELS, choose, importance
 from vidstyle.comic.select.framing import add_details, alternate_framing, remove_repeats
 from vidstyle.errors import InputError, UsageError
-from vidstyle.pipeline.progress import OnStep, unwatched
+from vidstyle.pipeline.progress import ProgressCallback, ignore_progress
 
 MAX_PANELS = 300
 """Maximum number of panels that can be requested."""
@@ -62,7 +62,7 @@ class KeyFrameOptions:
 
 
 def find_key_frames(
-    film: Film, options: KeyFrameOptions | None = None, on_step: OnStep = unwatched
+    film: Film, options: KeyFrameOptions | None = None, on_step: ProgressCallback = ignore_progress
 ) -> list[KeyFrame]:
     """Find the key frames of a film, in chronological order.
 
@@ -108,7 +108,11 @@ def _find_requested(film: Film, survey: Survey, options: KeyFrameOptions) -> lis
 
 
 def _refine(
-    film: Film, chosen: Sequence[Candidate], survey: Survey, options: KeyFrameOptions, on_step: OnStep
+    film: Film,
+    chosen: Sequence[Candidate],
+    survey: Survey,
+    options: KeyFrameOptions,
+    on_step: ProgressCallback,
 ) -> list[Candidate]:
     """Replace each frame by a better one near it, if there is one that is no more similar to the others."""
     refined, neighbours = list(chosen), [list[Candidate]() for _ in chosen]

@@ -1,6 +1,6 @@
 """Loops over pixels as machine code: how kernels are declared, compiled, kept and loaded."""
 
-from vidstyle.core.kernels.aligned import CACHE_LINE_FLOATS, aligned_empty, aligned_parts, rounded_up
+from vidstyle.core.kernels.aligned import CACHE_LINE_FLOATS, aligned_empty, aligned_parts, round_up
 from vidstyle.core.kernels.channels import (
     clipped_sum,
     gray_or_interleaved,
@@ -9,7 +9,7 @@ from vidstyle.core.kernels.channels import (
     is_gray,
     repeat_row,
 )
-from vidstyle.core.kernels.declare import Compiled, cached, compiled, dry_run
+from vidstyle.core.kernels.declare import Compiled, cached, compiled, dry_run, is_dry_run
 from vidstyle.core.kernels.indices import TIE_LIFT, index_at, look_up_at
 
 __all__ = [
@@ -22,6 +22,7 @@ __all__ = [
     "clipped_sum",
     "compiled",
     "dry_run",
+    "is_dry_run",
     "gray_or_interleaved",
     "gray_rgb",
     "index_at",
@@ -29,5 +30,5 @@ __all__ = [
     "is_gray",
     "look_up_at",
     "repeat_row",
-    "rounded_up",
+    "round_up",
 ]

@@ -13,10 +13,10 @@ CACHE_LINE_FLOATS = CACHE_LINE_BYTES // 4
 """Numbers of 32 bits in a line."""
 
 
-def rounded_up(number: int, multiple: int) -> int:
+def round_up(number: int, multiple: int) -> int:
     """Return the least multiple that is not below a number.
 
-    >>> rounded_up(17, 16)
+    >>> round_up(17, 16)
     32
     """
     return -(-number // multiple) * multiple
@@ -39,7 +39,7 @@ def aligned(array: np.ndarray) -> np.ndarray:
 
 def aligned_parts(*shapes: tuple[int, ...]) -> tuple[np.ndarray, ...]:
     """Several new float32 arrays in one piece of memory, which takes less time than one for each."""
-    lines = (rounded_up(math.prod(shape), CACHE_LINE_FLOATS) for shape in shapes)
+    lines = (round_up(math.prod(shape), CACHE_LINE_FLOATS) for shape in shapes)
     starts = list(accumulate(lines, initial=0))
     memory = aligned_empty((starts[-1],))
     places = zip(shapes, pairwise(starts), strict=True)

@@ -26,8 +26,7 @@ from numba.extending import typeof_impl
 from numba.np.arrayobj import make_array, populate_array
 from numba.np.numpy_support import from_dtype
 
-from vidstyle.core.kernels.declare import ArgumentType, Compiled, KernelError
-from vidstyle.core.kernels.intrinsic import Intrinsic
+from vidstyle.core.kernels.declare import ArgumentType, Compiled, Intrinsic, KernelError
 
 SCALARS = {int: types.int64, bool: types.boolean, float: types.float64, np.float32: types.float32}
 PROCESSOR = binding.get_host_cpu_features()

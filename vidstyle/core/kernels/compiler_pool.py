@@ -13,9 +13,9 @@ from contextlib import closing, suppress
 from queue import Empty, SimpleQueue
 from typing import Any
 
-from vidstyle.core.cores import available_cores
 from vidstyle.core.kernels.compiler_process import compile_here
 from vidstyle.core.kernels.declare import ArgumentType, Compiled
+from vidstyle.core.machine.cores import available_cores
 from vidstyle.errors import log
 
 Kernel = tuple[Compiled, tuple[ArgumentType, ...]]

@@ -13,13 +13,12 @@ import importlib
 import inspect
 import math
 import threading
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, Generic, ParamSpec, TypeVar, overload
 
 import numpy as np
-
-from vidstyle.core.kernels.intrinsic import Intrinsic
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
@@ -98,6 +97,29 @@ class Compiled(Generic[Arguments, Result]):
         return [item for item in named if isinstance(item, Compiled | Intrinsic) and item is not self]
 
 
+class Intrinsic(ABC):
+    """A function for kernels, written as LLVM instructions where LLVM finds no vectors itself.
+
+    It returns nothing.
+
+    Args:
+        plain: a compiled function of the same arguments, which does the same without LLVM instructions.
+    """
+
+    def __init__(self, plain: Compiled[..., None]) -> None:
+        self.plain = plain
+
+    @abstractmethod
+    def emit(self, builder: Any, *arguments: Any, **_: Any) -> None:
+        """Emit the instructions of one call.
+
+        Args:
+            builder: an `llvmlite.ir.IRBuilder`.
+            arguments: of the call: values, or the fields of an array, as `data` and `strides`. A subclass
+                names them; so they are named for compiled functions.
+        """
+
+
 @overload
 def compiled(function: Callable[Arguments, Result], /) -> Compiled[Arguments, Result]: ...
 
@@ -168,6 +190,11 @@ def dry_run() -> Iterator[dict[tuple[Compiled, tuple[ArgumentType, ...]], None]]
         yield _dry_run.calls
     finally:
         _dry_run.calls = None
+
+
+def is_dry_run() -> bool:
+    """Return whether calls of kernels in this thread are not carried out: their results hold any values."""
+    return _dry_run.calls is not None
 
 
 def _bytes(arrays: np.ndarray | tuple[np.ndarray, ...]) -> int:

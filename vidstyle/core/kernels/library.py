@@ -20,28 +20,30 @@ import numpy as np
 from vidstyle.core.kernels.compiler_pool import CompilerPool, Kernel
 from vidstyle.core.kernels.declare import SCALARS, ArgumentType, Compiled, CompilerError, KernelError, dry_run
 from vidstyle.core.kernels.object_files import load, store
-from vidstyle.core.versions import version_of
+from vidstyle.core.machine.versions import version_of
 from vidstyle.errors import log
 
-COMPILER_FILES = ("compiler.py", "intrinsic.py", "vectors.py")
+COMPILER_FILES = ("compiler.py", "vectors.py")
 """Files that machine code depends on, besides those of a kernel and its callees."""
 
 _lock = threading.Lock()
-_rehearsals: list[Callable[[], object]] = []
+_rehearsals: list[tuple[object, Callable[[], object]]] = []
 
 
 @contextmanager
-def rehearsing(rehearsal: Callable[[], object]) -> Iterator[None]:
+def rehearsing(owner: object, rehearsal: Callable[[], object]) -> Iterator[None]:
     """Within the block, a missing kernel is compiled together with all kernels that `rehearsal` calls.
 
     Args:
+        owner: of several concurrent rehearsals of an owner, such as of all frames in flight, one is called.
         rehearsal: called in a dry run, in which kernels do nothing; its exceptions are ignored.
     """
-    _rehearsals.append(rehearsal)
+    own = owner, rehearsal
+    _rehearsals.append(own)
     try:
         yield
     finally:
-        _rehearsals.remove(rehearsal)
+        _rehearsals.remove(own)
 
 
 def entry(compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> Callable[..., object]:
@@ -176,7 +178,7 @@ def _order_with_others(name: str, kernel: Kernel) -> None:
 def _needed_soon() -> list[Kernel]:
     """Return the kernels that the rehearsals call, in the order of first calls."""
     needed: dict[Kernel, None] = {}
-    for rehearsal in list(_rehearsals):
+    for rehearsal in dict(list(_rehearsals)).values():
         with dry_run() as calls, np.errstate(all="ignore"):
             try:
                 rehearsal()

@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vidstyle.core.kernels.declare import compiled
-from vidstyle.core.kernels.intrinsic import Intrinsic
+from vidstyle.core.kernels.declare import Intrinsic, compiled
 from vidstyle.core.kernels.vectors import VECTOR_LANES, VectorEmitter
 
 

@@ -15,7 +15,7 @@ import tempfile
 from contextlib import suppress
 from pathlib import Path
 
-from vidstyle.core.user_cache import exposure_of, temporary_cache, user_cache
+from vidstyle.core.machine.user_cache import exposure_of, temporary_cache, user_cache
 from vidstyle.errors import log
 
 MAGIC = b"vidstyle kernel 1\n"

@@ -1,6 +1,8 @@
 """Kernels by Numba's public interface alone, where its private one is not the one that `compiler` knows.
 
-They are slower, and compiled in each run: Numba executes what its own cache holds without a checksum.
+They are slower, and compiled in each run. Numba's own cache (`cache=True`) is of no use here. It never finds
+a kernel that takes functions as arguments, and adds a file for it in each run. It does not notice changes of
+a callee in another file. It executes its files without checking a checksum.
 """
 
 from __future__ import annotations
@@ -13,8 +15,7 @@ import numba
 import numpy as np
 from numba.extending import typeof_impl
 
-from vidstyle.core.kernels.declare import ArgumentType, Compiled
-from vidstyle.core.kernels.intrinsic import Intrinsic
+from vidstyle.core.kernels.declare import ArgumentType, Compiled, Intrinsic
 
 
 def entry(compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> Callable[..., bool]:

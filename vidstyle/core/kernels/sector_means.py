@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import importlib
 from typing import Any
 
 import numpy as np
 
-from vidstyle.core.kernels.declare import compiled
-from vidstyle.core.kernels.intrinsic import Intrinsic
+from vidstyle.core.kernels.declare import Intrinsic, compiled
 from vidstyle.core.kernels.vectors import VectorEmitter
 
 SECTOR_COUNT, CHANNEL_COUNT = 8, 4
@@ -16,6 +14,7 @@ HALF_SECTOR_COUNT = SECTOR_COUNT // 2
 """Adjacent sectors with weights: most pairs of pixels are in at most four. Also the number of lists of pairs
 that are read together."""
 SECTOR_LANES = HALF_SECTOR_COUNT * CHANNEL_COUNT
+LANES = range(SECTOR_LANES)
 FULL_SECTOR_WEIGHT = 1 << 15
 """The sum of the weights of a sector: sums of 16-bit products fit into 32 bits."""
 MIN_CODED_LEVEL, MAX_CODED_LEVEL, COLOR_LEVELS = -1.0, 2.0, 21844
@@ -75,10 +74,8 @@ class MeanOfSectors(Intrinsic):
         self, builder: Any, sums: Any, first: Any, squarings: Any, out: Any, place: Any
     ) -> None:
         emitter = _SectorEmitter(builder)
-        low = emitter.load(sums.data, first, emitter.integers(SECTOR_LANES))
-        high = emitter.load(
-            sums.data, builder.add(first, emitter.index(SECTOR_LANES)), emitter.integers(SECTOR_LANES)
-        )
+        sector, behind = emitter.integers(SECTOR_LANES), builder.add(first, emitter.index(SECTOR_LANES))
+        low, high = (emitter.load(sums.data, place, sector) for place in (first, behind))
         emitter.store(emitter.mean(low, high, squarings.type.count - 1), out.data, place)
 
 
@@ -95,10 +92,8 @@ def _sector_sums(pixels, at, offsets, weights, first, last, out, place):  # type
                 swapped = np.int32((weight << np.int32(16)) | ((weight >> np.int32(16)) & np.int32(0xFFFF)))
                 sector = each if each >= column else each + HALF_SECTOR_COUNT
                 for channel in range(CHANNEL_COUNT):
-                    own, other = (
-                        CHANNEL_COUNT * sector + channel,
-                        CHANNEL_COUNT * ((sector + HALF_SECTOR_COUNT) % SECTOR_COUNT) + channel,
-                    )
+                    own = CHANNEL_COUNT * sector + channel
+                    other = CHANNEL_COUNT * ((sector + HALF_SECTOR_COUNT) % SECTOR_COUNT) + channel
                     out[place + own] += _product_of_pairs(weight, pixels[start + channel])
                     out[place + other] += _product_of_pairs(swapped, pixels[opposite + channel])
 
@@ -112,10 +107,8 @@ def _product_of_pairs(one, other):  # type: ignore[no-untyped-def]
 @compiled(fastmath=True)
 def _mean_of_sectors(sums, first, squarings, out, place):  # type: ignore[no-untyped-def]
     one, zero, whole = np.float32(1), np.float32(0), np.float32(0)
-    scale, square_scale = (
-        np.float32(1 / (FULL_SECTOR_WEIGHT * COLOR_LEVELS)),
-        np.float32(1 / (FULL_SECTOR_WEIGHT * SQUARE_LEVELS)),
-    )
+    scale = np.float32(1 / (FULL_SECTOR_WEIGHT * COLOR_LEVELS))
+    square_scale = np.float32(1 / (FULL_SECTOR_WEIGHT * SQUARE_LEVELS))
     red, green, blue = zero, zero, zero
     for sector in range(SECTOR_COUNT):
         i = first + CHANNEL_COUNT * sector
@@ -142,37 +135,25 @@ class _SectorEmitter(VectorEmitter):
         self, pixel: tuple[Any, Any], offsets: Any, weights: Any, numbers: tuple[Any, Any]
     ) -> tuple[Any, Any]:
         """Sums of codes in the sectors 0 to 3, and 4 to 7."""
-        cgutils: Any = importlib.import_module("numba.core.cgutils")
         builder, vector = self.builder, self.integers(SECTOR_LANES)
-        totals = [cgutils.alloca_once(builder, vector) for _ in range(2 * HALF_SECTOR_COUNT)]
-        for total in totals:
-            builder.store(vector([0] * SECTOR_LANES), total)
+        totals = [self.variable(vector([0] * SECTOR_LANES)) for _ in range(2 * HALF_SECTOR_COUNT)]
         opposite, half = builder.sub(pixel[1], self.index(CHANNEL_COUNT)), vector([16] * SECTOR_LANES)
-        with cgutils.for_range_slice(builder, *numbers, self.index(1), inc=True) as (number, _):
+        with self.loop(*numbers) as number:
             first = builder.mul(number, self.index(HALF_SECTOR_COUNT))
-            listed = self.load(
-                weights,
-                builder.mul(first, self.index(HALF_SECTOR_COUNT)),
-                self.integers(HALF_SECTOR_COUNT * HALF_SECTOR_COUNT),
-            )
+            at = builder.mul(first, self.index(HALF_SECTOR_COUNT))
+            listed = self.load(weights, at, self.integers(HALF_SECTOR_COUNT**2))
             for column in range(HALF_SECTOR_COUNT):
-                weight = self.permute(
-                    listed,
-                    listed,
-                    [column * HALF_SECTOR_COUNT + lane // CHANNEL_COUNT for lane in range(SECTOR_LANES)],
-                )
+                own = [column * HALF_SECTOR_COUNT + lane // CHANNEL_COUNT for lane in LANES]
+                weight = self.permute(listed, listed, own)
                 swapped = builder.or_(builder.shl(weight, half), builder.lshr(weight, half))
                 offset = builder.load(builder.gep(offsets, [builder.add(first, self.index(column))]))
                 self._add_pair(pixel[0], builder.add(pixel[1], offset), weight, totals[column])
-                self._add_pair(
-                    pixel[0], builder.sub(opposite, offset), swapped, totals[HALF_SECTOR_COUNT + column]
-                )
+                behind = builder.sub(opposite, offset)
+                self._add_pair(pixel[0], behind, swapped, totals[HALF_SECTOR_COUNT + column])
         low, high = builder.load(totals[0]), builder.load(totals[HALF_SECTOR_COUNT])
         for column in range(1, HALF_SECTOR_COUNT):
             one, other = builder.load(totals[column]), builder.load(totals[HALF_SECTOR_COUNT + column])
-            crossing = [
-                lane + SECTOR_LANES * (lane // CHANNEL_COUNT < column) for lane in range(SECTOR_LANES)
-            ]
+            crossing = [lane + SECTOR_LANES * (lane // CHANNEL_COUNT < column) for lane in LANES]
             low = builder.add(low, self.permute(one, other, crossing))
             high = builder.add(high, self.permute(other, one, crossing))
         return low, high
@@ -182,25 +163,18 @@ class _SectorEmitter(VectorEmitter):
         builder, fast = self.builder, ["fast"]
         means = [self._means(sums) for sums in (low, high)]
         # In place of squares -1, which makes sums over a sector's lanes negative variances, and of shares.
-        replaced = [
-            lane + SECTOR_LANES * (lane % CHANNEL_COUNT == CHANNEL_COUNT - 1) for lane in range(SECTOR_LANES)
-        ]
+        replaced = [lane + SECTOR_LANES * (lane % CHANNEL_COUNT == CHANNEL_COUNT - 1) for lane in LANES]
         signed = [self.permute(each, self._constant(-1.0), replaced) for each in means]
         products = [builder.fmul(*pair, flags=fast) for pair in zip(means, signed, strict=True)]
         # In each group of lanes that of a low sector, twice, and of a high one.
-        pairs = [
-            self._groups(lane, lane + 2, SECTOR_LANES + lane, SECTOR_LANES + lane + 2) for lane in (0, 1)
-        ]
+        other = SECTOR_LANES
+        pairs = [self._groups(lane, lane + 2, other + lane, other + lane + 2) for lane in (0, 1)]
         negative = self._added(*products, *pairs)
         negative = self._added(negative, negative, self._groups(0, 1, 2, 3), self._groups(1, 0, 3, 2))
         variance = builder.fsub(self._constant(MIDDLE_SQUARE_LEVEL), negative, flags=fast)
         shares = self._shares(builder.fmul(variance, self._constant(255.0), flags=fast), squarings)
-        parts = [
-            builder.fmul(
-                self.permute(shares, shares, self._groups(*[lane] * CHANNEL_COUNT)), each, flags=fast
-            )
-            for lane, each in zip((0, 2), signed, strict=True)
-        ]
+        spread = (self.permute(shares, shares, self._groups(*[lane] * CHANNEL_COUNT)) for lane in (0, 2))
+        parts = [builder.fmul(*pair, flags=fast) for pair in zip(spread, signed, strict=True)]
         total = builder.fadd(*parts, flags=fast)
         for lanes in (SECTOR_LANES // 2, SECTOR_LANES // 4):
             total = self._added(total, total, list(range(lanes)), list(range(lanes, 2 * lanes)))
@@ -212,7 +186,7 @@ class _SectorEmitter(VectorEmitter):
         """Written so that LLVM finds the instruction that adds products of 16 bits in pairs."""
         builder = self.builder
         channels = self.load(pixels, start, self.integers(CHANNEL_COUNT))
-        pair = self.permute(channels, channels, [lane % CHANNEL_COUNT for lane in range(SECTOR_LANES)])
+        pair = self.permute(channels, channels, [lane % CHANNEL_COUNT for lane in LANES])
         halves, wide = self.integers(2 * SECTOR_LANES, bits=16), self.integers(2 * SECTOR_LANES)
         product = builder.mul(*(builder.sext(builder.bitcast(each, halves), wide) for each in (weight, pair)))
         even, odd = (
@@ -223,11 +197,9 @@ class _SectorEmitter(VectorEmitter):
     def _means(self, sums: Any) -> Any:
         """Differences from the middles of codes."""
         floats = self.floats(SECTOR_LANES)
-        scales = [
-            1 / (FULL_SECTOR_WEIGHT * levels)
-            for levels in (COLOR_LEVELS, COLOR_LEVELS, COLOR_LEVELS, SQUARE_LEVELS)
-        ] * HALF_SECTOR_COUNT
-        return self.builder.fmul(self.builder.sitofp(sums, floats), floats(scales), flags=["fast"])
+        scales = [1 / (FULL_SECTOR_WEIGHT * levels) for levels in (*[COLOR_LEVELS] * 3, SQUARE_LEVELS)]
+        factors = floats(scales * HALF_SECTOR_COUNT)
+        return self.builder.fmul(self.builder.sitofp(sums, floats), factors, flags=["fast"])
 
     def _shares(self, variance: Any, squarings: int) -> Any:
         builder, fast, one, zero = self.builder, ["fast"], self._constant(1.0), self._constant(0.0)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 VECTOR_LANES = 8
@@ -56,3 +57,26 @@ class VectorEmitter:
         """Return a vector of a type that has one number in all lanes."""
         alone = self.builder.insert_element(kind(self.ir.Undefined), number, self.ir.IntType(32)(0))
         return self.permute(alone, alone, [0] * kind.count)
+
+    def variable(self, value: Any) -> Any:
+        """Return the address of a variable that has this value."""
+        with self.builder.goto_entry_block():  # within a loop it would be a new one each time
+            place = self.builder.alloca(value.type)
+        self.builder.store(value, place)
+        return place
+
+    @contextmanager
+    def loop(self, first: Any, last: Any) -> Iterator[Any]:
+        """Emit the block as a loop over the numbers first..last - 1; yield the number."""
+        builder, before = self.builder, self.builder.block
+        head, body, behind = (builder.append_basic_block() for _ in range(3))
+        builder.branch(head)
+        builder.position_at_end(head)
+        number = builder.phi(first.type)
+        number.add_incoming(first, before)
+        builder.cbranch(builder.icmp_signed("<", number, last), body, behind)
+        builder.position_at_end(body)
+        yield number
+        number.add_incoming(builder.add(number, first.type(1)), builder.block)
+        builder.branch(head)
+        builder.position_at_end(behind)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated, Any
 
 from vidstyle.block import NAME_PATTERN, Asset, Block, Parameter, SavedRef
 from vidstyle.blocks import all_blocks
@@ -21,6 +21,7 @@ from vidstyle.style.check import MAX_KNOBS, MAX_STEPS, TEXTS
 from vidstyle.style.model import FIELDS, step_from_table
 from vidstyle.style.values import read_values
 from vidstyle.style.wiring import wiring_of
+from vidstyle.web.messages import AnyValue, TextOrEmpty, text_between
 
 
 @dataclass(frozen=True)
@@ -33,9 +34,11 @@ class EditResult:
 
 
 NewNumber = Callable[[], int]
+NoteText = Annotated[str, text_between(0, 4 * TEXTS["note"])]
+"""A note before its line breaks are joined."""
 
 
-def add(content: Content, new: NewNumber, layer: str, index: int, block: str) -> EditResult:
+def add(content: Content, new: NewNumber, layer: str, index: int, block: TextOrEmpty) -> EditResult:
     """Add a step with default values; an empty `block` adds a step that restarts from the source."""
     _find_block(block)
     step = PlacedStep(new(), {"block": block} if block else {"from": SOURCE})
@@ -66,7 +69,7 @@ def duplicate(content: Content, new: NewNumber, step: int) -> EditResult:
     return EditResult(_insert(content, layer, place + 1, copy), f"duplicate {name_of(old)}", copy.number)
 
 
-def set_value(content: Content, new: NewNumber, step: int, name: str, value: Any) -> EditResult:
+def set_value(content: Content, new: NewNumber, step: int, name: str, value: AnyValue) -> EditResult:
     """Set a parameter of a step."""
     _, _, old = content.place_of(step)
     parameter = _parameter_of(old, name)
@@ -74,7 +77,7 @@ def set_value(content: Content, new: NewNumber, step: int, name: str, value: Any
     return EditResult(_with_value(content, old, parameter, value), f"{name_of(old)} {name} {_text(value)}")
 
 
-def set_field(content: Content, new: NewNumber, name: str, value: Any) -> EditResult:
+def set_field(content: Content, new: NewNumber, name: str, value: AnyValue | None) -> EditResult:
     """Set a field of the style; None resets it to its default."""
     if name not in FIELDS:
         raise UsageError(name, "is not a field of a style", suggest(name, FIELDS))
@@ -83,12 +86,7 @@ def set_field(content: Content, new: NewNumber, name: str, value: Any) -> EditRe
     return EditResult(_with_field(content, name, value, default), f"{name} {_text(value)}")
 
 
-def set_strength(content: Content, new: NewNumber, value: Any) -> EditResult:
-    """Set the strength of the style, which blends the result with the source."""
-    return set_field(content, new, "strength", value)
-
-
-def refer(content: Content, new: NewNumber, step: int, name: str, value: str) -> EditResult:
+def refer(content: Content, new: NewNumber, step: int, name: str, value: TextOrEmpty) -> EditResult:
     """Set the input of a step ("from"), the name of its saved output ("save"), or a picture or file.
 
     Renaming a saved picture also renames it in the steps that read it.
@@ -159,7 +157,7 @@ def rename(content: Content, new: NewNumber, name: str) -> EditResult:
     return EditResult(_with_field(content, "name", _line("name", name), ""), f"name {name}")
 
 
-def note(content: Content, new: NewNumber, text: str) -> EditResult:
+def note(content: Content, new: NewNumber, text: NoteText) -> EditResult:
     """Set the note of the style."""
     return EditResult(_with_field(content, "note", _line("note", text), ""), "note")
 
@@ -181,11 +179,10 @@ EDITS: Mapping[str, Callable[..., EditResult]] = {
     "expand": expand,
     "knob": knob,
     "variant": variant,
-    "strength": set_strength,
     "rename": rename,
     "note": note,
 }
-"""All edits by message."""
+"""All edits by name. Each is a message of the page, whose fields are the parameters after `new`."""
 
 
 def _check_layer(layer: str) -> str:

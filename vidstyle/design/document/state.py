@@ -155,5 +155,6 @@ def _steps(content: Content) -> list[PlacedStep]:
 def _wire(content: Content) -> Iterator[WiredStep]:
     layers = content.layers.items()
     return wire_layers(
-        {layer: tuple(step_from_table(step.table) for step in steps) for layer, steps in layers}
+        {layer: tuple(step_from_table(step.table) for step in steps) for layer, steps in layers},
+        content.fields.get("masks", {}),
     )

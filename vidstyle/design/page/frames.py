@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import asyncio
 from contextlib import suppress
+from dataclasses import dataclass
 from enum import IntEnum
-from typing import TYPE_CHECKING
+from typing import Literal
 
 import numpy as np
 
+from vidstyle.design.page.design_session import DesignSession
 from vidstyle.errors import VidstyleError
 from vidstyle.preview.encode import encode
-
-if TYPE_CHECKING:
-    from vidstyle.design.page.page_connection import PageConnection
+from vidstyle.style import Style
+from vidstyle.style.wiring import needs_cpu
+from vidstyle.web.connection import PageConnection
 
 
 class PictureType(IntEnum):
@@ -25,25 +27,54 @@ class PictureType(IntEnum):
     EXACT = 4
     STYLE = 5
     STEADY = 6
+    FACES = 7
 
 
 IDLE_SECONDS = 0.35
 """Time without a change after which a reduced preview is rendered again at a larger size."""
 
 
+@dataclass
+class ShownFrame:
+    """What one browser shows.
+
+    Attributes:
+        number: the number of the current frame.
+        solo: the number of the soloed step, or None.
+        side: the shorter side of the preview in pixels.
+        where: the renderer.
+    """
+
+    number: int = 0
+    solo: int | None = None
+    side: int = 360
+    where: Literal["page", "server"] = "page"
+
+
 class FrameSender:
     """Sends frames to one browser.
 
     Attributes:
-        number: the number of the current frame.
+        shown: what the browser shows.
     """
 
-    def __init__(self, page: PageConnection) -> None:
-        self._page = page
-        self.number = 0
+    def __init__(self, session: DesignSession, page: PageConnection) -> None:
+        self.shown = ShownFrame()
+        self._session, self._page = session, page
         self._playing: asyncio.Task[None] | None = None
         self._restyling: asyncio.Task[None] | None = None
         self._wanted = asyncio.Event()
+        self._has_faces = False
+
+    @property
+    def style(self) -> Style | None:
+        """The style that the browser shows; None if no style is open."""
+        return self._session.shown_style(self.shown.solo)
+
+    @property
+    def is_rendering(self) -> bool:
+        """Whether the server renders, as the page cannot, or should not."""
+        return self.shown.where == "server" or (self.style is not None and needs_cpu(self.style))
 
     def stop(self) -> None:
         """Stop playing."""
@@ -54,31 +85,32 @@ class FrameSender:
     def play(self, at: int, first: int, last: int, fps: float) -> None:
         """Play frames first..last in a loop, starting at `at`."""
         self.stop()
-        self._playing = self._page.server.begin(self._play(at, first, last, fps))
+        self._playing = self._page.tasks.begin(self._play(at, first, last, fps))
 
     async def send(self) -> None:
         """Send the current frame losslessly, and render it if the server renders."""
-        clip = self._page.server.designer.clip
+        clip = self._session.designer.clip
         if clip.live:
             self.play(0, 0, 0, clip.fps)
             return
-        frame = await self._page.server.run(clip.frame, self.number, self._page.side)
+        frame = await self._session.run(clip.frame, self.shown.number, self.shown.side)
         await self._send(PictureType.SOURCE, frame, exact=True)
-        if self._page.where == "server":
-            self.restyle()
+        self.restyle()
 
     def restyle(self) -> None:
-        """Render the current frame; of several requests only the newest is served."""
+        """Render what the page does not; of several requests only the newest is served."""
         self._wanted.set()
         is_idle = self._restyling is None or self._restyling.done()
         if is_idle and self._playing is None:
-            self._restyling = self._page.server.begin(self._restyle())
+            self._restyling = self._page.tasks.begin(self._restyle())
 
     async def _restyle(self) -> None:
         while self._wanted.is_set():
             self._wanted.clear()
             try:
-                if await self._send_styled() and not await self._is_wanted_soon():
+                if not self.is_rendering:
+                    await self._send_faces()
+                elif await self._send_styled() and not await self._is_wanted_soon():
                     await self._send_styled(large=True)
             except VidstyleError as error:
                 await self._page.tell({"notice": str(error)})
@@ -90,35 +122,46 @@ class FrameSender:
         return self._wanted.is_set()
 
     async def _send_styled(self, large: bool = False) -> bool:
-        """Render and send the current frame; return whether it is smaller than the preview size."""
-        page, server, clip = self._page, self._page.server, self._page.server.designer.clip
-        style, side = page.style, min(page.side, *clip.size)
+        """Render and send the current frame; return whether a large preview would show more."""
+        session, clip, style = self._session, self._session.designer.clip, self.style
+        side = min(self.shown.side, *clip.size)
         if style is None:
             return False
-        make = server.restyler.render_large if large else server.restyler.render_preview
-        picture = await server.picture(make, style, clip, self.number, side)
+        make = session.restyler.render_large if large else session.restyler.render_preview
+        picture, is_reduced = await session.picture(make, style, clip, self.shown.number, side)
         await self._send(PictureType.STYLED, picture, exact=large)
-        return min(picture.shape[:2]) < side
+        return bool(is_reduced)
+
+    async def _send_faces(self) -> None:
+        """Render and send the faces of the current frame, which the page lays over its own picture."""
+        session, clip, style = self._session, self._session.designer.clip, self.style
+        if style is None:
+            return
+        side = min(self.shown.side, *clip.size)
+        picture = await session.picture(session.restyler.render_faces, style, clip, self.shown.number, side)
+        had_faces, self._has_faces = self._has_faces, picture is not None
+        if picture is None and had_faces:
+            picture = np.zeros((1, 1, 4), np.uint8)  # replaces the faces that the page has
+        if picture is not None:
+            await self._send(PictureType.FACES, picture, exact=True)
 
     async def _play(self, at: int, first: int, last: int, fps: float) -> None:
         loop = asyncio.get_running_loop()
-        page, began = self._page, loop.time()
+        shown, began = self.shown, loop.time()
         while True:
             passed = int((loop.time() - began) * fps)
-            self.number = first + (at - first + passed) % (last - first + 1)
+            shown.number = first + (at - first + passed) % (last - first + 1)
             try:
-                clip = page.server.designer.clip
-                frame = await page.server.run(clip.frame, self.number, page.side)
+                frame = await self._session.run(self._session.designer.clip.frame, shown.number, shown.side)
                 await self._send(PictureType.SOURCE, frame)
-                if page.where == "server":
+                if self.is_rendering:
                     await self._send_styled()
             except VidstyleError as error:
-                await page.tell({"notice": str(error)})
+                await self._page.tell({"notice": str(error)})
                 return
             await asyncio.sleep(max(0.0, began + (passed + 1) / fps - loop.time()))
 
     async def _send(self, kind: int, picture: np.ndarray, exact: bool = False) -> None:
-        page = self._page
-        number, document = self.number, page.server.designer.document
+        number, revision = self.shown.number, self._session.revision
         data = await asyncio.to_thread(encode, picture, "png" if exact else "jpeg")
-        await page.send_picture(kind, number, document.revision if document else 0, data)
+        await self._page.send_picture(kind, number, revision, data)

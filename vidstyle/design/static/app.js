@@ -1,13 +1,10 @@
-/**
- * The designer: creates the parts of the page and connects them.
- *
- * @module
- */
+// The designer: creates the parts of the page and connects them.
 
+import { announce } from "./announce.js";
 import { Bar } from "./bar.js";
 import { Diagram } from "./diagram.js";
-import { Dialogs, say } from "./dialogs.js";
-import { get, icon, make } from "./elements.js";
+import { Dialogs } from "./dialogs.js";
+import { get, icon, make, press } from "./elements.js";
 import { History } from "./history.js";
 import { Inspector } from "./inspector.js";
 import { describe, listen } from "./keys.js";
@@ -23,6 +20,8 @@ import { shortcuts } from "./shortcuts.js";
 for (const place of document.querySelectorAll("[data-icon]"))
   place.prepend(icon(String(/** @type {HTMLElement} */ (place).dataset.icon)));
 
+/** @param {string} text @param {boolean} [alarm] */
+const say = (text, alarm = false) => announce(get("toast"), text, { alarm });
 const session = new Session((text) => say(text, true));
 const palette = new Palette();
 const dialogs = new Dialogs(session, say);
@@ -67,7 +66,7 @@ function showTab(name) {
 /** @param {boolean} on whether the diagram is shown */
 function build(on) {
   document.body.classList.toggle("building", on);
-  get("to-diagram").setAttribute("aria-pressed", String(on));
+  press(get("to-diagram"), on);
   const step = /** @type {HTMLElement} */ (get("tabs").querySelector("[value=step]"));
   step.hidden = !on;
   if (!on && tab === "step") showTab("style");

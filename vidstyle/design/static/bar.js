@@ -1,10 +1,6 @@
-/**
- * The bar below the picture: playback, before and after, zoom, and the renderer.
- *
- * @module
- */
+// The bar below the picture: playback, before and after, zoom, and the renderer.
 
-import { get, icon } from "./elements.js";
+import { get, icon, press } from "./elements.js";
 
 /** @typedef {import("./preview.js").Preview} Preview */
 
@@ -44,7 +40,7 @@ export class Bar {
     const page = new Option(restyler.runner ? "this browser" : `this browser (${restyler.reason})`, "page");
     page.disabled = !restyler.runner;
     where.replaceChildren(page, new Option("the server", "server"));
-    const choose = () => this.preview.choose(/** @type {import("./preview.js").Where} */ (where.value), Number(side.value)).then(() => this.show());
+    const choose = () => this.preview.renderIn(/** @type {import("./preview.js").Where} */ (where.value), Number(side.value)).then(() => this.show());
     where.addEventListener("change", choose);
     side.addEventListener("change", choose);
     get("check").addEventListener("click", () => this.check());
@@ -96,11 +92,10 @@ export class Bar {
     this.place.setAttribute("aria-valuetext", `frame ${number + 1} of ${clip.count}`);
     get("play").replaceChildren(icon(player.playing ? "pause" : "play"));
     get("play").setAttribute("aria-label", player.playing ? "Pause" : "Play");
-    get("loop").setAttribute("aria-pressed", String(range !== null));
-    for (const button of get("modes").querySelectorAll("button")) button.setAttribute("aria-pressed", String(button.value === view.mode));
-    for (const button of get("zooms").querySelectorAll("button"))
-      button.setAttribute("aria-pressed", String((Number(button.value) || null) === view.zoom));
-    get("hold").setAttribute("aria-pressed", String(view.holding));
+    press(get("loop"), range !== null);
+    for (const button of get("modes").querySelectorAll("button")) press(button, button.value === view.mode);
+    for (const button of get("zooms").querySelectorAll("button")) press(button, (Number(button.value) || null) === view.zoom);
+    press(get("hold"), view.holding);
     this.#placeLabels();
     const [wide, high] = clip.size;
     const own = Math.min(wide, high);
@@ -114,23 +109,21 @@ export class Bar {
     get("device").textContent = where === "page" ? restyler.runner?.device ?? "" : "vidstyle renders on this computer and sends the frames.";
   }
 
-  /** Positions the labels of both pictures and the handle of the divider. */
+  /** Positions the labels of both pictures, and the divider. */
   #placeLabels() {
     const { view } = this.preview;
     const [first, second] = view.panes;
-    const [before, after, handle] = ["before", "after", "handle"].map(get);
+    const [before, after] = ["before", "after"].map(get);
     const split = view.mode === "split" && !view.holding;
     before.hidden = !(split || second || view.holding);
     after.hidden = !(split || second);
-    handle.hidden = !split;
     const box = view.boxIn(first);
-    const at = view.dividerAt(first);
     const top = Math.max(first.y, box.y) + 10;
     Object.assign(before.style, { left: `${Math.max(first.x, box.x) + 10}px`, top: `${top}px` });
     const other = second ? view.boxIn(second) : box;
     const right = second ? Math.max(second.x, other.x) + 10 : Math.min(first.x + first.width, box.x + box.width) - 10 - after.offsetWidth;
     Object.assign(after.style, { left: `${right}px`, top: `${second ? Math.max(second.y, other.y) + 10 : top}px` });
-    handle.style.left = `${at}px`;
-    handle.style.top = `${first.y + first.height / 2}px`;
+    view.divider.place();
+    if (view.holding) get("divider").hidden = true;
   }
 }

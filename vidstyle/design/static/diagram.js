@@ -1,8 +1,4 @@
-/**
- * The diagram: a card for each step, wires between the cards, and a button on each wire that adds a step.
- *
- * @module
- */
+// The diagram: a card for each step, wires between the cards, and a button on each wire that adds a step.
 
 import { get, icon, make, makeSvg, words } from "./elements.js";
 import { layoutOf, pathOf } from "./layout.js";

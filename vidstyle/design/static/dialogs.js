@@ -1,8 +1,4 @@
-/**
- * The dialogs for saving, exporting and rendering.
- *
- * @module
- */
+// The dialogs for saving, exporting and rendering.
 
 import { get, make } from "./elements.js";
 
@@ -45,6 +41,7 @@ export class Dialogs {
   constructor(session, say) {
     this.session = session;
     this.say = say;
+    session.on("targets", (targets) => this.#fill(targets));
     session.on("progress", (progress) => this.#progress(progress));
     get("render-stop").addEventListener("click", () => session.ask("cancel"));
     get("render-again").addEventListener("click", () => this.#start(true));
@@ -89,6 +86,14 @@ export class Dialogs {
       else if ((await askToReplace(message)) === "replace") return this.session.ask(kind, { ...fields, overwrite: true });
       return null;
     }
+  }
+
+  /** Lists the export targets. @param {{kind: string, title: string, help: string}[]} targets */
+  #fill(targets) {
+    get("targets").replaceChildren(...targets.map(({ kind, title, help }, number) => {
+      const about = make("span", {}, make("b", { textContent: title }), make("span", { className: "help", textContent: `A .${kind} file: ${help}.` }));
+      return make("label", { className: "radio" }, make("input", { type: "radio", name: "kind", value: kind, checked: !number }), about);
+    }));
   }
 
   async export() {
@@ -177,13 +182,4 @@ export class Dialogs {
   help() {
     return openDialog("help-dialog");
   }
-}
-
-/** Shows a message for a few seconds and announces it to screen readers. @param {string} text @param {boolean} [alarm] */
-export function say(text, alarm = false) {
-  const toast = get("toast");
-  toast.replaceChildren(make("p", { textContent: text, className: alarm ? "alarm" : "" }));
-  toast.classList.add("shown");
-  clearTimeout(Number(toast.dataset.timer));
-  toast.dataset.timer = String(setTimeout(() => toast.classList.remove("shown"), alarm ? 9000 : 4000));
 }

@@ -1,8 +1,4 @@
-/**
- * Dragging of cards within and between the layers of a diagram.
- *
- * @module
- */
+// Dragging of cards within and between the layers of a diagram.
 
 import { make } from "./elements.js";
 import { placeOf } from "./types.js";

@@ -1,8 +1,4 @@
-/**
- * The history of edits with thumbnails, and two snapshots to compare.
- *
- * @module
- */
+// The history of edits with thumbnails, and two snapshots to compare.
 
 import { make } from "./elements.js";
 

@@ -1,10 +1,6 @@
-/**
- * The inspector: parameters, actions and connections of the selected step.
- *
- * @module
- */
+// The inspector: parameters, actions and connections of the selected step.
 
-import { icon, make, title, words } from "./elements.js";
+import { icon, make, press, title, words } from "./elements.js";
 import { nameOf, placeOf } from "./types.js";
 import { ValueList } from "./values.js";
 
@@ -76,8 +72,8 @@ export class Inspector {
     this.help.textContent = step.help;
     this.error.textContent = step.error ?? "";
     this.error.hidden = !step.error;
-    this.buttons.get("mute")?.setAttribute("aria-pressed", String(step.muted));
-    this.buttons.get("solo")?.setAttribute("aria-pressed", String(solo));
+    press(this.buttons.get("mute"), step.muted);
+    press(this.buttons.get("solo"), solo);
     const expand = this.buttons.get("expand");
     if (expand) expand.hidden = !step.recipe;
     this.values.show(step.entries);

@@ -1,8 +1,4 @@
-/**
- * Keyboard shortcuts: one table defines the key bindings and the help dialog.
- *
- * @module
- */
+// Keyboard shortcuts: one table defines the key bindings and the help dialog.
 
 import { get, make } from "./elements.js";
 

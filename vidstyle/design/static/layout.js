@@ -1,9 +1,5 @@
-/**
- * The layout of the cards and wires of a diagram. The base runs in rows from left to right; background and lines
- * follow as two lanes, one below the other, which join at the result. Wires of saved pictures run between the rows.
- *
- * @module
- */
+// The layout of the cards and wires of a diagram. The base runs in rows from left to right; background and lines
+// follow as two lanes, one below the other, which join at the result. Wires of saved pictures run between the rows.
 
 import { LAYERS } from "./types.js";
 

@@ -1,8 +1,4 @@
-/**
- * The palette: a dialog to find and add blocks.
- *
- * @module
- */
+// The palette: a dialog to find and add blocks.
 
 import { get, make, title, words } from "./elements.js";
 

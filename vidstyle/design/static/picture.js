@@ -1,11 +1,10 @@
-/**
- * The picture view: before and after, at the same zoom and position.
- *
- * @module
- */
+// The picture view: before and after, at the same zoom and position.
+
+import { Divider } from "./divider.js";
+import { oncePerFrame, resize } from "./elements.js";
 
 /** @typedef {"result" | "split" | "side"} Mode */
-/** @typedef {{x: number, y: number, width: number, height: number}} Box */
+/** @typedef {import("./divider.js").Box} Box */
 /** @typedef {{picture: CanvasImageSource, size: [number, number]}} Shown */
 
 const MIN_ZOOM = 0.05;
@@ -22,7 +21,6 @@ export class PictureView {
   /** @type {Mode} */
   mode = "result";
   holding = false;
-  split = 0.5;
   /** Screen pixels per film pixel; null fits the picture to the window. @type {number | null} */
   zoom = null;
   /** The size of the film, to which 100 % refers. @type {[number, number]} */
@@ -32,15 +30,19 @@ export class PictureView {
   /** @type {Map<number, PointerEvent>} */
   #pointers = new Map();
   #moves = "";
-  #pending = false;
+  /** The last position of the divider. */
+  #split = 0.5;
+  redraw = oncePerFrame(() => this.draw());
 
   /**
    * @param {HTMLCanvasElement} canvas
+   * @param {HTMLElement} line marks the divider
    * @param {() => void} onchange is called when the mode, zoom or position has changed
    */
-  constructor(canvas, onchange) {
+  constructor(canvas, line, onchange) {
     this.canvas = canvas;
     this.onchange = onchange;
+    this.divider = new Divider(canvas, line, () => this.#changed(), () => this.boxIn(this.panes[0]));
     new ResizeObserver(() => this.#changed()).observe(canvas);
     canvas.addEventListener("pointerdown", (event) => this.#down(event));
     canvas.addEventListener("pointermove", (event) => this.#move(event));
@@ -53,7 +55,8 @@ export class PictureView {
   /** @param {Mode} mode */
   setMode(mode) {
     this.mode = mode;
-    this.#changed();
+    this.#split = this.divider.split ?? this.#split;
+    this.divider.move(mode === "split" ? this.#split : null);
   }
 
   /** @param {boolean} holding whether to show the source temporarily */
@@ -89,15 +92,6 @@ export class PictureView {
     this.redraw();
   }
 
-  redraw() {
-    if (this.#pending) return;
-    this.#pending = true;
-    requestAnimationFrame(() => {
-      this.#pending = false;
-      this.draw();
-    });
-  }
-
   /** The panes, one for each picture, in CSS pixels: one, or two side by side or stacked. */
   get panes() {
     const { clientWidth: width, clientHeight: height } = this.canvas;
@@ -127,7 +121,7 @@ export class PictureView {
   draw() {
     const { canvas } = this;
     const [width, height] = [canvas.clientWidth, canvas.clientHeight].map((side) => Math.round(side * devicePixelRatio));
-    if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
+    resize(canvas, [width, height]);
     const context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
     context.setTransform(1, 0, 0, 1, 0, 0);
     context.clearRect(0, 0, width, height);
@@ -142,17 +136,7 @@ export class PictureView {
     }
     this.#paint(context, this.holding ? this.source : this.result, first, first);
     if (this.mode !== "split" || this.holding) return;
-    const at = this.dividerAt(first);
-    this.#paint(context, this.source, first, { ...first, width: at - first.x });
-    context.fillStyle = "#ffffffd0";
-    context.fillRect(at - 0.75, first.y, 1.5, first.height);
-  }
-
-  /** Returns the x coordinate of the divider, in CSS pixels. @param {Box} [pane] */
-  dividerAt(pane = this.panes[0]) {
-    const box = this.boxIn(pane);
-    const [left, right] = [Math.max(pane.x, box.x), Math.min(pane.x + pane.width, box.x + box.width)];
-    return Math.min(right, Math.max(left, box.x + this.split * box.width));
+    this.#paint(context, this.source, first, { ...first, width: this.divider.at });
   }
 
   /** @param {CanvasRenderingContext2D} context @param {Shown | null} shown @param {Box} pane @param {Box} clip */
@@ -182,15 +166,9 @@ export class PictureView {
     this.canvas.setPointerCapture(event.pointerId);
     this.#pointers.set(event.pointerId, event);
     const { left } = this.canvas.getBoundingClientRect();
-    const near = Math.abs(event.clientX - left - this.dividerAt()) < DIVIDER_GRIP_PX;
+    const near = Math.abs(event.clientX - left - this.divider.at) < DIVIDER_GRIP_PX;
     this.#moves = this.mode === "split" && (near || this.zoom === null) ? "divider" : "picture";
-    if (this.#moves === "divider") this.#divide(event);
-  }
-
-  /** @param {PointerEvent} event */
-  #divide(event) {
-    this.split = Math.min(1, Math.max(0, this.#pointAt(event).x));
-    this.#changed();
+    if (this.#moves === "divider") this.divider.follow(event);
   }
 
   /** @param {PointerEvent} event */
@@ -201,7 +179,7 @@ export class PictureView {
     if (other) {
       const [was, is] = [before, event].map((each) => Math.hypot(each.clientX - other.clientX, each.clientY - other.clientY));
       this.setZoom(this.scale * devicePixelRatio * (is / (was || 1)), this.#pointAt(other));
-    } else if (this.#moves === "divider") this.#divide(event);
+    } else if (this.#moves === "divider") this.divider.follow(event);
     else if (this.zoom !== null) this.pan(event.clientX - before.clientX, event.clientY - before.clientY);
     this.#pointers.set(event.pointerId, event);
   }

@@ -1,10 +1,6 @@
-/**
- * The preview: frames of the film, rendered in this browser or by the server.
- *
- * @module
- */
+// The preview: frames of the film, rendered in this browser or by the server.
 
-import { get, make } from "./elements.js";
+import { get, make, resize } from "./elements.js";
 import { Player } from "./player.js";
 import { PictureView } from "./picture.js";
 import { Restyler } from "./restyle.js";
@@ -13,7 +9,7 @@ import { Restyler } from "./restyle.js";
 /** @typedef {import("./socket.js").Packet} Packet */
 
 /** Types of the pictures from the server. */
-export const PACKET = { source: 1, styled: 2, step: 3, exact: 4, style: 5, steady: 6 };
+export const PACKET = { source: 1, styled: 2, step: 3, exact: 4, style: 5, steady: 6, faces: 7 };
 
 /** Default preview sizes with and without a GPU: the shorter side in pixels. */
 const DEFAULT_SIDES = { fast: 720, slow: 360 };
@@ -31,8 +27,10 @@ export class Preview {
   solo = null;
   /** The current frame of the source. @type {ImageBitmap | null} */
   source = null;
-  /** The current frame as rendered by the server. @type {ImageBitmap | null} */
+  /** The current frame as rendered by the server: always, or as the style needs the server. @type {ImageBitmap | null} */
   styled = null;
+  /** The faces of a frame in finer detail, rendered by the server, to be laid over it. @type {{number: number, picture: ImageBitmap} | null} */
+  #faces = null;
   #result = make("canvas");
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #timer;
@@ -47,12 +45,16 @@ export class Preview {
   constructor(session, handlers) {
     this.session = session;
     this.handlers = handlers;
-    this.view = new PictureView(/** @type {HTMLCanvasElement} */ (get("picture")), handlers.onchange);
+    this.view = new PictureView(/** @type {HTMLCanvasElement} */ (get("picture")), get("divider"), handlers.onchange);
     this.player = new Player((kind, fields) => session.ask(kind, fields), handlers.onchange);
     this.restyler = new Restyler(() => this.restyle(), session.onerror);
     this.where = /** @type {Where} */ (this.restyler.isFast ? "page" : "server");
     this.side = this.restyler.isFast ? DEFAULT_SIDES.fast : DEFAULT_SIDES.slow;
-    session.on("plan", (plan) => this.restyler.take(plan));
+    session.on("plan", (plan) => {
+      this.styled = null;
+      if (plan.plan?.server.includes("masks")) this.renderIn("server", this.side);
+      return this.restyler.take(plan);
+    });
     session.on("clip", (clip) => this.#open(clip));
     session.on("picture", (packet) => {
       this.#packets = this.#packets.then(() => this.#take(packet)).catch(() => {});
@@ -65,7 +67,7 @@ export class Preview {
   }
 
   /** @param {Where} where @param {number} side */
-  choose(where, side) {
+  renderIn(where, side) {
     this.where = where;
     this.side = side;
     return this.watch().then(() => this.refresh());
@@ -93,9 +95,14 @@ export class Preview {
 
   /** @param {Packet} packet */
   async #take({ type, number, file }) {
-    if (type !== PACKET.source && type !== PACKET.styled && type !== PACKET.steady) return;
+    if (type !== PACKET.source && type !== PACKET.styled && type !== PACKET.steady && type !== PACKET.faces) return;
     const picture = await createImageBitmap(file);
     if (type === PACKET.steady) return this.#show(picture);
+    if (type === PACKET.faces) {
+      this.#faces?.picture.close();
+      this.#faces = { number, picture };
+      return this.restyle();
+    }
     if (this.player.playing && number < this.player.number) this.restyler.restart();
     this.player.shown(number);
     if (type === PACKET.source) {
@@ -112,15 +119,18 @@ export class Preview {
   /** Renders the current frame. */
   restyle() {
     if (!this.source) return;
-    if (this.where === "server") {
+    if (this.where === "server" || this.styled) {
       if (this.styled) this.#show(this.styled);
       return;
     }
     const time = this.player.playing ? this.player.time(this.player.number) : null;
     const purpose = this.solo === null ? "main" : "solo";
     const { width, height } = this.source;
-    if (this.#result.width !== width || this.#result.height !== height) [this.#result.width, this.#result.height] = [width, height];
-    if (this.restyler.draw(purpose, this.source, time, this.#result)) this.#show(this.#result);
+    resize(this.#result, [width, height]);
+    if (!this.restyler.draw(purpose, this.source, time, this.#result)) return;
+    if (!this.player.playing && this.#faces?.number === this.player.number)
+      /** @type {CanvasRenderingContext2D} */ (this.#result.getContext("2d")).drawImage(this.#faces.picture, 0, 0, width, height);
+    this.#show(this.#result);
   }
 
   /** @param {ImageBitmap | HTMLCanvasElement} picture */

@@ -1,8 +1,4 @@
-/**
- * Renders the style in the browser: runs the plans from the server with `runner.js`.
- *
- * @module
- */
+// Renders the style in the browser: runs the plans from the server with `runner.js`.
 
 import { Runner, missing } from "./runner.js";
 

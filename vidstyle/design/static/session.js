@@ -1,8 +1,4 @@
-/**
- * The client side of the document: the newest state, and requests to edit it.
- *
- * @module
- */
+// The client side of the document: the newest state, and requests to edit it.
 
 import { Connection } from "./socket.js";
 
@@ -167,8 +163,8 @@ export class Session {
   /** @param {string} key @param {string} kind @param {object} fields */
   #newest(key, kind, fields) {
     const sent = this.connection.newest(key, kind, fields, (error) => this.onerror(error.message));
-    if (this.#busy.has(key)) return;
     const settled = sent.then(() => {
+      if (this.#busy.get(key) !== settled) return; // a newer value is being sent
       this.#busy.delete(key);
       this.#tell("settled", key);
     });

@@ -1,8 +1,4 @@
-/**
- * The keyboard shortcuts of the designer.
- *
- * @module
- */
+// The keyboard shortcuts of the designer.
 
 
 /**

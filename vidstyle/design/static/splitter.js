@@ -1,10 +1,6 @@
-/**
- * The splitter between picture and diagram.
- *
- * @module
- */
+// The splitter between picture and diagram.
 
-import { get } from "./elements.js";
+import { followPointer, get } from "./elements.js";
 
 const MIN_HEIGHT_PX = 120;
 const KEY_STEP_PX = 24;
@@ -20,10 +16,7 @@ export class Splitter {
   constructor(onchange) {
     this.onchange = onchange;
     this.bar = get("splitter");
-    this.bar.addEventListener("pointerdown", (event) => this.bar.setPointerCapture(event.pointerId));
-    this.bar.addEventListener("pointermove", (event) => {
-      if (this.bar.hasPointerCapture(event.pointerId)) this.#set(get("diagram").getBoundingClientRect().bottom - event.clientY);
-    });
+    followPointer(this.bar, (event) => event.type === "pointermove" && this.#set(get("diagram").getBoundingClientRect().bottom - event.clientY));
     this.bar.addEventListener("dblclick", () => this.#set(null));
     this.bar.addEventListener("keydown", (event) => {
       const steps = { ArrowUp: 1, ArrowDown: -1 }[event.key];

@@ -1,8 +1,4 @@
-/**
- * The start screen: all styles, previewed on the user's picture.
- *
- * @module
- */
+// The start screen: all styles, previewed on the user's picture.
 
 import { get, icon, make, title } from "./elements.js";
 

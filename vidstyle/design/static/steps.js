@@ -1,8 +1,4 @@
-/**
- * Commands on the selected step, from the mouse and the keyboard.
- *
- * @module
- */
+// Commands on the selected step, from the mouse and the keyboard.
 
 import { title, words } from "./elements.js";
 import { LAYERS, nameOf, placeOf, stepsOf } from "./types.js";

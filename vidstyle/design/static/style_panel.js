@@ -1,16 +1,12 @@
-/**
- * The style panel: knobs, variants, colours and note.
- *
- * @module
- */
+// The style panel: knobs, variants, colours and note.
 
-import { make } from "./elements.js";
+import { make, press } from "./elements.js";
 import { ValueList } from "./values.js";
 
 /** @typedef {import("./types.js").State} State */
 
 /** Fields of the style that are shown below its knobs. */
-const MAIN_FIELDS = ["strength", "steady"];
+const MAIN_FIELDS = ["strength", "steady", "focus"];
 
 /** Shows and edits the style as a whole. */
 export class StylePanel {
@@ -42,7 +38,7 @@ export class StylePanel {
     this.errors.hidden = !state.errors.length;
     this.variants.replaceChildren(...state.variants.map((name) => {
       const chip = make("button", { type: "button", textContent: name });
-      chip.setAttribute("aria-pressed", String(name === state.variant));
+      press(chip, name === state.variant);
       chip.addEventListener("click", () => this.session.edit("variant", { name }));
       return chip;
     }));

@@ -1,8 +1,4 @@
-/**
- * Types of the messages from the server. The server holds the style; the page only shows it.
- *
- * @module
- */
+// Types of the messages from the server. The server holds the style; the page only shows it.
 
 import { title } from "./elements.js";
 

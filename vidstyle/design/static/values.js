@@ -1,11 +1,7 @@
-/**
- * Rows of parameters: name, number, slider, help, and a pin that makes the parameter a knob.
- *
- * @module
- */
+// Rows of parameters: name, number, slider, help, and a pin that makes the parameter a knob.
 
 import { control, scaleOf } from "./controls.js";
-import { icon, make, title, words } from "./elements.js";
+import { icon, make, press, title, words } from "./elements.js";
 
 /** @typedef {import("./types.js").Entry} Entry */
 /** @typedef {{box: HTMLElement, pin: HTMLButtonElement | null, shown: import("./controls.js").Control, entry: Entry}} Row */
@@ -94,7 +90,7 @@ export class ValueList {
   /** @param {Row} row @param {Entry} entry */
   #update(row, entry) {
     row.box.classList.toggle("changed", entry.value !== entry.default);
-    row.pin?.setAttribute("aria-pressed", String(entry.knob));
+    press(row.pin, entry.knob);
     const typing = row.box.contains(document.activeElement) && document.activeElement?.matches("input[type=number]");
     if (this.#held === entry.path || this.session.isBusy(entry.path) || typing) return;
     row.shown.show(entry.value);

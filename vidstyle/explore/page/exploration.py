@@ -19,10 +19,11 @@ from vidstyle.explore.look import MAX_LOOK_SIDE_PX, Look, look_of
 from vidstyle.explore.phrases import shipped_styles
 from vidstyle.explore.tuning_pad import TuningPad, tuning_pad_of
 from vidstyle.explore.workers import Workers
-from vidstyle.gallery.style_samples import restyled, sheet_of
+from vidstyle.gallery.style_samples import restyle_picture, sheet_of
 from vidstyle.preview.clip import Clip
 from vidstyle.preview.encode import encode
 from vidstyle.preview.plans import plan_message
+from vidstyle.regions.still_faces import NO_FACES, KnownFaces, StillFaces
 from vidstyle.style import Style
 
 NOW, SHOWN, AHEAD, MOVING, LATER = range(5)
@@ -54,8 +55,9 @@ class Exploration(Closing):
         self._tiles: list[Tile] = []
         self._numbers: dict[int, int] = {}
         self._turn, self._lock = threading.Lock(), threading.RLock()
+        self._faces, self._searching = StillFaces(), threading.Lock()
         self._change = itertools.count()
-        self._latest = -1
+        self._latest, self._is_closed = -1, False
         self._ahead: list[tuple[str, Future[Look | None]]] = []
         self.move_to(0.4)
         self._picture = np.ascontiguousarray(clip.frame(self.frames[0], MAX_LOOK_SIDE_PX))
@@ -64,6 +66,7 @@ class Exploration(Closing):
     def close(self) -> None:
         """End the processes."""
         self._latest = -2
+        self._is_closed = True
         self._workers.close()
 
     def move_to(self, part: float) -> None:
@@ -215,10 +218,23 @@ class Exploration(Closing):
         return encode(self.tile(number).look.picture, "jpeg")
 
     def styled(self, style: Style, frame: int, side: int) -> Future[bytes]:
-        """Render a frame in a style, as JPEG."""
+        """Render a frame in a style, as JPEG.
+
+        Raises:
+            UsageError: the exploration was closed.
+        """
         picture = np.ascontiguousarray(self.clip.frame(frame, side))
-        urgency = SHOWN if frame == self.frames[0] else MOVING
-        return self._workers.submit(urgency, styled_jpeg, picture, style)
+        urgency, faces = SHOWN if frame == self.frames[0] else MOVING, self._faces_of(frame)
+        if self._is_closed:
+            raise UsageError("the explorer", "is closed")
+        return self._workers.submit(urgency, styled_jpeg, picture, style, faces)
+
+    def _faces_of(self, frame: int) -> KnownFaces:
+        """Return the faces of a frame; of a camera, whose frames have no numbers, none."""
+        if self.clip.live:
+            return NO_FACES
+        with self._searching:
+            return self._faces.find(frame, lambda: np.ascontiguousarray(self.clip.frame(frame)))
 
     def plan(self, style: Style, side: int) -> Future[dict[str, Any]]:
         """Make the plan of a style for pictures with this shorter side."""
@@ -257,6 +273,6 @@ class Exploration(Closing):
         return self.number(Tile(style, "tuned", look, (self.tile(number).style.name,)))
 
 
-def styled_jpeg(picture: np.ndarray, style: Style) -> bytes:
-    """Render a picture, H x W x 3 uint8, in a style, as JPEG."""
-    return encode(restyled(picture, style), "jpeg")
+def styled_jpeg(picture: np.ndarray, style: Style, faces: KnownFaces) -> bytes:
+    """Render a picture, H x W x 3 uint8, in a style, with focus on these faces, as JPEG."""
+    return encode(restyle_picture(picture, style, faces), "jpeg")

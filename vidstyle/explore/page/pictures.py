@@ -11,6 +11,7 @@ from aiohttp import web
 from vidstyle.errors import UsageError
 from vidstyle.explore.chooser import Tile
 from vidstyle.explore.page.exploration import Exploration
+from vidstyle.web.page_server import jpeg_response
 from vidstyle.web.server import Handler
 
 PICTURE_SIDES_PX = (180, 270, 360, 540, 720, 1080)
@@ -35,29 +36,29 @@ class _Pictures:
 
     async def frame(self, request: web.Request) -> web.StreamResponse:
         frame = _number(request, "frame", self._exploration.clip.count)
-        return _jpeg(await asyncio.to_thread(self._exploration.source, frame, _side(request)))
+        return jpeg_response(await asyncio.to_thread(self._exploration.source, frame, _side(request)))
 
     async def tile(self, request: web.Request) -> web.StreamResponse:
         frame = _number(request, "frame", self._exploration.clip.count)
         style = self._tile(request).style
-        future = await asyncio.to_thread(self._exploration.styled, style, frame, _side(request))
-        return _jpeg(await asyncio.wrap_future(future))
+        future = await self._or_nothing(self._exploration.styled, style, frame, _side(request))
+        return jpeg_response(await asyncio.wrap_future(future))
 
     async def look(self, request: web.Request) -> web.StreamResponse:
         self._tile(request)
-        return _jpeg(await asyncio.to_thread(self._exploration.look, _number(request, "tile")))
+        return jpeg_response(await asyncio.to_thread(self._exploration.look, _number(request, "tile")))
 
     async def pad(self, request: web.Request) -> web.StreamResponse:
         self._tile(request)
-        return _jpeg(await self._or_nothing(self._exploration.pad_picture, _number(request, "tile")))
+        return jpeg_response(await self._or_nothing(self._exploration.pad_picture, _number(request, "tile")))
 
     async def tuned(self, request: web.Request) -> web.StreamResponse:
         self._tile(request)
         pad = await self._or_nothing(self._exploration.pad, _number(request, "tile"))
         style = pad.style_at(_part(request, "x"), _part(request, "y"))
         frame = _number(request, "frame", self._exploration.clip.count)
-        future = await asyncio.to_thread(self._exploration.styled, style, frame, _side(request))
-        return _jpeg(await asyncio.wrap_future(future))
+        future = await self._or_nothing(self._exploration.styled, style, frame, _side(request))
+        return jpeg_response(await asyncio.wrap_future(future))
 
     def _tile(self, request: web.Request) -> Tile:
         try:
@@ -95,7 +96,3 @@ def _part(request: web.Request, name: str) -> float:
     if not 0 <= part <= 1:
         raise web.HTTPNotFound
     return part
-
-
-def _jpeg(data: bytes) -> web.Response:
-    return web.Response(body=data, content_type="image/jpeg")

@@ -1,8 +1,4 @@
-/**
- * Resources shared by all styles of a WebGL context: programs and asset textures.
- *
- * @module
- */
+// Resources shared by all styles of a WebGL context: programs and asset textures.
 
 /** @typedef {import("./runner.js").Plan} Plan */
 /** @typedef {import("./runner.js").Size} Size */

@@ -1,8 +1,4 @@
-/**
- * Rendering of a style for one picture size: its textures and passes.
- *
- * @module
- */
+// Rendering of a style for one picture size: its textures and passes.
 
 import { percentiles } from "./measured.js";
 

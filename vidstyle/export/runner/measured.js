@@ -1,8 +1,4 @@
-/**
- * Measurements of pictures, with smoothing over time.
- *
- * @module
- */
+// Measurements of pictures, with smoothing over time.
 
 /** @typedef {import("./runner.js").Film} Film */
 

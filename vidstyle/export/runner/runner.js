@@ -148,8 +148,13 @@ export class Runner {
     this.context = new Context(gl, this.half);
   }
 
-  /** The name of the GPU, as reported by the browser. */
+  /** The vendor and name of the GPU, as reported by the browser. */
   get device() {
+    return this.renderer.replace(/^ANGLE \((.*)\)$/, "$1").split(",").slice(0, 2).join(",");
+  }
+
+  /** @private */
+  get renderer() {
     const gl = this.context?.gl;
     if (!gl) return "";
     const info = gl.getExtension("WEBGL_debug_renderer_info");
@@ -158,7 +163,7 @@ export class Runner {
 
   /** Whether rendering is done in software, so that a picture may take seconds. */
   get isSoftware() {
-    return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(this.device);
+    return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(this.renderer);
   }
 
   /**

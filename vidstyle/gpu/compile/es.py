@@ -14,35 +14,38 @@
   its time constant in seconds and its percentages.
 - `textures`: the assets by name: width, height and layers, `components`, `type` ("half" or "float"), base64;
   and `film` if the film's colours replace it, with the constants of `core.film_colors`.
-- `server`: features of the style that this form cannot run, such as "steady".
+- `server`: features of the style that this form cannot run, "steady" and "masks", which
+  are those of `fixed_mask_level`.
 
-Moving a slider only changes `values`, unless it changes the passes.
+A plan is a structure and numbers, its `values`. Moving a slider only changes numbers, unless it changes the
+passes: `EsPlan.key` answers whether two plans differ only in numbers.
 """
 
 from __future__ import annotations
 
 import hashlib
+import json
 import re
-from base64 import b64encode
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from vidstyle.core import film_colors
 from vidstyle.core.sampling import MAX_SIDE_SAMPLES
-from vidstyle.gpu.compile.asset_layers import layers_of
+from vidstyle.gpu.compile.asset_texture import AssetTexture, asset_texture
 from vidstyle.gpu.compile.glsl import TRIANGLE_SHADER, Form, read_source
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan, plan_for_rgb
 from vidstyle.gpu.compile.shader import ImageOf, Shader
-from vidstyle.gpu.compile.shader_nodes import Format, ShaderMeasure, ShaderNode
+from vidstyle.gpu.compile.shader_nodes import Format, ShaderNode, ShaderPercentileRequest
 from vidstyle.gpu.compile.shader_writer import write_shader
 from vidstyle.gpu.compile.slots import Slots, TexturePool
 from vidstyle.gpu.compile.tiles import jobs_of
 from vidstyle.style import Style
-from vidstyle.style.nodes import Measure, Shape
+from vidstyle.style.nodes import PercentileRequest, Shape
+from vidstyle.style.resolve import masks_read
 
 FORMAT_VERSION = 1
 COMPONENT_COUNTS = {"bool": 1, "int": 1, "float": 1, "ivec2": 2, "vec2": 2, "vec3": 3, "vec4": 4, "mat3": 9}
@@ -54,17 +57,8 @@ _MAX_UNTILED_SIDE = 2**31
 
 
 def es_plan(style: Style, width: int, height: int, depth: int = 8) -> dict[str, Any]:
-    """Return the plan of a style for pictures of this size, as plain data.
-
-    Args:
-        depth: bits of a sample of the picture and the result; 0 for floats.
-
-    Raises:
-        StyleError: an asset of the style cannot be read, or the style exceeds a limit.
-    """
-    plan = plan_for_rgb(style, width, height, depth)
-    left = ["steady"] if style.steady else []
-    return {"format": FORMAT_VERSION} | _Description(plan).data | {"server": left}
+    """Return the plan of a style as plain data; see `EsPlan.of`."""
+    return EsPlan.of(style, width, height, depth).data
 
 
 def vertex_shader(form: Form) -> str:
@@ -83,13 +77,34 @@ class _Image:
     number: int
 
 
-class _Description:
-    """Describes the passes of a plan."""
+class EsPlan:
+    """A plan in the form "es": a structure, and numbers.
 
-    def __init__(self, plan: Plan) -> None:
+    Args:
+        plan: its passes.
+        left: features of the style that this form cannot run.
+
+    Attributes:
+        values: all numbers.
+    """
+
+    @classmethod
+    def of(cls, style: Style, width: int, height: int, depth: int = 8) -> EsPlan:
+        """Return the plan of a style for pictures of this size.
+
+        Args:
+            depth: bits of a sample of the picture and the result; 0 for floats.
+
+        Raises:
+            StyleError: an asset of the style cannot be read, or the style exceeds a limit.
+        """
+        left = {"steady": style.steady, "masks": masks_read(style)}
+        return cls(plan_for_rgb(style, width, height, depth), [name for name, used in left.items() if used])
+
+    def __init__(self, plan: Plan, left: list[str]) -> None:
         self._plan = plan
         self._shaders = {each: write_shader(plan, each) for each in plan.passes}
-        self._texts = list(dict.fromkeys(shader.assembly.text for shader in self._shaders.values()))
+        self._texts = {shader.text.digest: shader.text for shader in self._shaders.values()}
         self._images: list[_Image] = []
         self._slots = Slots(
             TexturePool(self._new_image), plan, jobs_of(plan, _MAX_UNTILED_SIDE), self._shaders
@@ -100,18 +115,18 @@ class _Description:
             for number, target in enumerate(shader.targets)
             if target.is_plane
         ]
-        self._textures: dict[str, dict[str, Any]] = {}
-        self._sizes = dict(plan.sizes) | self._sizes_of_choices()
+        self._textures: dict[str, AssetTexture] = {}
+        # A size of one pixel is its own half.
+        self._sizes = self._sizes_of_choices() | dict(plan.sizes)
         self._pages: dict[Shape, int] = {plan.source.shape: 0}
         self._factors: list[float] = []
         self._parents = [0]
         passes = [self._pass(each, shader) for each, shader in self._shaders.items()]
         images = [self._image(image) for image in self._images]
-        self.data: dict[str, Any] = {
+        self._structure: dict[str, Any] = {
+            "format": FORMAT_VERSION,
             "size": list(plan.source.shape[::-1]),
             "samples": MAX_SIDE_SAMPLES,
-            "vertex": vertex_shader(plan.form),
-            "shaders": self._texts,
             "pages": self._parents,
             "images": images,
             "passes": passes,
@@ -119,8 +134,24 @@ class _Description:
                 {"step": f"{each.step[0]} {each.step[1]}", "count": len(each.percentages)}
                 for each in plan.measures
             ],
-            "values": [_short(number) for number in self._values()],
-            "textures": self._textures,
+            "server": left,
+        }
+        self.values = [_short(number) for number in self._values()]
+
+    @cached_property
+    def key(self) -> str:
+        """A text that is the same for all plans that differ only in `values`."""
+        text = json.dumps([self._structure, list(self._texts), list(self._textures)])
+        return hashlib.sha256(text.encode()).hexdigest()[:24]
+
+    @cached_property
+    def data(self) -> dict[str, Any]:
+        """The plan as plain data, with the texts of shaders and the contents of textures."""
+        return self._structure | {
+            "vertex": vertex_shader(self._plan.form),
+            "shaders": [text.assembly.text for text in self._texts.values()],
+            "values": self.values,
+            "textures": {name: texture.data for name, texture in self._textures.items()},
         }
 
     def _new_image(self, shape: Shape, coding: Format) -> Any:
@@ -145,17 +176,17 @@ class _Description:
         writes: list[Any] = [self._slots.texture(each, number) for number in range(len(shader.targets))]
         sizes = {name: value for name, value in shader.uniforms.items() if _SIZE_UNIFORM.fullmatch(name)}
         found = {
-            "shader": self._texts.index(shader.assembly.text),
+            "shader": list(self._texts).index(shader.text.digest),
             "page": self._page(each.shape),
             "writes": [image.number for image in writes],
             "reads": {name: self._read(what) for name, what in shader.samplers.items()},
             "sizes": {name: self._page((size[1], size[0])) for name, size in sizes.items()},
-            "uniforms": [[name, *shader.types[name]] for name in shader.uniforms if name not in sizes],
+            "uniforms": [[name, *shader.text.types[name]] for name in shader.uniforms if name not in sizes],
         }
         return found | ({"measures": self._plan.measures.index(each.sampled)} if each.sampled else {})
 
-    def _read(self, what: ImageOf | ShaderMeasure | tuple) -> dict[str, Any]:
-        if isinstance(what, Measure):
+    def _read(self, what: ImageOf | ShaderPercentileRequest | tuple) -> dict[str, Any]:
+        if isinstance(what, PercentileRequest):
             return {"measure": self._plan.measures.index(what)}
         if not isinstance(what, ImageOf):
             return {"texture": self._texture(what)}
@@ -163,18 +194,9 @@ class _Description:
         return {"source": True} if what.node.is_plane else {"image": nodes[what.node].number}
 
     def _texture(self, arrays: tuple[np.ndarray, ...]) -> str:
-        layers = layers_of(arrays)
-        count, height, width, components = layers.shape
-        content = layers.tobytes()
-        name = hashlib.sha256(content + repr((type(arrays), layers.shape)).encode()).hexdigest()[:16]
-        film = {"film": film_colors.CONSTANTS} if isinstance(arrays, film_colors.FilmTable) else {}
-        self._textures[name] = film | {
-            "size": [width, height, count],
-            "components": components,
-            "type": "half" if layers.dtype == np.float16 else "float",
-            "data": b64encode(content).decode("ascii"),
-        }
-        return name
+        texture = asset_texture(arrays)
+        self._textures[texture.name] = texture
+        return texture.name
 
     def _image(self, image: _Image) -> dict[str, Any]:
         samples = {texture: measure.of.shape for measure, texture in self._sampled().items()}
@@ -182,7 +204,7 @@ class _Description:
         kind = "samples" if image in samples else "result" if image in self._results else "working"
         return {"page": self._page(shape), "kind": kind, "components": image.format.components}
 
-    def _sampled(self) -> dict[ShaderMeasure, Any]:
+    def _sampled(self) -> dict[ShaderPercentileRequest, Any]:
         return dict(self._slots.samples)
 
     def _values(self) -> Iterator[float]:

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
-from vidstyle.gpu.compile.shader_nodes import CHANNEL_COUNTS, ShaderMeasure, ShaderNode
+from vidstyle.gpu.compile.shader_nodes import CHANNEL_COUNTS, ShaderNode, ShaderPercentileRequest
 from vidstyle.style.nodes import Shape, in_order
 
 MAX_RECOMPUTED_CALLS = 12
@@ -51,21 +51,17 @@ class Pass:
         before: the passes that it depends on.
         nodes: all values computed, in order.
         loads: textures and planes that it reads only at the position of each pixel.
+        images: all pictures that it reads, without duplicates.
     """
 
     shape: Shape
     stored: list[ShaderNode] = field(default_factory=list)
-    sampled: ShaderMeasure | None = None
+    sampled: ShaderPercentileRequest | None = None
     result: Result | None = None
     before: set[Pass] = field(default_factory=set)
     nodes: list[ShaderNode] = field(default_factory=list)
     loads: list[ShaderNode] = field(default_factory=list)
-
-    @property
-    def images(self) -> list[ShaderNode]:
-        """All pictures that it reads, without duplicates."""
-        around = [node.around for node in self.nodes if node.around is not None]
-        return list(dict.fromkeys([*self.loads, *around]))
+    images: list[ShaderNode] = field(default_factory=list)
 
     @property
     def roots(self) -> list[ShaderNode]:
@@ -114,7 +110,7 @@ class _Partition:
         self._stored = {node for node in kept | around if not node.is_plane}
         self._homes: dict[ShaderNode, Pass] = {}
         self._needs: dict[ShaderNode, set[Pass]] = {node: set() for node in nodes if node.is_plane}
-        self._measured: dict[ShaderMeasure, Pass] = {}
+        self._measured: dict[ShaderPercentileRequest, Pass] = {}
         self._passes: list[Pass] = []
         for node in nodes:
             self._settle_measure(node.measure)
@@ -128,6 +124,8 @@ class _Partition:
             each.nodes = self._calls(each.roots, each)
             wanted = [*each.roots, *(node for call in each.nodes for node in call.inputs.values())]
             each.loads = [node for node in dict.fromkeys(wanted) if node not in each.nodes]
+            filtered = [node.around for node in each.nodes if node.around is not None]
+            each.images = list(dict.fromkeys([*each.loads, *filtered]))
 
     def worth_keeping(self) -> set[ShaderNode]:
         """Return per-pixel nodes that need too many calls to repeat them in several passes."""
@@ -141,7 +139,7 @@ class _Partition:
         roots = [each for each in self._passes if each.roots]
         return in_order(roots, lambda each: sorted(each.before, key=self._passes.index))
 
-    def _settle_measure(self, measure: ShaderMeasure | None) -> None:
+    def _settle_measure(self, measure: ShaderPercentileRequest | None) -> None:
         if measure is None or measure in self._measured:
             return
         if home := self._homes.get(measure.of):
@@ -185,8 +183,10 @@ class _Partition:
         finished = measured | self._needs[node.around]
         beside = set().union(*(self._needs[other] for other in node.inputs.values()))
         for each in self._passes:
-            reads = any(other.is_heavy and other.around is node.around for other in each.nodes)
-            if not reads or each.shape != node.shape or _both_prepare(each, node):
+            readers = [other for other in each.nodes if other.is_heavy and other.around is node.around]
+            # At 1 x 1, choices of 2 x 2 pixels have the size of the filters that read them.
+            alike = all((other.kind == "choices") == (node.kind == "choices") for other in readers)
+            if not readers or not alike or each.shape != node.shape or _both_prepare(each, node):
                 continue
             if each not in finished and not any(other.needs(each) for other in finished | beside - {each}):
                 return each

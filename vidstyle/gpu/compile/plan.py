@@ -7,13 +7,14 @@ from dataclasses import dataclass
 from typing import Literal
 
 from vidstyle.core.picture import Encoding, PictureLayout
+from vidstyle.errors import StyleError
 from vidstyle.gpu.compile.glsl import Form
 from vidstyle.gpu.compile.passes import Pass, Result, partition
 from vidstyle.gpu.compile.shader_graph import ShaderGraph
-from vidstyle.gpu.compile.shader_nodes import Function, ShaderMeasure, ShaderNode
+from vidstyle.gpu.compile.shader_nodes import Function, ShaderNode, ShaderPercentileRequest
 from vidstyle.style import Style
 from vidstyle.style.lower import Steps, lower
-from vidstyle.style.nodes import LoweredStyle, Shape
+from vidstyle.style.nodes import LoweredStyle, Shape, nodes_in_order
 from vidstyle.style.resolve import resolve
 
 
@@ -46,7 +47,7 @@ class Plan:
         return (self.source, self.target, self.rgb) == (source, target, rgb)
 
     @property
-    def measures(self) -> list[ShaderMeasure]:
+    def measures(self) -> list[ShaderPercentileRequest]:
         """The measurements for each picture."""
         return [each.sampled for each in self.passes if each.sampled]
 
@@ -76,8 +77,13 @@ def make_plan(
         rgb: whether to produce packed RGB of the target's depth instead.
         form: form of the passes.
         fused: False to make every call a separate pass, for comparison.
+
+    Raises:
+        StyleError: the style takes too much time or memory, or needs the CPU.
     """
     lowered = lower(style, steps, source, target, rgb)
+    if any(node.op == "network" for node in nodes_in_order(lowered.outputs)):
+        raise StyleError(style.name, ["network: runs on the CPU only; an exported style cannot have one"])
     graph = ShaderGraph(form)
     graph.add(lowered.outputs)
     results = _results(lowered, graph, form)
@@ -111,7 +117,9 @@ def plan_for_rgb(style: Style, width: int, height: int, depth: int) -> Plan:
     Raises:
         StyleError: an asset of the style cannot be read.
     """
-    source = PictureLayout(Encoding(full_range=True, depth=depth, step=(1, 1)), (height, width), "color")
+    source = PictureLayout(
+        Encoding(full_range=True, depth=depth, subsampling=(1, 1)), (height, width), "color"
+    )
     return make_plan(style, resolve(style, height, width), source, source.encoding, True, "es")
 
 
@@ -132,13 +140,13 @@ def _results(lowered: LoweredStyle, graph: ShaderGraph, form: Form) -> list[Resu
         return alone
     small = target.chroma_shape(*shape)
     chroma = graph.recoded(node) if node.op == "plane" and node.grid != target else graph[node]
-    if target.step == (1, 1):
+    if target.subsampling == (1, 1):
         return [Result("planes", (*luma, chroma), shape)]
     if chroma.grid is not None:
         return [*alone, Result("chroma", (chroma,), small)]
     if form == "compute" and luma:
         return [Result("planes", (*luma, chroma), shape)]
     function = Function("frame/shrunk_chroma.glsl", "shrunk_chroma", 2)
-    values = {"step": target.step, "siting": target.siting}
+    values = {"step": target.subsampling, "siting": target.siting}
     shrunk = ShaderNode("chroma", small, function, around=chroma, values=values)
     return [*alone, Result("chroma", (shrunk,), small)]

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import hashlib
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
-from vidstyle.core.picture import Encoding
+from vidstyle.core.picture import MASK_ENCODING, Encoding
 from vidstyle.core.sampling import Sampling
 from vidstyle.gpu.compile.glsl import VALUE_TYPES, Assembly, Form, ShaderParameter
 from vidstyle.gpu.compile.passes import Pass
@@ -14,18 +17,14 @@ from vidstyle.gpu.compile.shader_nodes import (
     CHANNEL_COUNTS,
     Format,
     ShaderKind,
-    ShaderMeasure,
     ShaderNode,
+    ShaderPercentileRequest,
     levels,
     plane_format,
     sample_format,
     working_format,
 )
 from vidstyle.gpu.compile.shared import Pair
-
-GROUP_SIZES: dict[Pair | None, Pair] = {None: (16, 16), (1, 0): (32, 8), (0, 1): (8, 32)}
-"""Size of a work group of a compute pass: longer in the direction in which its filters read, as neighbours in
-this direction read the same pixels."""
 
 
 @dataclass(frozen=True)
@@ -60,65 +59,97 @@ class ImageOf:
     part: int = 0
 
 
-@dataclass
-class Shader:
-    """The source of a shader, and the uniforms and samplers to bind.
+SamplerInput = ImageOf | ShaderPercentileRequest | tuple
+"""The input of a sampler: a picture, the percentiles of a measure, or an asset's arrays."""
+
+
+@dataclass(eq=False)
+class ShaderText:
+    """The source of a shader, which holds no number of a style, and where a pass has its numbers.
 
     Attributes:
         assembly: its source and the files of the source.
-        targets: textures that it writes, in the order of the bindings.
-        uniforms: values by name.
+        groups: pixels across and down that a group of a compute pass writes.
+        uniforms: for each uniform a function that takes its value from a pass.
         types: types of the uniforms: GLSL's name, and the length of an array, or 0.
-        samplers: the input of each sampler: a picture, the percentiles of a measure, or an asset's arrays.
-        groups: pixels across and down per group of a compute pass.
+        samplers: for each sampler a function that takes its input from a pass.
     """
 
     assembly: Assembly
-    targets: list[RenderTarget] = field(default_factory=list)
-    uniforms: dict[str, Any] = field(default_factory=dict)
+    groups: Pair
+    uniforms: dict[str, Callable[[Pass], Any]] = field(default_factory=dict)
     types: dict[str, tuple[str, int]] = field(default_factory=dict)
-    samplers: dict[str, ImageOf | ShaderMeasure | tuple] = field(default_factory=dict)
-    groups: Pair = GROUP_SIZES[None]
+    samplers: dict[str, Callable[[Pass], SamplerInput]] = field(default_factory=dict)
 
-    def add_sampler(self, name: str, kind: str, what: ImageOf | ShaderMeasure | tuple) -> None:
-        """Declare a sampler and record what it reads."""
+    @cached_property
+    def digest(self) -> str:
+        """A text that stands for the finished source."""
+        return hashlib.sha256(self.assembly.text.encode()).hexdigest()
+
+    def add_sampler(self, name: str, kind: str, take: Callable[[Pass], SamplerInput]) -> None:
+        """Declare a sampler and record where its input comes from."""
         self.assembly.add(f"uniform {kind} {name};")
-        self.samplers[name] = what
+        self.samplers[name] = take
 
-    def add_uniform(self, name: str, parameter: ShaderParameter, value: Any) -> str:
-        """Declare a uniform unless it exists, record its value, and return its name."""
+    def add_uniform(self, name: str, parameter: ShaderParameter, take: Callable[[Pass], Any]) -> str:
+        """Declare a uniform unless it exists, record where its value comes from, and return its name."""
         count = f"[{parameter.count}]" if parameter.count else ""
         if name not in self.uniforms:
             self.assembly.add(f"uniform {parameter.type} {name}{count};")
-        self.uniforms[name], self.types[name] = value, (parameter.type, parameter.count)
+        self.uniforms[name], self.types[name] = take, (parameter.type, parameter.count)
         return name
 
 
-def declare_image(shader: Shader, node: ShaderNode, name: str, plan: Plan) -> None:
-    """Declare a picture that a pass of the plan reads, and NAME_at, which reads it at a pixel of the page."""
+@dataclass(frozen=True)
+class Shader:
+    """The shader of a pass, and the uniforms and samplers to bind.
+
+    Attributes:
+        text: its source, shared by passes that differ only in numbers.
+        targets: textures that it writes, in the order of the bindings.
+        uniforms: values by name.
+        samplers: the input of each sampler.
+    """
+
+    text: ShaderText
+    targets: list[RenderTarget]
+    uniforms: dict[str, Any]
+    samplers: dict[str, SamplerInput]
+
+    @property
+    def assembly(self) -> Assembly:
+        return self.text.assembly
+
+
+def declare_image(shader: ShaderText, node: ShaderNode, number: int, plan: Plan) -> str:
+    """Declare picture `number` of a pass, and NAME_at, which reads it at a pixel of the page; return NAME."""
+    name = f"image_{number}"
     shader.assembly.add(f"uniform ivec2 {name}_origin, {name}_last;")
-    shader.add_sampler(name, "sampler2D", ImageOf(node))
+    shader.add_sampler(name, "sampler2D", lambda each: ImageOf(each.images[number]))
     words = {
         "IMAGE": name,
         "VALUE": VALUE_TYPES[CHANNEL_COUNTS[node.kind]],
         "CHANNELS": "rgba"[: CHANNEL_COUNTS[node.kind]],
     }
     if node.is_plane:
-        _declare_plane(shader, node, name, plan.source.encoding, words)
+        if node.kind == "chroma":
+            shader.add_sampler(f"{name}_red", "sampler2D", lambda each: ImageOf(each.images[number], 1))
+        encoding = MASK_ENCODING if node.mask else plan.source.encoding
+        _declare_plane(shader, node, name, encoding, words)
     elif plan.form == "es" and node.kind == "luma":
         shader.assembly.add_template("frame/image_halves.glsl", words)
     else:
         _declare_levels(shader, name, working_format(node, plan.form), words)
+    return name
 
 
 def _declare_plane(
-    shader: Shader, node: ShaderNode, name: str, encoding: Encoding, words: dict[str, str]
+    shader: ShaderText, node: ShaderNode, name: str, encoding: Encoding, words: dict[str, str]
 ) -> None:
     zero, one = levels(encoding, node.kind)
     top = plane_format(encoding.depth).most
     gain, offset = 1 / (one - zero), -zero / (one - zero)
     if node.kind == "chroma":
-        shader.add_sampler(f"{name}_red", "sampler2D", ImageOf(node, 1))
         shader.assembly.add(f"const float {name}_gain = {top * gain}, {name}_offset = {offset};")
         shader.assembly.add_template("frame/plane_chroma.glsl", words)
     elif encoding.depth == 0:
@@ -129,7 +160,7 @@ def _declare_plane(
         shader.assembly.add_template("frame/plane_value.glsl", words)
 
 
-def _declare_levels(shader: Shader, name: str, coding: Format, words: dict[str, str]) -> None:
+def _declare_levels(shader: ShaderText, name: str, coding: Format, words: dict[str, str]) -> None:
     """Declare functions that read a texture and convert its numbers to values."""
     shader.assembly.add(f"const float {name}_low = {coding.low}, {name}_span = {coding.span};")
     shader.assembly.add_template("frame/image.glsl", words)
@@ -162,22 +193,22 @@ def _planes_of(plan: Plan, node: ShaderNode) -> list[RenderTarget]:
 def shrinks(plan: Plan, each: Pass) -> bool:
     """Whether the pass averages chroma to the result's grid."""
     result = each.result
-    if result is None or result.role != "planes" or plan.target.step == (1, 1):
+    if result is None or result.role != "planes" or plan.target.subsampling == (1, 1):
         return False
     return any(node.kind == "chroma" for node in result.nodes)
 
 
-def declare_targets(text: Assembly, targets: list[RenderTarget], groups: tuple[int, int] | None) -> None:
+def declare_targets(text: Assembly, targets: list[RenderTarget], invocations: Pair | None) -> None:
     """Declare render targets, and functions `store_0`, `store_1` and so on that write to them.
 
     Args:
-        groups: pixels across and down per group of a compute pass; None in a fragment pass.
+        invocations: number across and down in a group of a compute pass; None in a fragment pass.
     """
-    if groups is not None:
-        text.add(f"layout(local_size_x = {groups[0]}, local_size_y = {groups[1]}) in;")
+    if invocations is not None:
+        text.add(f"layout(local_size_x = {invocations[0]}, local_size_y = {invocations[1]}) in;")
     for number, target in enumerate(targets):
         name = f"target_{number}"
-        if groups is not None:
+        if invocations is not None:
             text.add(f"layout({target.format.image}, binding = {number}) writeonly uniform image2D {name};")
             store = f"imageStore({name}, place, value);"
         else:
@@ -186,12 +217,11 @@ def declare_targets(text: Assembly, targets: list[RenderTarget], groups: tuple[i
         text.add(f"void store_{number}(ivec2 place, vec4 value) {{ {store} }}")
 
 
-def store_working(shader: Shader, form: Form, name: str, number: int) -> str:
+def store_working(text: Assembly, form: Form, target: RenderTarget, name: str, number: int) -> str:
     """Return the line that stores a named value in target `number`, for later passes."""
-    target = shader.targets[number]
     if form == "es" and target.node.kind == "luma":
-        shader.assembly.add_once("uniform bool halved;")
-        shader.assembly.include("frame/halves.glsl")
+        text.add_once("uniform bool halved;")
+        text.include("frame/halves.glsl")
         return f"store_{number}(place, halves({name}, halved));"
     coding, padding = target.format, ", 0.0" * (4 - CHANNEL_COUNTS[target.node.kind])
     return f"store_{number}(place, vec4(({name} - {coding.low}) / {coding.span}{padding}));"

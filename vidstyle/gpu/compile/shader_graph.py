@@ -15,8 +15,15 @@ from vidstyle.block import Block, Choice, LumaWeights
 from vidstyle.core.picture import RANGES
 from vidstyle.core.resample import METHODS
 from vidstyle.gpu.compile.glsl import Form, functions_of_block, signatures
-from vidstyle.gpu.compile.shader_nodes import CHANNEL_COUNTS, Function, ShaderKind, ShaderMeasure, ShaderNode
-from vidstyle.style.nodes import Measure, Node, encoding_of, identity_key, nodes_in_order
+from vidstyle.gpu.compile.shader_nodes import (
+    CHANNEL_COUNTS,
+    Function,
+    ShaderKind,
+    ShaderNode,
+    ShaderPercentileRequest,
+)
+from vidstyle.style.mask_declarations import fixed_mask_level
+from vidstyle.style.nodes import Node, PercentileRequest, encoding_of, identity_key, nodes_in_order
 
 OPERATION_FILES = {
     name: file for file in ("frame/color.glsl", "frame/layers.glsl") for name in signatures(file)
@@ -43,7 +50,7 @@ class ShaderGraph:
         self._form = form
         self._nodes: dict[object, ShaderNode] = {}
         self._made: dict[Node, ShaderNode] = {}
-        self._measures: dict[Measure[Node], ShaderMeasure] = {}
+        self._measures: dict[PercentileRequest[Node], ShaderPercentileRequest] = {}
         self._exact: set[Node] = set()
 
     def add(self, outputs: Iterable[Node]) -> None:
@@ -73,6 +80,8 @@ class ShaderGraph:
         match node.op:
             case "plane":
                 return self.node(ShaderNode(node.kind, node.shape, grid=node.grid, page=node.page))
+            case "mask":
+                return self._mask(node)
             case "upsample":
                 return self._upsampled(node)
             case "resample":
@@ -88,10 +97,23 @@ class ShaderGraph:
             values |= {"from_rgb": encoding.from_rgb, "to_rgb": encoding.to_rgb}
         return self.node(ShaderNode(node.kind, node.shape, function, inputs, values=values))
 
+    def _mask(self, node: Node) -> ShaderNode:
+        """Return a mask of the source; in the form "es", which has none, `fixed_mask_level`."""
+        name = node.values["name"]
+        if self._form != "es":
+            return self.node(ShaderNode(node.kind, node.shape, mask=name))
+        function = Function(OPERATION_FILES["constant_luma"], "constant_luma")
+        values = {"level": fixed_mask_level(name)}
+        level = self.node(ShaderNode("luma", node.shape, function, values=values))
+        if node.kind == "luma":
+            return level
+        gray = Function(OPERATION_FILES["rgb_from_gray"], "rgb_from_gray")
+        return self.node(ShaderNode("color", node.shape, gray, {"luma": level}))
+
     def _upsampled(self, node: Node) -> ShaderNode:
         chroma = self[node.inputs["chroma"]]
         assert chroma.grid is not None
-        values = {"step": chroma.grid.step, "siting": chroma.grid.siting}
+        values = {"step": chroma.grid.subsampling, "siting": chroma.grid.siting}
         function = Function("frame/between.glsl", "IMAGE_between")
         return self.node(ShaderNode("chroma", node.shape, function, around=chroma, values=values))
 
@@ -145,7 +167,7 @@ class ShaderGraph:
             image = self.node(call)
         return image
 
-    def _measure(self, measure: Measure[Node] | None) -> ShaderMeasure | None:
+    def _measure(self, measure: PercentileRequest[Node] | None) -> ShaderPercentileRequest | None:
         if measure is None:
             return None
         if measure not in self._measures:
@@ -317,8 +339,8 @@ def filter_values(run: BankRun) -> dict[str, Any]:
     """Return the arguments of `filtered`."""
     padding = (0.0,) * (MAX_PARTS - len(run.weights))
     return {
-        # Weights of twenty or more would make the rounding of half floats visible.
-        "bank": run.bank.packed if run.is_wide else run.bank.packed_in_half,
+        # Weights of twenty or more, and constants, would make the rounding of half floats visible.
+        "bank": run.bank.packed if run.is_wide or run.bank.constants is not None else run.bank.packed_in_half,
         "size": run.bank.size,
         "part_weights": (*map(float, run.weights), *padding),
         "part_sums": (*run.bank.sums, *padding),

@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 from vidstyle.core.picture import RANGES, Encoding
 from vidstyle.gpu.compile.glsl import Form, Signature, signatures
-from vidstyle.style.nodes import Measure, Shape
+from vidstyle.style.nodes import PercentileRequest, Shape
 
 ShaderKind = Literal["luma", "chroma", "color", "direction", "choices"]
 """Kinds of values; "choices" are numbers of filters or angles of 2 x 2 pixels, "direction" is one of each."""
@@ -44,7 +44,7 @@ class ShaderNode:
     Attributes:
         kind: kind of the value.
         shape: shape of the picture that it belongs to; for chroma with a grid, in samples of the grid.
-        function: the function that computes it; None for a plane of the source.
+        function: the function that computes it; None for a plane or a mask of the source.
         inputs: parameters of the function that are values at the same pixel.
         around: the picture that the function also reads at other pixels, or None.
         radius: number of pixels on each side that it reads in this picture, if the sizes are equal.
@@ -55,6 +55,7 @@ class ShaderNode:
         page: for subsampled chroma, the shape of its luma.
         is_wide: whether its range, or the nodes that read it, require storing it as float32.
         limits: the range that its values are clipped to, or None.
+        mask: the name of a mask of the source, or empty.
     """
 
     kind: ShaderKind
@@ -65,15 +66,16 @@ class ShaderNode:
     radius: int = 0
     values: dict[str, Any] = field(default_factory=dict)
     options: dict[str, tuple[str, ...]] = field(default_factory=dict)
-    measure: Measure[ShaderNode] | None = None
+    measure: PercentileRequest[ShaderNode] | None = None
     grid: Encoding | None = None
     page: Shape | None = None
     is_wide: bool = False
     limits: tuple[float, float] | None = None
+    mask: str = ""
 
     @property
     def is_plane(self) -> bool:
-        """Whether it is a plane of the source."""
+        """Whether it is a plane or a mask of the source."""
         return self.function is None
 
     @property
@@ -89,7 +91,7 @@ class ShaderNode:
         return self.around is not None and not self.is_enlarged
 
 
-ShaderMeasure = Measure[ShaderNode]
+ShaderPercentileRequest = PercentileRequest[ShaderNode]
 """Percentiles of luma that a shader receives."""
 
 

@@ -1,22 +1,25 @@
 """Writes the shader of a pass: uniforms, included GLSL files, and calls of their functions in order.
 
-The source does not depend on the values of parameters, which become uniforms: moving a slider compiles
-nothing, unless it changes the amount of shared memory that a filter needs.
+The source does not depend on the values of parameters, which become uniforms: moving a slider writes and
+compiles nothing, unless it changes the amount of shared memory that a filter needs.
 """
 
 from __future__ import annotations
 
+import threading
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from vidstyle.core.codes import chroma_radius
+import numpy as np
+
 from vidstyle.errors import VidstyleError
 from vidstyle.gpu.compile.glsl import VALUE_TYPES, Assembly, ShaderParameter, signatures
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan
 from vidstyle.gpu.compile.shader import (
-    GROUP_SIZES,
     Shader,
+    ShaderText,
     declare_image,
     declare_targets,
     shrinks,
@@ -24,37 +27,50 @@ from vidstyle.gpu.compile.shader import (
     store_working,
     targets_of,
 )
+from vidstyle.gpu.compile.shader_key import shader_key
 from vidstyle.gpu.compile.shader_nodes import CHANNEL_COUNTS, ShaderNode
-from vidstyle.gpu.compile.shared import VALUE_BYTES, Pair, sharing_of
+from vidstyle.gpu.compile.shared import Pair, sharing_of
+from vidstyle.gpu.compile.work_group import work_group_of
 
-TILE_SIZES: dict[Pair | None, Pair] = {None: (32, 16), (1, 0): (32, 16), (0, 1): (16, 32)}
-"""Pixels across and down that a work group computes if it averages chroma."""
+MAX_TEXTS = 1000
+"""Number of texts that are kept; a style has up to thirty."""
+
+_texts: dict[object, ShaderText] = {}
+_texts_lock = threading.Lock()
 
 
 def write_shader(plan: Plan, each: Pass) -> Shader:
-    """Write the shader of one pass of a plan, in the plan's form.
+    """Return the shader of one pass of a plan, in the plan's form; write its text only if it is new.
 
     Raises:
         VidstyleError: a GLSL function has a parameter that its block does not declare.
     """
-    return _Writer(plan, each).shader
+    key = shader_key(plan, each)
+    with _texts_lock:
+        text = _texts.pop(key, None) or _Writer(plan, each).shader
+        _texts[key] = text  # at the end, as the most recently used
+        if len(_texts) > MAX_TEXTS:
+            del _texts[next(iter(_texts))]
+    uniforms = {name: take(each) for name, take in text.uniforms.items()}
+    samplers = {name: take(each) for name, take in text.samplers.items()}
+    return Shader(text, targets_of(plan, each), uniforms, samplers)
 
 
 class _Writer:
     def __init__(self, plan: Plan, each: Pass) -> None:
         self._plan, self._pass = plan, each
         self._names: dict[ShaderNode, str] = {}
-        self._images = {node: f"image_{number}" for number, node in enumerate(each.images)}
-        self.shader = Shader(Assembly(plan.form))
+        self._group = work_group_of(plan, each)
+        self._targets = targets_of(plan, each)
+        self._shrinks = shrinks(plan, each)
+        self.shader = ShaderText(Assembly(plan.form), self._group.written)
         self._text = self.shader.assembly
         if plan.form != "es" and any(node.kind == "choices" for node in each.nodes):
             self._text.add("#extension GL_ARB_texture_gather : enable")
-        self._shrinks = shrinks(plan, each)
-        self._sharing = sharing_of(each) if plan.form == "compute" else None
-        self._area = self.shader.groups = GROUP_SIZES[self._sharing.line if self._sharing else None]
         self._declare_targets()
-        for node, name in self._images.items():
-            declare_image(self.shader, node, name, plan)
+        self._images = {
+            node: declare_image(self.shader, node, number, plan) for number, node in enumerate(each.images)
+        }
         self._declare_sharing()
         loads = [line for node in each.loads for line in self._load(node)]
         body = [line for node in each.nodes for line in self._compute(node)]
@@ -64,42 +80,35 @@ class _Writer:
 
     def _declare_targets(self) -> None:
         self._text.add("uniform ivec2 origin, size, corner, stride, page;")
-        self.shader.targets = targets_of(self._plan, self._pass)
-        groups = self.shader.groups if self._plan.form == "compute" else None
-        declare_targets(self._text, self.shader.targets, groups)
+        invocations = self._group.invocations if self._plan.form == "compute" else None
+        declare_targets(self._text, self._targets, invocations)
         if self._shrinks:
             self._declare_tile()
 
     def _declare_tile(self) -> None:
-        target = self._plan.target
-        rims = [chroma_radius(target, axis) for axis in (0, 1)]
-        tile = self.shader.groups = TILE_SIZES[self._sharing.line if self._sharing else None]
-        self._area = tile[0] + sum(rims[0]), tile[1] + sum(rims[1])
+        target, group = self._plan.target, self._group
         for name, (across, down) in {
-            "TILE": tile,
-            "RIM_BEFORE": (rims[0][0], rims[1][0]),
-            "AREA": self._area,
-            "STEP": target.step,
+            "TILE": group.written,
+            "RIM_BEFORE": (group.rims[0][0], group.rims[1][0]),
+            "AREA": group.computed,
+            "STEP": target.subsampling,
         }.items():
             self._text.add(f"const ivec2 {name} = ivec2({across}, {down});")
         self._text.add(f"const vec2 SITING = vec2{target.siting};", "const int INVOCATIONS = 256;")
-        blue = [target.name for target in self.shader.targets].index("blue")
+        blue = [target.name for target in self._targets].index("blue")
         self._text.include("frame/code.glsl")
         lines = store_planes(self._text, target, "chroma", "value", blue)
         self._text.add("void store_chroma(ivec2 place, vec2 value) {", *lines, "}")
 
     def _declare_sharing(self) -> None:
-        used = VALUE_BYTES[2] * self._area[0] * self._area[1] if self._shrinks else 0
-        capacities = self._sharing.capacities(self._area, used) if self._sharing else None
-        if self._sharing is None or capacities is None:
-            self._sharing = None
+        sharing, capacities = self._group.sharing, self._group.capacities
+        if sharing is None or capacities is None:
             return
         self._text.add(f"#define AROUND_ROOM {capacities[0]}")
-        if self._sharing.prepares:
+        if sharing.prepares:
             self._text.add(f"#define PREPARED_ROOM {capacities[1]}")
-        self._text.add("uniform ivec2 around_radius;")
-        self.shader.uniforms["around_radius"] = self._sharing.radius
-        image = self._sharing.image
+        self.shader.add_uniform("around_radius", ShaderParameter("ivec2", "around_radius"), _shared_radius)
+        image = sharing.image
         words = {"IMAGE": self._images[image], "VALUE": VALUE_TYPES[CHANNEL_COUNTS[image.kind]]}
         self._text.add_template("frame/around.glsl", words)
 
@@ -129,8 +138,8 @@ class _Writer:
         name = self._names[node] = f"value_{number}"
         call = f"{function}({arguments})"
         if node.limits:
-            limits = self.shader.add_uniform(
-                f"limits_{number}", ShaderParameter("vec2", "limits"), node.limits
+            limits = self._add_uniform(
+                f"limits_{number}", ShaderParameter("vec2", "limits"), node, lambda own: own.limits
             )
             call = f"clamp({call}, {limits}.x, {limits}.y)"
         return [f"{VALUE_TYPES[CHANNEL_COUNTS[node.kind]]} {name} = {call};"]
@@ -153,7 +162,7 @@ class _Writer:
         if node.kind == "choices":
             self._add_template_once("blade/quad.glsl", "quad_at", {"IMAGE": image})
             return
-        if self._sharing is not None:
+        if self._group.sharing is not None:
             return
         reads = "chroma_at" if node.function.name == "shrunk_chroma" else "picture_at"
         self._text.add_once(f"{type_name} {reads}(ivec2 at) {{ return {image}_at(at); }}")
@@ -165,45 +174,38 @@ class _Writer:
         if name == "at":
             return "at"
         if name == "page":
-            return self.shader.add_uniform(f"page_{number}", parameter, (node.shape[1], node.shape[0]))
+            return self._add_uniform(f"page_{number}", parameter, node, lambda own: own.shape[::-1])
         if name == "moment":
             self._text.add_once("uniform uint moment;")
             return "moment"
         if name == "measured" and node.measure is not None:
-            self.shader.add_sampler(f"measured_{number}", "sampler2D", node.measure)
+            self._add_sampler(f"measured_{number}", "sampler2D", node, lambda own: own.measure)
             return f"texelFetch(measured_{number}, ivec2(0), 0).{'xyzw'[: len(node.measure.percentages)]}"
         if parameter.type == "sampler2DArray" and name in node.values:
-            self.shader.add_sampler(f"{name}_{number}", parameter.type, node.values[name] or ())
+            self._add_sampler(f"{name}_{number}", parameter.type, node, lambda own: own.values[name] or ())
             return f"{name}_{number}"
-        return self.shader.add_uniform(f"{name}_{number}", parameter, self._value(node, parameter))
+        take = _value_taker(node, parameter)
+        return self._add_uniform(f"{name}_{number}", parameter, node, take)
 
-    def _value(self, node: ShaderNode, parameter: ShaderParameter) -> Any:
-        """Return a parameter that is the same for all pixels.
+    def _add_uniform(
+        self, name: str, parameter: ShaderParameter, node: ShaderNode, take: Callable[[ShaderNode], Any]
+    ) -> str:
+        """Declare a uniform whose value comes from this node of the pass."""
+        place = self._pass.nodes.index(node)
+        return self.shader.add_uniform(name, parameter, lambda each: take(each.nodes[place]))
 
-        NAME_count and NAME_sizes describe the asset NAME, NAME_size an asset that is a single array.
-        """
-        name = parameter.name.rstrip("_")
-        owner, _, what = name.rpartition("_")
-        if name in node.values:
-            return node.values[name]
-        if what == "count" and owner in node.values:
-            return len(node.values[owner] or ())
-        if what == "size" and owner in node.values:
-            return node.values[owner][0].shape[::-1]
-        if what == "sizes" and owner in node.values:
-            sizes = [array.shape[::-1] for array in node.values[owner] or ()]
-            return [*sizes, *[(1, 1)] * (parameter.count - len(sizes))]
-        if parameter.type == "float":  # an optional saved picture that is not set
-            return 1.0
-        file = node.function.file if node.function else ""
-        raise VidstyleError(f"shaders/{file}", f"unknown parameter {parameter.name!r}", "correct it")
+    def _add_sampler(self, name: str, kind: str, node: ShaderNode, take: Callable[[ShaderNode], Any]) -> None:
+        """Declare a sampler whose input comes from this node of the pass."""
+        place = self._pass.nodes.index(node)
+        self.shader.add_sampler(name, kind, lambda each: take(each.nodes[place]))
 
     def _write_prepare(self) -> None:
         """Write the function that all invocations of a work group run together before the first pixel."""
         if self._plan.form != "compute":
             return
-        lines = ["load_around(first, area);"] if self._sharing else []
-        node = self._sharing.prepares if self._sharing else None
+        sharing = self._group.sharing
+        lines = ["load_around(first, area);"] if sharing else []
+        node = sharing.prepares if sharing else None
         if node is not None:
             assert node.function is not None
             name = f"{node.function.name}_prepare"
@@ -217,7 +219,7 @@ class _Writer:
         result = self._pass.result
         chroma = next((node for node in result.nodes if node.kind == "chroma"), None) if result else None
         returned = self._names[chroma] if chroma and self._shrinks else "vec2(0.0)"
-        stores = [line for number in range(len(self.shader.targets)) for line in self._store(number)]
+        stores = [line for number in range(len(self._targets)) for line in self._store(number)]
         self._text.add(
             "// Compute the values at a pixel of the page; store them at a place of the targets if `own`.",
             "vec2 evaluate(ivec2 at, ivec2 place, bool own) {",
@@ -230,10 +232,46 @@ class _Writer:
         )
 
     def _store(self, number: int) -> list[str]:
-        target = self.shader.targets[number]
+        target = self._targets[number]
         name = self._names[target.node]
         if not target.is_plane:
-            return [store_working(self.shader, self._plan.form, name, number)]
+            return [store_working(self._text, self._plan.form, target, name, number)]
         if target.name == "blue" and self._shrinks or target.name == "red":
             return []
         return store_planes(self._text, self._plan.target, target.node.kind, name, number)
+
+
+def _value_taker(node: ShaderNode, parameter: ShaderParameter) -> Callable[[ShaderNode], Any]:
+    """Return the function that takes a parameter, the same for all pixels, from nodes like this one.
+
+    NAME_count and NAME_sizes describe the asset NAME, NAME_size an asset that is a single array.
+
+    Raises:
+        VidstyleError: nodes have no such parameter.
+    """
+    name = parameter.name.rstrip("_")
+    owner, _, what = name.rpartition("_")
+    if name in node.values:
+        return lambda own: own.values[name]
+    if what == "count" and owner in node.values:
+        return lambda own: len(own.values[owner] or ())
+    if what == "size" and owner in node.values:
+        return lambda own: own.values[owner][0].shape[::-1]
+    if what == "sizes" and owner in node.values:
+        return lambda own: _padded_sizes(own.values[owner] or (), parameter.count)
+    if parameter.type == "float":  # an optional saved picture that is not set
+        return lambda own: 1.0
+    file = node.function.file if node.function else ""
+    raise VidstyleError(f"shaders/{file}", f"unknown parameter {parameter.name!r}", "correct it")
+
+
+def _padded_sizes(arrays: tuple[np.ndarray, ...], count: int) -> list[tuple[int, ...]]:
+    """Return width and height of each array, and 1 x 1 up to a number of arrays."""
+    sizes = [array.shape[::-1] for array in arrays]
+    return [*sizes, *[(1, 1)] * (count - len(sizes))]
+
+
+def _shared_radius(each: Pass) -> Pair:
+    sharing = sharing_of(each)
+    assert sharing is not None
+    return sharing.radius

@@ -63,7 +63,7 @@ class Window(NamedTuple):
 
     def on_grid(self, encoding: Encoding) -> Window:
         """Return the chroma samples whose areas begin in the window."""
-        across, down = encoding.step
+        across, down = encoding.subsampling
         return Window(
             self.top // down, self.left // across, -(-self.bottom // down), -(-self.right // across)
         )
@@ -131,7 +131,7 @@ def _around(node: ShaderNode, image: ShaderNode, window: Window) -> Window:
 
 
 def _between(window: Window, grid: Encoding) -> Window:
-    (across, down), (x, y) = grid.step, grid.siting
+    (across, down), (x, y) = grid.subsampling, grid.siting
     return Window(
         floor((window.top - y) / down) if down > 1 else window.top,
         floor((window.left - x) / across) if across > 1 else window.left,

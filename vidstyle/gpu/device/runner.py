@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,16 +13,14 @@ from vidstyle.core.sampling import Sampling
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan
 from vidstyle.gpu.compile.shader import ImageOf, Shader
-from vidstyle.gpu.compile.shader_nodes import WORKING_FORMATS, ShaderMeasure, ShaderNode
+from vidstyle.gpu.compile.shader_nodes import ShaderNode, ShaderPercentileRequest
 from vidstyle.gpu.compile.shader_writer import write_shader
-from vidstyle.gpu.compile.slots import Slots, TexturePool
+from vidstyle.gpu.compile.slots import Slots
 from vidstyle.gpu.compile.tiles import Job, Window, jobs_of
-from vidstyle.gpu.device.percentiles import GpuPercentiles
-from vidstyle.gpu.device.programs import Programs
+from vidstyle.gpu.device.gpu_resources import GpuResources
 from vidstyle.gpu.device.stabilizer import GpuStabilizer
-from vidstyle.gpu.device.textures import AssetTextures, new_texture
-from vidstyle.gpu.device.transfer import Download, PlaneTransfer, Upload
-from vidstyle.style.nodes import Measure
+from vidstyle.gpu.device.transfer import PlaneTransfer
+from vidstyle.style.nodes import PercentileRequest
 
 if TYPE_CHECKING:
     import moderngl
@@ -44,52 +41,6 @@ class Readback:
     windows: dict[str, Window]
 
 
-class GpuResources:
-    """Resources that the plans on one context share. The caller owns the context."""
-
-    def __init__(self, context: moderngl.Context) -> None:
-        self.context = context
-        self.programs = Programs(context)
-        self.textures = TexturePool(partial(new_texture, context))
-        self.assets = AssetTextures(context)
-        self.upload = Upload(context)
-        self.download = Download(context)
-        self._percentiles: dict[tuple[str, int], GpuPercentiles] = {}
-        self._framebuffers: dict[tuple[int, ...], moderngl.Framebuffer] = {}
-        self._unused = context.framebuffer([context.renderbuffer((1, 1))])
-
-    def draw_into(self, textures: Sequence[moderngl.Texture]) -> None:
-        """Make the following fragment shaders draw into these textures of the pool."""
-        key = tuple(texture.glo for texture in textures)
-        if key not in self._framebuffers:
-            self._framebuffers[key] = self.context.framebuffer(textures)
-        self._framebuffers[key].use()
-
-    def percentiles_of(self, measure: ShaderMeasure) -> GpuPercentiles:
-        """Return the percentiles of a measured step."""
-        if measure.step not in self._percentiles:
-            coding = WORKING_FORMATS["luma"]
-            self._percentiles[measure.step] = GpuPercentiles(self.context, coding.low, coding.span)
-        return self._percentiles[measure.step]
-
-    def forget_percentiles(self) -> None:
-        """Release all percentiles before the structure of the steps changes."""
-        while self._percentiles:
-            self._percentiles.popitem()[1].release()
-
-    def trim(self, shaders: Iterable[Shader]) -> None:
-        """Release textures, framebuffers and programs that these shaders do not use."""
-        shaders = list(shaders)
-        self.programs.trim(shader.assembly for shader in shaders)
-        samplers = (what for shader in shaders for what in shader.samplers.values())
-        self.assets.trim(what for what in samplers if isinstance(what, tuple))
-        # When moderngl creates a framebuffer it rebinds the current one, which fails if that was released.
-        self._unused.use()
-        while self._framebuffers:
-            self._framebuffers.popitem()[1].release()
-        self.textures.clear()
-
-
 class Runner:
     """A plan with its programs and textures on the GPU. The caller owns the context."""
 
@@ -103,7 +54,7 @@ class Runner:
             each: resources.programs.get(shader.assembly) for each, shader in self._shaders.items()
         }
         resources.trim(self._shaders.values())
-        self._measured: dict[ShaderMeasure, moderngl.Texture] = {}
+        self._measured: dict[ShaderPercentileRequest, moderngl.Texture] = {}
         self._moment = 0
 
     @property
@@ -187,14 +138,14 @@ class Runner:
         program.set("page", each.shape[::-1])
         program.set("moment", self._moment)
         self._bind_targets(each, shader)
-        program.run(corner, size, shader.groups)
+        program.run(corner, size, shader.text.groups)
         if each.sampled is not None and job.ends_measure:
             self._measure(each.sampled, weights)
 
     def _texture_of(
-        self, what: ImageOf | ShaderMeasure | tuple, uploaded: Mapping[str, moderngl.Texture]
+        self, what: ImageOf | ShaderPercentileRequest | tuple, uploaded: Mapping[str, moderngl.Texture]
     ) -> Any:
-        if isinstance(what, Measure):
+        if isinstance(what, PercentileRequest):
             return self._measured[what]
         if not isinstance(what, ImageOf):
             return self._resources.assets.get(what)
@@ -210,7 +161,7 @@ class Runner:
         for number, texture in enumerate(textures):
             texture.bind_to_image(number, read=False, write=True)
 
-    def _measure(self, measure: ShaderMeasure, weights: BlendWeights) -> None:
+    def _measure(self, measure: ShaderPercentileRequest, weights: BlendWeights) -> None:
         height, width = Sampling.of(*measure.of.shape).shape
         samples = self._slots.samples[measure]
         self._measured[measure] = self._resources.percentiles_of(measure).measure(
@@ -219,11 +170,15 @@ class Runner:
 
 
 def _plane_names(node: ShaderNode) -> Sequence[str]:
+    if node.mask:
+        return (f"mask {node.mask}",)
     return ("blue", "red") if node.kind == "chroma" else (node.kind,)
 
 
 def plane_arrays(node: ShaderNode, picture: Picture) -> dict[str, np.ndarray]:
     """Return the arrays of a node that is a plane of the source, by name."""
+    if node.mask:
+        return {_plane_names(node)[0]: picture.masks[node.mask]}
     planes = {"luma": (picture.luma,), "chroma": picture.chroma, "color": (picture.color,)}[node.kind]
     assert planes is not None
     return {name: plane for name, plane in zip(_plane_names(node), planes, strict=True) if plane is not None}

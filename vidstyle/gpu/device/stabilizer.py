@@ -11,6 +11,7 @@ import numpy as np
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.gpu.compile.glsl import Assembly
 from vidstyle.gpu.compile.shader_nodes import Format, plane_format
+from vidstyle.gpu.device.gpu_resources import GpuResources
 from vidstyle.stabilize.motion import MotionEstimator, Warp
 from vidstyle.stabilize.segment import SEGMENT_SIZE
 from vidstyle.stabilize.stabilizer import (
@@ -25,8 +26,6 @@ from vidstyle.style.nodes import Shape
 
 if TYPE_CHECKING:
     import moderngl
-
-    from vidstyle.gpu.device.runner import GpuResources
 
 WEIGHT_FORMAT = Format(1, "nu2")
 WARPED_FORMAT = Format(2, "f4")
@@ -58,18 +57,19 @@ class GpuStabilizer:
 
     def estimate(self, picture: Picture, time: float, scene_cut: bool) -> None:
         """Estimate the warp of the previous planes into the planes of this picture."""
-        self._warp = self._motion.estimate(picture, time, scene_cut)
+        pair = self._motion.follow(picture, time, scene_cut)
+        self._warp = pair.warp() if pair else None
 
     def before(
         self, uploaded: Mapping[str, moderngl.Texture], shapes: Mapping[str, Shape]
     ) -> dict[str, moderngl.Texture]:
-        """Stabilize the uploaded planes "luma", "blue" and "red" for the style.
+        """Stabilize the uploaded planes "luma", "blue" and "red" for the style; return them with all others.
 
         Args:
             shapes: height and width of each plane; a texture may be wider.
         """
         names = [name for name in ("luma", "blue", "red") if name in uploaded]
-        return {name: self._stabilize(name, uploaded[name], shapes[name]) for name in names}
+        return {**uploaded, **{name: self._stabilize(name, uploaded[name], shapes[name]) for name in names}}
 
     def after(self, results: Iterable[tuple[str, moderngl.Texture]]) -> list[moderngl.Texture]:
         """Stabilize the named planes of the style's result."""

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vidstyle.core.film_colors import FilmTable
-from vidstyle.gpu.compile.asset_layers import layers_of
+from vidstyle.core.color.film_colors import FilmTable
+from vidstyle.gpu.compile.asset_texture import layers_of
 from vidstyle.gpu.compile.shader_nodes import Format
 from vidstyle.style.nodes import Shape
 

@@ -4,104 +4,126 @@ from __future__ import annotations
 
 import asyncio
 import dataclasses
-import json
 from collections import deque
+from collections.abc import Callable
 from contextlib import suppress
 from statistics import median_high
-from typing import TYPE_CHECKING, Any
+from typing import Annotated, Any
 
-from aiohttp import web
+from vidstyle.live.control import Controls
+from vidstyle.live.page.frame_feed import FrameFeed
+from vidstyle.web.connection import PageConnection
+from vidstyle.web.messages import CHECKS, MessageError, message
 
-from vidstyle.errors import VidstyleError
-from vidstyle.live.page.actions import MESSAGE_FIELDS, dispatch
-from vidstyle.web.messages import MessageError, RateLimit, read_message, receive, refuse
-
-if TYPE_CHECKING:
-    from vidstyle.live.page.page_target import PageTarget
-
-MAX_MESSAGES = 250
-"""Messages a second; the page sends one for each frame, and one for each answer to a slider."""
 RECENT_LATENCY_COUNT = 60
 """Number of frames over which the latency is averaged."""
 STATUS_SECONDS = 0.25
 """Interval at which the status is sent."""
+MAX_VALUES = 200
+"""Maximum number of values in a message."""
 
 
-class Viewer:
+def _are_values(value: object) -> bool:
+    """Whether it is an object of strings, numbers and booleans; parameters check their ranges later."""
+    return (
+        isinstance(value, dict)
+        and 0 < len(value) <= MAX_VALUES
+        and all(CHECKS[str](path) and isinstance(each, str | int | float) for path, each in value.items())
+    )
+
+
+StyleValues = Annotated[dict[str, Any], _are_values]
+
+
+class Viewer(PageConnection):
     """Serves one WebSocket until it closes."""
 
-    def __init__(self, page: PageTarget) -> None:
-        self._page = page
+    def __init__(self, feed: FrameFeed, fail: Callable[[BaseException], None]) -> None:
+        super().__init__(fail, feed.meter.clock.now)
+        self._feed = feed
         self._quality = JpegQuality()
         self._shown = asyncio.Event()
         self._sent = -1
         self._latencies: deque[float] = deque([0.0], maxlen=RECENT_LATENCY_COUNT)
-        self._limit = RateLimit(MAX_MESSAGES, self._page.meter.clock.now)
 
-    async def serve(self, socket: web.WebSocketResponse) -> None:
-        """Send frames, status and parameters, and dispatch messages, until the socket closes."""
-        self._socket = socket
-        invalid = None
+    async def greet(self) -> None:
+        """Send the names of styles; begin to send frames, parameters and status."""
+        await self.tell({"names": self._feed.controls.names})
+        self.tasks.begin(self._send_frames())
+        self.tasks.begin(self._send_status())
+
+    def leave(self) -> None:
+        """End the bypass, unless another browser has requested it since."""
+        if self._feed.bypasser is self:
+            self._feed.controls.bypass(False)
+            self._feed.bypasser = None
+
+    @message
+    async def shown(self, number: int) -> None:
+        """The page shows this frame, so the next one may follow."""
+        if number != self._sent:
+            raise MessageError("shown: was not sent")
+        self._shown.set()
+
+    @message
+    async def set(self, values: StyleValues) -> None:
+        await self._control(Controls.set_values, values)
+
+    @message
+    async def choose(self, style: str) -> None:
+        await self._control(Controls.choose, style)
+
+    @message
+    async def next(self) -> None:
+        await self._control(Controls.next_style)
+
+    @message
+    async def bypass(self, on: bool) -> None:
+        self._feed.bypasser = self if on else None
+        await self._control(Controls.bypass, on)
+
+    @message
+    async def record(self, on: bool) -> None:
+        await self._control(Controls.record, on)
+
+    @message
+    async def quit(self) -> None:
+        await self._control(Controls.quit)
+
+    async def _control(self, action: Callable[..., None], *values: Any) -> None:
+        """Apply an action to the session, and notify all browsers."""
         try:
-            async with asyncio.TaskGroup() as tasks:
-                await self._send({"names": self._page.controls.names})
-                sending = [tasks.create_task(work) for work in (self._send_frames(), self._send_status())]
-                invalid = await receive(socket, self._handle)
-                for task in sending:
-                    task.cancel()
-        except* ConnectionError:  # the browser has gone without closing the socket
-            pass
-        if invalid is not None:
-            await refuse(socket, invalid)
+            await asyncio.to_thread(action, self._feed.controls, *values)
+        finally:
+            async with self._feed.changed:
+                self._feed.changed.notify_all()
 
     async def _send_frames(self) -> None:
-        frame = None
+        feed, frame = self._feed, None
         while True:
-            frame = await self._page.newer(frame)
-            data = await self._page.jpeg(frame, self._quality.value)
+            frame = await feed.newer(frame)
+            data = await feed.jpeg(frame, self._quality.value)
             self._shown.clear()
-            self._sent, begin = frame.number, self._page.meter.clock.now()
-            await self._socket.send_bytes(frame.number.to_bytes(8, "big") + data)
+            self._sent, begin = frame.number, feed.meter.clock.now()
+            await self.send_picture(0, frame.number, 0, data)
             await self._shown.wait()
-            now = self._page.meter.clock.now()
+            now = feed.meter.clock.now()
             self._quality.shown(now - begin)
             self._latencies.append(now - frame.captured)
-            self._page.count(frame)
+            feed.count(frame)
 
     async def _send_status(self) -> None:
-        style = None
+        style, feed = None, self._feed
         while True:
-            if style is not self._page.controls.style:
-                style = self._page.controls.style
-                await self._send({"panel": await self._page.panel(style)})
-            status = dataclasses.asdict(self._page.controls.status())
+            if style is not feed.controls.style:
+                style = feed.controls.style
+                await self.tell({"panel": await feed.panel(style)})
+            status = dataclasses.asdict(feed.controls.status())
             status["shown_ms"] = 1000 * median_high(self._latencies)
-            await self._send({"status": status})
+            await self.tell({"status": status})
             with suppress(TimeoutError):
-                async with asyncio.timeout(STATUS_SECONDS), self._page.changed:
-                    await self._page.changed.wait()
-
-    async def _handle(self, text: str | bytes) -> None:
-        self._limit.count()
-        message = read_message(text, MESSAGE_FIELDS)
-        if message["do"] == "shown":
-            if message["number"] != self._sent:
-                raise MessageError("shown: was not sent")
-            self._shown.set()
-            return
-        if message["do"] == "bypass":
-            self._page.bypasser = self if message["on"] else None
-        try:
-            await asyncio.to_thread(dispatch, message, self._page.controls)
-            answer = {"done": message["do"]}
-        except VidstyleError as error:
-            answer = {"done": message["do"], "error": str(error)}
-        async with self._page.changed:
-            self._page.changed.notify_all()
-        await self._send(answer)
-
-    async def _send(self, message: dict[str, Any]) -> None:
-        await self._socket.send_str(json.dumps(message))
+                async with asyncio.timeout(STATUS_SECONDS), feed.changed:
+                    await feed.changed.wait()
 
 
 class JpegQuality:

@@ -9,22 +9,22 @@ from typing import Any, Protocol, TypeVar
 
 import av
 
-from vidstyle.core.cores import imposed_threads
+from vidstyle.core.machine.cores import imposed_threads
 from vidstyle.errors import DeviceError, InputError, VidstyleError, error_reason, log
-from vidstyle.media.audio import AudioChunk, SourceAudio, audio_stream
+from vidstyle.media.audio import AudioChunk, SourceAudio, find_audio_stream
 from vidstyle.media.capture.monotonic import Clock
 from vidstyle.media.rational import to_fraction
 from vidstyle.media.read.source import choose_stream, frame_rate
 
-MAX_CLOCK_AGE = 2.0
-"""Seconds. A driver's timestamp that is younger than this on a clock is a capture time of that clock."""
+MAX_STAMP_AGE_SECONDS = 2.0
+"""A driver's timestamp is a capture time of a clock if its age on that clock is below this."""
 
 
 class OpenedSource(Protocol):
-    """What a source opens: a stream of frames or of audio."""
+    """An open stream of frames or of audio."""
 
     def close(self) -> None:
-        """Close it, from the thread that reads it."""
+        """Close the stream, from the thread that reads it."""
 
 
 T = TypeVar("T", bound=OpenedSource)
@@ -32,7 +32,7 @@ T_co = TypeVar("T_co", bound=OpenedSource, covariant=True)
 
 
 class CaptureSource(Protocol[T_co]):
-    """A source that can be opened, and reopened after it was lost."""
+    """A source that can be opened, and reopened after a connection loss."""
 
     @property
     def name(self) -> str:
@@ -40,13 +40,13 @@ class CaptureSource(Protocol[T_co]):
 
     @property
     def reconnects(self) -> bool:
-        """Whether to reopen it after it was lost."""
+        """Whether to reopen the source after a connection loss."""
 
     def open(self, stopping: threading.Event, clock: Clock) -> T_co:
-        """Open it and start capturing.
+        """Open the source and start capturing.
 
         Args:
-            stopping: when set, opening is cancelled and what was opened ends.
+            stopping: when set, opening is cancelled and the open stream ends.
             clock: for timestamps and pacing.
 
         Raises:
@@ -56,9 +56,9 @@ class CaptureSource(Protocol[T_co]):
 
 
 WaitForFrame = Callable[[threading.Event, float], bool]
-"""Wait for data, for at most so many seconds and until the event is set; returns whether there is any."""
-FIRST_SECONDS, STALL_SECONDS = 5.0, 2.0
-"""A driver without a frame for so long is lost: before its first frame, and after it (plus one interval)."""
+"""Wait for data until a timeout in seconds or until the event is set; return whether there is data."""
+FIRST_FRAME_TIMEOUT_SECONDS, STALL_TIMEOUT_SECONDS = 5.0, 2.0
+"""Timeouts of a driver: for its first frame, and for each later one (plus one frame interval)."""
 
 
 @dataclass(frozen=True)
@@ -96,19 +96,19 @@ class LiveInput:
         stamped: bool = False,
         sound: bool = False,
         wait: WaitForFrame | None = None,
-        patience: float | None = None,
+        timeout: float | None = None,
     ) -> None:
         """Read from an open container, which `close` closes.
 
         Args:
             stopping: ends the iteration; may be set from any thread.
             clock: for timestamps and pacing.
-            paced: deliver frames no faster than their timestamps.
-            loop: start again at the end.
-            stamped: the driver's timestamps are capture times of the monotonic clock.
-            sound: decode audio, too.
+            paced: whether frames are delivered in real time, by their timestamps.
+            loop: whether to start again at the end.
+            stamped: whether the driver's timestamps are capture times of the monotonic clock.
+            sound: whether to decode audio, too.
             wait: waits for the next packet, so that reading does not block in the driver.
-            patience: seconds without a packet after which the source counts as lost.
+            timeout: seconds without a packet after which the source is lost.
 
         Raises:
             InputError: it has no video stream.
@@ -126,33 +126,33 @@ class LiveInput:
             context.thread_type = "SLICE"
             context.flags |= av.codec.context.Flags.low_delay
         self._context = context
-        heard = audio_stream(container) if sound else None
+        heard = find_audio_stream(container) if sound else None
         self._audio = SourceAudio(heard) if heard else None
         self.has_sound = heard is not None
         self._loop, self._stamped = loop, stamped
         self._pace = PlaybackClock() if paced else None
-        self._stopping, self._clock, self._wait, self._patience = stopping, clock, wait, patience
+        self._stopping, self._clock, self._wait, self._timeout = stopping, clock, wait, timeout
         self.codec = str(context.name)
         self.rate = frame_rate(self._stream)
         self.sample_aspect = to_fraction(self._stream.sample_aspect_ratio or 0) or None
 
     def __iter__(self) -> Iterator[CapturedFrame | AudioChunk]:
-        """Frames and audio until the source ends.
+        """Yield frames and audio until the source ends.
 
         Raises:
-            InputError: the source was lost.
+            InputError: the connection was lost.
             DeviceError: the driver delivers no more frames.
         """
         while not self._stopping.is_set():
             try:
-                yield from self._once()
+                yield from self._read_once()
                 if not self._loop:
                     return
                 self._container.seek(0)
             except VidstyleError:
                 raise
             except (av.FFmpegError, OSError) as error:
-                raise lost(self._name, error) from error
+                raise lost_source_error(self._name, error) from error
             self._context.flush_buffers()
             if self._pace:
                 self._pace.restart()
@@ -163,43 +163,43 @@ class LiveInput:
         """Close the source; call it after the iteration."""
         self._container.close()
 
-    def _once(self) -> Iterator[CapturedFrame | AudioChunk]:
+    def _read_once(self) -> Iterator[CapturedFrame | AudioChunk]:
         packets = self._container.demux([self._stream, *([self._audio.stream] if self._audio else [])])
-        for packet in self._waited_for(packets):
+        for packet in self._wait_for_packets(packets):
             if self._audio is not None and packet.stream_index != self._stream.index:
                 yield from self._audio.decode(packet)
                 continue
-            for captured in self._decoded(packet):
-                stamp = _seconds(captured.native)
+            for captured in self._decode(packet):
+                stamp = _stamp_seconds(captured.native)
                 if self._audio is not None and stamp is not None:
                     self._audio.set_origin(stamp, captured.time)
                 yield captured
             if self._stopping.is_set():
                 return
 
-    def _waited_for(self, packets: Iterator[av.Packet]) -> Iterator[av.Packet]:
+    def _wait_for_packets(self, packets: Iterator[av.Packet]) -> Iterator[av.Packet]:
         if self._wait is None:
-            yield from self._patiently(packets)
+            yield from self._detect_stall(packets)
             return
-        seconds = FIRST_SECONDS
+        seconds = FIRST_FRAME_TIMEOUT_SECONDS
         while self._wait(self._stopping, seconds):
             packet = next(packets, None)
             if packet is None:
                 return
             yield packet
-            seconds = STALL_SECONDS + (float(1 / self.rate) if self.rate else 0.0)
+            seconds = STALL_TIMEOUT_SECONDS + (float(1 / self.rate) if self.rate else 0.0)
         if not self._stopping.is_set():
             raise DeviceError(self._name, f"has delivered no frame for {seconds:.1f} s")
 
-    def _patiently(self, packets: Iterator[av.Packet]) -> Iterator[av.Packet]:
+    def _detect_stall(self, packets: Iterator[av.Packet]) -> Iterator[av.Packet]:
         asked = self._clock.now()
         for packet in packets:
-            if self._patience is not None and self._clock.now() - asked >= self._patience:
-                raise InputError(self._name, f"was lost: no data for {self._patience:g} s")
+            if self._timeout is not None and self._clock.now() - asked >= self._timeout:
+                raise InputError(self._name, f"was lost: no data for {self._timeout:g} s")
             yield packet
             asked = self._clock.now()
 
-    def _decoded(self, packet: av.Packet) -> Iterator[CapturedFrame]:
+    def _decode(self, packet: av.Packet) -> Iterator[CapturedFrame]:
         arrived = self._clock.now()
         try:
             frames = self._context.decode(packet if packet.size else None)
@@ -210,52 +210,52 @@ class LiveInput:
             return
         for frame in frames:
             if self._pace is not None:
-                self._clock.wait(self._stopping, self._pace.until(_seconds(frame), self._clock.now()))
+                self._clock.wait(self._stopping, self._pace.until(_stamp_seconds(frame), self._clock.now()))
                 arrived = self._clock.now()
-            yield CapturedFrame(frame, _taken(frame, arrived) if self._stamped else arrived)
+            yield CapturedFrame(frame, _capture_time(frame, arrived) if self._stamped else arrived)
 
 
-def lost(name: str, error: Exception) -> InputError:
-    """The error to report when a source cannot be read any more."""
+def lost_source_error(name: str, error: Exception) -> InputError:
+    """Return the error for a source that can no longer be read."""
     return InputError(name, f"was lost: {error_reason(error)}")
 
 
-def _seconds(frame: av.VideoFrame) -> float | None:
+def _stamp_seconds(frame: av.VideoFrame) -> float | None:
     return None if frame.pts is None or frame.time_base is None else float(frame.pts * frame.time_base)
 
 
-def _taken(frame: av.VideoFrame, arrived: float) -> float:
-    """Capture time of a frame: its timestamp if that is plausible, else its arrival."""
-    stamp = _seconds(frame)
-    return stamp if stamp is not None and 0 <= arrived - stamp < MAX_CLOCK_AGE else arrived
+def _capture_time(frame: av.VideoFrame, arrived: float) -> float:
+    """Return the capture time of a frame: its timestamp if plausible, else its arrival."""
+    stamp = _stamp_seconds(frame)
+    return stamp if stamp is not None and 0 <= arrived - stamp < MAX_STAMP_AGE_SECONDS else arrived
 
 
 LiveSource = CaptureSource[LiveInput]
 """A source of live video."""
 
 
-LEAP_SECONDS = 10.0
-"""A timestamp this far after its predecessor restarts the clock."""
+MAX_PACED_GAP_SECONDS = 10.0
+"""A larger gap between two timestamps restarts the clock."""
 
 
 class PlaybackClock:
-    """Paces frames by their timestamps."""
+    """Paces frames in real time by their timestamps."""
 
     def __init__(self) -> None:
-        self._zero: float | None = None
+        self._origin: float | None = None
         self._last = self._step = self._due = 0.0
 
     def until(self, stamp: float | None, now: float) -> float:
-        """Seconds until a frame with this timestamp is due; 0 if it is late."""
+        """Return the seconds until a frame with this timestamp is due; 0 if it is late."""
         if stamp is None:
             return 0.0
-        if self._zero is None or not -1 < stamp - self._last < LEAP_SECONDS:
-            self._zero = max(now, self._due + self._step) - stamp
+        if self._origin is None or not -1 < stamp - self._last < MAX_PACED_GAP_SECONDS:
+            self._origin = max(now, self._due + self._step) - stamp
         elif stamp > self._last:
             self._step = stamp - self._last
-        self._last, self._due = stamp, self._zero + stamp
+        self._last, self._due = stamp, self._origin + stamp
         return max(0.0, self._due - now)
 
     def restart(self) -> None:
         """Restart the clock: the next frame is due one frame interval after the last one."""
-        self._zero = None
+        self._origin = None

@@ -19,20 +19,20 @@ from vidstyle.media.capture.camera import Camera, Screen
 from vidstyle.media.capture.input import LiveInput, LiveSource
 from vidstyle.media.capture.monotonic import Clock
 from vidstyle.media.options import RawVideo
-from vidstyle.media.read.open import is_url, open_media, public_name
+from vidstyle.media.read.open import is_url, open_media, redact_url
 
 POLL_SECONDS = 0.2
-"""How often a wait for data checks whether to stop."""
+"""Interval at which a wait for data checks whether to stop."""
 
 
 class Pipe:
-    """A file descriptor whose reads return what is available, rather than waiting to fill a block."""
+    """A file descriptor whose reads return the available bytes without waiting for a full block."""
 
     def __init__(self, descriptor: int, stopping: threading.Event) -> None:
         self._descriptor, self._stopping = descriptor, stopping
 
     def read(self, size: int) -> bytes:
-        """Up to `size` bytes; none at the end, or when `stopping` is set."""
+        """Read up to `size` bytes; none at the end, or when `stopping` is set."""
         while os.name == "posix" and not select.select([self._descriptor], [], [], POLL_SECONDS)[0]:
             if self._stopping.is_set():
                 return b""
@@ -40,7 +40,7 @@ class Pipe:
 
 
 class NamedPipe(Pipe):
-    """A named pipe (FIFO), opened and closed here."""
+    """A named pipe (FIFO), which this object opens and closes."""
 
     def __init__(self, path: str, stopping: threading.Event) -> None:
         # A blocking open would wait for a writer and could not be cancelled.
@@ -50,10 +50,10 @@ class NamedPipe(Pipe):
         os.close(self._descriptor)
 
 
-NETWORK_SECONDS = 5.0
-"""A connection without data for so long counts as lost and is reopened."""
+NETWORK_TIMEOUT_SECONDS = 5.0
+"""Timeout after which a connection without data is reopened."""
 LOW_LATENCY_OPTIONS = {"fflags": "nobuffer", "analyzeduration": "1000000", "probesize": "1000000"}
-"""Options of demuxers: probe one second of a stream instead of five, and do not buffer."""
+"""Demuxer options: probe one second of a stream instead of five, and do not buffer."""
 TEST_SIZE, TEST_RATE = (640, 360), Fraction(30)
 
 
@@ -62,9 +62,9 @@ class SourceOptions:
     """How to read a live source.
 
     Attributes:
-        size, rate: requested of a camera, a screen or the test picture; None: the default.
+        size, rate: requested size and rate of a camera, a screen or the test picture; None: the default.
         loop: restart a file at its end.
-        format: of "-", as in `ReadOptions`, or a camera's input format.
+        format: the format of "-", as in `ReadOptions`, or a camera's input format.
         raw, raw_rate: size and format of raw video, and its frame rate; None: 30.
     """
 
@@ -76,19 +76,19 @@ class SourceOptions:
     raw_rate: Fraction | None = None
 
 
-def live_source(text: str, options: SourceOptions) -> LiveSource:
-    """The source that a command line argument names.
+def resolve_source(text: str, options: SourceOptions) -> LiveSource:
+    """Return the source for a command line argument.
 
     Args:
         text: "camera" or "" for the first camera, a camera's path, number or name, "screen" or
             "screen:DISPLAY", "test", "-" for standard input, a URL, or a file.
 
     Raises:
-        UsageError: the options make no sense with it.
+        UsageError: the options do not apply to the source.
     """
     size, rate = options.size, options.rate
     if size is not None and min(size) < 1:
-        size = None  # -1 and -2 are resolved when the aspect ratio is known
+        size = None  # -1 and -2 need the aspect ratio, which is known later
     if text == "test":
         return GeneratedPicture(size or TEST_SIZE, rate or TEST_RATE)
     if text == "screen" or text.startswith("screen:"):
@@ -96,15 +96,15 @@ def live_source(text: str, options: SourceOptions) -> LiveSource:
     if text == "-" or _is_pipe(text):
         return PipeSource(text, options)
     if is_url(text):
-        return Network(text)
+        return NetworkSource(text)
     if is_file_name(text):
-        return File(text, options.loop)
+        return FileSource(text, options.loop)
     return Camera("" if text == "camera" else text, size, rate, options.format)
 
 
 @dataclass(frozen=True)
 class GeneratedPicture:
-    """A moving test picture."""
+    """A test picture with motion."""
 
     size: tuple[int, int]
     rate: Fraction
@@ -122,7 +122,7 @@ class GeneratedPicture:
 
 
 @dataclass(frozen=True)
-class File:
+class FileSource:
     """A film, played in real time."""
 
     name: str
@@ -137,8 +137,8 @@ class File:
 
 
 @dataclass(frozen=True)
-class Network:
-    """A network stream; one with a known duration is a film and played in real time."""
+class NetworkSource:
+    """A network stream; if its duration is known, it is a film, which is played in real time."""
 
     url: str
     reconnects: bool = True
@@ -146,37 +146,39 @@ class Network:
     @property
     def name(self) -> str:
         """The URL without passwords and keys."""
-        return public_name(self.url)
+        return redact_url(self.url)
 
     def open(self, stopping: threading.Event, clock: Clock) -> LiveInput:
         """See LiveSource."""
         options = LOW_LATENCY_OPTIONS | ({"rtsp_transport": "tcp"} if self.url.startswith("rtsp") else {})
         asked = clock.now()
         try:
-            container = open_media(self.url, allow_url=True, options=options, seconds=NETWORK_SECONDS)
+            container = open_media(self.url, allow_url=True, options=options, seconds=NETWORK_TIMEOUT_SECONDS)
         except InputError as error:
-            if clock.now() - asked >= NETWORK_SECONDS:
-                raise InputError(self.name, f"has not answered within {NETWORK_SECONDS:g} s") from error
+            if clock.now() - asked >= NETWORK_TIMEOUT_SECONDS:
+                raise InputError(
+                    self.name, f"has not answered within {NETWORK_TIMEOUT_SECONDS:g} s"
+                ) from error
             if isinstance(error.__cause__, av.ProtocolNotFoundError):
                 scheme = self.url.partition(":")[0]
-                reason = f"the FFmpeg in this build does not speak {scheme}"
+                reason = f"FFmpeg in this build does not support {scheme}"
                 raise InputError(self.name, reason, "use RTSP, RTMP or HTTP") from error
             raise InputError(self.name, error.reason, error.remedy) from error
         film = bool(container.duration)
-        patience = None if film else NETWORK_SECONDS
-        return LiveInput(container, self.name, stopping, clock, paced=film, sound=True, patience=patience)
+        timeout = None if film else NETWORK_TIMEOUT_SECONDS
+        return LiveInput(container, self.name, stopping, clock, paced=film, sound=True, timeout=timeout)
 
 
 @dataclass(frozen=True)
 class PipeSource:
-    """The output of another program: standard input or a named pipe, which may be reopened."""
+    """The output of another program: standard input, or a named pipe, which may be reopened."""
 
     name: str
     options: SourceOptions
 
     @property
     def reconnects(self) -> bool:
-        """Whether to reopen it: a named pipe gets its next writer."""
+        """Whether to reopen the source: a named pipe waits for its next writer."""
         return self.name != "-"
 
     def open(self, stopping: threading.Event, clock: Clock) -> LiveInput:

@@ -1,4 +1,4 @@
-"""Timestamps: repaired, so that they strictly increase, and resampled to a constant frame rate."""
+"""Repair timestamps, so that they strictly increase, and resample them to a constant frame rate."""
 
 from __future__ import annotations
 
@@ -14,44 +14,44 @@ from vidstyle.errors import log
 from vidstyle.media.frame import DecodedFrame, Frame
 
 MIN_TICKS_PER_SECOND = 1000
-"""Ticks a second below which a time base is divided, so that a nudge by one tick is not seen."""
+"""Ticks per second below which a time base is divided, so that a shift by one tick is invisible."""
 TIME_BASE_DIVISION = 512
 MAX_TERM = 2**31 - 1
-"""The largest numerator or denominator of a fraction in FFmpeg."""
+"""Maximum numerator or denominator of a fraction in FFmpeg."""
 
 
 def fine_time_base(time_base: Fraction) -> Fraction:
-    """The time base itself, or a division of it with ticks too short to be seen.
+    """Return the time base, or a division of it with invisibly short ticks.
 
     >>> fine_time_base(Fraction(1, 30)), fine_time_base(Fraction(1, 90000))
     (Fraction(1, 15360), Fraction(1, 90000))
     """
     if 1 / time_base >= MIN_TICKS_PER_SECOND:
         return time_base
-    # As far as FFmpeg's integers reach: a damaged header may say anything.
+    # Within the range of FFmpeg's integers: a damaged header may contain any number.
     return time_base / min(TIME_BASE_DIVISION, MAX_TERM // time_base.denominator)
 
 
 class FrameClock:
-    """Gives decoded frames strictly increasing timestamps, in a time base fine enough for repairs.
+    """Assigns strictly increasing timestamps to decoded frames, in a time base fine enough for repairs.
 
     Attributes:
-        time_base: of the timestamps that it gives.
-        step: the time of a frame by the frame rate, in the time base of the source.
-        nudged, invented: how many timestamps were moved, and made up from the frame rate.
+        time_base: time base of the assigned timestamps.
+        step: frame interval by the frame rate, in the time base of the source.
+        shifted, generated: number of timestamps that were shifted, and generated from the frame rate.
     """
 
     def __init__(self, time_base: Fraction, rate: Fraction, window: int = 0) -> None:
-        """Begin a clock.
+        """Start a clock.
 
         Args:
-            time_base: of the timestamps that it is given.
-            rate: frames a second, for frames without timestamps.
-            window: over how many frames timestamps are sorted; for formats that store no display times.
+            time_base: time base of the source.
+            rate: frames per second, for frames without timestamps.
+            window: number of frames over which timestamps are sorted, for formats without presentation times.
         """
         self.time_base = fine_time_base(time_base)
-        self.nudged = 0
-        self.invented = 0
+        self.shifted = 0
+        self.generated = 0
         self.step = 1 / (rate * time_base)
         self._scale = int(time_base / self.time_base)
         self._step = max(1, round(1 / (rate * self.time_base)))
@@ -68,10 +68,12 @@ class FrameClock:
         self._stamps.clear()
 
     def push(self, native: av.VideoFrame, pts: int | None, repeated: bool = False) -> None:
-        """Take a frame; `pts` is in the time base of the source, None if unknown."""
+        """Add a frame; `pts` is in the time base of the source, None if unknown."""
         if pts is None:
-            self._warn_once(self.invented, "the stream has no timestamps: taken from its frame rate")
-            self.invented += 1
+            self._warn_once(
+                self.generated, "the stream has no timestamps; they are generated from its frame rate"
+            )
+            self.generated += 1
             stamp = self._newest + self._step if self._stamps or self._last is not None else 0
         else:
             stamp = pts * self._scale
@@ -80,12 +82,12 @@ class FrameClock:
         heapq.heappush(self._stamps, stamp)
 
     def pull(self, flush: bool = False) -> Iterator[DecodedFrame]:
-        """The frames whose time is certain; with `flush` all that wait."""
+        """Yield the frames whose time is certain; with `flush` all queued frames."""
         while len(self._waiting) > (0 if flush else self._window):
             stamp = heapq.heappop(self._stamps)
             if self._last is not None and stamp <= self._last:
-                self._warn_once(self.nudged, "timestamps that do not grow: moved")
-                self.nudged += 1
+                self._warn_once(self.shifted, "timestamps that do not increase are shifted")
+                self.shifted += 1
                 stamp = self._last + 1
             self._last = stamp
             native, repeated = self._waiting.popleft()
@@ -99,7 +101,7 @@ class FrameClock:
 
 
 class ConstantRate:
-    """Converts to a constant frame rate: frames are dropped or repeated, the nearest in time is kept."""
+    """Converts to a constant frame rate by dropping and repeating frames: the nearest in time is kept."""
 
     def __init__(self, rate: Fraction) -> None:
         self.time_base = fine_time_base(1 / rate)
@@ -109,7 +111,7 @@ class ConstantRate:
         self._last: Frame | None = None
 
     def push(self, frame: Frame) -> Iterator[Frame]:
-        """The frames for the moments that are nearer to the frame before than to this one."""
+        """Yield the frames for all times that are nearer to the previous frame than to this one."""
         if self._last is None or self._slot is None:
             self._slot = round(frame.time / self._interval)
         else:
@@ -117,7 +119,7 @@ class ConstantRate:
         self._last = frame
 
     def flush(self) -> Iterator[Frame]:
-        """The frames for the rest of the last frame's time, half an interval more or less."""
+        """Yield the frames for the rest of the last frame's duration, within half an interval."""
         if self._last is None:
             return
         duration = (self._last.duration or 0) * self._last.time_base or self._interval

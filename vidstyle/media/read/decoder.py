@@ -1,4 +1,4 @@
-"""Decoding that survives errors: a damaged packet costs one frame, not the film."""
+"""Decoding with error recovery: a damaged packet costs one frame, not the film."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 import av
 from av.codec.context import Flags
 
-from vidstyle.core.cores import imposed_threads
+from vidstyle.core.machine.cores import imposed_threads
 from vidstyle.errors import is_memory_short, log
 from vidstyle.media.exif import hide_png_exif
 from vidstyle.media.frame import DecodedFrame
@@ -17,16 +17,18 @@ from vidstyle.media.read.clock import FrameClock
 from vidstyle.media.read.decode_report import DecodeReport
 
 ALPHA_DECODERS = {"vp8": "libvpx", "vp9": "libvpx-vp9"}
-"""FFmpeg's own decoders of these leave the alpha channel out."""
+"""Decoders with alpha channel, by codec; FFmpeg's native decoders of these codecs ignore it."""
+ALWAYS_SHOWN_CODECS = frozenset({"hevc", "vvc", "av1"})
+"""Codecs in which every packet after the first frame shows a frame; their decoders may drop one silently."""
 MAX_RECENT_BYTES = 2**26
-"""Packets are kept up to this size for decoding the end of a damaged film once more."""
+"""Maximum size of the packets that are kept to decode the end of a damaged film again."""
 
 
 class Decoder:
     """Decodes one video stream packet by packet.
 
     Attributes:
-        damage: counts of what failed.
+        damage: counts of the damage.
         codec: FFmpeg's name of the decoder.
     """
 
@@ -36,17 +38,25 @@ class Decoder:
         clock: FrameClock,
         damage: DecodeReport,
         max_pixels: int,
+        shows_any: bool = True,
     ) -> None:
+        """Set up the decoder.
+
+        Args:
+            shows_any: whether frames decoded without a key frame are shown if there are no others.
+        """
         self.damage = damage
-        self._clock = clock
+        self._clock, self._shows_any = clock, shows_any
         self._stream, self._max_pixels = stream, max_pixels
-        self._context: Any = _context(stream, max_pixels)
+        self._context: Any = _open_context(stream, max_pixels)
         self.codec = str(self._context.name)
-        self._forget()
+        self._always_shows = stream.codec_context.codec.canonical_name in ALWAYS_SHOWN_CODECS
+        self._clear()
         self._enters_at_key: bool | None = None
 
-    def _forget(self) -> None:
+    def _clear(self) -> None:
         self._awaited: list[int] = []
+        self._overdue: set[int] = set()
         self._gaps: list[int] = []
         self._recent: list[av.Packet] = []
         self._recent_bytes = self._failures = self._interval = 0
@@ -54,13 +64,15 @@ class Decoder:
         self._newest: int | None = None
         self._last: av.VideoFrame | None = None
         self._enters_at_key = True
+        self._shows_patched = False
+        self._patched: list[int | None] = []
 
     def decode(self, packet: av.Packet | None, after_gap: bool = False) -> Iterator[DecodedFrame]:
-        """The frames that come out when a packet goes in, after those repeated for failed packets.
+        """Decode a packet; yield the repeated frames for failed packets, then the decoded frames.
 
         Args:
-            packet: None flushes the decoder; what failed at the very end is lost.
-            after_gap: whether there was something before the packet that could not be read.
+            packet: None flushes the decoder; failures at the very end are counted as lost.
+            after_gap: whether data before the packet could not be read.
         """
         if packet is None:
             yield from self._flush()
@@ -76,22 +88,22 @@ class Decoder:
             if not packet.is_discard:
                 self._awaited.append(packet.pts)
             self._remember(packet)
-        yield from self._decoded(self._context, packet)
+        yield from self._decode_packet(self._context, packet)
 
     def forget_gaps(self) -> None:
-        """Take what could not be read for nothing: the time begins anew here."""
+        """Ignore gaps so far, as timestamps start again here."""
         self._gaps.clear()
 
     def reset(self) -> None:
-        """Forget the packets seen, before a seek; `damage` keeps its counts."""
+        """Clear the state before a seek; `damage` keeps its counts."""
         self._context.flush_buffers()
         self._clock.reset()
-        self._forget()
+        self._clear()
 
-    def _decoded(
+    def _decode_packet(
         self, context: Any, packet: av.Packet | None, after: int | None = None
     ) -> Iterator[DecodedFrame]:
-        """What a context makes of a packet, as far as it is shown after a time."""
+        """Decode a packet with a context; yield the frames that are shown after a time."""
         try:
             frames = context.decode(packet)
         except av.EOFError:
@@ -109,20 +121,34 @@ class Decoder:
                 yield from self._clock.pull()
 
     def _flush(self) -> Iterator[DecodedFrame]:
-        yield from self._decoded(self._context, None)
-        after = self._newest
-        if self._awaited and after is not None and self._recent and self._recent[0].is_keyframe:
-            # Threads that are flushed stop at the first error, with good frames behind it.
-            self._failures = 0
-            context = _context(self._stream, self._max_pixels, frame_threads=False)
-            for packet in (*self._recent, None):
-                yield from self._decoded(context, packet, after)
+        yield from self._decode_packet(self._context, None)
+        is_timed = self._newest is not None or self._last is None
+        if self._awaited and is_timed and self._recent and self._recent[0].is_keyframe:
+            yield from self._decode_again(self._newest)
+        if self._last is None and self._shows_any and 2 * len(self._patched) >= max(1, len(self._awaited)):
+            self._shows_patched = True  # most packets yield one; random data yields few
+            yield from self._decode_again(None)
+        if self._always_shows or self._last is None:
+            self._failures = max(self._failures, len(self._overdue) + len(self._awaited))
+        else:  # dropped frames whose packets have wrong times
+            self._failures = max(self._failures, len({*self._patched} & {*self._awaited}))
         self.damage.lost += self._failures
         self._failures = 0
         yield from self._clock.pull(flush=True)
 
+    def _decode_again(self, after: int | None) -> Iterator[DecodedFrame]:
+        """Decode the last packets again; yield the frames that are shown after a time.
+
+        Frame threads that are flushed stop at the first error, even if good frames follow.
+        """
+        self._failures = 0
+        self._patched.clear()
+        context = _open_context(self._stream, self._max_pixels, threads=False)
+        for packet in (*self._recent, None):
+            yield from self._decode_packet(context, packet, after)
+
     def _remember(self, packet: av.Packet) -> None:
-        """Keep the packets from the last key frame on that has come out: what a flush may have to repeat."""
+        """Keep the packets since the last decoded key frame, which a flush may have to decode again."""
         if packet.is_keyframe:
             shown = -math.inf if self._newest is None else self._newest
             keys = [
@@ -139,26 +165,30 @@ class Decoder:
             self._recent_bytes = 0
 
     def _push(self, frame: av.VideoFrame) -> None:
-        if self._last is None and frame.is_corrupt and not frame.key_frame:
-            # Made of nothing, where a film begins between key frames.
+        if self._last is None and frame.is_corrupt and not frame.key_frame and not self._shows_patched:
+            # A frame without references, if a film starts between key frames.
+            self._patched.append(frame.pts)
             return
-        # Formats without display times give the decoding time.
+        # Formats without presentation times have decoding times.
         pts: int | None = frame.pts if frame.pts is not None else frame.dts
-        self._fill(pts)
+        self._fill_slots(pts)
         if pts is not None and self._newest is not None:
             self._interval = pts - self._newest
+        self._overdue -= {pts}
         self._last, self._newest = frame, pts
         self.damage.decoded += 1
         self.damage.concealed += bool(frame.is_corrupt)
         self._clock.push(frame, pts)
 
-    def _fill(self, pts: int | None) -> None:
-        """Repeat the last good frame in the slots that packets announced before this one, if any have failed.
+    def _fill_slots(self, pts: int | None) -> None:
+        """Repeat the last good frame for failed packets before this frame.
 
-        Without a failure an empty slot is none: some codecs have packets that show nothing. A failure may
-        come before its slot, since decoders work ahead on several threads.
+        Without a failure, an empty slot is no loss for codecs that have packets without a frame. A failure
+        may be reported before its slot, since decoders work ahead on several threads.
         """
         empty = sorted(stamp for stamp in self._awaited if pts is not None and stamp < pts)
+        if self._last is not None and self._always_shows:
+            self._overdue.update(empty[self._failures :])
         if self._last is not None or self._enters_at_key:
             empty = empty[: self._failures]
         self._awaited = [stamp for stamp in self._awaited if pts is not None and stamp > pts]
@@ -172,7 +202,7 @@ class Decoder:
             self._clock.push(self._last, slot, repeated=True)
 
     def _count_missing(self, pts: int | None, filled: list[int]) -> None:
-        """Count the frames for which there is time in a gap of the file that ends with this one."""
+        """Estimate the number of frames in a gap of the file that ends with this frame."""
         if pts is None or not self._gaps or pts <= self._gaps[0]:
             return
         start = self._gaps[0]
@@ -183,7 +213,7 @@ class Decoder:
 
 
 def _without_exif(packet: av.Packet) -> av.Packet:
-    """The packet of a PNG, or one with the same picture that the decoder does not refuse for damaged EXIF."""
+    """Return the packet of a PNG without EXIF, as the decoder rejects pictures with damaged EXIF."""
     content = bytes(packet)
     if b"eXIf" not in content:
         return packet
@@ -198,26 +228,26 @@ def _without_exif(packet: av.Packet) -> av.Packet:
     return bare
 
 
-def _context(stream: av.video.stream.VideoStream, max_pixels: int, frame_threads: bool = True) -> Any:
-    """The stream's decoder, on as many threads as are worth it, or the one that knows alpha.
+def _open_context(stream: av.video.stream.VideoStream, max_pixels: int, threads: bool = True) -> Any:
+    """Return the stream's decoder, or another one of its codec that supports alpha.
 
-    Without `frame_threads` it is another one, which fails at the packet that is at fault.
+    Without `threads` it is a new decoder with one thread, which fails at the damaged packet itself.
     """
     given = stream.codec_context
     alpha = (
         ALPHA_DECODERS.get(given.codec.canonical_name) if stream.metadata.get("alpha_mode") == "1" else None
     )
     context: Any = given
-    if alpha or not frame_threads:
+    if alpha or not threads:
         context = av.CodecContext.create(alpha or given.name, "r")
         context.extradata = given.extradata
         context.width, context.height = given.width, given.height
         context.codec_tag = given.codec_tag
         context.bits_per_coded_sample = given.bits_per_coded_sample
-    # Frames whose references are lost are shown, patched, rather than left out.
+    # Show frames with lost references, with errors concealed, instead of dropping them.
     context.flags |= Flags.output_corrupt
-    context.thread_type = "AUTO" if frame_threads else "SLICE"
-    context.thread_count = imposed_threads()
-    # av.open's option reaches only the probing.
+    context.thread_type = "AUTO" if threads else "SLICE"
+    context.thread_count = imposed_threads() if threads else 1
+    # The option of av.open applies only to probing.
     context.options = {"max_pixels": str(max_pixels)}
     return context

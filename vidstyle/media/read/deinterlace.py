@@ -1,4 +1,4 @@
-"""Interlaced frames made progressive, one for each, by FFmpeg's bwdif (after BBC R&D's Weston filter)."""
+"""Deinterlacing, one frame per frame, with FFmpeg's bwdif (after BBC R&D's Weston filter)."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from vidstyle.media.frame import DecodedFrame
 
 
 class Deinterlacer:
-    """Passes frames on untouched until the first interlaced one; from then on through the filter.
+    """Passes frames through unchanged until the first interlaced one; filters all later ones.
 
-    The filter looks one frame ahead, gives one frame for each, and leaves those alone that are not flagged.
+    The filter looks one frame ahead, returns one frame for each, and does not change frames without the flag.
     """
 
     def __init__(self, time_base: Fraction) -> None:
@@ -27,12 +27,12 @@ class Deinterlacer:
         self._inside: deque[DecodedFrame] = deque()
 
     def reset(self) -> None:
-        """Forget the frames seen, before a seek."""
+        """Clear the state before a seek."""
         self._inside.clear()
         self._kind = (0, 0, "")
 
     def apply(self, items: Iterable[DecodedFrame | av.Packet]) -> Iterator[DecodedFrame | av.Packet]:
-        """The items with progressive frames; packets pass through."""
+        """Yield the items with progressive frames; packets pass through."""
         for item in items:
             if isinstance(item, DecodedFrame) and (self._graph or item.native.interlaced_frame):
                 yield from self._filter(item)
@@ -44,7 +44,7 @@ class Deinterlacer:
         native = frame.native
         kind = (native.width, native.height, native.format.name)
         if self._graph is None:
-            log.warning("the source is interlaced: deinterlaced with bwdif")
+            log.warning("the source is interlaced; it is deinterlaced with bwdif")
         elif self._inside and kind != self._kind:
             yield from self.flush()
         if self._graph is None or kind != self._kind:
@@ -55,7 +55,7 @@ class Deinterlacer:
         yield from self._pull()
 
     def flush(self) -> Iterator[DecodedFrame]:
-        """The frame that the filter still holds."""
+        """Yield the frame that is still in the filter."""
         if self._graph is not None and self._inside:
             self._graph.push(None)
             yield from self._pull()

@@ -1,13 +1,14 @@
-"""A container as source: one video stream is decoded, the other streams are passed on as packets."""
+"""A container as source: one video stream is decoded, the other streams are passed through as packets."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from fractions import Fraction
 from pathlib import Path
 
 import av
-from av.stream import Discard
+from av.audio.stream import AudioStream
+from av.stream import Discard, Stream
 
 from vidstyle.errors import log
 from vidstyle.media.exif import exif_orientation
@@ -17,10 +18,12 @@ from vidstyle.media.rational import to_fraction
 from vidstyle.media.read.clock import FrameClock
 from vidstyle.media.read.decode_report import DecodeReport
 from vidstyle.media.read.decoder import Decoder
-from vidstyle.media.read.headers import is_jpeg, is_named_as_picture, jpeg_ends_early
-from vidstyle.media.read.missing import GapFinder, HeaderCheck
-from vidstyle.media.read.packet_clock import BROADCAST, PacketClock, start_shift
+from vidstyle.media.read.file_structure.headers import is_jpeg, is_named_as_picture, jpeg_ends_early
+from vidstyle.media.read.file_structure.transport_stream import RecordingPart
+from vidstyle.media.read.gap_detection import GapFinder, HeaderCheck
+from vidstyle.media.read.packet_clock import BROADCAST_FORMATS, PacketClock, start_shift
 from vidstyle.media.read.source import (
+    MIN_PLAUSIBLE_RATE,
     choose_stream,
     frame_rate,
     header_duration,
@@ -28,20 +31,27 @@ from vidstyle.media.read.source import (
     is_chapter_track,
     is_picture_format,
     may_be_still,
+    stream_content,
     video_streams,
 )
 
-DEFAULT_RATE = Fraction(25)
-UNSORTED = frozenset({"avi"})
-"""Formats that store no display times, so that those of packed B-frames come out of order."""
-SORTING_WINDOW = 2
-MAX_SEEKS = 6
+DEFAULT_FRAME_RATE = Fraction(25)
+UNSORTED_FORMATS = frozenset({"avi"})
+"""Formats without presentation times, so that the times of packed B-frames are out of order."""
+SINGLE_VIDEO_FORMATS = frozenset({"flv", "live_flv", "mpeg"})
+"""Formats with one video stream: FFmpeg creates another if the codec of a packet is damaged or changes."""
+SORTING_WINDOW_FRAMES = 2
+MAX_SEEK_ATTEMPTS = 6
 MAX_FAILURES = 8
-"""After so many failures in a row a container is not read on."""
+"""Number of consecutive read errors after which reading ends."""
 
 
 class FilmSource:
-    """Reads a container; see `VideoSource`."""
+    """Reads a container; see `VideoSource`.
+
+    Attributes:
+        skips_pictures: whether to yield only the packets of the copied streams from now on.
+    """
 
     def __init__(
         self,
@@ -51,20 +61,25 @@ class FilmSource:
         file: Path | None,
         damage: DecodeReport | None = None,
         broken: Collection[int] = (),
+        is_part: bool = False,
+        recording: RecordingPart | None = None,
     ) -> None:
         """Prepare to read.
 
         Args:
-            file: what the container was opened on, if that is a file, in which one can go back.
+            file: the file of the container, if it is a seekable file.
             damage: the report to add to; None: a new one.
             broken: indexes of video streams that cannot be decoded.
+            is_part: whether the container is a part of a recording, whose other video streams are lost video.
+            recording: the streams that the tables of a transport stream list, which may still grow.
         """
         self.container: av.container.InputContainer | None = container
         self.name = name
         self.damage = damage or DecodeReport()
         self.damage.broken_streams = len(broken)
         self.stream = choose_stream(container, name, broken)
-        self.has_other_videos = len(video_streams(container, broken)) > 1
+        others = [each for each in video_streams(container, broken) if each != self.stream]
+        self.has_other_videos = bool(others)
         chapters = len(container.chapters())
         self.copied_streams = [
             stream
@@ -72,14 +87,18 @@ class FilmSource:
             if (stream.type != "video" or is_attached_picture(stream))
             and not is_chapter_track(stream, chapters)
         ]
+        self._continued = _match_continued(self.copied_streams, recording.successors if recording else {})
+        self.copied_streams = [each for each in self.copied_streams if each.index not in self._continued]
         self.rate = frame_rate(self.stream)
         formats = set(container.format.name.split(","))
-        base = to_fraction(self.stream.time_base or 1 / DEFAULT_RATE)
-        window = SORTING_WINDOW if formats & UNSORTED else 0
-        clock = FrameClock(base, self.rate or DEFAULT_RATE, window)
-        self._decoder = Decoder(self.stream, clock, self.damage, max_pixels)
+        base = to_fraction(self.stream.time_base or 1 / DEFAULT_FRAME_RATE)
+        self._has_times = base <= 1 / MIN_PLAUSIBLE_RATE
+        base = base if self._has_times else 1 / DEFAULT_FRAME_RATE
+        window = SORTING_WINDOW_FRAMES if formats & UNSORTED_FORMATS else 0
+        clock = FrameClock(base, self.rate or DEFAULT_FRAME_RATE, window)
+        self._decoder = Decoder(self.stream, clock, self.damage, max_pixels, not self.has_other_videos)
         self.codec = self._decoder.codec
-        self._packet_clock = PacketClock(start_shift(container), bool(formats & BROADCAST))
+        self._packet_clock = PacketClock(start_shift(container), bool(formats & BROADCAST_FORMATS))
         self.time_base = clock.time_base
         self.sample_aspect = to_fraction(self.stream.sample_aspect_ratio or 0) or None
         self.duration = header_duration(container, self.stream)
@@ -93,29 +112,35 @@ class FilmSource:
         self._is_one_picture = (
             file is not None and is_picture_format(container) and is_named_as_picture(file)
         ) and "apng" not in formats
+        self._recording = recording or RecordingPart()
+        self._known = {stream.id for stream in container.streams}
         self._header = HeaderCheck(container, self.stream, formats, file)
         self._from_start, self._awaits_key = True, False
         self._key_gap: Fraction | None = None
-        unread = [each for each in container.streams if each not in (self.stream, *self.copied_streams)]
+        self._lost_streams = others if is_part or formats & SINGLE_VIDEO_FORMATS else []
+        self._others = [*self._lost_streams, *(container.streams[index] for index in self._continued)]
+        self.skips_pictures = False
+        read = (self.stream, *self.copied_streams, *self._others)
+        unread = [each for each in container.streams if each not in read]
         for stream in unread:
             stream.discard = Discard.all
-        alpha = "alpha_mode" in self.stream.metadata  # lies beside the packets
+        alpha = "alpha_mode" in self.stream.metadata  # stored next to the packets
         self._gaps = GapFinder(formats, reads_all=not unread and not alpha)
 
     def seek(self, time: Fraction) -> None:
-        """Continue from the last key frame that is shown at or before a time in seconds."""
+        """Continue at the last key frame that is shown at or before a time in seconds."""
         assert self.container is not None
         was_read, self._header.packets, self._awaits_key = self._header.packets, 0, False
         if was_read:
             self._decoder.reset()
             self._packet_clock.reset()
         if self._file is None or self.stream.start_time is None or self.stream.time_base is None:
-            # A pipe, or a raw stream in which no time can be found: read from its start.
+            # A pipe, or a raw stream without timestamps: read from the start.
             if was_read:
                 self._rewind()
             return
         wanted = time + self._packet_clock.shift
-        for number in range(MAX_SEEKS):
+        for number in range(MAX_SEEK_ATTEMPTS):
             earlier = wanted - (2**number - 1)
             if earlier <= self._packet_clock.shift:
                 break
@@ -125,39 +150,50 @@ class FilmSource:
                 if entry is not None and entry <= wanted:
                     self.container.seek(int(earlier / self.stream.time_base), stream=self.stream)
                     self._from_start, self._awaits_key = False, True
+                    self._packet_clock.reset(from_start=False)
                     return
             except av.FFmpegError:
                 break
         self._rewind()
 
     def decode_keys(self, gap: Fraction | None) -> None:
-        """Give only key frames at least `gap` seconds apart; None: everything again."""
+        """Yield only key frames at least `gap` seconds apart; None: all frames again."""
         self._key_gap = gap
-        # Some demuxers can then leave the other frames unread.
+        # Some demuxers can then skip the other frames without reading them.
         self.stream.discard = Discard.default if gap is None else Discard.nonkey
 
     def items(self) -> Iterator[DecodedFrame | av.Packet]:
-        """Frames, and packets of the copied streams, from here to the end."""
+        """Yield frames, and packets of the copied streams, from here to the end."""
         for packet in self._packets() if self._key_gap is None else self._key_packets(self._key_gap):
             if self._key_gap is None:
-                self._gaps.look(packet)
-            # Broadcast streams count their packets; elsewhere the file has ended within this one.
-            self.damage.cut_off |= packet.is_corrupt and not self._formats & BROADCAST
+                self._gaps.inspect(packet)
+            # Broadcast streams number their packets; in other formats the file ends within this packet.
+            self.damage.cut_off |= packet.is_corrupt and not self._formats & BROADCAST_FORMATS
+            if packet.stream_index in self._continued:
+                packet.stream = self._continued[packet.stream_index]
+            if packet.stream_index == self.stream.index and not self._has_times:
+                packet.pts = packet.dts = None
             if self._packet_clock.restamp(packet, self._key_gap):
                 self._gaps.forget()
                 self._decoder.forget_gaps()
-                self.damage.leaps = self._packet_clock.leaps
+            self.damage.clock_jumps = self._packet_clock.forward_jumps
             self._header.count(packet)
-            if packet.stream_index != self.stream.index:
+            if packet.stream in self._lost_streams:
+                self.damage.unmatched_packets += packet.size > 0
+            elif packet.stream_index != self.stream.index:
                 yield packet
             elif self._awaits_key and not packet.is_keyframe:
-                continue  # MPEG-TS is entered between key frames
-            elif packet.size:  # without content it is a frame like the one before it; a decoder would end
+                continue  # a seek in MPEG-TS may end between key frames
+            elif (
+                packet.size and not self.skips_pictures
+            ):  # an empty packet repeats the previous frame; it would flush the decoder
                 if self._is_photograph and self.orientation is None:
                     self.orientation = exif_orientation(memoryview(packet))
                 self._awaits_key = False
                 yield from self._decoder.decode(packet, after_gap=self._gaps.before_picture())
-        yield from self._decoder.decode(None)
+        if not self.skips_pictures:
+            yield from self._decoder.decode(None)
+        self.damage.late_streams += len(self._recording.pids - self._known)
         if self._key_gap is not None:
             self.damage.cut_off |= self._header.shows_cut()
         elif self._from_start:
@@ -169,10 +205,10 @@ class FilmSource:
             self.container.close()
 
     def _packets(self) -> Iterator[av.Packet]:
-        """Every packet that can be read; what cannot be is stepped over."""
+        """Yield every packet that can be read; skip damaged data."""
         assert self.container is not None
         failures = 0
-        wanted = [self.stream, *self.copied_streams]
+        wanted = [self.stream, *self.copied_streams, *self._others]
         while failures < MAX_FAILURES:
             try:
                 for packet in self.container.demux(wanted):
@@ -184,12 +220,12 @@ class FilmSource:
                             return
                 return
             except IndexError:
-                # PyAV ends so where a stream appears that the header did not name.
+                # PyAV raises this if a stream appears that is not in the header.
                 return
             except av.FFmpegError as error:
                 failures += 1
                 self._gaps.suspect()
-                log.debug("%s: a place that cannot be read: %s", self.name, error)
+                log.debug("%s: read error: %s", self.name, error)
                 if isinstance(error, TimeoutError | ConnectionError | av.ExitError):
                     log.warning("the connection was lost: %s", error.strerror)
                     return
@@ -216,12 +252,26 @@ class FilmSource:
     def _rewind(self) -> None:
         assert self.container is not None
         start = self.container.start_time or 0
-        # A film may begin between key frames; a raw stream has no timestamps, only bytes. By its timestamps
-        # MPEG-TS is entered after its first key frame.
+        # A film may start between key frames; a raw stream has no timestamps, only bytes. Seeking in
+        # MPEG-TS by time ends after the first key frame.
         ways = [(start, False, False), (start, True, False), (0, False, True)]
-        for offset, any_frame, is_byte in ways[:: -1 if self._formats & BROADCAST else 1]:
+        for offset, any_frame, is_byte in ways[:: -1 if self._formats & BROADCAST_FORMATS else 1]:
             try:
                 self.container.seek(offset, any_frame=any_frame, unsupported_byte_offset=is_byte)
                 return
             except av.FFmpegError:
                 log.debug("%s: cannot be rewound", self.name)
+
+
+def _match_continued(streams: Sequence[Stream], successors: dict[int, int]) -> dict[int, Stream]:
+    """Return the audio stream that each later one of a recording continues, by the index of the later one."""
+    sounds = [stream for stream in streams if isinstance(stream, AudioStream)]
+    earlier = {stream.id: stream for stream in sounds}
+    found = {stream.index: earlier.get(successors.get(stream.id, -1)) for stream in sounds}
+    # FFmpeg has not probed all streams that start late; their rate is 0.
+    return {
+        stream.index: first
+        for stream in sounds
+        if (first := found[stream.index])
+        and (not stream.rate or stream_content(first) == stream_content(stream))
+    }

@@ -1,4 +1,4 @@
-"""Converts decoded frames to the pictures that are delivered: upright, one size, one format, SDR."""
+"""Converts decoded frames to pictures for delivery: upright, one size, one format, SDR."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from vidstyle.media.color_tags import ColorTags, default_tags
 from vidstyle.media.frame import picture_from_frame, to_supported_format
 from vidstyle.media.hdr import SDR_TAGS, ToneMap
 from vidstyle.media.orientation import Orientation, orientation_of
-from vidstyle.media.resize import letterboxed, output_size, resized
+from vidstyle.media.resize import letterbox_picture, output_size, resize_picture
 
 PALETTE_CODECS = frozenset({"gif", "bmp"})
-"""These always decode with an alpha channel, whether anything is transparent or not."""
+"""Codecs that always decode with an alpha channel, even if no pixel is transparent."""
 
 
 class FrameConverter:
-    """What the first frame decides for all of a stream.
+    """Converts all frames of a stream as its first frame requires.
 
     Attributes:
-        width, height: of the pictures.
-        color_tags: what the pictures' colours mean; nothing in them is left unspecified.
-        sample_aspect: of the pictures.
+        width, height: size of the pictures.
+        color_tags: colour tags of the pictures; none is unspecified.
+        sample_aspect: sample aspect ratio of the pictures.
     """
 
     def __init__(
@@ -42,7 +42,7 @@ class FrameConverter:
         self._stored = (first.width, first.height)
         self._upright = self._orientation.size(*self._stored)
         self.width, self.height = output_size(size, *self._upright) if size else self._upright
-        self.sample_aspect = self._aspect(sample_aspect)
+        self.sample_aspect = self._output_aspect(sample_aspect)
         tags = ColorTags.of(first)
         self._tone_map = ToneMap.of(first, tags) if tags.is_hdr else None
         self._warned: set[str] = set()
@@ -57,37 +57,39 @@ class FrameConverter:
             self.color_tags = tags.completed(picture.encoding, first.height)
 
     def warn_if_hdr(self) -> bool:
-        """Log a warning if the source is HDR, which becomes SDR; returns whether it is."""
+        """Log a warning if the source is HDR, which is tone-mapped to SDR; return whether it is."""
         if self._tone_map is not None:
-            log.warning("the source is HDR (%s): brought to SDR, BT.709", self._tone_map.description)
+            log.warning(
+                "the source is HDR (%s); it is tone-mapped to SDR, BT.709", self._tone_map.description
+            )
         return self._tone_map is not None
 
     def convert(self, native: av.VideoFrame) -> tuple[Picture, av.VideoFrame | None]:
-        """The picture, and the frame whose planes it is, if it is one frame's planes unchanged.
+        """Return the picture, and the frame if the picture consists of its unchanged planes.
 
-        The latest is remembered: the first frame, and one that is repeated, are asked for several times.
+        The latest result is cached: the first frame and repeated frames are requested several times.
         """
         if self._latest is not None and self._latest[0] is native:
             return self._latest[1]
         frame = to_supported_format(native, self._name)
         if frame.format.name != self._format:
-            frame = self._reformatted(frame)
+            frame = self._reformat(frame)
         decoded = picture = picture_from_frame(frame, self._codec, subject=self._name)
         if self._tone_map is not None:
             picture = self._tone_map.apply(picture)
         if not self._orientation.is_upright:
             picture = self._orientation.apply(picture)
         if (native.width, native.height) != self._stored:
-            self._warn("the size of the pictures changes: fitted into the first size, with bars")
-            picture = letterboxed(picture, *self._upright)
+            self._warn("the frame size changes; frames are fitted into the first size, with bars")
+            picture = letterbox_picture(picture, *self._upright)
         if picture.shape != (self.height, self.width):
-            picture = resized(picture, self.width, self.height)
+            picture = resize_picture(picture, self.width, self.height)
         self._latest = native, (picture, frame if picture is decoded else None)
         return self._latest[1]
 
-    def _reformatted(self, frame: av.VideoFrame) -> av.VideoFrame:
+    def _reformat(self, frame: av.VideoFrame) -> av.VideoFrame:
         if self._format != "rgb24":
-            self._warn(f"the pixel format changes to {frame.format.name}: brought to {self._format}")
+            self._warn(f"the pixel format changes to {frame.format.name}; it is converted to {self._format}")
         tags = ColorTags.of(frame)
         frame = frame.reformat(format=self._format)
         tags.put_on(frame)
@@ -101,14 +103,14 @@ class FrameConverter:
                 return "rgb24"
         return str(frame.format.name)
 
-    def _aspect(self, stored: Fraction | None) -> Fraction | None:
-        """Turned with the picture, and stretched where the new size has another shape."""
+    def _output_aspect(self, stored: Fraction | None) -> Fraction | None:
+        """Return the aspect ratio after rotation, and after scaling to a size of another aspect ratio."""
         if stored is None or stored <= 0:
             stored = Fraction(1)
         upright = 1 / stored if self._orientation.transpose else stored
         across = Fraction(self._upright[0], self.width)
         down = Fraction(self._upright[1], self.height)
-        # One pixel of rounding is no reason to have pixels that are not square.
+        # Rounding by one pixel is no reason for non-square pixels.
         stretch = across / down if abs(across / down - 1) > Fraction(1, min(self.width, self.height)) else 1
         return None if upright * stretch == 1 else upright * stretch
 

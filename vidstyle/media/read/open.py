@@ -1,4 +1,4 @@
-"""Opens media safely: only the file that was named, only formats that read no other file."""
+"""Opens media safely: only the named file, and only formats that open no other file."""
 
 from __future__ import annotations
 
@@ -11,10 +11,16 @@ from typing import Any, BinaryIO
 import av
 from av.codec.hwaccel import HWAccel
 
-from vidstyle.errors import InputError, UsageError, error_reason, log
-from vidstyle.media.read.headers import HEADER_BYTES, has_no_index, is_jpeg, is_named_as_picture, picture_size
-from vidstyle.media.read.mp4_tables import CorrectedFile, cut_counts
-from vidstyle.media.read.transport_stream import FilePart
+from vidstyle.errors import InputError, UsageError, error_reason, is_memory_short, log
+from vidstyle.media.read.file_structure.headers import (
+    HEADER_BYTES,
+    has_no_index,
+    is_jpeg,
+    is_named_as_picture,
+    picture_size,
+)
+from vidstyle.media.read.file_structure.mp4_tables import CorrectedFile, find_corrections
+from vidstyle.media.read.file_structure.transport_stream import FilePart, RecordingStream, ReplayedStream
 
 FILM_FORMATS = (
     "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,flv,live_flv,mpegts,mpeg,mpegvideo,m4v,h261,h263,h264,hevc,vvc,"
@@ -26,23 +32,25 @@ PICTURE_FORMATS = (
     "pbm_pipe,pam_pipe,pgmyuv_pipe,qoi_pipe,j2k_pipe,dpx_pipe,exr_pipe,sgi_pipe,sunrast_pipe,psd_pipe,pcx_pipe"
 )
 OTHER_FORMATS = "mp3,wav,aac,ac3,eac3,flac,opus,aiff,amr,caf,w64,dts,truehd,srt,ass,webvtt"
-"""Allowed only so that sound and subtitles are told from rubbish."""
+"""Allowed only to distinguish sound and subtitles from random data in error messages."""
 NETWORK_FORMATS = "rtsp,rtp,sdp,mpjpeg,mpegtsraw"
-FORMATS = f"{FILM_FORMATS},{PICTURE_FORMATS},{OTHER_FORMATS}"
-"""The demuxers that read one file and open no other. Playlists (hls, dash, concat) and file name patterns
-(image2) are not among them, and stay out: FFmpeg's protocol_whitelist does not stop those."""
+FILE_FORMATS = f"{FILM_FORMATS},{PICTURE_FORMATS},{OTHER_FORMATS}"
+"""The demuxers that open no other file. Playlists (hls, dash, concat) and file name patterns (image2) must
+stay excluded, as FFmpeg's protocol_whitelist does not stop them."""
 
-PLAYLISTS = (b"ffconcat", b"#EXTM3U", b"<MPD", b"[playlist]")
+PLAYLIST_STARTS = (b"ffconcat", b"#EXTM3U", b"<MPD", b"[playlist]")
 MAX_PIXELS = 64 * 2**20
-"""Default limit on the pixels of a picture: 8192 x 8192."""
-NETWORK_SECONDS = 10
-URL = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+://")
-LENIENT: dict[str, Any] = {} if int(av.__version__.split(".")[0]) >= 19 else {"metadata_errors": "replace"}
-"""Tags that are not UTF-8 do not keep a film shut. From version 19 on PyAV never lets them."""
+"""Default maximum number of pixels of a picture: 8192 x 8192."""
+NETWORK_TIMEOUT_SECONDS = 10
+URL_PATTERN = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+://")
+LENIENT_OPTIONS: dict[str, Any] = (
+    {} if int(av.__version__.split(".")[0]) >= 19 else {"metadata_errors": "replace"}
+)
+"""Options to open films whose tags are not UTF-8; PyAV 19 and newer need none."""
 
 
 def open_media(
-    source: str | os.PathLike[str] | BinaryIO | FilePart,
+    source: str | os.PathLike[str] | BinaryIO | FilePart | RecordingStream | ReplayedStream,
     *,
     allow_url: bool = False,
     max_pixels: int = MAX_PIXELS,
@@ -55,32 +63,39 @@ def open_media(
 
     Args:
         source: a path, an open binary file, "-" for standard input, or, if allowed, a URL.
-        max_pixels: larger pictures are refused before they are decoded.
-        hwaccel: the kind of device to decode on; if it cannot, that is said and the CPU does it.
-        format: the demuxer's name, where the content does not tell (raw video).
-        options: for the demuxer.
-        seconds: how long a connection may say nothing; None: NETWORK_SECONDS.
+        max_pixels: larger pictures are rejected before they are decoded.
+        hwaccel: the device type to decode on; if it is not available, a notice is logged and the CPU decodes.
+        format: the demuxer's name if it cannot be detected (raw video).
+        options: options for the demuxer.
+        seconds: timeout of a connection without data; None: NETWORK_TIMEOUT_SECONDS.
 
     Raises:
-        InputError: nothing there, not readable, not a video; the reason is named.
-        UsageError: a URL, and they are not allowed.
+        InputError: the source is missing, not readable or not a video.
+        UsageError: the source is a URL, and URLs are not allowed.
     """
     if isinstance(source, str | os.PathLike) and str(source) != "-" and not is_url(source):
-        head = _checked_head(Path(source))
+        head = _read_head(Path(source))
         check_size(source, picture_size(head), max_pixels)
-        # FFmpeg would go by a picture's name, and take it for a sequence.
+        # By the name of a picture, FFmpeg would open it as a sequence.
         if is_jpeg(head) and is_named_as_picture(Path(source)):
             format = format or "jpeg_pipe"
     if format is not None and format not in av.formats_available:
-        raise UsageError("--input-format", f"{format!r} cannot be read here", "use raw or y4m")
+        raise UsageError("--input-format", f"{format!r} is not supported by this build", "use raw or y4m")
     options = {"max_pixels": str(max_pixels)} | (options or {})
-    options["format_whitelist"] = f"{FORMATS},{NETWORK_FORMATS}" if allow_url else FORMATS
-    target = _target(source, allow_url)
+    options["format_whitelist"] = f"{FILE_FORMATS},{NETWORK_FORMATS}" if allow_url else FILE_FORMATS
+    target = _ffmpeg_input(source, allow_url)
     try:
-        waits = NETWORK_SECONDS if seconds is None else seconds
+        waits = NETWORK_TIMEOUT_SECONDS if seconds is None else seconds
         container = _open(target, format, options, hwaccel, waits)
+    except InputError:
+        raise
     except (av.FFmpegError, OSError, ValueError) as error:
-        raise _input_error(source, error) from error
+        if not isinstance(error, MemoryError):
+            raise _input_error(source, error) from error
+        if is_memory_short():
+            raise
+        # A damaged count of entries or bytes, which exceeds any memory.
+        raise InputError(_source_name(source), "not a readable video: its header is damaged") from None
     try:
         for stream in container.streams.video:
             if stream.codec_context is not None:
@@ -94,13 +109,13 @@ def open_media(
 def is_url(source: object) -> bool:
     """Whether the text is a URL: it has a scheme, and no file has this name."""
     text = str(source)
-    return bool(URL.match(text)) and not os.path.lexists(text)
+    return bool(URL_PATTERN.match(text)) and not os.path.lexists(text)
 
 
-def public_name(url: str) -> str:
-    """The URL without credentials: passwords, queries, and the key of an RTMP stream.
+def redact_url(url: str) -> str:
+    """Remove credentials from a URL: passwords, queries, and the key of an RTMP stream.
 
-    >>> public_name("rtsp://me:secret@camera/1?token=5"), public_name("rtmp://host:1935/live/key-123")
+    >>> redact_url("rtsp://me:secret@camera/1?token=5"), redact_url("rtmp://host:1935/live/key-123")
     ('rtsp://camera/1', 'rtmp://host:1935/live/...')
     """
     scheme, colon, rest = url.partition("?")[0].partition("://")
@@ -113,8 +128,8 @@ def public_name(url: str) -> str:
     return f"{scheme}://{host.rpartition('@')[2]}{slash}{path}"
 
 
-def _target(source: Any, allow_url: bool) -> Any:
-    """What FFmpeg is given: it would take many a file name for a URL or for a pattern of names."""
+def _ffmpeg_input(source: Any, allow_url: bool) -> Any:
+    """Return the input for FFmpeg, which would open some file names as URLs or as patterns of names."""
     if hasattr(source, "read"):
         return source
     if str(source) == "-":
@@ -124,14 +139,14 @@ def _target(source: Any, allow_url: bool) -> Any:
             return str(source)
         raise UsageError(source, "is a URL", "allow it with --allow-url")
     path = Path(source)
-    if corrections := cut_counts(path):
-        return CorrectedFile(path, corrections)
-    # As a file object, for FFmpeg sees a pattern in a name with "%".
-    return _Nameless(path) if "%" in str(path) else "file:" + os.path.abspath(path)
+    if corrected := find_corrections(path):
+        return CorrectedFile(path, corrected)
+    # As a file object, because FFmpeg finds a pattern in a name with "%".
+    return _UnnamedFile(path) if "%" in str(path) else "file:" + os.path.abspath(path)
 
 
-class _Nameless:
-    """A file that does not tell FFmpeg its name; closed when the container lets go of it."""
+class _UnnamedFile:
+    """A file without a name for FFmpeg; closed when the container releases it."""
 
     def __init__(self, path: Path) -> None:
         self._file = path.open("rb")
@@ -142,8 +157,8 @@ class _Nameless:
         self._file.close()
 
 
-def _checked_head(path: Path) -> bytes:
-    """The first bytes of a file; one plain reason for what FFmpeg would say in many ways."""
+def _read_head(path: Path) -> bytes:
+    """Read the first bytes of a file; raise one clear error for each failure."""
     try:
         with path.open("rb") as file:
             start = file.read(HEADER_BYTES)
@@ -159,40 +174,50 @@ def _checked_head(path: Path) -> bytes:
     if not start and path.is_file():
         raise InputError(path, "not a readable video: the file is empty")
     if (
-        any(start.lstrip(b"\xef\xbb\xbf \r\n\t").startswith(mark) for mark in PLAYLISTS)
+        any(start.lstrip(b"\xef\xbb\xbf \r\n\t").startswith(mark) for mark in PLAYLIST_STARTS)
         or b"<MPD" in start[:4096]
     ):
-        raise InputError(path, "playlist formats are not accepted", "give the film itself")
+        raise InputError(path, "playlist formats are not accepted", "use the film itself")
     return start
 
 
 def _open(
     target: Any, format: str | None, options: dict[str, str], hwaccel: str | None, seconds: float
 ) -> av.container.InputContainer:
-    timeout = seconds if isinstance(target, str) and URL.match(target) else None
+    timeout = seconds if isinstance(target, str) and URL_PATTERN.match(target) else None
     if hwaccel:
         try:
             accelerator = HWAccel(hwaccel, allow_software_fallback=True)
-            container = av.open(target, "r", format, options, timeout=timeout, hwaccel=accelerator, **LENIENT)
+            container = av.open(
+                target, "r", format, options, timeout=timeout, hwaccel=accelerator, **LENIENT_OPTIONS
+            )
             if not any(stream.codec_context.is_hwaccel for stream in container.streams.video):
-                log.warning("%s cannot decode this codec: the CPU does it", hwaccel)
+                log.warning("%s cannot decode this codec; the CPU decodes", hwaccel)
             return container
         except (av.FFmpegError, ValueError, RuntimeError, NotImplementedError, OSError) as error:
-            log.warning("%s cannot decode here (%s): the CPU does it", hwaccel, error_reason(error))
+            reason = f"{hwaccel} cannot decode here ({error_reason(error)})"
+            if hasattr(target, "read") and not (hasattr(target, "seekable") and target.seekable()):
+                remedy = "leave out --hwaccel: a stream cannot be read twice"
+                raise InputError(_source_name(target), reason, remedy) from error
+            log.warning("%s; the CPU decodes", reason)
             if hasattr(target, "seek"):
                 target.seek(0)
-    return av.open(target, "r", format, options, timeout=timeout, **LENIENT)
+    return av.open(target, "r", format, options, timeout=timeout, **LENIENT_OPTIONS)
 
 
 def check_size(source: Any, size: tuple[int, int] | None, max_pixels: int) -> None:
-    """Raise InputError if a picture of this width and height is larger than allowed; None: not known."""
+    """Raise InputError if a picture of this width and height is larger than allowed; None: unknown."""
     if size is not None and size[0] * size[1] > max_pixels:
         limit = f"the limit of {max_pixels / 2**20:g} MP"
         raise InputError(source, f"{size[0]}x{size[1]} is larger than {limit}")
 
 
+def _source_name(source: Any) -> Any:
+    return "standard input" if hasattr(source, "read") or str(source) == "-" else source
+
+
 def _input_error(source: Any, error: Exception) -> InputError:
-    name = "standard input" if hasattr(source, "read") or str(source) == "-" else source
+    name = _source_name(source)
     if is_url(source):
         return InputError(name, f"cannot be opened: {error_reason(error)}")
     if isinstance(error, av.InvalidDataError | ValueError | EOFError):

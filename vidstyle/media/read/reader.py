@@ -1,12 +1,14 @@
-"""Reads films, images and image sequences: upright frames with repaired times, other streams as packets."""
+"""Reads films, pictures and image sequences: upright frames with repaired times, other streams as packets."""
 
 from __future__ import annotations
 
 import itertools
 import os
-from collections.abc import Collection, Iterator, Sequence
+import sys
+from collections.abc import Callable, Collection, Iterator
 from fractions import Fraction
 from pathlib import Path
+from typing import TypeVar
 
 import av
 
@@ -16,64 +18,86 @@ from vidstyle.media.frame import DecodedFrame, Frame
 from vidstyle.media.options import ReadOptions, VideoInfo
 from vidstyle.media.orientation import Orientation
 from vidstyle.media.read.clock import ConstantRate
-from vidstyle.media.read.decode_report import DecodeReport
 from vidstyle.media.read.deinterlace import Deinterlacer
-from vidstyle.media.read.film_source import DEFAULT_RATE, FilmSource
+from vidstyle.media.read.file_structure.transport_stream import (
+    RecordingPart,
+    RecordingStream,
+    find_recording_parts,
+    opened_stream,
+)
+from vidstyle.media.read.film_source import DEFAULT_FRAME_RATE, FilmSource
 from vidstyle.media.read.frame_converter import FrameConverter
 from vidstyle.media.read.open import open_media
-from vidstyle.media.read.parts import PartedSource
+from vidstyle.media.read.parts import open_recording, open_recording_stream
 from vidstyle.media.read.sequence import SequenceSource, is_animated_webp, is_pattern
 from vidstyle.media.read.source import VideoSource
-from vidstyle.media.read.transport_stream import FilePart, part_offsets
-from vidstyle.media.read.trim import Trim
+from vidstyle.media.read.trim import Trimmer
 
 __all__ = ["ReadOptions", "Reader", "VideoInfo", "open_reader"]
+
+Used = TypeVar("Used")
 
 
 def open_reader(source: str | os.PathLike[str], options: ReadOptions | None = None) -> Reader:
     """Open a film, a picture, a sequence such as "frames/%05d.png" or "*.png", or "-" for standard input.
 
     Raises:
-        InputError: it cannot be read, or no frame of it can be decoded.
-        UsageError: the options make no sense, or a URL that was not allowed.
+        InputError: the source cannot be read, or no frame of it can be decoded.
+        UsageError: invalid options, or a URL without `allow_url`.
     """
     options = options or ReadOptions()
     options.check()
+    return use_source(source, options, lambda opened: Reader(opened, options))
+
+
+def use_source(
+    source: str | os.PathLike[str], options: ReadOptions, use: Callable[[VideoSource], Used]
+) -> Used:
+    """Open a source and return the result of `use`; try the next video track if the longest has no frame.
+
+    Raises:
+        InputError: the source cannot be read, or no frame of it can be decoded.
+        UsageError: a URL without `allow_url`.
+    """
     broken: list[int] = []
     while True:
+        opened = open_source(source, options, broken)
         try:
-            return _open_reader(source, options, broken)
+            return use(opened)
         except NoFrameError as error:
+            opened.close()
             if error.stream is None or str(source) == "-":
                 raise
             broken.append(error.stream)
-            log.warning("no frame of video stream %d could be decoded: another is tried", error.stream)
-
-
-def _open_reader(source: str | os.PathLike[str], options: ReadOptions, broken: Collection[int]) -> Reader:
-    opened = open_source(source, options, broken)
-    try:
-        return Reader(opened, options)
-    except BaseException:
-        opened.close()
-        raise
+            log.warning("no frame of video stream %d could be decoded; trying another stream", error.stream)
+        except BaseException:
+            opened.close()
+            raise
 
 
 class NoFrameError(InputError):
-    """Nothing of a video stream could be decoded; `stream` is its index if there are others."""
+    """No frame of a source could be decoded.
 
-    stream: int | None = None
+    Attributes:
+        stream: index of the video stream, if there are others; else None.
+    """
+
+    def __init__(self, source: VideoSource) -> None:
+        super().__init__(source.name, "no frame could be decoded")
+        self.stream: int | None = None
+        if isinstance(source, FilmSource) and source.has_other_videos:
+            self.stream = source.stream.index
 
 
 class Reader(Closing):
     """An open source. Iterate over it once; close it, or use it in a `with` statement.
 
     Attributes:
-        name: what was opened, as it was named.
-        info: what is delivered.
-        container: the open container, for its chapters, tags and attachments; None for picture sequences.
-        copied_streams: the streams whose packets are passed on: all but other videos.
-        damage: what has been found wrong so far; complete when the iteration is over.
+        name: the source, as the caller named it.
+        info: description of the delivered video.
+        container: the open container, for its chapters, tags and attachments; None for image sequences.
+        copied_streams: the streams whose packets are passed through: all except other video streams.
+        damage: the damage found so far; complete at the end of the iteration.
     """
 
     def __init__(self, source: VideoSource, options: ReadOptions) -> None:
@@ -83,7 +107,7 @@ class Reader(Closing):
         self._rate = ConstantRate(options.fps) if options.fps else None
         if options.start:
             source.seek(options.start)
-        self._items = self._trimmed()
+        self._items = self._trim_items()
         self._waiting: list[DecodedFrame | av.Packet] = []
         first = self._first_frame()
         turned = None if options.rotate is None else Orientation.from_rotation(options.rotate)
@@ -112,16 +136,36 @@ class Reader(Closing):
         if self._rate is not None:
             yield from self._rate.flush()
 
+    @property
+    def can_seek(self) -> bool:
+        """Whether `seek` and `skip_pictures` work: for films in files, except recordings in several parts."""
+        return isinstance(self._source, FilmSource) and Path(self.name).is_file()
+
+    def seek(self, time: Fraction) -> None:
+        """Continue before a time in seconds of the delivered film; frames keep their times.
+
+        The first frames may differ from the same frames of the whole film, since earlier ones are missing.
+        """
+        self._source.seek(time + (self._options.start or 0))
+        self._waiting, self._items = [], self._trim_items()
+        self._rate = ConstantRate(self._options.fps) if self._options.fps else None
+
+    def skip_pictures(self) -> None:
+        """Deliver only the packets of the copied streams."""
+        assert isinstance(self._source, FilmSource)
+        self._source.skips_pictures = True
+        self._waiting = [item for item in self._waiting if not isinstance(item, DecodedFrame)]
+
     def close(self) -> None:
         """Close the source."""
         self._source.close()
 
-    def _trimmed(self) -> Iterator[DecodedFrame | av.Packet]:
+    def _trim_items(self) -> Iterator[DecodedFrame | av.Packet]:
         options, items = self._options, Deinterlacer(self._source.time_base).apply(self._source.items())
         if options.start is None and options.end is None:
             return items
         sounds = [stream.index for stream in self.copied_streams if stream.type == "audio"]
-        return Trim(self._source.time_base, options.start, options.end, sounds).apply(items)
+        return Trimmer(self._source.time_base, options.start, options.end, sounds).apply(items)
 
     def _first_frame(self) -> DecodedFrame:
         for item in self._items:
@@ -130,10 +174,7 @@ class Reader(Closing):
                 return item
         if self.damage.decoded:
             raise InputError(self._source.name, "has no frame between the given start and end")
-        error = NoFrameError(self._source.name, "no frame could be decoded")
-        if isinstance(self._source, FilmSource) and self._source.has_other_videos:
-            error.stream = self._source.stream.index
-        raise error
+        raise NoFrameError(self._source)
 
     def _is_alone(self) -> bool:
         """Whether the first frame is the only one; reads on to the second."""
@@ -147,7 +188,7 @@ class Reader(Closing):
         picture, _ = self._converter.convert(first.native)
         source, converter = self._source, self._converter
         rate = self._options.fps or source.rate
-        duration = _span(source.duration, self._options)
+        duration = _selected_duration(source.duration, self._options)
         whole = self._options == ReadOptions(rate=self._options.rate)
         frames = source.frames if whole else round(duration * rate) if duration and rate else None
         return VideoInfo(
@@ -166,8 +207,8 @@ class Reader(Closing):
         )
 
 
-def _span(duration: Fraction | None, options: ReadOptions) -> Fraction | None:
-    """The seconds of the part that is read."""
+def _selected_duration(duration: Fraction | None, options: ReadOptions) -> Fraction | None:
+    """Return the duration of the selected range in seconds."""
     if duration is None and options.end is None:
         return None
     end = options.end if duration is None else min(duration, options.end or duration)
@@ -178,23 +219,26 @@ def _span(duration: Fraction | None, options: ReadOptions) -> Fraction | None:
 def open_source(
     source: str | os.PathLike[str], options: ReadOptions, broken: Collection[int] = ()
 ) -> VideoSource:
-    """A film, a sequence of numbered pictures, an animation, or what comes on standard input for "-".
+    """Open a film, an image sequence, an animation, or standard input for "-".
 
     Args:
-        broken: indexes of video streams that are not taken.
+        broken: indexes of video streams to ignore.
 
     Raises:
-        InputError: it cannot be read.
-        UsageError: a URL that was not allowed.
+        InputError: the source cannot be read.
+        UsageError: a URL without `allow_url`.
     """
     if is_pattern(source):
-        rate = options.fps or options.rate or DEFAULT_RATE
+        rate = options.fps or options.rate or DEFAULT_FRAME_RATE
         return SequenceSource.from_pattern(str(source), rate, options.max_pixels)
     if str(source) != "-" and is_animated_webp(Path(source)):
         return SequenceSource.from_webp(Path(source), options.max_pixels)
-    format, demuxer_options = options.raw.demuxer(options.format, options.rate or DEFAULT_RATE)
+    format, demuxer_options = options.raw.demuxer(options.format, options.rate or DEFAULT_FRAME_RATE)
+    stream = opened_stream(sys.stdin.buffer) if str(source) == "-" and format is None else None
+    if isinstance(stream, RecordingStream):
+        return open_recording_stream(stream, "standard input", options)
     container = open_media(
-        source,
+        stream or source,
         allow_url=options.allow_url,
         max_pixels=options.max_pixels,
         hwaccel=options.hwaccel,
@@ -202,28 +246,17 @@ def open_source(
         options=demuxer_options,
     )
     try:
-        name = "standard input" if str(source) == "-" else str(source)
-        file = None if str(source) == "-" or not Path(source).is_file() else Path(source)
-        offsets = part_offsets(file) if file and container.format.name == "mpegts" else [0]
-        if file is None or len(offsets) == 1:
-            return FilmSource(container, name, options.max_pixels, file, broken=broken)
+        if str(source) == "-":
+            return FilmSource(container, "standard input", options.max_pixels, None)
+        file = Path(source) if Path(source).is_file() else None
+        parts = (
+            find_recording_parts(file) if file and container.format.name == "mpegts" else [RecordingPart()]
+        )
+        if file is None or len(parts) == 1:
+            pixels = options.max_pixels
+            return FilmSource(container, str(source), pixels, file, broken=broken, recording=parts[0])
     except BaseException:
         container.close()
         raise
     container.close()
-    return _open_parts(file, offsets, options)
-
-
-def _open_parts(file: Path, offsets: Sequence[int], options: ReadOptions) -> PartedSource:
-    """The parts of a recording that begin at some offsets; those without pictures are passed over."""
-    damage, parts = DecodeReport(), []
-    for start, end in itertools.pairwise([*offsets, file.stat().st_size]):
-        try:
-            part = open_media(FilePart(file, start, end), max_pixels=options.max_pixels, format="mpegts")
-            parts.append(FilmSource(part, str(file), options.max_pixels, file, damage))
-        except InputError as error:
-            log.warning("%s: bytes %d to %d are left out: %s", file, start, end, error.reason)
-            damage.cut_off = True
-    if not parts:
-        raise InputError(file, "not a readable video")
-    return PartedSource(parts)
+    return open_recording(file, parts, options)

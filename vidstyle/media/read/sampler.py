@@ -1,4 +1,4 @@
-"""Random access to a film's frames, opened once: small copies of many frames, single ones in full size."""
+"""Random access to the frames of an open film: small copies of many frames, single frames in full size."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from vidstyle.media.read.decode_report import DecodeReport
 from vidstyle.media.read.deinterlace import Deinterlacer
 from vidstyle.media.read.film_source import MAX_FAILURES, FilmSource
 from vidstyle.media.read.frame_converter import FrameConverter
-from vidstyle.media.read.parts import PartedSource
-from vidstyle.media.read.reader import open_source
+from vidstyle.media.read.parts import MultipartSource
+from vidstyle.media.read.reader import NoFrameError, use_source
 from vidstyle.media.read.source import VideoSource
-from vidstyle.media.read.trim import Trim
-from vidstyle.media.resize import square_pixels
+from vidstyle.media.read.trim import Trimmer
+from vidstyle.media.resize import stretch_to_square_pixels
 
-_FINEST = 1_000_000
-"""Units of time in a second of the finest time base."""
+_MAX_TICKS_PER_SECOND = 1_000_000
+"""Maximum ticks per second of a time base."""
 
 
 class FilmSampler(Closing):
@@ -40,8 +40,8 @@ class FilmSampler(Closing):
 
     Attributes:
         seconds: duration by the headers, 0 if unknown.
-        pixels: of all frames together, by the headers; 0 if unknown.
-        rate: frames a second, or None if unknown.
+        pixels: number of pixels in all frames together, by the headers; 0 if unknown.
+        rate: frames per second, or None if unknown.
         count: number of frames by the headers; None if unknown.
     """
 
@@ -49,58 +49,58 @@ class FilmSampler(Closing):
         """`source`: a source of `open_reader` other than "-".
 
         Raises:
-            InputError: it cannot be read.
+            InputError: the source cannot be read, or no frame of its video tracks can be decoded.
         """
-        self._source = opened = open_source(source, ReadOptions())
+        self._source = opened = use_source(source, ReadOptions(), _check_decodable)
         self.seconds, self.pixels = opened.duration or Fraction(0), 0
         self.rate, self.count = opened.rate, opened.frames
-        if isinstance(opened, FilmSource | PartedSource):
+        if isinstance(opened, FilmSource | MultipartSource):
             self.pixels = (opened.frames or 0) * opened.stream.width * opened.stream.height
         for stream in self._source.copied_streams:
             stream.discard = Discard.all
         self._source.copied_streams = []
         self._deinterlacer = Deinterlacer(self._source.time_base)
         self._copies: SmallCopies | None = None
-        self._is_fresh = True
+        self._is_fresh = not _has_other_videos(opened)
 
     def close(self) -> None:
         """Close the file."""
         self._source.close()
 
     def frames(self, start: Fraction = Fraction(0), end: Fraction | None = None) -> Iterator[SampledFrame]:
-        """All frames between two times in seconds, including the one shown at the start."""
+        """Yield all frames between two times in seconds, including the frame shown at the start."""
         if start == 0 and end is None:
             self._source.damage.clear()
         self._seek(start)
-        return self._sampled(_between(self._stamped(), self._source.time_base, start, end))
+        return self._to_samples(_select_frames(self._decode_frames(), self._source.time_base, start, end))
 
     def key_frames(self, gap: Fraction) -> Iterator[SampledFrame]:
-        """The key frames, at least `gap` seconds apart.
+        """Yield the key frames, at least `gap` seconds apart.
 
-        No other frame is decoded. Of numbered pictures, one is read per gap.
+        No other frame is decoded. Of an image sequence, one picture is read per gap.
         """
-        if not isinstance(self._source, FilmSource | PartedSource):
-            yield from self._sampled(self._stepped(gap))
+        if not isinstance(self._source, FilmSource | MultipartSource):
+            yield from self._to_samples(self._decode_stepwise(gap))
             return
         self._source.damage.clear()
         self._seek(Fraction(0))
         self._source.decode_keys(gap)
         try:
-            yield from self._sampled(self._stamped())
+            yield from self._to_samples(self._decode_frames())
         finally:
             self._source.decode_keys(None)
 
     def image_at(self, time: float) -> np.ndarray:
-        """The frame shown at a time in seconds in full size: H x W x 3 uint8, deinterlaced, square pixels.
+        """Return the frame at a time in seconds in full size: H x W x 3 uint8, deinterlaced, square pixels.
 
         Raises:
-            InputError: there is none.
+            InputError: there is no frame at this time.
         """
         source, start = self._source, exact_time(time) if time > 0 else None
         self._seek(start or Fraction(0))
         self._deinterlacer.reset()
-        trim = Trim(source.time_base, start, None, ())
-        for item in trim.apply(self._deinterlacer.apply(self._stamped())):
+        trim = Trimmer(source.time_base, start, None, ())
+        for item in trim.apply(self._deinterlacer.apply(self._decode_frames())):
             assert isinstance(item, DecodedFrame)
             converter = FrameConverter(
                 item.native,
@@ -109,16 +109,18 @@ class FilmSampler(Closing):
                 orientation=source.orientation,
                 sample_aspect=source.sample_aspect,
             )
-            return square_pixels(to_rgb(converter.convert(item.native)[0]), converter.sample_aspect)
+            return stretch_to_square_pixels(
+                to_rgb(converter.convert(item.native)[0]), converter.sample_aspect
+            )
         raise InputError(source.name, f"has no picture at {time:g} s")
 
     @property
     def damage(self) -> DecodeReport:
-        """What was found wrong since all frames or key frames were asked for; complete after the last one."""
+        """The damage found since all frames or key frames were requested; complete after the last one."""
         return replace(self._source.damage)
 
     def warn_if_hdr(self) -> bool:
-        """Log a warning if the frames sampled last are HDR, which become SDR; returns whether they are."""
+        """Log a warning if the last sampled frames are HDR, which become SDR; return whether they are."""
         return self._copies is not None and self._copies.warn_if_hdr()
 
     def _seek(self, time: Fraction) -> None:
@@ -126,40 +128,51 @@ class FilmSampler(Closing):
             self._source.seek(time)
         self._is_fresh = False
 
-    def _stamped(self) -> Iterator[DecodedFrame]:
+    def _decode_frames(self) -> Iterator[DecodedFrame]:
         return (item for item in self._source.items() if isinstance(item, DecodedFrame))
 
-    def _stepped(self, gap: Fraction) -> Iterator[DecodedFrame]:
+    def _decode_stepwise(self, gap: Fraction) -> Iterator[DecodedFrame]:
         time, end = Fraction(0), self._source.duration or Fraction(0)
         while time < end:
             self._seek(time)
             # A frame that cannot be decoded is replaced by the next one that can.
-            for _, item in zip(range(MAX_FAILURES), self._stamped(), strict=False):
+            for _, item in zip(range(MAX_FAILURES), self._decode_frames(), strict=False):
                 yield item
                 time = max(time, item.pts * self._source.time_base)
                 break
             time += gap
 
-    def _sampled(self, frames: Iterator[DecodedFrame]) -> Iterator[SampledFrame]:
+    def _to_samples(self, frames: Iterator[DecodedFrame]) -> Iterator[SampledFrame]:
         for frame in frames:
             if self._copies is None or not self._copies.fits(frame.native):
                 self._copies = SmallCopies(frame.native, self._source)
             yield SampledFrame(frame.pts * self._source.time_base, frame.native, self._copies)
 
 
+def _has_other_videos(source: VideoSource) -> bool:
+    return isinstance(source, FilmSource) and source.has_other_videos
+
+
+def _check_decodable(source: VideoSource) -> VideoSource:
+    """Return the source, after decoding a frame of its video track if there are other tracks."""
+    if _has_other_videos(source) and not any(isinstance(item, DecodedFrame) for item in source.items()):
+        raise NoFrameError(source)
+    return source
+
+
 def exact_time(seconds: float) -> Fraction:
-    """The time of which a float is the rounded value, so that a frame is found again by its own time.
+    """Return the exact time of a rounded float, so that a frame is found again by its own time.
 
     >>> exact_time(14 / 25), Fraction(14 / 25) < Fraction(14, 25)
     (Fraction(14, 25), False)
     """
-    return Fraction(seconds).limit_denominator(_FINEST)
+    return Fraction(seconds).limit_denominator(_MAX_TICKS_PER_SECOND)
 
 
-def _between(
+def _select_frames(
     frames: Iterator[DecodedFrame], time_base: Fraction, start: Fraction, end: Fraction | None
 ) -> Iterator[DecodedFrame]:
-    """The frames in a time span; at least the one nearest to it, if there are any."""
+    """Yield the frames in a time range; at least the nearest one, if there are any."""
     before: DecodedFrame | None = None
     begun = False
     for frame in frames:
@@ -183,7 +196,7 @@ class SampledFrame:
 
     Attributes:
         time: presentation time in seconds.
-        shape: height and width of the whole frame, upright and with square pixels.
+        shape: height and width of the full frame, upright and with square pixels.
     """
 
     def __init__(self, time: Fraction, native: av.VideoFrame, small: SmallCopies) -> None:
@@ -192,19 +205,19 @@ class SampledFrame:
 
     @property
     def is_damaged(self) -> bool:
-        """Whether the decoder had to conceal a part of it."""
+        """Whether the decoder had to conceal errors."""
         return bool(self._native.is_corrupt)
 
     def picture(self, side: int) -> Picture:
-        """A copy with at most `side` pixels on its longer side: upright, square pixels, SDR."""
+        """Return a copy with at most `side` pixels on its longer side: upright, square pixels, SDR."""
         return self._small.of(self._native, side)
 
 
 class SmallCopies:
-    """Copies of frames of one size and format: reduced as they are stored, then brought upright and to SDR.
+    """Makes copies of frames of one size and format: scaled down as stored, then upright and in SDR.
 
     Attributes:
-        shape: height and width of the whole frames, upright and with square pixels.
+        shape: height and width of the full frames, upright and with square pixels.
     """
 
     def __init__(self, first: av.VideoFrame, source: VideoSource) -> None:
@@ -228,7 +241,7 @@ class SmallCopies:
         return (native.width, native.height) == self._stored and native.format.name == self._format
 
     def of(self, native: av.VideoFrame, side: int) -> Picture:
-        """A copy of the frame with at most `side` pixels on its longer side."""
+        """Return a copy of the frame with at most `side` pixels on its longer side."""
         factor = min(Fraction(1), Fraction(side, max(self._square)))
         width, height = (max(1, round(length * factor)) for length in self._square)
         small = self._reduced(native, width, height)
@@ -241,7 +254,7 @@ class SmallCopies:
     def _reduced(self, native: av.VideoFrame, width: int, height: int) -> av.VideoFrame:
         if (width, height) == self._stored:
             return native
-        # A shared reformatter: a new one would set up its filters for each frame.
+        # A shared reformatter, since a new one would set up its filters for each frame.
         small = self._reformatter.reformat(native, width, height, interpolation="AREA")
         ColorTags.of(native).put_on(small)
         return small

@@ -20,27 +20,27 @@ from vidstyle.media.orientation import Orientation, orientation_of_stream
 from vidstyle.media.read.clock import FrameClock, fine_time_base
 from vidstyle.media.read.decode_report import DecodeReport
 from vidstyle.media.read.decoder import Decoder
-from vidstyle.media.read.headers import picture_size
+from vidstyle.media.read.file_structure.headers import picture_size
 from vidstyle.media.read.open import check_size, open_media
 from vidstyle.media.read.source import choose_stream, may_be_still
 
-PATTERN = re.compile(r"%(0\d+)?d")
-MAX_ANIMATION = 4
-"""An animated WebP is decoded as a whole; its maximum size, as a multiple of the largest picture."""
+NUMBER_PATTERN = re.compile(r"%(0\d+)?d")
+MAX_ANIMATION_PICTURES = 4
+"""Maximum size of an animated WebP, which is decoded as a whole, as a multiple of the largest picture."""
 
 
 def is_pattern(source: str | os.PathLike[str]) -> bool:
-    """Whether the name stands for many files: it has one %d or %05d, or * or ?, and no file has this name.
+    """Whether the name is a pattern of files: it has one %d or %05d, or * or ?, and no file has this name.
 
     >>> is_pattern("frames/%05d.png"), is_pattern("frames/*.png"), is_pattern("frames/00001.png")
     (True, True, False)
     """
     name = Path(source).name
-    return (len(PATTERN.findall(name)) == 1 or is_wild(name)) and not os.path.lexists(source)
+    return (len(NUMBER_PATTERN.findall(name)) == 1 or has_wildcard(name)) and not os.path.lexists(source)
 
 
-def is_wild(name: str) -> bool:
-    """Whether a name has a * or ?, which stand for any text and any character."""
+def has_wildcard(name: str) -> bool:
+    """Whether a name has the wildcards * or ?."""
     return not {"*", "?"}.isdisjoint(name)
 
 
@@ -55,7 +55,7 @@ def is_animated_webp(path: Path) -> bool:
 
 
 class SequenceSource:
-    """Frames in memory or in files of their own; see `VideoSource`."""
+    """Frames in memory or in one file per frame; see `VideoSource`."""
 
     container: av.container.InputContainer | None = None
     may_be_still = False
@@ -69,7 +69,7 @@ class SequenceSource:
         load: Callable[[int, DecodeReport], av.VideoFrame | None],
         orientation: Orientation | None = None,
     ) -> None:
-        """`stamps` has one more than there are frames: the end of the last one."""
+        """`stamps` are the start times of the frames, and the end of the last one."""
         self.name, self.codec, self.orientation = name, codec, orientation
         self.time_base = time_base
         self.frames: int | None = len(stamps) - 1
@@ -84,12 +84,12 @@ class SequenceSource:
 
     @classmethod
     def from_pattern(cls, pattern: str, rate: Fraction, max_pixels: int) -> SequenceSource:
-        """The files that a name such as "%05d.png" or "*.png" stands for, at a constant rate.
+        """Open the files that match a pattern such as "%05d.png" or "*.png", at a constant rate.
 
         Raises:
-            InputError: there are none, or the first is not a picture.
+            InputError: no file matches, or the first is not a picture.
         """
-        paths = numbered_files(pattern)
+        paths = find_sequence_files(pattern)
         time_base = fine_time_base(1 / rate)
         ticks = round(1 / rate / time_base)
         _, codec, orientation = _load_picture(paths[0], max_pixels, DecodeReport())
@@ -102,17 +102,17 @@ class SequenceSource:
 
     @classmethod
     def from_webp(cls, path: Path, max_pixels: int) -> SequenceSource:
-        """An animated WebP.
+        """Open an animated WebP.
 
         Raises:
-            InputError: too large, or not readable.
+            InputError: it is too large or not readable.
         """
         import cv2
 
         content = path.read_bytes()
         _check_webp(path, content, max_pixels)
         with silent_opencv():
-            # One row: OpenCV 4 takes no column.
+            # One row: OpenCV 4 does not accept a column.
             ok, animation = cv2.imdecodeanimation(np.frombuffer(content, np.uint8)[np.newaxis])
         if not ok or not animation.frames:
             raise InputError(path, "not a readable video")
@@ -129,12 +129,12 @@ class SequenceSource:
         return cls(str(path), "webp", Fraction(1, 1000), stamps, load)
 
     def seek(self, time: Fraction) -> None:
-        """Continue with the frame that is shown at a time in seconds."""
+        """Continue at the frame that is shown at a time in seconds."""
         wanted = time / self.time_base
         self._first = max((number for number, stamp in enumerate(self._stamps) if stamp <= wanted), default=0)
 
     def items(self) -> Iterator[DecodedFrame | av.Packet]:
-        """The frames from here on; the last good one stands for those that cannot be read."""
+        """Yield the frames from here on; unreadable ones are replaced by the last good one."""
         last: av.VideoFrame | None = None
         for number in range(self._first, len(self._stamps) - 1):
             frame = self._load(number, self.damage)
@@ -149,17 +149,17 @@ class SequenceSource:
             last = frame or last
 
     def close(self) -> None:
-        """Nothing stays open between frames."""
+        """Do nothing: no file stays open between frames."""
 
 
-def numbered_files(pattern: str) -> list[Path]:
-    """The files that a pattern stands for, by number; those of a pattern with * or ? in natural order.
+def find_sequence_files(pattern: str) -> list[Path]:
+    """Return the files that match a pattern, by number; for a pattern with * or ?, in natural order.
 
     Raises:
-        InputError: there are none.
+        InputError: no file matches.
     """
     folder, name = Path(pattern).parent, Path(pattern).name
-    wanted = _wild_name(name) if is_wild(name) else _numbered_name(name)
+    wanted = _wild_name(name) if has_wildcard(name) else _numbered_name(name)
     matches = [
         match
         for path in (folder.iterdir() if folder.is_dir() else ())
@@ -167,33 +167,33 @@ def numbered_files(pattern: str) -> list[Path]:
     ]
     if not matches:
         raise InputError(pattern, "no such files")
-    if is_wild(name):
-        return [folder / each for each in sorted((match.string for match in matches), key=natural_order)]
+    if has_wildcard(name):
+        return [folder / each for each in sorted((match.string for match in matches), key=natural_sort_key)]
     numbers = {int(match[1]): folder / match.string for match in matches}
     gaps = max(numbers) - min(numbers) + 1 - len(numbers)
     if gaps:
-        log.warning("%s: %d numbers are missing: passed over", pattern, gaps)
+        log.warning("%s: %d numbers are missing and skipped", pattern, gaps)
     return [numbers[number] for number in sorted(numbers)]
 
 
 def _numbered_name(name: str) -> re.Pattern[str]:
-    found = PATTERN.search(name)
+    found = NUMBER_PATTERN.search(name)
     assert found is not None
     digits = rf"\d{{{int(found[1])},}}" if found[1] else r"\d+"
     return re.compile(re.escape(name[: found.start()]) + f"({digits})" + re.escape(name[found.end() :]))
 
 
 def _wild_name(name: str) -> re.Pattern[str]:
-    """As in a shell: * and ? stand for no dot at the beginning of a name."""
+    """Compile a pattern with wildcards; as in a shell, they do not match a dot at the start of a name."""
     parts = {"*": ".*", "?": "."}
     hidden = r"(?!\.)" if name[0] in parts else ""
     return re.compile(hidden + "".join(parts.get(each, re.escape(each)) for each in name), re.DOTALL)
 
 
-def natural_order(name: str) -> list[tuple[int, str]]:
-    """A key for sorting names, so that picture 10 comes after picture 9.
+def natural_sort_key(name: str) -> list[tuple[int, str]]:
+    """Return a key for sorting names, so that picture 10 comes after picture 9.
 
-    >>> sorted(["10.png", "9.png"], key=natural_order)
+    >>> sorted(["10.png", "9.png"], key=natural_sort_key)
     ['9.png', '10.png']
     """
     return [
@@ -204,12 +204,12 @@ def natural_order(name: str) -> list[tuple[int, str]]:
 def _load_picture(
     path: Path, max_pixels: int, damage: DecodeReport
 ) -> tuple[av.VideoFrame | None, str, Orientation | None]:
-    """The picture in a file, or None if it is damaged; its codec and orientation."""
+    """Return the picture in a file, or None if it is damaged, with its codec and orientation."""
     try:
         container = open_media(path, max_pixels=max_pixels)
         if not may_be_still(container):
             container.close()
-            raise InputError(path, "is not a picture", "a name with %05d or * stands for pictures")
+            raise InputError(path, "is not a picture", "a name with %05d or * must match pictures")
     except InputError as error:
         if damage.decoded:
             log.debug("%s", error)
@@ -229,9 +229,9 @@ def _load_picture(
 
 
 def _check_webp(path: Path, content: bytes, max_pixels: int) -> None:
-    """Refuse before decoding."""
+    """Raise InputError if an animated WebP is too large, before it is decoded."""
     width, height = picture_size(content) or (0, 0)
     check_size(path, (width, height), max_pixels)
     frames = content.count(b"ANMF")
-    if width * height * frames > MAX_ANIMATION * max_pixels:
-        raise InputError(path, f"{frames} frames of {width}x{height} are more than fit in memory")
+    if width * height * frames > MAX_ANIMATION_PICTURES * max_pixels:
+        raise InputError(path, f"{frames} frames of {width}x{height} do not fit in memory")

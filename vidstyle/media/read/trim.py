@@ -1,4 +1,4 @@
-"""Trims a source to the part between two times, which then starts at zero."""
+"""Trims a source to the range between two times, which then starts at zero."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ import av
 
 from vidstyle.media.frame import DecodedFrame
 
-START_TOLERANCE = Fraction(2, 1000)
-"""Seconds by which a frame may come after the start and still count as there: containers round stamps."""
+START_TOLERANCE_SECONDS = Fraction(2, 1000)
+"""Seconds by which the first frame may be later than the start: containers round timestamps."""
 READ_ON_SECONDS = Fraction(3)
-"""Seconds of packets to read on after the last frame, for sound that the container stores late."""
+"""Seconds of packets to read after the last frame, for sound that the container stores late."""
 
 
-class Trim:
-    """Drops what lies outside `start` and `end` (seconds) and shifts the rest."""
+class Trimmer:
+    """Drops frames and packets outside `start` and `end` (seconds) and shifts the rest."""
 
     def __init__(
         self, time_base: Fraction, start: Fraction | None, end: Fraction | None, sounds: Iterable[int]
@@ -33,11 +33,11 @@ class Trim:
         self._over = False
 
     def apply(self, items: Iterable[DecodedFrame | av.Packet]) -> Iterator[DecodedFrame | av.Packet]:
-        """What is left of the items."""
+        """Yield the remaining items."""
         for item in items:
             if isinstance(item, DecodedFrame):
                 yield from self._frame(item)
-            elif self._packet_remains(item):
+            elif self._keep_packet(item):
                 yield item
             if self._over and not self._waiting_for:
                 return
@@ -54,18 +54,18 @@ class Trim:
             self._over = True
             return
         if not self._begun:
-            yield from self._entry(frame)
+            yield from self._first_frame(frame)
         self._begun = True
         yield replace(frame, pts=frame.pts - self._offset)
 
-    def _entry(self, frame: DecodedFrame) -> Iterator[DecodedFrame]:
-        """The frame that is on the screen at `start`, unless the next one is as good as there."""
+    def _first_frame(self, frame: DecodedFrame) -> Iterator[DecodedFrame]:
+        """Yield the frame that is shown at `start`, unless the next one starts within the tolerance."""
         wait = frame.pts - self._offset
-        if self._before is not None and wait * self._time_base > START_TOLERANCE:
+        if self._before is not None and wait * self._time_base > START_TOLERANCE_SECONDS:
             yield replace(self._before, pts=0, duration=wait)
 
-    def _packet_remains(self, packet: av.Packet) -> bool:
-        """Whether the packet lies inside; its stamps are shifted then."""
+    def _keep_packet(self, packet: av.Packet) -> bool:
+        """Whether the packet is in the range; if so, shift its timestamps."""
         if packet.pts is None or packet.time_base is None:
             return True
         time = packet.pts * packet.time_base
@@ -87,7 +87,7 @@ class Trim:
 
     @staticmethod
     def _shorten(packet: av.Packet, offset: int) -> bool:
-        """A line that is still on the screen at the start begins there."""
+        """Let a subtitle that is still shown at the start begin there."""
         assert packet.pts is not None
         left = packet.pts + (packet.duration or 0) - offset
         if left <= 0:

@@ -1,4 +1,4 @@
-"""The interface of writers, and what they share."""
+"""The interface and the common code of writers."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from vidstyle.media.write.video_plan import plan_video
 
 
 class Writer(ABC):
-    """Writes one output. Ends with `finish` or `abandon`; as a context manager, with whichever is right.
+    """Writes one output. End with `finish` or `abandon`; a `with` statement calls the right one.
 
     Attributes:
-        encoding: the encoding in which it expects pictures.
-        wants_rgb: whether it expects RGB pictures rather than luma and chroma.
+        encoding: the expected encoding of pictures.
+        wants_rgb: whether it expects RGB pictures instead of luma and chroma.
         target: the output.
-        name: the same, for messages.
-        partial: the temporary file that is written, if there is one.
-        frames: number of frames accepted.
-        kept: number of leading frames that an earlier run has written; their pictures are not used.
+        name: the name of the output for messages.
+        partial: the temporary file, if there is one.
+        frames: number of accepted frames.
+        kept: number of leading frames from an earlier run; their pictures are ignored.
     """
 
     partial: Path | None = None
@@ -57,26 +57,26 @@ class Writer(ABC):
 
     @property
     def loss(self) -> str:
-        """What of the source's other streams is damaged, in words, or empty."""
+        """Description of the damage of the source's other streams, or empty."""
         return ""
 
     @abstractmethod
     def _open(self) -> None:
-        """Create the file, and check what can be checked before the first frame is decoded."""
+        """Create the file, and check everything possible before the first frame is decoded."""
 
     @abstractmethod
     def write(self, item: Frame | av.Packet) -> None:
-        """Take the next frame, or a packet of another stream of the source, in the source's order.
+        """Write the next frame, or a packet of another stream of the source, in the source's order.
 
         Raises:
-            OutputError: it cannot be written; what was written so far is kept, and named.
+            OutputError: writing failed; the message names the partial file, which is kept.
         """
 
     def push_audio(self, chunk: AudioChunk, seconds: float) -> None:  # noqa: B027  pictures have none
-        """Take audio that begins so many seconds after the first frame; ignored unless `new_sound` was set.
+        """Write audio that starts `seconds` after the first frame; ignored unless `new_sound` is set.
 
         Raises:
-            OutputError: as `write`.
+            OutputError: see `write`.
         """
 
     @abstractmethod
@@ -84,16 +84,17 @@ class Writer(ABC):
         """Flush the encoders, close the file and rename it to its target.
 
         Raises:
-            OutputError: it cannot be written.
+            OutputError: writing failed.
         """
 
     @abstractmethod
     def abandon(self) -> Path | None:
-        """Close the file soon, so that what was written plays.
+        """Close the file quickly, so that it plays.
+
+        Never raises for a full disk or a lost pipe; may be called twice.
 
         Returns:
-            Where it is, or None if there was nothing worth keeping; then nothing is left. Never raises for a
-            full disk or a lost pipe; may be called twice.
+            The path of the partial file, or None if no frame was written; then no file is left.
         """
 
     def __enter__(self) -> Writer:
@@ -107,7 +108,7 @@ class Writer(ABC):
 
 
 def write_error(name: object, error: Exception, kept: str) -> OutputError:
-    """The error to report when writing has failed; `kept` describes what is left on the disk."""
+    """Return the error for failed writing; `kept` describes the files left on the disk."""
     if isinstance(error, OutputError):
         return OutputError(error.subject, error.reason, kept)
     if is_out_of_memory(error) or (isinstance(error, av.FFmpegError) and is_memory_short()):
@@ -118,10 +119,10 @@ def write_error(name: object, error: Exception, kept: str) -> OutputError:
 
 
 class StandardOutput:
-    """Standard output without a buffer of Python's.
+    """Standard output without Python's buffer.
 
-    What a buffer still held when the reader left would fail again at exit, and a thread that waits in one
-    could not be abandoned.
+    After the reader has closed it, a buffer would fail again at exit, and a thread that waits in a buffered
+    write could not be abandoned.
     """
 
     name = "standard output"
@@ -130,7 +131,7 @@ class StandardOutput:
         self._descriptor = sys.stdout.fileno()
 
     def write(self, content: bytes) -> int:
-        """Write all of it; waits for the reader."""
+        """Write all of the content; wait for the reader."""
         rest = memoryview(content)
         while rest:
             rest = rest[os.write(self._descriptor, rest) :]

@@ -10,8 +10,8 @@ from typing import Any, Literal
 from vidstyle.errors import UsageError
 from vidstyle.media.options import PIPE_FORMATS
 
-Way = Literal["film", "gif", "picture"]
-"""How a file is written: packet by packet; at the end, with a common palette; one file for each picture."""
+WriteMethod = Literal["film", "gif", "picture"]
+"""How a file is written: packet by packet; at the end, with one palette; one file per picture."""
 
 PCM = "pcm_s16le pcm_s16be pcm_s24le pcm_s24be pcm_s32le pcm_s32be pcm_u8 pcm_f32le"
 PCM_LITTLE = "pcm_s16le pcm_s24le pcm_s32le pcm_u8 pcm_f32le pcm_f64le"
@@ -22,23 +22,30 @@ class ContainerKind:
     """A container format.
 
     Attributes:
-        muxer: FFmpeg's name for it.
+        muxer: FFmpeg's name of the muxer.
         endings: its file name extensions, the usual one first.
         codec, pix_fmt: default encoder and pixel format; "": depends on the source.
         video: canonical names of the video codecs that players accept in it; empty: any.
         way: how it is written.
-        alpha: the encoder and pixel format for pictures with alpha, or None where it has none.
+        alpha: the encoder and pixel format for pictures with alpha; None: not supported.
         audio: canonical names of audio codecs that players accept in it.
-        untimed: those of them whose sound always begins at 0 in it.
-        new_audio: the encoder for audio that must be transcoded, or "" if it holds no audio.
-        subtitles: canonical names of the subtitle codecs it holds; text becomes the first of them.
-        data: canonical names of data codecs it holds.
-        attachments: whether it holds fonts and other files.
-        covers, chapters: whether it holds a cover picture, and chapters.
+        untimed: audio codecs without timestamps in it, so that their sound always starts at 0.
+        new_audio: the encoder for transcoded audio; "": it supports no audio.
+        subtitles: canonical names of supported subtitle codecs; text is converted to the first one.
+        data: canonical names of supported data codecs.
+        attachments: whether it supports fonts and other attachments.
+        covers, chapters: whether it supports a cover picture, and chapters.
         strict_rate: whether it has a constant frame rate and no timestamps.
-        options: for the muxer; `piped_options` where it cannot seek.
-        late_options: those that differ where a stream begins long after the pictures, for a muxer that else
-            keeps all in memory until each stream has begun.
+        indexed: whether its index is moved to the front (faststart); the index stores at most 31 bits of time
+            between two packets.
+        resumable: whether `--resume` can continue it.
+        ranged: whether it signals full range, for all codecs.
+        untagged: whether viewers assume sRGB; with the colour tags of a film, pictures would look different.
+        framed_aac: whether AAC keeps its ADTS headers in it.
+        bibliographic: whether it uses bibliographic language codes: "ger" for "deu".
+        options: muxer options; `piped_options` for outputs without seeking.
+        late_options: changed options if a stream starts long after the pictures, for a muxer that otherwise
+            buffers everything until each stream has started.
         piped: whether it can be written to a pipe.
     """
 
@@ -47,7 +54,7 @@ class ContainerKind:
     codec: str
     video: tuple[str, ...] = ()
     pix_fmt: str = ""
-    way: Way = "film"
+    way: WriteMethod = "film"
     alpha: tuple[str, str] | None = None
     audio: tuple[str, ...] = ()
     untimed: tuple[str, ...] = ()
@@ -58,18 +65,24 @@ class ContainerKind:
     covers: bool = False
     chapters: bool = False
     strict_rate: bool = False
+    indexed: bool = False
+    resumable: bool = False
+    ranged: bool = False
+    untagged: bool = False
+    framed_aac: bool = False
+    bibliographic: bool = False
     options: dict[str, str] = field(default_factory=dict)
     piped_options: dict[str, str] = field(default_factory=dict)
     late_options: dict[str, str] = field(default_factory=dict)
     piped: bool = False
 
 
-# delay_moov: without it the fragments carry no edit list, and times shift by the B-frames' delay.
+# Without delay_moov, fragments have no edit list, and times shift by the delay of B-frames.
 _HYBRID = {"movflags": "+hybrid_fragmented+delay_moov", "frag_duration": "400000", "movie_timescale": "90000"}
-# An index before the first packets. In a partial file the pictures are late by the B-frames' delay then.
+# An index before the first packets. Then the pictures of a partial file are late by the delay of B-frames.
 _LATE = {"movflags": "+hybrid_fragmented+empty_moov+frag_discont", "use_editlist": "1"}
 _FRAGMENTED = {"movflags": "+frag_keyframe+empty_moov+default_base_moof"}
-# Sound may begin a little before the pictures; without this all times would be moved by as much.
+# Sound may start a little before the pictures; without this option, all times would be shifted.
 _UNSHIFTED = {"avoid_negative_ts": "disabled"}
 _CLUSTERS = {"cluster_time_limit": "400"} | _UNSHIFTED
 
@@ -88,22 +101,24 @@ _MP4: dict[str, Any] = {
 }  # fmt: skip
 # fmt: off
 KINDS: tuple[ContainerKind, ...] = (
-    # Vorbis and raw PCM have codes in MP4, but hardly a player reads them.
-    _kind("mp4", ".mp4 .m4v", "libx264", flags="covers chapters piped", **_MP4,
+    # MP4 has codes for Vorbis and raw PCM, but hardly any player supports them.
+    _kind("mp4", ".mp4 .m4v", "libx264", flags="covers chapters piped indexed resumable ranged", **_MP4,
           video="h264 hevc av1 vp9 mpeg4 mpeg2video mpeg1video mjpeg vvc png jpeg2000",
           audio="aac mp3 mp2 ac3 eac3 opus flac alac dts truehd"),
-    _kind("mov", ".mov", "libx264", flags="chapters piped", alpha=("prores_ks", "yuva444p10le"), **_MP4,
+    _kind("mov", ".mov", "libx264", flags="chapters piped indexed resumable ranged bibliographic",
+          alpha=("prores_ks", "yuva444p10le"), **_MP4,
           audio=f"aac mp3 ac3 eac3 alac {PCM}"),
-    _kind("matroska", ".mkv", "libx264", flags="attachments covers chapters piped", options=_CLUSTERS,
-          alpha=("ffv1", "yuva420p"), new_audio="flac",
+    _kind("matroska", ".mkv", "libx264", flags="attachments covers chapters piped resumable ranged",
+          options=_CLUSTERS, alpha=("ffv1", "yuva420p"), new_audio="flac",
           audio="aac mp3 mp2 ac3 eac3 opus vorbis flac alac dts truehd mlp "
                 f"tta wavpack wmav2 adpcm_ms adpcm_ima_wav {PCM_LITTLE}",
           subtitles="subrip ass webvtt hdmv_pgs_subtitle dvd_subtitle dvb_subtitle"),
-    _kind("webm", ".webm", "libvpx-vp9", flags="chapters piped", options=_CLUSTERS, video="vp8 vp9 av1",
-          alpha=("libvpx-vp9", "yuva420p"), audio="opus vorbis", new_audio="libopus", subtitles="webvtt"),
+    _kind("webm", ".webm", "libvpx-vp9", flags="chapters piped resumable ranged", options=_CLUSTERS,
+          video="vp8 vp9 av1", alpha=("libvpx-vp9", "yuva420p"), audio="opus vorbis", new_audio="libopus",
+          subtitles="webvtt"),
     _kind("avi", ".avi", "mpeg4", flags="strict_rate", options=_UNSHIFTED,
           audio=f"mp3 mp2 ac3 {PCM_LITTLE}", untimed=f"mp3 mp2 ac3 {PCM_LITTLE}", new_audio="libmp3lame"),
-    _kind("mpegts", ".ts .mts .m2ts .m2t", "libx264", flags="piped",
+    _kind("mpegts", ".ts .mts .m2ts .m2t", "libx264", flags="piped framed_aac",
           video="h264 hevc mpeg2video mpeg1video mpeg4",
           audio="aac mp3 mp2 ac3 eac3 opus dts", new_audio="aac", subtitles="dvb_subtitle dvb_teletext"),
     _kind("ogv", ".ogv .ogg", "libvpx", flags="piped", video="vp8 theora",
@@ -113,30 +128,34 @@ KINDS: tuple[ContainerKind, ...] = (
     _kind("asf", ".wmv .asf", "wmv2", options=_UNSHIFTED, audio="wmav1 wmav2 mp3", new_audio="wmav2"),
     _kind("nut", ".nut", "rawvideo", flags="piped",
           audio=f"aac mp3 mp2 ac3 opus vorbis flac {PCM_LITTLE}", new_audio="pcm_s16le"),
-    _kind("yuv4mpegpipe", ".y4m", "rawvideo", flags="strict_rate piped", video="rawvideo",
+    _kind("yuv4mpegpipe", ".y4m", "rawvideo", flags="strict_rate piped ranged", video="rawvideo",
           options={"strict": "-1"}),
     _kind("rawvideo", ".yuv .rgb", "rawvideo", flags="strict_rate piped", video="rawvideo"),
-    # WebP is given RGB, since it knows but one matrix for YUV.
-    _kind("webp", ".webp", "libwebp_anim", video="webp", pix_fmt="bgra", options={"loop": "0"}),
-    _kind("apng", ".apng", "apng", video="apng", options={"plays": "0"}),
-    # What becomes a GIF is kept without loss until its palette is known.
-    _kind("matroska", ".gif", "ffv1", video="ffv1", pix_fmt="bgr0", way="gif", alpha=("ffv1", "bgra"),
-          options=_CLUSTERS),
-    _kind("image2", ".png", "png", video="png", way="picture"),
-    _kind("image2", ".jpg .jpeg", "mjpeg", video="mjpeg", pix_fmt="yuv444p", way="picture"),
-    _kind("image2", ".tif .tiff", "tiff", video="tiff", way="picture"),
-    _kind("image2", ".bmp", "bmp", video="bmp", way="picture"),
+    # WebP gets RGB, because it has only one YUV matrix.
+    _kind("webp", ".webp", "libwebp_anim", flags="untagged", video="webp", pix_fmt="bgra",
+          options={"loop": "0"}),
+    _kind("apng", ".apng", "apng", flags="untagged", video="apng", options={"plays": "0"}),
+    # A GIF is stored without loss until its palette is known.
+    _kind("matroska", ".gif", "ffv1", flags="ranged", video="ffv1", pix_fmt="bgr0", way="gif",
+          alpha=("ffv1", "bgra"), options=_CLUSTERS),
+    _kind("image2", ".png", "png", flags="resumable untagged", video="png", way="picture"),
+    _kind("image2", ".jpg .jpeg", "mjpeg", flags="resumable", video="mjpeg", pix_fmt="yuv444p",
+          way="picture"),
+    _kind("image2", ".tif .tiff", "tiff", flags="resumable untagged", video="tiff", way="picture"),
+    _kind("image2", ".bmp", "bmp", flags="resumable untagged", video="bmp", way="picture"),
 )
 # fmt: on
-STILL_WEBP = _kind("image2", ".webp", "libwebp", video="webp", pix_fmt="bgra", way="picture")
+STILL_WEBP = _kind(
+    "image2", ".webp", "libwebp", flags="untagged", video="webp", pix_fmt="bgra", way="picture"
+)
 
 
-def kind_of(target: str, format_name: str | None, still: bool) -> ContainerKind:
-    """The container of the target's extension, or that of `format_name`.
+def find_kind(target: str, format_name: str | None, still: bool) -> ContainerKind:
+    """Return the container for the target's extension, or for `format_name`.
 
     Args:
-        target: a path, or "-" for standard output, which wants a `format_name`.
-        still: whether a single picture goes in or each goes to a file of its own.
+        target: a path, or "-" for standard output, which needs a `format_name`.
+        still: whether each picture is written to a separate file.
 
     Raises:
         UsageError: an unknown extension or format; the message suggests similar ones.
@@ -144,7 +163,7 @@ def kind_of(target: str, format_name: str | None, still: bool) -> ContainerKind:
     if format_name is not None:
         return _kind_by_format(format_name, target)
     if target == "-":
-        raise UsageError("standard output", "does not say what to write", "add --format nut or y4m")
+        raise UsageError("standard output", "needs a format", "add --format nut or y4m")
     ending = PurePath(target).suffix.lower()
     if ending == ".webp" and still:
         return STILL_WEBP
@@ -152,7 +171,7 @@ def kind_of(target: str, format_name: str | None, still: bool) -> ContainerKind:
         if ending in kind.endings:
             return kind
     endings = [known for kind in KINDS for known in kind.endings]
-    reason = f"unknown kind of file {ending!r}" if ending else "its name does not say what to write"
+    reason = f"unknown extension {ending!r}" if ending else "its name has no extension"
     raise UsageError(target, reason, _suggestion(ending, endings, ".mp4"))
 
 

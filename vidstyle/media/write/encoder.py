@@ -25,10 +25,10 @@ class VideoEncoder:
     """One encoded video stream of a container.
 
     Attributes:
-        stream: in the container.
-        end: when the last frame taken ends, in seconds.
+        stream: the stream in the container.
+        end: end of the last frame, in seconds.
         surplus: seconds by which the last packet is longer than its frame.
-        moved: number of frames whose timestamp was taken already and was moved by a tick.
+        shifted: number of frames with duplicate timestamps, which were shifted by one tick.
     """
 
     def __init__(self, container: av.container.OutputContainer, plan: VideoPlan) -> None:
@@ -41,42 +41,54 @@ class VideoEncoder:
         self.stream.time_base = plan.time_base
         self.end = Fraction(0)
         self.surplus = Fraction(0)
-        self.moved = 0
+        self.shifted = 0
         self._last = -(2**62)
         self._taken = 0
         self._durations: dict[int | None, int] = {}
-        self._held: av.Packet | None = None
+        self._previous_packet: av.Packet | None = None
+        self._previous: Frame | None = None
         self._earlier: Iterator[tuple[Fraction, av.Packet]] = iter(())
         self._tick = Fraction(0)
 
     def resume(self, earlier: Iterator[tuple[Fraction, av.Packet]], tick: Fraction) -> None:
-        """Use packets of an earlier run for the first frames, in place of encoding them.
+        """Use packets of an earlier run for the first frames instead of encoding them.
 
         Args:
-            earlier: a frame's time in seconds, and the next packet, for each of the first frames.
-            tick: how exact the times are, in seconds.
+            earlier: for each of the first frames, its time in seconds and the next packet.
+            tick: precision of the times, in seconds.
         """
         self._earlier, self._tick = earlier, tick
 
     def encode(self, frame: Frame) -> list[av.Packet]:
-        """Encode a frame; returns packets, or none while the encoder looks ahead.
+        """Encode a frame; return packets, or none while the encoder looks ahead.
 
         Raises:
-            OutputError: an earlier run had another frame here.
+            OutputError: the earlier run has another frame at this time.
         """
-        pts, duration = self._clocked(frame), self._duration(frame)
+        if self.plan.max_gap is not None and (fillers := self._fillers(frame, self.plan.max_gap)):
+            return [packet for each in (*fillers, frame) for packet in self.encode(each)]
+        pts, duration = self._next_pts(frame), self._duration(frame)
         self.end = (pts + duration) * self.plan.time_base
-        stored = self._stored(pts)
+        stored = self._next_stored(pts)
         if stored is not None:
-            return list(self._timed(stored))
-        native = encoder_frame(frame, self.plan)
+            return list(self._complete_previous(stored))
+        native = to_encoder_frame(frame, self.plan)
         native.pts, native.time_base, native.duration = pts, self.plan.time_base, duration
         self._durations[pts] = duration
         self._taken += 1
-        return [timed for packet in self.stream.encode(native) for timed in self._timed(packet)]
+        return [timed for packet in self.stream.encode(native) for timed in self._complete_previous(packet)]
 
-    def _stored(self, pts: int) -> av.Packet | None:
-        """The next packet of an earlier run, with times as from the encoder; None if there are no more."""
+    def _fillers(self, frame: Frame, max_gap: Fraction) -> list[Frame]:
+        """Repeat the previous frame to divide a gap that is too long for codec or container."""
+        last, self._previous = self._previous, frame
+        base, fillers = self.plan.time_base, list[Frame]()
+        while last is not None and frame.time - last.time > max_gap:
+            last = replace(last, pts=int((last.time + max_gap) / base), time_base=base)
+            fillers.append(last)
+        return fillers
+
+    def _next_stored(self, pts: int) -> av.Packet | None:
+        """Return the next packet of an earlier run, with times as from the encoder; None at the end."""
         shown, packet = next(self._earlier, (None, None))
         if shown is None or packet is None:
             return None
@@ -91,28 +103,28 @@ class VideoEncoder:
         return packet
 
     def flush(self, seconds: float | None = None) -> Iterator[av.Packet]:
-        """Flush the encoder; it stops after `seconds`."""
+        """Flush the encoder, for at most `seconds`."""
         deadline = time.monotonic() + (seconds if seconds is not None else float("inf"))
         if self._taken:
             for packet in self.stream.codec_context.encode_lazy(None):
                 packet.stream = self.stream
                 if self._taken < MIN_TO_REORDER:
                     packet.dts = packet.pts
-                yield from self._timed(packet)
+                yield from self._complete_previous(packet)
                 if time.monotonic() > deadline:
                     break
-        if self._held is not None:
-            self._held.duration = self._last_duration(self._held)
-            yield self._held
-            self._held = None
+        if self._previous_packet is not None:
+            self._previous_packet.duration = self._last_duration(self._previous_packet)
+            yield self._previous_packet
+            self._previous_packet = None
 
-    def _clocked(self, frame: Frame) -> int:
-        """The frame's timestamp in the encoder's time base, strictly increasing."""
+    def _next_pts(self, frame: Frame) -> int:
+        """Return the frame's timestamp in the encoder's time base, strictly increasing."""
         pts = frame.pts
         if frame.time_base != self.plan.time_base:
             pts = round(frame.time / self.plan.time_base)
         if pts <= self._last:
-            self.moved += 1
+            self.shifted += 1
             pts = self._last + 1
         self._last = pts
         return pts
@@ -121,12 +133,12 @@ class VideoEncoder:
         seconds = frame.duration * frame.time_base if frame.duration else 1 / self.plan.rate
         return max(1, round(seconds / self.plan.time_base))
 
-    def _timed(self, packet: av.Packet) -> Iterator[av.Packet]:
-        """The packet before this one, which ends when this one is decoded.
+    def _complete_previous(self, packet: av.Packet) -> Iterator[av.Packet]:
+        """Yield the previous packet, with a duration until the decoding time of this one.
 
-        When the MP4 muxer joins its fragments, it goes by the durations of the packets that end them.
+        The MP4 muxer joins its fragments by the durations of their last packets.
         """
-        held, self._held = self._held, packet
+        held, self._previous_packet = self._previous_packet, packet
         if held is not None:
             duration = self._durations.pop(held.pts, 1)
             if packet.dts is not None and held.dts is not None:
@@ -137,10 +149,9 @@ class VideoEncoder:
             yield held
 
     def _last_duration(self, packet: av.Packet) -> int:
-        """What brings the end of the packet to the end of the film, which another frame may have.
+        """Return the duration until the end of the film, which another frame may define.
 
-        The MP4 muxer takes the end of what came after its last fragment for the end of all, and what is
-        shown later would be cut off.
+        The MP4 muxer ends the track with the last packet, and would cut off frames that are shown later.
         """
         duration = self._durations.pop(packet.pts, 1)
         if packet.pts is None or self._durations:
@@ -150,24 +161,24 @@ class VideoEncoder:
         return whole
 
 
-def encoder_frame(frame: Frame, plan: VideoPlan) -> av.VideoFrame:
-    """The frame for the encoder: the decoder's own frame if it is unchanged, else a new one."""
+def to_encoder_frame(frame: Frame, plan: VideoPlan) -> av.VideoFrame:
+    """Return the frame for the encoder: the decoded frame if it is unchanged, else a new one."""
     native, (width, height) = frame.native, plan.size
     if native is None or (native.format.name, native.width, native.height) != (plan.pix_fmt, width, height):
-        native = frame_from_picture(fitted(frame.picture, plan), (height, width), plan.tags)
+        native = frame_from_picture(fit_planes(frame.picture, plan), (height, width), plan.tags)
     plan.tags.put_on(native)
-    native.pict_type = 0  # whatever it was in the source, the encoder decides
+    native.pict_type = 0  # the encoder decides, independent of the source
     return native
 
 
-def fitted(picture: Picture, plan: VideoPlan) -> Picture:
-    """The picture with just the planes that the plan has: neutral chroma and full alpha are added.
+def fit_planes(picture: Picture, plan: VideoPlan) -> Picture:
+    """Convert the picture to the planes of the plan; add neutral chroma and opaque alpha if needed.
 
     Raises:
-        ValueError: its samples are not in the plan's encoding.
+        ValueError: its samples do not have the plan's encoding.
     """
     encoding, wanted = picture.encoding, plan.encoding
-    same_step = plan.rgb or picture.chroma is None or encoding.step == wanted.step
+    same_step = plan.rgb or picture.chroma is None or encoding.subsampling == wanted.subsampling
     if (picture.color is not None) != plan.rgb or encoding.depth != wanted.depth or not same_step:
         raise ValueError(f"a picture in {encoding} cannot be written as {wanted}")
     alpha = None
@@ -180,4 +191,6 @@ def fitted(picture: Picture, plan: VideoPlan) -> Picture:
     elif chroma is None and not plan.rgb:
         shape = wanted.chroma_shape(*picture.shape)
         chroma = (np.full(shape, 2 ** (wanted.depth - 1), wanted.dtype),) * 2
-    return replace(picture, chroma=chroma, alpha=alpha, encoding=replace(encoding, step=wanted.step))
+    return replace(
+        picture, chroma=chroma, alpha=alpha, encoding=replace(encoding, subsampling=wanted.subsampling)
+    )

@@ -13,10 +13,10 @@ from fractions import Fraction
 from pathlib import Path
 from typing import BinaryIO
 
-from vidstyle.media.read.headers import top_boxes
+from vidstyle.media.read.file_structure.headers import top_boxes
 
-_CONTAINERS = (b"moov", b"trak", b"mdia", b"minf", b"stbl")
-_MAX_INDEX = 2**28
+_PARENT_BOXES = (b"moov", b"trak", b"mdia", b"minf", b"stbl")
+_MAX_INDEX_BYTES = 2**28
 
 
 def move_index_first(source: Path, target: Path, surplus: Fraction = Fraction(0)) -> bool:
@@ -27,7 +27,7 @@ def move_index_first(source: Path, target: Path, surplus: Fraction = Fraction(0)
         surplus: seconds by which the last video sample is too long in the index.
 
     Returns:
-        False, with nothing written, where the index is first already or the file is not laid out as expected.
+        False, without writing, if the index is already first or the file has an unexpected structure.
 
     Raises:
         OSError: `target` cannot be written.
@@ -39,7 +39,7 @@ def move_index_first(source: Path, target: Path, surplus: Fraction = Fraction(0)
             return False
         _, start, size = boxes[-1]
         file.seek(start)
-        index = bytearray(file.read(size)) if size <= _MAX_INDEX else bytearray()
+        index = bytearray(file.read(size)) if size <= _MAX_INDEX_BYTES else bytearray()
         if not index or not _shift_offsets(index, 0, len(index), size):
             return False
         if surplus:
@@ -54,11 +54,11 @@ def move_index_first(source: Path, target: Path, surplus: Fraction = Fraction(0)
 
 
 def _shift_offsets(index: bytearray, start: int, end: int, shift: int) -> bool:
-    """Add `shift` to every chunk offset in place; False if one does not fit, or a box is broken."""
-    for name, inside, after in _inside(index, start, end):
+    """Add `shift` to every chunk offset in place; return False if one overflows or a box is damaged."""
+    for name, inside, after in _boxes(index, start, end):
         if after < inside or after > end:
             return False
-        if name in _CONTAINERS and not _shift_offsets(index, inside, after, shift):
+        if name in _PARENT_BOXES and not _shift_offsets(index, inside, after, shift):
             return False
         if name in (b"stco", b"co64") and not _shift_table(index, inside, 4 if name == b"stco" else 8, shift):
             return False
@@ -77,10 +77,10 @@ def _shift_table(index: bytearray, start: int, width: int, shift: int) -> bool:
 
 def _shorten_pictures(index: bytearray, surplus: Fraction) -> None:
     """Subtract the surplus from the last video sample and from the duration of the track."""
-    for name, start, end in _inside(index, 8, len(index)):
+    for name, start, end in _boxes(index, 8, len(index)):
         if name != b"trak" or index.find(b"vide", start, end) < 0:
             continue
-        places = {name: (inside, after) for name, inside, after in _nested(index, start, end)}
+        places = {name: (inside, after) for name, inside, after in _nested_boxes(index, start, end)}
         header = places[b"mdhd"][0]
         wide = index[header] == 1
         scale, width = header + (20 if wide else 12), 8 if wide else 4
@@ -90,7 +90,7 @@ def _shorten_pictures(index: bytearray, surplus: Fraction) -> None:
 
 
 def _shorten_last(index: bytearray, start: int, end: int, ticks: int) -> int:
-    """Shorten the last sample of a table of durations, if it stands alone; the sum of all durations."""
+    """Shorten the last sample in a table of durations, if it has its own entry; return the total duration."""
     count, duration = struct.unpack_from(">II", index, end - 8)
     if count == 1 and duration > ticks:
         struct.pack_into(">I", index, end - 4, duration - ticks)
@@ -98,24 +98,24 @@ def _shorten_last(index: bytearray, start: int, end: int, ticks: int) -> int:
     return sum(count * duration for count, duration in zip(table[::2], table[1::2], strict=True))
 
 
-def _inside(index: bytearray, start: int, end: int) -> Iterator[tuple[bytes, int, int]]:
-    """Name, start and end of the content of each box of a part of the index."""
+def _boxes(index: bytearray, start: int, end: int) -> Iterator[tuple[bytes, int, int]]:
+    """Yield name, start and end of the content of each box in a range of the index."""
     while start + 8 <= end:
         size, name = struct.unpack_from(">I4s", index, start)
         yield name, start + 8, start + size
         start += size
 
 
-def _nested(index: bytearray, start: int, end: int) -> Iterator[tuple[bytes, int, int]]:
-    """The same, of the boxes in boxes too."""
-    for name, inside, after in _inside(index, start, end):
+def _nested_boxes(index: bytearray, start: int, end: int) -> Iterator[tuple[bytes, int, int]]:
+    """Yield name, start and end of the content of all boxes, including nested ones."""
+    for name, inside, after in _boxes(index, start, end):
         yield name, inside, after
-        if name in _CONTAINERS:
-            yield from _nested(index, inside, after)
+        if name in _PARENT_BOXES:
+            yield from _nested_boxes(index, inside, after)
 
 
 def _copy(file: BinaryIO, out: BinaryIO, start: int, length: int) -> None:
-    """Append part of a file to another, within the kernel where it can."""
+    """Append a range of a file to another file, within the kernel if supported."""
     out.flush()
     while length:
         if hasattr(os, "copy_file_range"):

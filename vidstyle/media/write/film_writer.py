@@ -1,4 +1,4 @@
-"""Writes a film: video is encoded, other streams are copied; the file plays even if it is cut short."""
+"""Writes a film: video is encoded, other streams are copied; an interrupted file is playable."""
 
 from __future__ import annotations
 
@@ -20,26 +20,31 @@ from vidstyle.media.write.base import StandardOutput, Writer, write_error
 from vidstyle.media.write.encoder import VideoEncoder
 from vidstyle.media.write.faststart import move_index_first
 from vidstyle.media.write.interleaver import MAX_QUEUED_BYTES, OUTPUT_ERRORS, Interleaver
-from vidstyle.media.write.resume_source import ResumeSource, frames_in, video_format
-from vidstyle.media.write.run_record import START_ANEW, Checkpoints, Fingerprint, earlier_run, unknown_file
+from vidstyle.media.write.resume_source import ResumeSource, count_frames, video_format
+from vidstyle.media.write.run_record import (
+    RESTART_REMEDY,
+    Checkpoints,
+    Fingerprint,
+    earlier_run_error,
+    unknown_file_error,
+)
+from vidstyle.media.write.segment_file import JoinedSegments
 from vidstyle.media.write.stream_copy import CopiedStreams, copy_chapters, portable_tags
 
-WAIT_SECONDS = Fraction(1)
-"""How much of the film may wait for streams that have not begun, before the header is written."""
-MAX_WAIT_SECONDS = Fraction(30)
-"""The same where the muxer needs a packet of the stream for its header."""
-FLUSH_SECONDS = 1.0
-"""How long flushing an abandoned encoder may take."""
-INDEXED = ("mp4", "mov")
-"""Containers whose index is moved to the front (faststart)."""
-MAX_TICKS = 2**31 - 1
-"""The longest time that their index holds between two packets."""
-LOOK_FRAMES = 50
-"""Frames after which it is checked again whether a continued film is as long as the earlier one."""
+MAX_STREAM_WAIT_SECONDS = Fraction(1)
+"""Duration of film that is queued for streams without packets before the header is written."""
+MAX_NEEDED_WAIT_SECONDS = Fraction(30)
+"""Duration of film that is queued if the muxer needs a packet of the stream for its header."""
+MAX_FLUSH_SECONDS = 1.0
+"""Time limit for flushing an abandoned encoder."""
+MAX_GAP_TICKS = 2**31 - 1
+"""Maximum time between two packets in an index."""
+CHECK_INTERVAL_FRAMES = 50
+"""Interval between checks whether a resumed film is as long as the earlier one."""
 
 
 class FilmWriter(Writer):
-    """Writes one container with pictures, and with the other streams of the source."""
+    """Writes one container with video and the other streams of the source."""
 
     partial_ending: str | None = None
 
@@ -47,11 +52,11 @@ class FilmWriter(Writer):
         kind, piped = self._kind, self.name == "standard output" or not is_regular_file(self.target)
         if piped and not kind.piped:
             raise UsageError(self.name, f"{kind.endings[0]} cannot be written to a pipe", "use nut or mkv")
-        self._closed = self._whole = False
+        self._closed = self._is_complete = False
         self._earlier: ResumeSource | None = None
         self._checkpoints: Checkpoints | None = None
         self._file = None if piped else self._open_file()
-        self.partial = (self._file.earlier or self._file.path) if self._file else None
+        self.partial = (self._file.leftover or self._file.path) if self._file else None
         try:
             self._open_streams()
             self._continue()
@@ -61,7 +66,7 @@ class FilmWriter(Writer):
 
     def _open_file(self) -> PartialFile:
         file = PartialFile(self.target, self._source_path, self._options.overwrite, self.partial_ending)
-        if file.is_left:
+        if file.has_leftover:
             try:
                 self._use_leftover(file)
             except BaseException:
@@ -70,24 +75,24 @@ class FilmWriter(Writer):
         return file
 
     def _use_leftover(self, file: PartialFile) -> None:
-        """Continue, keep or replace what an earlier run has left; refuse any other file."""
+        """Continue, keep or replace the leftover of an earlier run; refuse any other file."""
         verified = file.record.verified_bytes(file.path)
         earlier = ResumeSource(file.path, verified or 0)
         is_known = verified is not None and (verified or not earlier.stored)
         if not is_known and file.path.stat().st_size:
-            raise unknown_file(file.path)
+            raise unknown_file_error(file.path)
         if earlier.stored and self._fingerprint and self._fingerprint.resume:
-            self._earlier, self._look_at = earlier, earlier.stored
-            file.continue_beside()
+            self._earlier, self._next_check = earlier, earlier.stored
+            file.continue_separately()
         elif self._options.overwrite or not (earlier.stored or verified):
-            file.start_anew()
+            file.restart()
         elif earlier.stored:
-            raise earlier_run(file.path, f"the first {earlier.seconds:.1f} s", file.record)
+            raise earlier_run_error(file.path, f"the first {earlier.seconds:.1f} s", file.record)
         else:
-            raise UsageError(file.path, "cannot be continued, since it cannot be read", START_ANEW)
+            raise UsageError(file.path, "cannot be resumed: it cannot be read", RESTART_REMEDY)
 
     def _continue(self) -> None:
-        """Take over the earlier run's pictures if its fingerprint is the same; else store this run's own."""
+        """Use the pictures of an earlier run with the same fingerprint, or record this run's fingerprint."""
         if self._file is None:
             return
         if self._earlier is None or self._fingerprint is None:
@@ -95,9 +100,11 @@ class FilmWriter(Writer):
         else:
             self._resume(self._earlier, self._file)
         self._checkpoints = Checkpoints(self._file.record, self._file.path)
+        # Compiling kernels may take long before the first frame: a run killed then can be resumed, too.
+        self._checkpoints.update()
 
     def _with_headers(self) -> Fingerprint:
-        """The fingerprint, with what the encoder makes of the options."""
+        """Add the encoder headers, which depend on the options, to the fingerprint."""
         assert self._fingerprint is not None
         digest = hashlib.sha256(self._headers).hexdigest()
         return replace(self._fingerprint, parts={**self._fingerprint.parts, "encoder headers": digest})
@@ -107,15 +114,15 @@ class FilmWriter(Writer):
         return bytes(self._video.stream.codec_context.extradata or b"")
 
     def _resume(self, earlier: ResumeSource, file: PartialFile) -> None:
-        assert file.earlier is not None
-        self._with_headers().check(file.record, file.earlier)
+        assert file.leftover is not None
+        self._with_headers().check(file.record, file.leftover)
         if earlier.format != video_format(self._video.stream):
-            raise unknown_file(file.earlier)
+            raise unknown_file_error(file.leftover)
         self._video.resume(earlier.packets(start_codes=self._headers[:1] != b"\x01"), earlier.tick)
         self.kept = earlier.kept
         log.info(
-            "%s is continued after %.1f s: %d of %d frames are kept",
-            *(file.earlier, earlier.kept_seconds, self.kept, earlier.stored),
+            "%s is resumed after %.1f s: %d of %d frames are kept",
+            *(file.leftover, earlier.kept_seconds, self.kept, earlier.stored),
         )
 
     def _open_streams(self) -> None:
@@ -141,39 +148,51 @@ class FilmWriter(Writer):
         if inputs is not None:
             self._container.metadata.update(portable_tags(inputs.metadata))
             copy_chapters(inputs, self._container, self._kind)
-        # Where a subtitle ends, the MP4 muxer may end a fragment amid a packet of sound, and misplace it.
-        indexed = self._kind.muxer in INDEXED
+        # At the end of a subtitle, the MP4 muxer may end a fragment within a packet of sound and misplace it.
+        indexed = self._kind.indexed
         self._interleaver = Interleaver(
-            self._container, indexed, self._copied.refused, MAX_TICKS if indexed else math.inf
+            self._container, indexed, self._copied.count_refused, MAX_GAP_TICKS if indexed else math.inf
         )
         self._first: Fraction | None = None
-        self._begun, self._heard, self._early_bytes = False, self._audio is None, 0
-        self._begin_when_all_have_come()
+        self._begun, self._has_audio, self._early_bytes = False, self._audio is None, 0
+        self._begin_when_ready()
 
-    def _begin_when_all_have_come(self, item: Frame | av.Packet | None = None) -> None:
-        """Write the header once all streams have begun that the muxer would wait for, or after a while."""
+    def use_segments(self, segments: JoinedSegments) -> None:
+        """Write the packets of segments instead of encoding frames, of which only the times are used.
+
+        Raises:
+            OutputError: the segments were encoded with other settings.
+        """
+        if segments.headers != self._headers:
+            raise OutputError(self.name, "cannot be joined: its segments have different encoder settings")
+        self._video.resume(segments.packets(), segments.tick)
+
+    def _begin_when_ready(self, item: Frame | av.Packet | None = None) -> None:
+        """Write the header when all streams that the muxer needs have started, or after a time limit."""
         if isinstance(item, Frame):
             self._first = item.time if self._first is None else self._first
-            late = item.time - self._first >= (MAX_WAIT_SECONDS if self._copied.needed else WAIT_SECONDS)
+            late = item.time - self._first >= (
+                MAX_NEEDED_WAIT_SECONDS if self._copied.needed else MAX_STREAM_WAIT_SECONDS
+            )
         else:
             self._early_bytes += item.size if item else 0
             late = self._early_bytes > MAX_QUEUED_BYTES
         waits = self._kind.late_options or self._kind.untimed
-        if late or not waits or (self._heard and not self._copied.awaited):
+        if late or not waits or (self._has_audio and not self._copied.awaited):
             self._begin()
 
     def _begin(self, over: bool = False) -> None:
-        """Write the header, and what has waited for it; `over`: no more packets will come."""
+        """Write the header and the queued packets; `over`: no more packets follow."""
         if self._begun:
             return
         self._begun = True
         early = self._copied.begin(over)
-        if self._file and not over and (self._copied.awaited or not self._heard):
+        if self._file and not over and (self._copied.awaited or not self._has_audio):
             self._container.container_options.update(self._kind.late_options)
         try:
             self._container.start_encoding()
         except (av.FFmpegError, OSError) as error:
-            raise OutputError(self.name, f"{self._kind.muxer} cannot be set up so: {error}") from error
+            raise OutputError(self.name, f"{self._kind.muxer} refuses these settings: {error}") from error
         for packet in early:
             self._interleaver.push(packet)
         self._interleaver.start()
@@ -189,21 +208,23 @@ class FilmWriter(Writer):
                 for packet in self._copied.packets(item):
                     self._interleaver.push(packet)
             if not self._begun:
-                self._begin_when_all_have_come(item)
+                self._begin_when_ready(item)
             if self._checkpoints:
                 self._checkpoints.update()
             if self._file and self._file.check():
-                self._take_over(self._file)
+                self._replace_leftover(self._file)
         except (av.FFmpegError, OSError) as error:
             raise self._failure(error) from error
 
-    def _take_over(self, file: PartialFile) -> None:
-        """Drop what the earlier run has left as soon as this one has stored as much."""
-        if self._earlier is not None and self.frames > self._look_at:
-            self._look_at = self.frames + LOOK_FRAMES
-            if frames_in(file.path) >= self._earlier.stored:
-                with suppress(PermissionError):  # Windows renames no open file; it is done at the end then
-                    file.take_over()
+    def _replace_leftover(self, file: PartialFile) -> None:
+        """Replace the leftover of the earlier run as soon as this run has stored as many frames."""
+        if self._earlier is not None and self.frames > self._next_check:
+            self._next_check = self.frames + CHECK_INTERVAL_FRAMES
+            if count_frames(file.path) >= self._earlier.stored:
+                with suppress(
+                    PermissionError
+                ):  # Windows cannot rename an open file; it is renamed at the end
+                    file.replace_leftover()
                     self._earlier = None
 
     def push_audio(self, chunk: AudioChunk, seconds: float) -> None:
@@ -212,7 +233,7 @@ class FilmWriter(Writer):
             return
         try:
             for packet in self._audio.packets(chunk.samples, seconds):
-                self._heard = True
+                self._has_audio = True
                 self._interleaver.push(packet)
         except (av.FFmpegError, OSError) as error:
             raise self._failure(error) from error
@@ -221,9 +242,9 @@ class FilmWriter(Writer):
         """See Writer."""
         try:
             self._begin(over=True)
-            self._drain(None, self._cut())
+            self._drain(None, self._sound_end())
             self._close()
-            self._whole = True
+            self._is_complete = True
             if self._file:
                 self._put_in_place(self._file)
         except (av.FFmpegError, OSError) as error:
@@ -240,12 +261,12 @@ class FilmWriter(Writer):
         if not self._closed:
             try:
                 self._begin(over=True)
-                self._drain(FLUSH_SECONDS, self._video.end)
+                self._drain(MAX_FLUSH_SECONDS, self._video.end)
             except (av.FFmpegError, OSError) as error:
                 log.debug("%s: %s", self.name, error)
             self._close_quietly()
         least = self._earlier.stored if self._earlier else 1
-        if self._file is None or not self._file.exists or frames_in(self._file.path) < least:
+        if self._file is None or not self._file.exists or count_frames(self._file.path) < least:
             self._discard()
             return self.partial
         return self._file.keep()
@@ -257,8 +278,8 @@ class FilmWriter(Writer):
             self._interleaver.push(packet)
         self._interleaver.finish(end)
 
-    def _cut(self) -> Fraction | None:
-        """Where sound is to end: with the pictures if the source was cut off, else where it ends itself."""
+    def _sound_end(self) -> Fraction | None:
+        """Return the end of the video, where sound of damaged sources is cut; None: sound is not cut."""
         damaged = self._source is not None and self._source.damage.is_significant
         return self._video.end if damaged and self.frames else None
 
@@ -267,69 +288,69 @@ class FilmWriter(Writer):
         try:
             self._container.close()
         except av.FFmpegError as error:
-            # The end of another stream was refused, perhaps; the rest is written all the same.
+            # The muxer may have refused the end of another stream; the rest is written.
             if error.errno in OUTPUT_ERRORS or not self._file:
                 raise
             self._interleaver.refused += 1
-            log.warning("%s: its end was refused by the muxer: %s", self.name, error_reason(error))
+            log.warning("%s: the muxer refused the last packets: %s", self.name, error_reason(error))
         finally:
             if self._checkpoints:
                 self._checkpoints.close()
-        if self._interleaver.refused and self._file and frames_in(self._file.path) < self.frames:
-            raise OutputError(self.name, "pictures were refused by the muxer")
+        if self._interleaver.refused and self._file and count_frames(self._file.path) < self.frames:
+            raise OutputError(self.name, "the muxer refused video packets")
 
     def _close_quietly(self) -> None:
-        """Close a container that may be broken already; what it has on disk plays by its fragments."""
+        """Close a container that may be broken; its fragments on disk are playable."""
         try:
             self._close()
         except (av.FFmpegError, OSError) as error:
             log.debug("%s: %s", self.name, error)
 
     def _put_in_place(self, file: PartialFile) -> None:
-        """Give the finished file its name, with its index first where there is room for a copy."""
-        if self._kind.muxer in INDEXED and file.exists and file.free_bytes > file.path.stat().st_size:
+        """Rename the finished file, after moving its index to the front if the disk has space for a copy."""
+        if self._kind.indexed and file.exists and file.free_bytes > file.path.stat().st_size:
             try:
                 file.rewrite(partial(move_index_first, surplus=self._video.surplus))
             except OSError as error:
-                log.info("%s: its index stays at its end (%s)", self.name, error)
+                log.info("%s: the index stays at the end (%s)", self.name, error)
         file.finish()
 
     def _failure(self, error: Exception) -> OutputError:
-        """What to tell after writing has failed; the file is closed, so that what is in it is known."""
+        """Close the file after writing has failed; return an error that describes its content."""
         if isinstance(error, OutputError) and self._file is None:
             return error
-        # Our own errors come while the file can still be closed. On a full disk some muxers close without
-        # a complaint, and the end is missing all the same.
+        # After our own errors the file can still be closed. On a full disk, some muxers close without error
+        # although the end is missing.
         whole = isinstance(error, OutputError)
         if not whole:
             self._close_quietly()
         left = self.abandon()
         kept = "nothing is kept"
-        if left and self._whole:
-            kept = f"the whole film is {left}: rename it"
+        if left and self._is_complete:
+            kept = f"the complete film is {left}: rename it"
         elif left:
-            kept = f"the first {frames_in(left, whole)} frames are safe in {left}"
+            kept = f"the first {count_frames(left, whole)} frames are kept in {left}"
         return write_error(self.name, error, kept)
 
     def _discard(self) -> None:
         self._closed = True
-        self.partial = self._file.earlier if self._file else None
+        self.partial = self._file.leftover if self._file else None
         if self._checkpoints:
             self._checkpoints.close()
         if self._file:
             self._file.remove()
 
     def _report(self) -> None:
-        """Say what was not carried over as it was."""
+        """Log notices about packets that were changed or dropped."""
         notices = {
-            "frames came at a time that was taken, and are shown a tick later": self._video.moved,
-            "packets came too early for their stream, and were put right": self._interleaver.moved,
-            "packets were left out, being repeated, without a time, or refused": self._interleaver.dropped,
-            "packets after the last picture were cut, since the source is damaged": self._interleaver.cut,
+            "frames with duplicate timestamps were shifted by one tick": self._video.shifted,
+            "packets with decreasing timestamps were shifted": self._interleaver.shifted,
+            "packets were dropped: duplicate, without a timestamp, or refused": self._interleaver.dropped,
+            "packets after the last picture were dropped: the source is damaged": self._interleaver.cut,
         }
         for text, count in notices.items():
             if count:
                 log.warning("%s: %d %s", self.name, count, text)
         if self._kind.strict_rate and (gaps := self._interleaver.gaps):
-            reason = f"{self._kind.endings[0]} files hold no times of sound"
-            log.warning("%s: %.1f s of gaps in the sound are closed, since %s", self.name, gaps, reason)
+            reason = f"{self._kind.endings[0]} files store no timestamps of sound"
+            log.warning("%s: %.1f s of gaps in the sound are closed, because %s", self.name, gaps, reason)

@@ -1,4 +1,4 @@
-"""Writes GIF animations: frames are stored losslessly, then mapped to one palette for all of them."""
+"""Writes GIF animations: frames are stored without loss, then mapped to one palette."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from vidstyle.media.rational import to_fraction
 from vidstyle.media.write.atomic import PartialFile
 from vidstyle.media.write.film_writer import FilmWriter
 
-TICK = Fraction(1, 100)
+TICK_SECONDS = Fraction(1, 100)
 """The unit of time in a GIF, in seconds."""
 MIN_TICKS = 2
-"""Minimum ticks of a frame; browsers show shorter ones five times as long."""
+"""Minimum duration of a frame in ticks; browsers show shorter frames five times as long."""
 
 
 class GifWriter(FilmWriter):
-    """A film that becomes a GIF when it is finished; an abandoned one stays a film."""
+    """Writes a film that is converted to a GIF at the end; an abandoned one stays a film."""
 
     partial_ending = ".mkv"
 
@@ -31,30 +31,32 @@ class GifWriter(FilmWriter):
 
 
 def write_gif(source: Path, target: Path) -> bool:
-    """Write the film at `source` as a GIF with the best palette of 256 colours; returns True.
+    """Convert the film at `source` to a GIF with the best palette of 256 colours; return True.
 
     Raises:
         OSError: `target` cannot be written.
     """
-    colors = _palette(source)
+    colors = _make_palette(source)
     with av.open(str(target), "w", format="gif") as container:
         stream: av.VideoStream | None = None
-        for frame, begin, length in _timed(source):
+        for frame, begin, length in _read_frames(source):
             if stream is None:
                 stream = _add_stream(container, frame)
-                mapped = _palette_mapper(frame, colors)
+                mapped = _make_palette_mapper(frame, colors)
             painted = mapped(frame)
-            painted.pts, painted.time_base = begin, TICK
+            painted.pts, painted.time_base = begin, TICK_SECONDS
             for packet in stream.encode(painted):
                 packet.duration = length
                 container.mux(packet)
     return True
 
 
-def _palette_mapper(like: av.VideoFrame, colors: av.VideoFrame) -> Callable[[av.VideoFrame], av.VideoFrame]:
-    """A filter that maps frames to a palette with error diffusion (FFmpeg's paletteuse)."""
+def _make_palette_mapper(
+    like: av.VideoFrame, colors: av.VideoFrame
+) -> Callable[[av.VideoFrame], av.VideoFrame]:
+    """Return a function that maps frames to a palette with error diffusion (FFmpeg's paletteuse)."""
     graph = Graph()
-    frames, palette = _buffer(graph, like), _buffer(graph, colors)
+    frames, palette = _add_buffer(graph, like), _add_buffer(graph, colors)
     use = graph.add("paletteuse", "diff_mode=rectangle")
     frames.link_to(use, 0, 0)
     palette.link_to(use, 0, 1)
@@ -69,13 +71,13 @@ def _palette_mapper(like: av.VideoFrame, colors: av.VideoFrame) -> Callable[[av.
     return mapped
 
 
-def _palette(source: Path) -> av.VideoFrame:
-    """The palette for the whole film, as a frame of 16 x 16 pixels."""
+def _make_palette(source: Path) -> av.VideoFrame:
+    """Compute a palette for the whole film, as a frame of 16 x 16 pixels."""
     graph: Graph | None = None
-    for frame, _, _ in _timed(source):
+    for frame, _, _ in _read_frames(source):
         if graph is None:
             graph = Graph()
-            nodes = _buffer(graph, frame), graph.add("palettegen"), graph.add("buffersink")
+            nodes = _add_buffer(graph, frame), graph.add("palettegen"), graph.add("buffersink")
             graph.link_nodes(*nodes).configure()
         graph.vpush(frame)
     assert graph is not None
@@ -83,26 +85,28 @@ def _palette(source: Path) -> av.VideoFrame:
     return graph.vpull()
 
 
-def _buffer(graph: Graph, like: av.VideoFrame) -> FilterContext:
+def _add_buffer(graph: Graph, like: av.VideoFrame) -> FilterContext:
     return graph.add_buffer(
-        width=like.width, height=like.height, format=like.format, time_base=like.time_base or TICK
+        width=like.width, height=like.height, format=like.format, time_base=like.time_base or TICK_SECONDS
     )
 
 
 def _add_stream(container: av.container.OutputContainer, like: av.VideoFrame) -> av.VideoStream:
     stream = container.add_stream("gif", rate=25)
     stream.width, stream.height, stream.pix_fmt = like.width, like.height, "pal8"
-    stream.codec_context.time_base = stream.time_base = TICK
+    stream.codec_context.time_base = stream.time_base = TICK_SECONDS
     return stream
 
 
-def _timed(source: Path) -> Iterator[tuple[av.VideoFrame, int, int]]:
-    """Each frame with its start and duration in ticks; frames that would be too short are dropped."""
+def _read_frames(source: Path) -> Iterator[tuple[av.VideoFrame, int, int]]:
+    """Yield each frame with its start and duration in ticks; drop frames that are too short."""
     with av.open(str(source), format="matroska") as container:
         waiting: tuple[av.VideoFrame, int] | None = None
         length = MIN_TICKS
         for frame in container.decode(video=0):
-            begin = round(Fraction(frame.pts or 0) * to_fraction(frame.time_base or TICK) / TICK)
+            begin = round(
+                Fraction(frame.pts or 0) * to_fraction(frame.time_base or TICK_SECONDS) / TICK_SECONDS
+            )
             if waiting is not None:
                 if begin - waiting[1] < MIN_TICKS:
                     continue

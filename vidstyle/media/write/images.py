@@ -1,4 +1,4 @@
-"""Writes pictures: one file, or one for each frame by a pattern such as `%05d.png`."""
+"""Writes pictures: one file, or one file per frame by a pattern such as `%05d.png`."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ import av
 
 from vidstyle.errors import UsageError, log
 from vidstyle.media.frame import Frame
-from vidstyle.media.read.sequence import is_pattern, is_wild, numbered_files
+from vidstyle.media.read.sequence import find_sequence_files, has_wildcard, is_pattern
 from vidstyle.media.write.atomic import OutputFile
 from vidstyle.media.write.base import Writer, write_error
-from vidstyle.media.write.encoder import encoder_frame
-from vidstyle.media.write.run_record import RunRecord, earlier_run, is_written
+from vidstyle.media.write.encoder import to_encoder_frame
+from vidstyle.media.write.run_record import RunRecord, earlier_run_error, is_written
 
-NUMBER = re.compile(r"%(0?\d*)d")
-"""Where the number goes in a pattern."""
+NUMBER_PATTERN = re.compile(r"%(0?\d*)d")
+"""Placeholder of the number in a pattern."""
 
 
 class PictureWriter(Writer):
-    """Writes each frame to a file of its own, atomically.
+    """Writes each frame to a separate file, atomically.
 
     Raises:
-        UsageError: more than one frame is expected or comes, and the name is no pattern.
+        UsageError: there is more than one frame, and the name is not a pattern.
     """
 
     _left = 0
-    """How many pictures an earlier run has left."""
+    """Number of pictures from an earlier run."""
 
     def _open(self) -> None:
         self._pattern = is_numbered(str(self.target))
@@ -53,33 +53,32 @@ class PictureWriter(Writer):
 
     def _too_many(self) -> UsageError:
         pattern = f"{self.target.stem}_%05d{self.target.suffix}"
-        reason = f"can hold one picture only: add --frames 1, or name it {pattern}"
-        return UsageError(self.target, reason)
+        return UsageError(self.target, "can hold only one picture", f"add --frames 1, or name it {pattern}")
 
     def _is_among(self, source: Path) -> bool:
-        """Whether pictures would be written over those of the source."""
-        if not is_wild(source.name):
+        """Whether the output would overwrite pictures of the source."""
+        if not has_wildcard(source.name):
             return source.absolute() == self.target.absolute()
-        files = numbered_files(str(source.absolute())) if is_pattern(source) else []
+        files = find_sequence_files(str(source.absolute())) if is_pattern(source) else []
         targets = (numbered_path(str(self.target.absolute()), number + 1) for number in range(len(files)))
         return not set(files).isdisjoint(targets)
 
     def _continue(self, record: RunRecord) -> None:
-        """Find what an earlier run has written, and continue it, keep it or begin anew."""
+        """Find the pictures of an earlier run, and continue it, keep it or start again."""
         self._left = self._count_written(record)
         if self._left and self._fingerprint and self._fingerprint.resume:
             self._fingerprint.check(record, self.target)
-            # The last one is written again: after a power cut its content may be missing.
+            # The last one is written again: after a power failure its content may be missing.
             self.kept = self._left - 1
-            log.info("%s is continued: %d of %d pictures are kept", self.target, self.kept, self._left)
+            log.info("%s is resumed: %d of %d pictures are kept", self.target, self.kept, self._left)
         elif self._left and not self._options.overwrite:
-            raise earlier_run(self.target, f"the first {self._left} pictures", record)
+            raise earlier_run_error(self.target, f"the first {self._left} pictures", record)
         else:
             self._left = 0
             record.begin(self._fingerprint.parts if self._fingerprint else {})
 
     def _count_written(self, record: RunRecord) -> int:
-        """How many pictures, from the first on, are those that an earlier run has written."""
+        """Count the consecutive pictures from the first one that an earlier run has written."""
         written = record.written()
         for number in itertools.count():
             if not is_written(numbered_path(str(self.target), number + 1), written):
@@ -121,7 +120,7 @@ class PictureWriter(Writer):
         self._close(keep=False)
 
     def abandon(self) -> Path | None:
-        """See Writer; returns the last complete picture."""
+        """See Writer; return the last complete picture."""
         self._close(keep=self._fingerprint is not None and self._left + self.frames > 0)
         return self._written
 
@@ -133,7 +132,7 @@ class PictureWriter(Writer):
             self._record.release() if keep else self._record.remove()
 
     def _next_file(self) -> OutputFile:
-        """The file of the next frame; the first has the number 1."""
+        """Open the file of the next frame; the first has the number 1."""
         number = max(self.frames, self.kept) + 1
         path = numbered_path(str(self.target), number) if self._pattern else self.target
         overwrite = self._options.overwrite or number <= self._left
@@ -143,25 +142,25 @@ class PictureWriter(Writer):
         context = av.CodecContext.create(self._plan.encoder, "w")
         assert isinstance(context, av.VideoCodecContext)
         self._plan.configure(context)
-        context.thread_count = 1  # each further thread would delay a picture
-        packets = context.encode(encoder_frame(frame, self._plan)) + context.encode(None)
+        context.thread_count = 1  # each additional thread would delay a picture
+        packets = context.encode(to_encoder_frame(frame, self._plan)) + context.encode(None)
         return b"".join(bytes(packet) for packet in packets)
 
 
 def is_numbered(target: str) -> bool:
-    """Whether the target has a place for a number.
+    """Whether the target has a placeholder for a number.
 
     >>> is_numbered("out/%05d.png"), is_numbered("100%.png")
     (True, False)
     """
-    return NUMBER.search(Path(target).name) is not None
+    return NUMBER_PATTERN.search(Path(target).name) is not None
 
 
 def numbered_path(pattern: str, number: int) -> Path:
-    """The path with the number in its place.
+    """Return the path with the number inserted.
 
     >>> numbered_path("frame_%03d.png", 7).name
     'frame_007.png'
     """
     path = Path(pattern)
-    return path.with_name(NUMBER.sub(lambda match: f"{number:{match[1]}d}", path.name, count=1))
+    return path.with_name(NUMBER_PATTERN.sub(lambda match: f"{number:{match[1]}d}", path.name, count=1))

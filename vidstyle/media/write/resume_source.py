@@ -1,4 +1,4 @@
-"""Reads the unfinished film of an interrupted run, whose packets are used again."""
+"""Reads the unfinished film of an interrupted run, whose packets are reused."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ import av
 from vidstyle.errors import log
 from vidstyle.media.rational import to_fraction
 
-READABLE = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,mpegts,ogg,flv,asf,nut,yuv4mpegpipe,gif,apng"
-"""The demuxers of the formats that are written here and can be read back."""
+READABLE_FORMATS = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,mpegts,ogg,flv,asf,nut,yuv4mpegpipe,gif,apng"
+"""Demuxers of the output formats that can be read back."""
 VideoFormat = tuple[str, int, int]
 """Codec, and width and height in pixels."""
-LENGTH_PREFIXED = ("h264", "hevc")
-"""Codecs whose units have their lengths before them in files, and start codes as they come from encoders."""
+LENGTH_PREFIXED_CODECS = ("h264", "hevc")
+"""Codecs whose units have length prefixes in files, and start codes as output of an encoder."""
 
 
 @dataclass(frozen=True)
 class PacketTimes:
-    """The times of a stored picture, in the units of its stream, and where it ends in the file, in bytes."""
+    """Times of a stored picture, in the time base of its stream, and the offset of its end in the file."""
 
     pts: int
     dts: int | None
@@ -37,22 +37,22 @@ class ResumeSource:
     """The pictures of an unfinished film.
 
     Attributes:
-        stored: how many there are.
-        seconds, kept_seconds: how long they last, and how long the kept ones.
-        kept: how many are in complete and verified groups of pictures: those before the last key frame.
-        times: of the kept ones, in seconds, in the order in which they are shown.
-        tick: the unit of the times, in seconds.
-        format: the codec and the width and height in pixels.
+        stored: number of pictures.
+        seconds, kept_seconds: duration of all pictures, and of the kept ones.
+        kept: number of pictures in complete and verified groups of pictures: before the last key frame.
+        times: times of the kept pictures, in seconds, in presentation order.
+        tick: the time base in seconds.
+        format: codec, width and height in pixels.
     """
 
     def __init__(self, path: Path, verified_bytes: int) -> None:
-        """`verified_bytes`: how much of the file is known to be as it was written."""
+        """`verified_bytes`: number of leading bytes that are verified to be unchanged."""
         self._path = path
-        self.format, self.tick, stamps = _stamps(path)
+        self.format, self.tick, stamps = _read_times(path)
         self.stored = len(stamps)
         first = min((stamp.pts for stamp in stamps), default=0)
         verified = itertools.takewhile(lambda stamp: stamp.end <= verified_bytes, stamps)
-        self.kept = _complete(list(verified))
+        self.kept = _count_complete(list(verified))
         self.seconds, self.kept_seconds = (
             float((max((each.pts + each.duration for each in part), default=first) - first) * self.tick)
             for part in (stamps, stamps[: self.kept])
@@ -62,18 +62,18 @@ class ResumeSource:
         self._decoding_times = _decoding_times(stamps[: self.kept], shown)
 
     def packets(self, start_codes: bool) -> Iterator[tuple[Fraction, av.Packet]]:
-        """The packets of the kept pictures in decoding order, each beside the next of `times`.
+        """Yield the packets of the kept pictures in decoding order, each with the next element of `times`.
 
         Args:
-            start_codes: whether H.264 and HEVC are wanted as encoders give them.
+            start_codes: whether H.264 and HEVC need start codes, as from an encoder.
         """
         if not self.kept:
             return
-        with _opened(self._path) as container:
+        with _open_film(self._path) as container:
             stream = container.streams.video[0]
             is_prefixed = (
                 start_codes
-                and stream.codec_context.codec.canonical_name in LENGTH_PREFIXED
+                and stream.codec_context.codec.canonical_name in LENGTH_PREFIXED_CODECS
                 and bytes(stream.codec_context.extradata or b"")[:1] == b"\x01"
             )
             stamps = zip(self.times, self._decoding_times, _whole_packets(container), strict=False)
@@ -84,20 +84,20 @@ class ResumeSource:
                 yield time, made
 
 
-def frames_in(path: Path, whole: bool = True) -> int:
-    """How many frames can be read back from a file; 0 if it cannot be read at all.
+def count_frames(path: Path, whole: bool = True) -> int:
+    """Count the frames that can be read back from a file; 0 if it cannot be read.
 
-    Where it is not `whole`, frames are counted up to the time to which all have come: the last
-    packets may need others that are lost.
+    If it is not `whole`, count the frames up to the last time before which no frame is missing: the last
+    packets may depend on lost ones.
     """
-    _, _, stamps = _stamps(path)
+    _, _, stamps = _read_times(path)
     times = [(stamp.pts, stamp.pts if stamp.dts is None else stamp.dts) for stamp in stamps]
     complete = max((decoded for _, decoded in times), default=0)
     return len(times) if whole else sum(shown <= complete for shown, _ in times)
 
 
-def _opened(path: Path) -> av.container.InputContainer:
-    return av.open(os.fspath(path), options={"format_whitelist": READABLE})
+def _open_film(path: Path) -> av.container.InputContainer:
+    return av.open(os.fspath(path), options={"format_whitelist": READABLE_FORMATS})
 
 
 def _whole_packets(container: av.container.InputContainer) -> Iterator[av.Packet]:
@@ -106,11 +106,11 @@ def _whole_packets(container: av.container.InputContainer) -> Iterator[av.Packet
             yield packet
 
 
-def _stamps(path: Path) -> tuple[VideoFormat | None, Fraction, list[PacketTimes]]:
-    """Format, unit of time in seconds, and all packets of pictures, as far as they can be read."""
+def _read_times(path: Path) -> tuple[VideoFormat | None, Fraction, list[PacketTimes]]:
+    """Return format, time base in seconds, and the times of all readable video packets."""
     found, tick, stamps = None, Fraction(1), []
     try:
-        with _opened(path) as container:
+        with _open_film(path) as container:
             found = video_format(container.streams.video[0])
             for packet in _whole_packets(container):
                 assert packet.pts is not None and packet.time_base is not None
@@ -123,13 +123,13 @@ def _stamps(path: Path) -> tuple[VideoFormat | None, Fraction, list[PacketTimes]
 
 
 def video_format(stream: av.VideoStream) -> VideoFormat:
-    """What a film must have in common with the one that it continues."""
+    """Return the properties that a film must share with the one that it continues."""
     context = stream.codec_context
     return context.codec.canonical_name, context.width, context.height
 
 
-def _complete(stamps: list[PacketTimes]) -> int:
-    """How many pictures come before the last key frame, and are shown before all that follow."""
+def _count_complete(stamps: list[PacketTimes]) -> int:
+    """Count the pictures before the last key frame that are shown before all later ones."""
     earliest, kept = float("inf"), 0
     latest: list[int] = []
     for stamp in stamps:
@@ -143,7 +143,7 @@ def _complete(stamps: list[PacketTimes]) -> int:
 
 
 def _decoding_times(stamps: list[PacketTimes], shown: list[int]) -> list[int]:
-    """Those that are stored; where a container stores none, those of an encoder with the least delay."""
+    """Return the stored decoding times; if a container stores none, times with the least encoder delay."""
     stored = [stamp.dts for stamp in stamps if stamp.dts is not None and stamp.dts <= stamp.pts]
     if len(stored) == len(stamps) and all(a < b for a, b in zip(stored, stored[1:], strict=False)):
         return stored
@@ -154,7 +154,7 @@ def _decoding_times(stamps: list[PacketTimes], shown: list[int]) -> list[int]:
 
 
 def _with_start_codes(content: bytes) -> bytes:
-    r"""Units with a start code before each in place of its length in four bytes (ISO/IEC 14496-10, Annex B).
+    r"""Replace the four-byte length prefix of each unit with a start code (ISO/IEC 14496-10, Annex B).
 
     >>> _with_start_codes(b"\0\0\0\2ab\0\0\0\1c")
     b'\x00\x00\x00\x01ab\x00\x00\x00\x01c'

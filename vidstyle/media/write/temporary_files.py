@@ -13,29 +13,29 @@ from typing import NamedTuple
 
 from vidstyle.errors import log
 
-if sys.platform != "win32":  # Windows itself lets nobody remove or rename a file that is being written
+if sys.platform != "win32":  # Windows itself prevents removing or renaming an open file
     import fcntl
 
 MAX_NAME_BYTES = 255
 """Maximum length of a file name (NAME_MAX)."""
 MARK = ".vidstyle-"
-"""What precedes the random part of a temporary name."""
+"""Text before the random part of a temporary name."""
 TOKEN_BYTES = 8
 
 
 class FileIdentity(NamedTuple):
-    """Device and number of a file, which stay the same when it is renamed."""
+    """Device and inode of a file, which stay the same if it is renamed."""
 
     device: int
     inode: int
 
     @classmethod
     def of(cls, status: os.stat_result) -> FileIdentity:
-        """The identity of the file that has this status."""
+        """Return the identity of the file with this status."""
         return cls(status.st_dev, status.st_ino)
 
     def is_at(self, path: Path) -> bool:
-        """Whether a path, not followed if it is a link, leads to this file."""
+        """Whether a path refers to this file; links are not followed."""
         try:
             return FileIdentity.of(os.lstat(path)) == self
         except OSError:
@@ -43,11 +43,11 @@ class FileIdentity(NamedTuple):
 
 
 def create_file(path: Path, content: bytes = b"") -> FileIdentity:
-    """Create a file that did not exist.
+    """Create a file that does not exist.
 
     Raises:
-        FileExistsError: anything has this name, a broken link too.
-        OSError: it cannot be created or written to.
+        FileExistsError: the name is in use, even by a broken link.
+        OSError: the file cannot be created or written.
     """
     with open(path, "xb", buffering=0) as file:
         identity = FileIdentity.of(os.fstat(file.fileno()))
@@ -60,7 +60,7 @@ def create_file(path: Path, content: bytes = b"") -> FileIdentity:
 
 
 def rename_to_new(path: Path, target: Path) -> None:
-    """Rename a file to a name that nothing has; raises FileExistsError otherwise."""
+    """Rename a file to an unused name; raise FileExistsError if it is in use."""
     try:
         os.link(path, target)
     except FileExistsError:
@@ -74,7 +74,7 @@ def rename_to_new(path: Path, target: Path) -> None:
 
 
 def partial_path(target: Path, ending: str | None = None, mark: str = ".partial") -> Path:
-    """The path with a mark before its ending, which may be another; cut where it would become too long.
+    """Return the path with a mark before its extension, which may be replaced; shorten long names.
 
     >>> partial_path(Path("a.mp4")).name
     'a.partial.mp4'
@@ -87,7 +87,7 @@ def partial_path(target: Path, ending: str | None = None, mark: str = ".partial"
 
 
 def create_temporary(target: Path, content: bytes = b"") -> tuple[Path, FileIdentity]:
-    """Create a file with a random name next to a target; raises OSError."""
+    """Create a file with a random name next to a target; raise OSError if that fails."""
     while True:
         path = partial_path(target, mark=MARK + secrets.token_hex(TOKEN_BYTES))
         with suppress(FileExistsError):
@@ -95,7 +95,7 @@ def create_temporary(target: Path, content: bytes = b"") -> tuple[Path, FileIden
 
 
 def is_temporary(name: str) -> bool:
-    """Whether a file name is one that `create_temporary` gives.
+    """Whether a file name has the form that `create_temporary` uses.
 
     >>> is_temporary("a.vidstyle-0123456789abcdef.mp4"), is_temporary("../a.mp4"), is_temporary("a.mp4")
     (True, False, False)
@@ -106,17 +106,17 @@ def is_temporary(name: str) -> bool:
 
 
 class FileLock:
-    """A file that is locked until `release` or the end of the process, however it ends.
+    """A file that is locked until `release` or any end of the process.
 
-    The lock is advisory and belongs to the open file (flock): other descriptors on it may come and go.
-    Network folders may have no locks; then only `identity` tells of another run.
+    The lock is advisory and belongs to the open file (flock), independent of other descriptors. Network
+    folders may have no locks; then only `identity` detects another run.
 
     Attributes:
-        identity: of the file.
+        identity: identity of the file.
     """
 
     def __init__(self, path: Path) -> None:
-        """Lock a file that exists and is no link.
+        """Lock an existing file that is not a link.
 
         Raises:
             BlockingIOError: another run has locked it.
@@ -138,20 +138,20 @@ class FileLock:
             log.debug("%s: cannot be locked (%s)", path, error)
 
     def append(self, path: Path, content: bytes) -> None:
-        """Add to the file, which is at `path`; raises OSError."""
-        if sys.platform == "win32":  # which could not remove the file if it stayed open
+        """Append to the file, which is at `path`; raise OSError if that fails."""
+        if sys.platform == "win32":  # an open file could not be removed
             with path.open("ab", buffering=0) as file:
                 file.write(content)
         else:
             os.write(self._descriptor, content)
 
     def release(self) -> None:
-        """Let others have it."""
+        """Release the lock."""
         self._close()
 
 
 def lock_owner(path: Path) -> str | None:
-    """The process that holds the lock on a file, by /proc/locks; None if nobody does any more."""
+    """Return the process that holds the lock on a file, by /proc/locks; None if there is no lock."""
     try:
         inode = path.stat().st_ino
         with open("/proc/locks", encoding="ascii") as table:

@@ -1,4 +1,4 @@
-"""Transcodes audio and text subtitles that a container does not hold as they are."""
+"""Transcodes audio and text subtitles for containers that do not support their codecs."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from av.subtitles.codeccontext import SubtitleCodecContext
 from av.subtitles.stream import SubtitleStream
 from av.subtitles.subtitle import AssSubtitle, SubtitleSet
 
-from vidstyle.media.audio import FRAME_SIZE, AudioDecoder, AudioEncoder, Loss
+from vidstyle.media.audio import DEFAULT_FRAME_SIZE, AudioDecoder, AudioEncoder, Loss
 
 TEXT_CODECS = ("subrip", "ass", "ssa", "mov_text", "webvtt", "text", "srt")
-"""Canonical names of codecs that hold text rather than pictures."""
+"""Canonical names of subtitle codecs with text instead of bitmaps."""
 
 
 class CopiedStream:
-    """A stream of a source that is carried over into another container.
+    """A stream of a source that is copied or transcoded into another container.
 
     Attributes:
-        stream: in the new container.
+        stream: the stream in the new container.
         loss: packets that could not be used.
     """
 
@@ -32,23 +32,23 @@ class CopiedStream:
         self.stream, self.loss = stream, Loss()
 
     def packets(self, packet: av.Packet) -> list[av.Packet]:
-        """The packets of the new stream that a packet of the old one gives."""
+        """Return the packets of the new stream for a packet of the source."""
         raise NotImplementedError
 
-    def sample(self, packet: av.Packet) -> list[av.Packet]:
-        """What the muxer would get for a packet of the source, which stays as it is."""
+    def make_sample(self, packet: av.Packet) -> list[av.Packet]:
+        """Return the packets that the muxer would get for a packet of the source, which is not changed."""
         copy = av.Packet(bytes(packet))
         copy.pts, copy.dts, copy.time_base = packet.pts, packet.dts, packet.time_base
         copy.duration, copy.stream, copy.is_keyframe = packet.duration, packet.stream, True
         return self.packets(copy)
 
     def flush(self) -> list[av.Packet]:
-        """The packets that are still held back."""
+        """Return the remaining packets."""
         return []
 
 
 class SubtitleTranscoder(CopiedStream):
-    """Decodes the packets of one subtitle stream and encodes them into another, at the same times."""
+    """Decodes the packets of a subtitle stream and encodes them with another codec at the same times."""
 
     def __init__(
         self, container: av.container.OutputContainer, template: SubtitleStream, encoder: str
@@ -61,15 +61,15 @@ class SubtitleTranscoder(CopiedStream):
         self.stream.time_base = template.time_base
 
     def packets(self, packet: av.Packet) -> list[av.Packet]:
-        """The packet in the new codec; none if it holds no words."""
+        """Return the packet in the new codec; none if it has no text."""
         try:
-            made = self._converted(packet)
+            made = self._convert(packet)
         except (av.FFmpegError, ValueError):
             self.loss.add(packet)
             return []
         return [] if made is None else [made]
 
-    def _converted(self, packet: av.Packet) -> av.Packet | None:
+    def _convert(self, packet: av.Packet) -> av.Packet | None:
         found = self._decoder.decode2(packet)
         lines = [line for line in found or () if isinstance(line, AssSubtitle) and line.ass]
         if not lines:
@@ -85,12 +85,12 @@ class SubtitleTranscoder(CopiedStream):
 MAX_CHANNELS = {"libmp3lame": 2, "vorbis": 2, "wmav1": 2, "wmav2": 2, "mp2": 2, "ac3": 6, "aac": 8}
 
 
-MAX_SILENCE = 2 * 3600
-"""Seconds of a gap that are filled with silence; a longer one comes from damaged timestamps."""
+MAX_SILENT_GAP_SECONDS = 2 * 3600
+"""Longest gap that is filled with silence; longer ones come from damaged timestamps."""
 
 
 class AudioTranscoder(CopiedStream):
-    """Decodes the packets of one audio stream and encodes them into another, at the same times."""
+    """Decodes the packets of an audio stream and encodes them with another codec at the same times."""
 
     def __init__(
         self,
@@ -102,25 +102,25 @@ class AudioTranscoder(CopiedStream):
         """Add the stream.
 
         Args:
-            untimed: codecs whose sound has to begin at 0 and go on without a gap.
+            untimed: codecs whose sound must start at 0 and continue without a gap.
         """
         channels = min(template.layout.nb_channels, MAX_CHANNELS.get(encoder, 8))
         layout = {1: "mono", 2: "stereo"}.get(channels, template.layout.name)
         codec = av.Codec(encoder, "w")
-        rate = _nearest(template.rate, codec.audio_rates or [])
+        rate = _choose_rate(template.rate, codec.audio_rates or [])
         self._decoder = AudioDecoder(template, rate, layout)
-        self._rate, self._timed = rate, codec.canonical_name not in untimed
+        self._rate, self._has_times = rate, codec.canonical_name not in untimed
         self._encoder = AudioEncoder(
-            container, encoder, rate, layout, from_zero=not self._timed, gaps=self._timed
+            container, encoder, rate, layout, from_zero=not self._has_times, keep_gaps=self._has_times
         )
         super().__init__(self._encoder.stream)
         self.loss = self._decoder.loss
 
     def packets(self, packet: av.Packet | None) -> list[av.Packet]:
-        """The encoded packets that come out when a packet goes in; there is silence for what is damaged."""
+        """Transcode a packet; damaged samples are replaced by silence."""
         made: list[av.Packet] = []
         for seconds, samples in self._decoder.samples(packet):
-            if not self._timed and seconds > self._encoder.end + MAX_SILENCE:
+            if not self._has_times and seconds > self._encoder.end + MAX_SILENT_GAP_SECONDS:
                 self.loss.seconds += samples.shape[1] / self._rate
             else:
                 made += self._encoder.packets(samples, seconds)
@@ -130,16 +130,16 @@ class AudioTranscoder(CopiedStream):
         """Flush decoder and encoder."""
         return self.packets(None) + self._encoder.flush()
 
-    def sample(self, packet: av.Packet) -> list[av.Packet]:
-        """Silence: the decoder must not see a packet twice."""
-        silence = np.zeros((self._encoder.stream.layout.nb_channels, FRAME_SIZE), np.float32)
+    def make_sample(self, packet: av.Packet) -> list[av.Packet]:
+        """Return silence: the decoder must not decode a packet twice."""
+        silence = np.zeros((self._encoder.stream.layout.nb_channels, DEFAULT_FRAME_SIZE), np.float32)
         return self._encoder.packets(silence, 0.0) + self._encoder.flush()
 
 
-def _nearest(rate: int, allowed: list[int]) -> int:
-    """The rate itself if allowed, else the lowest above it, else the highest.
+def _choose_rate(rate: int, allowed: list[int]) -> int:
+    """Return the rate if allowed, else the lowest one above it, else the highest.
 
-    >>> _nearest(44100, [8000, 48000])
+    >>> _choose_rate(44100, [8000, 48000])
     48000
     """
     if not allowed or rate in allowed:

@@ -1,4 +1,4 @@
-"""Chooses encoder, pixel format and settings of a film's video, and checks that the encoder accepts them."""
+"""Selects encoder, pixel format and settings for video, and checks that the encoder accepts them."""
 
 from __future__ import annotations
 
@@ -7,47 +7,49 @@ from fractions import Fraction
 
 import av
 
-from vidstyle.core.cores import available_cores, imposed_threads
+from vidstyle.core.machine.cores import available_cores, imposed_threads
 from vidstyle.core.picture import SITINGS, Encoding
 from vidstyle.errors import UsageError, error_reason, is_memory_short, log
 from vidstyle.media.codecs import (
     choose_pix_fmt,
     encoder_options,
     find_encoder,
+    find_software_encoder,
     open_encoder,
-    software_encoder,
     writable_layout,
 )
-from vidstyle.media.color_tags import FULL, UNSPECIFIED, ColorTags
+from vidstyle.media.color_tags import FULL_RANGE, UNSPECIFIED_CODE, ColorTags
 from vidstyle.media.options import VideoInfo, WriteOptions
 from vidstyle.media.pixel_formats import PlaneLayout
 from vidstyle.media.write.containers import ContainerKind
 
-UNTAGGED = ("png", "apng", "tiff", "bmp", "webp")
-"""Picture codecs that viewers assume to be sRGB; with the colour tags of a film they would look different."""
 RANGED_CODECS = ("h264", "hevc", "av1", "vp9", "vvc")
-"""Codecs whose streams say whether they are of full range."""
-RANGED_CONTAINERS = ("mp4", "mov", "matroska", "webm", "yuv4mpegpipe")
-"""Containers that say it, of all codecs but the following."""
+"""Codecs whose streams signal full range; for other codecs, the container may signal it."""
 LIMITED_CODECS = ("vp8", "prores", "dnxhd", "mpeg1video", "mpeg2video", "theora", "flv1", "wmv1", "wmv2")
-"""Codecs that players take for limited range, whatever the container says."""
+"""Codecs that players treat as limited range, independent of the container."""
 RGB_MATRIX = 0
 """The H.273 code of the identity matrix."""
 MAX_TIME_BASES = {"mpeg4": 65535, "mpeg2video": 60000, "mpeg1video": 60000, "flv1": 1000, "wmv2": 1000}
 """Maximum denominator of the time base of codecs that store times in the video stream."""
-MAX_CONTAINER_TIME_BASES = {"mp4": 240_000, "mov": 240_000}
-"""Maximum denominator for containers that store the time between packets in 31 bits: a gap of an hour fits,
-which B-frames double. A multiple of the usual frame rates."""
-DEFAULT_RATE = Fraction(25)
+MAX_INDEXED_TIME_BASE = 240_000
+"""Maximum denominator for containers that store the time between packets in 31 bits: it allows a gap of an
+hour, which B-frames double, and is a multiple of the usual frame rates."""
+MUXER_TIME_BASES = {"mpegts": 90_000}
+"""Denominators of the time bases of muxers that refuse two frames in one unit of theirs."""
+MAX_FRAME_RATES = {"avi": 600}
+"""Maximum frame rate of containers whose muxer reduces a higher one."""
+MAX_GAP_FRAMES = {"avi": 50_000}
+"""Maximum number of empty packets by which containers fill the gap between two frames (FFmpeg: 60,000)."""
+DEFAULT_FRAME_RATE = Fraction(25)
 MAX_DELAY_SECONDS = 1
-"""Maximum delay of an encoder in seconds of film, which is lost when the program is killed."""
+"""Maximum delay of an encoder in seconds of film, which are lost if the program is killed."""
 X264_LOOKAHEAD = {
     **{"ultrafast": 0, "superfast": 0, "veryfast": 10, "faster": 20, "fast": 30},
     **{"medium": 40, "slow": 50, "slower": 60, "veryslow": 60, "placebo": 60},
 }
-"""Lookahead of x264 in frames, of each preset."""
-X264_REORDERED = 3
-"""Frames that x264 delays for reordering B-frames."""
+"""Lookahead of x264 in frames, for each preset."""
+X264_REORDERED_FRAMES = 3
+"""Delay of x264 in frames for reordering B-frames."""
 
 
 @dataclass(frozen=True)
@@ -57,11 +59,12 @@ class VideoPlan:
     Attributes:
         encoder, codec: name of the encoder, and canonical name of its codec.
         pix_fmt: pixel format of the frames for the encoder, and its layout.
-        size: width and height as encoded, padded to a multiple of the chroma step.
-        encoding: of the pictures that it expects.
-        tags: its colour tags.
-        time_base, rate: of its frames; `rate` is a hint.
-        options: for the encoder.
+        size: encoded width and height, padded to a multiple of the subsampling.
+        encoding: expected encoding of the pictures.
+        tags: colour tags.
+        time_base, rate: time base and nominal rate of the frames.
+        max_gap: maximum time between two frames, in seconds; None: unlimited.
+        options: encoder options.
     """
 
     encoder: str
@@ -73,6 +76,7 @@ class VideoPlan:
     tags: ColorTags
     time_base: Fraction
     rate: Fraction
+    max_gap: Fraction | None
     sample_aspect: Fraction | None
     options: dict[str, str]
 
@@ -96,55 +100,60 @@ class VideoPlan:
 
 
 def plan_video(target: str, kind: ContainerKind, info: VideoInfo, options: WriteOptions) -> VideoPlan:
-    """The plan for a film, with an encoder that has been opened with this size and format.
+    """Return the plan for a film, after opening the encoder with this size and format.
 
     Raises:
-        UsageError: the container does not hold the codec, or the encoder refuses size, format or settings.
+        UsageError: the container does not support the codec, or the encoder refuses size, format or settings.
     """
     encoder, pix_fmt = options.codec or kind.codec, options.pix_fmt
     if options.codec is None and pix_fmt is None:
         encoder, pix_fmt = kind.alpha if info.alpha and kind.alpha else (encoder, kind.pix_fmt or None)
-    stand_in = software_encoder(encoder)
+    stand_in = find_software_encoder(encoder)
     try:
-        plan = _plan(kind, info, options, encoder, pix_fmt)
-        _try(target, plan)
+        plan = _make_plan(kind, info, options, encoder, pix_fmt)
+        _try_encoder(target, plan)
     except UsageError as error:
         if stand_in is None:
             raise
-        log.warning("%s cannot be used here (%s); %s encodes instead", encoder, error.reason, stand_in)
-        # Speed names differ between hardware and software encoders.
-        plan = _plan(kind, info, replace(options, preset=None), stand_in, pix_fmt)
-        _try(target, plan)
+        log.warning("%s cannot be used here (%s); %s is used instead", encoder, error.reason, stand_in)
+        # The names of presets differ between hardware and software encoders.
+        plan = _make_plan(kind, info, replace(options, preset=None), stand_in, pix_fmt)
+        _try_encoder(target, plan)
     _announce(target, info, plan)
     return plan
 
 
-def _plan(
+def _make_plan(
     kind: ContainerKind, info: VideoInfo, options: WriteOptions, name: str, pix_fmt: str | None
 ) -> VideoPlan:
     encoder, codec = find_encoder(name)
     if kind.video and codec not in kind.video:
         remedy = f"use one of {', '.join(kind.video)}, or an output name that ends in .mkv"
-        raise UsageError("--codec", f"{kind.endings[0]} files do not hold {codec}", remedy)
+        raise UsageError("--codec", f"{kind.endings[0]} files do not support {codec}", remedy)
     source = info.encoding
-    pix_fmt = pix_fmt or choose_pix_fmt(encoder, source.depth, source.step, info.is_rgb, info.alpha)
-    # The J of the old full-range formats is said by the tags.
+    pix_fmt = pix_fmt or choose_pix_fmt(encoder, source.depth, source.subsampling, info.is_rgb, info.alpha)
+    # The colour tags signal the full range of the old yuvj formats.
     layout = _layout(pix_fmt.replace("yuvj", "yuv"))
     encoding = _encoding(info, layout, codec, kind)
     if pix_fmt.startswith("yuvj"):
         encoding = replace(encoding, full_range=True)
-    rate = info.rate or DEFAULT_RATE
-    own = encoder_options(encoder, options.crf, options.preset, options.habitual)
+    rate = info.rate or DEFAULT_FRAME_RATE
+    rate = min(rate, Fraction(MAX_FRAME_RATES.get(kind.muxer, rate)))
+    own = encoder_options(encoder, options.crf, options.preset, options.optional)
     return VideoPlan(
         encoder=encoder,
         codec=codec,
         pix_fmt=layout.name,
         layout=layout,
-        size=(_padded(info.width, layout.step[0]), _padded(info.height, layout.step[1])),
+        size=(
+            _pad_length(info.width, layout.subsampling[0]),
+            _pad_length(info.height, layout.subsampling[1]),
+        ),
         encoding=encoding,
         tags=_tags(info, encoding, layout, kind),
         time_base=_time_base(kind, codec, info, rate),
         rate=rate,
+        max_gap=MAX_GAP_FRAMES[kind.muxer] / rate if kind.muxer in MAX_GAP_FRAMES else None,
         sample_aspect=info.sample_aspect,
         options=own | _latency(encoder, rate, own.get("preset", "")) | _siting(encoding),
     )
@@ -156,72 +165,79 @@ def _layout(pix_fmt: str) -> PlaneLayout:
     except ValueError:
         layout = None
     if layout is None:
-        reason = f"{pix_fmt!r} is not a pixel format that vidstyle writes"
+        reason = f"{pix_fmt!r} is not a supported pixel format"
         raise UsageError("--pix-fmt", reason, "yuv420p plays everywhere")
     return layout
 
 
-def _padded(length: int, step: int) -> int:
-    """The length rounded up to a multiple.
+def _pad_length(length: int, step: int) -> int:
+    """Round the length up to a multiple of the step.
 
-    >>> _padded(641, 2), _padded(640, 2)
+    >>> _pad_length(641, 2), _pad_length(640, 2)
     (642, 640)
     """
     return -(-length // step) * step
 
 
 def _encoding(info: VideoInfo, layout: PlaneLayout, codec: str, kind: ContainerKind) -> Encoding:
-    """The source's matrix, range and siting, as far as they apply to the new layout and can be told."""
+    """Return the source's matrix, range and siting, adapted to the new layout and to the signalled range."""
     if layout.kind != "luma":
         return Encoding("bt709", True, layout.depth, (1, 1))
     if codec == "mjpeg":  # JFIF knows no other
-        siting = (layout.step[0] - 1) / 2, (layout.step[1] - 1) / 2
-        return Encoding("bt601", True, layout.depth, layout.step, siting)
+        siting = (layout.subsampling[0] - 1) / 2, (layout.subsampling[1] - 1) / 2
+        return Encoding("bt601", True, layout.depth, layout.subsampling, siting)
     if info.is_rgb:
-        return Encoding("bt709", False, layout.depth, layout.step)
+        return Encoding("bt709", False, layout.depth, layout.subsampling)
     siting = info.encoding.siting
-    if layout.step != info.encoding.step or siting not in SITINGS.values():
-        siting = SITINGS["left"] if layout.step[1] == 2 else SITINGS["topleft"]
-    has_range = codec in RANGED_CODECS or kind.muxer in RANGED_CONTAINERS and codec not in LIMITED_CODECS
+    if layout.subsampling != info.encoding.subsampling or siting not in SITINGS.values():
+        siting = SITINGS["left"] if layout.subsampling[1] == 2 else SITINGS["topleft"]
+    has_range = codec in RANGED_CODECS or kind.ranged and codec not in LIMITED_CODECS
     full_range = info.encoding.full_range and has_range
-    return replace(info.encoding, depth=layout.depth, step=layout.step, siting=siting, full_range=full_range)
+    return replace(
+        info.encoding,
+        depth=layout.depth,
+        subsampling=layout.subsampling,
+        siting=siting,
+        full_range=full_range,
+    )
 
 
 def _tags(info: VideoInfo, encoding: Encoding, layout: PlaneLayout, kind: ContainerKind) -> ColorTags:
-    """The tags for the encoding: the source's own, and the defaults where it has none."""
-    if layout.kind != "luma" and kind.video and kind.video[0] in UNTAGGED:
-        return ColorTags(UNSPECIFIED, UNSPECIFIED, RGB_MATRIX, FULL)
-    matrix = info.color_tags.matrix if encoding.matrix == info.encoding.matrix else UNSPECIFIED
+    """Return the tags for the encoding: the source's tags, and defaults for missing ones."""
+    if layout.kind != "luma" and kind.untagged:
+        return ColorTags(UNSPECIFIED_CODE, UNSPECIFIED_CODE, RGB_MATRIX, FULL_RANGE)
+    matrix = info.color_tags.matrix if encoding.matrix == info.encoding.matrix else UNSPECIFIED_CODE
     tags = replace(info.color_tags, matrix=matrix).completed(encoding, info.height)
     return tags if layout.kind == "luma" else replace(tags, matrix=RGB_MATRIX)
 
 
 def _siting(encoding: Encoding) -> dict[str, str]:
     name = next((name for name, place in SITINGS.items() if place == encoding.siting), None)
-    return {"chroma_sample_location": name} if name and encoding.step == (2, 2) else {}
+    return {"chroma_sample_location": name} if name and encoding.subsampling == (2, 2) else {}
 
 
 def _time_base(kind: ContainerKind, codec: str, info: VideoInfo, rate: Fraction) -> Fraction:
-    """The source's time base, unless the container has a constant rate, or it or the codec a coarser one."""
+    """Return the source's time base, or a coarser one if container or codec require it."""
     if kind.strict_rate:
         return 1 / rate
-    finest = MAX_TIME_BASES.get(codec, MAX_CONTAINER_TIME_BASES.get(kind.muxer))
+    container_limit = MUXER_TIME_BASES.get(kind.muxer, MAX_INDEXED_TIME_BASE if kind.indexed else None)
+    finest = MAX_TIME_BASES.get(codec, container_limit)
     if finest is None or info.time_base.denominator <= finest:
         return info.time_base
     return 1 / rate if codec in MAX_TIME_BASES and rate.numerator <= finest else Fraction(1, finest)
 
 
 def _latency(encoder: str, rate: Fraction, preset: str) -> dict[str, str]:
-    """Settings that limit the delay of an encoder, to which its threads and lookahead add.
+    """Return settings that limit the delay of an encoder, to which its threads and lookahead contribute.
 
-    A lookahead is never made longer than that of the preset.
+    The lookahead is never longer than the preset's.
     """
     held = int(rate * MAX_DELAY_SECONDS)
     if encoder in ("libvpx", "libvpx-vp9"):
         return {"lag-in-frames": str(min(25, max(1, held)))}
     if encoder not in ("libx264", "libx264rgb"):
         return {}
-    room = max(2, held - X264_REORDERED)
+    room = max(2, held - X264_REORDERED_FRAMES)
     threads = max(1, available_cores() * 3 // 2)
     lookahead = X264_LOOKAHEAD[preset]
     if threads + lookahead <= room:
@@ -230,7 +246,7 @@ def _latency(encoder: str, rate: Fraction, preset: str) -> dict[str, str]:
     return {"threads": str(threads), "rc-lookahead": str(min(lookahead, room - threads))}
 
 
-def _try(target: str, plan: VideoPlan) -> None:
+def _try_encoder(target: str, plan: VideoPlan) -> None:
     """Open and close the encoder with the settings of the plan."""
     if plan.encoder in ("rawvideo", "wrapped_avframe"):
         return
@@ -252,11 +268,11 @@ def _announce(target: str, info: VideoInfo, plan: VideoPlan) -> None:
     if plan.size != (info.width, info.height):
         wide, high = plan.size[0] - info.width, plan.size[1] - info.height
         log.warning(
-            "%s: %dx%d is padded to %dx%d, since %s has half the colours (repeating the last %s)",
+            "%s: %dx%d is padded to %dx%d, because %s has subsampled chroma (repeating the last %s)",
             *(target, info.width, info.height, *plan.size, plan.pix_fmt),
             " and ".join(["column"] * bool(wide) + ["row"] * bool(high)),
         )
     if info.encoding.full_range and not plan.encoding.full_range and not info.is_rgb:
-        log.warning("%s: full range becomes limited, since %s here cannot say it", target, plan.codec)
+        log.warning("%s: full range becomes limited, because %s cannot signal it here", target, plan.codec)
     if info.alpha and not plan.layout.alpha:
-        log.warning("%s: transparency is lost, since %s has none", target, plan.pix_fmt)
+        log.warning("%s: transparency is lost, because %s has no alpha channel", target, plan.pix_fmt)

@@ -1,4 +1,4 @@
-"""The writer that fits a target."""
+"""Selects the writer for a target."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from pathlib import Path
 from vidstyle.errors import OutputError, UsageError
 from vidstyle.media.options import VideoInfo, WriteOptions
 from vidstyle.media.read.reader import Reader
-from vidstyle.media.write.atomic import is_regular_file, real_path
+from vidstyle.media.write.atomic import is_regular_file, resolve_path
 from vidstyle.media.write.base import Writer
-from vidstyle.media.write.containers import kind_of
+from vidstyle.media.write.containers import find_kind
 from vidstyle.media.write.film_writer import FilmWriter
 from vidstyle.media.write.gif import GifWriter
 from vidstyle.media.write.images import PictureWriter, is_numbered, numbered_path
@@ -20,10 +20,6 @@ from vidstyle.media.write.temporary_files import partial_path
 __all__ = ["WriteOptions", "Writer", "open_writer"]
 
 
-RESUMABLE = ("mp4", "mov", "matroska", "webm", "image2")
-"""Muxers of what can be continued, if it is no animation."""
-
-
 def open_writer(
     target: str | Path,
     info: VideoInfo,
@@ -31,30 +27,30 @@ def open_writer(
     source: Reader | None = None,
     fingerprint: Fingerprint | None = None,
 ) -> Writer:
-    """A writer for the target; checks what can be checked before the first frame is decoded.
+    """Open a writer for the target; check everything possible before the first frame is decoded.
 
     Args:
-        target: a path whose ending says what to write; `%05d.png` for one file for each picture; "-" for
-            standard output, which wants `options.format`.
+        target: a path whose extension selects the format; `%05d.png` for one file per picture; "-" for
+            standard output, which needs `options.format`.
         info: description of the video.
         options: how to write.
-        source: where they come from; its other streams, chapters and tags are carried over.
-        fingerprint: what decides the result, so that a later run can continue it, or this one an earlier run.
+        source: the source, whose other streams, chapters and tags are copied.
+        fingerprint: everything that determines the result, for resuming an earlier run, or this run later.
 
     Raises:
-        UsageError: the target exists, is the input, or cannot hold what is asked for.
-        OutputError: its folder is missing or cannot be written to.
+        UsageError: the target exists, is the input, or does not support the options.
+        OutputError: its folder is missing or not writable.
     """
-    kind = kind_of(str(target), options.format, info.still or is_numbered(str(target)))
+    kind = find_kind(str(target), options.format, info.still or is_numbered(str(target)))
     writers: dict[str, type[Writer]] = {"picture": PictureWriter, "gif": GifWriter, "film": FilmWriter}
     return writers[kind.way](target, kind, info, options, source, fingerprint)
 
 
 def file_in_folder(target: str | Path, source: str | Path) -> str | Path:
-    """The target; where it is a folder, the file in it that has the name of the source.
+    """Return the target, or, if it is a folder, the file in it with the name of the source.
 
     Raises:
-        UsageError: a folder, and the source has no name of its own.
+        UsageError: the target is a folder, and the source is not a file.
         OutputError: the target ends in a slash, and there is no such folder.
     """
     path, name = Path(target), Path(source).name
@@ -68,22 +64,20 @@ def file_in_folder(target: str | Path, source: str | Path) -> str | Path:
 
 
 def is_resumable(target: str | Path, options: WriteOptions) -> bool:
-    """Whether an unfinished target can be continued: films in most containers, and numbered pictures.
+    """Whether an unfinished target can be resumed: films in most containers, and numbered pictures.
 
     Raises:
-        UsageError: its name does not say what it is.
+        UsageError: its extension is unknown.
     """
     if str(target) == "-" or not is_regular_file(Path(target)):
         return False
-    kind = kind_of(str(target), options.format, False)
-    return kind.muxer in RESUMABLE and (
-        kind.way == "film" or kind.way == "picture" and is_numbered(str(target))
-    )
+    kind = find_kind(str(target), options.format, False)
+    return kind.resumable and (kind.way == "film" or is_numbered(str(target)))
 
 
 def is_finished(target: str | Path) -> bool:
-    """Whether a target that `is_resumable` is there, and no run has left it unfinished."""
-    path = real_path(Path(target))
+    """Whether a resumable target exists and is finished."""
+    path = resolve_path(Path(target))
     if is_numbered(str(target)):
         return numbered_path(str(path), 1).exists() and not record_path(path).exists()
     partial = partial_path(path)

@@ -1,8 +1,4 @@
-/**
- * Playback of a film that the server decodes: single frames, or a loop.
- *
- * @module
- */
+// Playback of a film that the server decodes: single frames, or a loop.
 
 /**
  * @typedef {object} Clip
@@ -84,8 +80,8 @@ export class Player {
     this.playing = true;
     this.onchange();
     const [first, last] = this.range ?? [0, this.clip.count - 1];
-    const from = this.number < first || this.number >= last ? first : this.number;
-    await this.ask("play", { at: from, from: first, to: last, fps: this.clip.fps });
+    const at = this.number < first || this.number >= last ? first : this.number;
+    await this.ask("play", { at, first, last, fps: this.clip.fps });
   }
 
   /** Pauses; has no effect on a camera. */

@@ -1,8 +1,4 @@
-/**
- * The WebSocket of a page: requests with answers, pictures, uploads, and reconnection.
- *
- * @module
- */
+// The WebSocket of a page: requests with answers, pictures, uploads, and reconnection.
 
 /**
  * A picture from the server: a header of 16 bytes, then a PNG or JPEG file.
@@ -15,6 +11,7 @@
 
 const HEADER_BYTES = 16;
 const RECONNECT_MS = 1000;
+const GOING_AWAY_CODE = 1001;
 /** Size of the messages of an upload; the server accepts at most 65,536 bytes. */
 const CHUNK_BYTES = 60000;
 /** Size of the send buffer at which an upload pauses. */
@@ -27,14 +24,18 @@ export class Connection {
   #number = 0;
   /** @type {Map<number, {done: (answer: any) => void, fail: (error: Error) => void}>} */
   #waiting = new Map();
-  /** The newest message for each key, while an earlier one awaits its answer. @type {Map<string, [string, object] | null>} */
-  #newest = new Map();
+  /** The newest unsent message for each key. @type {Map<string, [string, object]>} */
+  #unsent = new Map();
+  /** Resolves when all of them are answered. */
+  #sending = Promise.resolve();
 
   /**
    * @param {object} handlers
    * @param {(message: any) => void} handlers.onmessage is called with each message that is not an answer
    * @param {(packet: Packet) => void} handlers.onpicture
-   * @param {(open: boolean) => void} handlers.onchange is called when the connection is opened or lost
+   * @param {(open: boolean, reason: string) => void} handlers.onchange is called when the connection is opened, or
+   *   lost for a reason that the server gives, or ""
+   * @param {() => void} [handlers.onend] is called when the server has ended; without it, the page reconnects
    */
   constructor(handlers) {
     this.handlers = handlers;
@@ -46,16 +47,17 @@ export class Connection {
     socket.binaryType = "arraybuffer";
     socket.onopen = () => {
       this.#socket = socket;
-      this.handlers.onchange(true);
+      this.handlers.onchange(true, "");
     };
     socket.onmessage = ({ data }) => (typeof data === "string" ? this.#take(JSON.parse(data)) : this.#takePicture(data));
-    socket.onclose = () => {
+    socket.onclose = ({ code, reason }) => {
       this.#socket = null;
       for (const { fail } of this.#waiting.values()) fail(new Error("Connection to vidstyle lost."));
       this.#waiting.clear();
-      this.#newest.clear();
-      this.handlers.onchange(false);
-      setTimeout(() => this.#open(), RECONNECT_MS);
+      this.#unsent.clear();
+      this.handlers.onchange(false, reason);
+      if (code === GOING_AWAY_CODE && this.handlers.onend) this.handlers.onend();
+      else setTimeout(() => this.#open(), RECONNECT_MS);
     };
   }
 
@@ -96,26 +98,30 @@ export class Connection {
   }
 
   /**
-   * Sends a request once earlier ones with this key are answered; only the newest is kept until then.
+   * Sends a request once all earlier ones of this method are answered, so that they arrive in order. Until then,
+   * a newer request with the same key replaces it.
    * @param {string} key
    * @param {string} kind
    * @param {object} fields
    * @param {(error: Error) => void} onerror
+   * @returns {Promise<void>} resolves when the request and all before it are answered
    */
-  async newest(key, kind, fields, onerror) {
-    if (this.#newest.has(key)) {
-      this.#newest.set(key, [kind, fields]);
-      return;
-    }
-    this.#newest.set(key, null);
+  newest(key, kind, fields, onerror) {
+    const isQueued = this.#unsent.has(key);
+    this.#unsent.set(key, [kind, fields]);
+    if (!isQueued) this.#sending = this.#sending.then(() => this.#sendNewest(key, onerror));
+    return this.#sending;
+  }
+
+  /** @param {string} key @param {(error: Error) => void} onerror */
+  async #sendNewest(key, onerror) {
+    const message = this.#unsent.get(key);
+    this.#unsent.delete(key);
     try {
-      await this.ask(kind, fields);
+      if (message) await this.ask(...message);
     } catch (error) {
       onerror(/** @type {Error} */ (error));
     }
-    const next = this.#newest.get(key);
-    this.#newest.delete(key);
-    if (next) await this.newest(key, ...next, onerror);
   }
 
   /**

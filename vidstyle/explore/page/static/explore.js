@@ -1,11 +1,8 @@
-/**
- * The explorer's page: nine styles of the user's film, and nine more like the chosen one.
- *
- * @module
- */
+// The explorer's page: nine styles of the user's film, and nine more like the chosen one.
 
+import { announce } from "./announce.js";
 import { Lightbox } from "./lightbox.js";
-import { makeSvg, get, make } from "./elements.js";
+import { get, make, makeSvg, press } from "./elements.js";
 import { LoadedPlans, PagePainter, ServerPainter } from "./painters.js";
 import { missing, Runner } from "./runner.js";
 import { Connection } from "./socket.js";
@@ -31,17 +28,9 @@ let state = { at: 0, tiles: [], taken: null, back: false, forward: false, near: 
 let compared = null;
 /** Whether a new screen is being made. */
 let busy = false;
-/** @type {number | undefined} */
-let timer;
 
-/** Announces a message to screen readers. @param {string} text @param {boolean} [shown] whether to show it for a few seconds as well */
-function say(text, shown = true) {
-  const line = get("message");
-  line.textContent = text;
-  line.classList.toggle("shown", shown && Boolean(text));
-  clearTimeout(timer);
-  timer = setTimeout(() => line.classList.remove("shown"), 5000);
-}
+/** Announces a message to screen readers. @param {string} text @param {boolean} [visible] whether to show it for a few seconds as well */
+const say = (text, visible = true) => announce(get("message"), text, { visible });
 
 // Renderer
 
@@ -112,7 +101,7 @@ function takeState(next) {
   /** @type {HTMLButtonElement} */ (get("back")).disabled = !next.back;
   /** @type {HTMLButtonElement} */ (get("forward")).disabled = !next.forward;
   /** @type {HTMLInputElement} */ (get("near")).value = String(next.near);
-  for (const name of Object.keys(LOCK_LABELS)) get(`lock-${name}`).setAttribute("aria-pressed", String(next.locks.includes(name)));
+  for (const name of Object.keys(LOCK_LABELS)) press(get(`lock-${name}`), next.locks.includes(name));
   showHistory();
   showKept();
   if (isNew && next.tiles.length) say(`Screen ${next.at + 1}: ${next.tiles[4].kind === "chosen" ? `nine like ${rootOf(next.tiles[4].name)}` : "nine styles"}`, false);
@@ -183,7 +172,7 @@ function drawTiles() {
 const connection = new Connection({
   onmessage(message) {
     if (message.clip) takeClip(message.clip);
-    if (message.state) takeState(message.state);
+    if (message.state) takeState({ ...state, ...message.state }); // before the first screen, it is not complete
     if (message.progress) lightbox?.progress(message.progress);
   },
   onpicture() {},
@@ -266,7 +255,7 @@ for (const [name, label] of Object.entries(LOCK_LABELS)) {
   const lock = makeSvg("svg", { viewBox: "0 0 16 16", "aria-hidden": "true" });
   lock.append(makeSvg("path", { class: "shut", d: "M3.5 7.5h9v6h-9zM5.5 7.5v-2a2.5 2.5 0 0 1 5 0v2" }), makeSvg("path", { class: "open", d: "M3.5 7.5h9v6h-9zM5.5 7.5v-2a2.5 2.5 0 0 1 4.800-1" }));
   const button = make("button", { id: `lock-${name}`, title: `Keep the ${label.toLowerCase()} of the tile that you choose` }, lock, label);
-  button.setAttribute("aria-pressed", "false");
+  press(button, false);
   button.onclick = () => connection.ask("lock", { name, on: button.ariaPressed !== "true" }).catch((error) => say(error.message));
   get("locks").append(button);
 }
@@ -280,7 +269,7 @@ get("forward").onclick = () => ask("forward");
 get("fresh").onclick = () => ask("fresh");
 const help = /** @type {HTMLDialogElement} */ (get("help"));
 get("ask").onclick = () => help.showModal();
-get("renderer").textContent = inPage ? `Rendered by this browser on ${runner?.device.replace(/^ANGLE \((.*)\)$/, "$1").split(",").slice(0, 2).join(",")}.` : "Rendered by vidstyle: this browser cannot use a GPU.";
+get("renderer").textContent = inPage ? `Rendered by this browser on ${runner?.device}.` : "Rendered by vidstyle: this browser cannot use a GPU.";
 get("where").textContent = inPage ? "Rendered by this browser, on your GPU" : "Rendered by vidstyle";
 get("switch").textContent = inPage ? "Render with vidstyle" : "Render in this browser";
 get("switch").hidden = !runner;

@@ -1,8 +1,4 @@
-/**
- * Types of the messages from the server.
- *
- * @module
- */
+// Types of the messages from the server.
 
 /**
  * @typedef {object} Clip
@@ -13,7 +9,7 @@
  * @property {number} count the number of all frames; 1 for a photograph
  * @property {boolean} render whether it can be rendered
  * @property {boolean} design whether the designer can be opened
- * @property {string} folder where films and exports are written
+ * @property {Target[]} targets
  */
 
 /**
@@ -39,6 +35,8 @@
  * @property {number[][]} history for each screen the tiles that represent it
  * @property {Tile[]} stars
  */
+
+/** @typedef {{kind: string, title: string, help: string}} Target a format for other programs */
 
 /** @typedef {{key: string, values: number[], plan?: import("./runner.js").Plan}} PlanMessage */
 

@@ -1,10 +1,7 @@
-/**
- * The lightbox: one style enlarged, with before and after, fine tuning on a pad of two parameters, saving and export.
- *
- * @module
- */
+// The lightbox: one style enlarged, with before and after, fine tuning on a pad of two parameters, saving and export.
 
-import { get, make, words } from "./elements.js";
+import { boxOf, Divider } from "./divider.js";
+import { followPointer, get, make, press, words } from "./elements.js";
 import { SourceFrames } from "./source_frames.js";
 import { origin, rootOf } from "./tiles.js";
 
@@ -33,8 +30,6 @@ export class Lightbox {
   tile = null;
   /** The tile to compare with; null: the unchanged clip. @type {Tile | null} */
   other = null;
-  /** Position of the divider between before and after, from 0 to 1; null: no split view. @type {number | null} */
-  split = null;
   held = false;
   /** @type {Axis[]} */
   axes = [];
@@ -68,6 +63,7 @@ export class Lightbox {
     this.dirty = true;
     /** @type {Clip | null} */
     this.clip = null;
+    this.divider = new Divider(canvas, get("divider"), () => (this.dirty = true));
     this.#listen();
   }
 
@@ -83,7 +79,8 @@ export class Lightbox {
    */
   open(tile, clip, other = null) {
     const isNew = this.clip !== clip || !this.source.pictures.length;
-    Object.assign(this, { tile, other, clip, moved: false, split: other ? 0.5 : this.split });
+    Object.assign(this, { tile, other, clip, moved: false });
+    if (other) this.divider.move(0.5);
     this.#shown = null;
     if (isNew) this.source.open(clip, this.handlers.side());
     this.painter.keep(new Set());
@@ -106,6 +103,7 @@ export class Lightbox {
     ]);
     get("layers").replaceChildren(...rows);
     get("design").hidden = !clip.design;
+    get("targets").replaceChildren(...clip.targets.map(({ kind, title, help }) => make("button", { title: help, textContent: title, onclick: () => this.export(kind) })));
     const render = /** @type {HTMLButtonElement} */ (get("render"));
     render.disabled = !clip.render;
     render.textContent = clip.count > 1 ? "Render the whole film" : "Save the picture";
@@ -117,8 +115,8 @@ export class Lightbox {
 
   #mark() {
     const kept = this.tile !== null && !this.moved && this.handlers.isKept(this.tile.tile);
-    get("keep").setAttribute("aria-pressed", String(kept));
-    get("split").setAttribute("aria-pressed", String(this.split !== null));
+    press(get("keep"), kept);
+    press(get("split"), this.divider.split !== null);
     this.dirty = true;
   }
 
@@ -132,12 +130,13 @@ export class Lightbox {
     [this.#place, this.dirty] = [place, false];
     if (this.held) return this.#drawBefore(before, place, canvas);
     this.painter.draw(this.#shown, place, canvas);
-    if (this.split === null) return this.#placeLine();
-    const left = Math.round(this.split * canvas.width);
-    [this.#scratch.width, this.#scratch.height] = [canvas.width, canvas.height];
-    this.#drawBefore(before, place, this.#scratch);
-    if (left) canvas.getContext("2d")?.drawImage(this.#scratch, 0, 0, left, canvas.height, 0, 0, left, canvas.height);
-    this.#placeLine();
+    if (this.divider.split !== null) {
+      [this.#scratch.width, this.#scratch.height] = [canvas.width, canvas.height];
+      this.#drawBefore(before, place, this.#scratch);
+      this.divider.paint(this.#scratch, [canvas.width, canvas.height]);
+    }
+    this.divider.place();
+    this.#placeNames();
   }
 
   /** @param {Subject | null} before @param {number} place @param {HTMLCanvasElement} onto */
@@ -147,27 +146,17 @@ export class Lightbox {
     else if (picture) onto.getContext("2d")?.drawImage(picture, 0, 0, onto.width, onto.height);
   }
 
-  #placeLine() {
-    const line = get("divider");
+  /** Names both styles at the edges of the picture, if it is divided between two styles. */
+  #placeNames() {
     const names = [get("left-name"), get("right-name")];
-    line.hidden = this.split === null;
-    for (const name of names) name.hidden = this.split === null || !this.other;
-    if (this.split === null) return;
-    const box = this.#box();
-    Object.assign(line.style, { left: `${box.left + this.split * box.width}px`, top: `${box.top}px`, height: `${box.height}px` });
-    if (!this.other || !this.tile) return;
-    names[0].textContent = rootOf(this.other.name);
-    names[1].textContent = rootOf(this.tile.name);
-    Object.assign(names[0].style, { left: `${box.left + 10}px`, top: `${box.top + 10}px` });
-    Object.assign(names[1].style, { left: `${box.left + box.width - names[1].offsetWidth - 10}px`, top: `${box.top + 10}px` });
-  }
-
-  /** Returns the rectangle of the picture within the view. */
-  #box() {
-    const { offsetLeft, offsetTop, offsetWidth, offsetHeight } = canvas;
-    const scale = Math.min(offsetWidth / canvas.width, offsetHeight / canvas.height);
-    const [width, height] = [canvas.width * scale, canvas.height * scale];
-    return { left: offsetLeft + (offsetWidth - width) / 2, top: offsetTop + (offsetHeight - height) / 2, width, height };
+    const { tile, other } = this;
+    for (const name of names) name.hidden = this.divider.split === null || !other;
+    if (names[0].hidden || !tile || !other) return;
+    const { x, y, width } = boxOf(canvas);
+    names[0].textContent = rootOf(other.name);
+    names[1].textContent = rootOf(tile.name);
+    Object.assign(names[0].style, { left: `${x + 10}px`, top: `${y + 10}px` });
+    Object.assign(names[1].style, { left: `${x + width - names[1].offsetWidth - 10}px`, top: `${y + 10}px` });
   }
 
   // Fine tuning
@@ -298,6 +287,11 @@ export class Lightbox {
     return given || (this.tile?.name ?? "style").replace(/[^A-Za-z0-9_-]+/g, "-");
   }
 
+  /** Writes the style for other programs. @param {string} kind of a target */
+  export(kind) {
+    return this.#act(async (tile) => `Exported as ${(await this.handlers.ask("export", { tile, name: this.name, kind })).file}.`);
+  }
+
   async render() {
     const stem = (this.clip?.name ?? "film").replace(/\.\w+$/, "").replace(/[^A-Za-z0-9_-]+/g, "-").slice(0, 30);
     get("progress").hidden = false;
@@ -324,9 +318,8 @@ export class Lightbox {
   }
 
   toggleSplit() {
-    this.split = this.split === null ? 0.5 : null;
+    this.divider.toggle();
     this.#mark();
-    this.#placeLine();
   }
 
   /** @param {boolean} on */
@@ -349,35 +342,19 @@ export class Lightbox {
     get("name").addEventListener("input", () => (get("save").textContent = "Save"));
     get("render").onclick = () => this.render();
     get("cancel").onclick = () => this.handlers.ask("cancel");
-    for (const kind of ["html", "hook"]) {
-      get(kind).onclick = () => this.#act(async (tile) => `Exported as ${(await this.handlers.ask("export", { tile, name: this.name, kind })).file}.`);
-    }
     get("design").onclick = () => this.#act(async (tile) => void window.open((await this.handlers.ask("design", { tile })).url, "_blank", "noopener"));
     this.#listenToPointer();
     dialog.addEventListener("keydown", (event) => this.#key(event));
     dialog.addEventListener("keyup", (event) => event.key.toLowerCase() === "x" && this.hold(false));
-    addEventListener("resize", () => this.#placeLine());
+    addEventListener("resize", () => (this.dirty = true));
   }
 
   #listenToPointer() {
-    const onPad = (/** @type {PointerEvent} */ event) => {
+    followPointer(pad, (event) => {
       const box = pad.getBoundingClientRect();
       this.#moveTo((event.clientX - box.left) / box.width, 1 - (event.clientY - box.top) / box.height);
-    };
-    const onPicture = (/** @type {PointerEvent} */ event) => {
-      if (this.split === null) return;
-      const box = this.#box();
-      const left = event.clientX - get("view").getBoundingClientRect().left;
-      this.split = Math.min(1, Math.max(0, (left - box.left) / box.width));
-      this.dirty = true;
-    };
-    for (const [element, follow] of /** @type {[HTMLElement, (event: PointerEvent) => void][]} */ ([[pad, onPad], [canvas, onPicture]])) {
-      element.addEventListener("pointerdown", (event) => {
-        element.setPointerCapture(event.pointerId);
-        follow(event);
-      });
-      element.addEventListener("pointermove", (event) => element.hasPointerCapture(event.pointerId) && follow(event));
-    }
+    });
+    this.divider.listen();
   }
 
   /** @param {KeyboardEvent} event */

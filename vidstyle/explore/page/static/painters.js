@@ -6,6 +6,7 @@
  * @module
  */
 
+import { resize } from "./elements.js";
 import { fetchPicture } from "./source_frames.js";
 
 /** @typedef {import("./explore_types.js").PlanMessage} PlanMessage */
@@ -94,7 +95,7 @@ export class PagePainter {
     const picture = this.source.pictures[place];
     if (!entry?.style || !picture) return false;
     const size = entry.style.plan.size;
-    if (canvas.width !== size[0] || canvas.height !== size[1]) [canvas.width, canvas.height] = size;
+    resize(canvas, size);
     // Styles that differ only in values share programs and textures.
     entry.style.values = entry.values;
     return this.plans.runner.draw(entry.style, picture, canvas, { size }) !== null;
@@ -151,7 +152,7 @@ export class ServerPainter {
   draw(subject, place, canvas) {
     const picture = this.#subjects.get(subject.name)?.pictures[Math.floor(place / FRAME_STEP)];
     if (!picture) return false;
-    if (canvas.width !== picture.width || canvas.height !== picture.height) [canvas.width, canvas.height] = [picture.width, picture.height];
+    resize(canvas, [picture.width, picture.height]);
     canvas.getContext("2d")?.drawImage(picture, 0, 0);
     return true;
   }

@@ -1,8 +1,4 @@
-/**
- * The excerpt of the clip that plays in the tiles, held by the page.
- *
- * @module
- */
+// The excerpt of the clip that plays in the tiles, held by the page.
 
 /** @typedef {import("./explore_types.js").Clip} Clip */
 

@@ -1,25 +1,12 @@
-/**
- * The grid of nine tiles and its keyboard navigation.
- *
- * @module
- */
+// The grid of nine tiles and its keyboard navigation.
 
-import { makeSvg, make } from "./elements.js";
+import { icon, make, press } from "./elements.js";
 import { fetchPicture } from "./source_frames.js";
 
 /** @typedef {import("./explore_types.js").Tile} Tile */
 /** @typedef {import("./painters.js").Subject} Subject */
 
 const COLUMN_COUNT = 3;
-const STAR_ICON = "m8 1.8 1.9 4 4.3.6-3.1 3.1.7 4.4L8 11.8l-3.8 2.1.7-4.4L1.8 6.4l4.3-.6z";
-const ENLARGE_ICON = "M7 12A5 5 0 1 0 7 2a5 5 0 0 0 0 10Zm3.7-1.3L14 14M7 5v4M5 7h4";
-
-/** Returns an icon, drawn in a square of 16 units. @param {string} path */
-function icon(path) {
-  const drawing = makeSvg("svg", { viewBox: "0 0 16 16", "aria-hidden": "true" });
-  drawing.append(makeSvg("path", { d: path }));
-  return drawing;
-}
 
 /** Returns the name of a style without the suffix of its variation. @param {string} name */
 export function rootOf(name) {
@@ -65,8 +52,8 @@ export class Tiles {
       const canvas = make("canvas", { width: 16, height: 9 });
       const take = make("button", { className: "take", disabled: true, onclick: () => ontake(place) }, canvas);
       take.setAttribute("aria-keyshortcuts", String(place + 1));
-      const star = make("button", { title: "Keep (S)", onclick: () => onstar(place) }, icon(STAR_ICON));
-      const enlarge = make("button", { title: "Enlarge (L)", onclick: () => onenlarge(place) }, icon(ENLARGE_ICON));
+      const star = make("button", { title: "Keep (S)", onclick: () => onstar(place) }, icon("star"));
+      const enlarge = make("button", { title: "Enlarge (L)", onclick: () => onenlarge(place) }, icon("enlarge"));
       const tools = make("div", { className: "tools" }, enlarge, star);
       const kind = make("span", { className: "kind" });
       const number = make("span", { className: "number", textContent: String(place + 1) });
@@ -94,7 +81,7 @@ export class Tiles {
       kind.textContent = origin(tile);
       take.disabled = false;
       take.setAttribute("aria-label", `${place + 1}: ${origin(tile)}`);
-      star.setAttribute("aria-pressed", String(kept.has(tile.tile)));
+      press(star, kept.has(tile.tile));
       star.setAttribute("aria-label", `Keep tile ${place + 1}`);
       enlarge.setAttribute("aria-label", `Enlarge tile ${place + 1}`);
     }

@@ -1,70 +1,108 @@
-// The picture, the status line, buttons and keyboard shortcuts.
+// The page of a live session: the picture, the status line, buttons and keyboard shortcuts.
 
-import {Panel} from "./panel.js";
+import { announce } from "./announce.js";
+import { get, make, press, resize } from "./elements.js";
+import { Panel } from "./panel.js";
+import { Connection } from "./socket.js";
 
-const $ = id => document.getElementById(id);
-const MIN_HOLD_MS = 300, RECONNECT_MS = 1000, MESSAGE_MS = 6000, STEADY_STEP = 0.1, GOING_AWAY_CODE = 1001;
+/**
+ * The status of the session, as the server reports it.
+ * @typedef {object} Status
+ * @property {string} style
+ * @property {boolean} bypass
+ * @property {string} source
+ * @property {"running" | "waiting" | "ended"} source_state
+ * @property {[number, number]} size
+ * @property {number} frames
+ * @property {number} dropped
+ * @property {number} rate
+ * @property {number} shown_ms
+ * @property {string} degraded
+ * @property {[string, string][]} targets
+ * @property {boolean} recording
+ * @property {string} message
+ */
 
-const context = $("picture").getContext("2d", {alpha: false});
+const MIN_HOLD_MS = 300;
+const RATE_MS = 2000;
+const STEADY_STEP = 0.1;
+
+const canvas = /** @type {HTMLCanvasElement} */ (get("picture"));
+const context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d", { alpha: false }));
+/** When the last frames were shown. @type {number[]} */
 const times = [];
-let socket, status = null, message = "", timer = 0, link = "Connecting";
+/** @type {Status | null} */
+let status = null;
+/** The state of the connection; "" while it is open. */
+let link = "Connecting";
+/** The number of connections so far. */
+let connected = 0;
 
-const send = message => { if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message)); };
-const panel = new Panel(send);
+/** @param {string} text @param {boolean} [alarm] */
+const say = (text, alarm = false) => announce(get("message"), text, { alarm });
 
-function connect() {
-  socket = new WebSocket(`ws://${location.host}/socket`);
-  socket.binaryType = "arraybuffer";
-  socket.onopen = () => { link = ""; panel.restart(); note(); enable(true); };
-  socket.onmessage = ({data}) => typeof data === "string" ? receive(JSON.parse(data)) : show(data);
-  socket.onclose = ({code, reason}) => {
-    const ended = code === GOING_AWAY_CODE;
-    link = ended ? "The session has ended" : `${reason || "Connection to vidstyle lost"}. Reconnecting…`;
-    note();
-    enable(false);
-    if (!ended) setTimeout(connect, RECONNECT_MS);
-  };
-}
-
-// Without a session there is nothing to control.
-function enable(on) {
-  $("panel").inert = $("buttons").inert = !on;
-}
-
-function receive(message) {
-  if (message.names) panel.names(message.names);
-  if (message.panel) panel.show(message.panel);
-  if (message.status) showStatus(message.status);
-  if (message.error) announce(message.error, true);
-  if (message.done) panel.done(message.done, message.error);
-}
-
-// A hidden page requests no pictures.
-const visible = () => new Promise(resolve => {
-  if (!document.hidden) return resolve();
-  document.addEventListener("visibilitychange", resolve, {once: true});
+const connection = new Connection({
+  onmessage(message) {
+    if (message.names) panel.names(message.names);
+    if (message.panel) panel.show(message.panel);
+    if (message.status) showStatus(message.status);
+  },
+  onpicture: ({ number, file }) => show(number, file),
+  onchange(open, reason) {
+    if (open) connected += 1;
+    setLink(open ? "" : `${reason || "Connection to vidstyle lost"}. Reconnecting…`);
+  },
+  onend: () => setLink("The session has ended"),
 });
 
-async function show(data) {
-  const from = socket;
-  const number = Number(new DataView(data).getBigUint64(0));
-  const picture = await createImageBitmap(new Blob([new Uint8Array(data, 8)], {type: "image/jpeg"}));
-  const canvas = $("picture");
-  if (canvas.width !== picture.width || canvas.height !== picture.height)
-    Object.assign(canvas, {width: picture.width, height: picture.height});
+/** Sends a message; resolves to whether it succeeded. @param {string} kind @param {object} [fields] */
+async function send(kind, fields) {
+  try {
+    await connection.ask(kind, fields);
+    return true;
+  } catch (error) {
+    if (!link) say(/** @type {Error} */ (error).message, true);
+    return false;
+  }
+}
+
+const panel = new Panel(send);
+
+/** @param {string} text */
+function setLink(text) {
+  link = text;
+  note();
+  // Without a session there is nothing to control.
+  get("panel").inert = get("buttons").inert = Boolean(text);
+}
+
+/** Resolves once the page is visible: a hidden page requests no pictures. @returns {Promise<unknown>} */
+function becomesVisible() {
+  if (!document.hidden) return Promise.resolve();
+  return new Promise((done) => document.addEventListener("visibilitychange", done, { once: true }));
+}
+
+/** @param {number} number @param {Blob} file */
+async function show(number, file) {
+  const from = connected;
+  const picture = await createImageBitmap(file);
+  const { width, height } = picture;
+  resize(canvas, [width, height]);
   context.drawImage(picture, 0, 0);
   picture.close();
   times.push(performance.now());
-  await visible();
-  if (from === socket) send({do: "shown", number});
+  await becomesVisible();
+  if (from === connected) send("shown", { number });
 }
 
+/** Returns the number of frames shown per second. */
 function rate() {
   const now = performance.now();
-  while (times.length && times[0] < now - 2000) times.shift();
-  return times.length > 1 ? 1000 * (times.length - 1) / (times.at(-1) - times[0]) : 0;
+  while (times.length && times[0] < now - RATE_MS) times.shift();
+  return times.length > 1 ? (1000 * (times.length - 1)) / (times[times.length - 1] - times[0]) : 0;
 }
 
+/** @param {Status} now */
 function showStatus(now) {
   const facts = [
     [now.style, "style"],
@@ -73,92 +111,84 @@ function showStatus(now) {
     [`${now.shown_ms.toFixed(0)} ms`, "median latency from capture to this page"],
     [`${now.dropped} dropped`, `of ${now.frames + now.dropped} captured frames`],
     [now.degraded, "reduced to keep the frame rate"],
-    ...now.targets.filter(([name]) => name !== "page").map(target => [target.join(": "), "another target"]),
+    ...now.targets.filter(([name]) => name !== "page").map((target) => [target.join(": "), "another target"]),
   ];
-  $("line").replaceChildren(...facts.filter(([text]) => text).map(([textContent, title]) =>
-    Object.assign(document.createElement("span"), {textContent, title})));
-  press($("bypass"), now.bypass);
-  press($("record"), now.recording);
-  $("badge").hidden = !now.bypass;
-  if (now.message !== message) announce(message = now.message);
+  get("line").replaceChildren(...facts.filter(([text]) => text).map(([textContent, title]) => make("span", { textContent, title })));
+  press(get("bypass"), now.bypass);
+  press(get("record"), now.recording);
+  get("badge").hidden = !now.bypass;
+  if (now.message !== (status?.message ?? "")) say(now.message);
   status = now;
   document.title = `${now.style} · vidstyle live`;
   note();
 }
 
-function press(button, on) {
-  if (button.getAttribute("aria-pressed") !== String(on)) button.setAttribute("aria-pressed", on);
-}
-
 function note() {
-  const states = {waiting: `No picture from ${status?.source}: showing the last one`, ended: "The source has ended"};
+  const states = { running: "", waiting: `No picture from ${status?.source}: showing the last one`, ended: "The source has ended" };
   const text = link || (status && states[status.source_state]) || "";
-  if ($("note").textContent !== text) $("note").textContent = text;
-  $("note").hidden = !text;
-  $("picture").style.opacity = text ? 0.6 : 1;
+  const line = get("note");
+  if (line.textContent !== text) line.textContent = text;
+  line.hidden = !text;
+  canvas.style.opacity = text ? "0.6" : "1";
 }
 
-function announce(text, alarm = false) {
-  $("message").textContent = text;
-  $("message").classList.toggle("alarm", alarm);
-  clearTimeout(timer);
-  timer = setTimeout(() => { $("message").textContent = ""; }, MESSAGE_MS);
-}
-
+/** A hold shows the source until it ends; a brief press toggles. */
 const compare = {
+  /** @type {number | null} */
   since: null,
+  before: false,
   begin() {
     if (this.since !== null) return;
     this.since = performance.now();
     this.before = Boolean(status?.bypass);
-    send({do: "bypass", on: !this.before});
+    send("bypass", { on: !this.before });
   },
   end() {
     if (this.since === null) return;
-    if (performance.now() - this.since > MIN_HOLD_MS) send({do: "bypass", on: this.before});
+    if (performance.now() - this.since > MIN_HOLD_MS) send("bypass", { on: this.before });
     this.since = null;
   },
 };
 
 function fill() {
   if (document.fullscreenElement) document.exitFullscreen();
-  else $("stage").requestFullscreen?.().catch(error => announce(error.message, true));
+  else get("stage").requestFullscreen?.().catch((error) => say(error.message, true));
 }
 
-const isWriting = target => target.matches("select, textarea, input[type=number], dialog *");
-const actions = {
-  n: () => panel.choose({do: "next"}),
+const leave = /** @type {HTMLDialogElement} */ (get("leave"));
+const help = /** @type {HTMLDialogElement} */ (get("help"));
+/** @type {Object<string, () => unknown>} */
+const KEYS = {
+  n: () => panel.choose("next"),
   s: () => panel.changeSteady(STEADY_STEP),
   S: () => panel.changeSteady(-STEADY_STEP),
   b: () => compare.begin(),
-  p: () => $("snapshot").click(),
-  r: () => send({do: "record", on: !status?.recording}),
+  p: () => get("snapshot").click(),
+  r: () => send("record", { on: !status?.recording }),
   f: fill,
-  q: () => $("leave").showModal(),
-  "?": () => $("help").showModal(),
+  q: () => leave.showModal(),
+  "?": () => help.showModal(),
 };
 
-addEventListener("keydown", event => {
-  if (event.ctrlKey || event.altKey || event.metaKey || isWriting(event.target)) return;
-  const holds = event.target.id === "bypass" && [" ", "Enter"].includes(event.key);
-  const action = holds ? actions.b : actions[event.key];
+addEventListener("keydown", (event) => {
+  const target = /** @type {HTMLElement} */ (event.target);
+  const isWriting = target.matches("select, textarea, input[type=number], dialog *");
+  if (event.ctrlKey || event.altKey || event.metaKey || isWriting) return;
+  const holds = target.id === "bypass" && [" ", "Enter"].includes(event.key);
+  const action = holds ? KEYS.b : KEYS[event.key];
   if (!action) return;
   event.preventDefault();
   if (!event.repeat || event.key.toLowerCase() === "s") action();
 });
-addEventListener("keyup", event => { if (["b", " ", "Enter"].includes(event.key)) compare.end(); });
-addEventListener("blur", () => compare.end());
-$("bypass").onpointerdown = event => { if (event.button === 0) compare.begin(); };
-addEventListener("pointerup", () => compare.end());
-addEventListener("pointercancel", () => compare.end());
-$("record").onclick = actions.r;
-$("full").onclick = fill;
-$("picture").ondblclick = fill;
-$("ask").onclick = actions["?"];
-$("leave").onclose = () => { if ($("leave").returnValue === "quit") send({do: "quit"}); };
+addEventListener("keyup", (event) => ["b", " ", "Enter"].includes(event.key) && compare.end());
+get("bypass").onpointerdown = (event) => event.button === 0 && compare.begin();
+for (const kind of ["blur", "pointerup", "pointercancel"]) addEventListener(kind, () => compare.end());
+get("record").onclick = KEYS.r;
+get("full").onclick = canvas.ondblclick = fill;
+get("ask").onclick = KEYS["?"];
+leave.onclose = () => leave.returnValue === "quit" && send("quit");
 
 // The fragment "#picture" hides everything else, for programs that capture the page.
 const showAlone = () => document.body.classList.toggle("alone", location.hash === "#picture");
 addEventListener("hashchange", showAlone);
 showAlone();
-connect();

@@ -1,175 +1,209 @@
 // The panel next to the picture, built from the parameters of the style.
 
-import {control, isShort, short} from "./controls.js";
-import {get as $, make, words} from "./elements.js";
+import { control, isShort, short } from "./controls.js";
+import { get, make, press, words } from "./elements.js";
 
-const stepName = path => words(path.split(".").at(-1).replace("#", " "));
-const fullName = ({name, variant}) => variant ? `${name}:${variant}` : name;
+/**
+ * A parameter, as described by `vidstyle.style.panel`.
+ * @typedef {import("./controls.js").Described & {
+ *   path: string, value: any, start: any, help: string, main: boolean, layer: string, step: string, about: string
+ * }} Entry
+ */
 
+/**
+ * @typedef {object} PanelState
+ * @property {string} name
+ * @property {string} variant
+ * @property {string} note
+ * @property {string} text command-line options
+ * @property {{name: string, ink: string, paper: string}[]} variants
+ * @property {Entry[]} entries
+ */
+
+/** @typedef {{path: string, value: any, start: any, control: import("./controls.js").Control, box: HTMLElement}} Row */
+
+/** @param {string} path */
+const stepName = (path) => words(String(path.split(".").at(-1)).replace("#", " "));
+/** @param {{name: string, variant: string}} style */
+const fullName = ({ name, variant }) => (variant ? `${name}:${variant}` : name);
+
+/** Shows the styles and the parameters, and sends changes. */
 export class Panel {
-  #send; #shown = {}; #queued = new Map(); #inFlight = null; #dragged = null; #name = null; #last = null;
+  /** @type {Record<string, Row>} */
+  #rows = {};
+  /** Values that wait until the earlier ones are answered. @type {Map<string, any>} */
+  #queued = new Map();
+  /** @type {Map<string, any> | null} */
+  #inFlight = null;
+  /** @type {string | null} */
+  #dragged = null;
+  /** The style and the parameters for which the rows were built. */
+  #built = "";
+  /** @type {PanelState | null} */
+  #last = null;
 
-  /** `send(message)` sends a message to the session. */
+  /** @param {(kind: string, fields?: object) => Promise<boolean>} send resolves to whether the message succeeded */
   constructor(send) {
-    this.#send = send;
-    addEventListener("pointerup", () => { this.#dragged = null; });
-    $("reset").onclick = () => this.reset();
-    $("copy").onclick = () => this.#copy();
+    this.send = send;
+    addEventListener("pointerup", () => (this.#dragged = null));
+    get("reset").onclick = () => this.#last && this.choose("choose", { style: fullName(this.#last) });
+    get("copy").onclick = () => this.#copy();
   }
 
+  /** @param {string[]} names */
   names(names) {
-    $("styles").replaceChildren(...names.map(name => {
-      const picture = make("img", {src: `thumbnail.jpg?of=${encodeURIComponent(name)}`, alt: "", width: 240, height: 135});
-      return make("button", {title: name, onclick: () => this.choose({do: "choose", style: name})}, picture,
-        make("span", {textContent: name}));
+    get("styles").replaceChildren(...names.map((name) => {
+      const picture = make("img", { src: `thumbnail.jpg?of=${encodeURIComponent(name)}`, alt: "", width: 240, height: 135 });
+      const onclick = () => this.choose("choose", { style: name });
+      return make("button", { title: name, onclick }, picture, make("span", { textContent: name }));
     }));
-    if (this.#last) this.#press();
+    if (this.#last) this.#press(this.#last);
   }
 
-  choose(message) {
+  /** Requests another style; discards changes that are not sent yet. @param {string} kind @param {object} [fields] */
+  choose(kind, fields) {
     this.#queued.clear();
-    this.#send(message);
+    this.send(kind, fields);
   }
 
-  reset() {
-    this.choose({do: "choose", style: fullName(this.#last)});
-  }
-
+  /** @param {number} step */
   changeSteady(step) {
-    const entry = this.#shown.steady;
-    if (!entry) return;
-    const value = short(Math.min(Math.max(entry.value + step, 0), 1));
-    entry.control.show(value);
-    this.#set(entry, value);
+    const row = this.#rows.steady;
+    if (!row) return;
+    const value = short(Math.min(Math.max(row.value + step, 0), 1), false);
+    row.control.show(value);
+    this.#set(row, value);
   }
 
-  /** Handle the answer to a message; after an error, show the current values again. */
-  done(what, error) {
-    if (what !== "set") return;
-    this.#inFlight = null;
-    if (error) this.show(this.#last);
-    this.#flush();
-  }
-
-  /** Discard pending messages, which a new connection never answers. */
-  restart() {
-    this.#inFlight = null;
-    this.#queued.clear();
-  }
-
+  /** @param {PanelState} panel */
   show(panel) {
     this.#last = panel;
-    const name = JSON.stringify([panel.name, panel.entries.map(entry => entry.path)]);
-    if (name !== this.#name) this.#build(panel);
-    this.#name = name;
+    const built = JSON.stringify([panel.name, panel.entries.map((entry) => entry.path)]);
+    if (built !== this.#built) this.#build(panel);
+    this.#built = built;
     for (const entry of panel.entries) this.#update(entry);
-    $("options").textContent = panel.text;
-    this.#press();
+    get("options").textContent = panel.text;
+    this.#press(panel);
     for (const step of document.querySelectorAll("#steps details"))
-      step.querySelector(".mark").hidden = !step.querySelector(".changed");
-    $("reset").disabled = panel.entries.every(entry => entry.value === entry.start);
+      /** @type {HTMLElement} */ (step.querySelector(".mark")).hidden = !step.querySelector(".changed");
+    /** @type {HTMLButtonElement} */ (get("reset")).disabled = panel.entries.every((entry) => entry.value === entry.start);
   }
 
-  #update(entry) {
-    const shown = this.#shown[entry.path];
-    shown.box.classList.toggle("changed", entry.value !== entry.start);
-    if (this.#dragged === entry.path || this.#queued.has(entry.path) || this.#inFlight?.has(entry.path)) return;
-    shown.value = entry.value;
-    shown.start = entry.start;
-    if (!shown.box.contains(document.activeElement) || document.activeElement.type !== "number")
-      shown.control.show(entry.value);
+  /** @param {Entry} entry */
+  #update({ path, value, start }) {
+    const row = this.#rows[path];
+    row.box.classList.toggle("changed", value !== start);
+    if (this.#dragged === path || this.#queued.has(path) || this.#inFlight?.has(path)) return;
+    Object.assign(row, { value, start });
+    if (!row.box.querySelector("input[type=number]:focus")) row.control.show(value);
   }
 
-  #press() {
-    const {name, variant} = this.#last;
-    const full = fullName(this.#last);
+  /** @param {PanelState} panel */
+  #press(panel) {
+    const full = fullName(panel);
+    const styles = [...get("styles").children];
     // A session that was started with a variant lists it among the styles.
-    const pressed = [...$("styles").children].some(button => button.textContent === full) ? full : name;
-    for (const button of $("styles").children) {
+    const pressed = styles.some((button) => button.textContent === full) ? full : panel.name;
+    for (const button of styles) {
       const chosen = button.textContent === pressed;
-      if (chosen && button.getAttribute("aria-pressed") !== "true") this.#scrollTo(button);
-      button.setAttribute("aria-pressed", chosen);
+      if (chosen && button.ariaPressed !== "true") this.#scrollTo(/** @type {HTMLElement} */ (button));
+      press(button, chosen);
     }
-    for (const button of $("variants").children)
-      button.setAttribute("aria-pressed", button.textContent === variant);
+    for (const button of get("variants").children)
+      press(button, button.textContent === panel.variant);
   }
 
-  // In a narrow window the styles are one long row; scrollIntoView would scroll the page too.
+  /**
+   * Scrolls to a style. In a narrow window the styles are one long row; scrollIntoView would scroll the page too.
+   * @param {HTMLElement} button
+   */
   #scrollTo(button) {
-    const row = $("styles");
-    row.scrollTo({left: button.offsetLeft - (row.clientWidth - button.clientWidth) / 2, behavior: "smooth"});
+    const row = get("styles");
+    row.scrollTo({ left: button.offsetLeft - (row.clientWidth - button.clientWidth) / 2, behavior: "smooth" });
   }
 
+  /** @param {PanelState} panel */
   #build(panel) {
-    this.#shown = {};
+    this.#rows = {};
     const [about] = panel.note.split(" Tune ");
-    $("about").textContent = about || "The unchanged picture.";
-    $("variants").replaceChildren(...panel.variants.map(({name, ink, paper}) => {
-      const swatch = make("span", {className: "swatch"});
+    get("about").textContent = about || "The unchanged picture.";
+    get("variants").replaceChildren(...panel.variants.map(({ name, ink, paper }) => {
+      const swatch = make("span", { className: "swatch" });
       swatch.style.background = `linear-gradient(${paper} 50%, ${ink} 50%)`;
-      return make("button", {onclick: () => this.choose({do: "choose", style: fullName({...panel, variant: name})})}, swatch,
-        name);
+      const onclick = () => this.choose("choose", { style: fullName({ name: panel.name, variant: name }) });
+      return make("button", { onclick }, swatch, name);
     }));
-    const main = panel.entries.filter(entry => entry.main);
-    main.sort((one, other) => (other.path === "steady") - (one.path === "steady"));
-    $("main").replaceChildren(...main.map(entry => this.#row(entry)));
-    const layers = Map.groupBy(panel.entries.filter(entry => !entry.main), entry => entry.layer);
-    $("steps").replaceChildren(...[...layers].flatMap(([layer, entries]) => this.#layer(layer, entries)));
-    $("all").hidden = !layers.size;
+    const main = panel.entries.filter((entry) => entry.main);
+    main.sort((one, other) => Number(other.path === "steady") - Number(one.path === "steady"));
+    get("main").replaceChildren(...main.map((entry) => this.#row(entry)));
+    const layers = Map.groupBy(panel.entries.filter((entry) => !entry.main), (entry) => entry.layer);
+    get("steps").replaceChildren(...[...layers].flatMap(([layer, entries]) => this.#layer(layer, entries)));
+    get("all").hidden = !layers.size;
   }
 
+  /** @param {string} layer @param {Entry[]} entries */
   #layer(layer, entries) {
-    const steps = [...Map.groupBy(entries, entry => entry.step)].map(([step, inside]) => this.#step(step, inside));
-    return layer ? [make("h3", {textContent: layer}), ...steps] : steps;
+    const steps = [...Map.groupBy(entries, (entry) => entry.step)].map(([step, inside]) => this.#step(step, inside));
+    return layer ? [make("h3", { textContent: layer }), ...steps] : steps;
   }
 
+  /** @param {string} step @param {Entry[]} entries */
   #step(step, entries) {
-    const mark = make("span", {className: "mark", textContent: " changed", hidden: true});
-    const about = entries[0].about ? [make("p", {className: "about", textContent: entries[0].about})] : [];
-    const inside = make("div", {}, ...about, ...entries.map(entry => this.#row(entry)));
+    const mark = make("span", { className: "mark", textContent: " changed", hidden: true });
+    const about = entries[0].about ? [make("p", { className: "about", textContent: entries[0].about })] : [];
+    const inside = make("div", {}, ...about, ...entries.map((entry) => this.#row(entry)));
     return make("details", {}, make("summary", {}, step ? stepName(step) : "size", mark), inside);
   }
 
+  /** @param {Entry} entry */
   #row(entry) {
-    const id = `value-${entry.path}`;
-    const shown = {value: entry.value, start: entry.start};
-    const described = entry.main && !isShort(entry.unit) ? {...entry, unit: ""} : entry;
-    shown.control = control(described, id, value => this.#set(shown, value, entry.path));
-    const of = entry.main && entry.step ? `${stepName(entry.step)} ` : "";
-    const label = make("label", {htmlFor: id, title: `${entry.help}\n${entry.path}`}, of + words(entry.name));
-    label.ondblclick = () => { shown.control.show(shown.start); this.#set(shown, shown.start, entry.path); };
-    const top = make("div", {className: "top"}, label, make("div", {className: "value"}, ...shown.control.inline));
-    const unit = entry.unit && !isShort(entry.unit) ? ` (${entry.unit})` : "";
-    const help = entry.main ? [make("p", {className: "help", textContent: entry.help + unit})] : [];
-    shown.box = make("div", {className: "entry", title: entry.help}, top, ...(shown.control.below ?? []), ...help);
-    shown.box.onpointerdown = () => { this.#dragged = entry.path; };
-    shown.path = entry.path;
-    shown.control.show(entry.value);
-    this.#shown[entry.path] = shown;
-    return shown.box;
+    const { path, value, start, main, help, unit } = entry;
+    const id = `value-${path}`;
+    const described = main && !isShort(unit) ? { ...entry, unit: "" } : entry;
+    const made = control(described, id, (changed) => this.#set(row, changed));
+    const label = make("label", { htmlFor: id, title: `${help}\n${path}` }, (main && entry.step ? `${stepName(entry.step)} ` : "") + words(entry.name));
+    label.ondblclick = () => {
+      made.show(row.start);
+      this.#set(row, row.start);
+    };
+    const top = make("div", { className: "top" }, label, make("div", { className: "value" }, ...made.inline));
+    const about = main ? [make("p", { className: "help", textContent: help + (unit && !isShort(unit) ? ` (${unit})` : "") })] : [];
+    const box = make("div", { className: "entry", title: help }, top, ...(made.below ?? []), ...about);
+    box.onpointerdown = () => (this.#dragged = path);
+    /** @type {Row} */
+    const row = { path, value, start, control: made, box };
+    made.show(value);
+    this.#rows[path] = row;
+    return box;
   }
 
-  #set(shown, value) {
-    shown.value = value;
-    this.#queued.set(shown.path, value);
+  /** @param {Row} row @param {any} value */
+  #set(row, value) {
+    row.value = value;
+    this.#queued.set(row.path, value);
     this.#flush();
   }
 
-  #flush() {
+  /** Sends the queued values; after an error, shows the current values again. */
+  async #flush() {
     if (this.#inFlight || !this.#queued.size) return;
     this.#inFlight = this.#queued;
     this.#queued = new Map();
-    this.#send({do: "set", values: Object.fromEntries(this.#inFlight)});
+    const isSet = await this.send("set", { values: Object.fromEntries(this.#inFlight) });
+    this.#inFlight = null;
+    if (!isSet && this.#last) this.show(this.#last);
+    this.#flush();
   }
 
   async #copy() {
+    const [copy, options] = [get("copy"), get("options")];
     try {
-      await navigator.clipboard.writeText($("options").textContent);
-      $("copy").textContent = "Copied";
+      await navigator.clipboard.writeText(options.textContent ?? "");
+      copy.textContent = "Copied";
     } catch {
-      getSelection().selectAllChildren($("options"));
-      $("copy").textContent = "Selected";
+      getSelection()?.selectAllChildren(options);
+      copy.textContent = "Selected";
     }
-    setTimeout(() => { $("copy").textContent = "Copy"; }, 1500);
+    setTimeout(() => (copy.textContent = "Copy"), 1500);
   }
 }

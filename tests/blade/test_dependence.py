@@ -1,0 +1,83 @@
+"""What `vidstyle train` says that a bank cannot reproduce, by tests of the filter."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from media import photograph
+
+from vidstyle.blade.dependence import Dependence, find_dependence
+from vidstyle.blade.photographs import Photograph, luma_of
+from vidstyle.blade.reference_filter import ReferenceFilter
+
+RANDOM = np.random.default_rng(5)
+LIGHT = np.array([[-1, 0, 0], [0, 0, 0], [0, 0, 1]], np.float32)
+VIGNETTE = np.linspace(0.3, 1, 192, dtype=np.float32)[:, None, None]
+
+FILTERS: dict[str, tuple[Callable[[np.ndarray], np.ndarray], str]] = {
+    "random": (lambda z: z + RANDOM.normal(0, 0.1, z.shape).astype(np.float32), "is random (two runs differ"),
+    "mirrored": (lambda z: z[:, ::-1], "is not local (a change more than 48 px away"),
+    "stretched": (lambda z: (z - z.mean()) * 2 + 0.5, "is not local (a change more than 48 px away"),
+    "vignette": (lambda z: z * VIGNETTE[: len(z)], "depends on the position in the picture"),
+    "relief": (lambda z: 0.5 + cv2.filter2D(z, -1, LIGHT), "prefers a direction"),
+    "wide": (lambda z: cv2.blur(z, (21, 21)), "px away (filters reach 3 px; try --size 15)"),
+    "mosaic": (
+        lambda z: cv2.resize(z[4::8, 4::8], z.shape[1::-1], interpolation=0),
+        "depends on the position",
+    ),
+    "hatched": (lambda z: z * (np.indices(z.shape[:2]).sum(0) % 8 < 4)[..., None], "draws on flat areas"),
+    "channel": (lambda z: np.repeat(z[..., 2:], 3, axis=2), "depends on colour"),
+    "vivid": (lambda z: z * np.float32([1.2, 1, 0.5]), "also changes colour (add --chroma)"),
+}
+"""Filters that a bank cannot reproduce, and the reason."""
+
+
+@pytest.fixture(scope="module")
+def coffee(tmp_path_factory: pytest.TempPathFactory) -> Photograph:
+    path = tmp_path_factory.mktemp("coffee") / "coffee.png"
+    assert cv2.imwrite(str(path), np.ascontiguousarray(photograph("coffee")[..., ::-1]))
+    return Photograph(path)
+
+
+def found(function: Callable[[np.ndarray], np.ndarray], picture: Photograph) -> Dependence:
+    reference = ReferenceFilter("a test", lambda color, _: [np.asarray(function(color), np.float32)])
+    return find_dependence(reference, picture)
+
+
+@pytest.mark.parametrize("name", FILTERS)
+def test_reason_is_found(name: str, coffee: Photograph) -> None:
+    function, reason = FILTERS[name]
+    reasons = "; ".join(found(function, coffee).reasons(7, 1, False, 0))
+    assert reason in reasons
+    assert ("not local" in reasons) == ("not local" in reason)
+
+
+def test_local_filter_of_gray_has_no_reason(coffee: Photograph) -> None:
+    dependence = found(lambda z: cv2.blur(luma_of(z), (5, 5)), coffee)
+    assert not list(dependence.reasons(7, 1, False, 0)) and dependence.reach == 2
+
+
+def test_details_are_the_reason_for_what_the_tests_do_not_explain(coffee: Photograph) -> None:
+    dependence = found(
+        lambda z: cv2.medianBlur((luma_of(z) * 255).astype(np.uint8), 5) / np.float32(255), coffee
+    )
+    assert list(dependence.reasons(7, 1, True, 0.3)) == [
+        "depends on details within 2 px that no bins distinguish (try --feature)"
+    ]
+
+
+def test_reduced_picture_widens_the_reach_of_filters(coffee: Photograph) -> None:
+    dependence = found(lambda z: cv2.blur(z, (21, 21)), coffee)
+    assert not list(dependence.reasons(7, 0.25, True, 0)) and list(dependence.reasons(7, 0.5, True, 0))
+    assert list(dependence.reasons(15, 1, True, 0)) == [
+        "depends on pixels up to 9 px away (filters reach 7 px; try --scale 0.5)"
+    ]
+
+
+def test_small_picture_is_tested(tmp_path: Path) -> None:
+    assert cv2.imwrite(str(tmp_path / "small.png"), np.full((3, 4, 3), 90, np.uint8))
+    assert not found(lambda z: z * np.float32(0.5), Photograph(tmp_path / "small.png")).draws

@@ -1,0 +1,78 @@
+"""The replay of a film on virtual cores (`tools/scaling.py`)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from media import make_clip
+
+from tools.replay.film import predicted_seconds
+from tools.replay.record import Recording, recording
+from tools.replay.virtual_cores import MAX_SLICE_SECONDS, Give, Operation, Semaphore, Take, Work, run
+from tools.scaling import cores_for
+from vidstyle.core.machine.cores import use_threads
+from vidstyle.pipeline.render import render
+
+FRAMES = 40
+
+
+def film(finished: list[tuple[str, float]], reading: float = 0, writing: float = 0) -> Recording:
+    """The recording of a film whose frames are alike."""
+    return Recording([reading] * FRAMES, [writing] * FRAMES, [[]] * FRAMES, [list(finished)] * FRAMES)
+
+
+@pytest.mark.parametrize(("cores", "seconds"), [(1, 4), (2, 2), (3, 4 / 3), (4, 1), (9, 1)])
+def test_work_is_shared_among_cores(cores: int, seconds: float) -> None:
+    threads = [iter([Work(0.5), Work(0.5)]) for _ in range(4)]
+    assert run(list(threads), cores) == pytest.approx(seconds, abs=2 * MAX_SLICE_SECONDS)
+
+
+def test_a_permit_has_one_thread_at_a_time() -> None:
+    lock = Semaphore(1)
+    threads: list[list[Operation]] = [[Take(lock), Work(1), Give(lock), Work(1)] for _ in range(3)]
+    assert run([iter(each) for each in threads], 8) == pytest.approx(4, abs=0.01)
+
+
+def test_threads_that_wait_for_each_other_are_reported() -> None:
+    one, other = Semaphore(), Semaphore()
+    with pytest.raises(RuntimeError, match="2 threads wait"):
+        run([iter([Take(one), Give(other)]), iter([Take(other), Give(one)])], 1)
+
+
+@pytest.mark.parametrize("cores", [1, 2, 4, 8])
+def test_frames_without_a_common_part_take_all_cores(cores: int) -> None:
+    predicted = predicted_seconds(film([("native", 0.1)]), cores)
+    assert predicted == pytest.approx(FRAMES * 0.1 / cores, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    "finished",
+    [[("python", 0.02), ("native", 0.08)], [("native", 0.08), ("enter", 0), ("native", 0.02), ("leave", 0)]],
+)
+def test_what_one_frame_does_at_a_time_limits_the_rate(finished: list[tuple[str, float]]) -> None:
+    assert predicted_seconds(film(finished), 64) == pytest.approx(FRAMES * 0.02 + 0.08, rel=0.02)
+
+
+def test_decoding_is_done_by_one_thread_and_encoding_by_several() -> None:
+    assert predicted_seconds(film([], reading=0.1), 8) == pytest.approx(FRAMES * 0.1, rel=0.01)
+    assert predicted_seconds(film([], writing=0.1), 8) == pytest.approx(FRAMES * 0.1 / 8, rel=0.15)
+
+
+def test_the_fewest_cores_for_a_rate() -> None:
+    assert [cores_for(film([("native", 0.1)]), rate) for rate in (5, 35)] == ["1", "4"]
+    assert cores_for(film([("python", 0.1)]), 11).startswith("over")
+
+
+def test_a_film_is_recorded(tmp_path: Path) -> None:
+    clip = make_clip(tmp_path / "clip.mp4", frames=6)
+    with use_threads(1), recording() as made:
+        render(clip, tmp_path / "first.mp4", "ink", device="cpu")
+        made.clear()
+        render(clip, tmp_path / "out.mp4", "ink", device="cpu")
+    assert [len(each) for each in vars(made).values()] == [6] * 4
+    kinds = {kind for frame in made.finished for kind, _ in frame}
+    assert kinds == {"python", "native", "enter", "leave"}
+    assert 0 < made.python_seconds < made.seconds
+    assert predicted_seconds(made, 1) == pytest.approx(made.seconds, rel=0.01)
+    assert made.seconds / 4 < predicted_seconds(made, 4) < made.seconds

@@ -1,0 +1,103 @@
+"""Noise of a single picture is flattened; films and clean pictures stay unchanged."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from films import noisy, page, picture, still_film
+from media import photograph
+from pictures import style
+
+from vidstyle.backend import FrameRequest
+from vidstyle.core.picture import Encoding, Picture
+from vidstyle.pipeline.render import render
+from vidstyle.renderer import open_renderer, stylize
+from vidstyle.stabilize.still import flatten_still
+
+DEVIATION = 8
+"""Standard deviation of the noise of a phone's picture of a dim room, in codes."""
+
+
+def step_edge(deviation: float) -> np.ndarray:
+    """Codes of a dark and a bright half, H x W x 3."""
+    codes = np.full((120, 160, 3), 128.0, np.float32)
+    codes[:, :80, 0], codes[:, 80:, 0] = 70, 170
+    return noisy(codes, deviation, 1)
+
+
+def flattened(dirty: Picture, steady: float = 1) -> Picture:
+    return flatten_still(FrameRequest(dirty), steady).picture
+
+
+def flat(planes: np.ndarray) -> np.ndarray:
+    luma = flattened(picture(planes)).luma
+    assert luma is not None
+    return luma.astype(np.float64)
+
+
+def test_noise_goes_and_an_edge_stays() -> None:
+    luma = flat(step_edge(DEVIATION))
+    assert luma[10:-10, 10:70].std() < DEVIATION / 5
+    assert luma[10:-10, 80].mean() - luma[10:-10, 79].mean() > 85
+
+
+def test_features_remain() -> None:
+    """A photograph is nearer to the one without noise than before."""
+    clean = page(180, 320)[..., 0]
+    dirty = noisy(page(180, 320), DEVIATION, 1)
+    assert np.abs(flat(dirty) - clean).mean() < 0.75 * np.abs(dirty[..., 0] - clean).mean()
+
+
+@pytest.mark.parametrize("name", ["astronaut", "coffee", "rocket"])
+def test_clean_photograph_is_the_same(name: str) -> None:
+    clean = Picture.from_array(photograph(name))
+    assert flattened(clean) is clean
+
+
+def test_steady_0_keeps_the_noise() -> None:
+    (dirty,) = still_film(1, DEVIATION)
+    assert flattened(dirty, 0) is dirty
+
+
+@pytest.mark.parametrize("time", [0.0, None])
+def test_only_a_picture_without_a_time_is_flattened(time: float | None) -> None:
+    (dirty,) = still_film(1, DEVIATION)
+    with closing(open_renderer(style(steady=1), "cpu")) as renderer:
+        luma = renderer.run(dirty, time).luma
+    assert luma is not None and dirty.luma is not None
+    assert np.array_equal(luma, dirty.luma) == (time is not None)
+
+
+@pytest.mark.parametrize("depth", [0, 8, 10, 16])
+@pytest.mark.parametrize("full_range", [False, True])
+def test_every_depth_is_flattened_alike(depth: int, full_range: bool) -> None:
+    encoding = Encoding(full_range=full_range, depth=depth, subsampling=(1, 1))
+    black, white = encoding.luma_levels
+    codes = black + (white - black) * (noisy(np.full((90, 90, 1), 128.0), DEVIATION, 1)[..., 0] / 255)
+    codes = codes.astype(encoding.dtype)
+    luma = flattened(Picture(encoding, luma=codes)).luma
+    assert luma is not None and luma.dtype == codes.dtype
+    assert (luma / (white - black)).std() < DEVIATION / 255 / 5
+
+
+def test_alpha_is_kept() -> None:
+    random = np.random.default_rng(1)
+    dirty = np.clip(random.normal(128, DEVIATION, (60, 60, 4)), 0, 255).astype(np.uint8)
+    alpha = flattened(Picture.from_array(dirty)).alpha
+    assert alpha is not None and np.array_equal(np.squeeze(alpha), dirty[..., 3])
+
+
+def test_render_treats_one_picture_as_a_still(tmp_path: Path) -> None:
+    """As `stylize` does, which has no time."""
+    random = np.random.default_rng(1)
+    dirty = np.clip(random.normal(128, DEVIATION, (64, 96, 3)), 0, 255).astype(np.uint8)
+    chosen = style(steady=1)
+    cv2.imwrite(str(tmp_path / "in.png"), dirty)
+    render(tmp_path / "in.png", tmp_path / "out.png", chosen, device="cpu")
+    made = cv2.imread(str(tmp_path / "out.png"))
+    assert made.std() < DEVIATION / 3
+    assert np.array_equal(made, stylize(dirty[..., ::-1], chosen, device="cpu")[..., ::-1])

@@ -1,0 +1,47 @@
+"""Values of steps at the size of a picture."""
+
+from __future__ import annotations
+
+import pytest
+
+from vidstyle.block import Slider
+from vidstyle.blocks import all_blocks
+from vidstyle.style import Step, Style
+from vidstyle.style.resolve import resolve
+
+HEIGHT = 100
+SCALED = [
+    pytest.param(block.name, name, id=f"{block.name}-{name}")
+    for block in all_blocks().values()
+    for name, parameter in block.parameters.items()
+    if block.kind != "recipe"
+    and isinstance(parameter.control, Slider)
+    and parameter.control.power
+    and not parameter.control.grows_if
+]
+
+
+def value_at(block: str, name: str, value: float, growth: float) -> float:
+    """The value of a parameter in a picture that is larger than the style's height by a factor."""
+    style = Style("test", height=HEIGHT, background=(Step(block, {name: value}),))
+    size = round(HEIGHT * growth)
+    return resolve(style, size, 2 * size)["background"][0].values[name]
+
+
+@pytest.mark.parametrize(("block", "name"), SCALED)
+def test_lengths_exceed_their_slider_in_large_pictures_and_nothing_else_does(block: str, name: str) -> None:
+    control = all_blocks()[block].parameters[name].control
+    assert isinstance(control, Slider)
+    grown = value_at(block, name, control.high, 10.0)
+    assert grown == (
+        pytest.approx(10 * control.high)
+        if control.unit == "px"
+        else control.high * 10 ** min(control.power, 0)
+    )
+
+
+@pytest.mark.parametrize(("block", "name"), SCALED)
+def test_no_value_falls_below_its_slider_in_small_pictures(block: str, name: str) -> None:
+    control = all_blocks()[block].parameters[name].control
+    assert isinstance(control, Slider)
+    assert value_at(block, name, control.low, 0.25) >= control.low

@@ -1,0 +1,234 @@
+"""Trains banks on filters of other programs and prints what they explain, messages and times.
+
+`nice python tools/foreign_filters.py --images DIR` holds out half of the pictures. It needs the program
+`ffmpeg`. `--only NAME` takes some of the filters, `--program` another version of vidstyle, and `-- OPTIONS`
+passes options to `vidstyle train`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import cv2
+import numpy as np
+from scipy import ndimage
+
+FFMPEG = "ffmpeg -loglevel error -y -i {in} -vf %s {out}"
+TIMED_SHAPE = (720, 1280)
+
+
+def dim(picture: np.ndarray) -> np.ndarray:
+    """Multiply by 0.7."""
+    return np.round(picture * 0.7).astype(np.uint8)
+
+
+def negative(picture: np.ndarray) -> np.ndarray:
+    """Invert."""
+    return 255 - picture
+
+
+def gamma(picture: np.ndarray) -> np.ndarray:
+    """Apply a tone curve: the square root."""
+    return np.round(255 * np.sqrt(picture / 255)).astype(np.uint8)
+
+
+def sepia(picture: np.ndarray) -> np.ndarray:
+    """Mix the channels into brown."""
+    mix = np.array([[0.393, 0.769, 0.189], [0.349, 0.686, 0.168], [0.272, 0.534, 0.131]], np.float32)
+    return np.clip(picture @ mix.T, 0, 255).round().astype(np.uint8)
+
+
+def gaussian(picture: np.ndarray) -> np.ndarray:
+    """Blur with a Gaussian of 1.5 px."""
+    return cv2.GaussianBlur(picture, (0, 0), 1.5)
+
+
+def median(picture: np.ndarray) -> np.ndarray:
+    """Take the median of 5 x 5 pixels."""
+    return cv2.medianBlur(picture, 5)
+
+
+def box(picture: np.ndarray) -> np.ndarray:
+    """Take the mean of 9 x 9 pixels."""
+    return ndimage.uniform_filter(picture, (9, 9, 1))
+
+
+def laplacian_sharpening(picture: np.ndarray) -> np.ndarray:
+    """Subtract the Laplacian of Gaussian."""
+    planes = [each - 2 * ndimage.gaussian_laplace(each, 1) for each in cv2.split(picture.astype(np.float32))]
+    return np.clip(cv2.merge(planes), 0, 255).round().astype(np.uint8)
+
+
+def bilateral(picture: np.ndarray) -> np.ndarray:
+    """Smooth by distance and colour."""
+    return cv2.bilateralFilter(picture, 9, 30, 3)
+
+
+def guided(picture: np.ndarray) -> np.ndarray:
+    """Smooth with the picture itself as a guide."""
+    return cv2.ximgproc.guidedFilter(picture, picture, 4, 0.02 * 255**2)
+
+
+def sobel(picture: np.ndarray) -> np.ndarray:
+    """Draw the magnitude of the gradient."""
+    gray = cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY).astype(np.float32)
+    magnitude = np.hypot(cv2.Sobel(gray, cv2.CV_32F, 1, 0), cv2.Sobel(gray, cv2.CV_32F, 0, 1))
+    return cv2.cvtColor(np.clip(magnitude, 0, 255).astype(np.uint8), cv2.COLOR_GRAY2RGB)
+
+
+def morphological_gradient(picture: np.ndarray) -> np.ndarray:
+    """Draw the range of 3 x 3 pixels."""
+    return ndimage.morphological_gradient(picture, (3, 3, 1))
+
+
+def laplacian(picture: np.ndarray) -> np.ndarray:
+    """Draw the magnitude of the Laplacian."""
+    return cv2.convertScaleAbs(cv2.Laplacian(picture, cv2.CV_16S, ksize=3))
+
+
+def kuwahara(picture: np.ndarray) -> np.ndarray:
+    """Take the mean of the quarter of 7 x 7 pixels with the least variance."""
+    values = np.pad(picture.astype(np.float32), ((3, 3), (3, 3), (0, 0)), "edge")
+    windows = np.lib.stride_tricks.sliding_window_view(values, (4, 4), (0, 1))
+    mean, variance = windows.mean(axis=(3, 4)), windows.var(axis=(3, 4)).sum(axis=2)
+    height, width = picture.shape[:2]
+    quarters = [np.s_[top : top + height, left : left + width] for top in (0, 3) for left in (0, 3)]
+    best = np.argmin([variance[each] for each in quarters], axis=0)
+    return np.choose(best[..., None], [mean[each] for each in quarters]).round().astype(np.uint8)
+
+
+def oil(picture: np.ndarray) -> np.ndarray:
+    """Paint in oil."""
+    return cv2.xphoto.oilPainting(picture, 4, 1)
+
+
+def pencil(picture: np.ndarray) -> np.ndarray:
+    """Draw with coloured pencils."""
+    return cv2.pencilSketch(picture, sigma_s=60, sigma_r=0.07, shade_factor=0.02)[1]
+
+
+OURS = "foreign_filters:"
+FILTERS: dict[str, dict[str, str]] = {
+    "tone": {
+        "x 0.7": f"{OURS}dim",
+        "negative": f"{OURS}negative",
+        "square root": f"{OURS}gamma",
+        "sepia": f"{OURS}sepia",
+    },
+    "blur": {
+        "cv2.GaussianBlur 1.5": f"{OURS}gaussian",
+        "cv2.medianBlur 5": f"{OURS}median",
+        "scipy uniform_filter 9": f"{OURS}box",
+        "ffmpeg avgblur 3": FFMPEG % "avgblur=sizeX=3",
+    },
+    "sharpen": {
+        "ffmpeg cas=1": FFMPEG % "cas=1",
+        "ffmpeg unsharp": FFMPEG % "unsharp=7:7:1.5",
+        "scipy gaussian_laplace": f"{OURS}laplacian_sharpening",
+        "cv2.detailEnhance": "cv2:detailEnhance",
+    },
+    "edge-preserving": {
+        "cv2.bilateralFilter": f"{OURS}bilateral",
+        "cv2 guidedFilter": f"{OURS}guided",
+        "ffmpeg nlmeans": FFMPEG % "nlmeans=s=8",
+        "cv2.edgePreservingFilter": "cv2:edgePreservingFilter",
+    },
+    "edges": {
+        "Sobel magnitude": f"{OURS}sobel",
+        "scipy morphological_gradient": f"{OURS}morphological_gradient",
+        "ffmpeg kirsch": FFMPEG % "kirsch",
+        "Laplacian magnitude": f"{OURS}laplacian",
+    },
+    "painterly": {
+        "cv2.stylization": "cv2:stylization",
+        "cv2.pencilSketch": f"{OURS}pencil",
+        "Kuwahara 7": f"{OURS}kuwahara",
+        "cv2.xphoto.oilPainting 4, 1": f"{OURS}oil",
+    },
+}
+"""Filters by kind: functions, and commands with {in} and {out}."""
+
+
+def main() -> None:
+    """Train and print."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--images", type=Path, required=True)
+    parser.add_argument("--only", action="append", help="a kind, or the beginning of a name")
+    parser.add_argument("--program", type=Path, default=Path(sys.executable).with_name("vidstyle"))
+    parser.add_argument("--banks", type=Path, help="keep the banks in this folder")
+    parser.add_argument("--timed", action="store_true", help="also time the filters and banks at 1280x720")
+    parser.add_argument("options", nargs="*")
+    arguments = parser.parse_args()
+    print("| kind | filter | explained | PSNR | untouched | training | message |")
+    print("|---|---|---|---|---|---|---|", flush=True)
+    with tempfile.TemporaryDirectory() as folder:
+        banks = arguments.banks or Path(folder)
+        banks.mkdir(exist_ok=True)
+        for kind, filters in FILTERS.items():
+            for name, source in filters.items():
+                if not arguments.only or any(
+                    each == kind or name.startswith(each) for each in arguments.only
+                ):
+                    bank = banks / f"{name.replace(' ', '-')}.npz"
+                    print(f"| {kind} | {name} | {row(arguments, source, bank)} |", flush=True)
+                    if arguments.timed:
+                        print(f"| | | {times(source, bank)} |", flush=True)
+
+
+def row(arguments: argparse.Namespace, source: str, bank: Path) -> str:
+    """Train one bank, and return its columns of the table."""
+    count = sum(each.is_file() for each in arguments.images.iterdir())
+    how = "--command" if "{in}" in source else "--function"
+    words = [arguments.program, "train", bank, "--images", arguments.images, how, source, "-y"]
+    words += ["--hold-out", str(count // 2), "--progress", "none", *arguments.options]
+    path = os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
+    begun = time.monotonic()
+    run = subprocess.run(words, capture_output=True, text=True, env=os.environ | {"PYTHONPATH": path})
+    seconds = time.monotonic() - begun
+    if run.returncode:
+        return run.stderr.strip()
+    from vidstyle.blade.bank import load_bank
+
+    fidelity = load_bank(bank).about["fidelity"]
+    told = ("layouts", "the filter", "not local")
+    lines = (line.partition(": ")[2] for line in run.stderr.splitlines())
+    said = "; ".join(line for line in lines if any(word in line for word in told))
+    return (
+        f"{fidelity['explained']:.1%} | {fidelity['psnr']:.1f} dB | {fidelity['untouched psnr']:.1f} dB | "
+        f"{seconds:.0f} s | {said}"
+    )
+
+
+def times(source: str, bank: Path) -> str:
+    """Return the milliseconds of a filter, and of its bank for luma, at 1280 x 720."""
+    from vidstyle.blade.bank import load_bank
+    from vidstyle.blade.inference import BankRun
+    from vidstyle.blade.photographs import Photograph
+    from vidstyle.blade.program_filter import reference_by_command
+    from vidstyle.blade.reference_filter import reference_by_function
+
+    noise = np.random.default_rng(1).random(TIMED_SHAPE, np.float32)
+    luma = cv2.GaussianBlur(noise, (0, 0), 3)
+    color = np.repeat(luma[..., None], 3, axis=2)
+    make = reference_by_command if "{in}" in source else reference_by_function
+    reference, run, photograph = make(source), BankRun(load_bank(bank)), Photograph(Path("timed"))
+    theirs, ours = _ms(lambda: reference.apply(color, photograph)), _ms(lambda: run.whole(luma))
+    return f"{theirs:.0f} ms | {ours:.1f} ms"
+
+
+def _ms(call: Callable[[], object]) -> float:
+    call()
+    begun = time.perf_counter()
+    call()
+    return 1000 * (time.perf_counter() - begun)
+
+
+if __name__ == "__main__":
+    main()

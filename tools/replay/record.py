@@ -1,0 +1,170 @@
+"""Records the tasks of a film: processor time of each, in the order in which a frame needs them."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from types import BuiltinFunctionType
+from typing import Any
+from unittest.mock import patch
+
+import cv2
+
+from vidstyle.core.kernels import library
+from vidstyle.cpu.frame_order import FrameOrder
+from vidstyle.cpu.renderer import CpuRenderer
+from vidstyle.media.frame import Frame
+from vidstyle.media.read.reader import Reader
+from vidstyle.media.write.film_writer import FilmWriter
+
+Event = tuple[str, float | int]
+"""("python" or "native", seconds), or ("enter" or "leave", number of the memory of earlier frames)."""
+
+
+@dataclass
+class Recording:
+    """The tasks of the frames of a film, in seconds of processor time.
+
+    Attributes:
+        reading, writing: of each frame; with one thread, writing includes encoding.
+        begun, finished: of each frame, its events while it is begun, and while it is restyled.
+    """
+
+    reading: list[float] = field(default_factory=list)
+    writing: list[float] = field(default_factory=list)
+    begun: list[list[Event]] = field(default_factory=list)
+    finished: list[list[Event]] = field(default_factory=list)
+
+    def clear(self) -> None:
+        """Forget the tasks, such as those of a film that has loaded all that is needed."""
+        for frames in (self.reading, self.writing, self.begun, self.finished):
+            frames.clear()
+
+    @property
+    def seconds(self) -> float:
+        """Processor time of all tasks."""
+        events = (each for frame in (*self.begun, *self.finished) for each in frame)
+        return sum(self.reading) + sum(self.writing) + sum(time for kind, time in events if kind in TIMED)
+
+    @property
+    def python_seconds(self) -> float:
+        """Processor time outside kernels, which is at most the time with Python's lock."""
+        events = (each for frame in (*self.begun, *self.finished) for each in frame)
+        return sum(seconds for kind, seconds in events if kind == "python")
+
+
+TIMED = ("python", "native")
+
+
+class _Marks(threading.local):
+    """The events of the frame that this thread works on, and when the last one ended."""
+
+    events: list[Event] | None = None
+    last = 0.0
+
+    def mark(self, kind: str) -> None:
+        """Add the time since the last event."""
+        if self.events is not None:
+            now = time.thread_time()
+            self.events.append((kind, now - self.last))
+            self.last = time.thread_time()
+
+
+_marks = _Marks()
+
+
+@contextmanager
+def recording() -> Iterator[Recording]:
+    """Within the block, record the tasks of one film that is rendered with one thread."""
+    made, memories = Recording(), dict[int, tuple[int, object]]()
+    at, entry = FrameOrder.at, library.entry
+
+    @contextmanager
+    def ordered(self: FrameOrder, memory: object) -> Iterator[None]:
+        number, _ = memories.setdefault(id(memory), (len(memories), memory))
+        _note(("enter", number))
+        with at(self, memory):
+            yield
+        _note(("leave", number))
+
+    def timed_entry(*arguments: Any) -> Callable[..., object]:
+        return _native(entry(*arguments))
+
+    patches = {
+        (CpuRenderer, "_follow"): _recorded(CpuRenderer._follow, made.begun),
+        (CpuRenderer, "_finish"): _recorded(CpuRenderer._finish, made.finished),
+        (FrameOrder, "at"): ordered,
+        (Reader, "__iter__"): _timed_frames(Reader.__iter__, made.reading),
+        (FilmWriter, "write"): _timed_writes(FilmWriter.write, made.writing),
+        (library, "entry"): timed_entry,
+        **{
+            (cv2, name): _native(each)
+            for name, each in vars(cv2).items()
+            if isinstance(each, BuiltinFunctionType)
+        },
+    }
+    with ExitStack() as stack:
+        for (owner, name), replacement in patches.items():
+            stack.enter_context(patch.object(owner, name, replacement))
+        yield made
+
+
+def _note(event: Event) -> None:
+    if _marks.events is not None:
+        _marks.mark("python")
+        _marks.events.append(event)
+
+
+def _native(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a function whose time counts as time without Python's lock."""
+
+    def call(*arguments: Any, **named: Any) -> Any:
+        _marks.mark("python")
+        result = function(*arguments, **named)
+        _marks.mark("native")
+        return result
+
+    return call
+
+
+def _recorded(method: Callable[..., Any], frames: list[list[Event]]) -> Callable[..., Any]:
+    def call(*arguments: Any) -> Any:
+        if _marks.events is not None:  # a dry run within a frame
+            return method(*arguments)
+        _marks.events, _marks.last = [], time.thread_time()
+        try:
+            result = method(*arguments)
+            _marks.mark("python")
+            frames.append(_marks.events)
+            return result
+        finally:
+            _marks.events = None
+
+    return call
+
+
+def _timed_frames(iterate: Callable[..., Any], seconds: list[float]) -> Callable[..., Any]:
+    def timed(self: Reader) -> Iterator[Any]:
+        began = time.thread_time()
+        for item in iterate(self):
+            if isinstance(item, Frame):
+                seconds.append(time.thread_time() - began)
+                yield item
+                began = time.thread_time()
+            else:
+                yield item
+
+    return timed
+
+
+def _timed_writes(write: Callable[..., Any], seconds: list[float]) -> Callable[..., Any]:
+    def timed(self: FilmWriter, item: Any) -> None:
+        began = time.thread_time()
+        write(self, item)
+        if isinstance(item, Frame):
+            seconds.append(time.thread_time() - began)
+
+    return timed

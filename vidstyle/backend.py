@@ -1,0 +1,122 @@
+"""What restyles pictures, on any device."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from concurrent.futures import Future
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from vidstyle.core.closing import Closing
+from vidstyle.core.picture import Encoding, Picture
+from vidstyle.style import Style
+
+
+@dataclass(frozen=True)
+class FrameRequest:
+    """A picture to restyle.
+
+    Attributes:
+        picture: any picture; its planes are only read.
+        time: presentation time in seconds, or None for a picture that stands alone.
+        target: encoding of the result's planes; None: as the picture's own.
+        rgb: packed RGB of the target's depth is wanted instead of luma and chroma.
+    """
+
+    picture: Picture
+    time: float | None = None
+    target: Encoding | None = None
+    rgb: bool = False
+
+    @property
+    def encoding(self) -> Encoding:
+        """The encoding of the result."""
+        return self.target or self.picture.encoding
+
+    def is_passthrough(self, style: Style) -> bool:
+        """Whether the result is the picture itself."""
+        has_kind = self.rgb == (self.picture.color is not None)
+        return style.is_plain and has_kind and self.encoding == self.picture.encoding
+
+
+class PendingPicture(Protocol):
+    """A picture that is being restyled."""
+
+    def result(self) -> Picture:
+        """The restyled picture; waits for it."""
+
+
+class Backend(Closing, ABC):
+    """Restyles one picture after another, on the CPU (`CpuRenderer`) or a GPU (`GpuRenderer`).
+
+    It remembers earlier pictures where a style follows a film over time; a scene cut, a jump in time and
+    another size reset that.
+
+    Attributes:
+        frames_in_flight: how many pictures may be started before the result of the first is asked for.
+        device_kind: "cpu" or "gpu".
+    """
+
+    device_kind: str
+
+    @property
+    @abstractmethod
+    def frames_in_flight(self) -> int: ...
+
+    def start(
+        self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
+    ) -> PendingPicture:
+        """Start to restyle a picture; see `FrameRequest` for the arguments."""
+        return self.begin(FrameRequest(picture, time, target, rgb))
+
+    def run(
+        self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
+    ) -> Picture:
+        """Restyle a picture at once; see `FrameRequest` for the arguments, and `restyle` for the errors."""
+        return self.restyle(FrameRequest(picture, time, target, rgb))
+
+    @abstractmethod
+    def begin(self, request: FrameRequest) -> PendingPicture:
+        """Start to restyle a picture."""
+
+    def skip(self, request: FrameRequest) -> None:  # noqa: B027
+        """Take note of a picture that comes before those to restyle, where later ones depend on it."""
+
+    def restyle(self, request: FrameRequest) -> Picture:
+        """Return the restyled picture, at its own size; wait for it.
+
+        Raises:
+            DeviceError: both the GPU and the CPU have failed.
+            StyleError: the style cannot be used.
+        """
+        return self.begin(request).result()
+
+    def memory(self) -> Sequence[np.ndarray]:
+        """Return the state that the next picture of a scene depends on, while no picture is in flight.
+
+        A renderer that has restyled the same last picture, and whose arrays are overwritten with these,
+        continues in the same way. Missing are masks, faces in focus, film colours, and the state of a GPU.
+        """
+        return []
+
+    @abstractmethod
+    def change_style(self, style: Style) -> None:
+        """Use another style from the next picture on; pictures in flight keep theirs.
+
+        Device, threads and compiled programs are kept. Where only numbers and colours differ, memory of
+        earlier pictures is kept too. A style that cannot be used raises with the next result.
+        """
+
+    @abstractmethod
+    def cancel(self) -> None:
+        """Give up the pictures in flight, whose results may raise CancelledError; only `close` may follow."""
+
+
+def completed_future(picture: Picture) -> Future[Picture]:
+    """Return a completed future with this result."""
+    future: Future[Picture] = Future()
+    future.set_result(picture)
+    return future

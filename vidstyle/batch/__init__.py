@@ -1,0 +1,1 @@
+"""Restyle many films in parallel processes, and resume where an earlier run stopped."""

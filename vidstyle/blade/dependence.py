@@ -1,0 +1,149 @@
+"""Tests what the result of a reference filter depends on, to explain what a bank cannot reproduce."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from vidstyle.blade.bank import FILTER_SIZES
+from vidstyle.blade.photographs import Photograph, chroma_of, luma_of
+from vidstyle.blade.reference_filter import ReferenceFilter
+
+TEST_SIDE_PX = 192
+"""Maximum side of the part of a photograph that is tested, in pixels."""
+MIN_SHARE = 0.02
+"""Differences below this share of the filter's change are ignored."""
+FAR_PX = 48
+"""Distance from which a change of the picture is far away; no bank reaches so far at full size."""
+BORDER_PX = 24
+"""Width of the border that is ignored where the test moves pixels over it."""
+MOVE_PX = 47, 43
+"""Rows and columns by which the picture is moved: primes, thus no multiples of the period of a pattern."""
+FLAT_LEVELS = 2 / 255
+"""Maximum difference between pixels of a result that counts as flat."""
+
+
+@dataclass(frozen=True)
+class Dependence:
+    """What a filter's luma depends on; each number is a share of its squared change.
+
+    Attributes:
+        randomness: the difference of two runs.
+        position: the difference after moving the picture.
+        direction: the difference after rotating the picture by 90 degrees.
+        far: the mean difference more than `FAR_PX` from a change of the picture.
+        color: the difference after removing the colour of the picture.
+        chroma: the change of the chroma planes; 0 for a filter that returns luma only.
+        draws: whether the result of a flat picture is not flat.
+        reach: greatest distance in pixels at which a change of the picture changes the result.
+    """
+
+    randomness: float
+    position: float
+    direction: float
+    far: float
+    color: float
+    chroma: float
+    draws: bool
+    reach: int
+
+    def reasons(self, size: int, scale: float, has_chroma: bool, unexplained: float) -> Iterator[str]:
+        """Yield what a bank with filters of `size` pixels at `scale` cannot reproduce.
+
+        Args:
+            has_chroma: whether the bank has filters for chroma.
+            unexplained: the share of the change that the bank does not reproduce.
+        """
+        if self.randomness >= MIN_SHARE:
+            yield f"is random (two runs differ by {self.randomness:.0%} of the change)"
+            return  # other tests would find the same difference
+        if self.far >= MIN_SHARE:
+            yield f"is not local (a change more than {FAR_PX} px away changes the result)"
+        elif self.position >= MIN_SHARE:
+            yield f"depends on the position in the picture ({self.position:.0%} of the change)"
+        elif self.direction >= MIN_SHARE:
+            yield f"prefers a direction ({self.direction:.0%} of the change differ in a rotated picture)"
+        if self.draws:
+            yield "draws on flat areas"
+        if self.color >= MIN_SHARE:
+            yield f"depends on colour ({self.color:.0%} of the change of luma), which luma lacks"
+        if self.far < MIN_SHARE and self.reach * scale > size // 2:
+            yield f"depends on pixels up to {self.reach} px away ({_larger(self.reach, size, scale)})"
+        elif max(self.far, self.position, self.direction, self.color) < unexplained / 2:
+            near = max(self.reach, 1)
+            yield f"depends on details within {near} px that no bins distinguish (try --feature)"
+        if self.chroma >= MIN_SHARE and not has_chroma:
+            yield "also changes colour (add --chroma)"
+
+
+def _larger(reach: int, size: int, scale: float) -> str:
+    """Return how far filters reach, and what makes them reach farther."""
+    text, largest = f"filters reach {round(size // 2 / scale)} px", FILTER_SIZES[-1]
+    if size < largest:
+        return f"{text}; try --size {min(max(2 * round(reach * scale) + 1, size + 2), largest)}"
+    return f"{text}; try --scale {scale / 2:g}"
+
+
+def find_dependence(reference: ReferenceFilter, photograph: Photograph) -> Dependence:
+    """Run a filter on a part of a photograph and on changed copies of it.
+
+    Raises:
+        InputError: the picture cannot be read, or the filter fails.
+    """
+    color = _middle(photograph.color())
+
+    def apply(picture: np.ndarray) -> np.ndarray:
+        return reference.apply(np.ascontiguousarray(picture, np.float32), photograph)[0]
+
+    result, luma = apply(color), luma_of(color)
+    plain = luma_of(result)
+    change = max(_square(plain - luma), 1e-9)
+    profile = _profile(color, plain, apply) / change
+    far, reached = min(FAR_PX, len(profile) - 1), np.flatnonzero(profile >= MIN_SHARE)
+    gray = np.repeat(luma[..., None], 3, axis=2)
+    flat = luma_of(apply(np.full_like(color, 0.5)))
+    of_chroma = zip(chroma_of(result), chroma_of(color), strict=True) if result.ndim == 3 else ()
+    return Dependence(
+        randomness=_square(luma_of(apply(color)) - plain) / change,
+        position=_square(_moved(color, plain, apply)) / change,
+        direction=_square(_inside(luma_of(apply(np.rot90(color))) - np.rot90(plain))) / change,
+        far=float(profile[far:].mean()),
+        color=_square(luma_of(apply(gray)) - plain) / change,
+        chroma=sum(_square(new - old) for new, old in of_chroma) / change,
+        draws=float(np.ptp(_inside(flat))) > FLAT_LEVELS,
+        reach=int(reached[-1]) + 1 if reached.size else 0,
+    )
+
+
+def _middle(color: np.ndarray) -> np.ndarray:
+    """Return the middle of a picture."""
+    top, left = (max(side - TEST_SIDE_PX, 0) // 2 for side in color.shape[:2])
+    return color[top : top + TEST_SIDE_PX, left : left + TEST_SIDE_PX]
+
+
+def _profile(color: np.ndarray, plain: np.ndarray, apply: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """Return the mean squared difference by distance from the left half, after changing that half."""
+    middle = color.shape[1] // 2
+    changed = color.copy()
+    changed[:, :middle] = 1 - color[::-1, middle - 1 :: -1]
+    difference = luma_of(apply(changed)) - plain
+    return np.square(difference[:, middle:], dtype=np.float64).mean(axis=0)
+
+
+def _moved(color: np.ndarray, plain: np.ndarray, apply: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """Return the difference between the result of a moved picture and the moved result, without the seam."""
+    rows, columns = (min(most, side // 4) for most, side in zip(MOVE_PX, plain.shape, strict=True))
+    moved = luma_of(apply(np.roll(color, (rows, columns), (0, 1))))
+    return _inside((moved - np.roll(plain, (rows, columns), (0, 1)))[rows:, columns:])
+
+
+def _inside(plane: np.ndarray) -> np.ndarray:
+    """Return a plane without its border, or its middle if it is small."""
+    rows, columns = (min(BORDER_PX, side // 4) for side in plane.shape)
+    return plane[rows : plane.shape[0] - rows, columns : plane.shape[1] - columns]
+
+
+def _square(plane: np.ndarray) -> float:
+    return float(np.square(plane, dtype=np.float64).mean())

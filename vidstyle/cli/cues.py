@@ -1,0 +1,57 @@
+"""vidstyle cues: find the scenes of a film, and write a file that gives each one a style."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from vidstyle.cli.parsing.command import Group, command, option
+from vidstyle.cli.parsing.common_options import style_option, threads_option
+from vidstyle.cli.parsing.cue_options import by_options, scenes_of, styles_of_scenes
+from vidstyle.cli.parsing.path_arguments import path_arguments
+from vidstyle.cli.terminal.reporting import reporting_options, say
+from vidstyle.errors import UsageError, counted, printable
+
+SHEET_ENDING = ".html"
+
+
+@command(
+    "Find the scenes of a film, and write a cue file for them.",
+    examples=(
+        "vidstyle cues in.mp4 cues.toml                      # then open cues.html",
+        "vidstyle cues in.mp4 cues.toml -s ink,noir --by like",
+    ),
+    epilog="Use the file with 'vidstyle render --cues'. Guide: docs/cues.md in the source folder.",
+)
+@path_arguments(source="INPUT", target="OUTPUT")
+@style_option(default="plain", help="Styles to begin with, as in ink,noir,poster.")
+@by_options
+@option("-y", "--overwrite", is_flag=True, group=Group.OUTPUT, help="Overwrite OUTPUT and the page.")
+@threads_option
+@reporting_options
+def cues(source: str, target: str, overwrite: bool, **options: Any) -> int:
+    """Find the scenes of INPUT, and write OUTPUT, a cue file (.toml) that gives each scene a style.
+
+    A page with a picture of each scene is written next to it, for choosing styles in the browser.
+    """
+    from vidstyle.cues.cue_file import cue_file_text
+    from vidstyle.gallery.cue_sheet import SheetScene, cue_sheet
+    from vidstyle.media.write.atomic import atomic_file
+    from vidstyle.style import load_style, style_names
+
+    file, page = Path(target), Path(target).with_suffix(SHEET_ENDING)
+    if file.suffix != ".toml":
+        raise UsageError(target, "is no name for a cue file", "end it in .toml")
+    with atomic_file(file, source, overwrite) as write, atomic_file(page, source, overwrite) as write_page:
+        scenes, rate = scenes_of(source)
+        styles = styles_of_scenes(scenes, options)
+        choices = {name: load_style(name) for name in sorted({*style_names(), *filter(None, styles)})}
+        shown = [
+            SheetScene(each.start, style or "", each.still)
+            for each, style in zip(scenes, styles, strict=True)
+        ]
+        write(cue_file_text([each.start for each in scenes], rate, styles).encode())
+        write_page(cue_sheet(Path(source).name, file.name, shown, rate, choices).encode())
+    found = counted(len(scenes), "scene")
+    say(f"{printable(file)}: {found}; choose styles in {printable(page)}")
+    return 0

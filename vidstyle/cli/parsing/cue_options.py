@@ -1,0 +1,128 @@
+"""The options that let a style change over time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from vidstyle.cli.parsing.command import Group, option
+from vidstyle.cli.parsing.common_options import Parsed, number, style_from_options
+from vidstyle.cli.parsing.film_options import read_options
+from vidstyle.cli.parsing.path_arguments import PATH
+from vidstyle.cues.style_change import CHANGE_HELP, MAX_PARTS, StyleChange, in_turn
+from vidstyle.errors import UsageError, log
+
+if TYPE_CHECKING:
+    from vidstyle.cues.cue_list import CueList
+    from vidstyle.media.options import ReadOptions
+    from vidstyle.pipeline.scenes import Scene
+    from vidstyle.style import Style
+
+
+def by_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add --by and --seed, which give each part of a film one of several styles."""
+    text = f"Change between the styles of --style, as in ink,noir,poster: {CHANGE_HELP}."
+    by = option("--by", type=Parsed("change", StyleChange.parse), group=Group.STYLE, help=text)
+    text = "Random seed for the order of the styles of --by.  [default: in turn]"
+    seed = option("--seed", type=number(0, whole=True), group=Group.STYLE, help=text)
+    return by(seed(command))
+
+
+def cues_option(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add --cues, a file with styles and their times."""
+    text = "File with styles and their times, as 'vidstyle cues' writes it; instead of --style."
+    return option("--cues", type=PATH, metavar="FILE", group=Group.STYLE, help=text)(command)
+
+
+def look_from_options(source: str, options: Mapping[str, Any]) -> Style | CueList:
+    """Return the style that the options describe, or the styles over time.
+
+    The source is read once to find its scenes, where they decide.
+    """
+    if options["cues"] is not None:
+        return _cues_from_file(options)
+    if options["by"] is not None:
+        return _cues_by_change(source, options)
+    if options["seed"] is not None:
+        raise UsageError("--seed", "needs --by")
+    if "," in (options["style_name"] or ""):
+        raise UsageError("--style", "has several styles", "say when to change, such as --by scene")
+    return style_from_options(options)
+
+
+def scenes_of(
+    source: str, read: ReadOptions | None = None, pictures: bool = True
+) -> tuple[list[Scene], Fraction | None]:
+    """Return the scenes of the source, and its rate; see `find_scenes`."""
+    from vidstyle.pipeline.scenes import find_scenes
+
+    log.info("%s: finding the scenes", source)
+    return find_scenes(source, read, pictures)
+
+
+def styles_of_scenes(scenes: Sequence[Scene], options: Mapping[str, Any]) -> list[str | None]:
+    """Return the name of a style for each scene, by --style, --by and --seed; None: as before."""
+    from vidstyle.style import load_style
+
+    change: StyleChange = options["by"] or StyleChange("scene")
+    if change.kind == "seconds":
+        raise UsageError("--by", "is a time, and a cue file has scenes", "use it with 'vidstyle render'")
+    names = _names(options)
+    choices = [load_style(name) for name in names]
+    chosen = _chosen(scenes, choices, change, options["seed"])
+    parts = iter(names[choices.index(style)] for style in chosen)
+    return [next(parts) if number % int(change.step) == 0 else None for number in range(len(scenes))]
+
+
+def _cues_from_file(options: Mapping[str, Any]) -> CueList:
+    from vidstyle.cues.cue_file import read_cue_file
+
+    names = {"style_name": "--style", "by": "--by", "seed": "--seed", "changes": "--set"}
+    names |= {name: f"--{name}" for name in ("steady", "detail", "focus", "only", "keep", "background")}
+    if given := [text for name, text in names.items() if options[name] not in (None, ())]:
+        raise UsageError(given[0], "cannot be used with --cues", "write it in the cue file")
+    return read_cue_file(options["cues"])
+
+
+def _cues_by_change(source: str, options: Mapping[str, Any]) -> CueList:
+    from vidstyle.cues.cue_list import CueList
+
+    change: StyleChange = options["by"]
+    choices = [style_from_options({**options, "style_name": name}) for name in _names(options)]
+    if change.kind == "seconds":
+        starts = change.starts(_duration(source, options) or MAX_PARTS * change.step)
+        return CueList.at_times(starts, in_turn(choices, len(starts), options["seed"]))
+    scenes, _ = scenes_of(source, read_options(options), pictures=change.kind == "like")
+    styles = _chosen(scenes, choices, change, options["seed"])
+    # A cue list has times of the whole film.
+    start = read_options(options).start or 0
+    return CueList.at_times([start + each.start for each in scenes[:: int(change.step)]], styles)
+
+
+def _chosen(
+    scenes: Sequence[Scene], choices: Sequence[Style], change: StyleChange, seed: int | None
+) -> list[Style]:
+    """Return a style for each part of a film."""
+    if change.kind == "like":
+        from vidstyle.explore.scene_styles import suiting_styles
+
+        return suiting_styles([each.still for each in scenes], choices)
+    return in_turn(choices, -(-len(scenes) // int(change.step)), seed)
+
+
+def _names(options: Mapping[str, Any]) -> list[str]:
+    names = [name.strip() for name in (options["style_name"] or "").split(",")]
+    if not all(names):
+        raise UsageError("--style", "has a comma without a name", "give several, as in ink,noir,poster")
+    return names
+
+
+def _duration(source: str, options: Mapping[str, Any]) -> Fraction | None:
+    from vidstyle.media.read.reader import open_source
+
+    if source == "-":
+        return None
+    with closing(open_source(source, read_options(options))) as opened:
+        return opened.duration

@@ -1,0 +1,1 @@
+"""What the program shows in a terminal: messages, progress and pictures."""

@@ -1,0 +1,1 @@
+"""This machine: its cores, memory and control groups, the user's cache folder, installed versions."""

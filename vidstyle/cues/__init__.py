@@ -1,0 +1,1 @@
+"""Styles that change over time: cue lists, and the renderer that follows them."""

@@ -1,0 +1,224 @@
+"""The connection to one browser that shows the designer: the messages of its page."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from typing import Annotated, Any, Literal
+
+from vidstyle.design.document.document import SNAPSHOT_SLOTS
+from vidstyle.design.document.edits import EDITS, EditResult
+from vidstyle.design.page.design_server import DesignServer
+from vidstyle.design.page.design_view import DesignView
+from vidstyle.design.page.frames import PictureType
+from vidstyle.design.page.uploads import FileUpload
+from vidstyle.errors import StyleError, UsageError
+from vidstyle.preview.encode import encode
+from vidstyle.preview.outputs import ExportKind
+from vidstyle.style import load_style, style_names
+from vidstyle.web.messages import (
+    CHECKS,
+    Answer,
+    Message,
+    MessageError,
+    fields_of,
+    integer_between,
+    message,
+    number_between,
+    one_of,
+)
+
+UploadSize = Annotated[int, integer_between(1, 2 << 30)]
+"""In bytes."""
+PreviewSide = Annotated[int, integer_between(64, 2160)]
+"""The shorter side of the preview in pixels."""
+PlaybackRate = Annotated[float, number_between(0.1, 240)]
+SnapshotSlot = Annotated[str, one_of(SNAPSHOT_SLOTS)]
+STYLE_PREVIEW_PX = 160
+"""Shorter side of the previews on the start screen."""
+
+
+def _edit_message(name: str, edit: Callable[..., EditResult]) -> Message:
+    """Return the message that makes an edit; its fields are the arguments of the edit after `new`."""
+
+    async def handle(page: DesignConnection, gesture: int, **fields: Any) -> Answer:
+        # Two browsers, or a reloaded page, may use the same gesture numbers.
+        step = await page.change(lambda: page.designer.opened.edit(name, (id(page), gesture), **fields))
+        return None if step is None else {"step": step}
+
+    return Message(handle, {**fields_of(edit, 2), "gesture": CHECKS[int]})
+
+
+class DesignConnection(DesignView):
+    """Serves one WebSocket: the edits of a style, and the messages declared here."""
+
+    messages = {name: _edit_message(name, edit) for name, edit in EDITS.items()}
+
+    def __init__(self, server: DesignServer) -> None:
+        super().__init__(server.session, fail=server.fail)
+        self.server, self.designer = server, server.designer
+        self._upload: FileUpload | None = None
+
+    async def greet(self) -> None:
+        """Send blocks, styles, export targets, the clip, the state and the draft of an earlier run."""
+        for each in await self.session.run(lambda: list(self.server.greeting())):
+            await self.tell(each)
+        await self.show_state(await self.session.run(lambda: self.designer.state))
+        await self.tell({"draft": await self.session.run(lambda: self.designer.draft_offer)})
+        self.server.refresh_steps()
+
+    def leave(self) -> None:
+        """Stop playing and drop the upload."""
+        self.frames.stop()
+        if self._upload is not None:
+            self._upload.drop()
+
+    async def change(self, work: Callable[..., Any], *values: Any) -> Any:
+        """Call a function that may change the document; all browsers get the change before the answer."""
+        before = (self.designer.document, self.session.revision)
+        answer = await self.session.run(work, *values)
+        if (self.designer.document, self.session.revision) != before:
+            await self.server.changed()
+        return answer
+
+    # The document and its file
+
+    @message
+    async def undo(self) -> None:
+        await self.change(lambda: self.designer.opened.undo())
+
+    @message
+    async def redo(self) -> None:
+        await self.change(lambda: self.designer.opened.redo())
+
+    @message
+    async def jump(self, entry: int) -> None:
+        await self.change(lambda: self.designer.opened.jump(entry))
+
+    @message
+    async def snapshot(self, slot: SnapshotSlot) -> None:
+        await self.change(lambda: self.designer.opened.snapshot(slot))
+
+    @message
+    async def restore(self, slot: SnapshotSlot) -> None:
+        await self.change(lambda: self.designer.opened.restore(slot))
+
+    @message
+    async def new(self) -> None:
+        await self.change(self.designer.new)
+
+    @message
+    async def open(self, style: str) -> None:
+        await self.change(self.designer.open, style)
+
+    @message
+    async def draft(self, accept: bool) -> None:
+        await self.change(self.designer.open_draft, accept)
+
+    @message
+    async def save(self) -> None:
+        await self.change(self.designer.save)
+
+    @message
+    async def save_as(self, name: str, overwrite: bool) -> None:
+        await self.change(self.designer.save_as, name, overwrite)
+
+    @message
+    async def command(self) -> Answer:
+        return {"text": await self.session.run(self.designer.command)}
+
+    @message(in_background=True)
+    async def export(self, kind: ExportKind, name: str, overwrite: bool) -> Answer:
+        return {"file": await asyncio.to_thread(self.designer.export, kind, name, overwrite)}
+
+    # Pictures
+
+    @message
+    async def watch(self, solo: int | None, side: PreviewSide, where: Literal["page", "server"]) -> None:
+        shown = self.frames.shown
+        # No other message requests the frames of a camera.
+        needs_frame = side != shown.side or self.designer.clip.live
+        shown.solo, shown.side, shown.where = solo, side, where
+        if needs_frame:
+            await self.frames.send()
+        await self.show_style()
+
+    @message
+    async def frame(self, number: int) -> None:
+        self.frames.stop()
+        self.frames.shown.number = min(number, self.designer.clip.count - 1)
+        await self.frames.send()
+        self.server.refresh_steps()
+
+    @message
+    async def play(self, at: int, first: int, last: int, fps: PlaybackRate) -> None:
+        end = self.designer.clip.count - 1
+        first, last = min(first, end), min(last, end)
+        self.frames.play(at if first <= at <= last else first, first, max(first, last), float(fps))
+
+    @message
+    async def pause(self) -> None:
+        self.frames.stop()
+        await self.frames.send()
+        self.server.refresh_steps()
+
+    @message(in_background=True)
+    async def start(self) -> None:
+        """Send a preview of each style, rendered from the current frame."""
+        number, session, clip = self.frames.shown.number, self.session, self.designer.clip
+        render = session.restyler.render_exactly
+        for index, name in enumerate(style_names()):
+            try:
+                style = await session.run(load_style, name)
+                picture = await session.picture(render, style, clip, number, STYLE_PREVIEW_PX)
+            except StyleError:  # an invalid style file of the user; the list shows its error
+                continue
+            await self.send_picture(PictureType.STYLE, index, 0, encode(picture, "jpeg"))
+
+    @message(in_background=True)
+    async def check(self) -> None:
+        """Send the exact result for the current frame."""
+        style, shown, session = self.frames.style, self.frames.shown, self.session
+        if style is None:
+            raise UsageError("the designer", "has no style open", "open one first")
+        number, clip = shown.number, self.designer.clip
+        picture = await session.picture(session.restyler.render_exactly, style, clip, number, shown.side)
+        await self.send_picture(PictureType.EXACT, number, session.revision, encode(picture, "png"))
+
+    # Long jobs and uploads
+
+    @message(in_background=True)
+    async def steady(self) -> None:
+        await self.server.jobs.steady(self, self.frames)
+
+    @message(in_background=True)
+    async def render(self, name: str, overwrite: bool, frames: int | None) -> None:
+        await self.server.jobs.render(name, overwrite, frames)
+
+    @message
+    async def cancel(self) -> None:
+        self.server.jobs.cancel()
+
+    @message
+    async def upload(self, id: int, name: str, size: UploadSize) -> None:
+        """Announce a file, which follows in binary messages; the last one is answered too."""
+        if self._upload is not None:
+            raise MessageError("upload: another upload is in progress")
+        self._upload = FileUpload(id, name, size)
+
+    async def take_bytes(self, data: bytes) -> None:
+        """Take a chunk of the upload; open the file after the last one, and answer the upload."""
+        upload = self._upload
+        if upload is None:
+            raise MessageError("a chunk without an upload")
+        await self.session.run(upload.write, data)
+        if upload.is_complete:
+            self._upload = None
+            await self.answer(upload.id, lambda: self._use(upload))
+
+    async def _use(self, upload: FileUpload) -> None:
+        opened = await self.session.run(upload.open)
+        if isinstance(opened, tuple):
+            await self.change(self.designer.open_text, *opened)
+        else:
+            await self.server.change_clip(opened)

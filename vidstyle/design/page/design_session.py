@@ -1,0 +1,63 @@
+"""What all browsers of the designer share: the open style and clip, and the threads that work on them."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+from vidstyle.design.designer import Designer
+from vidstyle.design.document.solo import solo
+from vidstyle.design.restyling import Restyler, StepPictures
+from vidstyle.style import Style
+
+
+class DesignSession:
+    """The designer and the threads that work for its browsers. All coroutines run in the server's event loop.
+
+    Attributes:
+        designer: the open style and clip.
+        restyler: renders previews.
+        steps: renders thumbnails of steps.
+    """
+
+    def __init__(self, designer: Designer, device: str) -> None:
+        """`device`: renders for browsers that cannot, see `open_renderer`."""
+        self.designer = designer
+        self.restyler, self.steps = Restyler(device), StepPictures()
+        self._work = ThreadPoolExecutor(1, "vidstyle design")
+        self._pictures = ThreadPoolExecutor(1, "vidstyle design pictures")
+
+    async def run(self, function: Callable[..., Any], *values: Any) -> Any:
+        """Call a function that uses the document or the clip, one at a time."""
+        return await asyncio.get_running_loop().run_in_executor(self._work, function, *values)
+
+    async def picture(self, function: Callable[..., Any], *values: Any) -> Any:
+        """Call a function that renders pictures, one at a time."""
+        return await asyncio.get_running_loop().run_in_executor(self._pictures, function, *values)
+
+    @property
+    def revision(self) -> int:
+        """The revision of the document; 0 if no style is open."""
+        document = self.designer.document
+        return document.revision if document else 0
+
+    def shown_style(self, step: int | None) -> Style | None:
+        """Return the open style, reduced to the soloed step if any; None if no style is open."""
+        document = self.designer.document
+        if document is None:
+            return None
+        places = {each.number: (layer, place) for layer, place, each in document.content.steps}
+        if step in places and not document.mistakes:
+            return solo(document.style, *places[step])
+        return document.style
+
+    def close(self) -> None:
+        """Wait for both threads, and release the renderers and the clip."""
+        self._work.shutdown()
+        self._pictures.shutdown()
+        self.designer.keep_draft()
+        self.restyler.close()
+        self.steps.close()
+        self.designer.clip.close()

@@ -1,0 +1,63 @@
+"""What the page is told of the exploration: the clip, and the current screen."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from vidstyle.explore.chooser import Tile
+from vidstyle.explore.page.exploration import Exploration
+from vidstyle.export.export_targets import describe_targets
+
+
+def describe_clip(exploration: Exploration, has_designer: bool) -> dict[str, Any]:
+    """Return the message that describes the clip and available actions."""
+    return {
+        "name": Path(exploration.clip.name).name,
+        "size": exploration.clip.size,
+        "frames": list(exploration.frames),
+        "rate": exploration.rate,
+        "count": exploration.clip.count,
+        "render": not exploration.clip.live,
+        "design": has_designer,
+        "targets": describe_targets(),
+    }
+
+
+def describe_state(exploration: Exploration) -> dict[str, Any]:
+    """Return the message that describes the current state."""
+    chooser = exploration.chooser
+    if not chooser.screens:
+        return {"tiles": []}
+    screen = chooser.screen
+    return {
+        "at": chooser.at,
+        "tiles": [_describe(exploration, tile) for tile in screen.tiles],
+        "taken": screen.taken,
+        "back": screen.before is not None,
+        "forward": screen.after is not None,
+        "near": chooser.near,
+        "locks": sorted(chooser.locks),
+        "history": [_face(exploration, each.tiles) for each in chooser.screens],
+        "stars": [_describe(exploration, tile) for tile in chooser.stars],
+    }
+
+
+def _describe(exploration: Exploration, tile: Tile) -> dict[str, Any]:
+    layers = {layer: [step.block for step in steps] for layer, steps in tile.style.layers.items()}
+    return {
+        "tile": exploration.number(tile),
+        "name": tile.style.name,
+        "kind": tile.kind,
+        "parents": tile.parents,
+        "layers": {layer: blocks for layer, blocks in layers.items() if blocks},
+        "ink": tile.style.ink,
+        "paper": tile.style.paper,
+    }
+
+
+def _face(exploration: Exploration, tiles: tuple[Tile, ...]) -> list[int]:
+    """Return the tiles that represent a screen: the chosen one, or four of a first screen."""
+    middle = tiles[len(tiles) // 2]
+    shown = (middle,) if middle.kind == "chosen" else tiles[:4]
+    return [exploration.number(tile) for tile in shown]

@@ -1,0 +1,161 @@
+// Controls for the parameters of a style, as described by `vidstyle.style.panel`.
+
+import { make, words } from "./elements.js";
+
+/**
+ * The elements that set a value, and a function that shows another value.
+ * @typedef {object} Control
+ * @property {HTMLElement[]} inline elements next to the name
+ * @property {HTMLElement[]} [below] elements of the full width
+ * @property {(value: any) => void} show
+ */
+
+/**
+ * @typedef {object} Described
+ * @property {string} name
+ * @property {string} kind
+ * @property {number} [low]
+ * @property {number} [high]
+ * @property {boolean} [whole]
+ * @property {string} [unit]
+ * @property {string[]} [options]
+ */
+
+/** Whether a unit fits next to a number. @param {string | undefined} unit */
+export const isShort = (unit) => Boolean(unit) && String(unit).length < 8;
+
+/** Rounds a value to three digits, or to an integer. @param {number} value @param {boolean | undefined} whole */
+export const short = (value, whole) => (whole ? Math.round(value) : Number(value.toPrecision(3)));
+
+const NOTCH_COUNT = 400;
+
+/**
+ * Maps values to positions on a slider; a slider of a wide range gives most of its travel to low values.
+ * @param {Described} entry
+ */
+export function scaleOf({ low = 0, high = 1, whole, unit }) {
+  const span = high - low;
+  const steep = !whole && (unit === "px" || (low > 0 && high / low >= 20));
+  const power = steep ? 3 : 1;
+  const notches = whole ? span : NOTCH_COUNT;
+  return {
+    notches,
+    /** @param {number} value */
+    place: (value) => Math.pow((value - low) / span, 1 / power) * notches,
+    /** @param {number} place */
+    value: (place) => low + span * Math.pow(place / notches, power),
+  };
+}
+
+/**
+ * Controls by the `kind` with which a subclass of `Control` in Python describes itself.
+ * @type {Record<string, (entry: Described, id: string, change: (value: any) => void) => Control>}
+ */
+const CONTROLS = { slider, switch: checkbox, color: colorWell, choice: menu };
+
+/**
+ * Returns a control for one parameter, which calls `change` on input.
+ * @param {Described} entry
+ * @param {string} id of its input
+ * @param {(value: any) => void} change
+ */
+export function control(entry, id, change) {
+  return CONTROLS[entry.kind](entry, id, change);
+}
+
+/**
+ * @param {Described} _
+ * @param {string} id
+ * @param {(value: boolean) => void} change
+ * @returns {Control}
+ */
+function checkbox(_, id, change) {
+  const box = make("input", { type: "checkbox", id, onchange: () => change(box.checked) });
+  return { inline: [box], show: (value) => void (box.checked = value) };
+}
+
+/**
+ * @param {Described} _
+ * @param {string} id
+ * @param {(value: string) => void} change
+ * @returns {Control}
+ */
+function colorWell(_, id, change) {
+  const well = make("input", { type: "color", id, oninput: () => change(well.value) });
+  return { inline: [well], show: (value) => void (well.value = value) };
+}
+
+/**
+ * @param {Described} entry
+ * @param {string} id
+ * @param {(value: string) => void} change
+ * @returns {Control}
+ */
+function menu(entry, id, change) {
+  const list = make("select", { id, onchange: () => change(list.value) });
+  /** @param {string} option */
+  const add = (option) => list.append(make("option", { value: option, textContent: option ? words(option) : "none" }));
+  (entry.options ?? []).forEach(add);
+  return {
+    inline: [list],
+    show: (value) => {
+      if (![...list.options].some((option) => option.value === value)) add(value);
+      list.value = value;
+    },
+  };
+}
+
+/**
+ * @param {Described} entry
+ * @param {string} id
+ * @param {(value: number) => void} change
+ * @returns {Control}
+ */
+function slider(entry, id, change) {
+  const { low = 0, high = 1, whole, unit = "" } = entry;
+  const scale = scaleOf(entry);
+  const range = make("input", { type: "range", id, min: "0", max: String(scale.notches), step: whole ? "1" : "any" });
+  const exact = make("input", { type: "number", step: "any", min: String(low), max: String(high) });
+  exact.setAttribute("aria-label", `${words(entry.name)}, as a number`);
+  /** @param {number | null} value null: not set */
+  const put = (value) => {
+    exact.value = value === null ? "" : String(value);
+    range.setAttribute("aria-valuetext", value === null ? "not set" : `${value} ${unit}`.trim());
+    range.style.setProperty("--part", String(Number(range.value) / scale.notches));
+  };
+  /** @param {number | null} value */
+  const show = (value) => {
+    range.value = String(value === null ? 0 : scale.place(value));
+    put(value === null ? null : Number(value.toPrecision(7)));
+  };
+  /** @param {number} place */
+  const move = (place) => {
+    const value = short(Math.min(Math.max(scale.value(place), low), high), whole);
+    put(value);
+    change(value);
+  };
+  range.oninput = () => move(Number(range.value));
+  // With step "any" browsers disagree about arrow keys.
+  range.onkeydown = (event) => {
+    /** @type {Object<string, number>} */
+    const keys = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1, PageUp: 10, PageDown: -10 };
+    const steps = keys[event.key];
+    if (!steps || event.ctrlKey || event.altKey || event.metaKey) return;
+    event.preventDefault();
+    const step = Math.max(whole ? 1 : 0, scale.notches / 100);
+    range.value = String(Number(range.value) + steps * Math.round(step));
+    move(Number(range.value));
+  };
+  exact.onchange = () => {
+    if (exact.value === "" || !exact.checkValidity()) {
+      exact.reportValidity();
+      return;
+    }
+    const value = whole ? Math.round(Number(exact.value)) : Number(exact.value);
+    range.value = String(scale.place(value));
+    put(value);
+    change(value);
+  };
+  const inline = unit ? [exact, make("span", { className: "unit", textContent: unit })] : [exact];
+  return { inline, below: [range], show };
+}

@@ -1,0 +1,39 @@
+"""Pictures as the content of PNG and JPEG files."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+
+def png_bytes(picture: np.ndarray, compression: int | None = None) -> bytes:
+    """Encode a picture, H x W x 3 or H x W x 4 uint8 RGB, as PNG.
+
+    Args:
+        compression: 0 (fast and large) to 9; None for OpenCV's default.
+    """
+    return _encode(".png", picture, [] if compression is None else [cv2.IMWRITE_PNG_COMPRESSION, compression])
+
+
+def jpeg_bytes(picture: np.ndarray, quality: int, optimized: bool = False) -> bytes:
+    """Encode a picture, H x W x 3 uint8 RGB, as JPEG with full chroma.
+
+    Subsampled chroma would wash out coloured dots and strokes.
+
+    Args:
+        quality: 0 to 100.
+        optimized: whether to make the file a little smaller, which takes longer.
+    """
+    options = [
+        *(cv2.IMWRITE_JPEG_QUALITY, quality),
+        *(cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444),
+        *(cv2.IMWRITE_JPEG_OPTIMIZE, int(optimized)),
+    ]
+    return _encode(".jpg", picture, options)
+
+
+def _encode(suffix: str, picture: np.ndarray, options: list[int]) -> bytes:
+    order = cv2.COLOR_RGBA2BGRA if picture.shape[2] == 4 else cv2.COLOR_RGB2BGR
+    done, content = cv2.imencode(suffix, cv2.cvtColor(picture, order), options)
+    assert done, suffix
+    return content.tobytes()

@@ -1,0 +1,1 @@
+"""The structure of media files, read from their bytes: headers, tables and parts."""

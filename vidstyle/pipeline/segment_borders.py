@@ -1,0 +1,184 @@
+"""Divides a film into segments that can be restyled by themselves, with the same pictures as in one run."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+from fractions import Fraction
+from typing import Any
+
+from vidstyle.core.sampling import small_luma
+from vidstyle.core.scene_cuts import KnownCuts, SceneCutDetector
+from vidstyle.media.frame import Frame
+from vidstyle.media.options import VideoInfo
+from vidstyle.media.read.reader import Reader
+from vidstyle.pipeline.segment_plan import FilmSegment, FrameDigest, SegmentPlan
+from vidstyle.renderer import follow_faces, has_followed_faces, runs_on_cpu
+from vidstyle.style import Style
+from vidstyle.style.resolve import ResolvedStep, film_tables, masks_read, resolve
+
+WARM_UP_FRAMES = 120
+"""Frames after which a stabilizer usually remembers the same, wherever it began."""
+WARM_UP_FACTOR = 20
+"""Time constants after which smoothed measurements usually are the same. Both numbers were chosen on three
+films of one scene: docs/batch.md."""
+MIN_PART_SECONDS = 30
+"""Least length of a segment that does not end at a scene cut."""
+MIN_PART_RATIO = 4
+"""Least length of such a segment, relative to its warm-up."""
+
+
+def plan_segments(
+    reader: Reader,
+    style: Style,
+    device: str,
+    seconds: Fraction,
+    parts: Mapping[str, str],
+    undivided: str,
+    follows_faces: bool,
+    on_frame: Callable[[int], None],
+) -> SegmentPlan | None:
+    """Read a film once, and find where its segments begin.
+
+    Args:
+        reader: at the start of the film.
+        device: see `open_renderer`.
+        seconds: the least length of a segment, except the last one.
+        parts, undivided: see `SegmentPlan`.
+        follows_faces: whether to track faces in focus, which takes longer than all else.
+        on_frame: called with the number of frames read so far.
+
+    Returns:
+        The plan; None if a scene is so long that it may be divided where no face is tracked.
+    """
+    info = reader.info
+    if not reader.can_seek:
+        undivided = "is not seekable"
+    if info.alpha or info.still:
+        undivided = "is a picture" if info.still else "has transparency"
+    with ExitStack() as settings:
+        borders = _Borders(info, style, device, seconds, settings, follows_faces)
+        for frame in reader:
+            if undivided:
+                break
+            if borders.lacks_faces:
+                return None
+            if isinstance(frame, Frame):
+                borders.add(frame)
+                on_frame(borders.number)
+    if reader.damage.report():
+        undivided = undivided or "is damaged"
+    return SegmentPlan(parts, str(info.time_base), borders.cuts, borders.segments(), undivided)
+
+
+class _Borders:
+    """Finds scene cuts and segments, frame by frame.
+
+    A style without memory of earlier frames may be divided anywhere. Otherwise segments begin at scene cuts,
+    where a style forgets, and in long scenes at frames without faces in focus. On a GPU, and if a style reads
+    masks or has colours of the film, which follow a whole scene, scenes are not divided.
+
+    Attributes:
+        number: how many frames were added.
+        cuts: pts of the frames that begin scenes.
+        lacks_faces: whether it is unknown if a segment may begin at a frame, as faces are not followed.
+    """
+
+    def __init__(
+        self,
+        info: VideoInfo,
+        style: Style,
+        device: str,
+        seconds: Fraction,
+        settings: ExitStack,
+        follows_faces: bool,
+    ) -> None:
+        steps = resolve(style, info.height, info.width)
+        self._seconds, self._has_memory = seconds, has_memory(style, steps)
+        self._divides_scenes = runs_on_cpu(style, device) and not (film_tables(steps) or masks_read(style))
+        warm_up = warm_up_frames(steps, float(info.rate or 25))
+        self._recent: deque[int] = deque(maxlen=warm_up)
+        self._part_seconds = max(seconds, MIN_PART_SECONDS, MIN_PART_RATIO * warm_up / (info.rate or 25))
+        self._known, self._detector = KnownCuts(()), SceneCutDetector()
+        self._needs_faces, self.lacks_faces = has_followed_faces(style), False
+        self._faces = follow_faces(style, self._known) if follows_faces and self._needs_faces else None
+        if self._faces is not None:
+            settings.enter_context(self._faces)
+        self._segments: list[FilmSegment] = []
+        self._begin: dict[str, Any] = {"first": 0, "pts": 0}
+        self._digest = FrameDigest()
+        self.number = 0
+        self.cuts: list[int] = []
+
+    def add(self, frame: Frame) -> None:
+        """Take the next frame."""
+        if is_cut := self._detector.is_cut(small_luma(frame.picture)):
+            self.cuts.append(frame.pts)
+            self._known.add(float(frame.time))
+            self._recent.clear()
+        begin = {"first": self.number, "pts": frame.pts}
+        if self.number == 0:
+            self._begin = begin
+        elif self._lasts(frame, self._seconds) and (is_cut or not self._has_memory):
+            self._end_segment(begin)
+        elif self._divides_scenes and self._lasts(frame, self._part_seconds):
+            self.lacks_faces = self._needs_faces and self._faces is None
+            if self._has_no_faces:
+                self._end_segment({**begin, **self._continuing()})
+        if self._faces is not None:
+            self._faces.follow(frame.picture, float(frame.time))
+        self._recent.append(frame.pts)
+        self._digest.add(frame)
+        self.number += 1
+
+    def segments(self) -> list[FilmSegment]:
+        """Return all segments, after the last frame."""
+        return [*self._segments, self._current]
+
+    @property
+    def _current(self) -> FilmSegment:
+        return FilmSegment(**self._begin, end=self.number, digest=self._digest.text)
+
+    @property
+    def _has_no_faces(self) -> bool:
+        return self._faces is None or self._faces.idle_since is not None
+
+    def _lasts(self, frame: Frame, seconds: Fraction | float) -> bool:
+        """Whether the segment lasts at least so long before this frame."""
+        return (frame.pts - self._begin["pts"]) * frame.time_base >= seconds
+
+    def _continuing(self) -> dict[str, Any]:
+        """How a segment begins in the middle of a scene."""
+        search_time = None if self._faces is None else self._faces.idle_since
+        return {
+            "before_pts": self._recent[-1],
+            "warm_up_pts": self._recent[0],
+            "search_time": search_time,
+        }
+
+    def _end_segment(self, begin: dict[str, Any]) -> None:
+        self._segments.append(self._current)
+        self._begin, self._digest = begin, FrameDigest()
+
+
+def has_memory(style: Style, steps: Mapping[str, tuple[ResolvedStep, ...]]) -> bool:
+    """Whether the look of a frame depends on earlier ones."""
+    follows_faces = style.focus and style.height is not None
+    follows = style.steady or follows_faces or masks_read(style)
+    return bool(follows or _settle_times(steps) or film_tables(steps))
+
+
+def warm_up_frames(steps: Mapping[str, tuple[ResolvedStep, ...]], rate: float) -> int:
+    """Return after how many frames a renderer usually remembers the same; `rate`: frames a second."""
+    return WARM_UP_FRAMES + round(WARM_UP_FACTOR * rate * max(_settle_times(steps), default=0.0))
+
+
+def _settle_times(steps: Mapping[str, tuple[ResolvedStep, ...]]) -> list[float]:
+    """Return the time constants of all measured steps, in seconds."""
+    return [
+        float(step.values.get("settle", 0))
+        for each in steps.values()
+        for step in each
+        if step.block is not None and step.block.kind == "measured"
+    ]

@@ -1,0 +1,1 @@
+"""Detection and tracking of faces in pictures and films, and finer detail in faces."""

@@ -1,0 +1,120 @@
+"""Exposure of faces: adapts the luma of patches, so that the contrast stretch and thresholds suit the face.
+
+The percentiles of the whole picture blow out a bright face and lose a dark one, and line thresholds follow
+the strongest edges. So the tones of each face are mapped towards one range, its surroundings are limited to
+that range, and its features get more contrast. Tuned by eye on 14 photographs of people at 3 to 6 m, with
+flash, in dim rooms and in sunlight, in comic, cartoon, oil, noir and poster.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+
+from vidstyle.core.picture import Encoding, Picture
+from vidstyle.core.sampling import ExponentialSmoother, percentiles
+from vidstyle.regions.boxes import Box
+from vidstyle.regions.patches import Patch, plane_area
+
+FACE_LUMA_RANGE = 0.08, 0.8
+"""Target luma of the darkest and the brightest tone of a face."""
+RANGE_WEIGHT = 0.5
+"""Weight of the middle of that range; the rest is the weight of the face's original brightness."""
+CONTRAST_EXPONENT = 0.7
+"""Exponent of the contrast factor that would fill the range: 1 fills it, 0 keeps the contrast."""
+CLIP_LUMA_RANGE = 0.04, 0.9
+"""Range of luma to which the surroundings of a face are limited."""
+FACE_QUANTILES = 0.02, 0.98
+"""Quantiles of luma in a face that define its darkest and brightest tone."""
+CONTRAST_FACTOR_RANGE = 0.6, 1.9
+"""Minimum and maximum contrast factor."""
+FEATURE_WEIGHT = 0.6
+"""Factor of local contrast that is added to eyes, nose and mouth."""
+FEATURE_RADIUS_RATIO = 0.125
+"""Standard deviation of the Gaussian of the local mean, relative to the face's height."""
+MIN_BLUR_SIGMA_PX = 4.0
+"""Standard deviation of this Gaussian on a reduced copy, in pixels of the copy."""
+TIME_CONSTANT_SECONDS = 1.0
+"""Time constant for smoothing the measured tones of a face in a film."""
+_EDGE_RATIO = 0.1
+"""Margin of a face that is not measured, relative to its width and height: hair and background."""
+
+
+class Exposure:
+    """Adapts the exposure of faces for a style, with temporal smoothing for each face."""
+
+    def __init__(self) -> None:
+        self._smoothers: dict[int, ExponentialSmoother] = {}
+
+    def apply(self, picture: Picture, patches: Sequence[Patch], time: float | None, amount: float) -> None:
+        """Change the patches of a picture in place.
+
+        Args:
+            picture: the picture of all patches.
+            patches: the patches.
+            time: presentation time in seconds; None for a single picture.
+            amount: strength of the change, 0..1.
+        """
+        for patch, face in ((each, each.face) for each in patches if each.face):
+            smoother = self._smoothers.setdefault(face.track, ExponentialSmoother())
+            area = plane_area(patch.place, (1, 1))
+            plane = picture.color if picture.luma is None else picture.luma
+            assert plane is not None
+            values = _decoded(plane[area], picture.encoding)
+            luma = values if values.ndim == 2 else values @ picture.encoding.weights
+            measured = percentiles(
+                _inside_face(luma, face.box, patch), [100 * each for each in FACE_QUANTILES]
+            )
+            tones = smoother.follow(measured, time, TIME_CONSTANT_SECONDS)
+            change = amount * (expose_face(luma, tones, face.box.height) - luma)
+            values = values + (change if values.ndim == 2 else change[..., None])
+            plane[area] = _encoded(values, picture.encoding)
+
+
+def expose_face(luma: np.ndarray, tones: np.ndarray, height: float) -> np.ndarray:
+    """Return luma with the tones of a face mapped towards `FACE_LUMA_RANGE`.
+
+    Args:
+        luma: the face and its surroundings, H x W float32, 0..1.
+        tones: darkest and brightest tone of the face.
+        height: height of the face in pixels.
+    """
+    (low, high), (dark, bright) = FACE_LUMA_RANGE, tones.tolist()
+    gain = ((high - low) / max(bright - dark, 1e-3)) ** CONTRAST_EXPONENT
+    gain = min(CONTRAST_FACTOR_RANGE[1], max(CONTRAST_FACTOR_RANGE[0], gain))
+    middle = (dark + bright) / 2
+    moved = middle + RANGE_WEIGHT * ((low + high) / 2 - middle)
+    ranged = np.clip(moved + gain * (luma - np.float32(middle)), *CLIP_LUMA_RANGE)
+    around = _blurred(ranged, FEATURE_RADIUS_RATIO * height)
+    return np.asarray(np.clip(ranged + FEATURE_WEIGHT * (ranged - around), *CLIP_LUMA_RANGE), np.float32)
+
+
+def _blurred(luma: np.ndarray, sigma: float) -> np.ndarray:
+    """Return luma after a Gaussian; a wide one runs on a reduced copy, which differs by about a code."""
+    factor = max(1, int(sigma / MIN_BLUR_SIGMA_PX))
+    height, width = luma.shape
+    size = -(-width // factor), -(-height // factor)
+    small = luma if factor == 1 else cv2.resize(luma, size, interpolation=cv2.INTER_AREA)
+    small = cv2.GaussianBlur(small, (0, 0), sigma * size[0] / width, sigmaY=sigma * size[1] / height)
+    return small if factor == 1 else cv2.resize(small, (width, height), interpolation=cv2.INTER_CUBIC)
+
+
+def _inside_face(luma: np.ndarray, box: Box[float], patch: Patch) -> np.ndarray:
+    """Return the centre of the face in the luma of its patch; the whole patch if the face is outside."""
+    inner = box.padded(-_EDGE_RATIO * box.width, -_EDGE_RATIO * box.height, -_EDGE_RATIO * box.height)
+    inner = inner.moved(-patch.window.left, -patch.window.top)
+    place = Box(*map(round, inner)).intersection(Box(0, 0, luma.shape[1], luma.shape[0]))
+    return luma[plane_area(place, (1, 1))] if place.area else luma
+
+
+def _decoded(codes: np.ndarray, encoding: Encoding) -> np.ndarray:
+    black, white = encoding.luma_levels
+    return (codes - np.float32(black)) / np.float32(white - black)
+
+
+def _encoded(values: np.ndarray, encoding: Encoding) -> np.ndarray:
+    black, white = encoding.luma_levels
+    codes = np.clip(values, 0, 1) * np.float32(white - black) + np.float32(black)
+    return codes if encoding.depth == 0 else np.rint(codes).astype(encoding.dtype)

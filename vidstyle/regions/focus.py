@@ -1,0 +1,220 @@
+"""Focus: restyles faces in finer detail, and blends them over the rest of the picture."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import cv2
+import numpy as np
+
+from vidstyle.backend import Backend, FrameRequest, PendingPicture, completed_future
+from vidstyle.core.picture import Encoding, Picture
+from vidstyle.core.scene_cuts import KnownCuts
+from vidstyle.regions.face_tracks import Face
+from vidstyle.regions.patch_renderer import OpenRenderer, PatchRenderer
+from vidstyle.regions.patches import Patch, PatchPlanner, PatchSet, patch_mask, plane_area
+from vidstyle.stabilize.still import flatten_still
+from vidstyle.style import Style
+
+FACE_RATIOS = 0.22, 0.32
+"""Heights of faces relative to the picture's shorter side. Focus is complete up to the first; from the second
+on there is none, as marks are small enough for the face."""
+
+
+class FaceSource(Protocol):
+    """Returns the faces of pictures: `FaceFollower` of films, `StillFaces` of pictures."""
+
+    def follow(self, picture: Picture, time: float | None) -> tuple[Face, ...]:
+        """Return the faces of the next picture, the largest first; see `FaceFollower.follow`."""
+
+    def close(self) -> None:
+        """End its threads."""
+
+
+@dataclass(frozen=True)
+class FocusedPicture:
+    """A picture that is being restyled, and its faces in finer detail; see `PendingPicture`.
+
+    Attributes:
+        region: where the style applies, H x W float32, 0..1; None: everywhere.
+    """
+
+    page: PendingPicture
+    faces: Sequence[tuple[PendingPicture, PatchSet]]
+    region: np.ndarray | None
+
+    def result(self) -> Picture:
+        """The restyled picture; waits for it."""
+        page = self.page.result()
+        for fine, patches in self.faces:
+            page = _with_faces(page, fine.result(), patches, self.region)
+        return page
+
+
+class FocusRenderer(Backend):
+    """Restyles pictures, and their faces a second time in finer detail.
+
+    Only the parts of the picture around faces are restyled twice, side by side in one picture. If there is no
+    face, the result is the same as without focus.
+
+    Args:
+        style: the style; its `focus` and `height` decide about the detail.
+        open_backend: opens a renderer for a style and scene cuts; called again at the first face.
+        faces: finds the faces of pictures; closed with the renderer.
+        cuts: scene cuts of the film; None: they are detected.
+
+    Attributes:
+        device_kind: see `Backend`.
+    """
+
+    def __init__(
+        self,
+        style: Style,
+        open_backend: OpenRenderer,
+        faces: FaceSource,
+        cuts: KnownCuts | None = None,
+    ) -> None:
+        self._style = style
+        self._page = open_backend(style, cuts)
+        # Two sets of patches, while one replaces the other.
+        self._patches = PatchRenderer(open_backend), PatchRenderer(open_backend)
+        self._source, self._planner = faces, PatchPlanner()
+        self.device_kind = self._page.device_kind
+
+    @property
+    def frames_in_flight(self) -> int:
+        """See `Backend`."""
+        return self._page.frames_in_flight
+
+    def memory(self) -> Sequence[np.ndarray]:
+        """Return the memory of the rest of the picture; see `Backend.memory`."""
+        return self._page.memory()
+
+    def cancel(self) -> None:
+        """Give up the pictures in flight; see `Backend.cancel`."""
+        for each in (self._page, *self._patches):
+            each.cancel()
+
+    def close(self) -> None:
+        """Close all renderers, and end the search for faces."""
+        for each in (self._source, self._page, *self._patches):
+            each.close()
+
+    def change_style(self, style: Style) -> None:
+        """Use another style from the next picture on."""
+        self._style = style
+        self._page.change_style(style)
+
+    def restyle(self, request: FrameRequest) -> Picture:
+        """Restyle a picture, then its faces; see `Backend.restyle`."""
+        return self._start(request, lambda backend, each: completed_future(backend.restyle(each))).result()
+
+    def begin(self, request: FrameRequest) -> PendingPicture:
+        """Find the faces of a picture, and start to restyle the picture and the faces."""
+        return self._start(request, lambda backend, each: backend.begin(each))
+
+    def _start(
+        self, request: FrameRequest, start: Callable[[Backend, FrameRequest], PendingPicture]
+    ) -> PendingPicture:
+        request = flatten_still(request, self._style.steady)
+        sets, page = self._plan(request), start(self._page, request)
+        faces = [(start(*self._prepare(request, patches)), patches) for patches in sets]
+        return FocusedPicture(page, faces, _region(request.picture, self._style)) if faces else page
+
+    def skip(self, request: FrameRequest) -> None:
+        """Follow faces and their tones through a picture that is not restyled."""
+        for patches in self._plan(request):
+            self._patches_of(patches).cut(request, patches, self._style.focus)
+
+    def overlay(self, picture: Picture) -> np.ndarray | None:
+        """Return the faces of a single picture alone, to be laid over it by other means.
+
+        Returns:
+            H x W x 4 uint8, RGB with the mask as alpha; None without a face.
+        """
+        target = Encoding(full_range=True, subsampling=(1, 1))
+        request = FrameRequest(picture, None, target, rgb=True)
+        whole, region = np.zeros((*picture.shape, 4), np.uint8), _region(picture, self._style)
+        for patches in (sets := self._plan(request)):
+            backend, cut = self._prepare(request, patches)
+            fine = backend.restyle(cut).color
+            assert fine is not None
+            for patch in patches.visible:
+                mask = np.rint(255 * _weight(patch, region)).astype(np.uint8)
+                area = whole[plane_area(patch.window, (1, 1))]
+                # Where two faces overlap, the one that is nearer shows.
+                shown = mask >= area[..., 3]
+                area[shown] = np.dstack([fine[plane_area(patch.place, (1, 1))], mask])[shown]
+        return whole if sets else None
+
+    def _prepare(self, request: FrameRequest, patches: PatchSet) -> tuple[Backend, FrameRequest]:
+        return self._patches_of(patches).prepare(request, patches, self._style)
+
+    def _patches_of(self, patches: PatchSet) -> PatchRenderer:
+        return self._patches[patches.number % len(self._patches)]
+
+    def _plan(self, request: FrameRequest) -> list[PatchSet]:
+        """Return the patches for the faces that need finer detail."""
+        style, picture = self._style, request.picture
+        if not style.focus or style.height is None or style.is_plain:
+            return []
+        side = min(picture.shape)
+        small = [_limited(face, side) for face in self._source.follow(picture, request.time)]
+        across, down = map(max, picture.encoding.subsampling, request.encoding.subsampling)
+        faces = [face for face in small if face.opacity > 0]
+        return self._planner.plan(faces, picture.shape, (across, down), request.time)
+
+
+def _limited(face: Face, side: int) -> Face:
+    """Return the face with less opacity the larger it is in a picture with this shorter side."""
+    small, large = FACE_RATIOS
+    share = (large - face.box.height / side) / (large - small)
+    return replace(face, opacity=face.opacity * min(1.0, max(0.0, share)))
+
+
+def _region(picture: Picture, style: Style) -> np.ndarray | None:
+    """Return where a style applies, by its `only` and `keep`: H x W float32, 0..1; None: everywhere."""
+    inside = picture.masks[style.only] if style.only else None
+    if style.keep:
+        kept = cv2.bitwise_not(picture.masks[style.keep])
+        inside = kept if inside is None else cv2.multiply(inside, kept, scale=1 / 255)
+    return None if inside is None else inside * np.float32(1 / 255)
+
+
+def _weight(patch: Patch, region: np.ndarray | None) -> np.ndarray:
+    """Return the weight of a patch at each pixel of its window, H x W float32, 0..1; 0 outside a region."""
+    mask = patch_mask(patch)
+    return mask if region is None else mask * region[plane_area(patch.window, (1, 1))]
+
+
+def _with_faces(page: Picture, faces: Picture, patches: PatchSet, region: np.ndarray | None) -> Picture:
+    """Return the restyled picture with the restyled patches laid over it, by the masks of their faces.
+
+    Args:
+        region: where the style applies, H x W float32, 0..1; None: everywhere.
+    """
+    masks = [_weight(patch, region) for patch in patches.visible]
+    fine = [each for each in (faces.luma, *(faces.chroma or ()), faces.color) if each is not None]
+
+    def lay_over(plane: np.ndarray, kind: str) -> np.ndarray:
+        if kind == "alpha":
+            return plane
+        step = page.encoding.subsampling if kind == "chroma" else (1, 1)
+        whole, restyled = plane.copy(), fine.pop(0)
+        for patch, mask in zip(patches.visible, masks, strict=True):
+            area = plane_area(patch.window, step)
+            whole[area] = _blend(whole[area], restyled[plane_area(patch.place, step)], mask)
+        return whole
+
+    return page.map_planes(lay_over)
+
+
+def _blend(under: np.ndarray, over: np.ndarray, mask: np.ndarray) -> np.ndarray:
+    """Blend two planes by a mask for each pixel."""
+    if mask.shape != under.shape[:2]:
+        mask = cv2.resize(mask, under.shape[1::-1], interpolation=cv2.INTER_AREA)
+    weight = mask if under.ndim == 2 else mask[..., None]
+    mixed = under + weight * (over.astype(np.float32) - under)
+    return mixed if under.dtype.kind == "f" else np.rint(mixed).astype(under.dtype)

@@ -1,0 +1,79 @@
+"""Restyles patches in finer detail."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from vidstyle.backend import Backend, FrameRequest
+from vidstyle.core.closing import Closing
+from vidstyle.core.picture import Picture
+from vidstyle.core.scene_cuts import KnownCuts
+from vidstyle.regions.exposure import Exposure
+from vidstyle.regions.patches import PatchSet, cut_patches
+from vidstyle.style import Style
+
+MAX_DETAIL = 2.4
+"""Level of detail in faces at `focus` 1, as of `--detail`. Tuned on the pictures of `exposure`."""
+
+OpenRenderer = Callable[[Style, KnownCuts | None], Backend]
+"""Opens a renderer for a style and scene cuts; None: they are detected."""
+
+
+class PatchRenderer(Closing):
+    """Restyles the patches of films as one picture, with a renderer that is opened for the first one.
+
+    Args:
+        open_backend: opens the renderer.
+    """
+
+    def __init__(self, open_backend: OpenRenderer) -> None:
+        self._open = open_backend
+        self._backend: Backend | None = None
+        self._cuts, self._exposure = KnownCuts(()), Exposure()
+        self._detailed: tuple[object, Style] | None = None
+
+    def cancel(self) -> None:
+        """Give up the pictures in flight; see `Backend.cancel`."""
+        if self._backend is not None:
+            self._backend.cancel()
+
+    def close(self) -> None:
+        """Close the renderer."""
+        if self._backend is not None:
+            self._backend.close()
+
+    def prepare(self, request: FrameRequest, patches: PatchSet, style: Style) -> tuple[Backend, FrameRequest]:
+        """Return the renderer of a picture of patches, and the request for it.
+
+        Args:
+            request: the whole picture.
+            patches: the patches; the first of a set begin a scene.
+            style: the style of the whole picture.
+        """
+        cut = self.cut(request, patches, style.focus)
+        backend = self._use(style, cut.shape, request.picture.shape)
+        return backend, replace(request, picture=cut, target=request.encoding)
+
+    def cut(self, request: FrameRequest, patches: PatchSet, focus: float) -> Picture:
+        """Return the picture of all patches, with tones that suit the style by `focus`, 0..1."""
+        if patches.is_new and request.time is not None:
+            self._cuts.add(request.time)
+            self._exposure = Exposure()
+        picture = cut_patches(request.picture, patches.patches)
+        self._exposure.apply(picture, patches.patches, request.time, focus)
+        return picture
+
+    def _use(self, style: Style, patches: tuple[int, int], page: tuple[int, int]) -> Backend:
+        """Return the renderer, with the style for this size of patches and page."""
+        key = style, patches, page
+        if self._detailed is None or self._detailed[0] != key:
+            assert style.height is not None
+            height = style.height * MAX_DETAIL**style.focus * min(patches) / min(page)
+            # Where the source is kept, it must not be the one with adapted tones.
+            self._detailed = key, replace(style, height=height, only="", keep="")
+            if self._backend is not None:
+                self._backend.change_style(self._detailed[1])
+        if self._backend is None:
+            self._backend = self._open(self._detailed[1], self._cuts)
+        return self._backend
