@@ -62,6 +62,7 @@ def test_the_quality_of_films_is_none_of_pictures(file: Path, capfd: pytest.Capt
         ("x = " + "[" * 20000, "line 1 is nested too deeply; 16 levels are possible"),
         ("a." * 20000 + "b = 1", "line 1 is nested too deeply; 16 levels are possible"),
         ("\n[render]\ncrf = " + "9" * 5000, "line 3 has an integer of more than 64 bits"),
+        ('[render]\nmodel = "\\u0000"', "line 2: model: contains a NUL character"),
         ("[render]\noverwrite = 1.5", "line 2: overwrite: 1.5 is not true or false"),
     ],
 )

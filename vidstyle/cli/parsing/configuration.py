@@ -80,6 +80,8 @@ def read_configuration(path: Path, context: click.Context) -> dict[str, dict[str
             try:
                 if not all(isinstance(each, str | int | float) for each in values):
                     raise click.BadParameter("is not a text, a number or a truth value")
+                if any("\0" in str(each) for each in values):
+                    raise click.BadParameter("contains a NUL character")
                 # As on the command line; a truth value is for flags only.
                 if wrong := [each for each in values if isinstance(each, bool) != option.is_flag]:
                     expected = "true or false" if option.is_flag else "a text or a number"
