@@ -55,11 +55,10 @@ class Machine:
         assert found is not None
         return found
 
-    @property
-    def core_numbers(self) -> set[int]:
-        """The processor cores that its processes may use."""
-        allowed = sorted(os.sched_getaffinity(0))
-        return set(allowed if self.cores == "all" else allowed[-int(self.cores) :])
+    def choose_cores(self, from_last: bool) -> set[int]:
+        """Return the processor cores that its processes may use, counted from the last or the first one."""
+        allowed = sorted(os.sched_getaffinity(0), reverse=from_last)
+        return set(allowed if self.cores == "all" else allowed[: int(self.cores)])
 
 
 def draw_machines(seed: str) -> tuple[Machine, Machine]:
