@@ -18,6 +18,7 @@ from films import RATE, noisy, page, picture
 from pictures import same_bits, step, style
 from waiting import LONG
 
+from vidstyle.backend import FrameRequest
 from vidstyle.core.picture import Picture
 from vidstyle.core.sampling import ExponentialSmoother
 from vidstyle.cpu import frame_memory
@@ -46,7 +47,7 @@ FILM = list(film())
 
 def started(chosen: Style, threads: int, pictures: list[Picture]) -> list[Future[Picture]]:
     with closing(CpuRenderer(chosen, threads)) as renderer:
-        return [renderer.start(each, number / RATE) for number, each in enumerate(pictures)]
+        return [renderer.begin(FrameRequest(each, number / RATE)) for number, each in enumerate(pictures)]
 
 
 def differing(one: list[Picture], other: list[Future[Picture]]) -> list[int]:
@@ -155,7 +156,7 @@ def test_no_more_pictures_than_memory_holds(
 def test_a_film_palette_is_followed_one_picture_at_a_time() -> None:
     chosen = style(step("palette", colors="film-16"))
     with CpuRenderer(chosen, 4) as renderer:
-        pending = [renderer.start(each, number / RATE) for number, each in enumerate(FILM)]
+        pending = [renderer.begin(FrameRequest(each, number / RATE)) for number, each in enumerate(FILM)]
         assert renderer._workers(renderer._side_by_side).count == 4
     assert differing([each.result() for each in started(chosen, 1, FILM)], pending) == []
 
@@ -169,7 +170,7 @@ def test_opencv_has_one_thread_while_pictures_have_threads(monkeypatch: pytest.M
             assert cv2.getNumThreads() == 3, "a single picture has all threads"
             with CpuRenderer(REMEMBERING, 2) as other:
                 for renderer in (one, other, one):
-                    renderer.start(FILM[0], 0.04).result(LONG)
+                    renderer.begin(FrameRequest(FILM[0], 0.04)).result(LONG)
                     assert cv2.getNumThreads() == 1
             assert cv2.getNumThreads() == 1, "the other one has still pictures"
         assert cv2.getNumThreads() == 3
@@ -191,7 +192,7 @@ def test_cancelled_pictures_compute_no_further_band(monkeypatch: pytest.MonkeyPa
 
         renderer.run(FILM[0])  # kernels are there
         monkeypatch.setattr(FrameExecutor, "_run_band", noted)
-        pending = [renderer.start(each) for each in FILM[:4] * 3]
+        pending = [renderer.begin(FrameRequest(each)) for each in FILM[:4] * 3]
         reached.wait()
         renderer.cancel()
         goes_on.set()
@@ -217,7 +218,7 @@ def test_estimated_memory_grows_with_the_picture_and_the_style() -> None:
     sizes = {}
     for shape in ((45, 60), (90, 120)):
         with CpuRenderer(REMEMBERING, 2) as renderer:
-            renderer.start(next(film(shape)), 0.0).result(LONG)
+            renderer.begin(FrameRequest(next(film(shape)), 0.0)).result(LONG)
             (_, schedule), *_ = renderer._lowered.values()
             arguments = schedule, shape, FILM[0].encoding, True
             sizes[shape] = frame_memory.frame_bytes(*arguments, renderer._workers(2))

@@ -76,16 +76,16 @@ def fail_once(renderer: GpuRenderer) -> None:
 
 def test_results_are_in_order_and_agree_with_cpu(renderer: GpuRenderer) -> None:
     sources = [codes(VIDEO, 37, 53, seed) for seed in range(9)]
-    pending = [renderer.start(sources[0], 0.0)]
+    pending = [renderer.begin(FrameRequest(sources[0], 0.0))]
     for number, source in enumerate(sources[1:], 1):
-        pending.append(renderer.start(source, number / 25))
+        pending.append(renderer.begin(FrameRequest(source, number / 25)))
         assert differ(pending[number - 1].result(), by_cpu(sources[number - 1])) <= 1
     assert differ(pending[-1].result(), by_cpu(sources[-1])) <= 1
 
 
 def test_any_number_of_pictures_can_be_in_flight(renderer: GpuRenderer) -> None:
     sources = [codes(VIDEO, 20 + seed, 30, seed) for seed in range(6)]
-    pending = [renderer.start(source, number / 25) for number, source in enumerate(sources)]
+    pending = [renderer.begin(FrameRequest(source, number / 25)) for number, source in enumerate(sources)]
     for source, each in zip(sources, pending, strict=True):
         assert differ(each.result(), by_cpu(source)) <= 1
 
@@ -152,7 +152,7 @@ def test_lost_gpu_is_reopened_once_before_cpu_takes_over(
     """Pictures in flight are not lost."""
     caplog.set_level("INFO", "vidstyle")
     sources = [codes(VIDEO, 24, 36, seed) for seed in range(6)]
-    pending = [renderer.start(source, number / 25) for number, source in enumerate(sources[:2])]
+    pending = [renderer.begin(FrameRequest(source, number / 25)) for number, source in enumerate(sources[:2])]
     fail_once(renderer)
     for source, each in zip(sources, pending, strict=False):
         assert differ(each.result(), by_cpu(source)) <= 1

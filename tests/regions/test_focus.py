@@ -131,7 +131,9 @@ def test_a_film_is_the_same_in_any_way_to_run_it() -> None:
     style, results = load_style("comic"), []
     for in_flight in (True, False):
         renderer = open_renderer(style, "cpu")
-        pending = [renderer.start(*frame) if in_flight else renderer.run(*frame) for frame in frames]
+        pending = [
+            renderer.begin(FrameRequest(*frame)) if in_flight else renderer.run(*frame) for frame in frames
+        ]
         pictures = [each if isinstance(each, Picture) else each.result() for each in pending]
         results.append([planes(each)[0] for each in pictures])
         renderer.close()

@@ -17,6 +17,7 @@ from films import page, picture
 from media import make_clip, photograph
 from pictures import FLOAT, SOURCES, VIDEO, codes, noise, picture_with_face, same_bits
 
+from vidstyle.backend import FrameRequest
 from vidstyle.cli import main
 from vidstyle.core.convert import to_rgb
 from vidstyle.core.picture import Picture
@@ -261,7 +262,7 @@ def test_any_size_is_like_with_all_threads(shape: tuple[int, int], red_model: Pa
     for source in (codes(VIDEO, *shape), Picture(FLOAT, color=noise(*shape, 3))):
         with open_renderer(style, "cpu") as renderer:
             one = renderer.run(source, 0.0)
-            assert same_bits(one, renderer.start(source, 0.0).result()) and one.shape == shape
+            assert same_bits(one, renderer.begin(FrameRequest(source, 0.0)).result()) and one.shape == shape
 
 
 def test_a_refined_mask_follows_the_edges_of_luma() -> None:
@@ -328,7 +329,8 @@ def test_films_repeat_exactly(red_model: Path) -> None:
     def restyled(first: int) -> list[Picture]:
         with open_renderer(style, "cpu", cuts=KnownCuts([0.0, 4 / 25])) as renderer:
             pending = [
-                renderer.start(each, (first + number) / 25) for number, each in enumerate(frames[first:])
+                renderer.begin(FrameRequest(each, (first + number) / 25))
+                for number, each in enumerate(frames[first:])
             ]
             return [each.result() for each in pending]
 

@@ -19,7 +19,7 @@ from gpu import FORMS, device, disagreements, film_picture
 from pictures import VIDEO, codes, step, style
 from waiting import new_threads, thread_names
 
-from vidstyle.backend import Backend
+from vidstyle.backend import Backend, FrameRequest
 from vidstyle.block import Slider
 from vidstyle.blocks import all_blocks
 from vidstyle.core.picture import Picture, PictureLayout
@@ -100,7 +100,7 @@ def test_pictures_in_flight_keep_their_style(renderer: Backend) -> None:
     picture, pending = film_picture(48, 64), []
     for chosen in MOVES:
         renderer.change_style(chosen)
-        pending.append(renderer.start(picture, None))
+        pending.append(renderer.begin(FrameRequest(picture, None)))
     for chosen, each in zip(MOVES, pending, strict=True):
         with CpuRenderer(chosen, 2) as cpu:
             assert disagreements(cpu.run(picture), each.result()) == []
@@ -147,10 +147,10 @@ def test_after_a_lost_context_the_newest_style_goes_on_and_pictures_in_flight_ke
     renderer, picture = GpuRenderer(look(), device(), CpuRenderer), film_picture(24, 36)
     enable = ctypes.CDLL("libGL.so.1").glEnable
     for number, chosen in enumerate(MOVES[1:3]):  # the first loss opens it again, the second ends on the CPU
-        before = renderer.start(picture)
+        before = renderer.begin(FrameRequest(picture))
         expected = run(MOVES[number], (picture, 0.0))
         renderer.change_style(chosen)
-        after = renderer.start(picture)
+        after = renderer.begin(FrameRequest(picture))
         assert renderer._session is not None
         renderer._session._thread.submit(enable, 0xFFFF).result()
         assert disagreements(expected, before.result()) == []
@@ -234,7 +234,7 @@ def test_pictures_in_flight_are_those_made_one_by_one(monkeypatch: pytest.Monkey
 
     monkeypatch.setattr(CpuRenderer, "_restyle", held)
     with CpuRenderer(look(steady=0.8), 2) as together:
-        started = [together.start(picture, number / 25) for number, picture in enumerate(film)]
+        started = [together.begin(FrameRequest(picture, number / 25)) for number, picture in enumerate(film)]
         all_started.set()
     for one, other in zip(alone, started, strict=True):
         np.testing.assert_array_equal(one.luma, other.result().luma)
@@ -249,7 +249,7 @@ def test_a_picture_that_fails_does_not_keep_those_after_it_waiting(monkeypatch: 
     restyle = CpuRenderer._restyle
     monkeypatch.setattr(CpuRenderer, "_restyle", failing)
     with CpuRenderer(look(steady=0.8), 2) as renderer:
-        first, second = [renderer.start(film_picture(48, 64), time) for time in (0.0, 0.04)]
+        first, second = [renderer.begin(FrameRequest(film_picture(48, 64), time)) for time in (0.0, 0.04)]
         assert second.result(60).shape == (48, 64)
         with pytest.raises(ValueError, match="broken"):
             first.result(60)

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
+
+import pytest
 
 from vidstyle.style.mask_declarations import BACKDROP, REGIONS
-from vidstyle.style.model import SOURCE, Step
-from vidstyle.style.wiring import START, rename_pictures, structure_key, wire_layers, wiring_of
+from vidstyle.style.model import SOURCE, Step, Style
+from vidstyle.style.structure import structure_key
+from vidstyle.style.wiring import START, rename_pictures, wire_layers, wiring_of
 
 
 def test_a_default_names_a_picture_like_a_value():
@@ -53,7 +57,7 @@ STEP = Step("halftone", {"cell": 6.0, "inks": "press"}, save="a")
 
 
 def key_of(*steps: Step) -> object:
-    return structure_key({"base": (), "background": steps, "lines": ()})
+    return structure_key(Style("any", background=steps))
 
 
 def test_only_numbers_leave_the_structure():
@@ -87,3 +91,20 @@ def test_steps_with_a_file_of_the_user_are_never_equal():
     own = Step("pattern", {"tiles": "mine"})
     assert key_of(own) != key_of(own)
     assert key_of(Step("pattern")) == key_of(Step("pattern"))
+
+
+@pytest.mark.parametrize(
+    ("change", "is_same"),
+    [
+        ({"steady": 0.7, "strength": 0.4, "ink": "#102030"}, True),
+        ({"steady": 0.0}, False),
+        ({"strength": 1.0}, False),
+        ({"only": "people"}, False),
+        ({"behind": Style("behind", lines=(STEP,))}, False),
+    ],
+)
+def test_fields_of_a_style_leave_its_structure_unless_they_add_work(
+    change: dict[str, Any], is_same: bool
+) -> None:
+    style = Style("any", background=(STEP,), steady=0.5, strength=0.5)
+    assert (structure_key(replace(style, **change)) == structure_key(style)) == is_same

@@ -28,7 +28,8 @@ from vidstyle.stabilize.still import flatten_still
 from vidstyle.style import Style
 from vidstyle.style.lower import lower
 from vidstyle.style.nodes import LoweredStyle, Node, PercentileRequest, StepKey
-from vidstyle.style.resolve import ResolvedStep, film_tables, has_fixed_marks, resolve, structure
+from vidstyle.style.resolve import ResolvedStep, film_tables, has_fixed_marks, resolve
+from vidstyle.style.structure import measurement_key
 
 WAITING_FRAMES = 2
 """Pictures that wait for a thread, so that no thread waits for them."""
@@ -216,7 +217,8 @@ class CpuRenderer(Backend):
         if picture.shape == self._shape and self.style is self._prepared:
             return
         steps = resolve(self.style, *picture.shape)
-        has_other_structure = picture.shape != self._shape or structure(steps) != structure(self._steps)
+        same_steps = measurement_key(steps) == measurement_key(self._steps)
+        has_other_structure = picture.shape != self._shape or not same_steps
         needs_stabilizer = self.style.steady > 0
         if has_other_structure or needs_stabilizer != bool(self._stabilizer) or film_tables(self._steps):
             wait(self._started)  # they use what changes here

@@ -34,7 +34,8 @@ from vidstyle.stabilize.stabilizer import Stabilizer, planes_encoding, stabilize
 from vidstyle.stabilize.still import flatten_still
 from vidstyle.style import Style
 from vidstyle.style.lower import Steps
-from vidstyle.style.resolve import film_tables, has_fixed_marks, resolve, structure
+from vidstyle.style.resolve import film_tables, has_fixed_marks, resolve
+from vidstyle.style.structure import measurement_key
 
 END_SECONDS = 2.0
 """Maximum time to wait for closing a context."""
@@ -150,7 +151,7 @@ class GpuSession:
         steps = self._steps
         if not (same_size and style is self._style):
             steps = resolve(style, *layout.shape)
-        same_structure = structure(steps) == structure(self._steps)
+        same_structure = measurement_key(steps) == measurement_key(self._steps)
         plan = make_plan(style, steps, layout, request.encoding, request.rgb, self._form, self._fused)
         if self._runner is not None:
             self._runner.release()

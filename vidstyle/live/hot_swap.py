@@ -5,15 +5,15 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
-from vidstyle.backend import Backend
+from vidstyle.backend import Backend, FrameRequest
 from vidstyle.core.convert import convert
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.errors import VidstyleError
 from vidstyle.live.latest import DropOldestQueue
 from vidstyle.media.resize import resize_picture
 from vidstyle.renderer import open_renderer
-from vidstyle.style import Style, expand
-from vidstyle.style.wiring import structure_key
+from vidstyle.style import Style
+from vidstyle.style.structure import structure_key
 
 MIN_SIDE = 16
 """Pixels of the smallest working size."""
@@ -44,7 +44,7 @@ class HotSwapRenderer:
         self._pending: Style | None = None
         self._ready: tuple[Style, Backend] | None = None
         self._lock = threading.Lock()
-        self._requests: DropOldestQueue[tuple[Style, Picture, float, Encoding]] = DropOldestQueue()
+        self._requests: DropOldestQueue[tuple[Style, FrameRequest]] = DropOldestQueue()
         self._thread = threading.Thread(target=self._prepare_all, name="vidstyle prepare", daemon=True)
         self._thread.start()
 
@@ -66,13 +66,14 @@ class HotSwapRenderer:
             return convert(picture, target), False
         height, width = picture.shape
         small = picture if self.scale == 1 else resize_picture(picture, *self.working_size(width, height))
+        request = FrameRequest(small, time, target)
         if style is not self._requested:
-            self._request(style, small, time, target)
+            self._request(style, request)
         before = self.style
         self._swap()
         if self._renderer is None:
             self._renderer = open_renderer(self.style, self._device)
-        result = self._renderer.run(small, time, target)
+        result = self._renderer.restyle(request)
         return resize_picture(result, width, height), self.style is not before
 
     def working_size(self, width: int, height: int) -> tuple[int, int]:
@@ -91,15 +92,15 @@ class HotSwapRenderer:
             if self._renderer is not None:
                 self._renderer.close()
 
-    def _request(self, style: Style, picture: Picture, time: float, target: Encoding) -> None:
+    def _request(self, style: Style, request: FrameRequest) -> None:
         self._requested = style
         with self._lock:
-            if self._renderer is not None and _structure_key(style) == _structure_key(
+            if self._renderer is not None and structure_key(style) == structure_key(
                 self._pending or self.style
             ):
                 return  # `_swap` takes the values
             self._pending = style
-        self._requests.put((style, picture, time, target))
+        self._requests.put((style, request))
 
     def _swap(self) -> None:
         """Take a renderer that is ready, and the values that were requested since."""
@@ -114,21 +115,21 @@ class HotSwapRenderer:
             self.style, self._renderer = ready
         if self._renderer is None or is_pending or self.style is self._requested:
             return
-        if _structure_key(self.style) == _structure_key(self._requested):
+        if structure_key(self.style) == structure_key(self._requested):
             self._renderer.change_style(self._requested)
             self.style = self._requested
 
     def _prepare_all(self) -> None:
         while not self._requests.exhausted:
-            request = self._requests.get()
-            if request is not None:
-                self._prepare(*request)
+            waiting = self._requests.get()
+            if waiting is not None:
+                self._prepare(*waiting)
 
-    def _prepare(self, style: Style, picture: Picture, time: float, target: Encoding) -> None:
+    def _prepare(self, style: Style, request: FrameRequest) -> None:
         """Open a renderer and run it once, so that everything is compiled and loaded."""
         try:
             renderer = open_renderer(style, self._device, announce=False)
-            renderer.run(picture, time, target)
+            renderer.restyle(request)
         except VidstyleError as error:
             with self._lock:
                 self._pending = None if self._pending is style else self._pending
@@ -138,11 +139,3 @@ class HotSwapRenderer:
             replaced, self._ready = self._ready, (style, renderer)
         if replaced is not None:
             replaced[1].close()
-
-
-def _structure_key(style: Style) -> tuple[object, ...]:
-    """Return a key that is equal if only numbers and colours differ, which compiles and loads nothing."""
-    behind = style.behind and _structure_key(style.behind)
-    masks = style.only, style.keep, style.masks
-    steps = structure_key(expand(style).layers)
-    return style.is_plain, style.steady > 0, style.strength < 1, masks, behind, steps

@@ -14,7 +14,7 @@ from vidstyle.errors import StyleError
 from vidstyle.style import SOURCE, Step, Style, expand
 from vidstyle.style.mask_declarations import PEOPLE
 from vidstyle.style.values import asset_path
-from vidstyle.style.wiring import StepWiring, wire_layers, wiring_key, wiring_of
+from vidstyle.style.wiring import StepWiring, wire_layers, wiring_of
 
 _Read = Callable[[Asset, Path], Any]
 
@@ -46,11 +46,6 @@ def film_tables(layers: Mapping[str, tuple[ResolvedStep, ...]]) -> list[FilmTabl
     """Return the tables of a style that hold the film's own colours."""
     values = (value for steps in layers.values() for step in steps for value in step.values.values())
     return [value for value in values if isinstance(value, FilmTable)]
-
-
-def structure(layers: Mapping[str, tuple[ResolvedStep, ...]]) -> tuple[object, ...]:
-    """Return the key of resolved steps without their values; see `wiring_key`."""
-    return wiring_key({layer: [step.wiring for step in steps] for layer, steps in layers.items()})
 
 
 def layers_behind(style: Style) -> dict[str, str]:

@@ -76,34 +76,6 @@ def wiring_of(step: Step) -> StepWiring:
     return StepWiring(block, named, block.saves if block else "", step.save, on, step.mute)
 
 
-def wiring_key(layers: Mapping[str, Iterable[StepWiring]]) -> tuple[object, ...]:
-    """Return a key of steps without their values: equal for the same steps, wired in the same way.
-
-    While it is equal, measurements of a film remain valid.
-    """
-    return tuple((layer, tuple(wirings)) for layer, wirings in layers.items())
-
-
-def structure_key(layers: Mapping[str, Iterable[Step]]) -> tuple[object, ...]:
-    """Return a key of steps that is equal if only numbers and colours differ.
-
-    Values of the other controls may require other passes, kernels or files. A file of the user may have
-    changed, so that steps that read one are never equal.
-    """
-    values = [list(_structural_values(step)) for steps in layers.values() for step in steps]
-    return wiring_key({layer: map(wiring_of, steps) for layer, steps in layers.items()}), values
-
-
-def _structural_values(step: Step) -> Iterator[object]:
-    block = wiring_of(step).block
-    for name, parameter in block.parameters.items() if block else ():
-        value = step.values.get(name, parameter.default)
-        if parameter.control.own_file(value):
-            yield object()
-        elif parameter.control.changes_structure:
-            yield value
-
-
 def needs_cpu(style: Style) -> bool:
     """Return whether a style runs on the CPU only: it has a network."""
     if style.behind is not None and needs_cpu(style.behind):

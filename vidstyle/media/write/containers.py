@@ -36,8 +36,10 @@ class ContainerKind:
         attachments: whether it supports fonts and other attachments.
         covers, chapters: whether it supports a cover picture, and chapters.
         strict_rate: whether it has a constant frame rate and no timestamps.
-        indexed: whether its index is moved to the front (faststart); the index stores at most 31 bits of time
-            between two packets.
+        max_time_base: maximum denominator of the time base; None: any.
+        max_rate: maximum frame rate; None: any.
+        max_gap_frames: maximum gap between two frames, in frames; None: any.
+        indexed: whether its index is moved to the front (faststart).
         resumable: whether `--resume` can continue it.
         ranged: whether it signals full range, for all codecs.
         untagged: whether viewers assume sRGB; with the colour tags of a film, pictures would look different.
@@ -65,6 +67,9 @@ class ContainerKind:
     covers: bool = False
     chapters: bool = False
     strict_rate: bool = False
+    max_time_base: int | None = None
+    max_rate: int | None = None
+    max_gap_frames: int | None = None
     indexed: bool = False
     resumable: bool = False
     ranged: bool = False
@@ -84,6 +89,9 @@ _LATE = {"movflags": "+hybrid_fragmented+empty_moov+frag_discont", "use_editlist
 _FRAGMENTED = {"movflags": "+frag_keyframe+empty_moov+default_base_moof"}
 # Sound may start a little before the pictures; without this option, all times would be shifted.
 _UNSHIFTED = {"avoid_negative_ts": "disabled"}
+MAX_INDEXED_TIME_BASE = 240_000
+"""MP4 and MOV store the time between two packets in 31 bits: this allows a gap of an hour, which B-frames
+double, and is a multiple of the usual frame rates."""
 _CLUSTERS = {"cluster_time_limit": "400"} | _UNSHIFTED
 
 
@@ -96,7 +104,7 @@ def _kind(muxer: str, endings: str, codec: str, *, flags: str = "", **fields: An
 
 
 _MP4: dict[str, Any] = {
-    "new_audio": "aac", "subtitles": "mov_text", "data": "bin_data",
+    "new_audio": "aac", "subtitles": "mov_text", "data": "bin_data", "max_time_base": MAX_INDEXED_TIME_BASE,
     "options": _HYBRID, "piped_options": _FRAGMENTED, "late_options": _LATE,
 }  # fmt: skip
 # fmt: off
@@ -116,9 +124,12 @@ KINDS: tuple[ContainerKind, ...] = (
     _kind("webm", ".webm", "libvpx-vp9", flags="chapters piped resumable ranged", options=_CLUSTERS,
           video="vp8 vp9 av1", alpha=("libvpx-vp9", "yuva420p"), audio="opus vorbis", new_audio="libopus",
           subtitles="webvtt"),
-    _kind("avi", ".avi", "mpeg4", flags="strict_rate", options=_UNSHIFTED,
-          audio=f"mp3 mp2 ac3 {PCM_LITTLE}", untimed=f"mp3 mp2 ac3 {PCM_LITTLE}", new_audio="libmp3lame"),
-    _kind("mpegts", ".ts .mts .m2ts .m2t", "libx264", flags="piped framed_aac",
+    # The muxer reduces higher rates, and fills a gap with at most 60,000 empty packets.
+    _kind("avi", ".avi", "mpeg4", flags="strict_rate", max_rate=600, max_gap_frames=50_000,
+          options=_UNSHIFTED, audio=f"mp3 mp2 ac3 {PCM_LITTLE}",
+          untimed=f"mp3 mp2 ac3 {PCM_LITTLE}", new_audio="libmp3lame"),
+    # The muxer refuses two frames in one unit of its time base.
+    _kind("mpegts", ".ts .mts .m2ts .m2t", "libx264", flags="piped framed_aac", max_time_base=90_000,
           video="h264 hevc mpeg2video mpeg1video mpeg4",
           audio="aac mp3 mp2 ac3 eac3 opus dts", new_audio="aac", subtitles="dvb_subtitle dvb_teletext"),
     _kind("ogv", ".ogv .ogg", "libvpx", flags="piped", video="vp8 theora",

@@ -31,15 +31,6 @@ RGB_MATRIX = 0
 """The H.273 code of the identity matrix."""
 MAX_TIME_BASES = {"mpeg4": 65535, "mpeg2video": 60000, "mpeg1video": 60000, "flv1": 1000, "wmv2": 1000}
 """Maximum denominator of the time base of codecs that store times in the video stream."""
-MAX_INDEXED_TIME_BASE = 240_000
-"""Maximum denominator for containers that store the time between packets in 31 bits: it allows a gap of an
-hour, which B-frames double, and is a multiple of the usual frame rates."""
-MUXER_TIME_BASES = {"mpegts": 90_000}
-"""Denominators of the time bases of muxers that refuse two frames in one unit of theirs."""
-MAX_FRAME_RATES = {"avi": 600}
-"""Maximum frame rate of containers whose muxer reduces a higher one."""
-MAX_GAP_FRAMES = {"avi": 50_000}
-"""Maximum number of empty packets by which containers fill the gap between two frames (FFmpeg: 60,000)."""
 DEFAULT_FRAME_RATE = Fraction(25)
 MAX_DELAY_SECONDS = 1
 """Maximum delay of an encoder in seconds of film, which are lost if the program is killed."""
@@ -138,7 +129,7 @@ def _make_plan(
     if pix_fmt.startswith("yuvj"):
         encoding = replace(encoding, full_range=True)
     rate = info.rate or DEFAULT_FRAME_RATE
-    rate = min(rate, Fraction(MAX_FRAME_RATES.get(kind.muxer, rate)))
+    rate = min(rate, Fraction(kind.max_rate or rate))
     own = encoder_options(encoder, options.crf, options.preset, options.optional)
     return VideoPlan(
         encoder=encoder,
@@ -153,7 +144,7 @@ def _make_plan(
         tags=_tags(info, encoding, layout, kind),
         time_base=_time_base(kind, codec, info, rate),
         rate=rate,
-        max_gap=MAX_GAP_FRAMES[kind.muxer] / rate if kind.muxer in MAX_GAP_FRAMES else None,
+        max_gap=kind.max_gap_frames / rate if kind.max_gap_frames else None,
         sample_aspect=info.sample_aspect,
         options=own | _latency(encoder, rate, own.get("preset", "")) | _siting(encoding),
     )
@@ -220,8 +211,7 @@ def _time_base(kind: ContainerKind, codec: str, info: VideoInfo, rate: Fraction)
     """Return the source's time base, or a coarser one if container or codec require it."""
     if kind.strict_rate:
         return 1 / rate
-    container_limit = MUXER_TIME_BASES.get(kind.muxer, MAX_INDEXED_TIME_BASE if kind.indexed else None)
-    finest = MAX_TIME_BASES.get(codec, container_limit)
+    finest = MAX_TIME_BASES.get(codec, kind.max_time_base)
     if finest is None or info.time_base.denominator <= finest:
         return info.time_base
     return 1 / rate if codec in MAX_TIME_BASES and rate.numerator <= finest else Fraction(1, finest)
