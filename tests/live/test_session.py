@@ -141,6 +141,24 @@ def test_the_style_changes_between_two_frames(monkeypatch: pytest.MonkeyPatch):
     assert kept.numbers == list(range(len(kept.numbers)))
 
 
+def test_a_frame_that_outlasts_the_session_leaves_no_thread(monkeypatch: pytest.MonkeyPatch):
+    """As on one busy core: `session` waits for the end of all threads."""
+    go, original = threading.Event(), CpuRenderer.restyle
+    entered = threading.Event()
+
+    def restyle(self: CpuRenderer, request: FrameRequest) -> Picture:
+        entered.set()
+        go.wait(LONG)
+        return original(self, request)
+
+    monkeypatch.setattr(CpuRenderer, "restyle", restyle)
+    monkeypatch.setattr("vidstyle.live.session.END_SECONDS", 0.01)
+    with session(generated(), Kept(), style=POSTER, clock=MONOTONIC) as running:
+        entered.wait(LONG)
+        running.end()
+        go.set()
+
+
 def test_values_are_set_while_it_runs():
     kept = Kept()
     steps = [{"block": "luma_posterize", "levels": 16, "softness": 0}]

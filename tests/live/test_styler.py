@@ -13,6 +13,7 @@ from live import before_opening, refuse
 from waiting import LONG, eventually, new_threads, thread_names
 
 from vidstyle.core.picture import Encoding, Picture
+from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.gpu import session
 from vidstyle.gpu.device.devices import list_devices
 from vidstyle.live import hot_swap
@@ -61,6 +62,30 @@ def count_calls(monkeypatch: pytest.MonkeyPatch, owner: object, name: str) -> li
 
     monkeypatch.setattr(owner, name, call)
     return calls
+
+
+def test_a_renderer_that_is_ready_after_the_end_is_closed(monkeypatch: pytest.MonkeyPatch):
+    entered, go = threading.Event(), threading.Event()
+
+    def wait() -> None:
+        entered.set()
+        go.wait(LONG)
+
+    def close(self: CpuRenderer) -> None:
+        closed.add(self.style.name)
+        original(self)
+
+    before_opening("poster", wait, monkeypatch)
+    closed, original = set[str](), CpuRenderer.close
+    monkeypatch.setattr(CpuRenderer, "close", close)
+    with running() as (film, _, made):
+        film.tones(FEW)
+        film.tones(load_style("poster"))
+        entered.wait(LONG)
+        made.close(0.01)
+        assert closed == {"few"}
+        go.set()
+    assert closed == {"few", "poster"}
 
 
 @pytest.mark.parametrize("threads", [1, 2, 4, 16])

@@ -171,6 +171,29 @@ def test_nothing_new_is_shown_again():
     assert sink.numbers == list(range(31))
 
 
+def test_the_last_frame_is_written_even_if_it_came_too_early():
+    """A source at 60 a second, a stream at 30: of five frames, the third and the last come too early."""
+    written: list[tuple[int, int]] = []
+
+    class Sink:
+        needs_every = True
+
+        def write(self, frame: LiveFrame, number: int) -> None:
+            written.append((frame.number, number))
+
+        def push_audio(self, chunk: AudioChunk) -> None: ...
+
+        def close(self) -> None: ...
+
+    def make(context):
+        return ConstantRateTarget("steady", Sink, replace(context, rate=Fraction(30)))
+
+    with session(generated(60), make, frames=5) as running:
+        delivery = running.wait().deliveries[0]
+    assert written == [(0, 0), (1, 1), (3, 2), (4, 3)]
+    assert (delivery.delivered, delivery.repeated, delivery.dropped) == (4, 0, 1)
+
+
 def test_a_repetition_that_comes_late_leaves_no_slot_out():
     pacer, now = FramePacer(Fraction(30)), 7.0
     slots = [pacer.slot(now)]

@@ -84,7 +84,8 @@ class SimulatedClock(FakeClock):
     """Time that passes when all threads of a session wait: it is then the next moment that one waits for.
 
     So a session goes as fast as it can, everything happens at the moment that it is due, and nothing is late
-    for want of a faster machine.
+    for want of a faster machine. Threads of sessions before it, which gave them up, do not
+    count.
     """
 
     THREADS = tuple(f"vidstyle {name}" for name in ("session", "capture", "microphone", "style", "to "))
@@ -92,6 +93,7 @@ class SimulatedClock(FakeClock):
     def __init__(self) -> None:
         super().__init__()
         self._waits: dict[threading.Thread, tuple[Callable[[], bool], float]] = {}
+        self._others = set(threading.enumerate())
         self._lock = threading.Lock()
 
     def _wait(self, is_over: Callable[[], bool], seconds: float, pause: Callable[[float], object]) -> bool:
@@ -107,7 +109,8 @@ class SimulatedClock(FakeClock):
         return is_over()
 
     def _pass(self) -> None:
-        threads = {each for each in threading.enumerate() if each.name.startswith(self.THREADS)}
+        own = set(threading.enumerate()) - self._others
+        threads = {each for each in own if each.name.startswith(self.THREADS)}
         moment = min(deadline for _, deadline in self._waits.values())
         is_idle = not any(is_over() for is_over, _ in self._waits.values())
         if threads <= self._waits.keys() and is_idle and self._now < moment < float("inf"):

@@ -84,13 +84,11 @@ class HotSwapRenderer:
         return min(across, width), min(down, height)
 
     def close(self, timeout: float) -> None:
-        """Close the renderers."""
+        """Close the renderers; one that is still being prepared after `timeout` seconds is closed later."""
         self._requests.close()
         self._thread.join(timeout)
-        if not self._thread.is_alive():
-            self._swap()
-            if self._renderer is not None:
-                self._renderer.close()
+        if self._renderer is not None:
+            self._renderer.close()
 
     def _request(self, style: Style, request: FrameRequest) -> None:
         self._requested = style
@@ -124,6 +122,10 @@ class HotSwapRenderer:
             waiting = self._requests.get()
             if waiting is not None:
                 self._prepare(*waiting)
+        with self._lock:
+            unused, self._ready = self._ready, None
+        if unused is not None:
+            unused[1].close()
 
     def _prepare(self, style: Style, request: FrameRequest) -> None:
         """Open a renderer and run it once, so that everything is compiled and loaded."""

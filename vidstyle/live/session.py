@@ -85,7 +85,7 @@ class LiveSession:
             for each in self._inputs:
                 each.close(END_SECONDS)
             worker.join(END_SECONDS)
-            self._close(idle=not worker.is_alive())
+            self._close()
         if self._error is not None:
             raise self._error
         return self._summary()
@@ -131,6 +131,7 @@ class LiveSession:
             self._error = error
         finally:
             self._ended.set()
+            self._processor.close(END_SECONDS)  # here, as a long frame may outlast the session
 
     def _process(self, captured: CapturedFrame) -> None:
         begin = self._clock.now()
@@ -185,12 +186,10 @@ class LiveSession:
         self._message = message
         log.info(message)
 
-    def _close(self, idle: bool) -> None:
-        """Close all targets, and the processor only when it is `idle`."""
+    def _close(self) -> None:
+        """Close all targets."""
         error = self._targets.close()
         self._recorder.close()
-        if idle:
-            self._processor.close(END_SECONDS)
         self._error = self._error or error
 
     def _summary(self) -> LiveSummary:

@@ -203,6 +203,8 @@ class ConstantRateTarget(TargetThread):
     ) -> None:
         self._pacer = FramePacer(context.rate)
         self._last: LiveFrame | None = None
+        self._waiting: LiveFrame | None = None
+        """A frame that came too early and has not been written."""
         self._early = 0
         super().__init__(name, open_sink, context, reconnects)  # starts the thread
 
@@ -219,6 +221,7 @@ class ConstantRateTarget(TargetThread):
         number = self._pacer.slot(self._clock.now())
         if number is None:
             self._early += frame is not None
+            self._waiting = frame or self._waiting
             self._last = frame or self._last  # should the next be late, this one is repeated in its place
             return
         for missing in range(before + 1, number if sink.needs_every else 0):
@@ -229,11 +232,24 @@ class ConstantRateTarget(TargetThread):
             self._write(sink, frame, number)
             self._last = frame
             self._count(frame)
+        self._waiting = None
 
     def _repeat(self, sink: Sink, number: int) -> None:
         if self._last is not None:
             self._write(sink, self._last, number)
             self.repeated += 1
+
+    def _end(self) -> None:
+        """Write the last frame even if it came too early: no other one replaces it."""
+        sink, frame = self._sink, self._waiting
+        if sink is not None and frame is not None:
+            self._attempt(lambda: self._write_early(sink, frame))
+        super()._end()
+
+    def _write_early(self, sink: Sink, frame: LiveFrame) -> None:
+        self._write(sink, frame, self._pacer.last + 1)
+        self._early -= 1
+        self._count(frame)
 
 
 EARLY_TOLERANCE = 0.75
