@@ -75,7 +75,7 @@ def open_renderer(
     return renderer
 
 
-def runs_on_cpu(style: Style, device: str) -> bool:
+def runs_on_cpu(style: Style | CueList, device: str) -> bool:
     """Whether `open_renderer` with this device opens a renderer on the CPU; raises as it does."""
     return _choice(style, device).device is None
 

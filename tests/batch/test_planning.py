@@ -16,7 +16,7 @@ from vidstyle.batch.batch_film import BatchFilm, State
 from vidstyle.batch.inputs import Source, find_sources
 from vidstyle.batch.journal import JOURNAL, Journal, content_digest
 from vidstyle.batch.naming import result_path
-from vidstyle.batch.planner import Planner
+from vidstyle.batch.planner import FilmLook, Planner
 from vidstyle.batch.processes import Processes
 from vidstyle.batch.report import counts_text, csv_text, exit_code, seconds_left
 from vidstyle.batch.resources import JOB_BYTES, Room, local_room, missing_space, shared_cores
@@ -36,6 +36,10 @@ def make_files(folder: Path, *names: str) -> None:
 
 def found(*inputs: object) -> list[tuple[str, str]]:
     return [(source.path.name, source.folder) for source in find_sources([str(each) for each in inputs])]
+
+
+def looks(*styles: str) -> list[FilmLook]:
+    return [FilmLook("--style", style, lambda name: {"style": name}) for style in styles]
 
 
 def film(path: Path, state: State = State.WAITING, code: int = 0) -> BatchFilm:
@@ -102,13 +106,32 @@ def test_names_are_checked_before_work(
     make_files(tmp_path, "one/a.mp4", "one/b.mp4", "a.mp4")
     sources = find_sources(["one"] if "is an input" not in words else ["a.mp4"])
     with pytest.raises(UsageError, match=words):
-        Planner(template, {style: {} for style in styles}).films(sources)
+        Planner(template, looks(*styles)).films(sources)
+
+
+def test_a_look_may_be_a_file_for_each_film(tmp_path: Path) -> None:
+    def settings(name: str) -> dict[str, str]:
+        if name.endswith("b.toml"):
+            raise InputError(name, "cannot be read")
+        return {"style": name}
+
+    sources = [Source(tmp_path / name, "day") for name in ("a.mp4", "b.mp4")]
+    films = Planner("out/{name}.mp4", [FilmLook("--cues", "{folder}/{name}.toml", settings)]).films(sources)
+    assert [(each.style, each.option, each.state) for each in films] == [
+        ("day/a.toml", "--cues", State.WAITING),
+        ("day/b.toml", "--cues", State.FAILED),
+    ]
+    assert films[0].settings == {"style": "day/a.toml"} and films[1].reason == "day/b.toml cannot be read"
+    with pytest.raises(InputError):
+        FilmLook("--cues", "b.toml", settings)
+    with pytest.raises(UsageError, match="--cues: there is no field {style}|--cues there is no field"):
+        Planner("out/{name}.mp4", [FilmLook("--cues", "{style}.toml", settings)]).films(sources)
 
 
 def test_names_that_differ_in_case_only_are_the_same(tmp_path: Path) -> None:
     sources = [Source(tmp_path / name, "") for name in ("A.mp4", "a.mov")]
     with pytest.raises(UsageError, match="would be the result of both"):
-        Planner("out/{name}.mp4", {"ink": {}}).films(sources)
+        Planner("out/{name}.mp4", looks("ink")).films(sources)
 
 
 def test_a_result_is_finished_only_as_it_was_made(tmp_path: Path) -> None:

@@ -90,6 +90,7 @@ class FilmBatch:
             Exception: a bug, in any thread; a film that fails raises no exception.
         """
         self._is_open = more is not None
+        self._checked(self.films)
         threads = [
             threading.Thread(target=self._guard, name=f"vidstyle batch {number}", daemon=True)
             for number in range(self._options.jobs)
@@ -99,7 +100,7 @@ class FilmBatch:
         try:
             while any(thread.is_alive() for thread in threads) and not stop.wait(POLL_SECONDS):
                 if more is not None:
-                    self.films += more()
+                    self.films += self._checked(more())
                 watch()
         finally:
             self._processes.stop()
@@ -111,6 +112,14 @@ class FilmBatch:
         watch()
         if self._error is not None:
             raise self._error
+
+    def _checked(self, films: Iterable[BatchFilm]) -> list[BatchFilm]:
+        """Report the films whose look could not be read, and return all."""
+        films = list(films)
+        for film in films:
+            if film.has_ended:
+                self._on_end(film)
+        return films
 
     def _guard(self) -> None:
         try:
@@ -243,7 +252,7 @@ def film_words(film: BatchFilm, options: BatchOptions) -> list[str]:
     return [
         f"--input={argument_of(film.source.path)}",
         f"--output={argument_of(film.target)}",
-        f"--style={film.style}",
+        f"{film.option}={film.style}",
         *options.words,
         f"--threads={options.threads}",
         "--log-level=warning",

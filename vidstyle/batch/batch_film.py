@@ -38,7 +38,7 @@ class BatchFilm:
 
     Attributes:
         source: the film to restyle.
-        style: name of a style, or a style file.
+        style: name of a style, a style file, several with commas, or a cue file; the value of `option`.
         target: the result.
         settings: everything that determines the result, except the source; see `setting_parts`.
         journal: journal of the target's folder.
@@ -48,6 +48,7 @@ class BatchFilm:
         frames, fps, fraction, remaining: its progress; the last two may be unknown.
         seconds: time for which its processes have run.
         attempts: number of attempts.
+        option: option of `render` that takes `style`.
     """
 
     source: Source
@@ -64,6 +65,7 @@ class BatchFilm:
     remaining: float | None = None
     seconds: float = 0.0
     attempts: int = 0
+    option: str = "--style"
     _began: float = field(default=0.0, repr=False)
 
     @property

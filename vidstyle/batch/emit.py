@@ -127,7 +127,11 @@ def _slurm_script(phases: Phases) -> str:
 
 def absolute_film(film: BatchFilm) -> BatchFilm:
     """Return a film with absolute paths, for a job that runs in another folder."""
-    path, ending, variant = film.style.partition(".toml")
-    style = os.path.abspath(path) + ending + variant if ending else film.style
     source = replace(film.source, path=film.source.path.absolute())
+    style = ",".join(_absolute_style(each) for each in film.style.split(","))
     return replace(film, source=source, target=film.target.absolute(), style=style)
+
+
+def _absolute_style(style: str) -> str:
+    path, ending, variant = style.strip().partition(".toml")
+    return os.path.abspath(path) + ending + variant if ending else style

@@ -43,9 +43,9 @@ def parts_of(film: BatchFilm, is_stopped: Callable[[], bool] = lambda: False) ->
 
 
 def preview(film: BatchFilm, overwrite: bool) -> None:
-    """Set the state of a film to what a batch would do with it."""
+    """Set the state of a film to what a batch would do with it, unless it has failed already."""
     try:
-        if not film.target.exists():
+        if film.has_ended or not film.target.exists():
             return
         parts = parts_of(film)
         if film.journal.is_finished(film.target, parts):

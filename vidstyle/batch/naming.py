@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from vidstyle.batch.inputs import Source
 from vidstyle.batch.stored_path import FilmPath, StoredPath, film_path
 from vidstyle.errors import UsageError, suggest
 
-FIELDS = ("name", "folder", "style")
+SOURCE_FIELDS = ("name", "folder")
 _FIELD = re.compile(r"\{([^{}]*)\}")
 
 
@@ -29,22 +29,42 @@ def result_path(template: str, source: Source, style: str) -> FilmPath:
     >>> result_path("out/{folder}/{name}-{style}.mp4", source, "ink:blue").as_posix()
     'out/clips/a-ink-blue.mp4'
     """
-    values = {"name": source.path.stem, "folder": source.folder, "style": style_word(style)}
-    for word in _FIELD.findall(template):
-        if word not in values:
-            raise UsageError("--output", f"there is no field {{{word}}}", suggest(word, FIELDS))
-    path = _FIELD.sub(lambda field: values[field[1]], template)
+    values = {**_source_values(source), "style": style_word(style)}
+    path = _filled("--output", template, values)
     is_folder = path.endswith(("/", os.sep)) or os.path.isdir(path)
     return film_path(os.path.join(path, source.path.name) if is_folder else path)
 
 
-def style_word(style: str) -> str:
-    """Return the name of a style as a part of a file name.
+def has_fields(text: str) -> bool:
+    """Whether a text has fields in braces."""
+    return bool(_FIELD.search(text))
 
-    >>> style_word("ink:blue"), style_word("my/own.toml"), style_word("my/own.toml:red")
-    ('ink-blue', 'own', 'own-red')
+
+def source_text(option: str, text: str, source: Source) -> str:
+    """Return a text with {name} and {folder} of a source; raises UsageError for other fields of `option`."""
+    return _filled(option, text, _source_values(source))
+
+
+def _source_values(source: Source) -> dict[str, str]:
+    return dict(zip(SOURCE_FIELDS, (source.path.stem, source.folder), strict=True))
+
+
+def _filled(option: str, template: str, values: Mapping[str, str]) -> str:
+    for word in _FIELD.findall(template):
+        if word not in values:
+            raise UsageError(option, f"there is no field {{{word}}}", suggest(word, list(values)))
+    return _FIELD.sub(lambda field: values[field[1]], template)
+
+
+def style_word(style: str) -> str:
+    """Return the name of a style, of several, or of a cue file as a part of a file name.
+
+    >>> style_word("ink:blue"), style_word("my/own.toml:red"), style_word("ink,noir")
+    ('ink-blue', 'own-red', 'ink-noir')
     """
-    return os.path.basename(style).replace(".toml", "").replace(":", "-")
+    return "-".join(
+        os.path.basename(each.strip()).replace(".toml", "").replace(":", "-") for each in style.split(",")
+    )
 
 
 def check_names(results: Iterable[tuple[FilmPath, Source, str]]) -> None:

@@ -12,6 +12,7 @@ import click
 
 from vidstyle.cli.parsing.command import Group, command, given_words, option
 from vidstyle.cli.parsing.common_options import SECONDS, number, style_from_options, style_option
+from vidstyle.cli.parsing.cue_options import by_options, look_from_options
 from vidstyle.cli.parsing.film_options import film_option_names, film_options, read_options, write_options
 from vidstyle.cli.parsing.path_arguments import PATH, PATH_TEXT
 from vidstyle.cli.terminal.display import progress_option
@@ -22,7 +23,7 @@ from vidstyle.errors import UsageError
 if TYPE_CHECKING:
     from vidstyle.batch.batch import BatchOptions
     from vidstyle.batch.batch_film import BatchFilm
-    from vidstyle.batch.planner import Settings
+    from vidstyle.batch.planner import FilmLook, Settings
     from vidstyle.batch.processes import Executor
 
 MAX_JOBS = 1024
@@ -33,6 +34,7 @@ MAX_JOBS = 1024
     examples=(
         "vidstyle batch holiday/ -s ink -o 'restyled/{folder}/{name}.mp4'",
         "vidstyle batch '*.mov' list.txt -s ink -s noir -o 'out/{name}-{style}.mp4'",
+        "vidstyle batch clips/ -s ink,noir,poster --by scene -o 'out/{name}.mp4'",
         "vidstyle batch --watch incoming/ -s comic -o 'done/{name}.mp4' --retry 2",
     ),
     epilog="Styles: vidstyle styles. Guide: docs/batch.md in the source folder.",
@@ -41,6 +43,9 @@ MAX_JOBS = 1024
 @option("-o", "--output", "template", metavar="TEMPLATE", group=Group.OUTPUT,
         help="Names of the results, with the fields {name}, {folder} and {style}.")  # fmt: skip
 @style_option(multiple=True, help="Name of a style, or a style file; may be repeated.")
+@option("--cues", metavar="FILE", group=Group.STYLE,
+        help="Cue file, such as 'cues/{name}.toml'; instead of --style.")  # fmt: skip
+@by_options
 @film_options
 @option("-y", "--overwrite", is_flag=True, group=Group.OUTPUT,
         help="Replace existing files that are not finished results.")  # fmt: skip
@@ -96,10 +101,10 @@ def batch(
     watched: Path | None = options["watch"]
     if options["segment"] is not None:
         check_options(options)
-    _check(inputs, template, style_name, watched, as_json and as_csv)
+    _check(inputs, template, watched, as_json and as_csv)
     if options["address"]:
         _check_cluster(options)
-    planner = Planner(str(template), _settings(style_name, options))
+    planner = Planner(str(template), _looks({**options, "style_name": style_name}))
     films = planner.films(find_sources(inputs))
     if options["segment"] is not None:
         _check_local(str(template), films)
@@ -114,7 +119,7 @@ def batch(
     jobs, threads = shared_cores(options["jobs"], most, processes.room)
     if every and core_count().reason != "--threads":
         threads = 1  # the packets of an encoder depend on its number of threads
-    words = given_words(context, film_option_names() - {"threads"})
+    words = given_words(context, (film_option_names() | {"by", "seed"}) - {"threads"})
     every_text = every and f"{float(every):g}"
     work_options = BatchOptions(jobs, threads, words, overwrite, options["retry"], every_text)
     if options["emit"]:
@@ -137,9 +142,7 @@ def batch(
     return stop.exit_code or exit_code(work.films)
 
 
-def _check(
-    inputs: tuple[str, ...], template: str | None, styles: tuple[str, ...], watched: Path | None, both: bool
-) -> None:
+def _check(inputs: tuple[str, ...], template: str | None, watched: Path | None, both: bool) -> None:
     """Raise UsageError if an argument is missing, or two contradict each other."""
     if not inputs and watched is None:
         raise click.UsageError("INPUT is missing")
@@ -148,8 +151,6 @@ def _check(
     if not (Path(template).suffix or template.endswith(("/", os.sep)) or Path(template).is_dir()):
         remedy = f"write '{template}/' for a folder, or '{template}.mp4'"
         raise UsageError("--output", f"{template} is no folder, and has no ending", remedy)
-    if not styles:
-        style_from_options({"style_name": None})
     if both:
         raise UsageError("--csv", "contradicts --json", "remove one of them")
     if watched is not None and not watched.is_dir():
@@ -187,17 +188,26 @@ def _processes(address: str | None) -> Executor:
     return RayCluster(address)
 
 
-def _settings(styles: tuple[str, ...], options: dict[str, Any]) -> Settings:
-    """Return everything that determines the results, for each style."""
+def _looks(options: dict[str, Any]) -> list[FilmLook]:
+    """Return the looks of the films; raises an error if one cannot be read."""
+    from vidstyle.batch.planner import FilmLook
     from vidstyle.pipeline.resume import setting_parts
 
     read, write = read_options(options), write_options(options)
     read.check()
     more = {name: options[name] for name in ("frames", "compare", "device")}
-    return {
-        name: setting_parts(style_from_options({**options, "style_name": name}), read, write, **more)
-        for name in styles
-    }
+
+    def settings_of_cues(file: str) -> Settings:
+        return setting_parts(look_from_options({**options, "cues": Path(file)}), read, write, **more)
+
+    def settings_of_style(name: str) -> Settings:
+        return setting_parts(look_from_options({**options, "style_name": name}), read, write, **more)
+
+    if options["cues"] is not None:
+        return [FilmLook("--cues", options["cues"], settings_of_cues)]
+    if not options["style_name"]:
+        style_from_options({"style_name": None})
+    return [FilmLook("--style", name, settings_of_style) for name in options["style_name"]]
 
 
 def _job(films: list[BatchFilm], options: BatchOptions, manager: str) -> str:

@@ -12,7 +12,7 @@ import click
 
 from vidstyle.cli.parsing.command import Group, command, option
 from vidstyle.cli.parsing.common_options import style_option
-from vidstyle.cli.parsing.cue_options import by_options, cues_option, look_from_options
+from vidstyle.cli.parsing.cue_options import by_options, cues_option, look_from_options, look_of_film
 from vidstyle.cli.parsing.film_options import film_options, read_options, write_options
 from vidstyle.cli.parsing.path_arguments import parents_option, path_arguments
 from vidstyle.cli.terminal.display import display, progress_option
@@ -68,8 +68,8 @@ def render(source: str, target: str, as_json: bool, progress: str, **options: An
     is_stored_film = is_stored(source) or is_stored(target)
     if is_stored(source) and options["by"] is not None:
         raise UsageError("--by", "needs a film on this machine", "copy it, or give --cues")
-    style = look_from_options(source, options)
     read, write = read_options(options), write_options(options, format_out)
+    style = look_of_film(source, look_from_options(options), read)
     more = {name: options[name] for name in ("device", "frames", "compare")}
 
     def run(source: str, target: str) -> Summary:

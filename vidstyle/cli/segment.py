@@ -9,7 +9,8 @@ from typing import Any
 import click
 
 from vidstyle.cli.parsing.command import Group, command, option
-from vidstyle.cli.parsing.common_options import SECONDS, style_from_options, style_option
+from vidstyle.cli.parsing.common_options import SECONDS, style_option
+from vidstyle.cli.parsing.cue_options import by_options, cues_option, look_from_options, turns_of_film
 from vidstyle.cli.parsing.film_options import film_options, read_options, write_options
 from vidstyle.cli.parsing.path_arguments import PATH, path_arguments
 from vidstyle.cli.terminal.display import display, progress_option
@@ -29,6 +30,8 @@ from vidstyle.errors import UsageError, log
 )
 @path_arguments(source="INPUT", target="OUTPUT")
 @style_option()
+@cues_option
+@by_options
 @film_options
 @option("--every", type=SECONDS, group=Group.OUTPUT,
         help="Find the scene cuts, and plan segments of at least this length.")  # fmt: skip
@@ -46,6 +49,7 @@ def segment(source: str, target: str, progress: str, scratch: Path | None, **opt
     First run it with --every, then with --range for each segment, and finally with --join. All other options
     must be the same.
     """
+    from vidstyle.cues.rotation import StyleRotation
     from vidstyle.pipeline.resume import setting_parts
     from vidstyle.pipeline.segments import SegmentedFilm
     from vidstyle.pipeline.stopping import stop_on_signals
@@ -56,18 +60,19 @@ def segment(source: str, target: str, progress: str, scratch: Path | None, **opt
         raise UsageError("--every", "0 is not a length", "give seconds, such as 30")
     if options["frames"] is not None:
         raise UsageError("--frames", "cannot be used with segments", "use --end")
-    style, read, write = style_from_options(options), read_options(options), write_options(options)
+    look, read, write = look_from_options(options), read_options(options), write_options(options)
     device, compare = options["device"], options["compare"]
     more = {"device": device, "compare": compare, "threads": available_cores()}
-    parts = setting_parts(style, read, write, **more)
+    parts = setting_parts(look, read, write, **more)
     folder = scratch or Path(target).with_name(f".{Path(target).name}.segments")
     if scratch is None and folder.is_symlink():
         raise UsageError(folder, "is a link, which is not followed", "name another folder with --scratch")
     folder.mkdir(parents=True, exist_ok=True)
-    film = SegmentedFilm(Path(source), Path(target), folder, style, read, write, device, compare, parts)
+    film = SegmentedFilm(Path(source), Path(target), folder, look, read, write, device, compare, parts)
     with stop_on_signals() as stop, display(progress) as show:
         if options["every"]:
-            plan = film.plan(options["every"], show, stop)
+            turns = turns_of_film(source, look, read) if isinstance(look, StyleRotation) else []
+            plan = film.plan(options["every"], show, stop, turns)
             if plan.undivided:
                 log.info("%s has no segments: it %s; use 'vidstyle render'", source, plan.undivided)
             click.echo(json.dumps([each.name for each in plan.segments if not plan.undivided]))

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+
+import numpy as np
 
 from vidstyle.backend import Backend, FrameRequest, PendingPicture
 from vidstyle.core.picture import Picture
@@ -64,6 +66,7 @@ class CueRenderer(Backend):
         self._cuts = cuts or SceneCutDetector()
         first = cues.at(0).active
         self._slots = [self._new_slot(first)]
+        self._shown = self._slots
         self.device_kind = self._slots[0].backend.device_kind
 
     @property
@@ -75,6 +78,10 @@ class CueRenderer(Backend):
         """Give up the pictures in flight; see `Backend.cancel`."""
         for slot in self._slots:
             slot.backend.cancel()
+
+    def memory(self) -> Sequence[np.ndarray]:
+        """Return the memory of the styles in the last picture; see `Backend.memory`."""
+        return [array for slot in self._shown for array in slot.backend.memory()]
 
     def close(self) -> None:
         """Close the renderers."""
@@ -110,7 +117,7 @@ class CueRenderer(Backend):
         time = request.time
         moment = self._cues.at(time or 0)
         wanted = [each for each in (moment.ending, moment.active) if each]
-        slots = [self._slot(each, wanted, time) for each in wanted]
+        slots = self._shown = [self._slot(each, wanted, time) for each in wanted]
         if self._cuts.is_cut(small_luma(request.picture), time) and time is not None:
             for slot in slots:
                 slot.cuts.add(time)

@@ -7,14 +7,12 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Literal
+from typing import Literal, TypeVar
 
 from vidstyle.cues.times import parse_seconds, seconds_text
 from vidstyle.errors import UsageError
 
-if TYPE_CHECKING:
-    from vidstyle.style import Style
-
+T = TypeVar("T")
 ChangeKind = Literal["scene", "like", "seconds"]
 MAX_PARTS = 10_000
 CHANGE_HELP = "'scene', 'shot:3', '30s' or 'like'"
@@ -66,7 +64,7 @@ class StyleChange:
         return [number * self.step for number in range(count)]
 
 
-def in_turn(styles: Sequence[Style], count: int, seed: int | None) -> list[Style]:
+def in_turn(styles: Sequence[T], count: int, seed: int | None) -> list[T]:
     """Return a style for each part: in turn, or with a seed at random, but never the same twice in a row."""
     if seed is None or len(styles) == 1:
         return [styles[number % len(styles)] for number in range(count)]

@@ -16,6 +16,7 @@ import numpy as np
 from vidstyle.blocks import all_blocks
 from vidstyle.core.machine.versions import version_of
 from vidstyle.cues.cue_list import CueList
+from vidstyle.cues.rotation import StyleChoice, styles_of
 from vidstyle.errors import UsageError
 from vidstyle.media.codecs import ffmpeg_version
 from vidstyle.media.options import ReadOptions, WriteOptions
@@ -72,7 +73,7 @@ def render_fingerprint(
 
 
 def setting_parts(
-    style: Style | CueList, read: ReadOptions, write: WriteOptions, **more: object
+    style: StyleChoice, read: ReadOptions, write: WriteOptions, **more: object
 ) -> dict[str, str]:
     """Return everything that determines a render, except its source, for a `Fingerprint`."""
     options: dict[str, Any] = {
@@ -91,9 +92,9 @@ def warm_up_frames(style: Style | CueList, rate: float) -> int:
     Args:
         rate: frames a second.
     """
-    if any(map(masks_read, _styles_of(style))):
+    if any(map(masks_read, styles_of(style))):
         return sys.maxsize  # masks follow people from the beginning of a scene
-    steps = [step for each in _styles_of(style) for step in expand(each).steps]
+    steps = [step for each in styles_of(style) for step in expand(each).steps]
     settle = max((_arguments(step.block, step.values).get("settle") or 0 for step in steps), default=0)
     return STABLE_FRAMES + round(SETTLED_FACTOR * settle * rate)
 
@@ -111,16 +112,15 @@ def _arguments(block: str, values: dict[str, Any]) -> dict[str, Any]:
     return all_blocks()[block].arguments_for(values) if block else {}
 
 
-def _styles_of(style: Style | CueList) -> list[Style]:
-    return style.styles if isinstance(style, CueList) else [style]
-
-
-def _look_digest(style: Style | CueList) -> str:
-    """Of a style, or of all cues."""
-    if isinstance(style, Style):
-        return _style_digest(style)
-    cues = (repr((each.time, each.transition, each.seconds, each.curve)) for each in style.cues)
-    return _digest([*cues, *map(_style_digest, style.styles)])
+def _look_digest(look: StyleChoice) -> str:
+    """Of a style, of all cues, or of styles that take turns."""
+    if isinstance(look, Style):
+        return _style_digest(look)
+    if isinstance(look, CueList):
+        times = [repr((each.time, each.transition, each.seconds, each.curve)) for each in look.cues]
+    else:
+        times = [repr((look.change, look.seed))]
+    return _digest([*times, *map(_style_digest, look.styles)])
 
 
 def _style_digest(style: Style) -> str:

@@ -10,6 +10,8 @@ from typing import Any
 
 from vidstyle.core.sampling import small_luma
 from vidstyle.core.scene_cuts import KnownCuts, SceneCutDetector
+from vidstyle.cues.cue_list import CueList, Moment
+from vidstyle.cues.rotation import styles_of
 from vidstyle.media.frame import Frame
 from vidstyle.media.options import VideoInfo
 from vidstyle.media.read.reader import Reader
@@ -31,7 +33,7 @@ MIN_PART_RATIO = 4
 
 def plan_segments(
     reader: Reader,
-    style: Style,
+    style: Style | CueList,
     device: str,
     seconds: Fraction,
     parts: Mapping[str, str],
@@ -43,6 +45,7 @@ def plan_segments(
 
     Args:
         reader: at the start of the film.
+        style: the style, or the styles at the times of the reader's frames.
         device: see `open_renderer`.
         seconds: the least length of a segment, except the last one.
         parts, undivided: see `SegmentPlan`.
@@ -79,6 +82,9 @@ class _Borders:
     where a style forgets, and in long scenes at frames without faces in focus. On a GPU, and if a style reads
     masks or has colours of the film, which follow a whole scene, scenes are not divided.
 
+    Where the style changes without a transition, the new one remembers nothing, as at a scene cut. A scene
+    with several styles is not divided within a transition, nor if faces are in focus.
+
     Attributes:
         number: how many frames were added.
         cuts: pts of the frames that begin scenes.
@@ -88,23 +94,28 @@ class _Borders:
     def __init__(
         self,
         info: VideoInfo,
-        style: Style,
+        style: Style | CueList,
         device: str,
         seconds: Fraction,
         settings: ExitStack,
         follows_faces: bool,
     ) -> None:
-        steps = resolve(style, info.height, info.width)
-        self._seconds, self._has_memory = seconds, has_memory(style, steps)
-        self._divides_scenes = runs_on_cpu(style, device) and not (film_tables(steps) or masks_read(style))
-        warm_up = warm_up_frames(steps, float(info.rate or 25))
+        self._style = style
+        styles = [(each, resolve(each, info.height, info.width)) for each in styles_of(style)]
+        self._seconds, self._has_memory = seconds, any(has_memory(*each) for each in styles)
+        follows_scene = any(film_tables(steps) or masks_read(each) for each, steps in styles)
+        warm_up = max(warm_up_frames(steps, float(info.rate or 25)) for _, steps in styles)
         self._recent: deque[int] = deque(maxlen=warm_up)
         self._part_seconds = max(seconds, MIN_PART_SECONDS, MIN_PART_RATIO * warm_up / (info.rate or 25))
         self._known, self._detector = KnownCuts(()), SceneCutDetector()
-        self._needs_faces, self.lacks_faces = has_followed_faces(style), False
-        self._faces = follow_faces(style, self._known) if follows_faces and self._needs_faces else None
-        if self._faces is not None:
-            settings.enter_context(self._faces)
+        has_faces = any(has_followed_faces(each) for each, _ in styles)
+        self._divides_scenes = runs_on_cpu(style, device) and not follows_scene
+        self._divides_scenes &= not (has_faces and isinstance(style, CueList))
+        self._needs_faces, self.lacks_faces = has_faces, False
+        self._faces = None
+        if follows_faces and isinstance(style, Style) and (faces := follow_faces(style, self._known)):
+            self._faces = settings.enter_context(faces)
+        self._moment: Moment | None = None
         self._segments: list[FilmSegment] = []
         self._begin: dict[str, Any] = {"first": 0, "pts": 0}
         self._digest = FrameDigest()
@@ -116,13 +127,16 @@ class _Borders:
         if is_cut := self._detector.is_cut(small_luma(frame.picture)):
             self.cuts.append(frame.pts)
             self._known.add(float(frame.time))
+        in_transition, begins_style = self._follow_cues(frame)
+        forgets = is_cut or begins_style
+        if forgets:
             self._recent.clear()
         begin = {"first": self.number, "pts": frame.pts}
         if self.number == 0:
             self._begin = begin
-        elif self._lasts(frame, self._seconds) and (is_cut or not self._has_memory):
+        elif self._lasts(frame, self._seconds) and (forgets or not self._has_memory):
             self._end_segment(begin)
-        elif self._divides_scenes and self._lasts(frame, self._part_seconds):
+        elif self._divides_scenes and self._lasts(frame, self._part_seconds) and not in_transition:
             self.lacks_faces = self._needs_faces and self._faces is None
             if self._has_no_faces:
                 self._end_segment({**begin, **self._continuing()})
@@ -131,6 +145,16 @@ class _Borders:
         self._recent.append(frame.pts)
         self._digest.add(frame)
         self.number += 1
+
+    def _follow_cues(self, frame: Frame) -> tuple[bool, bool]:
+        """Return whether this frame or the one before is in a transition, and whether a style begins here."""
+        if not isinstance(self._style, CueList):
+            return False, False
+        before, now = self._moment, self._style.at(frame.time)
+        self._moment = now
+        in_transition = bool(now.ending or (before and before.ending))
+        is_other = before is not None and before.active.run != now.active.run
+        return in_transition, is_other and now.ending is None
 
     def segments(self) -> list[FilmSegment]:
         """Return all segments, after the last frame."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from fractions import Fraction
 from pathlib import Path
 
@@ -63,6 +63,7 @@ class SegmentPlan:
         cuts: pts of the first frame of each scene, for the processes of all segments.
         segments: in the order of the film.
         undivided: reason why the film cannot be divided, or an empty string.
+        turns: turns of a `StyleRotation`, with the seconds as text.
     """
 
     parts: Mapping[str, str]
@@ -70,6 +71,7 @@ class SegmentPlan:
     cuts: list[int]
     segments: list[FilmSegment]
     undivided: str = ""
+    turns: list[tuple[str, int]] = field(default_factory=list)
 
     @property
     def known_cuts(self) -> KnownCuts:

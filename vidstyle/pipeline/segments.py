@@ -5,7 +5,7 @@ from __future__ import annotations
 import secrets
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
@@ -17,6 +17,8 @@ import numpy as np
 
 from vidstyle.backend import Backend
 from vidstyle.core.picture import Picture
+from vidstyle.cues.cue_list import CueList
+from vidstyle.cues.rotation import StyleChoice, StyleRotation, Turn
 from vidstyle.errors import InputError, OutputError, UsageError, log
 from vidstyle.media.frame import Frame
 from vidstyle.media.options import ReadOptions, WriteOptions
@@ -51,34 +53,56 @@ class SegmentedFilm:
     Attributes:
         source, target: of the whole film.
         folder: for the plan and the segments.
-        style, read, write, device, compare: as for `render`.
+        style: the style, or the styles over time.
+        read, write, device, compare: as for `render`.
         parts: all settings, for comparison with the plan's.
     """
 
     source: Path
     target: Path
     folder: Path
-    style: Style
+    style: StyleChoice
     read: ReadOptions
     write: WriteOptions
     device: str
     compare: Compare | None
     parts: Mapping[str, str]
 
-    def plan(self, seconds: Fraction, show: Callable[[Progress], None], stop: threading.Event) -> SegmentPlan:
+    def plan(
+        self,
+        seconds: Fraction,
+        show: Callable[[Progress], None],
+        stop: threading.Event,
+        turns: Sequence[Turn] = (),
+    ) -> SegmentPlan:
         """Read the film once, and write the plan of its segments.
 
         Args:
             seconds: minimum length of a segment.
+            turns: turns of a `StyleRotation`, which the plan keeps for all segments.
         """
+        style = self._style(turns)
         # Faces are expensive to track, and few films have a scene for which they matter.
-        plan = self._planned(seconds, False, show, stop) or self._planned(seconds, True, show, stop)
+        plan = self._planned(style, seconds, False, show, stop) or self._planned(
+            style, seconds, True, show, stop
+        )
         assert plan is not None
+        plan = replace(plan, turns=[(str(start), number) for start, number in turns])
         plan.write(self.folder / PLAN_NAME)
         return plan
 
+    def _style(self, turns: Iterable[Turn]) -> Style | CueList:
+        """Return the style, or the styles at the times of the reader's frames."""
+        look = self.style.cue_list(turns) if isinstance(self.style, StyleRotation) else self.style
+        return look.moved(-(self.read.start or Fraction(0))) if isinstance(look, CueList) else look
+
     def _planned(
-        self, seconds: Fraction, follows_faces: bool, show: Callable[[Progress], None], stop: threading.Event
+        self,
+        style: Style | CueList,
+        seconds: Fraction,
+        follows_faces: bool,
+        show: Callable[[Progress], None],
+        stop: threading.Event,
     ) -> SegmentPlan | None:
         """Read the film once; see `plan_segments`."""
         path, began = self.folder / PLAN_NAME, time.monotonic()
@@ -92,7 +116,7 @@ class SegmentedFilm:
             is_film = find_kind(str(self.target), None, False).way == "film"
             undivided = "" if is_film else "is written as a picture or a GIF"
             return plan_segments(
-                reader, self.style, self.device, seconds, self.parts, undivided, follows_faces, follow
+                reader, style, self.device, seconds, self.parts, undivided, follows_faces, follow
             )
 
     def render(self, name: str, show: Callable[[Progress], None], stop: threading.Event) -> Summary:
@@ -150,11 +174,12 @@ class SegmentedFilm:
     def _renderer(self, plan: SegmentPlan, segment: FilmSegment) -> Backend:
         """Open a renderer for a segment; only plans for the CPU have segments that share a scene."""
         device = "cpu" if any(plan.neighbours(segment)) else self.device
+        style = self._style((Fraction(start), number) for start, number in plan.turns)
         cuts, faces = plan.known_cuts, None
-        if segment.search_time is not None:
+        if segment.search_time is not None and isinstance(style, Style):
             faceless = FacelessStart(float(segment.pts * Fraction(plan.time_base)), segment.search_time)
-            faces = follow_faces(self.style, cuts, faceless)
-        return open_renderer(self.style, device, announce=False, cuts=cuts, faces=faces)
+            faces = follow_faces(style, cuts, faceless)
+        return open_renderer(style, device, announce=False, cuts=cuts, faces=faces)
 
     def _render(
         self,

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 from vidstyle.cli.parsing.command import Group, option
 from vidstyle.cli.parsing.common_options import Parsed, number, style_from_options
-from vidstyle.cli.parsing.film_options import read_options
 from vidstyle.cli.parsing.path_arguments import PATH
 from vidstyle.cues.style_change import CHANGE_HELP, MAX_PARTS, StyleChange, in_turn
 from vidstyle.errors import UsageError, log
 
 if TYPE_CHECKING:
     from vidstyle.cues.cue_list import CueList
+    from vidstyle.cues.rotation import StyleChoice, StyleRotation, Turn
     from vidstyle.media.options import ReadOptions
     from vidstyle.pipeline.scenes import Scene
     from vidstyle.style import Style
@@ -36,15 +36,15 @@ def cues_option(command: Callable[..., Any]) -> Callable[..., Any]:
     return option("--cues", type=PATH, metavar="FILE", group=Group.STYLE, help=text)(command)
 
 
-def look_from_options(source: str, options: Mapping[str, Any]) -> Style | CueList:
-    """Return the style that the options describe, or the styles over time.
+def look_from_options(options: Mapping[str, Any]) -> StyleChoice:
+    """Return the style that the options describe, or the styles over time."""
+    from vidstyle.cues.rotation import StyleRotation
 
-    The source is read once to find its scenes, where they decide.
-    """
     if options["cues"] is not None:
         return _cues_from_file(options)
     if options["by"] is not None:
-        return _cues_by_change(source, options)
+        styles = (style_from_options({**options, "style_name": name}) for name in _names(options))
+        return StyleRotation(tuple(styles), options["by"], options["seed"])
     if options["seed"] is not None:
         raise UsageError("--seed", "needs --by")
     if "," in (options["style_name"] or ""):
@@ -71,8 +71,7 @@ def styles_of_scenes(scenes: Sequence[Scene], options: Mapping[str, Any]) -> lis
         raise UsageError("--by", "is a time, and a cue file has scenes", "use it with 'vidstyle render'")
     names = _names(options)
     choices = [load_style(name) for name in names]
-    chosen = _chosen(scenes, choices, change, options["seed"])
-    parts = iter(names[choices.index(style)] for style in chosen)
+    parts = iter(names[number] for number in _chosen(scenes, choices, change, options["seed"]))
     return [next(parts) if number % int(change.step) == 0 else None for number in range(len(scenes))]
 
 
@@ -86,30 +85,33 @@ def _cues_from_file(options: Mapping[str, Any]) -> CueList:
     return read_cue_file(options["cues"])
 
 
-def _cues_by_change(source: str, options: Mapping[str, Any]) -> CueList:
-    from vidstyle.cues.cue_list import CueList
+def look_of_film(source: str, look: StyleChoice, read: ReadOptions) -> Style | CueList:
+    """Return the look of a film; the film is read once to find its scenes, where they decide."""
+    from vidstyle.cues.rotation import StyleRotation
 
-    change: StyleChange = options["by"]
-    choices = [style_from_options({**options, "style_name": name}) for name in _names(options)]
+    return look.cue_list(turns_of_film(source, look, read)) if isinstance(look, StyleRotation) else look
+
+
+def turns_of_film(source: str, rotation: StyleRotation, read: ReadOptions) -> list[Turn]:
+    """Return when the styles of a film take turns; its times count from the start of the whole film."""
+    change = rotation.change
     if change.kind == "seconds":
-        starts = change.starts(_duration(source, options) or MAX_PARTS * change.step)
-        return CueList.at_times(starts, in_turn(choices, len(starts), options["seed"]))
-    scenes, _ = scenes_of(source, read_options(options), pictures=change.kind == "like")
-    styles = _chosen(scenes, choices, change, options["seed"])
-    # A cue list has times of the whole film.
-    start = read_options(options).start or 0
-    return CueList.at_times([start + each.start for each in scenes[:: int(change.step)]], styles)
+        starts = change.starts(_duration(source, read) or MAX_PARTS * change.step)
+        return [*zip(starts, in_turn(range(len(rotation.styles)), len(starts), rotation.seed), strict=True)]
+    scenes, _ = scenes_of(source, read, pictures=change.kind == "like")
+    starts = [(read.start or 0) + each.start for each in scenes[:: int(change.step)]]
+    return [*zip(starts, _chosen(scenes, rotation.styles, change, rotation.seed), strict=True)]
 
 
 def _chosen(
     scenes: Sequence[Scene], choices: Sequence[Style], change: StyleChange, seed: int | None
-) -> list[Style]:
-    """Return a style for each part of a film."""
+) -> list[int]:
+    """Return the number of a style for each part of a film."""
     if change.kind == "like":
         from vidstyle.explore.scene_styles import suiting_styles
 
-        return suiting_styles([each.still for each in scenes], choices)
-    return in_turn(choices, -(-len(scenes) // int(change.step)), seed)
+        return [choices.index(style) for style in suiting_styles([each.still for each in scenes], choices)]
+    return in_turn(range(len(choices)), -(-len(scenes) // int(change.step)), seed)
 
 
 def _names(options: Mapping[str, Any]) -> list[str]:
@@ -119,10 +121,10 @@ def _names(options: Mapping[str, Any]) -> list[str]:
     return names
 
 
-def _duration(source: str, options: Mapping[str, Any]) -> Fraction | None:
+def _duration(source: str, read: ReadOptions) -> Fraction | None:
     from vidstyle.media.read.reader import open_source
 
     if source == "-":
         return None
-    with closing(open_source(source, read_options(options))) as opened:
+    with closing(open_source(source, read)) as opened:
         return opened.duration
