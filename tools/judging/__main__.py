@@ -20,7 +20,7 @@ import numpy as np
 
 from vidstyle.errors import VidstyleError
 from vidstyle.preview.clip import open_clip
-from vidstyle.renderer import Renderer
+from vidstyle.renderer import Renderer, stylize
 from vidstyle.style import load_style, style_names
 
 STEPS = (0, 1, 5)
@@ -75,7 +75,13 @@ def frames_of(path: Path, side: int | None) -> list[np.ndarray]:
 
 
 def restyled(frames: list[np.ndarray], name: str) -> Iterator[np.ndarray]:
-    """The frames one after another, as in a film of 24 frames a second, those between left out."""
+    """The frames one after another, as in a film of 24 frames a second, those between left out.
+
+    A photograph has no time: its noise is flattened, as in `render`.
+    """
+    if len(frames) == 1:
+        yield stylize(frames[0], name, "cpu")
+        return
     with Renderer(load_style(name), "cpu") as renderer:
         for number, frame in enumerate(frames):
             yield renderer(frame, STEPS[number] / 24)

@@ -244,12 +244,20 @@ def reduced_luma(picture: Picture) -> np.ndarray:
 def noise_level(picture: Picture) -> float:
     """Estimate the standard deviation of the noise in luma, relative to the distance from black to white.
 
-    Uses a Laplacian that cancels slopes (Immerkaer 1996) at scattered pixels, and a low percentile, so that
-    most of a picture may be texture.
+    See `plane_noise_level`.
     """
     plane = picture.luma if picture.color is None else picture.color[..., 1]
     assert plane is not None
     black, white = picture.encoding.luma_levels
+    return plane_noise_level(plane) / (white - black)
+
+
+def plane_noise_level(plane: np.ndarray) -> float:
+    """Estimate the standard deviation of white noise in a plane, H x W, in its own units.
+
+    Uses a Laplacian that cancels slopes (Immerkaer 1996) at scattered pixels, and a low percentile, so that
+    most of a picture may be texture.
+    """
     if min(plane.shape) < 3:
         return 0.0
     stride = -(-max(plane.shape) // NOISE_SAMPLE_COUNT)
@@ -257,7 +265,7 @@ def noise_level(picture: Picture) -> float:
     _laplacian(plane, stride, found)
     # The Laplacian's gain is 6; this percentile of the size of a normal variable is 0.385 deviations.
     rank = found.size * NOISE_PERCENTILE // 100
-    return float(np.partition(found, rank, axis=None)[rank]) / (6 * 0.385 * (white - black))
+    return float(np.partition(found, rank, axis=None)[rank]) / (6 * 0.385)
 
 
 @compiled

@@ -9,10 +9,13 @@ import cv2
 import numpy as np
 
 from vidstyle.backend import FrameRequest
-from vidstyle.stabilize.motion import noise_level
+from vidstyle.stabilize.motion import plane_noise_level
 
-MIN_NOISE_LEVEL = 3 / 255
-"""Noise below it stays: 54 clean photographs have at most 2.2 / 255, ones of a dim room 8 / 255 or more."""
+MIN_NOISE_LEVELS = 3 / 255, 3.75 / 255
+"""Noise below both stays: in the picture, and in a copy of half the size, which shows noise that the camera
+has smoothed. 64 clean photographs have at most 3 / 255 and 3.5 / 255."""
+TEXTURE_RATIO = 0.3
+"""Noise of the smaller copy that counts as texture, relative to the noise of the picture."""
 NOISE_VARIANCE_FACTOR = 0.8
 """Local variance that counts as noise, relative to the estimate. Tuned so that small faces keep features."""
 WINDOW_SIZES_PX = 9, 5
@@ -31,12 +34,30 @@ def flatten_still(request: FrameRequest, steady: float) -> FrameRequest:
         The same request if it is a frame of a film, or has little noise.
     """
     picture = request.picture
-    level = noise_level(picture) if steady and request.time is None else 0
-    if level < MIN_NOISE_LEVEL:
+    if not steady or request.time is not None:
         return request
+    plane = picture.luma if picture.color is None else picture.color
+    assert plane is not None
     black, white = picture.encoding.luma_levels
-    variance = np.float32((level * (white - black)) ** 2)
+    levels = _noise_levels(plane if plane.ndim == 2 else plane[..., 1])
+    if all(level < least * (white - black) for level, least in zip(levels, MIN_NOISE_LEVELS, strict=True)):
+        return request
+    fine, coarse = levels if plane.ndim == 2 else _noise_levels(_guide(plane))
+    # White noise has half its deviation in a copy of half the size.
+    variance = np.float32(max(fine, 2 * coarse - TEXTURE_RATIO * fine) ** 2)
     return replace(request, picture=picture.map_planes(partial(_flatten, variance=variance)))
+
+
+def _noise_levels(plane: np.ndarray) -> tuple[float, float]:
+    """Return the noise of a plane, and of a copy of half its size, in the units of its samples."""
+    height, width = (max(side // 2, 1) for side in plane.shape)
+    half = cv2.resize(plane.astype(np.float32), (width, height), interpolation=cv2.INTER_AREA)
+    return plane_noise_level(plane), plane_noise_level(half)
+
+
+def _guide(plane: np.ndarray) -> np.ndarray:
+    """Return the plane, H x W, or the mean of its channels, H x W x 3."""
+    return plane if plane.ndim == 2 else plane.mean(axis=2, dtype=np.float32)
 
 
 def _flatten(plane: np.ndarray, kind: str, variance: np.float32) -> np.ndarray:
@@ -57,11 +78,10 @@ def _smooth(values: np.ndarray, variance: np.float32, size: int) -> np.ndarray:
     def local_mean(plane: np.ndarray) -> np.ndarray:
         return cv2.blur(plane, (size, size), borderType=cv2.BORDER_REFLECT_101)
 
-    channels = values.shape[2:]
-    guide = values.mean(axis=2) if channels else values
+    channels, guide = values.shape[2:], _guide(values)
     mean = local_mean(guide)
     spread = np.maximum(local_mean(guide * guide) - mean * mean, np.float32(1e-9))
-    noise = variance * np.float32(NOISE_VARIANCE_FACTOR / (channels[0] if channels else 1))
+    noise = variance * np.float32(NOISE_VARIANCE_FACTOR)
     weight = np.maximum(1 - noise / spread, np.float32(0))
     if channels:
         weight = np.repeat(weight[..., None], channels[0], axis=2)
