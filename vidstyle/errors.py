@@ -198,7 +198,7 @@ def suggest(word: str, names: Iterable[str]) -> str:
 
 
 def join_names(names: Sequence[str], separator: str = ", ") -> str:
-    """The names as a list in a message, shortened where there are many.
+    """The names as a list in a message, shortened if there are many.
 
     >>> join_names(["a", "b"], " or ")
     'a or b'

@@ -90,7 +90,7 @@ def follow_faces(style: Style, cuts: KnownCuts, faceless: FacelessStart | None =
     """Return a follower of the faces in focus; None if the style has none.
 
     Args:
-        cuts: scene cuts of the film; those of a frame must be added before the frame is followed.
+        cuts: scene cuts of the film; a cut must be added before its frame is followed.
         faceless: see `FaceFollower`.
     """
     if not has_followed_faces(style):

@@ -19,10 +19,10 @@ FINISHED = "is finished"
 def parts_of(film: BatchFilm, is_stopped: Callable[[], bool] = lambda: False) -> Parts:
     """Return everything that determines the result; read the source if the journal does not have its digest.
 
-    A source in storage is not read: what the storage tells of it takes the place of a digest.
+    A source in storage is not read: its properties replace the digest.
 
     Args:
-        is_stopped: asked again and again while the source is read; whether to stop.
+        is_stopped: called repeatedly while the source is read; returns whether to stop.
 
     Raises:
         InterruptedError: stopped.
@@ -107,7 +107,7 @@ def _bytes_left(film: BatchFilm, target: Path) -> int:
 def source_signature(film: BatchFilm) -> tuple[int, int] | str | None:
     """Return size and modification time of the source; None if it does not exist.
 
-    In storage: a digest of all that the storage tells of it.
+    In storage: a digest of all its properties.
 
     Raises:
         InputError: the storage does not answer.

@@ -21,7 +21,7 @@ JOURNAL = ".vidstyle-batch.jsonl"
 """File name of the journal in each folder with results."""
 
 MAX_JOURNAL_BYTES = 2**28
-"""Maximum number of bytes that are read of a journal at a time: those of 100,000 results."""
+"""Maximum number of bytes that are read of a journal at a time: 100,000 results."""
 
 DIGEST_CHUNK_BYTES = 2**20
 
@@ -150,7 +150,7 @@ def content_digest(path: Path, is_stopped: Callable[[], bool] = lambda: False) -
     """Return the SHA-256 of a file, in hexadecimal digits.
 
     Args:
-        is_stopped: asked again and again; whether to stop.
+        is_stopped: called repeatedly; returns whether to stop.
 
     Raises:
         InterruptedError: stopped.
@@ -169,7 +169,7 @@ def content_digest(path: Path, is_stopped: Callable[[], bool] = lambda: False) -
 def _signature(path: FilmPath) -> list[int] | list[str]:
     """Return size in bytes and modification time in nanoseconds; raise OSError if that fails.
 
-    In storage: a digest of all that the storage tells of the file.
+    In storage: a digest of all properties of the file.
     """
     if isinstance(path, StoredPath):
         return [path.file().version()]

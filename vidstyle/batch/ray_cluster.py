@@ -34,7 +34,7 @@ SHUTDOWN_SECONDS = 3 * END_SECONDS
 class RayCluster:
     """An executor whose processes run on the machines of a Ray cluster; see `Executor`.
 
-    Ray prints to the terminal, handles signals, and may end its process: `ray_driver` has one of its own.
+    Ray prints to the terminal, handles signals, and may end its process: `ray_driver` has a separate one.
     Both sides send JSON objects, one in a line.
     """
 
@@ -141,7 +141,7 @@ def check_address(address: str, insecure: bool) -> None:
     if address != HERE and match is None:
         raise UsageError("--on", f"{address!r} is no cluster", "give ray or ray://HOST:PORT")
     if match and not insecure and not _is_this_machine(match[1]) and not _has_token():
-        reason = f"{match[1]} may be anybody: Ray runs what it is sent, and RAY_AUTH_MODE is not 'token'"
+        reason = f"{match[1]} may belong to anyone: Ray runs any code, and RAY_AUTH_MODE is not 'token'"
         raise UsageError("--on", reason, "set it on all machines (docs/batch.md), or add --insecure")
     version = version_of("ray") if find_spec("ray") else "0.0"
     if tuple(map(int, re.findall(r"\d+", version)[:2])) < MIN_RAY:

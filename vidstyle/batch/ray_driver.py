@@ -25,11 +25,11 @@ from vidstyle.batch.resources import JOB_BYTES
 from vidstyle.errors import OutputError
 
 MAX_LOSSES = 5
-"""How many lost machines or workers a task survives."""
+"""Number of lost machines or workers that a task survives."""
 PAUSE_SECONDS = 10.0
-"""How long after a loss a task waits: the process of a lost worker has then closed its files."""
+"""Time for which a task waits after a loss, until the process of the lost worker has closed its files."""
 STORE_BYTES = 2**27
-"""Size of Ray's object store: nothing large is put there, as tasks get paths."""
+"""Size of Ray's object store, which stays small because tasks get paths."""
 
 MAX_LETTERS = 200
 
@@ -78,7 +78,7 @@ def main() -> None:
         with _connected(sys.argv[1]) as ray:
             send(_room(ray))
             _serve(ray, send)
-    except Exception as error:  # in whatever way Ray fails, it is a line for the user
+    except Exception as error:  # every failure of Ray is one line for the user
         send({"error": _line(error)})
     os._exit(0)  # threads may still wait for Ray
 

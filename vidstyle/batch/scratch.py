@@ -1,7 +1,7 @@
-"""The folder with the plan and the segments of a film: a batch uses and removes only those of batches.
+"""The folder with the plan and the segments of a film: a batch uses and removes only folders of batches.
 
-The names of these folders are known in advance, so anything may have one. A folder is a batch's if its lock
-file says so, and it gets its name together with this file.
+The names of these folders are known in advance, so anything may have one. A folder belongs to a batch if
+its lock file has the right content; it gets its name together with this file.
 """
 
 from __future__ import annotations
@@ -90,5 +90,5 @@ def _create(folder: Path) -> None:
 
 
 def _new_path(folder: Path) -> Path:
-    """Return a random path that begins like that of a folder."""
+    """Return a random path that begins like the path of a folder."""
     return folder.with_name(f"{folder.name}-{secrets.token_hex(TOKEN_BYTES)}")

@@ -62,7 +62,7 @@ class StoredPath:
         return StoredFile(self.url)
 
     def matches(self) -> Iterator[StoredPath]:
-        """Yield the files that match this pattern, or lie in this folder and its subfolders.
+        """Yield the files that match this pattern, or are in this folder and its subfolders.
 
         Raises:
             InputError: the storage does not answer.

@@ -317,7 +317,7 @@ def _feature(declared: object) -> Feature:
 
 
 def _problem(bank: Bank) -> str:
-    """Return what is wrong with a bank, or an empty text."""
+    """Return the defect of a bank, or an empty text."""
     bins, filters = bank.bins, bank.filters
     if not isinstance(bins.curvatures, int) or min(bins.counts) < 1 or bins.orientations % 2:
         return f"has bins {' x '.join(map(str, bins.counts))}; the number of orientations must be even"

@@ -68,7 +68,7 @@ class PictureAssembler:
     """Assembles a picture of a given encoding from bands of float32 rows, from any number of threads."""
 
     def __init__(self, source: Picture, target: Encoding, rgb: bool) -> None:
-        """Size and alpha of the result are those of `source`; `rgb` has the same meaning as for `convert`."""
+        """Size and alpha of the result come from `source`; `rgb` has the same meaning as for `convert`."""
         self.target = replace(target, full_range=True, subsampling=(1, 1)) if rgb else target
         self._source = source
         self._color = np.empty((*source.shape, 3), target.dtype) if rgb else None

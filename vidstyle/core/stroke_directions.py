@@ -1,4 +1,4 @@
-"""Directions of strokes: along the edges, and a fixed direction where there are no edges."""
+"""Directions of strokes: along the edges, and a fixed direction in areas without edges."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from vidstyle.core.kernels import compiled, interleaved
 
 DEFAULT_ANGLE_STRENGTH = 0.06
-"""Default strength of the fixed direction relative to edges: it matters only where there are no edges."""
+"""Default strength of the fixed direction relative to edges: it matters only without edges."""
 
 
 def stroke_directions(
@@ -19,7 +19,7 @@ def stroke_directions(
 
     Args:
         flow: the smoothed result of the block `structure_tensor`.
-        angle: the direction where there are no edges, in degrees.
+        angle: the direction in areas without edges, in degrees.
         strength: of this direction relative to edges.
     """
     turn = math.radians(-2 * angle)  # in the picture, y points down

@@ -16,7 +16,7 @@ _CODEC_FRAMES = 120
 """Pictures that decoder, queues and encoder hold, measured with x264 at preset medium."""
 _FLOAT_BYTES = 4
 _KEPT_FACTOR = 1.25
-"""Memory that a thread keeps relative to `_peak_bytes`. No less than the measured growth of the process per
+"""Memory that a thread keeps relative to `_peak_bytes`. At least the measured growth of the process per
 thread, for ink, comic, paint, watercolor and ascii at 720p to 4K."""
 
 

@@ -59,7 +59,7 @@ class CpuRenderer(Backend):
     It keeps the state of measured blocks until a scene cut or another size. Close it, or use it as a context
     manager, to end its threads.
 
-    Each picture that `begin` gets has a thread of its own, without bands, so that threads never wait for each
+    Each picture that `begin` gets has a separate thread, without bands, so that threads never wait for each
     other; if memory is short of a picture for each thread, several threads share one, in bands. A picture
     that `restyle` gets has all threads.
 
@@ -100,7 +100,7 @@ class CpuRenderer(Backend):
         return self._side_by_side + WAITING_FRAMES
 
     def memory(self) -> list[np.ndarray]:
-        """Return what is remembered of earlier pictures; see `Backend.memory`."""
+        """Return the memory of earlier pictures; see `Backend.memory`."""
         numbers = [each.numbers for each in self._smoothers.values() if each.numbers is not None]
         return numbers + (self._stabilizer.memory() if self._stabilizer else [])
 
@@ -154,14 +154,14 @@ class CpuRenderer(Backend):
         self._settings.close()
         self._frame_pool = self._pool
         if self._side_by_side < self._threads:
-            # Few threads of their own, as the C library keeps the memory of a frame for each thread.
+            # A separate pool of few threads, as the C library keeps the memory of a frame for each thread.
             self._frame_pool = ThreadPoolExecutor(self._side_by_side, "vidstyle-frame")
             self._settings.enter_context(self._frame_pool)
         if self._side_by_side > 1:
             self._settings.enter_context(single_threaded_opencv())
 
     def _workers(self, frames: int) -> BandWorkers:
-        """Return the threads of one of so many pictures."""
+        """Return the threads of one of this number of pictures."""
         return BandWorkers(self._pool, -(-self._threads // frames), self._cancelled)
 
     def measured(self, picture: Picture) -> dict[StepKey, np.ndarray]:

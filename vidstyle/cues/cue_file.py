@@ -130,7 +130,7 @@ class _Reader:
         return _number(scenes[number - 1], f"scene {number}", 0, MAX_SECONDS)
 
     def _style(self, table: Mapping[str, Any], before: Style | None) -> Style:
-        """Return the style of a cue, by default that of the previous one with further values."""
+        """Return the style of a cue, by default the previous one with further values."""
         name, values = table.get("style"), table.get("values", {})
         if not isinstance(values, dict):
             raise ValueError('values is not a table such as { "posterize.levels" = 5 }')

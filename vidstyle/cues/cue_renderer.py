@@ -113,7 +113,7 @@ class CueRenderer(Backend):
                 each.skip(request)
 
     def _prepare(self, request: FrameRequest) -> tuple[Moment, Backend | None, Backend]:
-        """Return what is shown at a time, and the renderers for it: of the style that ends, and the other."""
+        """Return the styles at a time, and their renderers: of the style that ends, and of the other one."""
         time = request.time
         moment = self._cues.at(time or 0)
         wanted = [each for each in (moment.ending, moment.active) if each]

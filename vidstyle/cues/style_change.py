@@ -23,7 +23,7 @@ class StyleChange:
     """Where a film changes its style.
 
     Attributes:
-        kind: "scene": at every so many scene cuts; "like": at each, to the style that suits the scene;
+        kind: "scene": at every Nth scene cut; "like": at each, to the style that suits the scene;
             "seconds": at fixed intervals.
         step: the number of scenes or seconds.
     """

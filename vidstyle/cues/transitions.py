@@ -1,6 +1,6 @@
 """Mixes the pictures of two styles.
 
-The samples are mixed as they are encoded, not in linear light. A fade from black ink to white paper then
+Encoded samples are mixed, not linear light. A fade from black ink to white paper then
 brightens evenly to the eye; in linear light it would be nearly white after a third of its time. Editing
 programs do the same.
 """

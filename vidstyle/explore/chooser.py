@@ -310,7 +310,7 @@ class Chooser:
         return np.tanh(self._taste_of(features[0]).utility(features - features.mean(axis=0)) / UTILITY_RANGE)
 
     def _taste_of(self, features: np.ndarray) -> Taste:
-        """Return the learned taste, which initially prefers looks like those of shipped styles."""
+        """Return the learned taste, which initially prefers looks similar to shipped styles."""
         if self._taste is None:
             self._taste = Taste(np.eye(1, len(features))[0])
         return self._taste

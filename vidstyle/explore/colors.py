@@ -50,7 +50,7 @@ def palette(random: Random, like: Style | None = None) -> Palette:
     Args:
         random: the random generator.
         like: a style whose ink and paper define which one is lighter. If both are light, as in `crayon`, the
-            ink covers the paper between marks and lies on the picture itself.
+            ink covers the paper between marks and is drawn on the picture itself.
     """
     hue = random.uniform(0, 360)
     other = hue + random.choice(HARMONY_DEGREES) + random.gauss(0, 8)

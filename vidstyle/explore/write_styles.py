@@ -83,7 +83,7 @@ def _table(found: Found) -> dict[str, Any]:
     return {
         "tried": found.tried,
         "passed": passed,
-        "thrown out": {reason: number for reason, number in found.faults.most_common() if reason},
+        "discarded": {reason: number for reason, number in found.faults.most_common() if reason},
         "styles": [_row(candidate) for candidate in found.chosen],
     }
 

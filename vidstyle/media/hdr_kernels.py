@@ -80,7 +80,7 @@ def tone_map_planes(planes, out, first, end, levels, matrices, place, tables, ro
     Args:
         planes, out: luma, blue and red difference; `planes` are read, `out` is written.
         levels: of `planes` and `out`: luma black, luma range, chroma neutral, chroma range; in codes.
-        matrices: 3 x 3, from luma and chroma of the source to RGB, and from RGB to those of the result.
+        matrices: 3 x 3, from the source's luma and chroma to RGB, and from RGB to the result's.
         place: horizontal and vertical subsampling, horizontal and vertical siting.
         tables: see `map_pixel`.
         rows: scratch memory: two rows of the width of chroma and two of the width of luma, float32.

@@ -130,7 +130,7 @@ class VideoInfo:
     Attributes:
         width, height: upright, as delivered.
         encoding: of the first picture.
-        color_tags: tags for an encoder; none is unspecified.
+        color_tags: tags for an encoder; all are specified.
         time_base: of the frames' timestamps.
         rate: frames per second, if known.
         sample_aspect: sample aspect ratio (width / height); None: square pixels or unknown.

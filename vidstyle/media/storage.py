@@ -1,7 +1,7 @@
-"""Files in storage, such as s3://bucket/film.mp4: fetched to a local file, and put there from one.
+"""Files in storage, such as s3://bucket/film.mp4: downloaded to a local file, and uploaded from one.
 
-A film is fetched before it is read: a style needs all of it, ranges are fetched once, and a storage that
-fails ends the run, where a decoder would take it for a damaged film.
+A film is downloaded before it is read: a style needs all of it, each range is requested once, and a failure
+of the storage ends the run, which a decoder would treat as damage of the film.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from vidstyle.media.read.open import is_url, redact_url
 from vidstyle.media.write.atomic import MIN_FREE_BYTES
 
 SCHEMES = ("abfs", "az", "gcs", "gs", "hdfs", "oci", "oss", "s3", "sftp", "smb", "webdav")
-"""Those of fsspec that name files of a storage; each needs a package of its own."""
+"""Schemes of fsspec that name files in storage; each needs a separate package."""
 EXCLUSIVE_SCHEMES = ("gcs", "gs", "s3")
-"""Storages where a file appears when it is complete, and can be refused if there is one."""
+"""Storages in which a file appears when it is complete, and which can refuse to replace a file."""
 BLOCK_BYTES = 2**24
-"""What a request fetches: a film of an hour takes some hundred requests."""
+"""Bytes per request: a film of an hour takes some hundred requests."""
 ACCESS_FIELDS = frozenset({"time", "accessTime", "last_accessed_on"})
 """Properties that change when a file is read: of `sftp` and `smb`, `webhdfs`, and `abfs`."""
 MAX_LETTERS = 200
 
 
 def is_stored(name: object) -> bool:
-    """Whether a name is of a file in storage."""
+    """Whether a name refers to a file in storage."""
     return is_url(name) and str(name).partition("://")[0].lower() in SCHEMES
 
 
@@ -59,7 +59,7 @@ class StoredFile:
         except ImportError as error:
             remedy = "pip install 'vidstyle[cloud]', and the package for this kind of storage"
             raise UsageError(self.name, f"needs a package: {_line(error)}", remedy) from error
-        except Exception as error:  # each storage has exceptions of its own
+        except Exception as error:  # each storage has different exceptions
             raise UsageError(self.name, f"cannot be used: {_line(error)}") from error
 
     def exists(self) -> bool:
@@ -68,14 +68,14 @@ class StoredFile:
             return self._files.exists(self._path)
 
     def version(self) -> str:
-        """Return a digest of its checksum, size, time of change and the like; raises InputError."""
+        """Return a digest of its checksum, size, modification time and the rest; raises InputError."""
         with self._reported(InputError, "read"):
             facts = self._files.info(self._path).items()
             kept = sorted((name, str(value)) for name, value in facts if name not in ACCESS_FIELDS)
             return hashlib.sha256(repr(kept).encode()).hexdigest()
 
     def matches(self) -> list[str]:
-        """Return the names of the files that match this pattern, or lie in this folder and its subfolders.
+        """Return the names of the files that match this pattern, or are in this folder and its subfolders.
 
         Raises:
             InputError: the storage does not answer.
@@ -98,15 +98,15 @@ class StoredFile:
             self._files.rm(self._path)
 
     def fetch(self, path: Path, check: Callable[[], None]) -> None:
-        """Copy the content to a local file; continue one that has a part of it.
+        """Download the content to a local file; continue a partial download.
 
         Args:
             path: of the local file.
             check: called before each request; may raise.
 
         Raises:
-            InputError: it cannot be read, or was changed meanwhile.
-            OutputError: the disk has no room for it.
+            InputError: it cannot be read, or changed during the download.
+            OutputError: the disk space does not suffice.
         """
         version = self.version()
         with self._reported(InputError, "read"):
@@ -123,7 +123,7 @@ class StoredFile:
             raise InputError(self.name, "was changed while it was read", "run the command again")
 
     def put(self, path: Path, overwrite: bool) -> None:
-        """Copy a local file here; the name appears when the content is complete.
+        """Upload a local file; the name appears when the content is complete.
 
         Args:
             overwrite: whether a file of this name is replaced.
@@ -162,7 +162,7 @@ class StoredFile:
     def _reported(
         self, kind: type[InputError] | type[OutputError], action: str, remedy: str = ""
     ) -> Iterator[None]:
-        """Report whatever the storage raises in a line."""
+        """Report all exceptions of the storage in one line."""
         try:
             yield
         except VidstyleError:
@@ -171,7 +171,7 @@ class StoredFile:
             reason = "no such file" if kind is InputError else "its bucket or folder does not exist"
         except FileExistsError:
             reason = "has appeared meanwhile, and is not overwritten"
-        except Exception as error:  # each storage has exceptions of its own
+        except Exception as error:  # each storage has different exceptions
             reason = f"cannot be {action}: {_line(error)}"
         else:
             return

@@ -97,7 +97,7 @@ def enlarge(result: np.ndarray, small: np.ndarray, picture: np.ndarray, out: np.
     """Write a result at the size of a picture to `out`, with the fine detail that the picture has.
 
     Detail is weighted by the slope of the result over the picture around each pixel, as in a guided filter
-    (He and Sun 2015, "Fast guided filter"); the result itself stays as it is.
+    (He and Sun 2015, "Fast guided filter"); the result itself stays unchanged.
 
     Args:
         result: the result for `small`, the picture at the working size.

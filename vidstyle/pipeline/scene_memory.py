@@ -1,4 +1,4 @@
-"""What a renderer remembers between two segments of a scene: compared by digests, stored in files."""
+"""The memory of a renderer between two segments of a scene: compared by digests, stored in files."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ MAX_MEMORY_BYTES = 2**32
 
 
 class OtherFramesError(InputError):
-    """A part of a film was decoded into other frames than in the whole film."""
+    """The frames of a segment differ from the same frames of the whole film."""
 
 
 class SceneMemory:
-    """Gives a renderer the memory of the frames before its segment, and keeps its memory at the end.
+    """Gives a renderer the memory of the frames before its segment, and saves its memory at the end.
 
-    If the segment before it is finished, its memory is reused. Otherwise the renderer restyles the frames
-    before its own, and the digests decide later whether it then remembered the same.
+    If the previous segment is finished, its memory is reused. Otherwise the renderer restyles the frames
+    before its segment, and the digests show later whether it then had the same memory.
 
     Args:
         renderer: without pictures so far.
@@ -61,7 +61,7 @@ class SceneMemory:
             target, rgb: as for the frames of the segment; see `Backend.run`.
 
         Raises:
-            OtherFramesError: the frames before the segment are not those of the film.
+            OtherFramesError: the frames before the segment differ from the film.
             CancelledError: `stop` was set.
         """
         pts = None
@@ -86,7 +86,7 @@ class SceneMemory:
         return memory_digest(memory_bytes(self._renderer), pts)
 
     def digests(self, pts: int) -> tuple[str, str]:
-        """Keep what is remembered after the last frame, with these pts; return both digests."""
+        """Save the memory after the last frame, which has these pts; return both digests."""
         if self._kept is None:
             return self._digest, ""
         memory = memory_bytes(self._renderer)
@@ -116,7 +116,7 @@ def read_memory(before: Path, segment: FilmSegment) -> bytes | None:
 
 
 def memory_bytes(renderer: Backend) -> bytes:
-    """Return what a renderer remembers of earlier pictures; none may be in flight."""
+    """Return a renderer's memory of earlier pictures; all started pictures must be finished."""
     return b"".join(np.ascontiguousarray(each).tobytes() for each in renderer.memory())
 
 
@@ -133,7 +133,7 @@ def restore_memory(renderer: Backend, memory: bytes) -> None:
 
 
 def unproved_segments(plan: SegmentPlan, indexes: Mapping[FilmSegment, SegmentIndex]) -> list[FilmSegment]:
-    """Return the segments that began with another memory than the segment before them has ended with.
+    """Return the segments that began with another memory than the one at the end of the previous segment.
 
     Args:
         indexes: of the segments that are finished.

@@ -74,7 +74,7 @@ class _OpenScene:
         """Add its next frame."""
         self._count += 1
         self._end = frame.time + (frame.duration or 0) * frame.time_base
-        # The last power of two lies in the second half, wherever the scene ends.
+        # The last power of two is in the second half, for every length of a scene.
         if pictures and self._count & (self._count - 1) == 0:
             self._picture = frame.picture
 

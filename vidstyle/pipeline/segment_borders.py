@@ -1,4 +1,4 @@
-"""Divides a film into segments that can be restyled by themselves, with the same pictures as in one run."""
+"""Divides a film into segments that can be restyled separately, with the same pictures as in one run."""
 
 from __future__ import annotations
 

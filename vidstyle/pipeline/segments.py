@@ -245,7 +245,7 @@ def _frames_from(reader: Reader, pts: int, seeks: bool) -> Iterator[Frame]:
 
 
 def _checked(frames: Iterator[Frame], segment: FilmSegment, name: str) -> Iterator[Frame]:
-    """Yield the frames of a segment; raises OtherFramesError after them if they are not those of the film."""
+    """Yield the frames of a segment; raises OtherFramesError after them if they differ from the film."""
     digest = FrameDigest()
     for frame in islice(frames, segment.frames):
         digest.add(frame)

@@ -1,7 +1,7 @@
 """Three threads from a source to a target: one reads, one restyles, one writes.
 
 All three release Python's lock in their heavy work, so they run side by side. The calling thread only
-watches, which keeps it free for signals and for showing progress.
+monitors them, which keeps it free for signals and progress.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ MAX_QUEUED_BATCHES = 3
 MAX_BATCH_ITEMS = 32
 """Items in a batch at most. A batch ends with its frame, so that a run of packets does not fill a queue."""
 WATCH_SECONDS = 0.1
-"""How often the calling thread reports progress."""
+"""Interval at which the calling thread reports progress."""
 END_SECONDS = 2.0
 """Timeout for the threads to end after cancellation (docs/rules.md, Exit codes)."""
 
@@ -36,13 +36,13 @@ class Stages:
 
     Args:
         items: frames and packets in the order of the source.
-        restyle: begins with a frame and returns what waits for the result.
-        writer: where everything goes.
-        frames_in_flight: returns how many frames may be begun before the result of the first is waited for.
-        cancel: called at an early end; results that are waited for then raise CancelledError.
+        restyle: starts to restyle a frame; the function that it returns waits for the result.
+        writer: receives all results and packets.
+        frames_in_flight: returns the number of frames to start before waiting for the first result.
+        cancel: called at an early end; pending results then raise CancelledError.
 
     Attributes:
-        frames: frames handed to the writer.
+        frames: number of frames passed to the writer.
         start, end: when the first of them begins and the last of them ends, in seconds of the source.
         finished: whether the target was written to its end.
         partial: the file that an unfinished job leaves, or None.
@@ -127,7 +127,7 @@ class Stages:
         self._over.set()
 
     def _halt(self) -> None:
-        """Let nothing more reach the encoder: closing the file in time is worth more than a few frames."""
+        """Pass no more frames to the encoder: closing the file in time is worth more than a few frames."""
         self._halted.set()
         self._source.close(discard=True)
         self._result.close(discard=True)

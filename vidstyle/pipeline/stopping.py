@@ -12,7 +12,7 @@ from typing import NoReturn
 
 
 class StoppedError(BaseException):
-    """Raised in the main thread where a signal is to end the program; no handler of exceptions takes it.
+    """Raised in the main thread by a signal that ends the program; no exception handler catches it.
 
     Attributes:
         exit_code: what a shell expects of a program that this signal ended: 129, 130 or 143.
@@ -24,10 +24,10 @@ class StoppedError(BaseException):
 
 
 class Stop(threading.Event):
-    """Set when a job is to end before its end.
+    """An event that is set to end a job early.
 
     Attributes:
-        exit_code: as of `StoppedError`; 0 if no signal has asked for it.
+        exit_code: as in `StoppedError`; 0 if no signal was received.
     """
 
     exit_code = 0

@@ -1,4 +1,4 @@
-"""Local files in place of those in storage, for the time of a render."""
+"""Local copies of files in storage, for the time of a render."""
 
 from __future__ import annotations
 
@@ -51,12 +51,12 @@ class StoredFilm:
 
     @contextmanager
     def local_names(self, parts: Mapping[str, str], stop: threading.Event) -> Iterator[tuple[str, str]]:
-        """Fetch the source, and give local names of source and target; call `put` in the block.
+        """Download the source, and yield local names of source and target; call `put` in the block.
 
         If the block ends without `put`, the next run continues with the local files.
 
         Args:
-            parts: all that decides the result, except the source.
+            parts: everything that determines the result, except the source.
             stop: set it to end early.
 
         Raises:
@@ -76,7 +76,7 @@ class StoredFilm:
             lock.release()
 
     def put(self) -> None:
-        """Put the result in storage, and remove the local files; raises OutputError."""
+        """Upload the result, and remove the local files; raises OutputError."""
         if self._target:
             log.info("%s is written", self._target.name)
             self._target.put(self._result, self.overwrite)

@@ -1,4 +1,4 @@
-"""Files that the user names for a session: the model that finds people, and what is shown behind them."""
+"""Files that the user names for a session: the model that finds people, and the backdrop behind them."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ EDGE_LEVELS = 0.3, 0.8
 
 
 def refine(mask: np.ndarray, luma: np.ndarray) -> np.ndarray:
-    """Return a mask of the size of luma whose edges follow those of luma, also along hair.
+    """Return a mask of the size of luma whose edges follow the edges in luma, also along hair.
 
     A guided filter (He et al. 2013): near each pixel, the mask is a linear function of luma. The function is
     found in a small copy and applied at full size.

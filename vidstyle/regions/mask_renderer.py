@@ -79,11 +79,11 @@ class MaskRenderer(Backend):
         return self._backend.begin(self._with_masks(request))
 
     def skip(self, request: FrameRequest) -> None:
-        """Compute the masks of a picture that is not restyled, as those of later ones depend on them."""
+        """Compute the masks of a picture that is not restyled, as later masks depend on them."""
         self._backend.skip(self._with_masks(request))
 
     def memory(self) -> Sequence[np.ndarray]:
-        """Return the memory of the renderer that restyles; that of masks is missing. See `Backend.memory`."""
+        """Return the memory of the renderer that restyles, without the masks. See `Backend.memory`."""
         return self._backend.memory()
 
     def _with_masks(self, request: FrameRequest) -> FrameRequest:

@@ -23,7 +23,7 @@ MAX_SIZE_RATIO = 2.0
 MAX_ROW_WIDTH_RATIO = 1.5
 """Maximum width of a row of patches, relative to the side of a square with the area of all."""
 CHANGE_SECONDS = 0.4
-"""Time in which the patches of new windows replace those of earlier ones."""
+"""Time in which the patches of new windows replace earlier ones."""
 
 
 @dataclass(frozen=True)

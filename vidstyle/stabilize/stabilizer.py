@@ -39,7 +39,7 @@ class Stabilized:
 
 @dataclass(eq=False)
 class PreviousFrame:
-    """What is kept of the previous frame: its planes and, of a source, their encoding."""
+    """The memory of the previous frame: its planes and, of a source, their encoding."""
 
     planes: Planes = field(default_factory=dict)
     encoding: Encoding | None = None

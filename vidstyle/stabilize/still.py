@@ -70,7 +70,7 @@ def _flatten(plane: np.ndarray, kind: str, variance: np.float32) -> np.ndarray:
 
 
 def _smooth(values: np.ndarray, variance: np.float32, size: int) -> np.ndarray:
-    """Mix samples, H x W or H x W x 3, with their local mean, which remains where there is only noise.
+    """Mix samples, H x W or H x W x 3, with their local mean, which remains in areas of noise only.
 
     He, Sun and Tang 2013, "Guided Image Filtering", with the weights of Lee 1980; the same for all channels.
     """

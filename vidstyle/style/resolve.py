@@ -65,7 +65,7 @@ def masks_read(style: Style) -> list[str]:
 
 
 def resolve(style: Style, height: int, width: int) -> dict[str, tuple[ResolvedStep, ...]]:
-    """Return the steps of each layer for pictures of this size, and those of `layers_behind`.
+    """Return the steps of each layer for pictures of this size, and of `layers_behind`.
 
     Lengths of a style that names a `height` grow with the picture's shorter side, so that a turned
     picture looks alike, and edges keep their width in pixels. Scaled values stay in the range of their

@@ -38,7 +38,7 @@ def _use_model(context: click.Context, _: click.Parameter, path: Path | None) ->
 
 
 def _use_backdrop(context: click.Context, _: click.Parameter, text: str | None) -> str | None:
-    """Return what is behind people; a file of another kind than a style is the backdrop."""
+    """Return the style or file behind people; a file that is not a style is the backdrop."""
     path = Path(text or "")
     if context.resilient_parsing or path.suffix in ("", ".toml") or not path.is_file():
         return text

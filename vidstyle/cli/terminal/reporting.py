@@ -65,7 +65,7 @@ class Reporting(logging.Handler):
 
         Args:
             record: with `only_on_terminal` or `only_for_people` if it is of use to a waiting person or to a
-                reader of a log only, `once` if the command tells it no second time, or `event` and `facts` if
+                reader of a log only, `once` if the command does not repeat it, or `event` and `facts` if
                 it is more than a text.
         """
         text = record.getMessage()

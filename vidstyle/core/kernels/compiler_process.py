@@ -18,7 +18,7 @@ def compile_here(
     """Return the object file of a kernel.
 
     Args:
-        runs_nothing: whether no function that Numba compiles is called in this process, by whomever.
+        runs_nothing: whether this process calls no function that Numba compiles.
 
     Raises:
         KernelError: the kernel cannot be compiled.

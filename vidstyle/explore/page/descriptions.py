@@ -1,4 +1,4 @@
-"""What the page is told of the exploration: the clip, and the current screen."""
+"""Messages to the page about the exploration: the clip, and the current screen."""
 
 from __future__ import annotations
 

@@ -14,8 +14,8 @@
   its time constant in seconds and its percentages.
 - `textures`: the assets by name: width, height and layers, `components`, `type` ("half" or "float"), base64;
   and `film` if the film's colours replace it, with the constants of `core.film_colors`.
-- `server`: features of the style that this form cannot run, "steady" and "masks", which
-  are those of `fixed_mask_level`.
+- `server`: features of the style that this form cannot run, "steady" and "masks"; the
+  masks are replaced by `fixed_mask_level`.
 
 A plan is a structure and numbers, its `values`. Moving a slider only changes numbers, unless it changes the
 passes: `EsPlan.key` answers whether two plans differ only in numbers.

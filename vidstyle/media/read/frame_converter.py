@@ -23,7 +23,7 @@ class FrameConverter:
 
     Attributes:
         width, height: size of the pictures.
-        color_tags: colour tags of the pictures; none is unspecified.
+        color_tags: colour tags of the pictures; all are specified.
         sample_aspect: sample aspect ratio of the pictures.
     """
 

@@ -217,7 +217,7 @@ class FilmWriter(Writer):
             raise self._failure(error) from error
 
     def _replace_leftover(self, file: PartialFile) -> None:
-        """Replace the leftover of the earlier run as soon as this run has stored as many frames."""
+        """Replace the leftover of the earlier run as soon as this run has stored equally many frames."""
         if self._earlier is not None and self.frames > self._next_check:
             self._next_check = self.frames + CHECK_INTERVAL_FRAMES
             if count_frames(file.path) >= self._earlier.stored:

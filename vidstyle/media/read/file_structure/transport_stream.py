@@ -69,11 +69,11 @@ class RecordingPart:
 
 
 class Recording:
-    """A recording whose content comes piece by piece, and the parts that its tables show.
+    """A recording whose content arrives in pieces, and the parts that its tables define.
 
     Attributes:
-        parts: one begins at 0, and another wherever none of the videos continues.
-        decided: the offset up to which it is known where parts begin.
+        parts: one begins at 0, and another at each point at which no video continues.
+        decided: the offset up to which the beginnings of parts are known.
     """
 
     def __init__(self) -> None:
@@ -94,7 +94,7 @@ class Recording:
                 self._add_program(offset, pid, Streams(_streams(table)))
 
     def _add_program(self, offset: int, program: int, listed: Streams) -> None:
-        """Take the streams of a program; those of one without video begin no part."""
+        """Take the streams of a program; a program without video begins no part."""
         streams = Streams(each for each in listed if each[1] in VIDEO_TYPES | AUDIO_TYPES)
         if not (videos := Streams(each for each in streams if each[1] in VIDEO_TYPES)):
             return
@@ -106,7 +106,7 @@ class Recording:
         self.parts[-1].add(program, streams)
 
     def _table_packets(self, content: bytes) -> Iterator[tuple[int, bytes]]:
-        """The packets in which a table begins, and their offsets."""
+        """Yield the packets in which a table begins, with their offsets."""
         seen = np.frombuffer(self._rest + content, np.uint8)
         if len(seen) < PACKET_BYTES[-1]:
             self._rest = seen.tobytes()
@@ -130,7 +130,7 @@ class Recording:
 
 
 def find_recording_parts(path: Path) -> list[RecordingPart]:
-    """The parts of a recording in a file."""
+    """Return the parts of a recording in a file."""
     recording = Recording()
     with path.open("rb") as file:
         while content := file.read(CHUNK_BYTES):
@@ -139,14 +139,14 @@ def find_recording_parts(path: Path) -> list[RecordingPart]:
 
 
 class RecordingStream:
-    """A recording that comes as a stream, as a file that ends where its current part ends."""
+    """A streamed recording, as a file that ends at the end of its current part."""
 
     def __init__(self, file: BinaryIO, head: bytes) -> None:
         """Begin with the first part.
 
         Args:
-            file: what is read.
-            head: what has been read of it.
+            file: the stream.
+            head: bytes that were already read from it.
         """
         self._file, self._recording, self._number = file, Recording(), 0
         self._waiting, self._offset, self._has_ended = bytearray(head), 0, False
@@ -154,11 +154,11 @@ class RecordingStream:
 
     @property
     def part(self) -> RecordingPart:
-        """The current part, as far as its tables have come."""
+        """The current part, according to the tables read so far."""
         return self._recording.parts[self._number]
 
     def read(self, size: int) -> bytes:
-        """Up to `size` bytes of the current part; none at its end."""
+        """Return up to `size` bytes of the current part; none at its end."""
         while (count := min(size, self._end() - self._offset)) <= 0 and not self._is_over():
             content = self._file.read(size)
             self._has_ended = not content
@@ -170,7 +170,7 @@ class RecordingStream:
         return content
 
     def enter_next_part(self) -> bool:
-        """Pass over the rest of the current part; whether another one follows."""
+        """Skip the rest of the current part; return whether another one follows."""
         while self.read(CHUNK_BYTES):
             pass
         has_next = len(self._recording.parts) > self._number + 1
@@ -178,11 +178,11 @@ class RecordingStream:
         return has_next
 
     def _is_over(self) -> bool:
-        """Whether nothing is to be added to the current part."""
+        """Whether the current part is complete."""
         return self._has_ended or len(self._recording.parts) > self._number + 1
 
     def _end(self) -> int:
-        """The offset up to which content belongs to the current part for certain."""
+        """Return the offset up to which content certainly belongs to the current part."""
         later = self._recording.parts[self._number + 1 :]
         if later:
             return later[0].start
@@ -190,7 +190,7 @@ class RecordingStream:
 
 
 def opened_stream(file: BinaryIO) -> BinaryIO | RecordingStream | ReplayedStream:
-    """What is to be read instead of a stream whose format its first bytes tell."""
+    """Return the file to read instead of a stream; its first bytes show its format."""
     head = file.read(HEAD_BYTES)
     if _is_recording(head):
         return RecordingStream(file, head)
@@ -201,13 +201,13 @@ def opened_stream(file: BinaryIO) -> BinaryIO | RecordingStream | ReplayedStream
 
 
 class ReplayedStream:
-    """A stream of which the first bytes have been read."""
+    """A stream whose first bytes have already been read."""
 
     def __init__(self, file: BinaryIO, head: bytes) -> None:
         self._file, self._head = file, head
 
     def read(self, size: int) -> bytes:
-        """As of a file."""
+        """Return up to `size` bytes, as a file does."""
         content, self._head = self._head[:size], self._head[size:]
         return content or self._file.read(size)
 
