@@ -97,7 +97,7 @@ def test_entries_of_other_types_do_not_count(capfd, entry: object) -> None:
     damaged = f"{json.dumps(entry)}\n\0\xff{{\n{'[' * 10**5}\n"
     Path("out", JOURNAL).write_text(damaged)
     code, films = batch(capfd, "a.mp4")
-    assert code == 5 and "is no journal of a batch" in films[0]["reason"]
+    assert code == 5 and "is not a journal of a batch" in films[0]["reason"]
     assert Path("out", JOURNAL).read_text() == damaged
     Path("out", JOURNAL).write_text(f'{{"target": "b.mp4", "parts": {{}}}}\n{damaged}')
     assert batch(capfd, "a.mp4")[0] == 0

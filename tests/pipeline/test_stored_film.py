@@ -96,7 +96,7 @@ def test_a_film_goes_from_storage_to_storage(
     assert (summary["source"], summary["target"]) == (f"{scheme}://films/a.mp4", f"{scheme}://out/a.mp4")
 
     assert render(f"{scheme}://films/a.mp4", f"{scheme}://out/a.mp4") == 2
-    assert "exists already; add -y" in capfd.readouterr().err
+    assert "already exists; add -y" in capfd.readouterr().err
     assert render("a.mp4", f"{scheme}://out/a.mp4", "--crf", "40", "-y") == 0
     assert bucket.cat_file("/out/a.mp4") != Path("b.mp4").read_bytes()
     assert render(f"{scheme}://films/a.mp4", "c.mp4") == 0

@@ -124,7 +124,7 @@ class Journal:
             self._path.parent.mkdir(parents=True, exist_ok=True)
             with open_regular_file(self._path, "ab", follows=False) as file:
                 if file.seek(0, os.SEEK_END) and not self._is_journal():
-                    raise ValueError("is no journal of a batch")
+                    raise ValueError("is not a journal of a batch")
                 # So this line is complete even if an earlier run was killed while it wrote the previous line.
                 file.write(b"\n" + json.dumps(entry).encode())
         except ValueError as error:

@@ -139,7 +139,7 @@ def check_address(address: str, insecure: bool) -> None:
     """
     match = _ADDRESS.fullmatch(address)
     if address != HERE and match is None:
-        raise UsageError("--on", f"{address!r} is no cluster", "give ray or ray://HOST:PORT")
+        raise UsageError("--on", f"{address!r} is not a cluster", "give ray or ray://HOST:PORT")
     if match and not insecure and not _is_this_machine(match[1]) and not _has_token():
         reason = f"{match[1]} may belong to anyone: Ray runs any code, and RAY_AUTH_MODE is not 'token'"
         raise UsageError("--on", reason, "set it on all machines (docs/batch.md), or add --insecure")

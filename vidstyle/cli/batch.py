@@ -54,7 +54,7 @@ MAX_JOBS = 1024
 @option("--on", "address", metavar="CLUSTER", group=Group.DEVICE,
         help="Run on a Ray cluster: ray://HOST:PORT, or ray for one on this machine.")  # fmt: skip
 @option("--insecure", is_flag=True, group=Group.DEVICE,
-        help="Allow a cluster on other machines that asks for no token.")  # fmt: skip
+        help="Allow a cluster on other machines that requires no token.")  # fmt: skip
 @option("--segment", type=SECONDS, group=Group.OUTPUT,
         help="Divide long films into segments of at least this length.")  # fmt: skip
 @option("--retry", type=number(0, whole=True), default=0, group=Group.OUTPUT,
@@ -150,7 +150,7 @@ def _check(inputs: tuple[str, ...], template: str | None, watched: Path | None, 
         raise UsageError("--output", "is missing", "name the results, such as 'out/{name}-{style}.mp4'")
     if not (Path(template).suffix or template.endswith(("/", os.sep)) or Path(template).is_dir()):
         remedy = f"write '{template}/' for a folder, or '{template}.mp4'"
-        raise UsageError("--output", f"{template} is no folder, and has no ending", remedy)
+        raise UsageError("--output", f"{template} is not a folder and has no extension", remedy)
     if both:
         raise UsageError("--csv", "contradicts --json", "remove one of them")
     if watched is not None and not watched.is_dir():

@@ -41,7 +41,7 @@ def cues(source: str, target: str, overwrite: bool, **options: Any) -> int:
 
     file, page = Path(target), Path(target).with_suffix(SHEET_ENDING)
     if file.suffix != ".toml":
-        raise UsageError(target, "is no name for a cue file", "end it in .toml")
+        raise UsageError(target, "is not the name of a cue file", "end it in .toml")
     with atomic_file(file, source, overwrite) as write, atomic_file(page, source, overwrite) as write_page:
         scenes, rate = scenes_of(source)
         styles = styles_of_scenes(scenes, options)

@@ -57,8 +57,8 @@ def explore(source: str, output: Path | None, progress: str, **options: Any) -> 
     The page in the browser shows nine styles at a time; the next nine are based on your choice. With -o, the
     styles are written to a folder, with an overview sheet.
 
-    Blank, muddy, blurred, cluttered, flickering or near-duplicate results are discarded, and those that look
-    like INPUT.
+    Results that are blank, muddy, blurred, cluttered, flickering, near-duplicates or similar to INPUT are
+    discarded.
     """
     if output is None:
         return _show_page(source, options)

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from vidstyle.cli.bench import both_sides
-from vidstyle.cli.parsing.command import command, option
+from vidstyle.cli.parsing.command import Group, command, option
 from vidstyle.cli.parsing.common_options import (
     SIZE,
     STYLE,
@@ -38,10 +38,11 @@ def _help() -> str:
 @click.argument("style_name", type=STYLE, metavar="STYLE")
 @click.argument("target", metavar="OUT", type=PATH)
 @change_options
-@option("--from", "film", type=PATH, metavar="FILM",
+@option("--from", "film", type=PATH, metavar="FILM", group=Group.OUTPUT,
         help=f"For {film_targets()}: take measurements and size from this film.")  # fmt: skip
-@option("--size", type=SIZE, callback=both_sides, help=f"For {film_targets()}: size of the pictures.")
-@option("-y", "--overwrite", is_flag=True, help="Overwrite OUT if it exists.")
+@option("--size", type=SIZE, callback=both_sides, group=Group.OUTPUT,
+        help=f"For {film_targets()}: size of the pictures.")  # fmt: skip
+@option("-y", "--overwrite", is_flag=True, group=Group.OUTPUT, help="Overwrite OUT if it exists.")
 @parents_option("target")
 @threads_option
 @reporting_options

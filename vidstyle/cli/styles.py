@@ -56,11 +56,11 @@ FORMS = (*OPENGL_FORMS, "es")
 @browser.open_option
 @parents_option("output")
 @option("--svg", is_flag=True, group=Group.OUTPUT, help="Draw the graph of the style NAME as SVG.")
-@option("--plan", is_flag=True, group=Group.DEVICE,
+@option("--plan", is_flag=True, group=Group.OUTPUT,
         help="Print the GPU passes of the style NAME and the bytes that they transfer.")  # fmt: skip
-@option("--size", type=SIZE, default="1920x1080", callback=both_sides, group=Group.DEVICE,
+@option("--size", type=SIZE, default="1920x1080", callback=both_sides, group=Group.OUTPUT,
         help="Picture size for --plan.")  # fmt: skip
-@option("--form", type=click.Choice(FORMS), default=FORMS[0], group=Group.DEVICE,
+@option("--form", type=click.Choice(FORMS), default=FORMS[0], group=Group.OUTPUT,
         help="Kind of shaders for --plan.")  # fmt: skip
 @threads_option
 @progress_option

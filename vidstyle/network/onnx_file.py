@@ -76,7 +76,7 @@ def _shape(value: _Value) -> list[int]:
     tensor = _last(_fields(_last(_fields(value), 2)), 1)
     kind, shape = _last(_fields(tensor), 1), _last(_fields(tensor), 2)
     if kind != _FLOAT_TYPE_CODE:
-        raise ValueError("takes other numbers than 32-bit floats")
+        raise ValueError("takes numbers other than 32-bit floats")
     sizes = (_last(_fields(size), 1) for number, size in _fields(shape) if number == 1)
     return [size if isinstance(size, int) else 0 for size in sizes]
 

@@ -43,11 +43,11 @@ class StoredFilm:
             self.target += PurePosixPath(self.source).name
         for name in (self.source, self.target):
             if is_stored(name) and is_pattern(name):
-                raise UsageError(name, "stands for many files, which storage does not give")
+                raise UsageError(name, "is a pattern, and storage supports single files only")
         self._source = StoredFile(self.source) if is_stored(self.source) else None
         self._target = StoredFile(self.target) if is_stored(self.target) else None
         if self._target and not self.overwrite and self._target.exists():
-            raise UsageError(self._target.name, "exists already", "add -y to overwrite it")
+            raise UsageError(self._target.name, "already exists", "add -y to overwrite it")
 
     @contextmanager
     def local_names(self, parts: Mapping[str, str], stop: threading.Event) -> Iterator[tuple[str, str]]:
@@ -88,7 +88,7 @@ class StoredFilm:
             (self._folder / LOCK_NAME).touch()
             return FileLock(self._folder / LOCK_NAME)
         except BlockingIOError:
-            raise UsageError(self.target, "is being made by another run") from None
+            raise UsageError(self.target, "is being written by another run") from None
         except OSError as error:
             raise output_error(self._folder, error) from error
 
@@ -97,12 +97,12 @@ class StoredFilm:
         name = PurePosixPath(self.source).name
         path = self._folder / "source" / name
         if not path.exists():
-            log.info("%s is fetched", source.name)
+            log.info("%s is downloaded", source.name)
             path.parent.mkdir(exist_ok=True)
 
             def check() -> None:
                 if stop.is_set():
-                    raise OutputError(self.target, "was not begun: stopped")
+                    raise OutputError(self.target, "was not started: stopped")
 
             part = self._folder / "part"
             source.fetch(part, check)

@@ -97,7 +97,7 @@ def _own_text(path: Path, table: dict[str, Any]) -> str:
     if words:
         raise StyleError(path, words)
     if repr(present.get("format")) != repr(table["format"]):
-        raise StyleError(path, ["is there, and is not a style; choose another name"])
+        raise StyleError(path, ["exists and is not a style; choose another name"])
     return text
 
 

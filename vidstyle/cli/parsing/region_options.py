@@ -24,7 +24,7 @@ def region_options(command: Callable[..., Any]) -> Callable[..., Any]:
     text = "Show people in front of this: a style, blur, a colour such as #00b140, a picture or a film."
     background = option("--background", metavar="STYLE|blur|COLOR|FILE", group=group,
                         callback=_use_backdrop, help=text)  # fmt: skip
-    text = "Find people with this TFLite or ONNX model.  [default: of mediapipe, if it is installed]"
+    text = "Find people with this TFLite or ONNX model.  [default: the model of mediapipe, if installed]"
     model = option("--model", type=click.Path(path_type=Path), metavar="FILE", group=group,
                    expose_value=False, callback=_use_model, help=text)  # fmt: skip
     return only(keep(background(model(command))))
