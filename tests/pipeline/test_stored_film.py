@@ -182,7 +182,7 @@ def test_a_file_that_appears_meanwhile_is_not_replaced(bucket: MemoryFileSystem,
     [
         (("s3://films/none.mp4", "b.mp4"), 3, "s3://films/none.mp4: no such file"),
         (("sftp://me:secret@host/a.mp4", "b.mp4"), 2, "sftp://host/a.mp4 holds a password"),
-        (("a.mp4", "s3://out/%03d.png"), 2, "stands for many files"),
+        (("a.mp4", "s3://out/%03d.png"), 2, "is a pattern, and storage"),
         (("a.mp4", "oss://out/a.mp4"), 2, "oss://out/a.mp4 needs a package"),
     ],
 )

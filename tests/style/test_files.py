@@ -139,7 +139,7 @@ def test_a_layout_that_cannot_be_edited_is_written_anew_and_said(
 @pytest.mark.parametrize("content", ["[project]\nname = 'x'\n", "format = 2\n", "format = true\n"])
 def test_what_is_no_style_is_not_written_over(path: Path, content: str) -> None:
     path.write_text(content, encoding="utf-8")
-    with pytest.raises(StyleError, match="is there, and is not a style"):
+    with pytest.raises(StyleError, match="exists and is not a style"):
         save_style(Style("new"), path)
     assert path.read_text(encoding="utf-8") == content
 
