@@ -66,6 +66,12 @@ class Backend(Closing, ABC):
     @abstractmethod
     def frames_in_flight(self) -> int: ...
 
+    def start(
+        self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
+    ) -> PendingPicture:
+        """Start to restyle a picture; see `FrameRequest` for the arguments."""
+        return self.begin(FrameRequest(picture, time, target, rgb))
+
     def run(
         self, picture: Picture, time: float | None = None, target: Encoding | None = None, rgb: bool = False
     ) -> Picture:

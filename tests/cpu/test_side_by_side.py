@@ -170,7 +170,7 @@ def test_opencv_has_one_thread_while_pictures_have_threads(monkeypatch: pytest.M
             assert cv2.getNumThreads() == 3, "a single picture has all threads"
             with CpuRenderer(REMEMBERING, 2) as other:
                 for renderer in (one, other, one):
-                    renderer.begin(FrameRequest(FILM[0], 0.04)).result(LONG)
+                    renderer.start(FILM[0], 0.04).result(LONG)
                     assert cv2.getNumThreads() == 1
             assert cv2.getNumThreads() == 1, "the other one has still pictures"
         assert cv2.getNumThreads() == 3
