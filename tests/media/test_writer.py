@@ -22,7 +22,7 @@ from vidstyle.errors import UsageError
 from vidstyle.media.codecs import choose_pix_fmt, encoder_options, find_encoder
 from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import ReadOptions, open_reader
-from vidstyle.media.write.containers import KINDS, find_kind
+from vidstyle.media.write.containers import KINDS, RESUMABLE_ENDINGS, find_kind
 from vidstyle.media.write.encoder import to_encoder_frame
 from vidstyle.media.write.faststart import move_index_first
 from vidstyle.media.write.video_plan import plan_video
@@ -122,6 +122,7 @@ def test_the_index_comes_first(tmp_path):
     assert names.index(b"moov") < names.index(b"mdat") and b"moof" not in names
 
 
+ROOT = Path(__file__).parents[2]
 FILMS = [kind for kind in KINDS if kind.way == "film"]
 
 
@@ -134,7 +135,8 @@ def test_no_film_has_its_index_behind_its_pictures(tmp_path, kind):
 
 
 def test_each_film_can_be_resumed_or_is_known_not_to_be():
-    # Extend docs/rules.md (Output files) with a container that can be.
+    rules = " ".join((ROOT / "docs" / "rules.md").read_text(encoding="utf-8").split())
+    assert f"works for {', '.join(RESUMABLE_ENDINGS)} and numbered pictures" in rules
     not_resumable = "avi mpegts ogv flv asf nut yuv4mpegpipe rawvideo webp apng".split()
     assert [kind.muxer for kind in FILMS if not kind.resumable] == not_resumable
 

@@ -21,6 +21,7 @@ from vidstyle.errors import UsageError
 from vidstyle.media.codecs import ffmpeg_version
 from vidstyle.media.options import ReadOptions, WriteOptions
 from vidstyle.media.read.sequence import find_sequence_files, is_pattern
+from vidstyle.media.write.containers import RESUMABLE_ENDINGS
 from vidstyle.media.write.run_record import Fingerprint
 from vidstyle.media.write.writer import is_resumable
 from vidstyle.regions.chosen_files import backdrop_file, people_model
@@ -46,7 +47,7 @@ def check_resumable(source: str | Path, target: str | Path, write: WriteOptions)
     if str(source) == "-" or "://" in str(source) or not is_file:
         raise UsageError("--resume", f"{source} cannot be read twice", "it works for films in files")
     if not is_resumable(target, write):
-        remedy = "it works for .mp4, .mov, .mkv, .webm and numbered pictures"
+        remedy = f"it works for {', '.join(RESUMABLE_ENDINGS)} and numbered pictures"
         raise UsageError("--resume", f"{target} cannot be resumed", remedy)
 
 

@@ -156,6 +156,8 @@ KINDS: tuple[ContainerKind, ...] = (
     _kind("image2", ".bmp", "bmp", flags="resumable untagged", video="bmp", way="picture"),
 )
 # fmt: on
+RESUMABLE_ENDINGS = tuple(kind.endings[0] for kind in KINDS if kind.resumable and kind.way == "film")
+"""The extensions of films that `--resume` can continue."""
 STILL_WEBP = _kind(
     "image2", ".webp", "libwebp", flags="untagged", video="webp", pix_fmt="bgra", way="picture"
 )
