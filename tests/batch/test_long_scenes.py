@@ -196,7 +196,7 @@ def test_nothing_is_left_of_a_film_that_cannot_be_read(
     ("words", "message"),
     [
         (("-o", "out"), "out is not a folder and has no extension; write 'out/' for a folder, or 'out.mp4'"),
-        (("-o", "out/{name}"), "out/{name} is no folder"),
+        (("-o", "out/{name}"), "out/{name} is not a folder"),
         (("-o", "out/", "--segment", "0"), "--segment: 0 is not a length"),
     ],
 )

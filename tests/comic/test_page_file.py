@@ -138,6 +138,13 @@ def test_errors_in_a_page_file_are_reported(folder: Path, old: str, new: str, me
     assert not (folder / "wrong.png").exists()
 
 
+@pytest.mark.parametrize("value", ["3", "[3]", "{}"])
+def test_pages_are_tables(folder: Path, value: str) -> None:
+    head, _, _ = (folder / "comic.toml").read_text(encoding="utf-8").partition("[[page]]")
+    with pytest.raises(InputError, match="page is not a list of tables"):
+        drawn(folder, f"{head}page = {value}\n", "pages")
+
+
 def test_a_page_file_that_is_no_file_is_refused(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.toml")
     (tmp_path / "zero.toml").symlink_to("/dev/zero")

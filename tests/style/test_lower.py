@@ -308,3 +308,13 @@ def test_a_picture_is_resampled_in_the_sweep_that_reads_it_and_stored_for_two() 
 def test_a_long_style_needs_no_recursion() -> None:
     chosen = style(*[step("brightness", factor=1 + number / 9000) for number in range(2000)])
     assert len(schedule(lowered(chosen, GRAY)).output.steps) == 2001
+
+
+def test_values_that_resampling_puts_out_of_range_are_clipped_when_resampled_again() -> None:
+    """Once is possible without clipping: a chain of it would leave every bound."""
+    twice = step("scale", factor=0.5, method="lanczos"), step("scale", factor=0.5, method="lanczos")
+    luma = lowered(style(*twice, step("posterize"))).luma
+    assert luma is not None
+    found = [each for each in nodes_in_order([luma]) if each.op == "resample"]
+    assert [each.limits is not None for each in found][:2] == [False, True]
+    assert [each.may_overshoot for each in found][:2] == [True, False]
