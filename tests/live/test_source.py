@@ -20,9 +20,11 @@ from media import make_clip
 from waiting import LONG, eventually
 
 from vidstyle import cli
+from vidstyle.cli.live import live
 from vidstyle.errors import DeviceError, InputError, UsageError
+from vidstyle.media.capture import sources
 from vidstyle.media.capture.camera import Camera, Screen, choose_mode, mode_rate
-from vidstyle.media.capture.input import PlaybackClock
+from vidstyle.media.capture.input import LiveSource, PlaybackClock
 from vidstyle.media.capture.monotonic import MONOTONIC
 from vidstyle.media.capture.sources import (
     FileSource,
@@ -62,24 +64,33 @@ def luma(kept: Kept) -> int:
     return bytes(kept.newest.planes[0])[0]
 
 
-@pytest.mark.parametrize(
-    ("word", "kind"),
-    [
-        ("test", GeneratedPicture),
-        ("screen", Screen),
-        ("screen::1", Screen),
-        ("-", PipeSource),
-        ("rtsp://127.0.0.1/x", NetworkSource),
-        ("clip.mp4", FileSource),
-        ("folder/clip", FileSource),
-        ("camera", Camera),
-        ("/dev/video3", Camera),
-        ("0", Camera),
-        ("HD Webcam", Camera),
-    ],
-)
+WORDS = [
+    ("test", GeneratedPicture),
+    ("screen", Screen),
+    ("screen::1", Screen),
+    ("-", PipeSource),
+    ("rtsp://127.0.0.1/x", NetworkSource),
+    ("clip.mp4", FileSource),
+    ("folder/clip", FileSource),
+    ("camera", Camera),
+    ("/dev/video3", Camera),
+    ("0", Camera),
+    ("HD Webcam", Camera),
+]
+
+
+@pytest.mark.parametrize(("word", "kind"), WORDS)
 def test_words_for_sources(word: str, kind: type):
     assert isinstance(resolve_source(word, SourceOptions()), kind)
+
+
+def test_every_kind_of_source_is_tested_and_named_in_the_help() -> None:
+    declared = {each for each in vars(sources).values() if str(each).startswith("<class 'vidstyle.")}
+    kinds = {each for each in declared if hasattr(each, "open")} - {LiveSource}
+    assert kinds == {kind for _, kind in WORDS}
+    assert live.help is not None
+    named = live.help.replace(",", " ").split()
+    assert [word for word, _ in WORDS if (word.isalpha() or word == "-") and word not in named] == []
 
 
 def test_a_film_plays_at_its_own_pace_and_again(tmp_path: Path):
