@@ -13,7 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from vidstyle.blade.bank import Bank, shipped_bank, shipped_banks
+from vidstyle.blade.bank import Bank
+from vidstyle.blade.bank_file import shipped_bank, shipped_banks
 from vidstyle.blade.inference import BankRun
 from vidstyle.blade.photographs import luma_of, photographs_in
 from vidstyle.blade.references import (

@@ -194,7 +194,7 @@ def row(arguments: argparse.Namespace, source: str, bank: Path) -> str:
     seconds = time.monotonic() - begun
     if run.returncode:
         return run.stderr.strip()
-    from vidstyle.blade.bank import load_bank
+    from vidstyle.blade.bank_file import load_bank
 
     fidelity = load_bank(bank).about["fidelity"]
     told = ("layouts", "the filter", "not local")
@@ -208,7 +208,7 @@ def row(arguments: argparse.Namespace, source: str, bank: Path) -> str:
 
 def times(source: str, bank: Path) -> str:
     """Return the milliseconds of a filter, and of its bank for luma, at 1280 x 720."""
-    from vidstyle.blade.bank import load_bank
+    from vidstyle.blade.bank_file import load_bank
     from vidstyle.blade.inference import BankRun
     from vidstyle.blade.photographs import Photograph
     from vidstyle.blade.program_filter import reference_by_command

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from vidstyle.blade.bank import save_bank
+from vidstyle.blade.bank_file import save_bank
 from vidstyle.blade.bins import Bins
 from vidstyle.blade.photographs import Photograph, photographs_in
 from vidstyle.blade.reference_filter import ReferenceFilter, join_references, reference_by_name

@@ -14,7 +14,7 @@ from gpu import SMALL, Sessions, faults, faults_of_kinds, film_picture
 from media import photograph
 from pictures import noise, run_luma, step, style
 
-from vidstyle.blade.bank import load_bank, save_bank
+from vidstyle.blade.bank_file import load_bank, save_bank
 from vidstyle.blade.bins import Bins
 from vidstyle.blade.choice import choose_filters
 from vidstyle.blade.draw import draw_bank

@@ -16,7 +16,8 @@ from covering import in_one_test
 from media import photograph
 from pictures import noise
 
-from vidstyle.blade.bank import REQUIRED_ARRAYS, Bank, load_bank, save_bank
+from vidstyle.blade.bank import Bank
+from vidstyle.blade.bank_file import REQUIRED_ARRAYS, load_bank, save_bank
 from vidstyle.blade.bins import Bins, Feature
 from vidstyle.blade.choice import choose_filters
 from vidstyle.blade.draw import EMPTY_COLOR, GAP_PX, LEFT_PX, RIGHT_PX, TOP_PX, draw_bank

@@ -13,7 +13,8 @@ from gpu import Sessions, faults_of_kinds
 from media import photograph
 from pictures import noise
 
-from vidstyle.blade.bank import Bank, load_bank, save_bank
+from vidstyle.blade.bank import Bank
+from vidstyle.blade.bank_file import load_bank, save_bank
 from vidstyle.blade.bins import Bins, Feature
 from vidstyle.blade.choice import choose_filters
 from vidstyle.blade.inference import BankRun

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from media import photograph
 
-from vidstyle.blade.bank import load_bank
+from vidstyle.blade.bank_file import load_bank
 from vidstyle.blade.inference import BankRun
 from vidstyle.blade.photographs import Photograph
 from vidstyle.blade.program_filter import reference_by_command

@@ -15,7 +15,7 @@ from media import make_clip, photograph
 from pictures import codes, run, run_luma, step, style
 
 from tools import fidelity
-from vidstyle.blade.bank import load_bank, shipped_bank, shipped_banks
+from vidstyle.blade.bank_file import load_bank, shipped_bank, shipped_banks
 from vidstyle.blade.inference import BankRun
 from vidstyle.blade.references import detail_base, edge_tangent_flow, flow_dog_parts, tv_flow
 from vidstyle.blade.training import psnr

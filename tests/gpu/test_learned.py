@@ -10,7 +10,7 @@ from gpu import film_picture
 from pictures import step, style
 
 from vidstyle.backend import FrameRequest
-from vidstyle.blade.bank import shipped_bank
+from vidstyle.blade.bank_file import shipped_bank
 from vidstyle.blade.structure_tensor import select_filters
 from vidstyle.core.planes import luma_rows
 from vidstyle.gpu.compile.glsl import Form

@@ -11,7 +11,7 @@ from covering import of_the_day
 from gpu import Sessions, disagreements, faults, film_picture
 from pictures import FLOAT, step, style
 
-from vidstyle.blade.bank import save_bank, shipped_bank
+from vidstyle.blade.bank_file import save_bank, shipped_bank
 from vidstyle.core.picture import Encoding, Picture, PictureLayout
 from vidstyle.gpu.compile import shared
 from vidstyle.gpu.compile.glsl import Form

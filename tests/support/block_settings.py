@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from pictures import step
 
-from vidstyle.blade.bank import Bank, save_bank
+from vidstyle.blade.bank import Bank
+from vidstyle.blade.bank_file import save_bank
 from vidstyle.blade.bins import Bins, Feature
 from vidstyle.block import Block, Choice, Slider, Switch
 from vidstyle.style import Style

@@ -14,7 +14,8 @@ import numpy as np
 from pictures import noise, run_color, run_luma, step, style
 
 from vidstyle import stylize
-from vidstyle.blade.bank import Bank, load_bank, shipped_banks
+from vidstyle.blade.bank import Bank
+from vidstyle.blade.bank_file import load_bank, shipped_banks
 from vidstyle.blade.inference import BankRun
 from vidstyle.block import Choice, Parameter, SavedRef, Slider, Switch
 from vidstyle.blocks import all_blocks

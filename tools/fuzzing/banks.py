@@ -10,7 +10,7 @@ import numpy as np
 
 from tools.fuzzing.arrays import array_bytes, odd_array
 from tools.fuzzing.damage import ODD_FLOATS, ODD_NUMBERS, damaged, random_slice
-from vidstyle.blade.bank import shipped_banks
+from vidstyle.blade.bank_file import shipped_banks
 
 
 def bank_case(random: Random) -> tuple[str, bytes]:

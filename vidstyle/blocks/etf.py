@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from vidstyle.blade.bank import shipped_bank
+from vidstyle.blade.bank_file import shipped_bank
 from vidstyle.blade.inference import BankRun
 from vidstyle.block import Choice, Slider, Switch, block
 

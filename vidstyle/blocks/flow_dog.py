@@ -5,7 +5,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from typing import Annotated
 
-from vidstyle.blade.bank import shipped_bank, shipped_parts
+from vidstyle.blade.bank_file import shipped_bank, shipped_parts
 from vidstyle.blade.inference import BankRun
 from vidstyle.block import Slider, block
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from vidstyle.blade.bank import load_bank, shipped_banks
+from vidstyle.blade.bank_file import load_bank, shipped_banks
 from vidstyle.blade.inference import BankRun
 from vidstyle.block import Asset, Slider, Switch, block
 

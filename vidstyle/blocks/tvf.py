@@ -6,7 +6,7 @@ from typing import Annotated
 
 import numpy as np
 
-from vidstyle.blade.bank import shipped_bank, shipped_parts
+from vidstyle.blade.bank_file import shipped_bank, shipped_parts
 from vidstyle.blade.inference import BankRun
 from vidstyle.block import Choice, Slider, block
 

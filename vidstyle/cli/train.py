@@ -87,7 +87,8 @@ def train(bank: Path, **options: Any) -> None:
 
 
 def _train(path: Path, options: dict[str, Any]) -> None:
-    from vidstyle.blade.bank import MAX_SLIDERS, save_bank
+    from vidstyle.blade.bank import MAX_SLIDERS
+    from vidstyle.blade.bank_file import save_bank
     from vidstyle.blade.photographs import photographs_in
     from vidstyle.blade.trial import train_best
 
@@ -172,7 +173,7 @@ def _rest_text(bank: Bank, reference: ReferenceFilter, photograph: Photograph) -
 def _show(path: Path, target: Path) -> None:
     import cv2
 
-    from vidstyle.blade.bank import load_bank, shipped_banks
+    from vidstyle.blade.bank_file import load_bank, shipped_banks
     from vidstyle.blade.draw import draw_bank
 
     try:
