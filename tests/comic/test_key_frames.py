@@ -20,7 +20,8 @@ from vidstyle.comic.analyze.features import (
     Candidate,
     extract_features,
 )
-from vidstyle.comic.analyze.film import PictureFolder, open_film
+from vidstyle.comic.analyze.film import open_film
+from vidstyle.comic.analyze.picture_folder import PictureFolder
 from vidstyle.comic.analyze.similarity import SAME_SIMILARITY, similarity
 from vidstyle.comic.key_frame import KeyFrame
 from vidstyle.comic.select.choose import choose

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from pathlib import Path
 
-from vidstyle.comic.analyze.film import Film, open_film
+from vidstyle.comic.analyze.film import open_film
+from vidstyle.comic.analyze.key_frame_source import Film
 from vidstyle.comic.analyze.saliency import attention_map, box_attention
 from vidstyle.comic.key_frame import KeyFrame
 from vidstyle.comic.layout.inset import find_insets

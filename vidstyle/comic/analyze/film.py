@@ -1,12 +1,11 @@
-"""Films and folders of pictures as sources of key frames, analysed in bounded memory."""
+"""Films as sources of key frames, analysed in bounded memory."""
 
 from __future__ import annotations
 
 import os
-from abc import abstractmethod
 from bisect import bisect_right
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Callable
+from concurrent.futures import Future
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
@@ -21,19 +20,17 @@ from vidstyle.comic.analyze.features import (
     Candidate,
     Survey,
     add_faces,
-    add_saliency,
     extract_features,
 )
+from vidstyle.comic.analyze.key_frame_source import STEP_NAME, Film
+from vidstyle.comic.analyze.picture_folder import PictureFolder
 from vidstyle.comic.analyze.shots import KeyShots, ShotFinder
 from vidstyle.comic.select.choose import default_panels
-from vidstyle.core.closing import Closing
 from vidstyle.core.convert import to_rgb
 from vidstyle.core.machine.cores import available_cores
 from vidstyle.core.sampling import small_luma
-from vidstyle.errors import InputError, UsageError, log
-from vidstyle.media.read.decode_report import DecodeReport
+from vidstyle.errors import InputError, UsageError
 from vidstyle.media.read.sampler import FilmSampler, SampledFrame, exact_time
-from vidstyle.media.read.sequence import natural_sort_key
 from vidstyle.pipeline.progress import ProgressCallback, ignore_progress
 from vidstyle.regions.faces import FaceFinder
 
@@ -65,86 +62,6 @@ _SEARCH_SECONDS, _KEY_SEARCH_SECONDS = 0.3, 0.8
 _KEY_CONTEXT_SECONDS = 1.2
 """Additional time in which cuts and dissolves are then detected."""
 
-MAX_KEPT_BYTES = 2**28
-"""Full-size frames that are needed twice are kept in memory up to this size."""
-PICTURE_SUFFIXES = frozenset(".avif .bmp .gif .heic .jpeg .jpg .jxl .png .ppm .tif .tiff .webp".split())
-"""Suffixes of files in a folder that are read as pictures."""
-_STEP_NAME = "analyzing the film"
-
-
-class Film(Closing):
-    """A source of key frames; a context manager.
-
-    Attributes:
-        name: of the source.
-        damage: the damage that `survey` found in the frames that it decoded.
-    """
-
-    name: str
-
-    def __init__(self, faces: FaceFinder) -> None:
-        self.damage = DecodeReport()
-        self._kept: dict[float, np.ndarray] = {}
-        self._faces = faces
-        self._pool = ThreadPoolExecutor(available_cores(), thread_name_prefix="vidstyle-comic")
-
-    @abstractmethod
-    def survey(self, on_step: ProgressCallback = ignore_progress) -> Survey:
-        """Analyse the whole film and report progress in seconds.
-
-        Raises:
-            InputError: it cannot be read, or no frame of it can be decoded.
-        """
-
-    @abstractmethod
-    def around(self, candidate: Candidate) -> list[Candidate]:
-        """Return the frames near a candidate in the same shot, the candidate included, without subjects."""
-
-    def with_large_faces(self, candidates: Iterable[Candidate]) -> list[Candidate]:
-        """Return the frames with their large faces."""
-        return list(self._pool.map(lambda each: add_faces(each, self._faces, only_large=True), candidates))
-
-    def with_subjects(
-        self, candidates: Sequence[Candidate], neighbours: Sequence[Sequence[Candidate]]
-    ) -> list[Candidate]:
-        """Return the frames with all their faces, salient boxes and blobs.
-
-        Args:
-            candidates: the frames.
-            neighbours: for each, frames of the same shot with large faces, which confirm its large faces.
-        """
-
-        def look(each: Candidate, others: Sequence[Candidate]) -> Candidate:
-            return add_saliency(add_faces(each, self._faces, others=others))
-
-        return list(self._pool.map(look, candidates, neighbours))
-
-    @abstractmethod
-    def at(self, time: float) -> Candidate:
-        """Return the frame shown at a time in seconds."""
-
-    @abstractmethod
-    def _decode_image(self, time: float) -> np.ndarray:
-        """Decode the frame shown at a time in full size."""
-
-    def frames_at(self, times: Iterable[float], keep: bool = False) -> Iterator[np.ndarray]:
-        """Yield the frames shown at these times in full size: H x W x 3 uint8, upright, with square pixels.
-
-        `keep`: keep each frame in memory, up to `MAX_KEPT_BYTES`, until it is requested again.
-        """
-        for time in times:
-            frame = self._kept.pop(time, None)
-            if frame is None:
-                frame = self._decode_image(time)
-            if keep and sum(each.nbytes for each in self._kept.values()) + frame.nbytes <= MAX_KEPT_BYTES:
-                self._kept[time] = frame
-            yield frame
-
-    def close(self) -> None:
-        """Close the file."""
-        self._kept.clear()
-        self._pool.shutdown(cancel_futures=True)
-
 
 class FilmFile(Film):
     """A film, an animation or numbered pictures."""
@@ -163,7 +80,7 @@ class FilmFile(Film):
         seconds = float(self._sampler.seconds)
 
         def on_time(time: float) -> None:
-            on_step(_STEP_NAME, time, seconds)
+            on_step(STEP_NAME, time, seconds)
 
         gap = max(min(_MIN_CANDIDATE_SECONDS, seconds / _SHORT_FILM_CANDIDATES), seconds / MAX_CANDIDATES)
         if self._sampler.pixels > MAX_WHOLE_PIXELS:
@@ -304,78 +221,6 @@ class _MeasuredCandidates:
             )
             for each, looked in zip(candidates, self._looked, strict=True)
         ]
-
-
-class PictureFolder(Film):
-    """A folder of pictures as a film: each is a scene of one second, sorted by name in natural order.
-
-    Pictures of subfolders, such as one for each chapter, follow in the order of the subfolders' names.
-    """
-
-    def __init__(self, path: Path, faces: FaceFinder) -> None:
-        """List the pictures; other files are skipped.
-
-        Raises:
-            InputError: there are none.
-        """
-        super().__init__(faces)
-        self.name = str(path)
-        self._has_warned = False
-        self._paths = sorted(
-            (
-                each
-                for pattern in ("*", "*/*")
-                for each in path.glob(pattern)
-                if each.suffix.lower() in PICTURE_SUFFIXES and each.is_file()
-            ),
-            key=lambda each: (
-                each.parent != path,
-                natural_sort_key(each.parent.name),
-                natural_sort_key(each.name),
-            ),
-        )
-        if not self._paths:
-            raise InputError(path, "holds no pictures")
-
-    def survey(self, on_step: ProgressCallback = ignore_progress) -> Survey:
-        candidates = []
-        measured = [self._pool.submit(self._features, number) for number in range(len(self._paths))]
-        for number, each in enumerate(measured):
-            on_step(_STEP_NAME, number, len(self._paths))
-            try:
-                candidates.append(each.result())
-                self.damage.decoded += 1
-            except InputError as error:
-                self.damage.lost += 1
-                log.warning("skipped: %s", error)
-        if not candidates:
-            raise InputError(self.name, "holds no readable pictures")
-        begins = [float(number) for number in range(len(self._paths))]
-        return Survey(candidates, begins, float(len(self._paths)), is_folder=True)
-
-    def around(self, candidate: Candidate) -> list[Candidate]:
-        return [candidate]
-
-    def at(self, time: float) -> Candidate:
-        return self._features(self._number(time))
-
-    def _decode_image(self, time: float) -> np.ndarray:
-        with FilmSampler(self._paths[self._number(time)]) as sampler:
-            return sampler.image_at(0)
-
-    def _features(self, number: int) -> Candidate:
-        with FilmSampler(self._paths[number]) as sampler:
-            sample = next(sampler.frames(), None)
-            if sample is None:
-                raise InputError(self._paths[number], "no frame could be decoded")
-            small = to_rgb(sample.picture(MEASURED_SIDE_PX))
-            if not self._has_warned:
-                self._has_warned = sampler.warn_if_hdr()
-        candidate = add_faces(extract_features(small, number, sample.shape), self._faces)
-        return replace(add_saliency(candidate), scene=number)
-
-    def _number(self, time: float) -> int:
-        return min(max(0, int(time)), len(self._paths) - 1)
 
 
 def open_film(source: str | os.PathLike[str], faces: FaceFinder | None = None) -> Film:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, get_args
 
-from vidstyle.comic.analyze.film import Film
+from vidstyle.comic.analyze.key_frame_source import Film
 from vidstyle.comic.key_frame import KeyFrame
 from vidstyle.comic.layout.layout import PageLayout, Panel
 from vidstyle.comic.layout.paper import MAX_PAGE_PIXELS

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 
 from vidstyle.backend import Backend
-from vidstyle.comic.analyze.film import Film
+from vidstyle.comic.analyze.key_frame_source import Film
 from vidstyle.comic.key_frame import KeyFrame
 from vidstyle.comic.layout.layout import PageLayout
 from vidstyle.comic.layout.paper import MM_PER_INCH

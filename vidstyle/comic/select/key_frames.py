@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 from vidstyle.comic.analyze.action import add_actions
 from vidstyle.comic.analyze.features import Candidate, Survey
-from vidstyle.comic.analyze.film import Film
+from vidstyle.comic.analyze.key_frame_source import Film
 from vidstyle.comic.analyze.similarity import DIFFERENT_SIMILARITY, similarity
 from vidstyle.comic.key_frame import KeyFrame
 from vidstyle.comic.select.choose import LOOKBACK_PANELS, choose, importance
