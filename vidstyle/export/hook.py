@@ -37,7 +37,6 @@ _UNIFORM_LINE = re.compile(r"^uniform (?P<type>\w+) (?P<names>[^;]+);$")
 _STORE_FUNCTION = re.compile(r"^void store_(?P<number>\d+)\(ivec2 place, vec4 value\)")
 _VALUE_CALL = re.compile(r"value_(?P<number>\d+) = (?:clamp\()?(?P<function>\w+)\(")
 _MEASURED_FETCH = re.compile(r"texelFetch\((?P<name>measured_\d+), ivec2\(0\), 0\)")
-_TAIL = "// One pixel for each fragment."
 
 _HOOK_HEAD = """\
 // {name}: a style of vidstyle {version}, made for pictures of {width} x {height}.
