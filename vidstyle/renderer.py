@@ -13,6 +13,7 @@ import numpy as np
 from vidstyle.backend import Backend
 from vidstyle.core.closing import Closing
 from vidstyle.core.picture import Encoding, Picture
+from vidstyle.cpu.hdr_renderer import HdrRenderer
 from vidstyle.cpu.passthrough import PassthroughRenderer
 from vidstyle.cues.cue_list import CueList
 from vidstyle.errors import UsageError, log, not_a_picture
@@ -167,7 +168,7 @@ class Renderer(Closing):
     """Frames per second of arrays without a time."""
 
     def __init__(self, style: StyleLike, device: str = "auto") -> None:
-        self._renderer = open_renderer(style, device)
+        self._renderer = HdrRenderer(open_renderer(style, device), load_style(style))
         self._count = 0
         self._is_closed = False
 

@@ -22,7 +22,8 @@ vec4 neighbours(int which) {
 
 void main() {
     vec4 below = neighbours(0);
-    numbers = low + span * (below + fractions * (neighbours(1) - below));
+    // Highlights of HDR count as diffuse white, so that the other tones are stretched as in SDR.
+    numbers = min(low + span * (below + fractions * (neighbours(1) - below)), 1.0);
     // With a weight of 1 the previous values may still be undefined, even NaN.
     if (weight < 1.0) {
         vec4 before = texelFetch(remembered, ivec2(0), 0);

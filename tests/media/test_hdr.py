@@ -7,16 +7,13 @@ import media
 import numpy as np
 import pytest
 
+from vidstyle.core.color.hdr_curves import BT2020_TO_BT709_MATRIX, hlg_to_scene, nits_to_pq, pq_to_nits
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.media.color_tags import HLG_CODE, PQ_CODE, ColorTags
 from vidstyle.media.frame import Frame, picture_from_frame
 from vidstyle.media.hdr import (
-    BT2020_TO_BT709_MATRIX,
     ToneMap,
     compress_nits,
-    hlg_to_scene,
-    nits_to_pq,
-    pq_to_nits,
     read_peak_nits,
 )
 from vidstyle.media.read.reader import open_reader

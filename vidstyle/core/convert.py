@@ -13,6 +13,7 @@ import numpy as np
 from vidstyle.core.bands import in_bands, shared_workers
 from vidstyle.core.codes import IDENTITY_MIX_WEIGHTS, Chroma, chroma_radius, store, store_chroma, store_yuv
 from vidstyle.core.color.deferred_color import Printed
+from vidstyle.core.color.hdr_curves import light_conversion
 from vidstyle.core.kernels import interleaved
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.core.planes import alpha_in_depth, chroma_rows, color_rows, luma_rows
@@ -25,12 +26,12 @@ def convert(picture: Picture, target: Encoding, rgb: bool = False) -> Picture:
     """Return the picture in another encoding; the picture itself if it has this encoding.
 
     Chroma planes on the same grid are not resampled, and with the same codes not copied. Values outside
-    the range of the numbers are clipped.
+    the range of the numbers are clipped. Between transfer functions, `light_conversion` converts RGB.
 
     Args:
         picture: any picture; its planes are only read.
         target: the encoding wanted.
-        rgb: packed RGB instead of luma and chroma; of the target only its depth counts then.
+        rgb: packed RGB instead of luma and chroma; of the target only its depth and transfer count then.
 
     >>> convert(Picture.from_array(np.full((2, 2), 255, np.uint8)), Encoding()).luma.tolist()
     [[235, 235], [235, 235]]
@@ -151,7 +152,8 @@ def _row_converter(picture: Picture, assembler: PictureAssembler, rgb: bool) -> 
     target = assembler.target
     is_gray = picture.color is None and picture.chroma is None
     same_matrix = picture.color is None and picture.encoding.matrix == target.matrix
-    through_rgb = rgb or not (is_gray or same_matrix)
+    conversion = light_conversion(picture.encoding, target)
+    through_rgb = rgb or conversion is not None or not (is_gray or same_matrix)
     reuses = not through_rgb and picture.chroma is not None and picture.encoding.has_grid_of(target)
     if reuses and picture.chroma is not None:
         assembler.reuse_chroma(picture.chroma, picture.encoding)
@@ -160,7 +162,9 @@ def _row_converter(picture: Picture, assembler: PictureAssembler, rgb: bool) -> 
     def put(top: int, bottom: int) -> None:
         first, last = max(top - above, 0), min(bottom + below, picture.shape[0])
         if through_rgb:
-            assembler.put_color(top, bottom, top - first, color_rows(picture, first, last))
+            color = color_rows(picture, first, last)
+            color = conversion.apply(color) if conversion else color
+            assembler.put_color(top, bottom, top - first, color)
             return
         assembler.put_luma(top, luma_rows(picture, top, bottom))
         if not is_gray and not reuses:

@@ -42,6 +42,10 @@ WIDE_RANGE = (-256.0, 256.0)
 """The same for differences of Gaussians, which go to 28 times black and white at their strongest."""
 
 
+Transfer = Literal["sdr", "pq", "hlg"]
+"""Transfer functions: gamma, and those of HDR (ITU-R BT.2100)."""
+
+
 @dataclass(frozen=True)
 class Encoding:
     """Encoding of colours in the planes of a picture.
@@ -53,6 +57,7 @@ class Encoding:
         subsampling: luma pixels for each chroma sample, across and down: (2, 2) is 4:2:0.
         siting: position of the first chroma sample, in luma pixels right and down from the first luma
             sample: a value of SITINGS, or that after rotating the picture.
+        transfer: transfer function of the samples; styles work on those of SDR.
     """
 
     matrix: str = "bt709"
@@ -60,6 +65,12 @@ class Encoding:
     depth: int = 8
     subsampling: tuple[int, int] = (2, 2)
     siting: tuple[float, float] = SITINGS["left"]
+    transfer: Transfer = "sdr"
+
+    @property
+    def is_hdr(self) -> bool:
+        """Whether the transfer function is one of HDR."""
+        return self.transfer != "sdr"
 
     @property
     def dtype(self) -> type[np.generic]:

@@ -65,7 +65,8 @@ class FrameExecutor:
         sample = self._sample(task.of)
         if is_dry_run():  # the sample holds any values; with zeros, steps that stretch contrast do so
             return np.zeros(len(task.percentages))
-        return percentiles(sample, task.percentages)
+        # Highlights of HDR count as diffuse white, so that the other tones are stretched as in SDR.
+        return np.minimum(percentiles(sample, task.percentages), 1)
 
     def picture(self, lowered: LoweredStyle) -> Picture:
         """Return the result in the target's encoding, or as packed RGB.

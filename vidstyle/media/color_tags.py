@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from vidstyle.core.picture import SITINGS, Encoding
+from vidstyle.core.picture import SITINGS, Encoding, Transfer
 from vidstyle.errors import InputError
 
 UNSPECIFIED_CODE = 2
@@ -14,7 +14,8 @@ LIMITED_RANGE, FULL_RANGE = 1, 2
 """FFmpeg's codes of limited and full range; 0 is unspecified."""
 PQ_CODE, HLG_CODE = 16, 18
 """HDR transfer functions: SMPTE ST 2084 and ARIB STD-B67."""
-BT2020_PRIMARIES_CODE = 9
+HDR_TRANSFERS: dict[int, Transfer] = {PQ_CODE: "pq", HLG_CODE: "hlg"}
+BT2020_PRIMARIES_CODE, BT2020_MATRIX_CODE = 9, 9
 
 MATRICES = {1: "bt709", 4: "fcc", 5: "bt601", 6: "bt601", 7: "smpte240m", 9: "bt2020"}
 """The supported matrices by H.273 code."""
@@ -52,7 +53,7 @@ class ColorTags:
     @property
     def is_hdr(self) -> bool:
         """Whether the transfer function is an HDR one; ten bits alone are not HDR."""
-        return self.transfer in (PQ_CODE, HLG_CODE)
+        return self.transfer in HDR_TRANSFERS
 
     def put_on(self, tagged: Any) -> None:
         """Set the tags of an av.VideoFrame or an av codec context."""
@@ -74,7 +75,8 @@ def default_tags(encoding: Encoding, height: int = 0) -> ColorTags:
     """Return the usual tags of a matrix; for BT.601 the height distinguishes 625 from 525 lines."""
     seen_range = FULL_RANGE if encoding.full_range else LIMITED_RANGE
     if encoding.matrix == "bt2020":
-        return ColorTags(BT2020_PRIMARIES_CODE, 14, 9, seen_range)
+        transfer = next((code for code, name in HDR_TRANSFERS.items() if name == encoding.transfer), 14)
+        return ColorTags(BT2020_PRIMARIES_CODE, transfer, BT2020_MATRIX_CODE, seen_range)
     if encoding.matrix == "bt601":
         system = 5 if height in (288, 576) else 6
         return ColorTags(system, 6, system, seen_range)

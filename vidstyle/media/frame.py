@@ -12,7 +12,14 @@ import numpy as np
 
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.errors import InputError, not_a_picture
-from vidstyle.media.color_tags import FULL_RANGE, ColorTags, default_tags, matrix_from_tags, siting_from_codec
+from vidstyle.media.color_tags import (
+    FULL_RANGE,
+    HDR_TRANSFERS,
+    ColorTags,
+    default_tags,
+    matrix_from_tags,
+    siting_from_codec,
+)
 from vidstyle.media.pixel_formats import PlaneLayout, format_name, layout_of
 
 
@@ -152,13 +159,15 @@ def _require_layout(frame: av.VideoFrame, subject: object) -> PlaneLayout:
 def _encoding(
     layout: PlaneLayout, tags: ColorTags, codec: str, frame: av.VideoFrame, subject: object
 ) -> Encoding:
+    transfer = HDR_TRANSFERS.get(tags.transfer, "sdr")
     if layout.kind != "luma":
-        return Encoding("bt709", full_range=True, depth=layout.depth, subsampling=(1, 1), siting=(0.0, 0.0))
+        matrix = "bt709" if transfer == "sdr" else "bt2020"
+        return Encoding(matrix, True, layout.depth, (1, 1), (0.0, 0.0), transfer)
     gray = layout.planes == 1
     full_range = layout.full_range or tags.range == FULL_RANGE or (gray and tags.range == 0)
     matrix = matrix_from_tags(subject, tags, codec, frame.height, frame.width)
     siting = siting_from_codec(codec, tags, layout.subsampling)
-    return Encoding(matrix, full_range, layout.depth, layout.subsampling, siting)
+    return Encoding(matrix, full_range, layout.depth, layout.subsampling, siting, transfer)
 
 
 def _view_memory(plane: Any, dtype: np.dtype[Any], channels: int) -> np.ndarray:

@@ -9,32 +9,32 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from functools import cache, cached_property
-from typing import Any
 
 import av
 import numpy as np
 
+from vidstyle.core.color.hdr_curves import (
+    BT2020_TO_BT709_MATRIX,
+    HLG_GAMMA,
+    HLG_PEAK_NITS,
+    REFERENCE_WHITE_NITS,
+    SDR_GAMMA,
+    hlg_to_scene,
+    nits_to_pq,
+    pq_to_nits,
+)
 from vidstyle.core.machine.cores import available_cores
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.errors import log
 from vidstyle.media.color_tags import BT2020_PRIMARIES_CODE, HLG_CODE, LIMITED_RANGE, PQ_CODE, ColorTags
-from vidstyle.media.exif import ByteView, png_chunks
 from vidstyle.media.hdr_kernels import tone_map_colors, tone_map_planes
+from vidstyle.media.hdr_metadata import MAX_NITS, read_metadata
 
 SDR_TAGS = ColorTags(1, 1, 1, LIMITED_RANGE)
 TABLE_SIZE = 32768
 """Entries of a lookup table; sufficient for nearest-neighbour lookup of 12-bit signals."""
 DEFAULT_PEAK_NITS = 1000.0
 """The usual peak of PQ masters in cd/m2, for streams that declare none."""
-PROBE_SIZE_PX = 16
-"""Width and height of the picture that is encoded to read the light levels."""
-BT2020_TO_BT709_MATRIX = np.array(
-    [[1.660491, -0.587641, -0.072850], [-0.124550, 1.132900, -0.008349], [-0.018151, -0.100579, 1.118730]],
-    np.float32,
-)
-"""Conversion of linear light (ITU-R BT.2407, section 2)."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class ToneMap:
             return self._colors(picture, picture.color)
         assert picture.luma is not None
         height, width = picture.shape
-        encoding = replace(picture.encoding, matrix="bt709", full_range=False)
+        encoding = replace(picture.encoding, matrix="bt709", full_range=False, transfer="sdr")
         encoding = replace(encoding, siting=(0.0, (encoding.subsampling[1] - 1) / 2))
         neutral = np.full((height, width), picture.encoding.chroma_levels[0], picture.luma.dtype)
         blue, red = picture.chroma or (neutral, neutral)
@@ -98,7 +98,8 @@ class ToneMap:
         _run_in_strips(
             lambda first, end: tone_map_colors(color, out, first, end, top, self._tables), color.shape[0], 1
         )
-        return replace(picture, color=out)
+        encoding = replace(picture.encoding, matrix="bt709", transfer="sdr")
+        return replace(picture, encoding=encoding, color=out)
 
     @cached_property
     def _tables(self) -> tuple[np.ndarray, ...]:
@@ -117,29 +118,12 @@ class ToneMap:
 
 
 def read_peak_nits(frame: av.VideoFrame) -> float:
-    """Return the declared peak luminance in cd/m2: MaxCLL, else the peak of the mastering display."""
-    chunks = _light_chunks(frame)
-    # In units of 0.0001 cd/m2. The peak of the mastering display follows its primaries and white point.
-    levels = chunks.get(b"cLLI", b"")[:4], chunks.get(b"mDCV", b"")[16:20]
-    nits = [int.from_bytes(level) / 10000 for level in levels]
-    return next((level for level in nits if REFERENCE_WHITE_NITS < level <= 10000), DEFAULT_PEAK_NITS)
-
-
-def _light_chunks(frame: av.VideoFrame) -> dict[bytes, ByteView]:
-    """Return the chunks of a small PNG of the frame, to which FFmpeg's encoder copies the light levels.
-
-    `frame.side_data` also holds them, but is not safe to read: see `orientation_of`.
-    """
-    try:
-        small = frame.reformat(PROBE_SIZE_PX, PROBE_SIZE_PX, "rgb24")
-        encoder: Any = av.CodecContext.create("png", "w")
-        encoder.width = encoder.height = PROBE_SIZE_PX
-        encoder.pix_fmt, encoder.time_base = "rgb24", Fraction(1)
-        small.pts = 0
-        return dict(png_chunks(b"".join(map(bytes, encoder.encode(small)))))
-    except (av.FFmpegError, ValueError) as error:
-        log.debug("the light levels of the film are unknown: %s", error)
-        return {}
+    """Return the declared peak luminance in cd/m2, if it is plausible, else the usual one."""
+    metadata = read_metadata(frame)
+    light = metadata.content_light[0] if metadata.content_light else 0
+    display = metadata.mastering.max_nits if metadata.mastering else 0
+    nits = (level for level in (light, display) if REFERENCE_WHITE_NITS < level <= MAX_NITS)
+    return next(nits, DEFAULT_PEAK_NITS)
 
 
 def _gain(nits: np.ndarray, peak: float) -> np.ndarray:
@@ -166,45 +150,6 @@ def _run_in_strips(run: Callable[[int, int], None], height: int, step: int) -> N
         run(0, height)
     else:
         list(_pool().map(run, cuts[:-1], cuts[1:]))
-
-
-REFERENCE_WHITE_NITS = 203.0
-"""Diffuse white of HDR in cd/m2 (ITU-R BT.2408), which becomes SDR white."""
-HLG_PEAK_NITS = 1000.0
-HLG_GAMMA = 1.2
-"""The system gamma of HLG on a display of 1000 cd/m2 (ITU-R BT.2100, table 5)."""
-SDR_GAMMA = 2.4
-"""Gamma of the reference display for BT.709 (ITU-R BT.1886, black at zero)."""
-
-_PQ_M1_EXPONENT, _PQ_M2_EXPONENT = 2610 / 16384, 2523 / 4096 * 128
-_PQ_C1_COEFFICIENT, _PQ_C2_COEFFICIENT, _PQ_C3_COEFFICIENT = 3424 / 4096, 2413 / 4096 * 32, 2392 / 4096 * 32
-_HLG_A_COEFFICIENT, _HLG_B_COEFFICIENT, _HLG_C_COEFFICIENT = 0.17883277, 0.28466892, 0.55991073
-
-
-def pq_to_nits(signal: np.ndarray) -> np.ndarray:
-    """Return the light of a PQ signal 0..1 in cd/m2 (SMPTE ST 2084)."""
-    power = np.asarray(signal, np.float64) ** (1 / _PQ_M2_EXPONENT)
-    return 10000 * (
-        np.maximum(power - _PQ_C1_COEFFICIENT, 0) / (_PQ_C2_COEFFICIENT - _PQ_C3_COEFFICIENT * power)
-    ) ** (1 / _PQ_M1_EXPONENT)
-
-
-def nits_to_pq(nits: np.ndarray) -> np.ndarray:
-    """Return the PQ signal 0..1 of light in cd/m2 (SMPTE ST 2084)."""
-    power = np.clip(np.asarray(nits, np.float64) / 10000, 0, 1) ** _PQ_M1_EXPONENT
-    return (
-        (_PQ_C1_COEFFICIENT + _PQ_C2_COEFFICIENT * power) / (1 + _PQ_C3_COEFFICIENT * power)
-    ) ** _PQ_M2_EXPONENT
-
-
-def hlg_to_scene(signal: np.ndarray) -> np.ndarray:
-    """Return the scene light 0..1 of an HLG signal 0..1 (ITU-R BT.2100)."""
-    signal = np.asarray(signal, np.float64)
-    return np.where(
-        signal <= 0.5,
-        signal**2 / 3,
-        (np.exp((signal - _HLG_C_COEFFICIENT) / _HLG_A_COEFFICIENT) + _HLG_B_COEFFICIENT) / 12,
-    )
 
 
 def compress_nits(nits: np.ndarray, peak: float, target: float = REFERENCE_WHITE_NITS) -> np.ndarray:

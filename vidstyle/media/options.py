@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Literal
 
 from vidstyle.core.picture import Encoding
 from vidstyle.errors import UsageError
 from vidstyle.media.color_tags import ColorTags
+from vidstyle.media.hdr_metadata import HdrMetadata
 from vidstyle.media.read.open import MAX_PIXELS
 
 RAW_FORMAT = "rawvideo"
@@ -51,6 +53,7 @@ class RawVideo:
         }
 
 
+HdrHandling = Literal["map", "keep"]
 MAX_FRAME_RATE = 1000
 """Maximum frame rate that can be requested."""
 
@@ -70,6 +73,7 @@ class ReadOptions:
         format: the source's format if it cannot be detected: "raw", "y4m", or FFmpeg's name.
         raw: size and pixel format of raw video; with a size, a source without a `format` is raw.
         max_pixels: larger pictures are rejected.
+        hdr: "map" HDR to SDR tones, or "keep" PQ and HLG.
     """
 
     start: Fraction | None = None
@@ -83,6 +87,7 @@ class ReadOptions:
     format: str | None = None
     raw: RawVideo = RawVideo()
     max_pixels: int = MAX_PIXELS
+    hdr: HdrHandling = "map"
 
     def check(self) -> None:
         """Raise UsageError if an option is invalid for every source."""
@@ -139,6 +144,7 @@ class VideoInfo:
         alpha: whether the pictures have an alpha channel.
         is_rgb: whether they are RGB rather than luma and chroma.
         still: whether the source is a single picture.
+        hdr: static metadata of HDR pictures.
     """
 
     width: int
@@ -153,3 +159,4 @@ class VideoInfo:
     alpha: bool = False
     is_rgb: bool = False
     still: bool = False
+    hdr: HdrMetadata = HdrMetadata()

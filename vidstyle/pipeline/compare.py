@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 
+from vidstyle.core.color.hdr_curves import diffuse_white
 from vidstyle.core.picture import Picture
 from vidstyle.media.options import VideoInfo
 
@@ -67,7 +68,8 @@ def _columns(picture: Picture, start: int, end: int) -> Picture:
 def _white(picture: Picture) -> Picture:
     encoding = picture.encoding
     top = 1.0 if encoding.depth == 0 else 2**encoding.depth - 1
-    luma, neutral = encoding.luma_levels[1], encoding.chroma_levels[0]
+    (black, white), neutral = encoding.luma_levels, encoding.chroma_levels[0]
+    luma = black + (white - black) * diffuse_white(encoding.transfer)
     values = {"luma": luma, "chroma": neutral, "color": top, "alpha": top}
     return picture.map_planes(lambda plane, kind: np.full_like(plane, values[kind]))
 

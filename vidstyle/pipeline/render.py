@@ -14,6 +14,7 @@ from typing import Any
 
 from vidstyle.backend import Backend, FrameRequest
 from vidstyle.core.convert import convert
+from vidstyle.cpu.hdr_renderer import HdrRenderer
 from vidstyle.cues.cue_list import CueList
 from vidstyle.errors import log
 from vidstyle.media.frame import Frame
@@ -78,7 +79,7 @@ def render(
         if is_finished(target):
             log.info("%s is already finished", target)
             return Summary(str(source), str(target), 0, 0.0, 0.0)
-    renderer = open_renderer(style, device, announce=False)
+    renderer = HdrRenderer(open_renderer(style, device, announce=False), style)
     reader = open_reader(source, read)
     stages: Stages | None = None
     try:

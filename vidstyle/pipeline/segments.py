@@ -17,6 +17,7 @@ import numpy as np
 
 from vidstyle.backend import Backend
 from vidstyle.core.picture import Picture
+from vidstyle.cpu.hdr_renderer import HdrRenderer
 from vidstyle.cues.cue_list import CueList
 from vidstyle.cues.rotation import StyleChoice, StyleRotation, Turn
 from vidstyle.errors import InputError, OutputError, UsageError, log
@@ -179,7 +180,7 @@ class SegmentedFilm:
         if segment.search_time is not None and isinstance(style, Style):
             faceless = FacelessStart(float(segment.pts * Fraction(plan.time_base)), segment.search_time)
             faces = follow_faces(style, cuts, faceless)
-        return open_renderer(style, device, announce=False, cuts=cuts, faces=faces)
+        return HdrRenderer(open_renderer(style, device, announce=False, cuts=cuts, faces=faces), style)
 
     def _render(
         self,

@@ -33,6 +33,8 @@ _OPTIONS: tuple[Callable[[Any], Any], ...] = (
     option("--preset", metavar="NAME", group=Group.VIDEO,
            help="Encoder preset; a slower one gives a smaller file."),
     option("--pix-fmt", metavar="NAME", group=Group.VIDEO, help="Output pixel format, such as yuv420p10le."),
+    option("--hdr", type=click.Choice(["map", "keep"]), default="map", group=Group.VIDEO,
+           help="Map HDR to SDR tones, or keep PQ and HLG in HEVC or AV1 with 10 bits."),
     option("--audio", metavar="copy|none|CODEC", default="copy", group=Group.AUDIO,
            help="Copy, drop or re-encode the audio."),
     option("--input-format", metavar="NAME", group=Group.INPUT,

@@ -1,14 +1,15 @@
-"""Converts decoded frames to pictures for delivery: upright, one size, one format, SDR."""
+"""Converts decoded frames to pictures for delivery: upright, one size, one format, SDR by default."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 
 import av
 
 from vidstyle.core.picture import Picture
 from vidstyle.errors import log
-from vidstyle.media.color_tags import ColorTags, default_tags
+from vidstyle.media.color_tags import BT2020_MATRIX_CODE, LIMITED_RANGE, ColorTags, default_tags
 from vidstyle.media.frame import picture_from_frame, to_supported_format
 from vidstyle.media.hdr import SDR_TAGS, ToneMap
 from vidstyle.media.orientation import Orientation, orientation_of
@@ -25,6 +26,9 @@ class FrameConverter:
         width, height: size of the pictures.
         color_tags: colour tags of the pictures; all are specified.
         sample_aspect: sample aspect ratio of the pictures.
+
+    Args:
+        keep_hdr: whether HDR stays HDR; otherwise it is tone-mapped.
     """
 
     def __init__(
@@ -36,6 +40,7 @@ class FrameConverter:
         size: tuple[int, int] | None = None,
         orientation: Orientation | None = None,
         sample_aspect: Fraction | None = None,
+        keep_hdr: bool = False,
     ) -> None:
         self._codec, self._name = codec, name
         self._orientation = orientation or orientation_of(first)
@@ -44,13 +49,15 @@ class FrameConverter:
         self.width, self.height = output_size(size, *self._upright) if size else self._upright
         self.sample_aspect = self._output_aspect(sample_aspect)
         tags = ColorTags.of(first)
-        self._tone_map = ToneMap.of(first, tags) if tags.is_hdr else None
+        self._tone_map = ToneMap.of(first, tags) if tags.is_hdr and not keep_hdr else None
         self._warned: set[str] = set()
         self._format = self._choose_format(first)
         self._latest: tuple[av.VideoFrame, tuple[Picture, av.VideoFrame | None]] | None = None
         picture, _ = self.convert(first)
-        if picture.color is not None:
+        if picture.color is not None and not picture.encoding.is_hdr:
             self.color_tags = default_tags(picture.encoding)
+        elif picture.color is not None:
+            self.color_tags = replace(tags, matrix=BT2020_MATRIX_CODE, range=LIMITED_RANGE)
         elif self._tone_map is not None:
             self.color_tags = SDR_TAGS
         else:

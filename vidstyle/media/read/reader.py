@@ -15,6 +15,7 @@ import av
 from vidstyle.core.closing import Closing
 from vidstyle.errors import InputError, log
 from vidstyle.media.frame import DecodedFrame, Frame
+from vidstyle.media.hdr_metadata import HdrMetadata, first_metadata, read_metadata
 from vidstyle.media.options import ReadOptions, VideoInfo
 from vidstyle.media.orientation import Orientation
 from vidstyle.media.read.clock import ConstantRate
@@ -118,9 +119,12 @@ class Reader(Closing):
             size=options.size,
             orientation=turned or source.orientation,
             sample_aspect=source.sample_aspect,
+            keep_hdr=options.hdr == "keep",
         )
         self._converter.warn_if_hdr()
         self.info = self._describe(first, still=source.may_be_still and self._is_alone())
+        if options.hdr == "keep" and not self.info.encoding.is_hdr:
+            log.info("%s is SDR: --hdr keep changes nothing", self.name)
 
     def __iter__(self) -> Iterator[Frame | av.Packet]:
         for item in itertools.chain(self._waiting, self._items):
@@ -204,7 +208,19 @@ class Reader(Closing):
             alpha=picture.alpha is not None,
             is_rgb=picture.color is not None,
             still=still,
+            hdr=self._hdr_metadata(first) if picture.encoding.is_hdr else HdrMetadata(),
         )
+
+    def _hdr_metadata(self, first: DecodedFrame) -> HdrMetadata:
+        """Return the plausible static metadata of a film; report the dynamic metadata, which is dropped."""
+        if not self.can_seek:
+            return read_metadata(first.native).plausible()
+        assert isinstance(self._source, FilmSource)
+        metadata, dynamic = first_metadata(self.name, self._source.stream.index)
+        if dynamic:
+            names = " and ".join(dynamic)
+            log.warning("%s: metadata of %s is dropped, as it describes other pictures", self.name, names)
+        return metadata.plausible()
 
 
 def _selected_duration(duration: Fraction | None, options: ReadOptions) -> Fraction | None:

@@ -28,6 +28,8 @@ class ContainerKind:
         video: canonical names of the video codecs that players accept in it; empty: any.
         way: how it is written.
         alpha: the encoder and pixel format for pictures with alpha; None: not supported.
+        hdr: canonical names of the codecs that keep HDR in it, the usual one first; empty: none does.
+        codec_tags: codes of codecs that players expect, where FFmpeg's usual ones differ.
         audio: canonical names of audio codecs that players accept in it.
         untimed: audio codecs without timestamps in it, so that their sound always starts at 0.
         new_audio: the encoder for transcoded audio; "": it supports no audio.
@@ -58,6 +60,8 @@ class ContainerKind:
     pix_fmt: str = ""
     way: WriteMethod = "film"
     alpha: tuple[str, str] | None = None
+    hdr: tuple[str, ...] = ()
+    codec_tags: dict[str, str] = field(default_factory=dict)
     audio: tuple[str, ...] = ()
     untimed: tuple[str, ...] = ()
     new_audio: str = ""
@@ -98,7 +102,7 @@ _CLUSTERS = {"cluster_time_limit": "400"} | _UNSHIFTED
 def _kind(muxer: str, endings: str, codec: str, *, flags: str = "", **fields: Any) -> ContainerKind:
     """A row of the table: names are separated by spaces, `flags` are the fields that are true."""
     fields |= dict.fromkeys(flags.split(), True)
-    for name in ("video", "audio", "untimed", "subtitles", "data"):
+    for name in ("video", "hdr", "audio", "untimed", "subtitles", "data"):
         fields[name] = tuple(fields.get(name, "").split())
     return ContainerKind(muxer, tuple(endings.split()), codec, **fields)
 
@@ -106,23 +110,26 @@ def _kind(muxer: str, endings: str, codec: str, *, flags: str = "", **fields: An
 _MP4: dict[str, Any] = {
     "new_audio": "aac", "subtitles": "mov_text", "data": "bin_data", "max_time_base": MAX_INDEXED_TIME_BASE,
     "options": _HYBRID, "piped_options": _FRAGMENTED, "late_options": _LATE,
+    "codec_tags": {"hevc": "hvc1"},  # Apple's players refuse hev1
 }  # fmt: skip
 # fmt: off
 KINDS: tuple[ContainerKind, ...] = (
     # MP4 has codes for Vorbis and raw PCM, but hardly any player supports them.
     _kind("mp4", ".mp4 .m4v", "libx264", flags="covers chapters piped indexed resumable ranged", **_MP4,
+          hdr="hevc av1",
           video="h264 hevc av1 vp9 mpeg4 mpeg2video mpeg1video mjpeg vvc png jpeg2000",
           audio="aac mp3 mp2 ac3 eac3 opus flac alac dts truehd"),
     _kind("mov", ".mov", "libx264", flags="chapters piped indexed resumable ranged bibliographic",
-          alpha=("prores_ks", "yuva444p10le"), **_MP4,
+          alpha=("prores_ks", "yuva444p10le"), hdr="hevc", **_MP4,
           audio=f"aac mp3 ac3 eac3 alac {PCM}"),
     _kind("matroska", ".mkv", "libx264", flags="attachments covers chapters piped resumable ranged",
-          options=_CLUSTERS, alpha=("ffv1", "yuva420p"), new_audio="flac",
+          options=_CLUSTERS, alpha=("ffv1", "yuva420p"), hdr="hevc av1", new_audio="flac",
           audio="aac mp3 mp2 ac3 eac3 opus vorbis flac alac dts truehd mlp "
                 f"tta wavpack wmav2 adpcm_ms adpcm_ima_wav {PCM_LITTLE}",
           subtitles="subrip ass webvtt hdmv_pgs_subtitle dvd_subtitle dvb_subtitle"),
     _kind("webm", ".webm", "libvpx-vp9", flags="chapters piped resumable ranged", options=_CLUSTERS,
-          video="vp8 vp9 av1", alpha=("libvpx-vp9", "yuva420p"), audio="opus vorbis", new_audio="libopus",
+          video="vp8 vp9 av1", alpha=("libvpx-vp9", "yuva420p"), hdr="av1",
+          audio="opus vorbis", new_audio="libopus",
           subtitles="webvtt"),
     # The muxer reduces higher rates, and fills a gap with at most 60,000 empty packets.
     _kind("avi", ".avi", "mpeg4", flags="strict_rate", max_rate=600, max_gap_frames=50_000,
@@ -130,7 +137,7 @@ KINDS: tuple[ContainerKind, ...] = (
           untimed=f"mp3 mp2 ac3 {PCM_LITTLE}", new_audio="libmp3lame"),
     # The muxer refuses two frames in one unit of its time base.
     _kind("mpegts", ".ts .mts .m2ts .m2t", "libx264", flags="piped framed_aac", max_time_base=90_000,
-          video="h264 hevc mpeg2video mpeg1video mpeg4",
+          video="h264 hevc mpeg2video mpeg1video mpeg4", hdr="hevc",
           audio="aac mp3 mp2 ac3 eac3 opus dts", new_audio="aac", subtitles="dvb_subtitle dvb_teletext"),
     _kind("ogv", ".ogv .ogg", "libvpx", flags="piped", video="vp8 theora",
           audio="vorbis opus flac", untimed="flac", new_audio="libopus"),
@@ -161,6 +168,11 @@ RESUMABLE_ENDINGS = tuple(kind.endings[0] for kind in KINDS if kind.resumable an
 STILL_WEBP = _kind(
     "image2", ".webp", "libwebp", flags="untagged", video="webp", pix_fmt="bgra", way="picture"
 )
+
+
+def hdr_endings() -> list[str]:
+    """Return the usual extensions of the containers that keep HDR."""
+    return [kind.endings[0] for kind in KINDS if kind.hdr]
 
 
 def find_kind(target: str, format_name: str | None, still: bool) -> ContainerKind:

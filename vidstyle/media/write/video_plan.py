@@ -11,6 +11,7 @@ from vidstyle.core.machine.cores import available_cores, imposed_threads
 from vidstyle.core.picture import SITINGS, Encoding
 from vidstyle.errors import UsageError, error_reason, is_memory_short, log
 from vidstyle.media.codecs import (
+    SOFTWARE_ENCODERS,
     choose_pix_fmt,
     encoder_options,
     find_encoder,
@@ -19,9 +20,18 @@ from vidstyle.media.codecs import (
     writable_layout,
 )
 from vidstyle.media.color_tags import FULL_RANGE, UNSPECIFIED_CODE, ColorTags
+from vidstyle.media.hdr_encoding import (
+    HDR_PIX_FMTS,
+    MIN_HDR_DEPTH,
+    hdr_options,
+    missing_hdr,
+    stores_metadata,
+    with_parameters,
+)
+from vidstyle.media.hdr_metadata import HdrMetadata
 from vidstyle.media.options import VideoInfo, WriteOptions
 from vidstyle.media.pixel_formats import PlaneLayout
-from vidstyle.media.write.containers import ContainerKind
+from vidstyle.media.write.containers import ContainerKind, hdr_endings
 
 RANGED_CODECS = ("h264", "hevc", "av1", "vp9", "vvc")
 """Codecs whose streams signal full range; for other codecs, the container may signal it."""
@@ -56,6 +66,8 @@ class VideoPlan:
         time_base, rate: time base and nominal rate of the frames.
         max_gap: maximum time between two frames, in seconds; None: unlimited.
         options: encoder options.
+        codec_tag: the code of the codec in the container; "": the usual one.
+        hdr: static metadata of HDR pictures.
     """
 
     encoder: str
@@ -70,6 +82,8 @@ class VideoPlan:
     max_gap: Fraction | None
     sample_aspect: Fraction | None
     options: dict[str, str]
+    codec_tag: str = ""
+    hdr: HdrMetadata = HdrMetadata()
 
     @property
     def rgb(self) -> bool:
@@ -86,6 +100,8 @@ class VideoPlan:
         context.thread_count = imposed_threads()
         if self.sample_aspect:
             context.sample_aspect_ratio = self.sample_aspect
+        if self.codec_tag:
+            context.codec_tag = self.codec_tag
         self.tags.put_on(context)
         context.options = dict(self.options)
 
@@ -97,7 +113,9 @@ def plan_video(target: str, kind: ContainerKind, info: VideoInfo, options: Write
         UsageError: the container does not support the codec, or the encoder refuses size, format or settings.
     """
     encoder, pix_fmt = options.codec or kind.codec, options.pix_fmt
-    if options.codec is None and pix_fmt is None:
+    if info.encoding.is_hdr and options.codec is None and kind.hdr:
+        encoder = SOFTWARE_ENCODERS[kind.hdr[0]]
+    elif options.codec is None and pix_fmt is None:
         encoder, pix_fmt = kind.alpha if info.alpha and kind.alpha else (encoder, kind.pix_fmt or None)
     stand_in = find_software_encoder(encoder)
     try:
@@ -122,6 +140,8 @@ def _make_plan(
         remedy = f"use one of {', '.join(kind.video)}, or an output name that ends in .mkv"
         raise UsageError("--codec", f"{kind.endings[0]} files do not support {codec}", remedy)
     source = info.encoding
+    if source.is_hdr:
+        _check_hdr_support(kind, codec, encoder)
     pix_fmt = pix_fmt or choose_pix_fmt(encoder, source.depth, source.subsampling, info.is_rgb, info.alpha)
     # The colour tags signal the full range of the old yuvj formats.
     layout = _layout(pix_fmt.replace("yuvj", "yuv"))
@@ -131,6 +151,9 @@ def _make_plan(
     rate = info.rate or DEFAULT_FRAME_RATE
     rate = min(rate, Fraction(kind.max_rate or rate))
     own = encoder_options(encoder, options.crf, options.preset, options.optional)
+    if source.is_hdr:
+        _check_hdr_format(layout)
+        own = with_parameters(own, hdr_options(encoder, info.hdr))
     return VideoPlan(
         encoder=encoder,
         codec=codec,
@@ -147,7 +170,26 @@ def _make_plan(
         max_gap=kind.max_gap_frames / rate if kind.max_gap_frames else None,
         sample_aspect=info.sample_aspect,
         options=own | _latency(encoder, rate, own.get("preset", "")) | _siting(encoding),
+        codec_tag=kind.codec_tags.get(codec, ""),
+        hdr=info.hdr if stores_metadata(encoder) else HdrMetadata(),
     )
+
+
+def _check_hdr_support(kind: ContainerKind, codec: str, encoder: str) -> None:
+    """Raise UsageError if a container, or a codec in it, does not keep HDR."""
+    if not kind.hdr:
+        remedy = f"use one of {', '.join(hdr_endings())}, or --hdr map"
+        raise UsageError("--hdr keep", f"{kind.endings[0]} files do not store HDR", remedy)
+    if codec not in kind.hdr:
+        names = " or ".join(SOFTWARE_ENCODERS[each] for each in kind.hdr)
+        reason = f"{encoder} does not store HDR in {kind.endings[0]} files"
+        raise UsageError("--hdr keep", reason, f"use --codec {names}, or --hdr map")
+
+
+def _check_hdr_format(layout: PlaneLayout) -> None:
+    if layout.depth < MIN_HDR_DEPTH or layout.kind != "luma" or layout.planes < 3:
+        reason = f"{layout.name} cannot be used for HDR"
+        raise UsageError("--pix-fmt", reason, f"use {HDR_PIX_FMTS[0]}, or --hdr map")
 
 
 def _layout(pix_fmt: str) -> PlaneLayout:
@@ -178,7 +220,8 @@ def _encoding(info: VideoInfo, layout: PlaneLayout, codec: str, kind: ContainerK
         siting = (layout.subsampling[0] - 1) / 2, (layout.subsampling[1] - 1) / 2
         return Encoding("bt601", True, layout.depth, layout.subsampling, siting)
     if info.is_rgb:
-        return Encoding("bt709", False, layout.depth, layout.subsampling)
+        matrix = "bt2020" if info.encoding.is_hdr else "bt709"
+        return Encoding(matrix, False, layout.depth, layout.subsampling, transfer=info.encoding.transfer)
     siting = info.encoding.siting
     if layout.subsampling != info.encoding.subsampling or siting not in SITINGS.values():
         siting = SITINGS["left"] if layout.subsampling[1] == 2 else SITINGS["topleft"]
@@ -252,6 +295,18 @@ def _try_encoder(target: str, plan: VideoPlan) -> None:
         settings = " ".join(f"{name}={value}" for name, value in plan.options.items())
         reason = f"{plan.encoder} refuses {width}x{height} {plan.pix_fmt} {settings} ({error_reason(error)})"
         raise UsageError(target, reason, "choose another codec, size or setting") from error
+    if plan.encoding.is_hdr:
+        _check_stored_hdr(target, plan)
+
+
+def _check_stored_hdr(target: str, plan: VideoPlan) -> None:
+    """Raise UsageError if a decoder does not find the tags and the metadata in what the encoder writes."""
+    context = av.CodecContext.create(plan.encoder, "w")
+    assert isinstance(context, av.VideoCodecContext)
+    plan.configure(context)
+    if lost := missing_hdr(context, plan.tags, plan.hdr):
+        reason = f"{plan.encoder} loses {lost} of HDR"
+        raise UsageError(target, reason, "choose another codec, or --hdr map")
 
 
 def _announce(target: str, info: VideoInfo, plan: VideoPlan) -> None:
