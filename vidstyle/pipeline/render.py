@@ -79,10 +79,12 @@ def render(
         if is_finished(target):
             log.info("%s is already finished", target)
             return Summary(str(source), str(target), 0, 0.0, 0.0)
-    renderer = HdrRenderer(open_renderer(style, device, announce=False), style)
+    renderer = open_renderer(style, device, announce=False)
     reader = open_reader(source, read)
     stages: Stages | None = None
     try:
+        if reader.info.encoding.is_hdr:
+            renderer = HdrRenderer(renderer, style)
         info = compare_info(reader.info, compare)
         if frames and info.frames:
             info = replace(info, frames=min(frames, info.frames))
