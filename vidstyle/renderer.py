@@ -168,7 +168,7 @@ class Renderer(Closing):
     """Frames per second of arrays without a time."""
 
     def __init__(self, style: StyleLike, device: str = "auto") -> None:
-        self._renderer = HdrRenderer(open_renderer(style, device), load_style(style))
+        self._renderer = HdrRenderer(open_renderer(style, device), load_style(style).is_plain)
         self._count = 0
         self._is_closed = False
 

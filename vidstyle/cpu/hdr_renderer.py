@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,9 +11,6 @@ from vidstyle.backend import Backend, FrameRequest, PendingPicture
 from vidstyle.core.convert import convert
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.style import Style
-
-if TYPE_CHECKING:
-    from vidstyle.cues.cue_list import CueList
 
 
 @dataclass(frozen=True)
@@ -38,12 +34,12 @@ class HdrRenderer(Backend):
 
     Args:
         renderer: restyles; it is closed with this one.
-        style: its style, or styles over time.
+        is_plain: whether its style changes nothing.
     """
 
-    def __init__(self, renderer: Backend, style: Style | CueList) -> None:
+    def __init__(self, renderer: Backend, is_plain: bool) -> None:
         self._renderer = renderer
-        self._is_plain = style.is_plain
+        self._is_plain = is_plain
         self.device_kind = renderer.device_kind
 
     @property

@@ -84,7 +84,7 @@ def render(
     stages: Stages | None = None
     try:
         if reader.info.encoding.is_hdr:
-            renderer = HdrRenderer(renderer, style)
+            renderer = HdrRenderer(renderer, style.is_plain)
         info = compare_info(reader.info, compare)
         if frames and info.frames:
             info = replace(info, frames=min(frames, info.frames))

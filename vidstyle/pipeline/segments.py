@@ -180,7 +180,8 @@ class SegmentedFilm:
         if segment.search_time is not None and isinstance(style, Style):
             faceless = FacelessStart(float(segment.pts * Fraction(plan.time_base)), segment.search_time)
             faces = follow_faces(style, cuts, faceless)
-        return HdrRenderer(open_renderer(style, device, announce=False, cuts=cuts, faces=faces), style)
+        renderer = open_renderer(style, device, announce=False, cuts=cuts, faces=faces)
+        return HdrRenderer(renderer, style.is_plain)
 
     def _render(
         self,
