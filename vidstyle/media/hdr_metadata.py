@@ -131,7 +131,7 @@ def _light_chunks(frame: av.VideoFrame) -> dict[bytes, ByteView]:
 HDR10_PLUS_MARK = bytes.fromhex("b5003c000104")
 """Start of an HDR10+ message: country and provider (ITU-T T.35), then ST 2094-40."""
 DOLBY_VISION_AV1_MARK = bytes.fromhex("b5003b00000800")
-DOLBY_VISION_NAL_TYPE = 62
+DOLBY_VISION_NAL_CODE = 62
 HEVC_NAL_LENGTH_BYTES = 4
 
 
@@ -143,7 +143,7 @@ def dynamic_metadata(packet: ByteView, codec: str) -> list[str]:
     """
     content = bytes(packet)
     if codec == "hevc":
-        is_dolby_vision = DOLBY_VISION_NAL_TYPE in _nal_types(content)
+        is_dolby_vision = DOLBY_VISION_NAL_CODE in _nal_types(content)
     else:
         is_dolby_vision = DOLBY_VISION_AV1_MARK in content
     found = {"HDR10+": HDR10_PLUS_MARK in content, "Dolby Vision": is_dolby_vision}

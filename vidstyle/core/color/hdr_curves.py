@@ -21,7 +21,7 @@ REFERENCE_WHITE_NITS = 203.0
 HLG_PEAK_NITS = 1000.0
 HLG_GAMMA = 1.2
 """The system gamma of HLG on a display of 1000 cd/m2 (ITU-R BT.2100, table 5)."""
-HLG_WHITE = REFERENCE_WHITE_NITS / HLG_PEAK_NITS
+HLG_WHITE_RATIO = REFERENCE_WHITE_NITS / HLG_PEAK_NITS
 """Diffuse white on that display, 0..1."""
 SDR_GAMMA = 2.4
 """Gamma of the reference display for BT.709 (ITU-R BT.1886, black at zero)."""
@@ -85,7 +85,7 @@ def signal_to_light(signal: np.ndarray, transfer: Transfer) -> np.ndarray:
     if transfer == "pq":
         return pq_to_nits(np.minimum(signal, 1)) / REFERENCE_WHITE_NITS
     if transfer == "hlg":
-        return hlg_to_scene(signal) / HLG_WHITE
+        return hlg_to_scene(signal) / HLG_WHITE_RATIO
     highlight = HIGHLIGHT_SCALE * np.expm1(np.maximum(signal - 1, 0) / HIGHLIGHT_SCALE)
     return (np.minimum(signal, 1) + highlight) ** SDR_GAMMA
 
@@ -96,7 +96,7 @@ def light_to_signal(light: np.ndarray, transfer: Transfer) -> np.ndarray:
     if transfer == "pq":
         return nits_to_pq(light * REFERENCE_WHITE_NITS)
     if transfer == "hlg":
-        return np.minimum(scene_to_hlg(light * HLG_WHITE), MAX_SIGNALS["hlg"])
+        return np.minimum(scene_to_hlg(light * HLG_WHITE_RATIO), MAX_SIGNALS["hlg"])
     tone = light ** (1 / SDR_GAMMA)
     return np.minimum(tone, 1) + HIGHLIGHT_SCALE * np.log1p(np.maximum(tone - 1, 0) / HIGHLIGHT_SCALE)
 
@@ -107,7 +107,7 @@ def diffuse_white(transfer: Transfer) -> float:
     >>> diffuse_white("sdr"), round(diffuse_white("pq"), 2)
     (1.0, 0.58)
     """
-    scene = HLG_WHITE ** (1 / HLG_GAMMA - 1) if transfer == "hlg" else 1.0
+    scene = HLG_WHITE_RATIO ** (1 / HLG_GAMMA - 1) if transfer == "hlg" else 1.0
     return float(light_to_signal(np.array(scene), transfer))
 
 
@@ -191,7 +191,7 @@ def _system_factor(red, green, blue, exponent):  # type: ignore[no-untyped-def]
     if exponent == 0:
         return np.float32(1)
     luminance = np.float32(0.2627) * red + np.float32(0.6780) * green + np.float32(0.0593) * blue
-    return np.float32(max(luminance * np.float32(HLG_WHITE), np.float32(1e-9)) ** exponent)
+    return np.float32(max(luminance * np.float32(HLG_WHITE_RATIO), np.float32(1e-9)) ** exponent)
 
 
 @compiled(fastmath=True)
