@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 
+import moderngl
 import numpy as np
 import pytest
 from films import RATE, VIDEO, panned_film
@@ -129,6 +130,29 @@ def test_the_gpu_agrees_in_a_transition() -> None:
     frames = film()[:6]
     right, made = (restyled(open_renderer(chosen, device), frames) for device in ("cpu", "gpu"))
     assert [disagreements(one, other) for one, other in zip(right, made, strict=True)] == [[]] * 6
+
+
+def test_nothing_is_compiled_after_the_first_picture(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A change of style delays no picture: also the second renderer of a transition has its programs."""
+    counts: list[str] = []
+    for name in ("compute_shader", "program"):
+        original = getattr(moderngl.Context, name)
+
+        def compiled(*given: object, _original: object = original, **named: object) -> object:
+            counts.append("")
+            return _original(*given, **named)  # type: ignore[operator]
+
+        monkeypatch.setattr(moderngl.Context, name, compiled)
+    fade = {"transition": "fade", "seconds": Fraction(2, RATE)}
+    blurred = style(step("gaussian", sigma=2), focus=0)
+    chosen = cues((1, MEASURED), (3, STEADY), (5, blurred), **fade)
+    frames = film()
+    with open_renderer(chosen, "gpu") as renderer:
+        renderer.restyle(frames[0])
+        before = len(counts)
+        for frame in frames[1:]:
+            renderer.restyle(frame)
+    assert before > 0 and len(counts) == before
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (3, 7)])

@@ -11,8 +11,9 @@ from dataclasses import replace
 import pytest
 from waiting import LONG, eventually
 
+from vidstyle.cues.cue_list import CueList
 from vidstyle.errors import UsageError, VidstyleError
-from vidstyle.live.control import Controls
+from vidstyle.live.control import Controls, StyleShow
 from vidstyle.live.keys import keys, press
 from vidstyle.live.latest import DropOldestQueue
 from vidstyle.live.process import WORKING_SCALES, AdaptiveScale
@@ -71,6 +72,56 @@ def test_a_session_may_begin_with_a_variant():
     controls.choose("ink:green")
     assert controls.style is first
     assert controls.without_variant("ink:green") == load_style("ink")
+
+
+def test_chosen_styles_follow_one_another():
+    first, *others = (load_style(name) for name in ("ink", "poster:pink", "noir"))
+    controls = Controls(first, ["ink", "noir", "comic"], StyleShow(others))
+    seen = []
+    for _ in range(4):
+        seen.append(controls.style.name)
+        controls.next_style()
+    assert seen == ["ink", "poster:pink", "noir", "ink"] and controls.names[0] == "poster:pink"
+    controls.choose("comic")
+    controls.next_style()
+    assert controls.style is first, "a style that is not in the list is followed by the first"
+
+
+def test_styles_change_by_themselves_after_a_time():
+    controls = Controls(load_style("plain"), ["plain"], StyleShow([load_style("ink")], seconds=30))
+    seen = []
+    for time in (5, 34.9, 35, 64, 65, 94):
+        controls.follow(time)
+        seen.append(controls.style.name)
+    assert seen == ["plain", "plain", "ink", "ink", "plain", "plain"]
+    controls.choose("plain")
+    controls.follow(95)
+    controls.bypass()
+    controls.follow(200)
+    assert controls.style.name == "plain"
+    controls.bypass()
+    controls.follow(201)
+    assert controls.style.name == "ink", "it was due while it was bypassed"
+
+
+def test_a_cue_list_lasts_until_another_request():
+    cues = CueList.of(load_style("noir"))
+    controls = Controls(load_style("plain"), ["plain", "ink"], StyleShow(cues=cues, seconds=1))
+    press(controls, "c")
+    first = controls.look
+    assert first == cues and controls.style.name == "plain"
+    press(controls, "c")
+    assert controls.look == cues and controls.look is not first, "it starts again"
+    for time in (1, 5):
+        controls.follow(time)
+    assert controls.look == cues
+    for request in (lambda: controls.choose("ink"), lambda: controls.steady(0.3)):
+        controls.start_cues()
+        request()
+        assert controls.look is controls.style
+    without = Controls(load_style("plain"))
+    without.start_cues()
+    assert without.look is without.style
 
 
 def test_only_known_styles_can_be_chosen():

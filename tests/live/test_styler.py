@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from fractions import Fraction
 
 import moderngl
 import numpy as np
@@ -14,6 +15,7 @@ from waiting import LONG, eventually, new_threads, thread_names
 
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu.renderer import CpuRenderer
+from vidstyle.cues.cue_list import Cue, CueList
 from vidstyle.gpu import session
 from vidstyle.gpu.device.devices import list_devices
 from vidstyle.live import hot_swap
@@ -34,7 +36,7 @@ class Film:
         self._picture = Picture.from_array(np.dstack([ramp] * 3))
         self._renderer, self._count = renderer, 0
 
-    def tones(self, style: Style) -> int:
+    def tones(self, style: Style | CueList) -> int:
         """How many there are in the next picture, with this style wanted."""
         self._count += 1
         picture, _ = self._renderer.run(self._picture, self._count / 25, ENCODING, style)
@@ -206,3 +208,15 @@ def test_values_take_over_at_once_after_a_style_that_could_not_be_had(monkeypatc
         eventually(lambda: told)
         film.tones(changed)
         assert made.style is changed
+
+
+def test_a_cue_list_starts_when_it_is_ready():
+    """Its first cue is from its first picture on, however long its preparation takes."""
+    many = override(FEW, ["luma_posterize.levels=24"])
+    with running() as (film, told, made):
+        few = film.tones(FEW)
+        cues = CueList((Cue(Fraction(0), FEW), Cue(Fraction(2, 25), many)))
+        eventually(lambda: film.tones(cues) and made.style is cues)
+        assert [film.tones(cues) > few for _ in range(3)] == [False, True, True]
+        eventually(lambda: film.tones(FEW) == few)
+        assert not told

@@ -8,10 +8,12 @@ import click
 
 from vidstyle.cli.parsing.command import Group, command, option
 from vidstyle.cli.parsing.common_options import STYLE, Parsed, device_option, number
+from vidstyle.cli.parsing.cue_options import cues_option
 from vidstyle.cli.parsing.path_arguments import PATH, PATH_TEXT, parents_option, path_arguments
 from vidstyle.cli.terminal.display import display, progress_option
 from vidstyle.cli.terminal.reporting import reporting_options, say
 from vidstyle.comic.layout.paper import DEFAULT_DPI, LayoutKind
+from vidstyle.cues.style_change import StyleChange
 from vidstyle.cues.times import parse_seconds
 from vidstyle.errors import UsageError, counted, log, printable
 from vidstyle.pipeline.progress import StepProgress
@@ -38,6 +40,14 @@ def parse_spans(text: str) -> tuple[tuple[float, float], ...]:
             raise ValueError(f"{part!r} is not a time range such as 0:10-0:25")
         spans.append((float(parse_seconds(first)), float(parse_seconds(last))))
     return tuple(spans)
+
+
+def parse_change(text: str) -> StyleChange:
+    """Return where the style of the panels changes."""
+    change = StyleChange.parse(text)
+    if change.kind == "like":
+        raise ValueError("'like' is for films; panels have scene, shot:3 or 30s")
+    return change
 
 
 PANELS, TIMES = Parsed("N|auto", parse_panels), Parsed("T,T", parse_times)
@@ -76,6 +86,9 @@ SPANS = Parsed("T-T,T-T", parse_spans)
 @option("--right-to-left", is_flag=True, hidden=True, group=Group.PAGE_LAYOUT)
 @option("-s", "--style", "styles", type=STYLE, metavar="A,B,C", group=Group.STYLE,
         help="Styles of the panels, in rotation.  [default: comic]")  # fmt: skip
+@option("--by", type=Parsed("change", parse_change), group=Group.STYLE,
+        help="Change the style by scene instead of by panel: scene, shot:3 or 30s.")  # fmt: skip
+@cues_option("Cue file with the styles of the panels; instead of --style.")
 @option("--subtitles", type=PATH_TEXT, metavar="FILE|none", group=Group.LETTERING,
         help="Subtitle file, .srt or .vtt.  [default: the film's]")  # fmt: skip
 @option("--title", default="", show_default=False, group=Group.LETTERING,
@@ -104,11 +117,16 @@ def comic(source: str, target: str, styles: str | None, progress: str, **options
     """
     from vidstyle.comic.make import ComicOptions, make_comic
     from vidstyle.comic.select.key_frames import KeyFrameOptions
+    from vidstyle.cues.cue_file import read_cue_file
     from vidstyle.pipeline.render import DAMAGED_EXIT_CODE
 
     key_frames = KeyFrameOptions(options.pop("panels"), options.pop("at"), options.pop("skip"))
     options["right_to_left"] = _reads_backwards(options.pop("reading"), options)
     names = tuple(name.strip() for name in styles.split(",")) if styles else None
+    if options["cues"] is not None:
+        if given := [name for name, value in (("--style", styles), ("--by", options["by"])) if value]:
+            raise UsageError(given[0], "cannot be used with --cues", "write it in the cue file")
+        options["cues"] = read_cue_file(options["cues"])
     comic_options = ComicOptions(key_frames=key_frames, styles=names, **options)
     with display(progress) as show:
         made = make_comic(source, target, comic_options, StepProgress(show))

@@ -12,12 +12,14 @@ from vidstyle.cli import browser
 from vidstyle.cli.parsing import common_options as common
 from vidstyle.cli.parsing.command import Group, command, option
 from vidstyle.cli.parsing.configuration import configured_options
+from vidstyle.cli.parsing.cue_options import cues_option, style_list
 from vidstyle.cli.parsing.path_arguments import parents_option, path_arguments
 from vidstyle.cli.terminal.reporting import reporting_options, say
+from vidstyle.cues.times import parse_interval
 from vidstyle.errors import UsageError
 
 if TYPE_CHECKING:
-    from vidstyle.live.control import LiveOptions
+    from vidstyle.live.control import Controls, LiveOptions
 
 
 @command(
@@ -30,7 +32,10 @@ if TYPE_CHECKING:
     epilog="Styles: vidstyle styles. Guide: docs/camera.md in the source folder.",
 )
 @path_arguments(source="[SOURCE]")
-@common.style_options(default="ink")
+@common.style_options(default="ink", help="Name of a style, or a style file; several as in ink,noir,poster.")
+@option("--change", "interval", type=common.Parsed("time", parse_interval), group=Group.STYLE,
+        help="Time after which the next style of --style follows, such as 30s.")  # fmt: skip
+@cues_option("Cue file that the key c starts; without keys it starts at once.")
 @option("--to", "targets", metavar="TARGET", multiple=True, default=["page"], group=Group.OUTPUT,
         help="page, /dev/videoN, a file, -, a URL, name.m3u8 or null; may be repeated.")  # fmt: skip
 @option("--size", type=common.SIZE, group=Group.OUTPUT,
@@ -81,7 +86,6 @@ def live(
     SOURCE is the path, number or name of a camera (default: the first one), screen, test, -, a URL, or a
     file, which is played in real time.
     """
-    from vidstyle.live.control import Controls
     from vidstyle.live.keys import KEY_HELP, keys
     from vidstyle.live.session import LiveSession
     from vidstyle.live.targets import TargetOptions, target_maker
@@ -92,7 +96,7 @@ def live(
     if listing:
         _list_devices(as_json)
         return 0
-    controls = Controls(common.style_from_options(options))
+    controls = _controls(options)
     file = common.from_options(WriteOptions, options, audio="copy", optional=configured_options())
     browse = browser.open_page if browser.is_wanted(options["no_open"]) else None
     of_targets = {"format": options["file_format"], "file": file, "browse": browse}
@@ -103,6 +107,8 @@ def live(
     session = LiveSession(opened, controls, makers, _live_options(options))
     no_keys = options["no_keys"] or source == "-"
     with stop_on_signals() as stop, nullcontext(False) if no_keys else keys(controls) as has_keys:
+        if not has_keys:
+            controls.start_cues()
         summary = session.run(stop, KEY_HELP if has_keys else "")
     if options["stats"]:
         for line in summary.lines():
@@ -110,6 +116,21 @@ def live(
     if as_json:
         click.echo(json.dumps(summary.as_dict()), err="-" in targets)
     return stop.exit_code if stop.is_set() else 0
+
+
+def _controls(options: dict[str, Any]) -> Controls:
+    """Return the controls of a session with the styles that the options describe."""
+    from vidstyle.cues.cue_file import read_cue_file
+    from vidstyle.live.control import Controls, StyleShow
+
+    first, *others = (
+        common.style_from_options({**options, "style_name": name}) for name in style_list(options)
+    )
+    seconds = options["interval"]
+    if seconds is not None and not others:
+        raise UsageError("--change", "needs several styles", "give them as in --style ink,noir,poster")
+    cues = None if options["cues"] is None else read_cue_file(options["cues"])
+    return Controls(first, show=StyleShow(others, None if seconds is None else float(seconds), cues))
 
 
 def _list_devices(as_json: bool) -> None:

@@ -37,7 +37,7 @@ SEVERAL_FILMS = "restyle several films with 'vidstyle batch'"
 )
 @path_arguments(SEVERAL_FILMS, source="INPUT", target="OUTPUT")
 @style_option()
-@cues_option
+@cues_option()
 @by_options
 @film_options
 @option("-y", "--overwrite", is_flag=True, group=Group.OUTPUT, help="Overwrite OUTPUT if it exists.")

@@ -30,7 +30,7 @@ from vidstyle.errors import UsageError, log
 )
 @path_arguments(source="INPUT", target="OUTPUT")
 @style_option()
-@cues_option
+@cues_option()
 @by_options
 @film_options
 @option("--every", type=SECONDS, group=Group.OUTPUT,

@@ -26,7 +26,10 @@ from vidstyle.comic.output.page_file import PageFile, page_file, read_page_file
 from vidstyle.comic.output.panel_renderer import PagePlan, PanelRenderer, draw_pages
 from vidstyle.comic.output.sheet import Label
 from vidstyle.comic.output.write import Frames, Output
+from vidstyle.comic.panel_styles import PanelStyles
 from vidstyle.comic.select.key_frames import KeyFrameOptions, find_key_frames
+from vidstyle.cues.cue_list import CueList
+from vidstyle.cues.style_change import StyleChange
 from vidstyle.errors import UsageError, log, printable, text_of_name
 from vidstyle.media.read.decode_report import DecodeReport
 from vidstyle.media.write.atomic import atomic_file
@@ -95,7 +98,10 @@ class _Job:
         self._output.check_pages([(self._paper.width, self._paper.height)])
         default_style = PLAIN if options.storyboard else "comic"
         self._style_names = options.styles or (default_style,)
-        self._styles = [load_style(each) for each in self._style_names]
+        styles = [load_style(each) for each in self._style_names]
+        self._styles = PanelStyles(styles, options.by, options.cues)
+        if options.by is not None and len(styles) == 1:
+            raise UsageError("--by", "needs several styles", "give them as in --style ink,noir,poster")
         if options.save:
             self._check_save(options.save)
         if control := control_character(options.title):
@@ -127,6 +133,7 @@ class _Job:
 
     def _draw(self, plan: PagePlan, film: Film) -> Comic:
         self._output.check_pages(plan.layout.sizes)
+        styles = self._styles.of(_shown(plan))
         key_frames, pages, folder = list(plan.key_frames), len(plan.layout.sizes), self._options.frames
         if save := self._options.save:
             content = self._page_file(plan, save)
@@ -135,7 +142,7 @@ class _Job:
         edited = self._page_file(plan, self._output.target) if self._output.is_strip else ""
         with (
             Frames(folder, len(key_frames), self._options.overwrite) if folder else nullcontext() as frames,
-            PanelRenderer(self._styles, plan.dpi, self._options.device) as renderer,
+            PanelRenderer(styles, plan.dpi, self._options.device) as renderer,
         ):
             sheets = draw_pages(plan, film, renderer, frames, partial(self._step, "drawing"))
             files = self._output.write(sheets, pages, self._options.title, edited)
@@ -143,16 +150,23 @@ class _Job:
 
     def _page_file(self, plan: PagePlan, target: Path) -> str:
         """Return the comic as a file to edit next to `target`; empty if a style has no name."""
-        if not all(isinstance(each, str) for each in self._style_names):
+        if not self._has_names:
             return ""
         styles = [str(each) for each in self._style_names]
+        if self._options.by is not None:
+            styles = [styles[number] for number in self._styles.numbers(_shown(plan))]
         return page_file(plan, self._source, target, self._options.title, styles)
+
+    @property
+    def _has_names(self) -> bool:
+        """Whether the styles can be written in a page file."""
+        return self._options.cues is None and all(isinstance(each, str) for each in self._style_names)
 
     def _check_save(self, target: Path) -> None:
         """Raise an error if the page file cannot be written."""
         if target.suffix.lower() != PAGE_FILE_SUFFIX:
             raise UsageError(target, "cannot be a page file", f"end its name in {PAGE_FILE_SUFFIX}")
-        if not all(isinstance(each, str) for each in self._style_names):
+        if not self._has_names:
             raise UsageError("--save", "needs styles given by name or path")
         for name in (self._source, str(self._options.font or ""), *map(str, self._style_names)):
             if control := control_character(name):
@@ -237,6 +251,8 @@ class ComicOptions:
     Attributes:
         key_frames: how the key frames are chosen.
         styles: assigned to the panels in rotation; None: comic, or for a contact sheet none.
+        by: where the next of the styles follows; None: with each panel.
+        cues: styles over time, for the times of the panels; None: `styles`.
         size: paper size, see `paper`; None: A4, or a strip for .html.
         dpi: pixels per inch.
         landscape: landscape orientation for a named paper size.
@@ -260,6 +276,8 @@ class ComicOptions:
 
     key_frames: KeyFrameOptions = field(default_factory=KeyFrameOptions)
     styles: tuple[StyleLike, ...] | None = None
+    by: StyleChange | None = None
+    cues: CueList | None = None
     size: str | None = None
     dpi: float = DEFAULT_DPI
     landscape: bool = False
@@ -279,8 +297,13 @@ class ComicOptions:
     device: str = "auto"
 
 
-_PAGE_FILE_OPTIONS = {"styles", "frames", "save", "overwrite", "device"}
+_PAGE_FILE_OPTIONS = {"styles", "cues", "frames", "save", "overwrite", "device"}
 """Options that can be combined with a page file; it contains the values of all others."""
+
+
+def _shown(plan: PagePlan) -> list[KeyFrame]:
+    """Return the key frame of each panel."""
+    return [plan.key_frames[panel.key_frame] for panel in plan.layout.panels]
 
 
 def _read_saved(path: Path, options: ComicOptions) -> tuple[PageFile, str, ComicOptions]:

@@ -113,6 +113,11 @@ class CueList:
         return [cue.style for cue in self.cues]
 
     @property
+    def name(self) -> str:
+        """A name for messages."""
+        return "cues"
+
+    @property
     def is_plain(self) -> bool:
         """Whether it changes no picture."""
         return all(style.is_plain for style in self.styles)

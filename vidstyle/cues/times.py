@@ -20,6 +20,17 @@ def parse_seconds(text: str) -> Fraction:
     return sum((60**power * Fraction(part) for power, part in enumerate(text.split(":")[::-1])), Fraction(0))
 
 
+def parse_interval(text: str) -> Fraction:
+    """Return a time above 0, which may end in s: "30s", "1:30".
+
+    Raises:
+        ValueError: it is not a time, or 0.
+    """
+    if not (seconds := parse_seconds(text.removesuffix("s"))):
+        raise ValueError(f"{text!r} is not a time above 0, such as 30s")
+    return seconds
+
+
 def parse_time_code(text: str, rate: Fraction | None) -> Fraction:
     """Return a time, also as a time code, hours:minutes:seconds:frames, without dropped frames.
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
+from vidstyle.cues.cue_list import CueList
 from vidstyle.errors import UsageError, suggest
 from vidstyle.media.capture.microphone import Microphone
 from vidstyle.style import Style, load_style, set_values, style_names
@@ -74,6 +75,21 @@ class Status:
     message: str = ""
 
 
+@dataclass(frozen=True)
+class StyleShow:
+    """Styles that change during a session.
+
+    Attributes:
+        rotation: the styles that follow the initial one, which then comes again; empty: all styles.
+        seconds: interval at which the next one follows; None: only on request.
+        cues: a cue list that can be started.
+    """
+
+    rotation: Sequence[Style] = ()
+    seconds: float | None = None
+    cues: CueList | None = None
+
+
 class Controls:
     """Requests to a running session; thread-safe, and no method blocks.
 
@@ -93,10 +109,16 @@ class Controls:
     'ink'
     """
 
-    def __init__(self, style: Style, names: Iterable[str] | None = None) -> None:
+    def __init__(
+        self, style: Style, names: Iterable[str] | None = None, show: StyleShow | None = None
+    ) -> None:
         """`style`: the initial one, with its overrides; `names`: None for it and all that are shipped."""
+        self._show = show or StyleShow()
         names = list(style_names() if names is None else names)
-        self.names = names if style.name in names else [style.name, *names]
+        self._own = {each.name: each for each in (style, *self._show.rotation)}
+        self.names = [*(name for name in self._own if name not in names), *names]
+        self._cues: CueList | None = None
+        self._changes_at: float | None = None
         self.bypassed = self.recording = self._snapshot = False
         self.quitting = threading.Event()
         self.style = self._initial = style
@@ -121,7 +143,7 @@ class Controls:
         style = self.named(listed)
         style = style if listed == name else apply_variant(style, name.removeprefix(f"{listed}:"))
         with self._lock:
-            self.style = style
+            self.style, self._cues, self._changes_at = style, None, None
 
     def named(self, name: str) -> Style:
         """Return the style of this name, as in `choose`.
@@ -129,9 +151,9 @@ class Controls:
         Raises:
             StyleError: the style file has changed and is invalid.
         """
+        if name in self._own:
+            return self._own[name]
         initial = self._initial
-        if name == initial.name:
-            return initial
         regions = {key: mask for key in ("only", "keep") if (mask := getattr(initial, key)) in REGIONS}
         style = load_style(name)
         return replace(style, behind=initial.behind or style.behind, **regions)
@@ -139,8 +161,37 @@ class Controls:
     def next_style(self) -> None:
         """Request the next style; the first follows the last."""
         with self._lock:
-            place = self.names.index(self._listed(self.style.name))
-            self.choose(self.names[(place + 1) % len(self.names)])
+            names = [*self._own] if self._show.rotation else self.names
+            name = self.style.name if self.style.name in names else self._listed(self.style.name)
+            place = names.index(name) if name in names else -1
+            self.choose(names[(place + 1) % len(names)])
+
+    @property
+    def look(self) -> Style | CueList:
+        """The style last requested, or the cue list that was started since."""
+        return self._cues or self.style
+
+    def start_cues(self) -> None:
+        """Start the cue list, if there is one, from its beginning; a request for a style ends it."""
+        if self._show.cues is not None:
+            self._cues = replace(self._show.cues)
+
+    def follow(self, time: float) -> None:
+        """Request the next style when it is due; for the session, before each frame.
+
+        Args:
+            time: of the frame, in seconds.
+
+        Raises:
+            StyleError: as `choose`.
+        """
+        if self._show.seconds is None or self.bypassed or self._cues is not None:
+            return
+        is_due = self._changes_at is not None and time >= self._changes_at
+        if is_due:
+            self.next_style()
+        if is_due or self._changes_at is None:
+            self._changes_at = time + self._show.seconds
 
     def without_variant(self, name: str) -> Style:
         """Return the style of this name; for a variant, its base style.
@@ -158,7 +209,7 @@ class Controls:
             UsageError: a value is invalid; lists all mistakes and changes nothing.
         """
         with self._lock:
-            self.style = set_values(self.style, values)
+            self.style, self._cues = set_values(self.style, values), None
 
     def steady(self, value: float) -> None:
         """Set temporal smoothing, from 0 (off) to 1 (strongest); values outside are clamped."""

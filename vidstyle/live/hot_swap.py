@@ -8,6 +8,8 @@ from collections.abc import Callable
 from vidstyle.backend import Backend, FrameRequest
 from vidstyle.core.convert import convert
 from vidstyle.core.picture import Encoding, Picture
+from vidstyle.cues.cue_list import CueList
+from vidstyle.cues.cue_renderer import CueRenderer
 from vidstyle.errors import VidstyleError
 from vidstyle.live.latest import DropOldestQueue
 from vidstyle.media.resize import resize_picture
@@ -24,14 +26,15 @@ class HotSwapRenderer:
 
     If only numbers and colours change, the renderer continues with the new values (`Backend.change_style`).
     For another style, a second renderer is prepared in the background with the current picture, so that no
-    frame waits for shaders to compile or files to load.
+    frame waits for shaders to compile or files to load. A cue list is such a style; it starts with its first
+    picture.
 
     Attributes:
         style: the one that runs.
         scale: the share of the width and the height to work at.
     """
 
-    def __init__(self, style: Style, device: str, notify: Callable[[str], None]) -> None:
+    def __init__(self, style: Style | CueList, device: str, notify: Callable[[str], None]) -> None:
         """Defer opening the device to the first picture, so that errors of the source are reported first.
 
         Args:
@@ -41,15 +44,15 @@ class HotSwapRenderer:
         self.scale = 1.0
         self._device, self._notify = device, notify
         self._renderer: Backend | None = None
-        self._pending: Style | None = None
-        self._ready: tuple[Style, Backend] | None = None
+        self._pending: Style | CueList | None = None
+        self._ready: tuple[Style | CueList, Backend] | None = None
         self._lock = threading.Lock()
-        self._requests: DropOldestQueue[tuple[Style, FrameRequest]] = DropOldestQueue()
+        self._requests: DropOldestQueue[tuple[Style | CueList, FrameRequest]] = DropOldestQueue()
         self._thread = threading.Thread(target=self._prepare_all, name="vidstyle prepare", daemon=True)
         self._thread.start()
 
     def run(
-        self, picture: Picture, time: float, target: Encoding, style: Style | None
+        self, picture: Picture, time: float, target: Encoding, style: Style | CueList | None
     ) -> tuple[Picture, bool]:
         """Restyle a picture; return it, and whether the style has changed.
 
@@ -70,7 +73,7 @@ class HotSwapRenderer:
         if style is not self._requested:
             self._request(style, request)
         before = self.style
-        self._swap()
+        self._swap(time)
         if self._renderer is None:
             self._renderer = open_renderer(self.style, self._device)
         result = self._renderer.restyle(request)
@@ -90,18 +93,16 @@ class HotSwapRenderer:
         if self._renderer is not None:
             self._renderer.close()
 
-    def _request(self, style: Style, request: FrameRequest) -> None:
+    def _request(self, style: Style | CueList, request: FrameRequest) -> None:
         self._requested = style
         with self._lock:
-            if self._renderer is not None and structure_key(style) == structure_key(
-                self._pending or self.style
-            ):
+            if self._renderer is not None and _key(style) == _key(self._pending or self.style):
                 return  # `_swap` takes the values
             self._pending = style
         self._requests.put((style, request))
 
-    def _swap(self) -> None:
-        """Take a renderer that is ready, and the values that were requested since."""
+    def _swap(self, time: float) -> None:
+        """Take a renderer that is ready, and the values that were requested since; `time`: of the picture."""
         with self._lock:
             ready, self._ready = self._ready, None
             if ready is not None and ready[0] is self._pending:
@@ -111,9 +112,11 @@ class HotSwapRenderer:
             if self._renderer is not None:
                 self._renderer.close()
             self.style, self._renderer = ready
+            if isinstance(self._renderer, CueRenderer):
+                self._renderer.start_at(time)
         if self._renderer is None or is_pending or self.style is self._requested:
             return
-        if structure_key(self.style) == structure_key(self._requested):
+        if isinstance(self._requested, Style) and _key(self.style) == _key(self._requested):
             self._renderer.change_style(self._requested)
             self.style = self._requested
 
@@ -127,7 +130,7 @@ class HotSwapRenderer:
         if unused is not None:
             unused[1].close()
 
-    def _prepare(self, style: Style, request: FrameRequest) -> None:
+    def _prepare(self, style: Style | CueList, request: FrameRequest) -> None:
         """Open a renderer and run it once, so that everything is compiled and loaded."""
         try:
             renderer = open_renderer(style, self._device, announce=False)
@@ -141,3 +144,8 @@ class HotSwapRenderer:
             replaced, self._ready = self._ready, (style, renderer)
         if replaced is not None:
             replaced[1].close()
+
+
+def _key(style: Style | CueList) -> tuple[object, ...]:
+    """Return a key that is equal if only numbers and colours differ; each cue list has another one."""
+    return (id(style),) if isinstance(style, CueList) else structure_key(style)

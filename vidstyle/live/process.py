@@ -9,6 +9,7 @@ from fractions import Fraction
 from statistics import median
 
 from vidstyle.core.picture import SITINGS, Encoding, Picture
+from vidstyle.errors import VidstyleError
 from vidstyle.live.capture import Capture
 from vidstyle.live.control import Controls, LiveOptions
 from vidstyle.live.hot_swap import HotSwapRenderer
@@ -51,7 +52,11 @@ class FrameProcessor:
     def process(self, captured: CapturedFrame, capture: Capture, name: str) -> Picture:
         """Restyle a frame; `name` is the name of the source."""
         picture = self._normalizer.normalize(captured, capture, name)
-        style = None if self._controls.bypassed else self._controls.style
+        try:
+            self._controls.follow(captured.time)
+        except VidstyleError as error:  # a style file that has changed since
+            self._notify(str(error))
+        style = None if self._controls.bypassed else self._controls.look
         before = self.style
         result, changed = self._renderer.run(picture, captured.time, self._normalizer.encoding, style)
         if self.style != before:  # not for every step of a slider

@@ -7,7 +7,7 @@ from contextlib import closing
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from vidstyle.cli.parsing.command import Group, option
+from vidstyle.cli.parsing.command import Decorator, Group, option
 from vidstyle.cli.parsing.common_options import Parsed, number, style_from_options
 from vidstyle.cli.parsing.path_arguments import PATH
 from vidstyle.cues.style_change import CHANGE_HELP, MAX_PARTS, StyleChange, in_turn
@@ -30,10 +30,12 @@ def by_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return by(seed(command))
 
 
-def cues_option(command: Callable[..., Any]) -> Callable[..., Any]:
+CUES_HELP = "File with styles and their times, as 'vidstyle cues' writes it; instead of --style."
+
+
+def cues_option(text: str = CUES_HELP) -> Decorator:
     """Add --cues, a file with styles and their times."""
-    text = "File with styles and their times, as 'vidstyle cues' writes it; instead of --style."
-    return option("--cues", type=PATH, metavar="FILE", group=Group.STYLE, help=text)(command)
+    return option("--cues", type=PATH, metavar="FILE", group=Group.STYLE, help=text)
 
 
 def look_from_options(options: Mapping[str, Any]) -> StyleChoice:
@@ -43,7 +45,7 @@ def look_from_options(options: Mapping[str, Any]) -> StyleChoice:
     if options["cues"] is not None:
         return _cues_from_file(options)
     if options["by"] is not None:
-        styles = (style_from_options({**options, "style_name": name}) for name in _names(options))
+        styles = (style_from_options({**options, "style_name": name}) for name in style_list(options))
         return StyleRotation(tuple(styles), options["by"], options["seed"])
     if options["seed"] is not None:
         raise UsageError("--seed", "needs --by")
@@ -69,7 +71,7 @@ def styles_of_scenes(scenes: Sequence[Scene], options: Mapping[str, Any]) -> lis
     change: StyleChange = options["by"] or StyleChange("scene")
     if change.kind == "seconds":
         raise UsageError("--by", "is a time, and a cue file has scenes", "use it with 'vidstyle render'")
-    names = _names(options)
+    names = style_list(options)
     choices = [load_style(name) for name in names]
     parts = iter(names[number] for number in _chosen(scenes, choices, change, options["seed"]))
     return [next(parts) if number % int(change.step) == 0 else None for number in range(len(scenes))]
@@ -114,7 +116,8 @@ def _chosen(
     return in_turn(range(len(choices)), -(-len(scenes) // int(change.step)), seed)
 
 
-def _names(options: Mapping[str, Any]) -> list[str]:
+def style_list(options: Mapping[str, Any]) -> list[str]:
+    """Return the names in --style, which are separated by commas."""
     names = [name.strip() for name in (options["style_name"] or "").split(",")]
     if not all(names):
         raise UsageError("--style", "has a comma without a name", "give several, as in ink,noir,poster")

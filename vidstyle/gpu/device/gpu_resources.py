@@ -29,6 +29,7 @@ class GpuResources:
         self.upload = Upload(context)
         self.download = Download(context)
         self._percentiles: dict[tuple[str, int], GpuPercentiles] = {}
+        self._unused_percentiles: list[GpuPercentiles] = []
         self._framebuffers: dict[tuple[int, ...], moderngl.Framebuffer] = {}
         self._unused = context.framebuffer([context.renderbuffer((1, 1))])
 
@@ -42,14 +43,17 @@ class GpuResources:
     def percentiles_of(self, measure: ShaderPercentileRequest) -> GpuPercentiles:
         """Return the percentiles of a measured step."""
         if measure.step not in self._percentiles:
-            coding = WORKING_FORMATS["luma"]
-            self._percentiles[measure.step] = GpuPercentiles(self.context, coding.low, coding.span)
+            coding, unused = WORKING_FORMATS["luma"], self._unused_percentiles
+            new = unused.pop() if unused else GpuPercentiles(self.context, coding.low, coding.span)
+            self._percentiles[measure.step] = new
         return self._percentiles[measure.step]
 
     def forget_percentiles(self) -> None:
-        """Release all percentiles before the structure of the steps changes."""
-        while self._percentiles:
-            self._percentiles.popitem()[1].release()
+        """Forget all percentiles before the structure of the steps changes; keep their programs."""
+        for each in self._percentiles.values():
+            each.restart()
+            self._unused_percentiles.append(each)
+        self._percentiles = {}
 
     def trim(self, shaders: Iterable[Shader]) -> None:
         """Release textures, framebuffers and programs that these shaders do not use."""

@@ -72,6 +72,10 @@ class GpuPercentiles:
         now.draw(self._smoothing, self._ordered.texture, before.texture)
         return now.texture
 
+    def restart(self) -> None:
+        """Forget the percentiles so far: the next ones are not smoothed."""
+        self._first = True
+
     def _count(self, samples: moderngl.Texture, size: tuple[int, int]) -> None:
         context = self._context
         self._bins.framebuffer.clear()
