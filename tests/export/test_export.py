@@ -114,7 +114,7 @@ def test_the_modules_of_a_page_declare_no_name_twice() -> None:
         join_modules(RUNNER_FOLDER.with_name("page.js")),
         re.M,
     )
-    assert len(names) > 80 and [name for name in names if names.count(name) > 1] == []
+    assert len(names) > 60 and [name for name in names if names.count(name) > 1] == []
 
 
 def test_a_page_restyles_a_picture_from_a_file_and_asks_nobody(

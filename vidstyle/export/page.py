@@ -6,6 +6,7 @@ import base64
 import hashlib
 import json
 import re
+from collections.abc import Sequence
 from html import escape
 from importlib.resources import files
 from pathlib import Path
@@ -31,12 +32,12 @@ def page_of_style(style: Style) -> str:
     Raises:
         StyleError: the style is invalid.
     """
-    script = _script()
-    css = _text("page.css")
+    script = page_script(_PAGE_MODULE)
+    css = viewer_css()
     data = json.dumps(page_data(style), separators=(",", ":")).replace("</", "<\\/")
     return Template(_text("page.html")).substitute(
         name=escape(style.name),
-        note=re.sub("`([^`]*)`", r"<code>\1</code>", escape(style.note)),
+        stage=viewer_markup(style),
         css=css,
         css_sum=_sum(css),
         script=script,
@@ -46,21 +47,35 @@ def page_of_style(style: Style) -> str:
     )
 
 
-def _script() -> str:
-    """Return `page.js` with the modules that it imports, without exports and comments for developers."""
-    text = re.sub(r"^export (?=class|function|const)", "", join_modules(_PAGE_MODULE), flags=re.M)
+def viewer_markup(style: Style) -> str:
+    """Return the HTML of the large picture of a style and its panel, which `viewer.js` uses."""
+    note = re.sub("`([^`]*)`", r"<code>\1</code>", escape(style.note))
+    return Template(_text("stage.html")).substitute(name=escape(style.name), note=note)
+
+
+def viewer_css() -> str:
+    """Return the CSS of `viewer_markup` and of the elements of a page."""
+    return _text("page.css")
+
+
+def page_script(module: Path) -> str:
+    """Return a module with the modules that it imports, without exports and comments for developers."""
+    text = re.sub(r"^export (?=class|function|const|async)", "", join_modules(module), flags=re.M)
     return re.sub(r"^ *(?://[^\n]*|/\*\*.*?\*/)\n", "", text, flags=re.M | re.S)
 
 
-def page_data(style: Style) -> dict[str, Any]:
-    """Return the plans of a style for `WORKING_SIDES_PX`, its controls and their effect on plan values.
+def page_data(style: Style, sides: Sequence[int] = WORKING_SIDES_PX) -> dict[str, Any]:
+    """Return the plans of a style, its controls and their effect on plan values.
 
     Shader texts and textures are shared by all plans.
+
+    Args:
+        sides: working sizes: the shorter side in pixels.
     """
     style = with_tints(style)
     controls = main_controls(style)
     plans: list[dict[str, Any]] = []
-    for side in WORKING_SIDES_PX:
+    for side in sides:
         plan = EsPlan.of(style, _width(side), side)
         alike = next((other for other in plans if is_alike(plan.data, other["plan"])), None)
         plans.append({"side": side, "plan": plan.data, "tables": _tables(style, plan, controls, alike)})

@@ -1,0 +1,81 @@
+// The knobs, colours and variants of a style.
+
+import { control, isShort } from "./controls.js";
+import { get, make, press } from "./elements.js";
+
+/** @typedef {import("./plan_values.js").Entry} Entry */
+/** @typedef {import("./viewer.js").StyleData} StyleData */
+
+/** @param {string} path */
+const titleOf = (path) => path.split(".").slice(-2).join(" ").replace(/#\d+/g, "").replaceAll("_", " ");
+
+/** Shows the controls of a style in the elements `controls`, `variants` and `reset`. */
+export class StylePanel {
+  /** The values of the controls by path. @type {Record<string, any>} */
+  values = {};
+  /** @type {Record<string, (value: any) => void>} */
+  #show = {};
+
+  /**
+   * @param {StyleData} data
+   * @param {() => void} onchange
+   */
+  constructor(data, onchange) {
+    this.data = data;
+    this.onchange = onchange;
+    for (const parent of ["controls", "variants"]) get(parent).replaceChildren();
+    for (const entry of data.controls) this.#add(entry);
+    this.initial = { ...this.values };
+    for (const name of Object.keys(data.variants)) this.#addVariant(name);
+    get("reset").onclick = () => this.put(this.initial);
+    this.#changed();
+  }
+
+  /** The values that differ from the style's own, by path. */
+  get changes() {
+    return Object.fromEntries(Object.entries(this.values).filter(([path, value]) => value !== this.initial[path]));
+  }
+
+  /** Sets values. @param {Record<string, any>} wanted by path */
+  put(wanted) {
+    for (const [path, value] of Object.entries(wanted)) {
+      this.values[path] = value;
+      this.#show[path](value);
+    }
+    this.#changed();
+  }
+
+  /** @param {Entry} entry */
+  #add(entry) {
+    const { path, kind, help, unit } = entry;
+    const ranges = this.data.plans.map(({ tables }) => tables[path][0].at);
+    // A slider ends where a plan would need other passes.
+    const ends = { low: Math.max(...ranges.map((at) => at[0])), high: Math.min(...ranges.map((at) => at[at.length - 1])) };
+    const described = { ...entry, ...(kind === "slider" ? ends : {}), unit: isShort(unit) ? unit : "" };
+    const shown = control(described, `value-${path}`, (value) => {
+      this.values[path] = value;
+      this.#changed();
+    });
+    const label = make("label", { htmlFor: `value-${path}`, textContent: titleOf(path) });
+    const row = make("div", { className: "control", title: help }, label, make("div", { className: "value" }, ...shown.inline), ...(shown.below ?? []));
+    get("controls").append(row);
+    this.values[path] = entry.value;
+    this.#show[path] = shown.show;
+    shown.show(entry.value);
+  }
+
+  /** @param {string} name */
+  #addVariant(name) {
+    const button = make("button", { textContent: name });
+    button.onclick = () => this.put({ ...this.initial, ...(button.ariaPressed === "true" ? {} : this.data.variants[name]) });
+    get("variants").append(button);
+  }
+
+  #changed() {
+    for (const button of get("variants").children) {
+      const all = { ...this.initial, ...this.data.variants[String(button.textContent)] };
+      press(button, this.data.controls.every(({ path }) => this.values[path] === all[path]));
+    }
+    this.onchange();
+  }
+}

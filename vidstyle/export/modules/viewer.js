@@ -1,0 +1,215 @@
+// The large picture of a page: one style, its controls, before and after, and saving.
+
+import { announce } from "./announce.js";
+import { Divider } from "./divider.js";
+import { download, get, make, oncePerFrame, press, resize } from "./elements.js";
+import { planValues } from "./plan_values.js";
+import { record } from "./recording.js";
+import { Source } from "./source.js";
+import { StylePanel } from "./style_panel.js";
+
+/** @typedef {import("./plan_values.js").SizedPlan} SizedPlan */
+/** @typedef {import("./runner.js").LoadedStyle} LoadedStyle */
+/** @typedef {import("./runner.js").Runner} Runner */
+
+/**
+ * @typedef {object} StyleData
+ * @property {string} name
+ * @property {SizedPlan[]} plans
+ * @property {import("./plan_values.js").Entry[]} controls
+ * @property {string[]} fixed paths of parameters without a control
+ * @property {Record<string, Record<string, any>>} variants
+ */
+
+/** A frame that takes longer is slow. */
+const MAX_FRAME_MS = 70;
+/** Number of consecutive slow frames after which the detail is reduced. */
+const MAX_SLOW_FRAMES = 12;
+const SIDES = [360, 720, 1080];
+/** The buttons that keys press. @type {Object<string, string>} */
+const KEYS = { b: "compare", s: "save", r: "record", f: "full", " ": "play" };
+
+/** Returns the working size: the shorter side is that of the plan. @param {[number, number]} size @param {number} side @returns {[number, number]} */
+export function workingSize([width, height], side) {
+  const long = Math.max(side, Math.round((side * Math.max(width, height)) / Math.min(width, height)));
+  return width < height ? [side, long] : [long, side];
+}
+
+/** Returns a style that is loaded for one working size. @param {Runner} runner @param {SizedPlan} sized @returns {Promise<SizedPlan & {style: LoadedStyle}>} */
+export async function loadStyle(runner, sized) {
+  sized.style ??= await runner.load(sized.plan);
+  return /** @type {SizedPlan & {style: LoadedStyle}} */ (sized);
+}
+
+/** Shows a picture in a style, in the elements of `stage.html`. */
+export class Viewer {
+  canvas = /** @type {HTMLCanvasElement} */ (get("picture"));
+  /** @type {StyleData | null} */
+  data = null;
+  /** @type {StylePanel | null} */
+  panel = null;
+  #place = /** @type {HTMLInputElement} */ (get("place"));
+  #detail = /** @type {HTMLSelectElement} */ (get("side"));
+  redraw = oncePerFrame(() => this.draw());
+  #divider = new Divider(this.canvas, get("divider"), this.redraw);
+  source = new Source({
+    onopen: () => this.#opened(),
+    onframe: () => this.#framed(),
+    onjump: () => this.#shown?.style.restart(),
+    report: (text, seconds) => this.say(text, seconds),
+  });
+  /** The loaded style for the current detail. @type {(SizedPlan & {style: LoadedStyle}) | null} */
+  #shown = null;
+  /** @type {MediaRecorder | null} */
+  #recorder = null;
+  #slow = 0;
+
+  /** @param {Runner} runner */
+  constructor(runner) {
+    this.runner = runner;
+    this.#detail.value = runner.isSoftware ? "360" : "720";
+    this.#divider.listen();
+    this.#listen();
+  }
+
+  /** Shows a message. @param {string} text @param {number} [seconds] 0: until the next message */
+  say(text, seconds = 6) {
+    announce(get("message"), text, { seconds });
+  }
+
+  /** The working size: the length of the shorter side. */
+  get side() {
+    return Number(this.#detail.value);
+  }
+
+  /** Shows another style, once it is compiled. @param {StyleData} data @param {number} [side] */
+  async show(data, side = this.side) {
+    this.data = data;
+    this.panel = new StylePanel(data, () => this.#changed());
+    get("facts").textContent = this.#facts(data).join(" ");
+    await this.#choose(side);
+  }
+
+  /** @param {StyleData} data */
+  #facts({ fixed, plans }) {
+    const facts = [`Rendered on ${this.runner.device}.`];
+    if (this.runner.isSoftware) facts.push("Software rendering: this will be slow.");
+    if (fixed.length) facts.push(`Fixed in this file: ${fixed.join(", ")}.`);
+    if (plans[0].plan.server.includes("steady")) facts.push("Temporal smoothing is only available in vidstyle render.");
+    if (plans[0].plan.server.includes("masks")) facts.push("Masks are only available in vidstyle: here, people fill the picture.");
+    return facts;
+  }
+
+  /** Switches to the plan for this side once it is compiled. @param {number} side */
+  async #choose(side) {
+    this.#detail.value = String(side);
+    const wanted = /** @type {StyleData} */ (this.data);
+    const found = await loadStyle(this.runner, /** @type {SizedPlan} */ (wanted.plans.find((each) => each.side === side)));
+    if (this.data !== wanted || this.side !== side) return;
+    if (found !== this.#shown) this.#shown?.style.release();
+    this.#shown = found;
+    this.#changed();
+    found.style.restart();
+  }
+
+  #changed() {
+    if (this.#shown && this.data?.plans.includes(this.#shown) && this.panel)
+      this.#shown.style.values = planValues(this.#shown, this.data.controls, this.panel.values);
+    this.redraw();
+  }
+
+  #opened() {
+    this.#shown?.style.restart();
+    document.body.classList.remove("empty");
+    get("film").hidden = !this.source.film;
+  }
+
+  #framed() {
+    const { film } = this.source;
+    if (!this.source.video) return this.redraw();
+    this.draw();
+    if (film) this.#place.value = String(film.duration ? film.currentTime / film.duration : 0);
+  }
+
+  draw() {
+    const { picture, size: own, video } = this.source;
+    if (!picture || !this.#shown || !own[0]) return;
+    const size = workingSize(own, this.#shown.side);
+    resize(this.canvas, size);
+    const began = performance.now();
+    if (!this.runner.draw(this.#shown.style, picture, this.canvas, { time: this.source.time, size })) return;
+    this.#divider.paint(picture, own);
+    if (video && !video.paused) this.#watchSpeed(performance.now() - began);
+    this.#divider.place();
+  }
+
+  /** Switches to the next smaller size after many slow frames in a row. @param {number} milliseconds */
+  #watchSpeed(milliseconds) {
+    this.#slow = milliseconds > MAX_FRAME_MS ? this.#slow + 1 : 0;
+    const smaller = Math.max(...SIDES.filter((each) => each < this.side));
+    if (this.#slow < MAX_SLOW_FRAMES || smaller < 0) return;
+    this.#slow = 0;
+    this.#choose(smaller);
+    this.say("Detail reduced to keep up with the frame rate.");
+  }
+
+  #save() {
+    this.draw();
+    this.canvas.toBlob((blob) => blob && download(blob, `${this.data?.name}.png`));
+  }
+
+  #record() {
+    if (this.#recorder) return this.#recorder.stop();
+    this.#recorder = record(this.canvas, this.source.video, (clip, extension) => {
+      this.#recorder = null;
+      press(get("record"), false);
+      if (clip.size) download(clip, `${this.data?.name}.${extension}`);
+      else this.say("Nothing was recorded.");
+    });
+    if (!this.#recorder) return this.say("This browser cannot record.");
+    press(get("record"), true);
+    this.redraw();
+  }
+
+  #compare() {
+    this.#divider.toggle();
+    press(get("compare"), this.#divider.split !== null);
+  }
+
+  #listen() {
+    const picker = make("input", { type: "file", accept: "image/*,video/*" });
+    picker.id = "file";
+    picker.hidden = true;
+    document.body.append(picker);
+    this.source.listen(picker);
+    /** @type {Record<string, () => void>} */
+    const clicks = {
+      open: () => picker.click(),
+      camera: () => this.source.openCamera(),
+      again: () => document.body.classList.add("empty"),
+      full: () => (document.fullscreenElement ? document.exitFullscreen() : get("viewer").requestFullscreen()),
+      play: () => this.source.toggle(),
+      save: () => this.#save(),
+      record: () => this.#record(),
+      compare: () => this.#compare(),
+    };
+    for (const [id, act] of Object.entries(clicks)) get(id)?.addEventListener("click", act);
+    this.#detail.onchange = () => this.#choose(this.side);
+    this.#place.oninput = () => {
+      const { film } = this.source;
+      if (film) film.currentTime = Number(this.#place.value) * film.duration;
+    };
+    addEventListener("keydown", (event) => this.#press(event));
+  }
+
+  /** @param {KeyboardEvent} event */
+  #press(event) {
+    const target = /** @type {HTMLElement} */ (event.target);
+    if (target.matches("input:not([type=range]), select") || event.ctrlKey || event.metaKey || event.altKey || !this.source.picture) return;
+    const id = KEYS[event.key];
+    if (!id || !get("stage").checkVisibility()) return;
+    if (event.key === " " && (get("film").hidden || target.matches("button"))) return;
+    event.preventDefault();
+    get(id).click();
+  }
+}
