@@ -21,7 +21,7 @@ def runner_module() -> str:
 def join_modules(path: Path) -> str:
     """Return a module and all modules that it imports, directly or not, as the text of one module.
 
-    It imports modules of `SCRIPT_FOLDERS`, by their file names.
+    It imports modules of its folder and of `SCRIPT_FOLDERS`, by their file names.
     """
     texts: dict[str, str] = {}
 
@@ -29,7 +29,8 @@ def join_modules(path: Path) -> str:
         text = path.read_text(encoding="utf-8")
         for name in _IMPORT.findall(text):
             if name not in texts:
-                add(next(folder / name for folder in SCRIPT_FOLDERS if (folder / name).exists()))
+                folders = (path.parent, *SCRIPT_FOLDERS)
+                add(next(folder / name for folder in folders if (folder / name).exists()))
         texts[path.name] = _IMPORT.sub("", text)
 
     add(path)

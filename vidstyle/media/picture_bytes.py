@@ -1,4 +1,4 @@
-"""Pictures as the content of PNG and JPEG files."""
+"""Pictures as the content of PNG, JPEG and WebP files."""
 
 from __future__ import annotations
 
@@ -30,6 +30,15 @@ def jpeg_bytes(picture: np.ndarray, quality: int, optimized: bool = False) -> by
         *(cv2.IMWRITE_JPEG_OPTIMIZE, int(optimized)),
     ]
     return _encode(".jpg", picture, options)
+
+
+def webp_bytes(picture: np.ndarray, quality: int) -> bytes:
+    """Encode a picture, H x W x 3 uint8 RGB, as WebP.
+
+    Args:
+        quality: 0 to 100.
+    """
+    return _encode(".webp", picture, [cv2.IMWRITE_WEBP_QUALITY, quality])
 
 
 def _encode(suffix: str, picture: np.ndarray, options: list[int]) -> bytes:
