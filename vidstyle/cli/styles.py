@@ -109,8 +109,7 @@ def _print_list() -> None:
     for name, style in styles.items():
         variants = ", ".join(f"{name}:{variant}" for variant in style.variants)
         variants = f" Variants: {variants}." if variants else ""
-        first, end, _ = style.note.partition(". ")
-        click.echo(list_entry(f"{name:16}", f"{first}{end.rstrip()}{variants}"))
+        click.echo(list_entry(f"{name:16}", f"{style.summary}{variants}"))
 
 
 def _print_thumbnails(styles: Mapping[str, Style]) -> None:

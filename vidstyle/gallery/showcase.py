@@ -1,4 +1,4 @@
-"""A folder with a page on which many styles restyle the visitor's photograph, film or camera in the browser."""
+"""A page on which many styles restyle the photograph, film or camera of its visitor, without a server."""
 
 from __future__ import annotations
 
@@ -15,10 +15,12 @@ import cv2
 import numpy as np
 
 import vidstyle
-from vidstyle.errors import UsageError, counted
+from vidstyle.errors import UsageError, counted, output_error
 from vidstyle.export.adjust import main_controls
 from vidstyle.export.page import WORKING_SIDES_PX, page_data, page_script, viewer_css, viewer_markup
+from vidstyle.gallery.preview import read_still
 from vidstyle.gallery.style_samples import jpeg_address, samples_of
+from vidstyle.gallery.thumbnail import thumbnail_photograph
 from vidstyle.media.picture_bytes import webp_bytes
 from vidstyle.media.write.atomic import atomic_file
 from vidstyle.pipeline.progress import ProgressCallback, ignore_progress
@@ -55,6 +57,20 @@ class _Shared:
         return [self.pieces.setdefault(piece, len(self.pieces)) for piece in _PIECE.split(text)]
 
 
+def read_example(path: Path) -> ExamplePicture:
+    """Read a photograph, or the middle frame of a film.
+
+    Raises:
+        InputError: it cannot be read.
+    """
+    return ExamplePicture(path.stem, path.stem, read_still(path))
+
+
+def default_example() -> ExamplePicture:
+    """Return the photograph that comes with vidstyle."""
+    return ExamplePicture("face", "A face", thumbnail_photograph())
+
+
 def write_showcase(
     folder: Path,
     styles: Sequence[Style],
@@ -66,7 +82,7 @@ def write_showcase(
     """Write the page of `styles` to `folder/index.html`, and its data next to it.
 
     Args:
-        folder: an existing folder.
+        folder: is created if it does not exist.
         examples: pictures to start with, at least one.
         title: heading of the page.
         overwrite: whether to replace existing files.
@@ -76,7 +92,7 @@ def write_showcase(
         The size of all files in bytes.
 
     Raises:
-        UsageError: a file exists.
+        UsageError: a file exists, or there is no example.
         OutputError: a file cannot be written.
         StyleError: a style cannot be exported.
     """
@@ -85,11 +101,19 @@ def write_showcase(
     count = 0
     for name, content in _files(styles, examples, title, on_step):
         path = folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
+        _make_folder(folder)
+        _make_folder(path.parent, parents=True)
         with atomic_file(path, None, overwrite) as write:
             write(content)
         count += len(content)
     return count
+
+
+def _make_folder(folder: Path, parents: bool = False) -> None:
+    try:
+        folder.mkdir(parents=parents, exist_ok=True)
+    except OSError as error:
+        raise output_error(folder, error) from None
 
 
 def _files(
@@ -115,7 +139,7 @@ def _files(
 
 
 def _index(styles: Sequence[Style], examples: Sequence[ExamplePicture], title: str) -> str:
-    listed = [{"name": style.name, "note": first_sentence(style.note)} for style in styles]
+    listed = [{"name": style.name, "note": style.summary.replace("`", "")} for style in styles]
     pictures = [{"name": each.name, "title": each.title} for each in examples]
     close = '<button id="close" aria-label="Back to all looks">All looks</button>\n'
     viewer = viewer_markup(Style("")).replace('  <p id="facts"', _asset("panel.html") + '  <p id="facts"')
@@ -126,15 +150,6 @@ def _index(styles: Sequence[Style], examples: Sequence[ExamplePicture], title: s
         viewer=close + viewer,
         data=json.dumps({"styles": listed, "pictures": pictures}).replace("</", "<\\/"),
     )
-
-
-def first_sentence(note: str) -> str:
-    """Return the first sentence of the note of a style, without backquotes.
-
-    >>> first_sentence("A print. Tune `a.b`.")
-    'A print.'
-    """
-    return note.replace("`", "").partition(". ")[0].rstrip(".") + "." if note else ""
 
 
 def _style_data(style: Style, shared: _Shared) -> dict[str, Any]:

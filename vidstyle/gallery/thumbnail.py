@@ -28,7 +28,12 @@ def thumbnail(style: Style) -> np.ndarray:
 
 def restyle_thumbnail(style: Style) -> np.ndarray:
     """Render the thumbnail of a style."""
-    return _small(restyle_picture(_read(THUMBNAIL_FOLDER / f"{PLAIN}.webp"), style))
+    return _small(restyle_picture(thumbnail_photograph(), style))
+
+
+def thumbnail_photograph() -> np.ndarray:
+    """Return the photograph of the thumbnails, at twice their size: H x W x 3 uint8 RGB."""
+    return _read(THUMBNAIL_FOLDER / f"{PLAIN}.webp")
 
 
 def _read(file: Path) -> np.ndarray:

@@ -83,6 +83,12 @@ class Style:
     behind: Style | None = None
 
     @property
+    def summary(self) -> str:
+        """The first sentence of the note."""
+        first, end, _ = self.note.partition(". ")
+        return f"{first}{end.rstrip()}"
+
+    @property
     def is_plain(self) -> bool:
         """Whether it changes no picture."""
         own = bool(self.steps or self.behind)

@@ -71,14 +71,14 @@ def _quoting_hint(words: Sequence[str]) -> str:
     return "put a name with spaces in quotes, such as 'my film.mp4'"
 
 
-def parents_option(target: str) -> Decorator:
-    """Add --parents, which makes the folders of the paths in the command's parameter `target`."""
+def parents_option(*targets: str) -> Decorator:
+    """Add --parents, which makes the folders of the paths in these parameters of the command."""
 
     def add(command: Callable[..., Any]) -> Callable[..., Any]:
         @wraps(command)
         def run(parents: bool, **options: Any) -> Any:
-            given = options.get(target)
-            paths = given if isinstance(given, tuple) else (given,)
+            given = [options.get(target) for target in targets]
+            paths = [path for each in given for path in (each if isinstance(each, tuple) else (each,))]
             with made_folders([str(path) for path in paths if path is not None and parents]):
                 return command(**options)
 

@@ -63,6 +63,8 @@ export class Viewer {
   /** @type {MediaRecorder | null} */
   #recorder = null;
   #slow = 0;
+  /** Is called when a value of a control has changed. @type {() => void} */
+  onchange = () => {};
 
   /** @param {Runner} runner */
   constructor(runner) {
@@ -115,6 +117,7 @@ export class Viewer {
   #changed() {
     if (this.#shown && this.data?.plans.includes(this.#shown) && this.panel)
       this.#shown.style.values = planValues(this.#shown, this.data.controls, this.panel.values);
+    this.onchange();
     this.redraw();
   }
 

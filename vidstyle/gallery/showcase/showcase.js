@@ -112,6 +112,7 @@ class Showcase {
         shown();
         this.#opened();
       };
+      this.viewer.onchange = () => this.#showCommand();
       get("open-file").onclick = () => get("file").click();
       get("use-camera").onclick = () => source.openCamera();
     }
@@ -154,9 +155,6 @@ class Showcase {
     this.#style = await loadStyleData(name);
     await this.viewer.show(this.#style);
     this.#showCommand();
-    get("controls").addEventListener("input", () => this.#showCommand());
-    get("variants").addEventListener("click", () => this.#showCommand());
-    get("reset").addEventListener("click", () => this.#showCommand());
     await this.#openExample();
   }
 
