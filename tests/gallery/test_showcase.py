@@ -124,7 +124,9 @@ def test_a_visitor_sees_all_looks_of_a_photograph_and_takes_one(
     )
     until(browser, "document.getElementById('command').textContent.includes('levels=7')")
     text = browser.run(
-        """const made = new Promise((done) => (URL.createObjectURL = (blob) => (done(blob.text()), "data:,")));
+        """const made = new Promise((done) => {
+          URL.createObjectURL = (blob) => (done(blob.text()), "data:,");
+        });
         document.getElementById("style-file").click();
         return await made;"""
     )
