@@ -153,6 +153,20 @@ def test_colorize_is_hsl_with_luma_as_lightness(hue: float, saturation: float) -
     np.testing.assert_allclose(out, expected, atol=1e-6)
 
 
+def test_gradient_gives_five_tones_their_colours_and_mixes_between_them() -> None:
+    names, colors = ("black", "dark", "middle", "bright", "white"), noise(5, 3)
+    tints = {
+        name: "#" + bytes(np.rint(255 * each).astype(np.uint8)).hex()
+        for name, each in zip(names, colors, strict=True)
+    }
+    tones = np.linspace(-0.25, 1.25, 37, dtype=np.float32)
+    out = run_color(style(step("gradient", **tints)), np.repeat(tones[None, :, None], 3, axis=2))
+    places, stops = np.clip(tones, 0, 1), np.linspace(0, 1, 5)
+    exact = np.rint(255 * colors) / 255
+    expected = np.stack([np.interp(places, stops, exact[:, channel]) for channel in range(3)], axis=1)
+    np.testing.assert_allclose(out[0], expected, atol=1e-5)
+
+
 BLENDS = [
     ("normal", 0.8, 0.2),
     ("multiply", 0.2, 0.12),

@@ -273,7 +273,7 @@ def test_opencv_and_onnxruntime_agree() -> None:
     pytest.importorskip("onnxruntime")
     content, picture = onnx.layered(), noise(1, 3, 64, 64)
     results = [
-        open_with(content)(picture)
+        open_with(content, "onnx")(picture)
         for open_with in (network_program.open_network, network_program._open_with_opencv)
     ]
     assert np.abs(results[0] - results[1]).max() < 1e-4

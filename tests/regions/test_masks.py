@@ -34,6 +34,7 @@ from vidstyle.regions.backdrop import Backdrop
 from vidstyle.regions.chosen_files import BACKDROP_VARIABLE, MODEL_VARIABLE, people_model
 from vidstyle.regions.frame_masks import FrameMasks
 from vidstyle.regions.mask_edges import refine
+from vidstyle.regions.people import PeopleNetwork
 from vidstyle.regions.steady_mask import SteadyMask
 from vidstyle.renderer import open_renderer, stylize
 from vidstyle.style import Style, load_style, style_from_table, table_from_style
@@ -377,6 +378,19 @@ def test_wrong_models_are_refused_in_one_line(tmp_path: Path, monkeypatch: pytes
         with pytest.raises(InputError, match="give a TFLite or ONNX model") as caught:
             FrameMasks(load_style(table(only="people")))
         assert "\n" not in str(caught.value), name
+
+
+def test_a_model_that_crashes_is_reported(red_model: Path) -> None:
+    """It runs in another process: the program goes on."""
+    network = PeopleNetwork(red_model)
+    color = np.zeros((network.size[1], network.size[0], 3), np.uint8)
+    color[:, 100:] = 250, 10, 10
+    found = network.find(color)
+    assert found[:, 110:].min() > 0.9 and found[:, :90].max() < 0.1
+    network._process._process.kill()
+    with pytest.raises(InputError, match="red.onnx: crashes the program that runs it") as caught:
+        network.find(color)
+    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.skipif(people_model() is None, reason="no model that finds people is installed")

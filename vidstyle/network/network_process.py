@@ -49,13 +49,16 @@ class NetworkProcess:
         """Whether requests can be answered."""
         return self._end.alive
 
-    def open(self, content: bytes) -> None:
-        """Use the network of an ONNX file from now on.
+    def open(self, content: bytes, kind: str = "onnx") -> None:
+        """Use the network of a file from now on.
+
+        Args:
+            kind: "onnx" or "tflite".
 
         Raises:
             ValueError: it cannot be read, or crashes the process.
         """
-        self._ask({}, content, 0)
+        self._ask({"kind": kind}, content, 0)
 
     def run(self, batch: np.ndarray) -> np.ndarray:
         """Return the network's result for a batch of pictures, float32.

@@ -64,7 +64,7 @@ def main() -> None:
             header, content = receive(sys.stdin.buffer, 1 << 40)
             try:
                 if "shape" not in header:
-                    network = open_network(content)
+                    network = open_network(content, header["kind"])
                     send(answers, {})
                     continue
                 assert network is not None
@@ -76,12 +76,14 @@ def main() -> None:
                 send(answers, {"error": text[:200] or type(error).__name__})
 
 
-def open_network(content: bytes) -> RunNetwork:
-    """Return the network of an ONNX file: by onnxruntime if it is installed, else by OpenCV."""
+def open_network(content: bytes, kind: str) -> RunNetwork:
+    """Return the network of a file: of an ONNX file by onnxruntime if it is installed, else by OpenCV."""
     try:
         import onnxruntime
     except ImportError:
-        return _open_with_opencv(content)
+        return _open_with_opencv(content, kind)
+    if kind != "onnx":
+        return _open_with_opencv(content, kind)
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = int(os.environ.get(THREADS_VARIABLE, "0"))
     options.log_severity_level = 4
@@ -90,11 +92,12 @@ def open_network(content: bytes) -> RunNetwork:
     return lambda picture: np.asarray(session.run(None, {name: picture})[0])
 
 
-def _open_with_opencv(content: bytes) -> RunNetwork:
+def _open_with_opencv(content: bytes, kind: str) -> RunNetwork:
     import cv2
 
     cv2.setNumThreads(int(os.environ.get(THREADS_VARIABLE, "-1")))
-    network = cv2.dnn.readNetFromONNX(np.frombuffer(content, np.uint8))
+    read = cv2.dnn.readNetFromTFLite if kind == "tflite" else cv2.dnn.readNetFromONNX
+    network = read(np.frombuffer(content, np.uint8))
 
     def run(picture: np.ndarray) -> np.ndarray:
         network.setInput(picture)

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
-import cv2
 import numpy as np
 
 from vidstyle.core.file_checks import read_regular_file
-from vidstyle.core.opencv_log import silent_opencv
 from vidstyle.errors import InputError, UsageError
+from vidstyle.network.network_process import NetworkProcess
 from vidstyle.regions.chosen_files import INSTALLATION, people_model
 
 MAX_MODEL_BYTES = 64 << 20
@@ -18,11 +16,12 @@ INPUT_SIZES = (256, 144), (256, 256), (192, 192), (320, 320), (512, 512)
 """Width and height of the input: a model must accept the first of them that it does not refuse."""
 
 _MODEL_REMEDY = "give a TFLite or ONNX model that returns the probability of people for each pixel"
-_READERS = {".tflite": "readNetFromTFLite", ".onnx": "readNetFromONNX"}
+_KINDS = {".tflite": "tflite", ".onnx": "onnx"}
+"""Kinds of models by the extension of their files."""
 
 
 class PeopleNetwork:
-    """Finds people in pictures.
+    """Finds people in pictures. It runs in a separate process, which a damaged model may crash.
 
     Attributes:
         size: width and height of its input.
@@ -34,9 +33,9 @@ class PeopleNetwork:
         Raises:
             InputError: the model cannot be read, or is of another kind.
         """
-        self._network = _read_network(path)
-        with silent_opencv():
-            self.size = next(filter(self._takes, INPUT_SIZES), (0, 0))
+        self._path = path
+        self._process = _open_process(path)
+        self.size = next(filter(self._takes, INPUT_SIZES), (0, 0))
         if self.size == (0, 0):
             raise InputError(path, "is not a model that finds people", _MODEL_REMEDY)
 
@@ -48,18 +47,36 @@ class PeopleNetwork:
 
         Returns:
             Height x width float32, 0..1.
+
+        Raises:
+            InputError: the model fails.
         """
-        self._network.setInput(cv2.dnn.blobFromImage(color, 1 / 255))
-        return np.clip(self._network.forward()[0, -1], 0, 1)
+        try:
+            return np.clip(self._run(color.astype(np.float32) / 255), 0, 1)
+        except ValueError as error:
+            raise InputError(self._path, str(error), _MODEL_REMEDY) from None
 
     def _takes(self, size: tuple[int, int]) -> bool:
         """Whether the network returns one or two planes of this size for an input of this size."""
         try:
-            self._network.setInput(np.zeros((1, 3, size[1], size[0]), np.float32))
-            shape = np.shape(self._network.forward())
-        except cv2.error:
+            self._run(np.zeros((size[1], size[0], 3), np.float32))
+        except ValueError:
             return False
-        return shape in ((1, 1, size[1], size[0]), (1, 2, size[1], size[0]))
+        return True
+
+    def _run(self, picture: np.ndarray) -> np.ndarray:
+        """Return the last plane of the result for a picture, H x W x 3 float32.
+
+        Raises:
+            ValueError: the network fails, or its result is not one or two planes of this size.
+        """
+        height, width = picture.shape[:2]
+        result = self._process.run(np.ascontiguousarray(picture.transpose(2, 0, 1)[None]))
+        if result.shape not in ((1, 1, height, width), (1, 2, height, width)):
+            raise ValueError("returns no plane of the size of its input")
+        if not np.isfinite(result).all():
+            raise ValueError("returns numbers that are not finite")
+        return result[0, -1]
 
 
 def open_people_network() -> PeopleNetwork:
@@ -76,16 +93,19 @@ def open_people_network() -> PeopleNetwork:
     return PeopleNetwork(path)
 
 
-def _read_network(path: Path) -> Any:
-    reader = _READERS.get(path.suffix.lower())
-    if reader is None:
+def _open_process(path: Path) -> NetworkProcess:
+    kind = _KINDS.get(path.suffix.lower())
+    if kind is None:
         raise InputError(path, "is not a TFLite or ONNX model", _MODEL_REMEDY)
     try:
-        content = np.frombuffer(read_regular_file(path, MAX_MODEL_BYTES), np.uint8)
-        with silent_opencv():
-            return getattr(cv2.dnn, reader)(content)
-    except (ValueError, cv2.error) as error:
-        reason = str(error) if isinstance(error, ValueError) else "cannot be read as a model"
-        raise InputError(path, reason, _MODEL_REMEDY) from None
+        content = read_regular_file(path, MAX_MODEL_BYTES)
+    except ValueError as error:
+        raise InputError(path, str(error), _MODEL_REMEDY) from None
     except OSError as error:
         raise InputError(path, f"cannot be read: {error.strerror}", _MODEL_REMEDY) from None
+    process = NetworkProcess()
+    try:
+        process.open(content, kind)
+    except ValueError:
+        raise InputError(path, "cannot be read as a model", _MODEL_REMEDY) from None
+    return process
