@@ -16,7 +16,7 @@ MAX_NAMES = 40
 """The most names in a list in a message."""
 MAX_WORD = 200
 """Maximum length of a word for which similar names are suggested."""
-_SENTENCE = re.compile(
+_SENTENCE_PATTERN = re.compile(
     "(already|appeared|can|cannot|contains|does|exists|failed|fails|gave|has|holds|is|leaves|lies|needs|refuses"
     "|reports|took|was|wrote)\\b"
 )
@@ -51,7 +51,7 @@ class VidstyleError(Exception):
         self.subject = printable(subject)
         self.reason = printable(reason)
         self.remedy = printable(remedy)
-        front = self.subject + (" " if _SENTENCE.match(self.reason) else ": ")
+        front = self.subject + (" " if _SENTENCE_PATTERN.match(self.reason) else ": ")
         if f"'{self.subject}'" in self.reason:
             front = ""
         super().__init__(f"{front}{self.reason}" + (f"; {self.remedy}" if remedy else ""))

@@ -14,7 +14,7 @@ from media import make_clip
 from vidstyle import cli
 from vidstyle.cli import commands
 from vidstyle.cli.parsing.command import MAX_UNGROUPED, Command, Group
-from vidstyle.cli.parsing.foreign_names import FOREIGN, OURS
+from vidstyle.cli.parsing.foreign_names import FOREIGN_NAMES, KNOWN_FOREIGN_NAMES
 from vidstyle.cli.terminal.reporting import Reporting
 
 CONTEXT = click.Context(commands, info_name="vidstyle", obj=Reporting())
@@ -79,8 +79,8 @@ def test_the_program_alone_shows_a_first_command(capfd: pytest.CaptureFixture[st
 
 def answers() -> Iterator[tuple[str, str]]:
     """Each foreign name, and a command that has our option for it."""
-    for name in sorted(FOREIGN):
-        ours = {line.split()[0] for line, names in OURS.items() if name in names.split()}
+    for name in sorted(KNOWN_FOREIGN_NAMES):
+        ours = {line.split()[0] for line, names in FOREIGN_NAMES.items() if name in names.split()}
         having = [
             command
             for command in ("render", "live")
@@ -103,7 +103,7 @@ def test_a_foreign_name_is_answered_with_an_option_that_exists(
 
 def test_ten_names_and_more_are_known() -> None:
     assert {"-ss", "-t", "-to", "-c:v", "-vf", "-r", "-b:v", "-an", "-q", "--quality", "-e", "--encoder",
-            "-crf", "-preset", "-pix_fmt", "-f"} <= FOREIGN  # fmt: skip
+            "-crf", "-preset", "-pix_fmt", "-f"} <= KNOWN_FOREIGN_NAMES  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from av.codec.context import CodecContext
 import vidstyle
 from vidstyle import cli
 from vidstyle.cli import commands
-from vidstyle.core.machine.cores import VARIABLE, process_cores
+from vidstyle.core.machine.cores import THREADS_VARIABLE, process_cores
 from vidstyle.media.read import decoder
 from vidstyle.media.write.video_plan import VideoPlan
 
@@ -26,7 +26,7 @@ COMPUTING = ("bench", "comic", "demo", "design", "explore", "export", "live", "r
 
 @pytest.fixture(autouse=True)
 def without_variable(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv(VARIABLE, raising=False)
+    monkeypatch.delenv(THREADS_VARIABLE, raising=False)
 
 
 def test_every_command_that_computes_has_the_option() -> None:
@@ -82,7 +82,7 @@ def test_a_wrong_number_is_a_usage_error(
 ) -> None:
     assert cli.main(["render", "in.mp4", "out.mp4", "-s", "plain", "--threads", "0"]) == 2
     assert capfd.readouterr().err == "vidstyle: --threads: 0 is outside 1 to 1024\n"
-    monkeypatch.setenv(VARIABLE, "many")
+    monkeypatch.setenv(THREADS_VARIABLE, "many")
     assert cli.main(["render", "in.mp4", "out.mp4", "-s", "plain"]) == 2
     said = capfd.readouterr().err
     assert said.startswith("vidstyle: VIDSTYLE_THREADS: 'many' is not a number") and said.count("\n") == 1
@@ -94,9 +94,9 @@ def test_the_doctor_says_the_number_and_its_reason(
     number = process_cores().machine + 1
     assert cli.main(["doctor", "--threads", str(number)]) == 0
     assert re.search(rf"^cores +{number}: --threads$", capfd.readouterr().out, re.MULTILINE)
-    monkeypatch.setenv(VARIABLE, str(number))
+    monkeypatch.setenv(THREADS_VARIABLE, str(number))
     assert cli.main(["doctor"]) == 0
-    assert re.search(rf"^cores +{number}: {VARIABLE}$", capfd.readouterr().out, re.MULTILINE)
+    assert re.search(rf"^cores +{number}: {THREADS_VARIABLE}$", capfd.readouterr().out, re.MULTILINE)
 
 
 def test_memory_limits_the_frames_of_a_film(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

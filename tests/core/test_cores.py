@@ -17,7 +17,7 @@ from vidstyle.core.bands import BandWorkers, CallingThread, in_bands
 from vidstyle.core.machine import cores
 from vidstyle.core.machine.cores import (
     MAX_THREADS,
-    VARIABLE,
+    THREADS_VARIABLE,
     CoreCount,
     available_cores,
     cgroup_quota,
@@ -33,7 +33,7 @@ from vidstyle.errors import UsageError
 
 @pytest.fixture(autouse=True)
 def without_variable(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv(VARIABLE, raising=False)
+    monkeypatch.delenv(THREADS_VARIABLE, raising=False)
 
 
 V1 = "5:memory:/m\n4:cpu,cpuacct:/docker/1\n1:name=systemd:/docker/1\n"
@@ -97,25 +97,25 @@ def test_a_process_on_one_core_uses_one() -> None:
 def test_the_variable_overrides_the_machine_and_the_option_both(monkeypatch: pytest.MonkeyPatch) -> None:
     everything = process_cores().machine
     assert core_count() == process_cores()
-    monkeypatch.setenv(VARIABLE, " 3 ")
-    assert core_count() == CoreCount(3, VARIABLE, everything)
+    monkeypatch.setenv(THREADS_VARIABLE, " 3 ")
+    assert core_count() == CoreCount(3, THREADS_VARIABLE, everything)
     with use_threads(5):
         assert core_count() == CoreCount(5, "--threads", everything)
-        assert os.environ[VARIABLE] == "5", "child processes do not inherit it"
-    assert core_count() == CoreCount(3, VARIABLE, everything)
+        assert os.environ[THREADS_VARIABLE] == "5", "child processes do not inherit it"
+    assert core_count() == CoreCount(3, THREADS_VARIABLE, everything)
 
 
 @pytest.mark.parametrize("text", ["0", "-1", "two", "1.5", str(MAX_THREADS + 1), "9" * 5000])
 def test_a_variable_that_is_no_number_of_threads_is_refused(
     monkeypatch: pytest.MonkeyPatch, text: str
 ) -> None:
-    monkeypatch.setenv(VARIABLE, text)
-    with pytest.raises(UsageError, match=f"^{VARIABLE}: .*unset it"):
+    monkeypatch.setenv(THREADS_VARIABLE, text)
+    with pytest.raises(UsageError, match=f"^{THREADS_VARIABLE}: .*unset it"):
         available_cores()
 
 
 def test_an_empty_variable_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(VARIABLE, "")
+    monkeypatch.setenv(THREADS_VARIABLE, "")
     assert core_count() == process_cores()
 
 
@@ -144,7 +144,7 @@ def test_opencv_that_is_imported_later_uses_the_number() -> None:
     )
     ended = subprocess.run(
         [sys.executable, "-c", command],
-        env=os.environ | {VARIABLE: str(number)},
+        env=os.environ | {THREADS_VARIABLE: str(number)},
         capture_output=True,
         text=True,
         check=True,

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import itertools
 from fractions import Fraction
 
 import av
 import media
+import numpy as np
 import pytest
 
+from vidstyle.core.picture import Picture
 from vidstyle.media.frame import Frame
-from vidstyle.media.read.clock import FrameClock, fine_time_base
+from vidstyle.media.read.clock import ConstantRate, FrameClock, fine_time_base
 from vidstyle.media.read.packet_clock import PacketClock
 from vidstyle.media.read.reader import open_reader
 
@@ -99,3 +102,18 @@ def test_b_frames_in_a_container_without_display_times(tmp_path, container):
     assert len(frames) == 20
     steps = [after.time - before.time for before, after in zip(frames, frames[1:], strict=False)]
     assert all(abs(step - Fraction(1, 30)) < Fraction(2, 1000) for step in steps)
+
+
+@pytest.mark.parametrize(
+    ("duration", "count"), [(None, 3), (0, 3), (100, 3), (140, 3), (160, 4), (300, 5)], ids=str
+)
+def test_the_last_frame_is_repeated_for_its_duration_at_a_constant_rate(
+    duration: int | None, count: int
+) -> None:
+    """At 10 frames per second; an unknown duration is one interval."""
+    rate = ConstantRate(Fraction(10))
+    picture = Picture.from_array(np.zeros((2, 2, 3), np.uint8))
+    frames = [Frame(picture, pts, Fraction(1, 1000), duration) for pts in (0, 100, 200)]
+    made = [each for frame in frames for each in rate.push(frame)]
+    made += itertools.islice(rate.flush(), 10)
+    assert [each.time for each in made] == [Fraction(number, 10) for number in range(count)]

@@ -22,7 +22,7 @@ from vidstyle.errors import UsageError
 from vidstyle.media.codecs import choose_pix_fmt, encoder_options, find_encoder
 from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import ReadOptions, open_reader
-from vidstyle.media.write.containers import KINDS, RESUMABLE_ENDINGS, find_kind
+from vidstyle.media.write.containers import CONTAINER_KINDS, RESUMABLE_ENDINGS, find_kind
 from vidstyle.media.write.encoder import to_encoder_frame
 from vidstyle.media.write.faststart import move_index_first
 from vidstyle.media.write.video_plan import plan_video
@@ -123,7 +123,7 @@ def test_the_index_comes_first(tmp_path):
 
 
 ROOT = Path(__file__).parents[2]
-FILMS = [kind for kind in KINDS if kind.way == "film"]
+FILMS = [kind for kind in CONTAINER_KINDS if kind.way == "film"]
 
 
 @pytest.mark.parametrize("kind", FILMS, ids=lambda kind: kind.endings[0])

@@ -11,7 +11,7 @@ from vidstyle.cli.parsing.command import command, option
 from vidstyle.cli.parsing.common_options import threads_option
 from vidstyle.cli.terminal.reporting import reporting_options
 
-LINE = f"\n{'':21}"
+LINE_SEPARATOR = f"\n{'':21}"
 """Separator between the lines of an entry."""
 
 
@@ -33,8 +33,8 @@ def doctor(as_json: bool) -> None:
 
 def _text(fact: Any) -> str:
     if isinstance(fact, dict):
-        return LINE.join(f"{name}: {_text(value)}" for name, value in fact.items())
+        return LINE_SEPARATOR.join(f"{name}: {_text(value)}" for name, value in fact.items())
     if isinstance(fact, list):
-        separator = LINE if any(", " in str(value) for value in fact) else ", "
+        separator = LINE_SEPARATOR if any(", " in str(value) for value in fact) else ", "
         return separator.join(map(str, fact)) or "none"
     return str(fact)

@@ -63,11 +63,11 @@ X26_PRESETS = (
     *("ultrafast", "superfast", "veryfast", "faster", "fast"),
     *("medium", "slow", "slower", "veryslow", "placebo"),
 )
-_QUANTISER = QualityOptions("q", quality="2")
-_NVENC = QualityOptions("cq", "preset", "19", "p4", options={"rc": "vbr"})
-_QSV = QualityOptions("global_quality", "preset", "20", "medium")
-_AMF = QualityOptions("qvbr_quality_level", "quality")
-_WEBP = QualityOptions(options={"quality": "90"})
+_QUANTIZER_OPTIONS = QualityOptions("q", quality="2")
+_NVENC_OPTIONS = QualityOptions("cq", "preset", "19", "p4", options={"rc": "vbr"})
+_QSV_OPTIONS = QualityOptions("global_quality", "preset", "20", "medium")
+_AMF_OPTIONS = QualityOptions("qvbr_quality_level", "quality")
+_WEBP_OPTIONS = QualityOptions(options={"quality": "90"})
 QUALITY_OPTIONS: dict[str, QualityOptions] = {
     "libx264": QualityOptions("crf", "preset", "18", "veryfast", X26_PRESETS),
     "libx264rgb": QualityOptions("crf", "preset", "18", "veryfast", X26_PRESETS),
@@ -77,11 +77,13 @@ QUALITY_OPTIONS: dict[str, QualityOptions] = {
         "crf", "cpu-used", "24", "4", options={"b": "0", "row-mt": "1", "deadline": "good"}
     ),
     "libvpx": QualityOptions("crf", "cpu-used", "8", "4", options={"b": "20M", "deadline": "good"}),
-    **dict.fromkeys(("h264_nvenc", "hevc_nvenc", "av1_nvenc"), _NVENC),
-    **dict.fromkeys(("h264_qsv", "hevc_qsv", "av1_qsv", "vp9_qsv"), _QSV),
-    **dict.fromkeys(("h264_amf", "hevc_amf", "av1_amf"), _AMF),
-    **dict.fromkeys(("mpeg4", "mpeg2video", "mpeg1video", "mjpeg", "wmv1", "wmv2", "flv"), _QUANTISER),
-    **dict.fromkeys(("libwebp", "libwebp_anim"), _WEBP),
+    **dict.fromkeys(("h264_nvenc", "hevc_nvenc", "av1_nvenc"), _NVENC_OPTIONS),
+    **dict.fromkeys(("h264_qsv", "hevc_qsv", "av1_qsv", "vp9_qsv"), _QSV_OPTIONS),
+    **dict.fromkeys(("h264_amf", "hevc_amf", "av1_amf"), _AMF_OPTIONS),
+    **dict.fromkeys(
+        ("mpeg4", "mpeg2video", "mpeg1video", "mjpeg", "wmv1", "wmv2", "flv"), _QUANTIZER_OPTIONS
+    ),
+    **dict.fromkeys(("libwebp", "libwebp_anim"), _WEBP_OPTIONS),
     "apng": QualityOptions(options={"pred": "mixed"}),
 }
 

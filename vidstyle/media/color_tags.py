@@ -17,7 +17,7 @@ PQ_CODE, HLG_CODE = 16, 18
 HDR_TRANSFERS: dict[int, Transfer] = {PQ_CODE: "pq", HLG_CODE: "hlg"}
 BT2020_PRIMARIES_CODE, BT2020_MATRIX_CODE = 9, 9
 
-MATRICES = {1: "bt709", 4: "fcc", 5: "bt601", 6: "bt601", 7: "smpte240m", 9: "bt2020"}
+MATRIX_NAMES = {1: "bt709", 4: "fcc", 5: "bt601", 6: "bt601", 7: "smpte240m", 9: "bt2020"}
 """The supported matrices by H.273 code."""
 UNSUPPORTED_MATRICES = {
     **{8: "YCgCo", 10: "BT.2020 constant luminance", 11: "YDzDx", 12: "chromaticity-derived"},
@@ -93,8 +93,8 @@ def matrix_from_tags(subject: object, tags: ColorTags, codec: str, height: int, 
     if tags.matrix in UNSUPPORTED_MATRICES:
         name = UNSUPPORTED_MATRICES[tags.matrix]
         raise InputError(subject, f"its colours are coded with {name}", "convert it to BT.709 first")
-    if tags.matrix in MATRICES:
-        return MATRICES[tags.matrix]
+    if tags.matrix in MATRIX_NAMES:
+        return MATRIX_NAMES[tags.matrix]
     if codec in JPEG_CODECS:
         return "bt601"
     return "bt709" if height >= MIN_HD_HEIGHT or width >= MIN_HD_WIDTH else "bt601"

@@ -19,7 +19,7 @@ from vidstyle.errors import InputError, OutputError, UsageError, VidstyleError
 from vidstyle.media.read.open import is_url, redact_url
 from vidstyle.media.write.atomic import MIN_FREE_BYTES
 
-SCHEMES = ("abfs", "az", "gcs", "gs", "hdfs", "oci", "oss", "s3", "sftp", "smb", "webdav")
+STORAGE_SCHEMES = ("abfs", "az", "gcs", "gs", "hdfs", "oci", "oss", "s3", "sftp", "smb", "webdav")
 """Schemes of fsspec that name files in storage; each needs a separate package."""
 EXCLUSIVE_SCHEMES = ("gcs", "gs", "s3")
 """Storages in which a file appears when it is complete, and which can refuse to replace a file."""
@@ -32,7 +32,7 @@ MAX_LETTERS = 200
 
 def is_stored(name: object) -> bool:
     """Whether a name refers to a file in storage."""
-    return is_url(name) and str(name).partition("://")[0].lower() in SCHEMES
+    return is_url(name) and str(name).partition("://")[0].lower() in STORAGE_SCHEMES
 
 
 class StoredFile:

@@ -32,7 +32,7 @@ from vidstyle.style.resolve import masks_read
 from vidstyle.style.values import asset_path
 from vidstyle.version import __version__
 
-HARMLESS = ("allow_url", "max_pixels", "overwrite", "new_sound")
+HARMLESS_OPTIONS = ("allow_url", "max_pixels", "overwrite", "new_sound")
 """Options that change no picture."""
 STABLE_FRAMES = 100
 """Frames after which a style with temporal smoothing gives the same pictures, wherever it began."""
@@ -81,7 +81,7 @@ def setting_parts(
         field.name: getattr(each, field.name)
         for each in (read, write)
         for field in fields(each)
-        if field.name not in HARMLESS
+        if field.name not in HARMLESS_OPTIONS
     }
     parts = {"style": _look_digest(style), **options, **more, "build": build()}
     return {name: str(part) for name, part in parts.items()}

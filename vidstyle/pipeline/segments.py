@@ -28,7 +28,7 @@ from vidstyle.media.write.atomic import resolve_path
 from vidstyle.media.write.containers import find_kind
 from vidstyle.media.write.film_writer import FilmWriter
 from vidstyle.media.write.segment_file import JoinedSegments, SegmentWriter
-from vidstyle.media.write.temporary_files import MARK, TOKEN_BYTES, partial_path, rename_to_new
+from vidstyle.media.write.temporary_files import TEMPORARY_MARK, TOKEN_BYTES, partial_path, rename_to_new
 from vidstyle.media.write.writer import open_writer
 from vidstyle.pipeline.compare import Compare, compare_info
 from vidstyle.pipeline.progress import Progress, Summary
@@ -144,7 +144,9 @@ class SegmentedFilm:
             path = segment_path(self.folder, segment)
             remedy = f"render it again: --range {segment.name}"
             raise InputError(path, "does not continue the segment before it", remedy)
-        joined = partial_path(self.folder / self.target.name, mark=MARK + secrets.token_hex(TOKEN_BYTES))
+        joined = partial_path(
+            self.folder / self.target.name, mark=TEMPORARY_MARK + secrets.token_hex(TOKEN_BYTES)
+        )
         began = time.monotonic()
         with open_reader(self.source, self.read) as reader:
             info = compare_info(reader.info, self.compare)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 INSTALLED_MODEL = "modules/selfie_segmentation/selfie_segmentation_landscape.tflite"
 """The model in the package mediapipe (Apache-2.0); nothing else of the package is used."""
-INSTALLATION = "pip install --no-deps mediapipe==0.10.14"
+INSTALL_COMMAND = "pip install --no-deps mediapipe==0.10.14"
 """Without dependencies, as they would replace OpenCV."""
 MODEL_VARIABLE, BACKDROP_VARIABLE = "VIDSTYLE_PEOPLE_MODEL", "VIDSTYLE_BACKDROP"
 """Environment variables with the paths of another model, and of a picture or film behind people."""

@@ -9,7 +9,7 @@ import numpy as np
 from vidstyle.core.file_checks import read_regular_file
 from vidstyle.errors import InputError, UsageError
 from vidstyle.network.network_process import NetworkProcess
-from vidstyle.regions.chosen_files import INSTALLATION, people_model
+from vidstyle.regions.chosen_files import INSTALL_COMMAND, people_model
 
 MAX_MODEL_BYTES = 64 << 20
 INPUT_SIZES = (256, 144), (256, 256), (192, 192), (320, 320), (512, 512)
@@ -88,7 +88,7 @@ def open_people_network() -> PeopleNetwork:
     """
     path = people_model()
     if path is None:
-        remedy = f"run {INSTALLATION}, or give --model FILE (docs/masks.md)"
+        remedy = f"run {INSTALL_COMMAND}, or give --model FILE (docs/masks.md)"
         raise UsageError("the mask people", "needs a model that finds them", remedy)
     return PeopleNetwork(path)
 

@@ -19,7 +19,7 @@ from tomlkit.exceptions import TOMLKitError
 
 from vidstyle.core.file_checks import parse_toml
 from vidstyle.errors import log
-from vidstyle.style.locate import HEADER
+from vidstyle.style.locate import HEADER_PATTERN
 from vidstyle.style.model import FIELDS, LAYERS, Style
 
 
@@ -151,7 +151,7 @@ def _split(text: str) -> list[_Section]:
     lines = re.findall(r"[^\n]*\n|[^\n]+", text)
     starts, heads = [0], [("", "")]
     for number, line in enumerate(lines):
-        if header := HEADER.fullmatch(line.rstrip("\n")):
+        if header := HEADER_PATTERN.fullmatch(line.rstrip("\n")):
             while number - 1 > starts[-1] and lines[number - 1].startswith("#"):
                 number -= 1
             starts.append(number)

@@ -9,14 +9,16 @@ from collections.abc import Iterable, Iterator
 from vidstyle.style.model import LAYERS
 from vidstyle.style.variants import VARIANT_PATTERN
 
-_VARIANT = rf"variants\s*\.\s*[\"']?(?P<variant>{VARIANT_PATTERN})[\"']?"
-HEADER = re.compile(rf"\s*(\[\[\s*(?P<layer>{'|'.join(LAYERS)})\s*\]\]|\[\s*{_VARIANT}\s*\])\s*(#.*)?")
+_VARIANT_KEY_PATTERN = rf"variants\s*\.\s*[\"']?(?P<variant>{VARIANT_PATTERN})[\"']?"
+HEADER_PATTERN = re.compile(
+    rf"\s*(\[\[\s*(?P<layer>{'|'.join(LAYERS)})\s*\]\]|\[\s*{_VARIANT_KEY_PATTERN}\s*\])\s*(#.*)?"
+)
 """The line above a step or a variant."""
 
-_KEY = re.compile(r"\s*[\"']?(?P<key>[^\"'=#\[\]\s]+)[\"']?\s*=.*")
-_SECTION = re.compile(rf"((?:{'|'.join(LAYERS)}) step \d+|variants\.{VARIANT_PATTERN})( \(\w+\))?:")
+_KEY_PATTERN = re.compile(r"\s*[\"']?(?P<key>[^\"'=#\[\]\s]+)[\"']?\s*=.*")
+_SECTION_PATTERN = re.compile(rf"((?:{'|'.join(LAYERS)}) step \d+|variants\.{VARIANT_PATTERN})( \(\w+\))?:")
 _BARE_WORD = re.compile(r"\s*(?P<key>[\w.\"'-]+)\s*=\s*(?P<word>#?[\w-]+)\s*(#.*)?")
-_TRUTH = {"yes": "true", "on": "true", "true": "true", "no": "false", "off": "false", "false": "false"}
+_TRUTH_WORDS = {"yes": "true", "on": "true", "true": "true", "no": "false", "off": "false", "false": "false"}
 
 
 def with_lines(mistakes: Iterable[str], text: str) -> list[str]:
@@ -43,7 +45,7 @@ def correct_word(text: str, error: str) -> tuple[str, str] | None:
     if found is None:
         return None
     word = found["word"]
-    right = f"{found['key']} = " + _TRUTH.get(word.lower(), f'"{word}"')
+    right = f"{found['key']} = " + _TRUTH_WORDS.get(word.lower(), f'"{word}"')
     if lines[number - 1] == right:
         return None
     lines[number - 1] = right
@@ -54,18 +56,18 @@ def _places(text: str) -> Iterator[tuple[str, str, int]]:
     """Section, key and line number of all headers, whose key is empty, and values."""
     section, counts = "", Counter[str]()
     for number, line in enumerate(text.split("\n"), 1):
-        if header := HEADER.fullmatch(line.rstrip("\r")):
+        if header := HEADER_PATTERN.fullmatch(line.rstrip("\r")):
             layer = header["layer"]
             counts[layer] += 1
             section = f"{layer} step {counts[layer]}" if layer else f"variants.{header['variant']}"
             yield section, "", number
-        elif value := _KEY.fullmatch(line):
+        elif value := _KEY_PATTERN.fullmatch(line):
             yield section, value["key"], number
 
 
 def _line_of(mistake: str, places: Iterable[tuple[str, str, int]]) -> int:
     """Return the line of the value that is named first, or else of the header; 0 if it is not known."""
-    found = _SECTION.match(mistake)
+    found = _SECTION_PATTERN.match(mistake)
     section, rest = (found[1], mistake[found.end() :]) if found else ("", mistake)
     inside = [(key, number) for each, key, number in places if each == section]
     named = [

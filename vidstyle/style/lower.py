@@ -27,7 +27,7 @@ from vidstyle.style.wiring import START, wiring_of
 UNDONE_TOLERANCE = 1e-3
 """Factors whose product is this close to 1 undo each other: 0.75 and 1.3333 do."""
 
-_ABOVE, _MASK = " above", " mask"
+_ABOVE_NAME, _MASK_NAME = " above", " mask"
 """Names of pictures that no step can save."""
 
 Steps = Mapping[str, tuple[ResolvedStep, ...]]
@@ -221,10 +221,10 @@ class GraphBuilder:
 
     def _mixed(self, under: ImageValue, above: ImageValue, opacity: float, mask: str = "") -> ImageValue:
         """Return a picture laid over another one, inside a mask if one is named."""
-        values = {"other": _ABOVE} | ({"mask": _MASK} if mask else {})
+        values = {"other": _ABOVE_NAME} | ({"mask": _MASK_NAME} if mask else {})
         wiring = wiring_of(Step("blend", values, on="color"))
         assert wiring.block is not None
-        self.saved |= {_ABOVE: above} | ({_MASK: self._mask(mask)} if mask else {})
+        self.saved |= {_ABOVE_NAME: above} | ({_MASK_NAME: self._mask(mask)} if mask else {})
         step = ResolvedStep(wiring, {"mode": "normal", "opacity": opacity})
         return self._run_step(step, wiring.block, under, ("strength", 0))
 

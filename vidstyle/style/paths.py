@@ -12,7 +12,7 @@ from vidstyle.errors import join_names, suggest
 from vidstyle.style.model import FIELDS, LAYERS
 from vidstyle.style.values import to_text
 
-_STEP = re.compile(rf"(?:({'|'.join(LAYERS)})\.)?(\w+)(?:#([0-9]{{1,3}}))?")
+_STEP_PATTERN = re.compile(rf"(?:({'|'.join(LAYERS)})\.)?(\w+)(?:#([0-9]{{1,3}}))?")
 
 
 class StyleValue(NamedTuple):
@@ -77,7 +77,7 @@ def _entries(table: dict[str, Any]) -> list[_StepEntry]:
 
 def _find_step(table: dict[str, Any], path: str) -> _StepEntry:
     entries = _entries(table)
-    parsed = _STEP.fullmatch(path)
+    parsed = _STEP_PATTERN.fullmatch(path)
     layer, block, number = parsed.groups() if parsed else ("", path, None)
     found = [entry for entry in entries if entry.block == block and layer in (None, entry.layer)]
     if number is not None:

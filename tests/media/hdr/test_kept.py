@@ -17,7 +17,7 @@ from vidstyle.media.hdr_encoding import CHECKED_METADATA, hdr_options
 from vidstyle.media.hdr_metadata import HdrMetadata, MasteringDisplay, dynamic_metadata, first_metadata
 from vidstyle.media.options import ReadOptions, WriteOptions
 from vidstyle.media.read.reader import open_reader
-from vidstyle.media.write.containers import KINDS
+from vidstyle.media.write.containers import CONTAINER_KINDS
 from vidstyle.pipeline.render import render
 
 KEEP = ReadOptions(hdr="keep")
@@ -47,7 +47,7 @@ def restyled(source: Path, target: Path, style: object = PLAIN, **options: objec
     return target
 
 
-HDR_FILES = [(kind.endings[0], codec) for kind in KINDS for codec in kind.hdr]
+HDR_FILES = [(kind.endings[0], codec) for kind in CONTAINER_KINDS for codec in kind.hdr]
 
 
 @pytest.mark.parametrize("transfer", ["pq", "hlg"])

@@ -18,7 +18,7 @@ MAX_UNGROUPED = 15
 """The most options whose help is one list."""
 MAX_NAME_WIDTH = 30
 """Characters of an option's names, beyond which its help begins on the next line."""
-_GIVEN = "vidstyle.given"
+_GIVEN_KEY = "vidstyle.given"
 """Where a context keeps the options that the user has given, with their values as they were written."""
 
 
@@ -64,7 +64,7 @@ class Option(click.Option):
         """See click; the value is kept for `given_words`."""
         value, source = super().consume_value(ctx, opts)
         if source in (ParameterSource.COMMANDLINE, ParameterSource.DEFAULT_MAP):
-            ctx.meta.setdefault(_GIVEN, {})[self] = value
+            ctx.meta.setdefault(_GIVEN_KEY, {})[self] = value
         return value, source
 
     def handle_parse_result(self, ctx: click.Context, opts: Mapping[str, Any], args: list[str]) -> Any:
@@ -141,7 +141,7 @@ def given_words(context: click.Context, names: Collection[str]) -> list[str]:
         names: of the parameters that are wanted.
     """
     words = []
-    for each, value in context.meta.get(_GIVEN, {}).items():
+    for each, value in context.meta.get(_GIVEN_KEY, {}).items():
         name = max(each.opts, key=len)
         if each.name in names and each.is_flag:
             words += [name] * bool(value)

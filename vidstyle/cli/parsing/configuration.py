@@ -22,8 +22,8 @@ from vidstyle.cli.parsing.path_arguments import PATH_TEXT
 from vidstyle.core.file_checks import parse_toml, read_toml_text
 from vidstyle.errors import UsageError, suggest
 
-FILE = "config.toml"
-MAX_FILE = 64 * 1024
+CONFIGURATION_FILE = "config.toml"
+MAX_FILE_BYTES = 64 * 1024
 """The largest configuration file, in bytes."""
 
 
@@ -31,11 +31,13 @@ def configuration_option(command: Callable[..., Any]) -> Callable[..., Any]:
     """Add --config, and takes defaults of options from the user's file without it."""
 
     def read(context: click.Context, _: click.Parameter, given: str | None) -> None:
-        path = configuration_folder() / FILE if given is None else Path(given)
+        path = configuration_folder() / CONFIGURATION_FILE if given is None else Path(given)
         if given != "none" and (given or os.path.lexists(path)) and not context.resilient_parsing:
             context.default_map = read_configuration(path, context)
 
-    text = f"File with defaults for options.  [default: {FILE} in the user's configuration folder]"
+    text = (
+        f"File with defaults for options.  [default: {CONFIGURATION_FILE} in the user's configuration folder]"
+    )
     return option("--config", metavar="FILE|none", type=PATH_TEXT, callback=read,
                   expose_value=False, help=text)(command)  # fmt: skip
 
@@ -105,7 +107,7 @@ def _parse(path: Path) -> tuple[str, dict[str, Any]]:
     """Return the text of a configuration file, and its tables."""
     text = ""
     try:
-        text = read_toml_text(path, MAX_FILE)
+        text = read_toml_text(path, MAX_FILE_BYTES)
         return text, parse_toml(text)
     except ValueError as error:
         from vidstyle.style.locate import correct_word

@@ -10,7 +10,7 @@ import click
 
 from vidstyle.errors import UsageError
 
-OURS = {
+FOREIGN_NAMES = {
     "--start 1:30": "-ss --start-at",
     "--end 1:40": "-to -t --stop-at",
     "--duration 10": "-t",
@@ -37,7 +37,7 @@ OURS = {
     "--progress plain": "-stats",
 }
 """Our options, with a value, and the names of FFmpeg and HandBrake for what they do, the best match first."""
-FOREIGN = frozenset(name for names in OURS.values() for name in names.split())
+KNOWN_FOREIGN_NAMES = frozenset(name for names in FOREIGN_NAMES.values() for name in names.split())
 
 
 def check_names(command: click.Command, context: click.Context, arguments: Sequence[str]) -> None:
@@ -59,13 +59,13 @@ def check_names(command: click.Command, context: click.Context, arguments: Seque
             continue
         if ours := _our_option(name, options):
             raise UsageError(name, f"there is no option '{name}'", f"use {ours}")
-        if name in FOREIGN or word[1] != "-" and word[:2] not in options:
+        if name in KNOWN_FOREIGN_NAMES or word[1] != "-" and word[:2] not in options:
             raise click.NoSuchOption(name, ctx=context)
 
 
 def _our_option(name: str, options: Mapping[str, click.Option]) -> str:
     """Our option for a name of another program, with a value and its help; "" if the command has none."""
-    for ours, names in OURS.items():
+    for ours, names in FOREIGN_NAMES.items():
         option = options.get(ours.split()[0])
         if option is not None and name in names.split():
             text = (option.help or "").partition("  [")[0].rstrip(".")

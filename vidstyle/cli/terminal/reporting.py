@@ -31,8 +31,8 @@ from vidstyle.errors import (
 )
 from vidstyle.pipeline.stopping import StoppedError
 
-USAGE = UsageError.exit_code
-BUG = VidstyleError.exit_code
+USAGE_EXIT_CODE = UsageError.exit_code
+BUG_EXIT_CODE = VidstyleError.exit_code
 
 _LACK_OF_MEMORY = (
     "not enough memory; close other programs, use a smaller picture, "
@@ -128,16 +128,16 @@ def _conclusion(error: BaseException) -> tuple[int, str]:
         case VidstyleError():
             return error.exit_code, str(error)
         case click.UsageError():
-            return USAGE, printable(_usage(error))
+            return USAGE_EXIT_CODE, printable(_usage(error))
         case click.ClickException():
-            return USAGE, printable(error.format_message())
+            return USAGE_EXIT_CODE, printable(error.format_message())
         case StoppedError() | KeyboardInterrupt():
             return getattr(error, "exit_code", 130), "stopped"
         case OSError(errno=errno.ENOSPC | errno.EPIPE | errno.EBADF, filename=None):
             # Only commands that print get here: a function that writes a file names it in its error.
             return OutputError.exit_code, str(output_error("standard output", error))
     reason = printable(f"{type(error).__name__}: {error}")
-    return BUG, f"internal error: {reason}; please report this as a bug, with the output of --debug"
+    return BUG_EXIT_CODE, f"internal error: {reason}; please report this as a bug, with the output of --debug"
 
 
 def _usage(error: click.UsageError) -> str:

@@ -7,7 +7,7 @@ from html import escape
 
 from vidstyle.errors import printable
 
-_CONTROL = re.compile(r"[\x00-\x08\x0a-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff\ufffe\uffff]")
+_CONTROL_PATTERN = re.compile(r"[\x00-\x08\x0a-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff\ufffe\uffff]")
 """Control characters except tabs, ends of lines, lone surrogates, and noncharacters (XML 1.0, 2.2).
 
 Pillow draws no line that holds an end of a line."""
@@ -19,13 +19,13 @@ def control_character(text: str) -> str:
     >>> print(control_character("a\x1b[31mb"))
     \x1b
     """
-    found = _CONTROL.search(text)
+    found = _CONTROL_PATTERN.search(text)
     return printable(found[0]) if found else ""
 
 
 def replace_control(text: str) -> str:
     """Return the text with U+FFFD in place of control characters."""
-    return _CONTROL.sub("\ufffd", text)
+    return _CONTROL_PATTERN.sub("\ufffd", text)
 
 
 def xml_text(text: str) -> str:

@@ -16,7 +16,7 @@ MAX_LETTERS = 4000
 MAX_SIDE_PX = 200_000
 """Maximum side of a page."""
 FILE_KEYS = ("format", "source", "title", "styles", "dpi", "reading", "font", "page")
-KEYS = {
+TABLE_KEYS = {
     "page": ("size", "panel", "label"),
     "panel": ("time", "window", "place", "picture", "leans", "words"),
     "words": ("text", "kind", "size", "place", "tip"),
@@ -73,7 +73,7 @@ class PageTable:
         if not isinstance(found, list) or not all(isinstance(each, dict) for each in found):
             raise self.error(name, "is not a list of tables")
         return [
-            PageTable(each, self.path, f"{self.place}{name} {number}: ", KEYS[name])
+            PageTable(each, self.path, f"{self.place}{name} {number}: ", TABLE_KEYS[name])
             for number, each in enumerate(found, 1)
         ]
 

@@ -15,7 +15,7 @@ from pathlib import Path
 from vidstyle.core.machine.control_groups import group_folders, read_text
 from vidstyle.errors import UsageError
 
-VARIABLE = "VIDSTYLE_THREADS"
+THREADS_VARIABLE = "VIDSTYLE_THREADS"
 """The environment variable that overrides the number."""
 MAX_THREADS = 1024
 
@@ -60,8 +60,8 @@ def core_count() -> CoreCount:
     found = process_cores()
     if _from_option is not None:
         return CoreCount(_from_option, "--threads", found.machine)
-    if text := os.environ.get(VARIABLE):
-        return CoreCount(_parse_threads(text), VARIABLE, found.machine)
+    if text := os.environ.get(THREADS_VARIABLE):
+        return CoreCount(_parse_threads(text), THREADS_VARIABLE, found.machine)
     return found
 
 
@@ -80,7 +80,7 @@ def use_threads(number: int) -> Iterator[None]:
     global _from_option
     before, _from_option = _from_option, number
     try:
-        with _environment(VARIABLE, str(number)):
+        with _environment(THREADS_VARIABLE, str(number)):
             yield
     finally:
         _from_option = before
@@ -184,7 +184,7 @@ def _parse_threads(text: str) -> int:
         number = 0
     if not 1 <= number <= MAX_THREADS:
         reason = f"{text!r} is not a number of threads from 1 to {MAX_THREADS}"
-        raise UsageError(VARIABLE, reason, "correct it, or unset it to use all available cores")
+        raise UsageError(THREADS_VARIABLE, reason, "correct it, or unset it to use all available cores")
     return number
 
 

@@ -13,8 +13,8 @@ from vidstyle.media.options import PIPE_FORMATS
 WriteMethod = Literal["film", "gif", "picture"]
 """How a file is written: packet by packet; at the end, with one palette; one file per picture."""
 
-PCM = "pcm_s16le pcm_s16be pcm_s24le pcm_s24be pcm_s32le pcm_s32be pcm_u8 pcm_f32le"
-PCM_LITTLE = "pcm_s16le pcm_s24le pcm_s32le pcm_u8 pcm_f32le pcm_f64le"
+PCM_CODECS = "pcm_s16le pcm_s16be pcm_s24le pcm_s24be pcm_s32le pcm_s32be pcm_u8 pcm_f32le"
+LITTLE_ENDIAN_PCM_CODECS = "pcm_s16le pcm_s24le pcm_s32le pcm_u8 pcm_f32le pcm_f64le"
 
 
 @dataclass(frozen=True)
@@ -87,16 +87,20 @@ class ContainerKind:
 
 
 # Without delay_moov, fragments have no edit list, and times shift by the delay of B-frames.
-_HYBRID = {"movflags": "+hybrid_fragmented+delay_moov", "frag_duration": "400000", "movie_timescale": "90000"}
+_HYBRID_OPTIONS = {
+    "movflags": "+hybrid_fragmented+delay_moov",
+    "frag_duration": "400000",
+    "movie_timescale": "90000",
+}
 # An index before the first packets. Then the pictures of a partial file are late by the delay of B-frames.
-_LATE = {"movflags": "+hybrid_fragmented+empty_moov+frag_discont", "use_editlist": "1"}
-_FRAGMENTED = {"movflags": "+frag_keyframe+empty_moov+default_base_moof"}
+_LATE_OPTIONS = {"movflags": "+hybrid_fragmented+empty_moov+frag_discont", "use_editlist": "1"}
+_FRAGMENTED_OPTIONS = {"movflags": "+frag_keyframe+empty_moov+default_base_moof"}
 # Sound may start a little before the pictures; without this option, all times would be shifted.
-_UNSHIFTED = {"avoid_negative_ts": "disabled"}
+_UNSHIFTED_OPTIONS = {"avoid_negative_ts": "disabled"}
 MAX_INDEXED_TIME_BASE = 240_000
 """MP4 and MOV store the time between two packets in 31 bits: this allows a gap of an hour, which B-frames
 double, and is a multiple of the usual frame rates."""
-_CLUSTERS = {"cluster_time_limit": "400"} | _UNSHIFTED
+_CLUSTER_OPTIONS = {"cluster_time_limit": "400"} | _UNSHIFTED_OPTIONS
 
 
 def _kind(muxer: str, endings: str, codec: str, *, flags: str = "", **fields: Any) -> ContainerKind:
@@ -107,34 +111,34 @@ def _kind(muxer: str, endings: str, codec: str, *, flags: str = "", **fields: An
     return ContainerKind(muxer, tuple(endings.split()), codec, **fields)
 
 
-_MP4: dict[str, Any] = {
+_MP4_FIELDS: dict[str, Any] = {
     "new_audio": "aac", "subtitles": "mov_text", "data": "bin_data", "max_time_base": MAX_INDEXED_TIME_BASE,
-    "options": _HYBRID, "piped_options": _FRAGMENTED, "late_options": _LATE,
+    "options": _HYBRID_OPTIONS, "piped_options": _FRAGMENTED_OPTIONS, "late_options": _LATE_OPTIONS,
     "codec_tags": {"hevc": "hvc1"},  # Apple's players refuse hev1
 }  # fmt: skip
 # fmt: off
-KINDS: tuple[ContainerKind, ...] = (
+CONTAINER_KINDS: tuple[ContainerKind, ...] = (
     # MP4 has codes for Vorbis and raw PCM, but hardly any player supports them.
-    _kind("mp4", ".mp4 .m4v", "libx264", flags="covers chapters piped indexed resumable ranged", **_MP4,
-          hdr="hevc av1",
+    _kind("mp4", ".mp4 .m4v", "libx264", flags="covers chapters piped indexed resumable ranged",
+          **_MP4_FIELDS, hdr="hevc av1",
           video="h264 hevc av1 vp9 mpeg4 mpeg2video mpeg1video mjpeg vvc png jpeg2000",
           audio="aac mp3 mp2 ac3 eac3 opus flac alac dts truehd"),
     _kind("mov", ".mov", "libx264", flags="chapters piped indexed resumable ranged bibliographic",
-          alpha=("prores_ks", "yuva444p10le"), hdr="hevc", **_MP4,
-          audio=f"aac mp3 ac3 eac3 alac {PCM}"),
+          alpha=("prores_ks", "yuva444p10le"), hdr="hevc", **_MP4_FIELDS,
+          audio=f"aac mp3 ac3 eac3 alac {PCM_CODECS}"),
     _kind("matroska", ".mkv", "libx264", flags="attachments covers chapters piped resumable ranged",
-          options=_CLUSTERS, alpha=("ffv1", "yuva420p"), hdr="hevc av1", new_audio="flac",
+          options=_CLUSTER_OPTIONS, alpha=("ffv1", "yuva420p"), hdr="hevc av1", new_audio="flac",
           audio="aac mp3 mp2 ac3 eac3 opus vorbis flac alac dts truehd mlp "
-                f"tta wavpack wmav2 adpcm_ms adpcm_ima_wav {PCM_LITTLE}",
+                f"tta wavpack wmav2 adpcm_ms adpcm_ima_wav {LITTLE_ENDIAN_PCM_CODECS}",
           subtitles="subrip ass webvtt hdmv_pgs_subtitle dvd_subtitle dvb_subtitle"),
-    _kind("webm", ".webm", "libvpx-vp9", flags="chapters piped resumable ranged", options=_CLUSTERS,
+    _kind("webm", ".webm", "libvpx-vp9", flags="chapters piped resumable ranged", options=_CLUSTER_OPTIONS,
           video="vp8 vp9 av1", alpha=("libvpx-vp9", "yuva420p"), hdr="av1",
           audio="opus vorbis", new_audio="libopus",
           subtitles="webvtt"),
     # The muxer reduces higher rates, and fills a gap with at most 60,000 empty packets.
     _kind("avi", ".avi", "mpeg4", flags="strict_rate", max_rate=600, max_gap_frames=50_000,
-          options=_UNSHIFTED, audio=f"mp3 mp2 ac3 {PCM_LITTLE}",
-          untimed=f"mp3 mp2 ac3 {PCM_LITTLE}", new_audio="libmp3lame"),
+          options=_UNSHIFTED_OPTIONS, audio=f"mp3 mp2 ac3 {LITTLE_ENDIAN_PCM_CODECS}",
+          untimed=f"mp3 mp2 ac3 {LITTLE_ENDIAN_PCM_CODECS}", new_audio="libmp3lame"),
     # The muxer refuses two frames in one unit of its time base.
     _kind("mpegts", ".ts .mts .m2ts .m2t", "libx264", flags="piped framed_aac", max_time_base=90_000,
           video="h264 hevc mpeg2video mpeg1video mpeg4", hdr="hevc",
@@ -143,9 +147,9 @@ KINDS: tuple[ContainerKind, ...] = (
           audio="vorbis opus flac", untimed="flac", new_audio="libopus"),
     _kind("flv", ".flv", "libx264", flags="piped", video="h264 flv1 hevc av1 vp9",
           audio="aac mp3", new_audio="aac"),
-    _kind("asf", ".wmv .asf", "wmv2", options=_UNSHIFTED, audio="wmav1 wmav2 mp3", new_audio="wmav2"),
+    _kind("asf", ".wmv .asf", "wmv2", options=_UNSHIFTED_OPTIONS, audio="wmav1 wmav2 mp3", new_audio="wmav2"),
     _kind("nut", ".nut", "rawvideo", flags="piped",
-          audio=f"aac mp3 mp2 ac3 opus vorbis flac {PCM_LITTLE}", new_audio="pcm_s16le"),
+          audio=f"aac mp3 mp2 ac3 opus vorbis flac {LITTLE_ENDIAN_PCM_CODECS}", new_audio="pcm_s16le"),
     _kind("yuv4mpegpipe", ".y4m", "rawvideo", flags="strict_rate piped ranged", video="rawvideo",
           options={"strict": "-1"}),
     _kind("rawvideo", ".yuv .rgb", "rawvideo", flags="strict_rate piped", video="rawvideo"),
@@ -155,7 +159,7 @@ KINDS: tuple[ContainerKind, ...] = (
     _kind("apng", ".apng", "apng", flags="untagged", video="apng", options={"plays": "0"}),
     # A GIF is stored without loss until its palette is known.
     _kind("matroska", ".gif", "ffv1", flags="ranged", video="ffv1", pix_fmt="bgr0", way="gif",
-          alpha=("ffv1", "bgra"), options=_CLUSTERS),
+          alpha=("ffv1", "bgra"), options=_CLUSTER_OPTIONS),
     _kind("image2", ".png", "png", flags="resumable untagged", video="png", way="picture"),
     _kind("image2", ".jpg .jpeg", "mjpeg", flags="resumable", video="mjpeg", pix_fmt="yuv444p",
           way="picture"),
@@ -163,7 +167,9 @@ KINDS: tuple[ContainerKind, ...] = (
     _kind("image2", ".bmp", "bmp", flags="resumable untagged", video="bmp", way="picture"),
 )
 # fmt: on
-RESUMABLE_ENDINGS = tuple(kind.endings[0] for kind in KINDS if kind.resumable and kind.way == "film")
+RESUMABLE_ENDINGS = tuple(
+    kind.endings[0] for kind in CONTAINER_KINDS if kind.resumable and kind.way == "film"
+)
 """The extensions of films that `--resume` can continue."""
 STILL_WEBP = _kind(
     "image2", ".webp", "libwebp", flags="untagged", video="webp", pix_fmt="bgra", way="picture"
@@ -172,7 +178,7 @@ STILL_WEBP = _kind(
 
 def hdr_endings() -> list[str]:
     """Return the usual extensions of the containers that keep HDR."""
-    return [kind.endings[0] for kind in KINDS if kind.hdr]
+    return [kind.endings[0] for kind in CONTAINER_KINDS if kind.hdr]
 
 
 def find_kind(target: str, format_name: str | None, still: bool) -> ContainerKind:
@@ -192,22 +198,22 @@ def find_kind(target: str, format_name: str | None, still: bool) -> ContainerKin
     ending = PurePath(target).suffix.lower()
     if ending == ".webp" and still:
         return STILL_WEBP
-    for kind in KINDS:
+    for kind in CONTAINER_KINDS:
         if ending in kind.endings:
             return kind
-    endings = [known for kind in KINDS for known in kind.endings]
+    endings = [known for kind in CONTAINER_KINDS for known in kind.endings]
     reason = f"unknown extension {ending!r}" if ending else "its name has no extension"
     raise UsageError(target, reason, _suggestion(ending, endings, ".mp4"))
 
 
 def _kind_by_format(format_name: str, target: str) -> ContainerKind:
     muxer = PIPE_FORMATS.get(format_name, format_name)
-    for kind in KINDS:
+    for kind in CONTAINER_KINDS:
         if kind.muxer == muxer and kind.way == "film":
             if target == "-" and not kind.piped:
                 raise UsageError("--format", f"{format_name} cannot be written to a pipe", "use nut or mkv")
             return kind
-    known = [kind.muxer for kind in KINDS if kind.way == "film"] + list(PIPE_FORMATS)
+    known = [kind.muxer for kind in CONTAINER_KINDS if kind.way == "film"] + list(PIPE_FORMATS)
     raise UsageError("--format", f"unknown format {format_name!r}", _suggestion(format_name, known, "nut"))
 
 

@@ -18,7 +18,7 @@ if sys.platform != "win32":  # Windows itself prevents removing or renaming an o
 
 MAX_NAME_BYTES = 255
 """Maximum length of a file name (NAME_MAX)."""
-MARK = ".vidstyle-"
+TEMPORARY_MARK = ".vidstyle-"
 """Text before the random part of a temporary name."""
 TOKEN_BYTES = 8
 
@@ -89,7 +89,7 @@ def partial_path(target: Path, ending: str | None = None, mark: str = ".partial"
 def create_temporary(target: Path, content: bytes = b"") -> tuple[Path, FileIdentity]:
     """Create a file with a random name next to a target; raise OSError if that fails."""
     while True:
-        path = partial_path(target, mark=MARK + secrets.token_hex(TOKEN_BYTES))
+        path = partial_path(target, mark=TEMPORARY_MARK + secrets.token_hex(TOKEN_BYTES))
         with suppress(FileExistsError):
             return path, create_file(path, content)
 
@@ -100,7 +100,7 @@ def is_temporary(name: str) -> bool:
     >>> is_temporary("a.vidstyle-0123456789abcdef.mp4"), is_temporary("../a.mp4"), is_temporary("a.mp4")
     (True, False, False)
     """
-    _, found, token = os.path.splitext(name)[0].rpartition(MARK)
+    _, found, token = os.path.splitext(name)[0].rpartition(TEMPORARY_MARK)
     is_token = len(token) == 2 * TOKEN_BYTES and set(token) <= set("0123456789abcdef")
     return bool(found) and is_token and os.path.basename(name) == name
 
