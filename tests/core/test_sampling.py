@@ -48,7 +48,7 @@ def test_numbers_follow_at_once(time: float | None, constant: float) -> None:
     """A picture that stands alone, a constant of 0, and a jump back in time."""
     smoother = ExponentialSmoother()
     smoother.follow(np.array([0.0]), 5.0, 0.4)
-    assert smoother.follow(np.array([1.0]), time, constant) == 1.0
+    assert smoother.follow(np.array([1 / 3]), time, constant) == 1 / 3
 
 
 @pytest.mark.parametrize("change", [0.0, 1e-4, 0.3])
@@ -69,7 +69,7 @@ def test_restarted_numbers_take_the_next_measure() -> None:
     smoother = ExponentialSmoother()
     smoother.follow(np.array([0.0]), 5.0, 0.4)
     smoother.restart()
-    assert smoother.follow(np.array([1.0]), 5.1, 0.4) == 1.0
+    assert smoother.follow(np.array([1 / 3]), 5.1, 0.4) == 1 / 3, "exactly, as at the start of a film"
 
 
 def picture(low: float, high: float, shape: tuple[int, int] = (40, 50), seed: int = 1) -> Picture:
