@@ -19,6 +19,8 @@ import numpy as np
 
 from vidstyle.block.controls import Control as Control
 from vidstyle.block.controls import Parameter as Parameter
+from vidstyle.block.controls import distinct_labels as distinct_labels
+from vidstyle.block.controls import label_of_name
 from vidstyle.block.option_controls import Choice as Choice
 from vidstyle.block.option_controls import Color as Color
 from vidstyle.block.option_controls import Switch as Switch
@@ -41,6 +43,20 @@ another size, by a bank of learned filters, by a neural network, or by other blo
 - A resize block takes a (height, width) and returns it scaled by its parameter `factor`. The renderer
   resamples with the methods in its parameters `method` and `back`.
 """
+
+CATEGORIES = {
+    "tone": "Light and contrast",
+    "color": "Colour",
+    "lines": "Lines and hatching",
+    "smooth": "Blur, smooth and sharpen",
+    "paint": "Paint",
+    "print": "Print, dots and tiles",
+    "texture": "Texture and effects",
+    "combine": "Combine pictures",
+    "size": "Size",
+    "parts": "Building parts",
+}
+"""The headings of the categories of blocks, in the order of lists."""
 
 On = Literal["luma", "color", "channels"]
 """What a block works on: luma only; RGB; or "channels", each channel separately: luma while the picture is
@@ -104,7 +120,7 @@ def moment_of(time: float | None) -> int:
     return 0 if time is None else math.floor(time * 1000 + 0.5) & 0xFFFFFFFF
 
 
-REDRAW_RATE = Slider(0, 60, "changes of the random parts per second; 0 for none")
+REDRAW_RATE = Slider(0, 60, "changes of the random parts per second; 0 for none", label="Redraws per second")
 """The control of a block whose random parts may change with time; see `drawing_at`."""
 
 
@@ -124,6 +140,9 @@ class Block:
         saves: the name under which each of its steps saves the input.
         is_identity: whether its function returns luma unchanged, so that only the chroma changes.
         exact: whether a GPU must store its input, and the results of filters on its output, as float32.
+        label: its name in plain words.
+        category: a key of `CATEGORIES`.
+        aliases: other words by which people search it.
     """
 
     name: str
@@ -138,6 +157,9 @@ class Block:
     saves: str = ""
     is_identity: bool = False
     exact: bool = False
+    label: str = ""
+    category: str = "parts"
+    aliases: tuple[str, ...] = ()
 
     @property
     def overshoots(self) -> bool:
@@ -189,6 +211,9 @@ def block(
     saves: str = "",
     is_identity: bool = False,
     exact: bool = False,
+    label: str = "",
+    category: str = "parts",
+    aliases: str = "",
 ) -> Callable[[Callable[..., Any]], Block]:
     """Declare a function as a block of the same name.
 
@@ -203,6 +228,9 @@ def block(
         saves: a name under which each of its steps saves the input.
         is_identity: True for a luma block that only changes the chroma; a style does not call its function.
         exact: whether the result shows differences that are too small for 16-bit textures of a GPU.
+        label: its name in plain words; by default the name of the function.
+        category: a key of `CATEGORIES`.
+        aliases: other words by which people search it, separated by commas.
 
     Raises:
         TypeError: at import, for an invalid declaration, such as a default out of range.
@@ -216,12 +244,14 @@ def block(
             raise TypeError(f"{name}: filters, and no other blocks, declare `radius`")
         if not inspect.getdoc(function):
             raise TypeError(f"{name}: a block needs a docstring that describes it")
+        if category not in CATEGORIES:
+            raise TypeError(f"{name}: its category is one of {', '.join(CATEGORIES)}")
         parameters, injected = _read_signature(
             function, skip=0 if kind in ("recipe", "learned", "network") else 1
         )
         return Block(
             name, kind, on, function, parameters, injected, percentiles, radius, chroma, saves, is_identity,
-            exact,
+            exact, label or label_of_name(name), category, tuple(aliases.split(", ")) if aliases else (),
         )  # fmt: skip
 
     return declare

@@ -3,13 +3,48 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import KW_ONLY, dataclass
 from random import Random
 from typing import Any, ClassVar, Literal
 
 
-class Control(ABC):
+@dataclass(frozen=True)
+class Labelled:
+    """A value with a name in plain words.
+
+    Attributes:
+        label: the name, understandable without its block; empty for the name of the parameter.
+        aliases: other words by which people search it.
+    """
+
+    _: KW_ONLY
+    label: str = ""
+    aliases: tuple[str, ...] = ()
+
+
+def label_of_name(name: str) -> str:
+    """Return the label of a parameter or block without one.
+
+    >>> label_of_name("gap_color")
+    'Gap color'
+    """
+    return name.replace("_", " ").capitalize()
+
+
+def distinct_labels(labels: Sequence[str]) -> list[str]:
+    """Number the labels that occur more than once.
+
+    >>> distinct_labels(["Tile size", "Gap width", "Tile size"])
+    ['Tile size 1', 'Gap width', 'Tile size 2']
+    """
+    return [
+        f"{label} {labels[: place + 1].count(label)}" if labels.count(label) > 1 else label
+        for place, label in enumerate(labels)
+    ]
+
+
+class Control(Labelled, ABC):
     """A kind of value; a new one needs a subclass, and a function in `export/modules/controls.js`.
 
     Attributes:
@@ -110,6 +145,11 @@ class Parameter:
     default: Any
     is_integer: bool = False
 
+    @property
+    def label(self) -> str:
+        """Its name in plain words."""
+        return self.control.label or label_of_name(self.name)
+
     def check(self, value: object) -> Any:
         """Return the value in its proper type.
 
@@ -120,7 +160,7 @@ class Parameter:
 
     def schema(self) -> dict[str, Any]:
         """Return its JSON Schema, with help and default."""
-        described = {"description": self.control.help, "default": self.default}
+        described = {"title": self.label, "description": self.control.help, "default": self.default}
         return self.control.schema(self.is_integer) | described
 
     def between(self, one: Any, other: Any, share: float) -> Any:
@@ -129,7 +169,8 @@ class Parameter:
 
     def describe(self, saved: list[str]) -> dict[str, Any]:
         """Return what a page needs to show the parameter; `saved`: the saved pictures that it may name."""
-        return self.control.describe(self.is_integer, saved) | {"help": self.control.help}
+        described = self.control.describe(self.is_integer, saved)
+        return described | {"label": self.label, "help": self.control.help}
 
     def draw(self, random: Random) -> Any:
         """Return a random value, from the range that suits random styles."""

@@ -113,18 +113,27 @@ def _burn(below, above):  # type: ignore[no-untyped-def]
     return WHITE_LEVEL - min(max((WHITE_LEVEL - below) / max(above, MIN_DIVISOR), BLACK_LEVEL), WHITE_LEVEL)
 
 
-@block("pixel", on="channels")
+@block(
+    "pixel",
+    on="channels",
+    label="Blend pictures",
+    category="combine",
+    aliases="mix, overlay, multiply, screen, merge, layer, double exposure, opacity, glow, bloom, mask",
+)
 def blend(
     picture: np.ndarray,
     out: ResultRows,
     limits: Limits,
-    other: Annotated[Any, SavedRef("picture to blend over the current one")] = "source",
+    other: Annotated[
+        Any, SavedRef("picture to blend over the current one", label="Picture on top")
+    ] = "source",
     mode: Annotated[
-        str, Choice(tuple(MODE_FORMULAS), "blend mode", explore=("multiply", "overlay"))
+        str, Choice(tuple(MODE_FORMULAS), "blend mode", explore=("multiply", "overlay"), label="Blend mode")
     ] = "normal",
-    opacity: Annotated[float, Slider(0, 1, "0 for no effect", explore=(0.3, 1))] = 0.5,
+    opacity: Annotated[float, Slider(0, 1, "0 for no effect", explore=(0.3, 1), label="Blend amount")] = 0.5,
     mask: Annotated[
-        Any, SavedRef("picture whose luma multiplies the opacity", on="luma", optional=True)
+        Any,
+        SavedRef("picture whose luma multiplies the opacity", on="luma", optional=True, label="Blend mask"),
     ] = "",
 ) -> np.ndarray:
     """Blend a saved picture over the current one; only its luma if the current one is gray."""

@@ -10,11 +10,19 @@ from vidstyle.block import ResultRows, Slider, block
 from vidstyle.blocks.equalize import stretch
 
 
-@block("pixel", on="luma")
+@block(
+    "pixel",
+    on="luma",
+    label="Brightness",
+    category="tone",
+    aliases="exposure, lighten, lighter, darken, darker, gain, light, shadows, highlights, gamma",
+)
 def brightness(
     luma: np.ndarray,
     out: ResultRows,
-    factor: Annotated[float, Slider(0, 4, "factor for luma; 1 for no change", explore=(0.8, 1.4))] = 1.3,
+    factor: Annotated[
+        float, Slider(0, 4, "factor for luma; 1 for no change", explore=(0.8, 1.4), label="Brightness")
+    ] = 1.3,
 ) -> np.ndarray:
     """Multiply luma by a factor and clip it to black and white.
 

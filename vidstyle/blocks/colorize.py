@@ -12,13 +12,25 @@ from vidstyle.block import LumaWeights, ResultRows, Slider, block
 from vidstyle.core.kernels import compiled, gray_or_interleaved, interleaved
 
 
-@block("pixel", on="color")
+@block(
+    "pixel",
+    on="color",
+    label="Tint",
+    category="color",
+    aliases=(
+        "sepia, monochrome, one colour, toned, duotone, old photograph, cyanotype, warm, cold, recolor, tint"
+    ),
+)
 def colorize(
     picture: np.ndarray,
     weights: LumaWeights,
     out: ResultRows,
-    hue: Annotated[float, Slider(0, 360, "hue: 0 red, 120 green, 240 blue", "degrees", (0, 360))] = 30,
-    saturation: Annotated[float, Slider(0, 1, "0 for gray, 1 for the pure hue", explore=(0.2, 0.8))] = 0.55,
+    hue: Annotated[
+        float, Slider(0, 360, "hue: 0 red, 120 green, 240 blue", "degrees", (0, 360), label="Tint colour")
+    ] = 30,
+    saturation: Annotated[
+        float, Slider(0, 1, "0 for gray, 1 for the pure hue", explore=(0.2, 0.8), label="Tint strength")
+    ] = 0.55,
 ) -> np.ndarray:
     """Convert to tones of one hue, from black through the hue to white.
 

@@ -15,12 +15,29 @@ FULL_DELTA = 20
 """The `delta` that doubles a layer of factor 1; its negative removes the layer."""
 
 
-@block("learned", on="luma")
+@block(
+    "learned",
+    on="luma",
+    label="Detail",
+    category="smooth",
+    aliases=(
+        "sharpen, sharp, crisp, unsharp mask, clarity, structure, local contrast, texture, soften, "
+        "smooth, blur"
+    ),
+)
 def detail(
-    delta: Annotated[float, Slider(-100, 100, "below 0 smooths, above 0 enhances", "", (-100, 60))] = -20,
-    fine: Annotated[float, Slider(0, 2, "share of the finest detail", explore=(0.5, 1))] = 1,
-    middle: Annotated[float, Slider(0, 2, "share of detail of middle contrast", explore=(0.2, 1))] = 0.5,
-    coarse: Annotated[float, Slider(0, 2, "share of detail of high contrast", explore=(0.2, 0.5))] = 0.2,
+    delta: Annotated[
+        float, Slider(-100, 100, "below 0 smooths, above 0 enhances", "", (-100, 60), label="Detail")
+    ] = -20,
+    fine: Annotated[
+        float, Slider(0, 2, "share of the finest detail", explore=(0.5, 1), label="Fine detail")
+    ] = 1,
+    middle: Annotated[
+        float, Slider(0, 2, "share of detail of middle contrast", explore=(0.2, 1), label="Medium detail")
+    ] = 0.5,
+    coarse: Annotated[
+        float, Slider(0, 2, "share of detail of high contrast", explore=(0.2, 0.5), label="Coarse detail")
+    ] = 0.2,
 ) -> BankRun:
     """Remove or enhance detail, layer by layer.
 

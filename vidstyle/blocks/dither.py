@@ -37,18 +37,34 @@ def read_thresholds(path: Path) -> tuple[np.ndarray]:
     return (middles[ranks].reshape(tile.shape).astype(np.float32),)
 
 
-@block("pixel", on="channels")
+@block(
+    "pixel",
+    on="channels",
+    label="Dither",
+    category="print",
+    aliases="8-bit, retro, old computer, game console, dots, stipple, stippling",
+)
 def dither(
     picture: np.ndarray,
     place: PageRegion,
     out: ResultRows,
     thresholds: Annotated[
-        Any, Asset("name of a pattern, or a .png tile", read_thresholds, shipped_thresholds)
+        Any,
+        Asset("name of a pattern, or a .png tile", read_thresholds, shipped_thresholds, label="Dot pattern"),
     ] = "bayer4",
     strength: Annotated[
-        float, Slider(0, 1, "1 before quantizing to two tones, 1/n before n tones", explore=(0.1, 0.5))
+        float,
+        Slider(
+            0,
+            1,
+            "1 before quantizing to two tones, 1/n before n tones",
+            explore=(0.1, 0.5),
+            label="Dither strength",
+        ),
     ] = 0.25,
-    cell: Annotated[float, Slider(1, 64, "size of a dot, rounded to whole pixels", "px", (1, 4))] = 1,
+    cell: Annotated[
+        float, Slider(1, 64, "size of a dot, rounded to whole pixels", "px", (1, 4), label="Dot size")
+    ] = 1,
 ) -> np.ndarray:
     """Add a fixed pattern, so that a following quantizer mixes its tones.
 

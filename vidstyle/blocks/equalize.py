@@ -13,14 +13,31 @@ MIN_RANGE = 8 / 255
 """Minimum range of luma, so that black frames and fades are not amplified into noise."""
 
 
-@block("measured", on="luma", percentiles=lambda low, high: (low, high))
+@block(
+    "measured",
+    on="luma",
+    percentiles=lambda low, high: (low, high),
+    label="Automatic contrast",
+    category="tone",
+    aliases=(
+        "levels, curves, auto levels, normalize, histogram, stretch, tones, black point, white point, "
+        "shadows, highlights, fade"
+    ),
+)
 def equalize(
     luma: np.ndarray,
     measured: Percentiles,
     out: ResultRows,
-    low: Annotated[float, Slider(0, 50, "percentile that becomes black", "percent", (1, 10))] = 5,
-    high: Annotated[float, Slider(50, 100, "percentile that becomes white", "percent", (90, 99))] = 95,
-    settle: Annotated[float, Slider(0, 10, "time constant of temporal smoothing; 0 for none", "s")] = 0.4,
+    low: Annotated[
+        float, Slider(0, 50, "percentile that becomes black", "percent", (1, 10), label="Black point")
+    ] = 5,
+    high: Annotated[
+        float, Slider(50, 100, "percentile that becomes white", "percent", (90, 99), label="White point")
+    ] = 95,
+    settle: Annotated[
+        float,
+        Slider(0, 10, "time constant of temporal smoothing; 0 for none", "s", label="Smoothing over time"),
+    ] = 0.4,
 ) -> np.ndarray:
     """Stretch luma so that a low percentile becomes black and a high one white.
 

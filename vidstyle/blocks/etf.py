@@ -12,20 +12,38 @@ BRUSH_BANKS = {"fine": "etf", "broad": "etf_broad"}
 """The bank of each brush."""
 
 
-@block("learned", on="luma")
+@block(
+    "learned",
+    on="luma",
+    label="Brush along edges",
+    category="paint",
+    aliases="flow, swirl, van gogh, edge tangent flow, painterly, smear",
+)
 def etf(
-    passes: Annotated[int, Slider(1, 12, "number of passes: more for longer strokes", explore=(1, 6))] = 3,
+    passes: Annotated[
+        int, Slider(1, 12, "number of passes: more for longer strokes", explore=(1, 6), label="Stroke length")
+    ] = 3,
     rho: Annotated[
         float,
         Slider(
-            0.5, 8, "standard deviation of the structure tensor: more for broader strokes", "pixels", (1, 4)
+            0.5,
+            8,
+            "standard deviation of the structure tensor: more for broader strokes",
+            "pixels",
+            (1, 4),
+            label="Stroke breadth",
         ),
     ] = 2,
-    reselect: Annotated[bool, Switch("select filters in every pass: more accurate, slower")] = False,
+    reselect: Annotated[
+        bool, Switch("select filters in every pass: more accurate, slower", label="More accurate")
+    ] = False,
     brush: Annotated[
         str,
         Choice(
-            tuple(BRUSH_BANKS), "fine tidies edges, broad paints (best with rho 4 to 8)", tuple(BRUSH_BANKS)
+            tuple(BRUSH_BANKS),
+            "fine tidies edges, broad paints (best with rho 4 to 8)",
+            tuple(BRUSH_BANKS),
+            label="Brush",
         ),
     ] = "fine",
 ) -> BankRun:

@@ -10,10 +10,20 @@ from vidstyle.blade.inference import BankRun
 from vidstyle.block import Slider, block
 
 
-@block("learned", on="luma")
+@block(
+    "learned",
+    on="luma",
+    label="Sharpen along lines",
+    category="lines",
+    aliases="outline, contour, edges, pen, ink, drawing, sketch, difference of gaussians, sharp",
+)
 def flow_dog(
-    sigma: Annotated[float, Slider(0.5, 24, "width of the lines", "px", explore=(0.5, 8))] = 1.4,
-    p: Annotated[float, Slider(0, 60, "strength of the sharpening", explore=(1, 40))] = 20,
+    sigma: Annotated[
+        float, Slider(0.5, 24, "width of the lines", "px", explore=(0.5, 8), label="Line width")
+    ] = 1.4,
+    p: Annotated[
+        float, Slider(0, 60, "strength of the sharpening", explore=(1, 40), label="Line strength")
+    ] = 20,
 ) -> BankRun:
     """Sharpen across the edges and smooth along them.
 

@@ -11,7 +11,16 @@ from vidstyle.blocks.soft_threshold import soft_threshold
 _LINE_PARAMETERS, _INK_PARAMETERS = flow_dog.parameters, soft_threshold.parameters
 
 
-@block("recipe", on="luma")
+@block(
+    "recipe",
+    on="luma",
+    label="Ink lines",
+    category="lines",
+    aliases=(
+        "outlines, contour, pen, pencil, sketch, drawing, line art, cartoon, comic, manga, edge "
+        "detection, XDoG, coloring book, woodcut, linocut"
+    ),
+)
 def flow_xdog(
     sigma: Annotated[float, _LINE_PARAMETERS["sigma"].control] = _LINE_PARAMETERS["sigma"].default,
     p: Annotated[float, _LINE_PARAMETERS["p"].control] = _LINE_PARAMETERS["p"].default,

@@ -24,12 +24,22 @@ def _radius(sigma: float) -> int:
     return math.ceil(3 * sigma)
 
 
-@block("filter", on="channels", radius=_radius)
+@block(
+    "filter",
+    on="channels",
+    radius=_radius,
+    label="Blur",
+    category="smooth",
+    aliases=(
+        "soften, smooth, soft focus, out of focus, depth of field, denoise, noise reduction, glow, "
+        "bloom, haze"
+    ),
+)
 def gaussian(
     picture: np.ndarray,
     margin: Margin,
     out: ResultRows,
-    sigma: Annotated[float, Slider(0, 50, "standard deviation", "px", explore=(0.5, 4))] = 2,
+    sigma: Annotated[float, Slider(0, 50, "standard deviation", "px", explore=(0.5, 4), label="Blur")] = 2,
 ) -> np.ndarray:
     """Blur: remove noise and small detail.
 

@@ -62,19 +62,35 @@ def _sides(cell: float) -> tuple[int, int]:
     return (10 * width + 3) // 6, width
 
 
-@block("filter", on="channels", radius=lambda cell: max(_sides(cell)) - 1)
+@block(
+    "filter",
+    on="channels",
+    radius=lambda cell: max(_sides(cell)) - 1,
+    label="Letters",
+    category="print",
+    aliases="ascii, text, characters, font, typewriter, terminal, matrix, emoji",
+)
 def glyphs(
     picture: np.ndarray,
     place: PageRegion,
     weights: LumaWeights,
     out: ResultRows,
     alphabet: Annotated[
-        Any, Asset("name of an alphabet, or a .png of glyphs side by side", read_alphabet, shipped_alphabets)
+        Any,
+        Asset(
+            "name of an alphabet, or a .png of glyphs side by side",
+            read_alphabet,
+            shipped_alphabets,
+            label="Alphabet",
+        ),
     ] = "letters",
     cell: Annotated[
-        float, Slider(3, 64, "width of a glyph, rounded to whole pixels", "px", explore=(5, 12))
+        float,
+        Slider(
+            3, 64, "width of a glyph, rounded to whole pixels", "px", explore=(5, 12), label="Letter size"
+        ),
     ] = 8,
-    invert: Annotated[bool, Switch("dark glyphs on white")] = False,
+    invert: Annotated[bool, Switch("dark glyphs on white", label="Dark letters on white")] = False,
 ) -> np.ndarray:
     """Draw a glyph in each cell of the page; brighter cells get glyphs that cover more.
 

@@ -28,15 +28,30 @@ def _radius(cell: float) -> int:
     return math.ceil(cell * 0.7072 + cell / 2) + 2
 
 
-@block("filter", on="color", radius=_radius)
+@block(
+    "filter",
+    on="color",
+    radius=_radius,
+    label="Halftone dots",
+    category="print",
+    aliases="newspaper, comic, pop art, raster, cmyk, magazine, printed, benday",
+)
 def halftone(
     picture: np.ndarray,
     place: PageRegion,
-    cell: Annotated[float, Slider(3, 64, "distance between dots", "px", explore=(4, 12))] = 6,
-    dot: Annotated[float, Slider(0.2, 1.5, "amount of ink; below 1 even black areas show dots")] = 1,
-    gain: Annotated[float, Slider(0, 0.4, "dot gain in the midtones")] = 0.15,
-    black: Annotated[float, Slider(0, 1, "share of the dark tones printed with black ink")] = 0.9,
-    inks: Annotated[str, Choice(tuple(INK_COLORS), "ink colours: pure, or as on a printing press")] = "press",
+    cell: Annotated[
+        float, Slider(3, 64, "distance between dots", "px", explore=(4, 12), label="Dot size")
+    ] = 6,
+    dot: Annotated[
+        float, Slider(0.2, 1.5, "amount of ink; below 1 even black areas show dots", label="Amount of ink")
+    ] = 1,
+    gain: Annotated[float, Slider(0, 0.4, "dot gain in the midtones", label="Dot gain")] = 0.15,
+    black: Annotated[
+        float, Slider(0, 1, "share of the dark tones printed with black ink", label="Black ink")
+    ] = 0.9,
+    inks: Annotated[
+        str, Choice(tuple(INK_COLORS), "ink colours: pure, or as on a printing press", label="Ink colours")
+    ] = "press",
 ) -> np.ndarray:
     """Print the picture in dots of cyan, magenta, yellow and black ink.
 

@@ -12,14 +12,31 @@ from vidstyle.block import LumaWeights, Slider, block
 from vidstyle.core.color.deferred_color import Mixed
 
 
-@block("pixel", on="color")
+@block(
+    "pixel",
+    on="color",
+    label="Hue and tint",
+    category="color",
+    aliases=(
+        "recolor, temperature, white balance, warm, cold, colour cast, colour balance, shift colours, "
+        "rotate colours"
+    ),
+)
 def hue(
     picture: np.ndarray,
     weights: LumaWeights,
-    angle: Annotated[float, Slider(-180, 180, "rotation in the chroma plane", "degrees", (-60, 60))] = 60,
-    red: Annotated[float, Slider(-255, 255, "amount added to red", "levels of 255", (-30, 30))] = 0,
-    green: Annotated[float, Slider(-255, 255, "amount added to green", "levels of 255", (-30, 30))] = 0,
-    blue: Annotated[float, Slider(-255, 255, "amount added to blue", "levels of 255", (-30, 30))] = 0,
+    angle: Annotated[
+        float, Slider(-180, 180, "rotation in the chroma plane", "degrees", (-60, 60), label="Hue")
+    ] = 60,
+    red: Annotated[
+        float, Slider(-255, 255, "amount added to red", "levels of 255", (-30, 30), label="Red")
+    ] = 0,
+    green: Annotated[
+        float, Slider(-255, 255, "amount added to green", "levels of 255", (-30, 30), label="Green")
+    ] = 0,
+    blue: Annotated[
+        float, Slider(-255, 255, "amount added to blue", "levels of 255", (-30, 30), label="Blue")
+    ] = 0,
 ) -> Mixed:
     """Rotate all hues, keeping luma, and add a tint.
 

@@ -50,15 +50,31 @@ def _radius(radius: float, stretch: float) -> int:
     return spacing * _reach(radius, stretch) + spacing // 2
 
 
-@block("filter", on="color", radius=_radius)
+@block(
+    "filter",
+    on="color",
+    radius=_radius,
+    label="Oil paint",
+    category="paint",
+    aliases=(
+        "painting, brush, brush strokes, flat, flatten, simplify, abstract, anime, cartoon, toon, "
+        "watercolor, watercolour, smooth, denoise, artistic"
+    ),
+)
 def kuwahara(
     picture: np.ndarray,
     margin: Margin,
     out: ResultRows,
-    flow: Annotated[Any, SavedRef("smoothed result of `structure_tensor`")] = "source",
-    radius: Annotated[float, Slider(1, 8, "size of the brush", "px", explore=(3, 7))] = 5,
-    stretch: Annotated[float, Slider(0, 1, "elongation of strokes along edges; 0 for circles")] = 1,
-    sharpness: Annotated[int, Slider(0, 3, "how sharply areas are separated", explore=(1, 3))] = 2,
+    flow: Annotated[
+        Any, SavedRef("smoothed result of `structure_tensor`", label="Direction from")
+    ] = "source",
+    radius: Annotated[float, Slider(1, 8, "size of the brush", "px", explore=(3, 7), label="Brush size")] = 5,
+    stretch: Annotated[
+        float, Slider(0, 1, "elongation of strokes along edges; 0 for circles", label="Stroke length")
+    ] = 1,
+    sharpness: Annotated[
+        int, Slider(0, 3, "how sharply areas are separated", explore=(1, 3), label="Edge sharpness")
+    ] = 2,
 ) -> np.ndarray:
     """Flatten areas and sharpen the edges between them, with strokes along the edges, like oil paint.
 

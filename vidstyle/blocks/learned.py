@@ -9,15 +9,32 @@ from vidstyle.blade.inference import BankRun
 from vidstyle.block import Asset, Slider, Switch, block
 
 
-@block("learned", on="luma")
+@block(
+    "learned",
+    on="luma",
+    label="Trained filter",
+    category="parts",
+    aliases="blade, bank, custom filter, machine learning",
+)
 def learned(
-    bank: Annotated[Any, Asset("name of a bank, or a bank file (.npz)", load_bank, shipped_banks)] = "etf",
-    amount: Annotated[float, Slider(0, 1, "0 for no effect", explore=(0.5, 1))] = 1,
-    passes: Annotated[int, Slider(1, 8, "number of passes", explore=(1, 3))] = 1,
-    reselect: Annotated[bool, Switch("select filters in every pass")] = True,
-    first: Annotated[float, Slider(0, 1, "position of the bank's first slider, 0 for its low end")] = 0.5,
-    second: Annotated[float, Slider(0, 1, "position of the bank's second slider")] = 0.5,
-    third: Annotated[float, Slider(0, 1, "position of the bank's third slider")] = 0.5,
+    bank: Annotated[
+        Any, Asset("name of a bank, or a bank file (.npz)", load_bank, shipped_banks, label="Filter bank")
+    ] = "etf",
+    amount: Annotated[float, Slider(0, 1, "0 for no effect", explore=(0.5, 1), label="Filter strength")] = 1,
+    passes: Annotated[int, Slider(1, 8, "number of passes", explore=(1, 3), label="Passes")] = 1,
+    reselect: Annotated[bool, Switch("select filters in every pass", label="More accurate")] = True,
+    first: Annotated[
+        float,
+        Slider(
+            0, 1, "position of the bank's first slider, 0 for its low end", label="First slider of the bank"
+        ),
+    ] = 0.5,
+    second: Annotated[
+        float, Slider(0, 1, "position of the bank's second slider", label="Second slider of the bank")
+    ] = 0.5,
+    third: Annotated[
+        float, Slider(0, 1, "position of the bank's third slider", label="Third slider of the bank")
+    ] = 0.5,
 ) -> BankRun:
     """Apply a bank of learned filters; `vidstyle train` trains banks.
 

@@ -21,18 +21,36 @@ def _radius(length: float, size: float) -> int:
     return math.ceil(_steps(length, size) * size) + 2
 
 
-@block("filter", on="color", radius=_radius)
+@block(
+    "filter",
+    on="color",
+    radius=_radius,
+    label="Bristles",
+    category="paint",
+    aliases=(
+        "pencil, crayon, charcoal, chalk, pastel, hatching, fur, brush marks, wood grain, canvas, "
+        "line integral convolution, texture"
+    ),
+)
 def lic(
     picture: np.ndarray,
     place: PageRegion,
     moment: FrameTime,
-    length: Annotated[float, Slider(2, 64, "length of the strokes", "px", explore=(8, 40))] = 20,
-    size: Annotated[float, Slider(1, 16, "width of the strokes", "px", explore=(1, 4))] = 1.5,
-    angle: Annotated[float, Slider(-90, 90, "direction of strokes far from edges", "degrees")] = 30,
+    length: Annotated[
+        float, Slider(2, 64, "length of the strokes", "px", explore=(8, 40), label="Stroke length")
+    ] = 20,
+    size: Annotated[
+        float, Slider(1, 16, "width of the strokes", "px", explore=(1, 4), label="Stroke width")
+    ] = 1.5,
+    angle: Annotated[
+        float, Slider(-90, 90, "direction of strokes far from edges", "degrees", label="Stroke direction")
+    ] = 30,
     angle_strength: Annotated[
-        float, Slider(0.01, 1, "strength of that direction near weak edges")
+        float, Slider(0.01, 1, "strength of that direction near weak edges", label="Direction strength")
     ] = DEFAULT_ANGLE_STRENGTH,
-    contrast: Annotated[float, Slider(0, 2, "contrast of the strokes; 0 for uniform gray")] = 1,
+    contrast: Annotated[
+        float, Slider(0, 2, "contrast of the strokes; 0 for uniform gray", label="Stroke contrast")
+    ] = 1,
     rate: Annotated[int, REDRAW_RATE] = 0,
 ) -> np.ndarray:
     """Draw black strokes on white along the edges, like bristles, hatching or fur.

@@ -11,16 +11,37 @@ from vidstyle.block import PageRegion, SavedRef, Slider, block
 from vidstyle.core.kernels import compiled
 
 
-@block("pixel", on="luma", chroma="dropped")
+@block(
+    "pixel",
+    on="luma",
+    chroma="dropped",
+    label="Engraving lines",
+    category="print",
+    aliases="engraving, banknote, etching, woodcut, linocut, scanlines, scan lines, old television, old tv, crt",
+)
 def line_screen(
     luma: np.ndarray,
     place: PageRegion,
-    form: Annotated[Any, SavedRef("picture whose luma is the height of the form", on="luma")] = "source",
-    spacing: Annotated[float, Slider(3, 64, "distance between lines", "px", explore=(4, 10))] = 6,
-    angle: Annotated[float, Slider(-90, 90, "direction of the lines", "degrees", (-60, 60))] = 20,
-    bend: Annotated[float, Slider(-64, 64, "displacement of the lines in white areas", "px", (-32, 32))] = 10,
-    least: Annotated[float, Slider(0, 1, "width of lines in white areas, relative to their distance")] = 0,
-    most: Annotated[float, Slider(0, 1, "width of lines in black areas, relative to their distance")] = 1,
+    form: Annotated[
+        Any, SavedRef("picture whose luma is the height of the form", on="luma", label="Form to follow")
+    ] = "source",
+    spacing: Annotated[
+        float, Slider(3, 64, "distance between lines", "px", explore=(4, 10), label="Line distance")
+    ] = 6,
+    angle: Annotated[
+        float, Slider(-90, 90, "direction of the lines", "degrees", (-60, 60), label="Line direction")
+    ] = 20,
+    bend: Annotated[
+        float, Slider(-64, 64, "displacement of the lines in white areas", "px", (-32, 32), label="Line bend")
+    ] = 10,
+    least: Annotated[
+        float,
+        Slider(0, 1, "width of lines in white areas, relative to their distance", label="Thinnest line"),
+    ] = 0,
+    most: Annotated[
+        float,
+        Slider(0, 1, "width of lines in black areas, relative to their distance", label="Thickest line"),
+    ] = 1,
 ) -> np.ndarray:
     """Draw tones as black lines on white, wider in darker areas, as in engravings and banknotes.
 

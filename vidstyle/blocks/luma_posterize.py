@@ -10,7 +10,15 @@ from vidstyle.blocks.posterize import posterize
 _TONE_PARAMETERS = posterize.parameters
 
 
-@block("recipe", on="luma")
+@block(
+    "recipe",
+    on="luma",
+    label="Flat tones",
+    category="tone",
+    aliases=(
+        "posterize, cartoon, toon, cel shading, anime, steps, bands, simplify, levels, fewer tones, abstract"
+    ),
+)
 def luma_posterize(
     levels: Annotated[int, _TONE_PARAMETERS["levels"].control] = _TONE_PARAMETERS["levels"].default,
     softness: Annotated[float, _TONE_PARAMETERS["softness"].control] = _TONE_PARAMETERS["softness"].default,

@@ -10,16 +10,33 @@ from vidstyle.block import Percentiles, ResultRows, Slider, block
 from vidstyle.blocks.equalize import MIN_RANGE, stretch
 
 
-@block("measured", on="luma", percentiles=lambda: (5, 95))
+@block(
+    "measured",
+    on="luma",
+    percentiles=lambda: (5, 95),
+    label="Contrast boost",
+    category="tone",
+    aliases="dynamic range, dull pictures, haze, fade, levels, shadows, highlights",
+)
 def minimum_range(
     luma: np.ndarray,
     measured: Percentiles,
     out: ResultRows,
     dynamic_range: Annotated[
         float,
-        Slider(0, 255, "minimum distance between the 5 % and 95 % percentiles", "levels of 255", (100, 200)),
+        Slider(
+            0,
+            255,
+            "minimum distance between the 5 % and 95 % percentiles",
+            "levels of 255",
+            (100, 200),
+            label="Contrast",
+        ),
     ] = 180,
-    settle: Annotated[float, Slider(0, 10, "time constant of temporal smoothing; 0 for none", "s")] = 0.4,
+    settle: Annotated[
+        float,
+        Slider(0, 10, "time constant of temporal smoothing; 0 for none", "s", label="Smoothing over time"),
+    ] = 0.4,
 ) -> np.ndarray:
     """Expand the dynamic range of luma to a minimum; a picture with a larger range stays unchanged.
 

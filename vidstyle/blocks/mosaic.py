@@ -20,16 +20,29 @@ def _radius(size: float) -> int:
     return math.ceil(1.4143 * size) + 1
 
 
-@block("filter", on="color", radius=_radius)
+@block(
+    "filter",
+    on="color",
+    radius=_radius,
+    label="Mosaic",
+    category="print",
+    aliases="stained glass, tiles, cells, voronoi, cross stitch, crystal, polygons, low poly",
+)
 def mosaic(
     picture: np.ndarray,
     place: PageRegion,
     out: ResultRows,
-    size: Annotated[float, Slider(3, 96, "size of a tile", "px", explore=(8, 32))] = 16,
-    irregularity: Annotated[float, Slider(0, 1, "irregularity of the tiles; 0 for squares")] = 0.8,
-    gap: Annotated[float, Slider(0, 16, "width of the gap between tiles", "px", explore=(0, 3))] = 1.5,
-    gap_color: Annotated[Any, Color("colour of the gap")] = "#1a1a1e",
-    variation: Annotated[float, Slider(0, 1, "variation of tone between tiles", explore=(0, 0.2))] = 0.06,
+    size: Annotated[float, Slider(3, 96, "size of a tile", "px", explore=(8, 32), label="Tile size")] = 16,
+    irregularity: Annotated[
+        float, Slider(0, 1, "irregularity of the tiles; 0 for squares", label="Irregularity")
+    ] = 0.8,
+    gap: Annotated[
+        float, Slider(0, 16, "width of the gap between tiles", "px", explore=(0, 3), label="Gap width")
+    ] = 1.5,
+    gap_color: Annotated[Any, Color("colour of the gap", label="Gap colour")] = "#1a1a1e",
+    variation: Annotated[
+        float, Slider(0, 1, "variation of tone between tiles", explore=(0, 0.2), label="Tone variation")
+    ] = 0.06,
 ) -> np.ndarray:
     """Divide the picture into tiles of one colour each, as in stained glass, mosaic or cross stitch.
 

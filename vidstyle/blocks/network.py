@@ -9,14 +9,25 @@ from vidstyle.network.network_process import open_network
 from vidstyle.network.network_run import RANGES, NetworkRun
 
 
-@block("network", on="color")
+@block(
+    "network",
+    on="color",
+    label="Neural network",
+    category="parts",
+    aliases="ai, onnx, model, neural style, deep learning",
+)
 def network(
     model: Annotated[
-        Any, Asset("ONNX file of a network; empty: no change", open_network, optional=True)
+        Any,
+        Asset("ONNX file of a network; empty: no change", open_network, optional=True, label="Network file"),
     ] = "",
-    range: Annotated[str, Choice(tuple(RANGES), "numbers of the network for black and white")] = "0..255",
-    size: Annotated[int, Slider(64, 4096, "shorter side of the picture that the network gets")] = 720,
-    amount: Annotated[float, Slider(0, 1, "0 for no effect")] = 1,
+    range: Annotated[
+        str, Choice(tuple(RANGES), "numbers of the network for black and white", label="Number range")
+    ] = "0..255",
+    size: Annotated[
+        int, Slider(64, 4096, "shorter side of the picture that the network gets", label="Picture size")
+    ] = 720,
+    amount: Annotated[float, Slider(0, 1, "0 for no effect", label="Network strength")] = 1,
 ) -> NetworkRun | None:
     """Apply a neural network that maps a picture to another of the same size; on the CPU only.
 

@@ -32,19 +32,39 @@ KEPT_BYTES = 1 << 28
 """Memory for all cached pages: four of 7680 x 4320 pixels."""
 
 
-@block("pixel", on="channels")
+@block(
+    "pixel",
+    on="channels",
+    label="Grain",
+    category="texture",
+    aliases=(
+        "film grain, noise, paper, texture, canvas, old film, dust, analog, clouds, speckle, "
+        "watercolor, watercolour"
+    ),
+)
 def noise(
     picture: np.ndarray,
     place: PageRegion,
     moment: FrameTime,
     out: ResultRows,
     kind: Annotated[
-        str, Choice(tuple(OCTAVE_COUNTS), "kind of noise: square points, soft points, or clouds")
+        str,
+        Choice(
+            tuple(OCTAVE_COUNTS),
+            "kind of noise: square points, soft points, or clouds",
+            label="Kind of grain",
+        ),
     ] = "soft",
-    size: Annotated[float, Slider(1, 256, "size of a point, or of the largest clouds", "px", (1, 12))] = 1.5,
-    stretch: Annotated[float, Slider(1, 64, "width relative to height", explore=(1, 6))] = 1,
-    amount: Annotated[float, Slider(0, 1, "range of the noise", explore=(0.05, 0.25))] = 0.15,
-    colored: Annotated[bool, Switch("separate noise for each channel")] = False,
+    size: Annotated[
+        float, Slider(1, 256, "size of a point, or of the largest clouds", "px", (1, 12), label="Grain size")
+    ] = 1.5,
+    stretch: Annotated[
+        float, Slider(1, 64, "width relative to height", explore=(1, 6), label="Grain stretch")
+    ] = 1,
+    amount: Annotated[
+        float, Slider(0, 1, "range of the noise", explore=(0.05, 0.25), label="Grain amount")
+    ] = 0.15,
+    colored: Annotated[bool, Switch("separate noise for each channel", label="Coloured grain")] = False,
     rate: Annotated[int, REDRAW_RATE] = 0,
 ) -> np.ndarray:
     """Add random values with a mean of 0, which are fixed to the page and change only at `rate`.

@@ -13,7 +13,13 @@ from vidstyle.core.kernels import compiled, interleaved
 _INKS = separate.parameters
 
 
-@block("pixel", on="color")
+@block(
+    "pixel",
+    on="color",
+    label="Print in spot inks",
+    category="print",
+    aliases="riso, screen print, spot colours, plates, ink",
+)
 def overprint(
     picture: np.ndarray,
     out: ResultRows,

@@ -58,12 +58,27 @@ def _table(lines: list[str]) -> tuple[np.ndarray]:
     return (np.vstack([lab_from_rgb(colors), colors]).astype(np.float32),)
 
 
-@block("pixel", on="color")
+@block(
+    "pixel",
+    on="color",
+    label="Colour palette",
+    category="color",
+    aliases=(
+        "few colours, limited colours, reduce colours, quantize, duotone, 8-bit, pixel art, retro, "
+        "recolor, posterize"
+    ),
+)
 def palette(
     picture: np.ndarray,
     out: ResultRows,
     colors: Annotated[
-        Any, Asset("name of a palette, or a text file of #rrggbb lines", read_palette, shipped_palettes)
+        Any,
+        Asset(
+            "name of a palette, or a text file of #rrggbb lines",
+            read_palette,
+            shipped_palettes,
+            label="Palette",
+        ),
     ] = "ember",
 ) -> np.ndarray:
     """Replace each colour by the nearest of a palette of 2 to 64 colours, in OKLab.

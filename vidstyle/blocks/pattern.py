@@ -49,23 +49,50 @@ def read_tile(file: Path) -> np.ndarray:
     return tile.astype(np.float32) / np.float32(255)
 
 
-@block("pixel", on="luma", chroma="dropped")
+@block(
+    "pixel",
+    on="luma",
+    chroma="dropped",
+    label="Hatching",
+    category="lines",
+    aliases="crosshatch, cross-hatching, pencil, sketch, pen, shading, drawing, engraving",
+)
 def pattern(
     luma: np.ndarray,
     place: PageRegion,
-    levels: Annotated[int, Slider(2, 9, "number of tones, including blank white", explore=(3, 6))] = 5,
-    spacing: Annotated[float, Slider(3, 64, "distance between strokes", "px", explore=(5, 12))] = 7,
+    levels: Annotated[
+        int, Slider(2, 9, "number of tones, including blank white", explore=(3, 6), label="Number of tones")
+    ] = 5,
+    spacing: Annotated[
+        float, Slider(3, 64, "distance between strokes", "px", explore=(5, 12), label="Stroke distance")
+    ] = 7,
     width: Annotated[
-        float, Slider(0.05, 1, "width of a stroke, relative to the distance", explore=(0.15, 0.4))
+        float,
+        Slider(
+            0.05, 1, "width of a stroke, relative to the distance", explore=(0.15, 0.4), label="Stroke width"
+        ),
     ] = 0.24,
     angle: Annotated[
-        float, Slider(-90, 90, "direction of the first set of strokes", "degrees", (-60, 60))
+        float,
+        Slider(
+            -90, 90, "direction of the first set of strokes", "degrees", (-60, 60), label="Stroke direction"
+        ),
     ] = 45,
-    layout: Annotated[str, Choice(tuple(LAYOUT_DEGREES), "directions of further sets of strokes")] = "cross",
-    wobble: Annotated[float, Slider(0, 1, "irregularity of the strokes")] = 0.5,
-    softness: Annotated[float, Slider(0, 1, "share of each level over which its strokes fade in")] = 0.35,
+    layout: Annotated[
+        str, Choice(tuple(LAYOUT_DEGREES), "directions of further sets of strokes", label="Crossing strokes")
+    ] = "cross",
+    wobble: Annotated[float, Slider(0, 1, "irregularity of the strokes", label="Hand wobble")] = 0.5,
+    softness: Annotated[
+        float, Slider(0, 1, "share of each level over which its strokes fade in", label="Soft transitions")
+    ] = 0.35,
     tiles: Annotated[
-        Any, Asset("folder of .png tiles, one for each level, instead of strokes", read_tiles, optional=True)
+        Any,
+        Asset(
+            "folder of .png tiles, one for each level, instead of strokes",
+            read_tiles,
+            optional=True,
+            label="Own tiles",
+        ),
     ] = "",
 ) -> np.ndarray:
     """Draw tones as black hatching on white, with more strokes in darker areas.

@@ -16,12 +16,21 @@ def whole_side(size: float | np.float32) -> int:
     return int(np.float32(size) + np.float32(0.5))
 
 
-@block("filter", on="channels", radius=lambda size: whole_side(size) - 1)
+@block(
+    "filter",
+    on="channels",
+    radius=lambda size: whole_side(size) - 1,
+    label="Pixels",
+    category="print",
+    aliases="pixel art, 8-bit, blocks, censor, mosaic, tiles, retro, video game, low resolution",
+)
 def pixelate(
     picture: np.ndarray,
     place: PageRegion,
     out: ResultRows,
-    size: Annotated[float, Slider(1, 64, "side of a square, rounded to whole pixels", "px", (3, 12))] = 6,
+    size: Annotated[
+        float, Slider(1, 64, "side of a square, rounded to whole pixels", "px", (3, 12), label="Pixel size")
+    ] = 6,
 ) -> np.ndarray:
     """Fill squares with their mean colour; the squares are fixed to the page."""
     side, rows = whole_side(size), interleaved(picture)

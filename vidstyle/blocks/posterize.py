@@ -10,13 +10,27 @@ from vidstyle.block import ResultRows, Slider, block
 from vidstyle.core.kernels import TIE_LIFT, compiled, interleaved
 
 
-@block("pixel", on="channels")
+@block(
+    "pixel",
+    on="channels",
+    label="Posterize",
+    category="color",
+    aliases=(
+        "flat, poster, fewer colours, few colours, screen print, pop art, tones, simplify, levels, "
+        "bands, steps"
+    ),
+)
 def posterize(
     picture: np.ndarray,
     out: ResultRows,
-    levels: Annotated[int, Slider(2, 32, "number of tones in each channel", explore=(5, 12))] = 10,
+    levels: Annotated[
+        int, Slider(2, 32, "number of tones in each channel", explore=(5, 12), label="Number of tones")
+    ] = 10,
     softness: Annotated[
-        float, Slider(0, 1, "share of each step that is a ramp; reduces flicker", power=-1)
+        float,
+        Slider(
+            0, 1, "share of each step that is a ramp; reduces flicker", power=-1, label="Soft transitions"
+        ),
     ] = 0.15,
 ) -> np.ndarray:
     """Quantize each channel to a few flat tones.

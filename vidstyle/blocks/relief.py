@@ -12,12 +12,25 @@ from vidstyle.blocks.sobel import smooth_and_steep
 from vidstyle.core.kernels import compiled
 
 
-@block("filter", on="luma", radius=lambda: 1, chroma="dropped")
+@block(
+    "filter",
+    on="luma",
+    radius=lambda: 1,
+    chroma="dropped",
+    label="Relief",
+    category="texture",
+    aliases="emboss, bump, light, 3d, impasto, plaster, canvas, texture",
+)
 def relief(
     luma: np.ndarray,
-    depth: Annotated[float, Slider(0, 16, "strength of light and shade", explore=(0.5, 3))] = 1,
+    depth: Annotated[
+        float, Slider(0, 16, "strength of light and shade", explore=(0.5, 3), label="Relief depth")
+    ] = 1,
     angle: Annotated[
-        float, Slider(-180, 180, "direction of the light; 90 for light from above", "degrees")
+        float,
+        Slider(
+            -180, 180, "direction of the light; 90 for light from above", "degrees", label="Light direction"
+        ),
     ] = 135,
 ) -> np.ndarray:
     """Light luma as a relief: gray where flat, bright towards the light, dark away from it.

@@ -11,12 +11,28 @@ from vidstyle.block import LumaWeights, Slider, block
 from vidstyle.core.color.deferred_color import Mixed
 
 
-@block("pixel", on="color")
+@block(
+    "pixel",
+    on="color",
+    label="Colour strength",
+    category="color",
+    aliases=(
+        "saturation, vibrance, vivid, vibrant, desaturate, muted, pale, colourful, colorful, gray, "
+        "black and white"
+    ),
+)
 def saturation(
     picture: np.ndarray,
     weights: LumaWeights,
     factor: Annotated[
-        float, Slider(0, 4, "0 for gray, 1 for no change, above 1 for more vivid colours", explore=(1.5, 2.2))
+        float,
+        Slider(
+            0,
+            4,
+            "0 for gray, 1 for no change, above 1 for more vivid colours",
+            explore=(1.5, 2.2),
+            label="Colour strength",
+        ),
     ] = 1.8,
 ) -> Mixed:
     """Make colours more vivid or more muted.

@@ -13,13 +13,19 @@ SWEEP_COUNT = 4
 """How often each ink is adjusted to the two others; a fifth time changes amounts by less than 0.02."""
 
 
-@block("pixel", on="color")
+@block(
+    "pixel",
+    on="color",
+    label="Separate spot inks",
+    category="print",
+    aliases="riso, screen print, plates, spot colours, colour separation",
+)
 def separate(
     picture: np.ndarray,
     out: ResultRows,
-    first: Annotated[Any, Color("ink of the red channel")] = "#ffe14d",
-    second: Annotated[Any, Color("ink of the green channel")] = "#ff48a0",
-    third: Annotated[Any, Color("ink of the blue channel")] = "#0f5fb0",
+    first: Annotated[Any, Color("ink of the red channel", label="First ink")] = "#ffe14d",
+    second: Annotated[Any, Color("ink of the green channel", label="Second ink")] = "#ff48a0",
+    third: Annotated[Any, Color("ink of the blue channel", label="Third ink")] = "#0f5fb0",
 ) -> np.ndarray:
     """Separate colours into three spot inks: each channel is the plate of an ink, black where it is full.
 

@@ -28,17 +28,31 @@ def _radius(y: float, x: float, jitter: float) -> int:
     return math.ceil(max(abs(y), abs(x) + jitter)) + 1
 
 
-@block("filter", on="color", radius=_radius)
+@block(
+    "filter",
+    on="color",
+    radius=_radius,
+    label="Shift colours",
+    category="texture",
+    aliases=(
+        "chromatic aberration, glitch, vhs, misregistration, colour fringe, rgb split, wobble, "
+        "jitter, offset, move, tape, anaglyph, old television, old tv"
+    ),
+)
 def shift(
     picture: np.ndarray,
     weights: LumaWeights,
     place: PageRegion,
     moment: FrameTime,
     out: ResultRows,
-    plate: Annotated[str, Choice(PLATE_NAMES, "part of the picture to move")] = "chroma",
-    x: Annotated[float, Slider(-64, 64, "distance to the right", "px", (-6, 6))] = 4,
-    y: Annotated[float, Slider(-64, 64, "down", "px", (-4, 4))] = 0,
-    jitter: Annotated[float, Slider(0, 64, "random sway of rows to both sides", "px")] = 0,
+    plate: Annotated[
+        str, Choice(PLATE_NAMES, "part of the picture to move", label="Part to shift")
+    ] = "chroma",
+    x: Annotated[
+        float, Slider(-64, 64, "distance to the right", "px", (-6, 6), label="Shift to the right")
+    ] = 4,
+    y: Annotated[float, Slider(-64, 64, "down", "px", (-4, 4), label="Shift down")] = 0,
+    jitter: Annotated[float, Slider(0, 64, "random sway of rows to both sides", "px", label="Wobble")] = 0,
     rate: Annotated[int, REDRAW_RATE] = 0,
 ) -> np.ndarray:
     """Move one channel, the chroma or the whole picture, like misregistered ink or delayed colour on tape.

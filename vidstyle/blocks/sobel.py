@@ -10,15 +10,28 @@ from vidstyle.block import Margin, ResultRows, Slider, Switch, block
 from vidstyle.core.kernels import compiled
 
 
-@block("filter", on="luma", radius=lambda: 1, chroma="dropped")
+@block(
+    "filter",
+    on="luma",
+    radius=lambda: 1,
+    chroma="dropped",
+    label="Edge detection",
+    category="lines",
+    aliases="edges, find edges, outline, outlines, contour, neon, glow, gradient",
+)
 def sobel(
     luma: np.ndarray,
     margin: Margin,
     out: ResultRows,
     gain: Annotated[
-        float, Slider(0, 16, "response to a step from black to white", explore=(1, 4), power=1)
+        float,
+        Slider(
+            0, 16, "response to a step from black to white", explore=(1, 4), power=1, label="Edge strength"
+        ),
     ] = 2,
-    invert: Annotated[bool, Switch("dark lines on white, as in the lines layer")] = False,
+    invert: Annotated[
+        bool, Switch("dark lines on white, as in the lines layer", label="Dark lines on white")
+    ] = False,
 ) -> np.ndarray:
     """Detect edges: the magnitude of the luma gradient, as a gray picture.
 

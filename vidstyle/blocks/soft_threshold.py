@@ -10,19 +10,42 @@ from vidstyle.block import ResultRows, Slider, Switch, block
 from vidstyle.core.kernels import compiled
 
 SLOPE_CONTROL = Slider(
-    0.001, 1, "slope of the ramp", "per level of 255", explore=(0.013, 0.059), power=1, grows_if="edges"
+    0.001,
+    1,
+    "slope of the ramp",
+    "per level of 255",
+    explore=(0.013, 0.059),
+    power=1,
+    grows_if="edges",
+    label="Edge hardness",
 )
 
 
-@block("pixel", on="channels")
+@block(
+    "pixel",
+    on="channels",
+    label="Black and white",
+    category="tone",
+    aliases="threshold, ink, stencil, silhouette, high contrast, photocopy, noir, woodcut, linocut, binary",
+)
 def soft_threshold(
     picture: np.ndarray,
     out: ResultRows,
     phi: Annotated[float, SLOPE_CONTROL] = 0.03,
     epsilon: Annotated[
-        float, Slider(0, 255, "threshold; everything above it is white", "levels of 255", explore=(50, 110))
+        float,
+        Slider(
+            0,
+            255,
+            "threshold; everything above it is white",
+            "levels of 255",
+            explore=(50, 110),
+            label="Amount of black",
+        ),
     ] = 110,
-    edges: Annotated[bool, Switch("keep the ramp equally narrow on larger pictures; for lines")] = False,
+    edges: Annotated[
+        bool, Switch("keep the ramp equally narrow on larger pictures; for lines", label="Keep lines sharp")
+    ] = False,
 ) -> np.ndarray:
     """Make everything above a threshold white, with a tanh ramp to black below it.
 

@@ -27,23 +27,57 @@ def _radius(length: float, width: float) -> int:
     return math.ceil(max(length, width) / 2 + 1)
 
 
-@block("filter", on="color", radius=_radius)
+@block(
+    "filter",
+    on="color",
+    radius=_radius,
+    label="Brush strokes",
+    category="paint",
+    aliases=(
+        "painting, brush, impressionist, pointillism, points, dots, van gogh, painterly, stippling, "
+        "crayon, pastel, oil painting, daubs"
+    ),
+)
 def strokes(
     picture: np.ndarray,
     place: PageRegion,
     moment: FrameTime,
     out: ResultRows,
-    flow: Annotated[Any, SavedRef("smoothed result of `structure_tensor`")] = "source",
-    under: Annotated[Any, SavedRef("picture that is visible between strokes")] = "source",
-    length: Annotated[float, Slider(2, 96, "length of a stroke", "px", explore=(8, 36))] = 24,
-    width: Annotated[float, Slider(2, 64, "width of a stroke", "px", explore=(4, 12))] = 7,
-    density: Annotated[float, Slider(0.25, 4, "number of strokes per square of the stroke's width")] = 1,
-    angle: Annotated[float, Slider(-90, 90, "direction of strokes far from edges", "degrees")] = 35,
-    variation: Annotated[float, Slider(0, 1, "variation of tone between strokes", explore=(0, 0.2))] = 0.1,
+    flow: Annotated[
+        Any, SavedRef("smoothed result of `structure_tensor`", label="Direction from")
+    ] = "source",
+    under: Annotated[
+        Any, SavedRef("picture that is visible between strokes", label="Picture underneath")
+    ] = "source",
+    length: Annotated[
+        float, Slider(2, 96, "length of a stroke", "px", explore=(8, 36), label="Stroke length")
+    ] = 24,
+    width: Annotated[
+        float, Slider(2, 64, "width of a stroke", "px", explore=(4, 12), label="Stroke width")
+    ] = 7,
+    density: Annotated[
+        float,
+        Slider(0.25, 4, "number of strokes per square of the stroke's width", label="Number of strokes"),
+    ] = 1,
+    angle: Annotated[
+        float, Slider(-90, 90, "direction of strokes far from edges", "degrees", label="Stroke direction")
+    ] = 35,
+    variation: Annotated[
+        float, Slider(0, 1, "variation of tone between strokes", explore=(0, 0.2), label="Tone variation")
+    ] = 0.1,
     colors: Annotated[
-        float, Slider(0, 1, "variation of colour between strokes; gray strokes vary less", explore=(0, 0.2))
+        float,
+        Slider(
+            0,
+            1,
+            "variation of colour between strokes; gray strokes vary less",
+            explore=(0, 0.2),
+            label="Colour variation",
+        ),
     ] = 0,
-    bristles: Annotated[float, Slider(0, 1, "contrast of the bristle marks", explore=(0, 0.5))] = 0.25,
+    bristles: Annotated[
+        float, Slider(0, 1, "contrast of the bristle marks", explore=(0, 0.5), label="Bristle marks")
+    ] = 0.25,
     rate: Annotated[int, REDRAW_RATE] = 0,
 ) -> np.ndarray:
     """Paint with strokes of one colour each along the edges; with dots if width equals length.

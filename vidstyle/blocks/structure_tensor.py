@@ -9,7 +9,15 @@ from vidstyle.blocks.sobel import smooth_and_steep
 from vidstyle.core.kernels import compiled, interleaved
 
 
-@block("filter", on="color", radius=lambda: 1, exact=True)
+@block(
+    "filter",
+    on="color",
+    radius=lambda: 1,
+    exact=True,
+    label="Edge direction",
+    category="parts",
+    aliases="flow field, orientation, structure tensor",
+)
 def structure_tensor(
     picture: np.ndarray, weights: LumaWeights, margin: Margin, out: ResultRows
 ) -> np.ndarray:

@@ -9,10 +9,19 @@ import numpy as np
 from vidstyle.block import SavedRef, block
 
 
-@block("pixel", on="luma", is_identity=True)
+@block(
+    "pixel",
+    on="luma",
+    is_identity=True,
+    label="Bring back colour",
+    category="color",
+    aliases="restore colour, colours, chroma",
+)
 def to_color(
     luma: np.ndarray,
-    chroma: Annotated[Any, SavedRef("picture whose chroma to use", on="chroma")] = "chroma",
+    chroma: Annotated[
+        Any, SavedRef("picture whose chroma to use", on="chroma", label="Colours from")
+    ] = "chroma",
 ) -> np.ndarray:
     """Combine luma with the chroma of a saved picture, by default the one that to_gray saves.
 

@@ -7,7 +7,16 @@ import numpy as np
 from vidstyle.block import block
 
 
-@block("pixel", on="luma", chroma="dropped", saves="chroma", is_identity=True)
+@block(
+    "pixel",
+    on="luma",
+    chroma="dropped",
+    saves="chroma",
+    is_identity=True,
+    label="Grayscale",
+    category="color",
+    aliases="gray, grey, greyscale, black and white, monochrome, desaturate, remove colour, noir",
+)
 def to_gray(luma: np.ndarray) -> np.ndarray:
     """Discard chroma; save the input as "chroma" for to_color.
 

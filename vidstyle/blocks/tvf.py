@@ -17,20 +17,42 @@ STEPS_PER_PASS = 3
 step."""
 
 
-@block("learned", on="luma")
+@block(
+    "learned",
+    on="luma",
+    label="Flatten texture",
+    category="smooth",
+    aliases=(
+        "denoise, noise reduction, remove grain, smooth, soften, skin, flat, simplify, cartoon, "
+        "abstract, watercolor, watercolour"
+    ),
+)
 def tvf(
-    passes: Annotated[int, Slider(1, 12, "number of passes: more for flatter areas", explore=(1, 4))] = 2,
-    amount: Annotated[float, Slider(0, 1, "0 for no effect", explore=(0.5, 1))] = 1,
+    passes: Annotated[
+        int, Slider(1, 12, "number of passes: more for flatter areas", explore=(1, 4), label="Flatness")
+    ] = 2,
+    amount: Annotated[
+        float, Slider(0, 1, "0 for no effect", explore=(0.5, 1), label="Flattening strength")
+    ] = 1,
     flow: Annotated[
         str,
         Choice(
             ("curvature", "variation"),
             "curvature rounds shapes and keeps contrast, variation creates areas of uniform tone",
             ("curvature", "variation"),
+            label="Kind of flattening",
         ),
     ] = "curvature",
     time: Annotated[
-        float, Slider(1, 12, "time of each pass of variation", "levels of 255 x pixels", (4, 12))
+        float,
+        Slider(
+            1,
+            12,
+            "time of each pass of variation",
+            "levels of 255 x pixels",
+            (4, 12),
+            label="Flatness of a pass",
+        ),
     ] = 6,
 ) -> BankRun:
     """Flatten texture and preserve edges.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -17,35 +18,60 @@ if TYPE_CHECKING:
     from vidstyle.block import Block
 
 
-@command("List the filter blocks, or describe one.", examples=("vidstyle blocks", "vidstyle blocks flow_dog"))
+@command(
+    "List the filter blocks, or describe one.",
+    examples=("vidstyle blocks", "vidstyle blocks flow_dog", "vidstyle blocks outline"),
+)
 @click.argument("name", required=False, type=BLOCK)
 @option("--json", "as_json", is_flag=True, help="Print JSON, with the JSON Schema of each parameter.")
 @reporting_options
 def blocks(name: str | None, as_json: bool) -> None:
-    """List the filter blocks that styles consist of, or describe the parameters of NAME."""
-    from vidstyle.blocks import all_blocks
+    """List the filter blocks that styles consist of, or describe the parameters of NAME.
 
-    if name is not None:
-        if name not in all_blocks():
-            raise UsageError(name, f"there is no block '{name}'", suggest(name, all_blocks()))
+    Any other word lists the blocks that it describes, best match first.
+    """
+    from vidstyle.blocks import all_blocks
+    from vidstyle.style.find import find_blocks
+
+    if name is not None and name in all_blocks():
         block = all_blocks()[name]
         click.echo(json.dumps(_as_dict(block), indent=2) if as_json else _details(block))
-    elif as_json:
-        click.echo(json.dumps([_as_dict(block) for block in all_blocks().values()], indent=2))
+        return
+    found = [all_blocks()[each] for each in find_blocks(name or "")]
+    if not found:
+        raise UsageError(name, f"there is no block '{name}'", suggest(str(name), all_blocks()))
+    if as_json:
+        click.echo(json.dumps([_as_dict(block) for block in found], indent=2))
     else:
-        for block in all_blocks().values():
-            click.echo(list_entry(f"{block.name:16} {block.kind:8}", block.help))
+        click.echo("\n".join(_list(found) if name else _list_by_category(found)))
+
+
+def _list_by_category(found: Sequence[Block]) -> Iterator[str]:
+    from vidstyle.block import CATEGORIES
+
+    for category, heading in CATEGORIES.items():
+        yield f"\n{heading}"
+        yield from _list([block for block in found if block.category == category])
+
+
+def _list(found: Sequence[Block]) -> Iterator[str]:
+    for block in found:
+        yield list_entry(f"{block.name:16} {block.label:22}", block.help)
 
 
 def _details(block: Block) -> str:
-    lines = [f"{block.name} ({block.kind}, works on {block.on})", block.help]
+    lines = [f"{block.label}: {block.name} ({block.kind}, works on {block.on})", block.help]
+    if block.aliases:
+        lines.append(f"Also found as: {', '.join(block.aliases)}.")
     for parameter in block.parameters.values():
         control = parameter.control
         lines.append(f"  {parameter.name} = {json.dumps(parameter.default)}")
-        lines.append(f"      {control.help} ({control.range_text})")
+        lines.append(f"      {parameter.label}: {control.help} ({control.range_text})")
     return "\n".join(lines)
 
 
 def _as_dict(block: Block) -> dict[str, Any]:
-    facts = {name: getattr(block, name) for name in ("name", "kind", "on", "help")}
+    facts = {
+        name: getattr(block, name) for name in ("name", "label", "category", "aliases", "kind", "on", "help")
+    }
     return facts | {"parameters": {name: each.schema() for name, each in block.parameters.items()}}

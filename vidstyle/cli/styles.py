@@ -187,7 +187,8 @@ def _print_plan(name: str | None, size: tuple[int, int], form: Form, as_json: bo
 def _details(style: Style, described: dict[str, Any]) -> Iterator[str]:
     from vidstyle.diagram.graph import graph_of
     from vidstyle.diagram.text import graph_text
-    from vidstyle.style import LAYERS
+    from vidstyle.style import LAYERS, table_from_style
+    from vidstyle.style.panel import knob_labels
 
     layers = {layer: described[layer] for layer in LAYERS}
     yield f"{described['name']}: {described['note']}" if described["note"] else described["name"]
@@ -195,8 +196,10 @@ def _details(style: Style, described: dict[str, Any]) -> Iterator[str]:
     yield from graph_text(graph_of(style), get_terminal_size((100, 0)).columns, sys.stdout.encoding)
     yield ""
     for key, value in described.items():
-        if key not in layers and key not in ("name", "note", "variants"):
+        if key not in layers and key not in ("name", "note", "knobs", "variants"):
             yield f"  {key} = {json.dumps(value)}"
+    for path, label in knob_labels(style, table_from_style(style)).items():
+        yield f"  knob {path}: {label}"
     for name, values in described["variants"].items():
         changes = ", ".join(f"{path} = {json.dumps(value)}" for path, value in values.items())
         yield f"  variant {name}: {changes}"
@@ -210,4 +213,4 @@ def _step_details(layer: str, step: dict[str, Any]) -> Iterator[str]:
     yield f"  {layer}: {step['block'] or 'no block'}{names}"
     for name, parameter in step["parameters"].items():
         value = json.dumps(parameter["value"])
-        yield f"    {name} = {value:10} {parameter['help']} ({parameter['range']})"
+        yield f"    {name} = {value:10} {parameter['label']}: {parameter['help']} ({parameter['range']})"

@@ -30,12 +30,14 @@ class Axis:
 
     Attributes:
         path: its path, see `set_values`.
+        label: its name in plain words.
         low, high: the ends of the axis.
         is_whole: whether the value is an integer.
         is_factor: whether the axis is logarithmic.
     """
 
     path: str
+    label: str
     low: float
     high: float
     is_whole: bool
@@ -126,7 +128,16 @@ def _axis(slider: dict[str, Any], change: float) -> Axis:
     moved = _shift_value(slider, PROBE_SHARE)
     if _is_factor(slider):
         factor = (moved / value if moved > value else value / moved) ** parts
-        return Axis(slider["path"], max(low, value / factor), min(high, value * factor), False, True)
+        return Axis(
+            slider["path"], slider["label"], max(low, value / factor), min(high, value * factor), False, True
+        )
     half = abs(moved - value) * parts
     half = max(1, round(half)) if slider["whole"] else half
-    return Axis(slider["path"], max(low, value - half), min(high, value + half), slider["whole"], False)
+    return Axis(
+        slider["path"],
+        slider["label"],
+        max(low, value - half),
+        min(high, value + half),
+        slider["whole"],
+        False,
+    )

@@ -25,11 +25,13 @@ MAX_MASK_BYTES = 64 << 20
 """Maximum size of the file of a mask."""
 
 _CONTROLS = {
-    "color": Color("colour whose pixels are the mask"),
-    "file": Asset("PNG picture that is the mask in every frame: white inside", Path),
-    "tolerance": Slider(0, 1, "distance from the colour up to which pixels are inside"),
-    "softness": Slider(0, 1, "width of the soft edge, as a distance from the colour"),
-    "invert": Switch("whether to exchange inside and outside"),
+    "color": Color("colour whose pixels are the mask", label="Mask colour"),
+    "file": Asset("PNG picture that is the mask in every frame: white inside", Path, label="Mask picture"),
+    "tolerance": Slider(
+        0, 1, "distance from the colour up to which pixels are inside", label="Colour tolerance"
+    ),
+    "softness": Slider(0, 1, "width of the soft edge, as a distance from the colour", label="Soft edge"),
+    "invert": Switch("whether to exchange inside and outside", label="Invert mask"),
 }
 _DEFAULTS: dict[str, Any] = {"color": "", "file": "", "tolerance": 0.15, "softness": 0.1, "invert": False}
 MASK_VALUES = {name: Parameter(name, control, _DEFAULTS[name]) for name, control in _CONTROLS.items()}

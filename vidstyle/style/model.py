@@ -106,14 +106,48 @@ class Style:
 
 
 _CONTROLS: dict[str, Control] = {
-    "height": Slider(16, 65536, "picture height for which lengths are given", unit="px"),
-    "ink": Color("colour of the lines"),
-    "paper": Color("colour that the background is multiplied by"),
-    "steady": Slider(0, 1, "temporal smoothing, from 0 (off) to 1 (strongest)"),
-    "strength": Slider(0, 1, "how much of the style is mixed with the source"),
-    "focus": Slider(0, 1, "finer detail in small faces, from 0 (off) to 1"),
-    "only": MaskRef("mask inside which the style applies", on="luma", optional=True),
-    "keep": MaskRef("mask inside which the source is kept", on="luma", optional=True),
+    "height": Slider(
+        16, 65536, "picture height for which lengths are given", unit="px", label="Reference height"
+    ),
+    "ink": Color("colour of the lines", label="Line colour", aliases=("ink", "pen")),
+    "paper": Color(
+        "colour that the background is multiplied by", label="Paper colour", aliases=("paper", "canvas")
+    ),
+    "steady": Slider(
+        0,
+        1,
+        "temporal smoothing, from 0 (off) to 1 (strongest)",
+        label="Steadiness",
+        aliases=("flicker", "shimmer", "boiling", "stabilize", "smooth over time"),
+    ),
+    "strength": Slider(
+        0,
+        1,
+        "how much of the style is mixed with the source",
+        label="Style strength",
+        aliases=("opacity", "mix", "amount", "blend with the original", "fade"),
+    ),
+    "focus": Slider(
+        0,
+        1,
+        "finer detail in small faces, from 0 (off) to 1",
+        label="Detail in faces",
+        aliases=("face", "portrait", "people", "eyes"),
+    ),
+    "only": MaskRef(
+        "mask inside which the style applies",
+        on="luma",
+        optional=True,
+        label="Only inside",
+        aliases=("mask", "region", "people", "person", "face", "background", "green screen"),
+    ),
+    "keep": MaskRef(
+        "mask inside which the source is kept",
+        on="luma",
+        optional=True,
+        label="Keep original inside",
+        aliases=("mask", "region", "people", "person", "face", "background"),
+    ),
 }
 FIELDS = {name: Parameter(name, control, getattr(Style, name)) for name, control in _CONTROLS.items()}
 """The fields of a style that are values, declared like the parameters of blocks."""

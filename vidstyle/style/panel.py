@@ -6,6 +6,7 @@ import shlex
 from collections.abc import Iterator
 from typing import Any
 
+from vidstyle.block import distinct_labels
 from vidstyle.blocks import all_blocks
 from vidstyle.style import Style, set_values, table_from_style
 from vidstyle.style.mask_declarations import MaskRef
@@ -49,7 +50,7 @@ def _entries(style: Style, start: Style) -> Iterator[dict[str, Any]]:
             # `height` is the reference for lengths, not a parameter to adjust.
             place = {"name": name, "layer": "", "step": "", "main": name != "height"}
             yield place | values(name) | parameter.describe([])
-    named = _knobs(style, table)
+    named = knob_labels(style, table)
     wired_blocks = [wired for wired in wire_layers(style.layers, style.masks) if wired.wiring.block]
     for step, wired in zip(steps_by_path(table), wired_blocks, strict=True):
         block = all_blocks()[wired.step.block]
@@ -57,14 +58,20 @@ def _entries(style: Style, start: Style) -> Iterator[dict[str, Any]]:
         for name, parameter in block.parameters.items():
             path = f"{step}.{name}"
             place = {"name": name, "layer": layer, "step": step, "about": block.help, "main": path in named}
-            yield place | values(path) | parameter.describe(saved)
+            label = {"label": named.get(path, parameter.label), "block_label": block.label}
+            yield place | values(path) | parameter.describe(saved) | label
 
 
-def _knobs(style: Style, table: dict[str, Any]) -> set[str]:
-    """Return the shortest paths of the style's knobs."""
+def knob_labels(style: Style, table: dict[str, Any]) -> dict[str, str]:
+    """Return the labels of the style's knobs by their shortest paths; equal labels are numbered.
+
+    Args:
+        table: the table of the style.
+    """
     steps = {id(step): path for path, step in steps_by_path(table).items()}
     places = [find_value(table, path) for path in style.knobs]
-    return {f"{steps.get(id(place.table), '')}.{place.parameter.name}" for place in places}
+    paths = [f"{steps.get(id(place.table), '')}.{place.parameter.name}" for place in places]
+    return dict(zip(paths, distinct_labels([place.parameter.label for place in places]), strict=True))
 
 
 def _value(table: dict[str, Any], path: str) -> Any:

@@ -66,6 +66,7 @@ def _describe_step(step: Step) -> dict[str, Any]:
             "value": step.values.get(name, parameter.default),
             "default": parameter.default,
             "range": parameter.control.range_text,
+            "label": parameter.label,
             "help": parameter.control.help,
         }
         for name, parameter in (block.parameters.items() if block else ())

@@ -42,7 +42,7 @@ def add(content: Content, new: NewNumber, layer: str, index: int, block: TextOrE
     """Add a step with default values; an empty `block` adds a step that restarts from the source."""
     _find_block(block)
     step = PlacedStep(new(), {"block": block} if block else {"from": SOURCE})
-    return EditResult(_insert(content, layer, index, step), f"add {block or 'from source'}", step.number)
+    return EditResult(_insert(content, layer, index, step), f"Add {label_of(step)}", step.number)
 
 
 def move(content: Content, new: NewNumber, step: int, layer: str, index: int) -> EditResult:
@@ -51,14 +51,14 @@ def move(content: Content, new: NewNumber, step: int, layer: str, index: int) ->
     rest = content.layers[old][:place] + content.layers[old][place + 1 :]
     layers = {**content.layers, old: rest}
     layers[layer] = _with(layers[_check_layer(layer)], index, moved)
-    return EditResult(replace(content, layers=layers), f"move {name_of(moved)}")
+    return EditResult(replace(content, layers=layers), f"Move {label_of(moved)}")
 
 
 def remove(content: Content, new: NewNumber, step: int) -> EditResult:
     """Remove a step, its knobs, and its values in variants."""
     layer, place, gone = content.place_of(step)
     rest = content.layers[layer][:place] + content.layers[layer][place + 1 :]
-    return EditResult(content.with_layer(layer, rest), f"remove {name_of(gone)}")
+    return EditResult(content.with_layer(layer, rest), f"Remove {label_of(gone)}")
 
 
 def duplicate(content: Content, new: NewNumber, step: int) -> EditResult:
@@ -66,7 +66,7 @@ def duplicate(content: Content, new: NewNumber, step: int) -> EditResult:
     layer, place, old = content.place_of(step)
     copied = {key: value for key, value in old.table.items() if key != "save"}
     copy = PlacedStep(new(), copied if copied else {"from": SOURCE})
-    return EditResult(_insert(content, layer, place + 1, copy), f"duplicate {name_of(old)}", copy.number)
+    return EditResult(_insert(content, layer, place + 1, copy), f"Duplicate {label_of(old)}", copy.number)
 
 
 def set_value(content: Content, new: NewNumber, step: int, name: str, value: AnyValue) -> EditResult:
@@ -74,7 +74,7 @@ def set_value(content: Content, new: NewNumber, step: int, name: str, value: Any
     _, _, old = content.place_of(step)
     parameter = _parameter_of(old, name)
     value = _parse_value(parameter, value)
-    return EditResult(_with_value(content, old, parameter, value), f"{name_of(old)} {name} {_text(value)}")
+    return EditResult(_with_value(content, old, parameter, value), f"{parameter.label}: {_text(value)}")
 
 
 def set_field(content: Content, new: NewNumber, name: str, value: AnyValue | None) -> EditResult:
@@ -83,7 +83,7 @@ def set_field(content: Content, new: NewNumber, name: str, value: AnyValue | Non
         raise UsageError(name, "is not a field of a style", suggest(name, FIELDS))
     default = FIELDS[name].default
     value = default if value is None else _parse_value(FIELDS[name], value)
-    return EditResult(_with_field(content, name, value, default), f"{name} {_text(value)}")
+    return EditResult(_with_field(content, name, value, default), f"{FIELDS[name].label}: {_text(value)}")
 
 
 def refer(content: Content, new: NewNumber, step: int, name: str, value: TextOrEmpty) -> EditResult:
@@ -103,14 +103,14 @@ def refer(content: Content, new: NewNumber, step: int, name: str, value: TextOrE
     before = old.table.get("save")
     if name == "save" and before and value:
         changed = _rename_picture(changed, str(before), value)
-    return EditResult(changed, f"{name_of(old)} {name} {value or 'nothing'}")
+    return EditResult(changed, f"{label_of(old)}: {name} {value or 'nothing'}")
 
 
 def mute(content: Content, new: NewNumber, step: int, on: bool) -> EditResult:
     """Bypass a step, or restore it."""
     _, _, old = content.place_of(step)
     table = {key: value for key, value in old.table.items() if key != "mute"} | ({"mute": True} if on else {})
-    return EditResult(content.with_step(step, table), f"{'mute' if on else 'unmute'} {name_of(old)}")
+    return EditResult(content.with_step(step, table), f"{'Mute' if on else 'Unmute'} {label_of(old)}")
 
 
 def expand(content: Content, new: NewNumber, step: int) -> EditResult:
@@ -121,22 +121,21 @@ def expand(content: Content, new: NewNumber, step: int) -> EditResult:
     if len(list(content.steps)) + len(parts) - 1 > MAX_STEPS:
         raise UsageError(name_of(old), f"cannot be expanded: a style has at most {MAX_STEPS} steps")
     changed = content.with_layer(layer, (*steps[:place], *parts, *steps[place + 1 :]))
-    return EditResult(changed, f"open {name_of(old)}", parts[0].number)
+    return EditResult(changed, f"Expand {label_of(old)}", parts[0].number)
 
 
 def knob(content: Content, new: NewNumber, step: int | None, name: str, on: bool) -> EditResult:
     """Pin a value to the style panel, or unpin it."""
     if step is None and name not in FIELDS:
         raise UsageError(name, "is not a field of a style", suggest(name, FIELDS))
-    if step is not None:
-        _parameter_of(content.place_of(step)[2], name)
+    parameter = FIELDS[name] if step is None else _parameter_of(content.place_of(step)[2], name)
     ref = ValueRef(step, name)
     knobs = tuple(each for each in content.knobs if each != ref) if not on else content.knobs
     if on and ref not in knobs:
         knobs += (ref,)
     if len(knobs) > MAX_KNOBS:
         raise UsageError("knobs", f"are at most {MAX_KNOBS}", "remove one first")
-    return EditResult(replace(content, knobs=knobs), f"{'add' if on else 'remove'} knob {name}")
+    return EditResult(replace(content, knobs=knobs), f"{'Pin' if on else 'Unpin'} {parameter.label}")
 
 
 def variant(content: Content, new: NewNumber, name: str) -> EditResult:
@@ -149,21 +148,27 @@ def variant(content: Content, new: NewNumber, name: str) -> EditResult:
         else:
             step = content.place_of(ref.step)[2]
             content = _with_value(content, step, _parameter_of(step, ref.name), value)
-    return EditResult(content, f"variant {name}")
+    return EditResult(content, f"Variant: {name}")
 
 
 def rename(content: Content, new: NewNumber, name: str) -> EditResult:
     """Set the name of the style."""
-    return EditResult(_with_field(content, "name", _line("name", name), ""), f"name {name}")
+    return EditResult(_with_field(content, "name", _line("name", name), ""), f"Name: {name}")
 
 
 def note(content: Content, new: NewNumber, text: NoteText) -> EditResult:
     """Set the note of the style."""
-    return EditResult(_with_field(content, "note", _line("note", text), ""), "note")
+    return EditResult(_with_field(content, "note", _line("note", text), ""), "Note")
+
+
+def label_of(step: PlacedStep) -> str:
+    """Return the name of a step in plain words."""
+    block = all_blocks().get(str(step.table.get("block")))
+    return block.label if block else name_of(step)
 
 
 def name_of(step: PlacedStep) -> str:
-    """Return the display name of a step: usually its block."""
+    """Return the name of a step as the style file has it: usually its block."""
     return str(step.table.get("block") or step.table.get("from") or step.table.get("save"))
 
 

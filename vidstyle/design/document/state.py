@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from vidstyle.block import Block
+from vidstyle.block import Block, distinct_labels
 from vidstyle.blocks import all_blocks
 from vidstyle.design.document.content import Content, PlacedStep, ValueRef
 from vidstyle.design.document.document import Document
-from vidstyle.design.document.edits import name_of
+from vidstyle.design.document.edits import label_of
 from vidstyle.style import LAYERS, SOURCE
 from vidstyle.style.model import FIELDS, step_from_table
 from vidstyle.style.wiring import WiredStep, wire_layers
@@ -24,9 +24,7 @@ def state_of(document: Document) -> dict[str, Any]:
         layer: [describe.node(step, wired[step.number]) for step in content.layers[layer]] for layer in LAYERS
     }
     fields = [describe.field(name) for name in FIELDS]
-    entries = {(entry["step"], entry["name"]): entry for entry in fields}
-    for nodes in layers.values():
-        entries |= {(entry["step"], entry["name"]): entry for node in nodes for entry in node["entries"]}
+    nodes = [node for each in layers.values() for node in each]
     return {
         "revision": document.revision,
         "undo": history.undo_label,
@@ -38,7 +36,7 @@ def state_of(document: Document) -> dict[str, Any]:
         "variant": next((name for name in content.variants if _is_chosen(content, name)), ""),
         "strength": content.fields.get("strength", FIELDS["strength"].default),
         "fields": fields,
-        "knobs": [entries[ref.step, ref.name] for ref in content.knobs if (ref.step, ref.name) in entries],
+        "knobs": _knobs(content, [*fields, *(entry for node in nodes for entry in node["entries"])]),
         "history": [{"entry": entry.number, "label": entry.label} for entry in history.entries],
         "present": history.present.number,
         "snapshots": list(document.snapshots),
@@ -46,6 +44,14 @@ def state_of(document: Document) -> dict[str, Any]:
         "edges": list(_edges(content)),
         "errors": [each.text for each in document.mistakes if each.step is None],
     }
+
+
+def _knobs(content: Content, entries: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return the entries of the knobs, with distinct labels."""
+    by_ref = {ValueRef(entry["step"], entry["name"]): entry for entry in entries}
+    knobs = [by_ref[ref] for ref in content.knobs if ref in by_ref]
+    labels = distinct_labels([entry["label"] for entry in knobs])
+    return [entry | {"label": label} for entry, label in zip(knobs, labels, strict=True)]
 
 
 class _Describer:
@@ -71,6 +77,7 @@ class _Describer:
         return {
             "step": step.number,
             "block": step.table.get("block", ""),
+            "label": block.label if block else "",
             "kind": block.kind if block else "",
             "help": block.help if block else "Starts from another picture, or saves the present one.",
             "main": self._main(entries),
@@ -96,7 +103,7 @@ class _Describer:
         ref = ValueRef(step, name)
         return {
             "step": step,
-            "about": "" if step is None else name_of(self._content.place_of(step)[2]),
+            "about": "" if step is None else label_of(self._content.place_of(step)[2]),
             "name": name,
             "path": self._path_of(ref),
             "value": value,
@@ -115,7 +122,7 @@ class _Describer:
             for entry in filter(way, entries):
                 value = entry["value"]
                 shown = f"{value:g}" if isinstance(value, float) else str(value).lower()
-                return f"{entry['name']} {shown}"
+                return f"{entry['label']} {shown}"
         return ""
 
 

@@ -16,11 +16,13 @@ from vidstyle.errors import StyleError, UsageError
 from vidstyle.preview.encode import encode
 from vidstyle.preview.outputs import ExportKind
 from vidstyle.style import load_style, style_names
+from vidstyle.style.find import find_blocks, find_fields
 from vidstyle.web.messages import (
     CHECKS,
     Answer,
     Message,
     MessageError,
+    TextOrEmpty,
     fields_of,
     integer_between,
     message,
@@ -122,6 +124,11 @@ class DesignConnection(DesignView):
     @message
     async def save_as(self, name: str, overwrite: bool) -> None:
         await self.change(self.designer.save_as, name, overwrite)
+
+    @message
+    async def find(self, text: TextOrEmpty) -> Answer:
+        """Answer with the blocks and the fields that a text describes, best first."""
+        return {"blocks": find_blocks(text), "fields": find_fields(text)}
 
     @message
     async def command(self) -> Answer:

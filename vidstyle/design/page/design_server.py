@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
+from vidstyle.block import CATEGORIES, Block
 from vidstyle.blocks import all_blocks
 from vidstyle.design.designer import Designer
 from vidstyle.design.page.design_session import DesignSession
@@ -78,8 +79,14 @@ class DesignServer(PageServer[DesignView]):
         """Yield the initial messages for a browser, except the state."""
         yield {
             "blocks": [
-                {"name": name, "kind": block.kind, "help": block.help, "picture": f"/block.jpg?of={name}"}
-                for name, block in all_blocks().items()
+                {
+                    "name": name,
+                    "label": block.label,
+                    "category": CATEGORIES[block.category],
+                    "help": block.help,
+                    "picture": f"/block.jpg?of={name}",
+                }
+                for name, block in sorted(all_blocks().items(), key=_place_in_list)
             ]
         }
         yield {"styles": [_describe_style(name) for name in style_names()]}
@@ -131,6 +138,12 @@ class DesignServer(PageServer[DesignView]):
 
     def _samples(self, names: Callable[[], Iterable[str]], make: Callable[[str], bytes]) -> Handler:
         return named_pictures(names, lambda name: self.session.picture(make, name))
+
+
+def _place_in_list(named: tuple[str, Block]) -> tuple[int, str]:
+    """Return the sort key of a block by category and label."""
+    _, block = named
+    return list(CATEGORIES).index(block.category), block.label
 
 
 def _describe_style(name: str) -> dict[str, str]:

@@ -23,7 +23,7 @@ for (const place of document.querySelectorAll("[data-icon]"))
 /** @param {string} text @param {boolean} [alarm] */
 const say = (text, alarm = false) => announce(get("toast"), text, { alarm });
 const session = new Session((text) => say(text, true));
-const palette = new Palette();
+const palette = new Palette(session, showField);
 const dialogs = new Dialogs(session, say);
 const preview = new Preview(session, { onchange: () => bar.show(), onsettled: drawResult });
 const bar = new Bar(preview, say);
@@ -61,6 +61,12 @@ function showTab(name) {
     button.tabIndex = chosen ? 0 : -1;
     get(`${button.value}-tab-content`).hidden = !chosen;
   }
+}
+
+/** Shows a setting of the style and focuses it. @param {string} name */
+function showField(name) {
+  showTab("style");
+  stylePanel.focus(name);
 }
 
 /** @param {boolean} on whether the diagram is shown */

@@ -100,7 +100,7 @@ export class Diagram {
 
   /** @param {HTMLButtonElement} card @param {Step} step */
   #fill(card, step) {
-    this.#write(card, nameOf(step), words(step.main));
+    this.#write(card, nameOf(step), step.main);
     card.classList.toggle("muted", step.muted);
     card.classList.toggle("wrong", Boolean(step.error));
     const badges = /** @type {HTMLElement} */ (card.querySelector(".badges"));

@@ -68,7 +68,8 @@ export class Inspector {
     this.step = step;
     const place = placeOf(state, step.step);
     this.name.textContent = nameOf(step);
-    this.kind.textContent = place ? `${title(place.layer)}, step ${place.index + 1} of ${state.layers[place.layer].length}` : "";
+    const expert = step.block ? `${step.block} · ` : "";
+    this.kind.textContent = place ? `${expert}${title(place.layer)}, step ${place.index + 1} of ${state.layers[place.layer].length}` : "";
     this.help.textContent = step.help;
     this.error.textContent = step.error ?? "";
     this.error.hidden = !step.error;

@@ -1,18 +1,10 @@
 // The palette: a dialog to find and add blocks.
 
-import { get, make, title, words } from "./elements.js";
+import { get, make } from "./elements.js";
 
 /** @typedef {import("./types.js").Block} Block */
-
-/** Headings of the kinds of blocks, in the order of the palette. @type {Object<string, string>} */
-const KIND_HEADINGS = {
-  pixel: "Tone and colour, per pixel",
-  filter: "Neighbourhood filters",
-  learned: "Learned filters",
-  recipe: "Ready-made combinations",
-  measured: "Contrast from measurements of the whole picture",
-  resize: "Size",
-};
+/** @typedef {import("./types.js").Entry} Entry */
+/** @typedef {{blocks: string[], fields: string[]}} Found the names that a text describes, best first */
 
 /** A searchable list of all blocks. */
 export class Palette {
@@ -23,8 +15,15 @@ export class Palette {
   #at = 0;
   /** @type {(block: string) => void} */
   #chosen = () => {};
+  #asked = "";
 
-  constructor() {
+  /**
+   * @param {import("./session.js").Session} session
+   * @param {(field: string) => void} showField shows a setting of the style
+   */
+  constructor(session, showField) {
+    this.session = session;
+    this.showField = showField;
     this.dialog = get("palette");
     this.search = /** @type {HTMLInputElement} */ (get("search"));
     this.list = get("blocks");
@@ -71,37 +70,75 @@ export class Palette {
     Object.assign(this.dialog.style, { left: `${left}px`, top: `${Math.max(12, top)}px` });
   }
 
-  #filter() {
-    const asked = this.search.value.toLowerCase().trim();
-    const found = this.#blocks.filter(({ name, help }) => `${words(name)} ${name} ${help}`.toLowerCase().includes(asked));
-    const rank = /** @param {Block} block */ ({ name }) => (words(name).startsWith(asked) || name.startsWith(asked) ? 0 : 1);
-    const kinds = [...new Set([...Object.keys(KIND_HEADINGS), ...found.map((block) => block.kind)])];
-    this.#options = [];
-    const groups = asked
-      ? [this.#group("", [...found].sort((one, other) => rank(one) - rank(other)))]
-      : kinds.map((kind) => this.#group(KIND_HEADINGS[kind] ?? kind, found.filter((block) => block.kind === kind)));
-    const empty = make("p", { className: "quiet", textContent: "No matching blocks." });
-    this.list.replaceChildren(...(found.length ? groups.flat() : [empty]));
+  async #filter() {
+    const text = this.search.value.trim();
+    this.#asked = text;
+    if (!text) return this.#list(this.#categories());
+    const found = /** @type {Found | null} */ (await this.session.ask("find", { text: text.slice(0, 200) }));
+    if (found && text === this.#asked) this.#list([...this.#matches(found), ...this.#settings(found.fields)]);
+  }
+
+  /** @param {HTMLElement[]} parts */
+  #list(parts) {
+    const empty = make("p", { className: "quiet", textContent: "No matching blocks. Try another word, such as outline, blur or paper." });
+    empty.setAttribute("role", "status");
+    this.list.replaceChildren(...(parts.length ? parts : [empty]));
+    this.#options = /** @type {HTMLElement[]} */ ([...this.list.querySelectorAll("[role=option]")]);
     this.#go(0);
   }
 
-  /** @param {string} name @param {Block[]} blocks */
-  #group(name, blocks) {
-    const head = name && blocks.length ? [make("h3", { textContent: name })] : [];
-    return [...head, ...blocks.map((block) => this.#option(block))];
+  /** Returns all blocks under the headings of their categories. */
+  #categories() {
+    const groups = Map.groupBy(this.#blocks, ({ category }) => category);
+    return [...groups].map(([name, blocks]) => this.#group(name, blocks.map((block) => this.#option(block))));
+  }
+
+  /** @param {Found} found */
+  #matches({ blocks }) {
+    const byName = new Map(this.#blocks.map((block) => [block.name, block]));
+    return blocks.flatMap((name) => byName.get(name) ?? []).map((block) => this.#option(block));
+  }
+
+  /** Returns the settings of the style that fit. @param {string[]} names */
+  #settings(names) {
+    const fields = names.flatMap((name) => this.session.state?.fields.find((field) => field.name === name) ?? []);
+    return fields.length ? [this.#group("Settings of the style", fields.map((field) => this.#setting(field)))] : [];
+  }
+
+  /** @param {string} name @param {HTMLElement[]} options */
+  #group(name, options) {
+    const head = make("span", { className: "heading", textContent: name, ariaHidden: "true" });
+    const group = make("div", {}, head, ...options);
+    group.setAttribute("role", "group");
+    group.setAttribute("aria-label", name);
+    return group;
+  }
+
+  /** @param {Entry} field */
+  #setting(field) {
+    const text = make("div", {}, make("b", { textContent: field.label }), make("span", { textContent: field.help }));
+    return this.#choice(make("div", { className: "option", id: `field-${field.name}` }, text), () => this.showField(field.name));
   }
 
   /** @param {Block} block */
   #option(block) {
-    const number = this.#options.length;
     const picture = make("img", { src: block.picture, alt: "", loading: "lazy", width: 80, height: 45 });
-    const text = make("div", {}, make("b", { textContent: title(block.name) }), make("span", { textContent: block.help }));
+    const name = make("b", {}, block.label, make("small", { textContent: block.name }));
+    const text = make("div", {}, name, make("span", { textContent: block.help }));
     const option = make("div", { className: "option", id: `block-${block.name}` }, picture, text);
-    option.setAttribute("role", "option");
-    option.addEventListener("click", () => this.#take(block.name));
-    option.addEventListener("pointermove", () => this.#at !== number && this.#go(number, false));
     option.dataset.block = block.name;
-    this.#options.push(option);
+    return this.#choice(option, () => this.#chosen(block.name));
+  }
+
+  /** Makes an element an option. @param {HTMLElement} option @param {() => void} choose */
+  #choice(option, choose) {
+    option.setAttribute("role", "option");
+    option.setAttribute("aria-selected", "false");
+    option.addEventListener("click", () => {
+      this.close();
+      choose();
+    });
+    option.addEventListener("pointermove", () => this.#options[this.#at] !== option && this.#go(this.#options.indexOf(option), false));
     return option;
   }
 
@@ -120,15 +157,8 @@ export class Palette {
   #key(event) {
     const steps = { ArrowDown: 1, ArrowUp: -1, PageDown: 6, PageUp: -6 }[event.key];
     if (steps) this.#go(this.#at + steps);
-    else if (event.key === "Enter") this.#take(this.#options[this.#at]?.dataset.block);
+    else if (event.key === "Enter") this.#options[this.#at]?.click();
     else return;
     event.preventDefault();
-  }
-
-  /** @param {string | undefined} block */
-  #take(block) {
-    if (!block) return;
-    this.close();
-    this.#chosen(block);
   }
 }

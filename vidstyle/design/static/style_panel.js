@@ -30,6 +30,14 @@ export class StylePanel {
       this.main.element, this.more);
   }
 
+  /** Focuses a field of the style. @param {string} name */
+  focus(name) {
+    const field = /** @type {HTMLElement | null} */ (this.element.querySelector(`[data-path="${name}"] :is(input, select)`));
+    if (field && this.more.contains(field)) this.more.open = true;
+    field?.focus();
+    field?.scrollIntoView({ block: "nearest" });
+  }
+
   /** @param {State} state */
   show(state) {
     const [about] = state.note.split(" Tune ");

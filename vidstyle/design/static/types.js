@@ -7,6 +7,7 @@ import { title } from "./elements.js";
  * @typedef {object} Entry
  * @property {number | null} step the step that it belongs to; null: the style itself
  * @property {string} name
+ * @property {string} label its name in plain words
  * @property {string} path as in `--set`
  * @property {"slider" | "switch" | "color" | "choice"} kind
  * @property {any} value
@@ -18,7 +19,7 @@ import { title } from "./elements.js";
  * @property {boolean} [whole]
  * @property {string} [unit]
  * @property {string[]} [options]
- * @property {string} about the name of its step; "" for the style
+ * @property {string} about the label of its step; "" for the style
  * @property {"" | "picture" | "file"} [picks] the kind of the options
  */
 
@@ -27,6 +28,7 @@ import { title } from "./elements.js";
  * @typedef {object} Step
  * @property {number} step its permanent number
  * @property {string} block
+ * @property {string} label the name of the block in plain words
  * @property {string} kind
  * @property {string} help
  * @property {string} main its most important value, as text
@@ -64,11 +66,11 @@ import { title } from "./elements.js";
  * @property {string[]} errors
  */
 
-/** @typedef {{name: string, kind: string, help: string, picture: string}} Block */
+/** @typedef {{name: string, label: string, category: string, help: string, picture: string}} Block */
 /** @typedef {{name: string, note: string, picture: string}} StyleInfo */
 
 /** Returns the display name of a step: its block, or the picture that it saves. @param {Step} step */
-export const nameOf = (step) => title(step.block || step.save || "Saved picture");
+export const nameOf = (step) => step.label || title(step.block || step.save || "Saved picture");
 
 /** @type {Layer[]} */
 export const LAYERS = ["base", "background", "lines"];

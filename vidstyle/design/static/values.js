@@ -1,7 +1,7 @@
 // Rows of parameters: name, number, slider, help, and a pin that makes the parameter a knob.
 
 import { control, scaleOf } from "./controls.js";
-import { icon, make, press, title, words } from "./elements.js";
+import { icon, make, press } from "./elements.js";
 
 /** @typedef {import("./types.js").Entry} Entry */
 /** @typedef {{box: HTMLElement, pin: HTMLButtonElement | null, shown: import("./controls.js").Control, entry: Entry}} Row */
@@ -44,8 +44,7 @@ export class ValueList {
   #row(entry) {
     const id = `value-${this.pins ? "" : "knob-"}${entry.path}`;
     const shown = control(entry, id, (value) => this.#set(entry, value));
-    const name = !this.pins && entry.about ? `${words(entry.about)}: ${words(entry.name)}` : words(entry.name);
-    const label = make("label", { htmlFor: id, textContent: title(name), title: `${entry.path}\nDouble-click to reset: ${entry.default ?? "not set"}` });
+    const label = make("label", { htmlFor: id, textContent: entry.label, title: `${entry.path}\nDouble-click to reset: ${entry.default ?? "not set"}` });
     const pin = this.pins ? this.#pin(entry) : null;
     const top = make("div", { className: "top" }, label, ...(pin ? [pin] : []), make("div", { className: "number" }, ...shown.inline));
     const parts = [top, ...(shown.below ? [this.#track(entry, shown.below)] : [])];
@@ -68,7 +67,7 @@ export class ValueList {
   /** @param {Entry} entry */
   #pin(entry) {
     const pin = make("button", { className: "pin", type: "button", title: "Pin to the style panel" }, icon("pin"));
-    pin.setAttribute("aria-label", `Pin ${words(entry.name)} to the style panel`);
+    pin.setAttribute("aria-label", `Pin ${entry.label} to the style panel`);
     pin.addEventListener("click", () => {
       const { step, name } = entry;
       this.session.edit("knob", { step, name, on: pin.getAttribute("aria-pressed") !== "true" });

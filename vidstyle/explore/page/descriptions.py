@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from vidstyle.blocks import all_blocks
 from vidstyle.explore.chooser import Tile
 from vidstyle.explore.page.exploration import Exploration
 from vidstyle.export.export_targets import describe_targets
@@ -44,7 +45,10 @@ def describe_state(exploration: Exploration) -> dict[str, Any]:
 
 
 def _describe(exploration: Exploration, tile: Tile) -> dict[str, Any]:
-    layers = {layer: [step.block for step in steps] for layer, steps in tile.style.layers.items()}
+    layers = {
+        layer: [all_blocks()[step.block].label for step in steps if step.block]
+        for layer, steps in tile.style.layers.items()
+    }
     return {
         "tile": exploration.number(tile),
         "name": tile.style.name,

@@ -166,8 +166,8 @@ class ExploreConnection(PageConnection):
     @message(in_background=True)
     async def pad(self, tile: int) -> Answer:
         pad = await asyncio.to_thread(self._exploration.pad, tile)
-        axes = [{"path": axis.path, "low": axis.low, "high": axis.high, "whole": axis.is_whole,
-                 "factor": axis.is_factor} for axis in pad.axes]  # fmt: skip
+        axes = [{"label": axis.label, "path": axis.path, "low": axis.low, "high": axis.high,
+                 "whole": axis.is_whole, "factor": axis.is_factor} for axis in pad.axes]  # fmt: skip
         return {"axes": axes, "start": pad.start}
 
     @message(in_background=True)

@@ -13,6 +13,7 @@ import { make, words } from "./elements.js";
 /**
  * @typedef {object} Described
  * @property {string} name
+ * @property {string} label its name in plain words
  * @property {string} kind
  * @property {number} [low]
  * @property {number} [high]
@@ -116,7 +117,7 @@ function slider(entry, id, change) {
   const scale = scaleOf(entry);
   const range = make("input", { type: "range", id, min: "0", max: String(scale.notches), step: whole ? "1" : "any" });
   const exact = make("input", { type: "number", step: "any", min: String(low), max: String(high) });
-  exact.setAttribute("aria-label", `${words(entry.name)}, as a number`);
+  exact.setAttribute("aria-label", `${entry.label}, as a number`);
   /** @param {number | null} value null: not set */
   const put = (value) => {
     exact.value = value === null ? "" : String(value);

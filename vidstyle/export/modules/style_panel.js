@@ -6,8 +6,6 @@ import { get, make, press } from "./elements.js";
 /** @typedef {import("./plan_values.js").Entry} Entry */
 /** @typedef {import("./viewer.js").StyleData} StyleData */
 
-/** @param {string} path */
-const titleOf = (path) => path.split(".").slice(-2).join(" ").replace(/#\d+/g, "").replaceAll("_", " ");
 
 /** Shows the controls of a style in the elements `controls`, `variants` and `reset`. */
 export class StylePanel {
@@ -56,7 +54,7 @@ export class StylePanel {
       this.values[path] = value;
       this.#changed();
     });
-    const label = make("label", { htmlFor: `value-${path}`, textContent: titleOf(path) });
+    const label = make("label", { htmlFor: `value-${path}`, textContent: entry.label });
     const row = make("div", { className: "control", title: help }, label, make("div", { className: "value" }, ...shown.inline), ...(shown.below ?? []));
     get("controls").append(row);
     this.values[path] = entry.value;

@@ -1,14 +1,14 @@
 // The lightbox: one style enlarged, with before and after, fine tuning on a pad of two parameters, saving and export.
 
 import { boxOf, Divider } from "./divider.js";
-import { followPointer, get, make, press, words } from "./elements.js";
+import { followPointer, get, make, press } from "./elements.js";
 import { SourceFrames } from "./source_frames.js";
 import { origin, rootOf } from "./tiles.js";
 
 /** @typedef {import("./explore_types.js").Tile} Tile */
 /** @typedef {import("./explore_types.js").Clip} Clip */
 /** @typedef {import("./painters.js").Subject} Subject */
-/** @typedef {{path: string, low: number, high: number, whole: boolean, factor: boolean}} Axis */
+/** @typedef {{label: string, path: string, low: number, high: number, whole: boolean, factor: boolean}} Axis */
 /** @typedef {(kind: string, fields?: object) => Promise<any>} Ask */
 
 const LAYER_NAMES = { base: "First", background: "Background", lines: "Lines" };
@@ -99,7 +99,7 @@ export class Lightbox {
     get("how").textContent = other ? `${origin(tile)}, compared with ${rootOf(other.name)} (${origin(other)})` : origin(tile);
     const rows = Object.entries(tile.layers).flatMap(([layer, blocks]) => [
       make("dt", { textContent: LAYER_NAMES[/** @type {keyof typeof LAYER_NAMES} */ (layer)] }),
-      make("dd", { textContent: blocks.filter(Boolean).map(words).join(", ") }),
+      make("dd", { textContent: blocks.filter(Boolean).join(", ") }),
     ]);
     get("layers").replaceChildren(...rows);
     get("design").hidden = !clip.design;
@@ -190,7 +190,7 @@ export class Lightbox {
     point.hidden = false;
     Object.assign(point.style, { left: `${100 * x}%`, top: `${100 * (1 - y)}%` });
     const texts = this.axes.map((axis, each) => [
-      `${each ? "↑" : "→"} ${words(axis.path.replace(/#1\b/, "").replace("#", " ").replaceAll(".", " "))}`,
+      `${each ? "↑" : "→"} ${axis.label}`,
       String(Number(valueAt(axis, this.at[each]).toPrecision(3))),
     ]);
     get("axes").replaceChildren(...texts.flatMap(([name, value]) => [make("dt", { textContent: name }), make("dd", { textContent: value })]));

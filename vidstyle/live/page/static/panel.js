@@ -1,12 +1,13 @@
 // The panel next to the picture, built from the parameters of the style.
 
 import { control, isShort, short } from "./controls.js";
-import { get, make, press, words } from "./elements.js";
+import { get, make, press } from "./elements.js";
 
 /**
  * A parameter, as described by `vidstyle.style.panel`.
  * @typedef {import("./controls.js").Described & {
- *   path: string, value: any, start: any, help: string, main: boolean, layer: string, step: string, about: string
+ *   path: string, value: any, start: any, help: string, main: boolean, layer: string, step: string, about: string,
+ *   block_label?: string
  * }} Entry
  */
 
@@ -22,8 +23,6 @@ import { get, make, press, words } from "./elements.js";
 
 /** @typedef {{path: string, value: any, start: any, control: import("./controls.js").Control, box: HTMLElement}} Row */
 
-/** @param {string} path */
-const stepName = (path) => words(String(path.split(".").at(-1)).replace("#", " "));
 /** @param {{name: string, variant: string}} style */
 const fullName = ({ name, variant }) => (variant ? `${name}:${variant}` : name);
 
@@ -152,7 +151,9 @@ export class Panel {
     const mark = make("span", { className: "mark", textContent: " changed", hidden: true });
     const about = entries[0].about ? [make("p", { className: "about", textContent: entries[0].about })] : [];
     const inside = make("div", {}, ...about, ...entries.map((entry) => this.#row(entry)));
-    return make("details", {}, make("summary", {}, step ? stepName(step) : "size", mark), inside);
+    const number = step.match(/#(\d+)$/)?.[1] ?? "";
+    const name = step ? `${entries[0].block_label} ${number}`.trim() : "Size";
+    return make("details", {}, make("summary", { title: step }, name, mark), inside);
   }
 
   /** @param {Entry} entry */
@@ -161,7 +162,7 @@ export class Panel {
     const id = `value-${path}`;
     const described = main && !isShort(unit) ? { ...entry, unit: "" } : entry;
     const made = control(described, id, (changed) => this.#set(row, changed));
-    const label = make("label", { htmlFor: id, title: `${help}\n${path}` }, (main && entry.step ? `${stepName(entry.step)} ` : "") + words(entry.name));
+    const label = make("label", { htmlFor: id, title: `${help}\n${path}` }, entry.label);
     label.ondblclick = () => {
       made.show(row.start);
       this.#set(row, row.start);

@@ -1,0 +1,86 @@
+"""Search for blocks and fields of a style by the words that people use for them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+
+from vidstyle.block import CATEGORIES, Block, Parameter
+from vidstyle.blocks import all_blocks
+from vidstyle.style.model import FIELDS
+
+SPELLINGS = {"colour": "color", "grey": "gray", "-": " ", "_": " "}
+"""Spellings that are the same in a search."""
+
+
+def find_blocks(text: str) -> list[str]:
+    """Return the names of the blocks that a text describes, best match first; all for an empty text.
+
+    >>> find_blocks("outline")[0], find_blocks("Grey scale"), find_blocks("nothing like it")
+    ('flow_dog', ['to_gray'], [])
+    """
+    return _ranked(text, {name: tuple(_texts_of_block(block)) for name, block in all_blocks().items()})
+
+
+def find_fields(text: str) -> list[str]:
+    """Return the names of the fields of a style that a text describes, best match first.
+
+    >>> find_fields("flicker")
+    ['steady']
+    """
+    return _ranked(text, {name: tuple(_texts_of_field(field)) for name, field in FIELDS.items()})
+
+
+def _texts_of_block(block: Block) -> Iterator[str]:
+    """Yield the texts to search, most important first: names, then each kind of description."""
+    yield "\n".join((block.label, block.name, *block.aliases))
+    yield "\n".join(parameter.label for parameter in block.parameters.values())
+    yield f"{block.help}\n{CATEGORIES[block.category]}"
+
+
+def _texts_of_field(field: Parameter) -> Iterator[str]:
+    yield "\n".join((field.label, field.name, *field.control.aliases))
+    yield field.control.help
+
+
+def _ranked(text: str, texts: dict[str, tuple[str, ...]]) -> list[str]:
+    asked = _normal(text).strip()
+    ranks = {name: _rank(asked, each) for name, each in texts.items()}
+    found = {name: rank for name, rank in ranks.items() if rank is not None}
+    return sorted(found, key=lambda name: (found[name], name))
+
+
+def _rank(asked: str, texts: Sequence[str]) -> int | None:
+    """Return how well texts match, 0 for best, or None: names that are, begin with or contain all words."""
+    names = _normal(texts[0]).split("\n")
+    if _is_same(asked, names[0]):
+        return 0
+    if any(_is_same(asked, name) for name in names):
+        return 1
+    if any(name.startswith(asked) for name in names):
+        return 2
+    wanted = [_singular(word) for word in asked.split()]
+    for place, text in enumerate(texts):
+        words = re.findall(r"\w+", _normal(text))
+        if all(any(word.startswith(each) for word in words) for each in wanted):
+            return 3 + place
+    return None
+
+
+def _is_same(asked: str, name: str) -> bool:
+    return (
+        asked == name
+        or _singular(asked) == _singular(name)
+        or asked.replace(" ", "") == name.replace(" ", "")
+    )
+
+
+def _singular(word: str) -> str:
+    return word[:-1] if len(word) > 3 and word.endswith("s") else word
+
+
+def _normal(text: str) -> str:
+    text = text.lower()
+    for spelling, same in SPELLINGS.items():
+        text = text.replace(spelling, same)
+    return text
