@@ -53,7 +53,7 @@ def test_edits_of_one_gesture_are_undone_together() -> None:
     document.edit("set", 2, step=step, name="sigma", value=5)
     document.undo()
     assert document.content.table()["lines"] == [{"block": "flow_xdog", "sigma": 4.0}]
-    assert document.history.redo_label == "flow_xdog sigma 5"
+    assert document.history.redo_label == "Line width: 5"
 
 
 def test_the_history_is_jumped_through_and_has_an_end() -> None:

@@ -60,6 +60,7 @@ class Page:
         self.browser.click(f".gap{gap}")
         self.browser.until("document.activeElement.id === 'search'")
         self.browser.type(block)
+        self.browser.until(f"document.getElementById('blocks').dataset.asked === {block!r}")
         self.browser.click("#blocks .option")
         self.shows(name)
 
@@ -164,8 +165,8 @@ def test_no_moving_card_catches_a_click_on_the_button_of_a_gap(page: Page) -> No
     page.begin()
     browser.run("""globalThis.moved = new Set();
     addEventListener("transitionrun", (event) => moved.add(event.target.id));""")
-    page.add("[data-layer=background]", "pattern", "Pattern")
-    page.add("[data-layer=background][data-index='0']", "threshold", "Soft threshold")
+    page.add("[data-layer=background]", "pattern", "Hatching")
+    page.add("[data-layer=background][data-index='0']", "threshold", "Black and white")
     pattern, threshold = page.server.designer.opened.content.layers["background"][::-1]
     browser.until(f"moved.has('card-{pattern.number}')")
     assert not browser.run(f"return moved.has('card-{threshold.number}')"), "a new card appears in its place"
@@ -190,47 +191,49 @@ def test_a_style_is_built_by_mouse(page: Page) -> None:
         browser.click(f"#{number}")
 
     page.begin()
-    page.add("[data-layer=background]", "pattern", "Pattern")
-    page.add("[data-layer=lines]", "threshold", "Soft threshold")
-    page.add("[data-layer=base]", "flow dog", "Flow dog")
+    page.add("[data-layer=background]", "pattern", "Hatching")
+    page.add("[data-layer=lines]", "threshold", "Black and white")
+    page.add("[data-layer=base]", "flow dog", "Sharpen along lines")
     # The lines of the paper's third style: the filter belongs in front of the threshold.
     start, end = (browser.still(each)[:2] for each in (CHOSEN, ".gap[data-layer=lines][data-index='0']"))
     browser.drag(start, end)
-    page.undone("move")
+    page.undone("Move")
     assert (page.steps("base"), page.steps("background")) == ([], ["pattern"])
     assert page.steps("lines") == ["flow_dog", "soft_threshold"]
     values = {"sigma": page.slide("sigma", 0.4)}
-    choose("Soft threshold")
+    choose("Black and white")
     values["epsilon"] = page.slide("epsilon", 0.3)
-    choose("Pattern")
+    choose("Hatching")
     values["spacing"] = page.slide("spacing", 0.6)
-    page.undone("spacing")
-    for name, pressed in (("mute", "true"), ("unmute", "false")):
+    page.undone("Stroke distance")
+    for name, pressed in (("Mute", "true"), ("Unmute", "false")):
         browser.click(".actions button[aria-label=Mute]")
         browser.until(f"document.querySelector('.actions [aria-label=Mute]').ariaPressed === '{pressed}'")
         page.undone(name)
-    for name, part in (("levels", 0.9), ("angle", 0.2), ("wobble", 0.9)):
+    for name, label, part in (
+        ("levels", "Number of tones", 0.9), ("angle", "Stroke direction", 0.2), ("wobble", "Hand wobble", 0.9)
+    ):  # fmt: skip
         page.slide(name, part)
-        page.undone(name)
-    for label in ("angle", "levels", "unmute", ": mute", "spacing"):
+        page.undone(label)
+    for label in ("Stroke direction", "Number of tones", "Unmute", ": Mute", "Stroke distance"):
         browser.click("#undo")
         page.undone(label)
     browser.click("#save")
     browser.type("hatched")
     browser.click("#save-dialog .strong")
-    page.told("Saved as hatched.toml")
+    page.told("hatched.toml")
     browser.click("#render")
     browser.click("#render-frames")
     browser.type(str(FRAMES))
     browser.click("#render-go")
-    page.told("Saved as hatched.mp4")
+    page.told("hatched.mp4")
     by_hand(page, **values)
 
 
 def test_values_that_change_before_an_answer_are_undone_in_order(page: Page) -> None:
     """A user is faster than a busy server: the second slider moves while values of the first wait."""
     page.begin()
-    page.add("[data-layer=background]", "pattern", "Pattern")
+    page.add("[data-layer=background]", "pattern", "Hatching")
     before, revision = len(page.history), page.server.designer.opened.revision
     last = page.browser.run(
         """return names.map((name) => {
@@ -239,9 +242,10 @@ def test_values_that_change_before_an_answer_are_undone_in_order(page: Page) -> 
             range.value = part * range.max;
             range.dispatchEvent(new Event("input"));
           }
-          return `pattern ${name} ${number.value}`;
+          return `${labels[name]}: ${number.value}`;
         });""",
         names=["levels", "angle", "wobble"],
+        labels={"levels": "Number of tones", "angle": "Stroke direction", "wobble": "Hand wobble"},
     )
     page.undone(last[-1])
     assert page.history[before:] == last
@@ -274,35 +278,35 @@ def test_a_style_is_built_by_keyboard_alone(page: Page) -> None:
     browser.press("Enter")
     browser.until("document.activeElement.id === 'card-source'")
     browser.press("ArrowRight")
-    add("pattern", "Pattern")
-    enter("spacing", None, 9)
+    add("pattern", "Hatching")
+    enter("Stroke distance", None, 9)
     browser.press("ArrowRight")
-    add("soft", "Soft threshold")
-    enter("epsilon", None, 55)
+    add("soft threshold", "Black and white")
+    enter("Amount of black", None, 55)
     browser.press("ArrowLeft", "ArrowLeft")
     page.shows("Source")
-    add("flow dog", "Flow dog")
+    add("flow dog", "Sharpen along lines")
     browser.press("Alt+ArrowDown", "Alt+ArrowDown")
-    page.told("Flow dog moved to lines, position 1 of 2")
-    enter("sigma", 1.5)
-    for label in ("mute", "unmute"):
+    page.told("Sharpen along lines moved to lines, position 1 of 2")
+    enter("Line width", 1.5)
+    for label in ("Mute", "Unmute"):
         browser.press("m")
         page.undone(label)
-    enter("p ", None, 30)
-    enter("sigma", 2)
-    enter("p ", None, 31)
-    for label in ("sigma", "p ", "unmute", ": mute", "sigma"):
+    enter("Line strength", None, 30)
+    enter("Line width", 2)
+    enter("Line strength", None, 31)
+    for label in ("Line width", "Line strength", "Unmute", ": Mute", "Line width"):
         browser.press("Ctrl+z")
         page.undone(label)
     browser.press("Ctrl+s")
     browser.type("hatched")
     browser.press("Enter")
-    page.told("Saved as hatched.toml")
+    page.told("hatched.toml")
     browser.press("Ctrl+Enter")
     browser.press("Tab")
     browser.type(str(FRAMES))
     browser.press("Enter")
-    page.told("Saved as hatched.mp4")
+    page.told("hatched.mp4")
     by_hand(page, spacing=9.0, sigma=1.5, epsilon=55.0)
 
 
@@ -315,7 +319,7 @@ def test_the_browser_restyles_and_a_dragged_value_compiles_nothing(page: Page) -
         where.dispatchEvent(new Event("change"));"""
     )
     browser.until("document.getElementById('who').textContent === 'Software'")
-    page.add("[data-layer=background]", "pattern", "Pattern")
+    page.add("[data-layer=background]", "pattern", "Hatching")
     page.is_drawn()
     before = browser.run("return [compiled, document.getElementById('picture').toDataURL()]")
     assert before[0] > 1
@@ -376,11 +380,11 @@ def test_files_are_dropped_on_the_page(page: Page) -> None:
 def test_a_draft_is_resumed(browser: Browser, film: Path, tmp_path: Path) -> None:
     with shown(browser, open_clip(film), tmp_path) as page:
         page.begin()
-        page.add("[data-layer=background]", "pattern", "Pattern")
+        page.add("[data-layer=background]", "pattern", "Hatching")
         eventually((tmp_path / "draft.json").exists)
     with shown(browser, open_clip(film), tmp_path) as page:
         browser.click("#draft .strong")
-        browser.until("document.querySelector('.card[aria-label^=Pattern]')")
+        browser.until("document.querySelector('.card[aria-label^=Hatching]')")
         browser.until("document.getElementById('saved').textContent === 'Edited'")
         assert page.steps("background") == ["pattern"]
 
@@ -392,8 +396,8 @@ def test_a_mistake_stands_at_its_card_and_goes_with_undo(page: Page) -> None:
     page.drop(page.folder / "soft.toml")
     browser.until("document.querySelectorAll('.card').length === 4")
     page.is_drawn()
-    browser.click(".card[aria-label^=Gaussian]")
-    browser.until("document.activeElement.matches('.card.selected[aria-label^=Gaussian]')")
+    browser.click(".card[aria-label^=Blur]")
+    browser.until("document.activeElement.matches('.card.selected[aria-label^=Blur]')")
     browser.press("Delete")
     browser.until("document.querySelector('.card.wrong[aria-label^=Blend] .badge.wrong')")
     assert "'soft'" in browser.run("return document.querySelector('.card.wrong').title")
@@ -454,12 +458,12 @@ def test_no_style_is_laid_out_with_overlaps(page: Page) -> None:
 
 def test_a_step_that_only_saves_has_a_name(page: Page) -> None:
     steps = [
-        {"block": "soft_threshold", "save": "kept"},
+        {"block": "soft_threshold", "label": "Black and white", "save": "kept"},
         {"block": "", "save": "kept"},
         {"block": "", "save": ""},
     ]
     named = page.browser.run("return steps.map((await import('/types.js')).nameOf)", steps=steps)
-    assert named == ["Soft threshold", "Kept", "Saved picture"]
+    assert named == ["Black and white", "Kept", "Saved picture"]
 
 
 def test_cards_stand_where_the_layout_places_them(page: Page) -> None:

@@ -151,7 +151,7 @@ def test_a_style_is_saved_beside_its_file_and_never_over_another_unasked(
     assert "changed by another program" in page.error("save")
     assert page.error("save_as", name="mine", overwrite=True) == ""
     assert load_style(tmp_path / "mine.toml").background[0].mute
-    assert "--style" in page.ask("command")["text"]
+    assert "--style" in page.ask("command", name="", frames=None)["text"]
 
 
 def test_the_same_steps_by_hand_make_the_same_file(page: Page, tmp_path: Path) -> None:
@@ -181,12 +181,16 @@ def test_the_same_steps_by_hand_make_the_same_file(page: Page, tmp_path: Path) -
 def test_a_film_is_rendered_with_progress_and_a_name_is_asked_for(page: Page, tmp_path: Path) -> None:
     page.ask("open", style="sketch")
     assert page.error("render", name="out.mp4", overwrite=False, frames=5) == ""
-    assert page.progress[-1]["finished"] and page.progress[-1]["file"] == "out.mp4"
+    assert page.progress[-1]["finished"] and page.progress[-1]["file"] == str(tmp_path / "out.mp4")
     assert page.progress[-1]["done"] == 5 and (tmp_path / "out.mp4").stat().st_size > 0
     assert "exists" in page.error("render", name="out.mp4", overwrite=False, frames=5)
     assert "unknown extension" in page.error("render", name="out.xyz", overwrite=False, frames=5)
-    assert page.ask("export", kind="html", name="sketch", overwrite=False)["file"] == "sketch.html"
-    assert page.ask("command")["text"].endswith("film.mp4 output.mp4 --style sketch")
+    assert page.ask("export", kind="html", name="sketch", overwrite=False)["file"] == str(
+        tmp_path / "sketch.html"
+    )
+    assert page.ask("command", name="", frames=None)["text"].endswith("film.mp4 output.mp4 --style sketch")
+    shown = page.ask("command", name="my film.mp4", frames=5)["text"]
+    assert shown.endswith("film.mp4 'my film.mp4' --style sketch --frames 5")
 
 
 def test_a_second_of_film_is_steadied(page: Page) -> None:
@@ -264,7 +268,7 @@ def test_two_pages_show_the_same_style(server: DesignServer, page: Page) -> None
     page.ask("new")
     with shown(server) as other:
         other.ask("add", layer="lines", index=0, block="sobel", gesture=1)
-        page.ask("command")
+        page.ask("command", name="", frames=None)
         assert page.told["state"] == other.told["state"] == json.loads(json.dumps(server.designer.state))
         # Both begin to count gestures at 1.
         step = page.told["state"]["layers"]["lines"][0]["step"]

@@ -121,7 +121,7 @@ def test_too_many_messages_end_the_connection(server: DesignServer, monkeypatch:
     monkeypatch.setattr(DesignConnection, "MAX_MESSAGES", 20)
     with shown(server) as page:
         for _ in range(60):
-            page.say("command")
+            page.say("command", name="", frames=None)
         assert is_closed(page) == 1008
 
 
@@ -275,7 +275,7 @@ def test_malformed_messages_never_raise(
             if kind in ("upload", "start", "steady", "render"):  # begun for good, and long
                 continue
             page.socket.send(text)
-            page.say("command")
+            page.say("command", name="", frames=None)
             page.answer(json.loads(text)["id"])
     assert len(refused) > count / 4
     for text in refused[:3]:

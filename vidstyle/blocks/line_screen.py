@@ -17,7 +17,7 @@ from vidstyle.core.kernels import compiled
     chroma="dropped",
     label="Engraving lines",
     category="print",
-    aliases="engraving, banknote, etching, woodcut, linocut, scanlines, scan lines, old television, old tv, crt",
+    aliases="banknote, etching, woodcut, linocut, scanlines, scan lines, old television, old tv, crt",
 )
 def line_screen(
     luma: np.ndarray,

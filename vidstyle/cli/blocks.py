@@ -12,7 +12,7 @@ from vidstyle.cli.parsing.command import command, option
 from vidstyle.cli.parsing.common_options import BLOCK
 from vidstyle.cli.terminal.display import list_entry
 from vidstyle.cli.terminal.reporting import reporting_options
-from vidstyle.errors import UsageError, suggest
+from vidstyle.errors import UsageError
 
 if TYPE_CHECKING:
     from vidstyle.block import Block
@@ -31,7 +31,7 @@ def blocks(name: str | None, as_json: bool) -> None:
     Any other word lists the blocks that it describes, best match first.
     """
     from vidstyle.blocks import all_blocks
-    from vidstyle.style.find import find_blocks
+    from vidstyle.style.find import find_blocks, suggest_block
 
     if name is not None and name in all_blocks():
         block = all_blocks()[name]
@@ -39,7 +39,7 @@ def blocks(name: str | None, as_json: bool) -> None:
         return
     found = [all_blocks()[each] for each in find_blocks(name or "")]
     if not found:
-        raise UsageError(name, f"there is no block '{name}'", suggest(str(name), all_blocks()))
+        raise UsageError(name, f"there is no block '{name}'", suggest_block(str(name)))
     if as_json:
         click.echo(json.dumps([_as_dict(block) for block in found], indent=2))
     else:

@@ -125,8 +125,8 @@ class Designer:
         self._open(style_from_table(draft.table, "draft", folder=folder), draft.text, file)
         self.opened.mark_changed()
 
-    def save(self) -> None:
-        """Save the style to its file; comments are kept.
+    def save(self) -> str:
+        """Save the style to its file; comments are kept; return the path.
 
         Raises:
             UsageError: the style has no file, or another program has changed the file.
@@ -137,10 +137,13 @@ class Designer:
             raise UsageError("the style", "has no file yet", "save it under a name")
         if self.file.exists() and read_style_text(self.file) != self._text:
             raise UsageError(self.file.name, "has been changed by another program", "save under another name")
-        self._write(self.file)
+        return self._write(self.file)
 
-    def save_as(self, name: str, overwrite: bool) -> None:
+    def save_as(self, name: str, overwrite: bool) -> str:
         """Save the style under another name, in the folder of its file or in the working folder.
+
+        Returns:
+            The path.
 
         Raises:
             UsageError: the name is invalid, or the file exists.
@@ -151,10 +154,10 @@ class Designer:
         document = self.opened
         document.valid_style()
         document.edit("rename", name=path.stem)
-        self._write(path)
+        return self._write(path)
 
     def export(self, kind: str, name: str, overwrite: bool) -> str:
-        """Export the style to the working folder; return the file name.
+        """Export the style to the working folder; return the path.
 
         Args:
             kind: of `EXPORT_TARGETS`.
@@ -168,10 +171,14 @@ class Designer:
 
         path = output_path(self.folder, name, f".{kind}", overwrite)
         export_style(self.opened.valid_style(), path, self.file, overwrite)
-        return path.name
+        return str(path)
 
-    def command(self) -> str:
+    def command(self, name: str = "", frames: int | None = None) -> str:
         """Return the equivalent command line.
+
+        Args:
+            name: the file to write; empty for a default.
+            frames: the number of frames to render; None or 0 for all.
 
         Raises:
             UsageError: more than values have changed, and the style is not saved.
@@ -187,7 +194,9 @@ class Designer:
             raise UsageError("the command", "needs the style in a file", "save it first")
         if self.clip.live:
             return f"vidstyle live {shlex.quote(source)} {text}"
-        return f"vidstyle render {shlex.quote(source)} output{Path(source).suffix} {text}"
+        output = shlex.quote(name or f"output{Path(source).suffix}")
+        limit = f" --frames {frames}" if frames else ""
+        return f"vidstyle render {shlex.quote(source)} {output} {text}{limit}"
 
     def keep_draft(self) -> None:
         """Save unsaved changes as a draft."""
@@ -202,7 +211,7 @@ class Designer:
         self.document = Document(style, self.document.revision if self.document else 0)
         self._text, self.file, self._start = text, file, None
 
-    def _write(self, path: Path) -> None:
+    def _write(self, path: Path) -> str:
         document = self.opened
         style = document.valid_style()
         if self._text is None or document.is_changed or not path.exists():
@@ -211,6 +220,7 @@ class Designer:
         document.mark_saved(path.absolute().parent)
         self._start = document.style
         self._drafts.remove()
+        return str(path)
 
 
 def _without_values(style: Style) -> dict[str, list[Step]]:

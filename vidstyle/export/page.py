@@ -55,7 +55,7 @@ def viewer_markup(style: Style) -> str:
 
 def viewer_css() -> str:
     """Return the CSS of `viewer_markup` and of the elements of a page."""
-    return _text("page.css")
+    return _text("modules/components.css") + _text("page.css")
 
 
 def page_script(module: Path) -> str:

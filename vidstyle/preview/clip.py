@@ -114,7 +114,7 @@ class FilmClip:
         self._lock = threading.Lock()
         self._cache: OrderedDict[tuple[int, int | None], np.ndarray] = OrderedDict()
         self._steps_forward = 1 if is_pattern(path) else STEPS_FORWARD
-        self._sampler = FilmSampler(path)
+        self._sampler = _open_sampler(path)
         try:
             self._rate = self._sampler.rate or DEFAULT_RATE
             self.count = self._sampler.count or sum(1 for _ in self._sampler.frames())
@@ -188,6 +188,17 @@ class FilmClip:
                 picture, max(1, round(width * factor)), max(1, round(height * factor))
             )
         return to_rgb(picture)
+
+
+def _open_sampler(path: str | os.PathLike[str]) -> FilmSampler:
+    """Open a film or a picture; errors name the kind that its extension promises."""
+    try:
+        return FilmSampler(path)
+    except InputError as error:
+        if not has_picture_ending(Path(path)):
+            raise
+        reason = error.reason.replace("not a readable video", "not a readable picture")
+        raise InputError(error.subject, reason, error.remedy) from error
 
 
 class DemoClip:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 
 from vidstyle.block import CATEGORIES, Block, Parameter
 from vidstyle.blocks import all_blocks
+from vidstyle.errors import suggest
 from vidstyle.style.model import FIELDS
 
 SPELLINGS = {"colour": "color", "grey": "gray", "-": " ", "_": " "}
@@ -31,6 +32,25 @@ def find_fields(text: str) -> list[str]:
     return _ranked(text, {name: tuple(_texts_of_field(field)) for name, field in FIELDS.items()})
 
 
+def suggest_block(name: str) -> str:
+    """Return a suggestion for an unknown block: the most similar name, or what the word describes.
+
+    >>> suggest_block("grayscale"), suggest_block("halftoon")
+    ("did you mean 'to_gray'?", "did you mean 'halftone'?")
+    >>> suggest_block("xyz")
+    '`vidstyle blocks` lists all'
+    """
+    found = find_blocks(name) if name.strip() else []
+    similar = suggest(name, all_blocks())
+    if similar.startswith("did") and not (found and _is_name(name, all_blocks()[found[0]])):
+        return similar
+    return f"did you mean {found[0]!r}?" if found else "`vidstyle blocks` lists all"
+
+
+def _is_name(text: str, block: Block) -> bool:
+    return any(_is_same(_normal(text), _normal(name)) for name in (block.label, *block.aliases))
+
+
 def _texts_of_block(block: Block) -> Iterator[str]:
     """Yield the texts to search, most important first: names, then each kind of description."""
     yield "\n".join((block.label, block.name, *block.aliases))
@@ -51,13 +71,16 @@ def _ranked(text: str, texts: dict[str, tuple[str, ...]]) -> list[str]:
 
 
 def _rank(asked: str, texts: Sequence[str]) -> int | None:
-    """Return how well texts match, 0 for best, or None: names that are, begin with or contain all words."""
+    """Return how well texts match, 0 for best, or None: names that are, begin with or contain all words.
+
+    The first text holds label, name and aliases, one per line.
+    """
     names = _normal(texts[0]).split("\n")
     if _is_same(asked, names[0]):
         return 0
     if any(_is_same(asked, name) for name in names):
         return 1
-    if any(name.startswith(asked) for name in names):
+    if any(name.startswith(asked) for name in names[:2]):
         return 2
     wanted = [_singular(word) for word in asked.split()]
     for place, text in enumerate(texts):

@@ -18,6 +18,7 @@ from vidstyle.design.document.expansion import expand_recipe
 from vidstyle.errors import UsageError, suggest
 from vidstyle.style import LAYERS, SOURCE
 from vidstyle.style.check import MAX_KNOBS, MAX_STEPS, TEXTS
+from vidstyle.style.find import suggest_block
 from vidstyle.style.model import FIELDS, step_from_table
 from vidstyle.style.values import read_values
 from vidstyle.style.wiring import wiring_of
@@ -198,7 +199,7 @@ def _check_layer(layer: str) -> str:
 
 def _find_block(name: str) -> Block | None:
     if name and name not in all_blocks():
-        raise UsageError(name, "is not a block", suggest(name, all_blocks()))
+        raise UsageError(name, "is not a block", suggest_block(name))
     return all_blocks()[name] if name else None
 
 

@@ -118,12 +118,12 @@ class DesignConnection(DesignView):
         await self.change(self.designer.open_draft, accept)
 
     @message
-    async def save(self) -> None:
-        await self.change(self.designer.save)
+    async def save(self) -> Answer:
+        return {"file": await self.change(self.designer.save)}
 
     @message
-    async def save_as(self, name: str, overwrite: bool) -> None:
-        await self.change(self.designer.save_as, name, overwrite)
+    async def save_as(self, name: str, overwrite: bool) -> Answer:
+        return {"file": await self.change(self.designer.save_as, name, overwrite)}
 
     @message
     async def find(self, text: TextOrEmpty) -> Answer:
@@ -131,8 +131,8 @@ class DesignConnection(DesignView):
         return {"blocks": find_blocks(text), "fields": find_fields(text)}
 
     @message
-    async def command(self) -> Answer:
-        return {"text": await self.session.run(self.designer.command)}
+    async def command(self, name: TextOrEmpty, frames: int | None) -> Answer:
+        return {"text": await self.session.run(self.designer.command, name, frames)}
 
     @message(in_background=True)
     async def export(self, kind: ExportKind, name: str, overwrite: bool) -> Answer:

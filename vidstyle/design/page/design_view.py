@@ -53,14 +53,15 @@ class DesignView(PageConnection):
         if self.frames.is_rendering:
             self.frames.restyle()
             return
-        clip = self.session.designer.clip
+        clip, revision = self.session.designer.clip, self.session.revision
         try:
             height, width = (await self.session.run(clip.frame, shown.number, shown.side)).shape[:2]
             message = await self.session.run(self._plans.message, style, width, height)
         except VidstyleError as error:
             await self.tell({"notice": self.error_text(error)})
             return
-        await self.tell({"plan": {"for": "solo" if shown.solo is not None else "main"} | message})
+        purpose = "solo" if shown.solo is not None else "main"
+        await self.tell({"plan": {"for": purpose, "revision": revision} | message})
         self.frames.restyle()
 
     async def show_clip(self, clip: Clip) -> None:

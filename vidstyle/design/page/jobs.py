@@ -61,7 +61,7 @@ class Jobs:
                 raise
         text = "cancelled" if summary.stopped else ""
         done = summary.frames
-        await self._tell("render", done, done, file=path.name, text=text, finished=True)
+        await self._tell("render", done, done, file=str(path), text=text, finished=True)
 
     async def steady(self, page: PageConnection, frames: FrameSender) -> None:
         """Send one second of the clip, rendered with temporal smoothing, to a browser.

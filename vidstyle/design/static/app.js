@@ -8,6 +8,7 @@ import { get, icon, make, press } from "./elements.js";
 import { History } from "./history.js";
 import { Inspector } from "./inspector.js";
 import { describe, listen } from "./keys.js";
+import { LostNotice } from "./lost.js";
 import { PACKET, Preview } from "./preview.js";
 import { Palette } from "./palette.js";
 import { Session } from "./session.js";
@@ -140,7 +141,8 @@ function drawResult() {
   diagram.draw("source", source.picture, source.size);
   if (preview.solo !== null) return;
   diagram.draw("result", result.picture, result.size);
-  history.draw(state, result.picture, result.size);
+  // After quick edits, the picture may still show an earlier state.
+  if (preview.revision === state.revision) history.draw(state, result.picture, result.size);
 }
 
 /** Shows the output of a step, or the result. @param {number | null} step null: the result */
@@ -170,9 +172,10 @@ session.on("picture", ({ type, number, file }) => {
   if (type === PACKET.step) diagram.picture(number, file);
   if (type === PACKET.style) start.picture(number, file);
 });
-session.on("connection", (open) => {
-  get("lost").hidden = open;
-  if (open) preview.watch().then(() => preview.refresh());
+const lost = new LostNotice("vidstyle design", [get("app"), get("start")], "Unsaved changes are kept and offered there.");
+session.on("connection", (loss) => {
+  lost.show(loss);
+  if (!loss) preview.watch().then(() => preview.refresh());
 });
 
 const name = /** @type {HTMLInputElement} */ (get("name"));

@@ -62,14 +62,16 @@ export class Dialogs {
   /** Saves the style to its file, or asks for a name if it has none. */
   async save() {
     if (!this.session.state?.file) return this.saveAs();
-    if (await this.session.ask("save")) this.say(`Saved as ${this.session.state.file}.`);
+    const answer = await this.session.ask("save");
+    if (answer) this.say(`Saved as ${answer.file}.`);
   }
 
   async saveAs() {
     this.#text("save-name").value = this.session.state?.name ?? "";
     if ((await openDialog("save-dialog")) !== "save") return;
     const name = this.#text("save-name").value.trim();
-    if (await this.#write("save_as", { name })) this.say(`Saved as ${this.session.state?.file}.`);
+    const answer = await this.#write("save_as", { name });
+    if (answer) this.say(`Saved as ${answer.file}.`);
   }
 
   /**
@@ -111,15 +113,18 @@ export class Dialogs {
     return openDialog("render-dialog");
   }
 
+  /** The file and the number of frames to render. */
+  get #job() {
+    return { name: this.#text("render-name").value.trim(), frames: Number(this.#text("render-frames").value) || null };
+  }
+
   /** @param {boolean} overwrite */
   async #start(overwrite) {
     get("render-again").hidden = true;
     this.#running(true);
     get("render-state").textContent = "";
     try {
-      const name = this.#text("render-name").value.trim();
-      const frames = Number(this.#text("render-frames").value) || null;
-      await this.session.attempt("render", { name, overwrite, frames });
+      await this.session.attempt("render", { ...this.#job, overwrite });
     } catch (error) {
       this.#failed(/** @type {Error} */ (error).message);
     }
@@ -159,7 +164,7 @@ export class Dialogs {
 
   /** Copies the equivalent command line. */
   async copy() {
-    const answer = await this.session.ask("command");
+    const answer = await this.session.ask("command", this.#job);
     if (!answer) return;
     try {
       await navigator.clipboard.writeText(answer.text);

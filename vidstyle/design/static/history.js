@@ -9,8 +9,8 @@ const THUMBNAIL_HEIGHT = 54;
 
 /** Lists the edits, newest last. */
 export class History {
-  /** Thumbnails by entry. @type {Map<number, HTMLCanvasElement>} */
-  #pictures = new Map();
+  /** The rows by entry. @type {Map<number, {item: HTMLLIElement, button: HTMLButtonElement, picture: HTMLCanvasElement, label: HTMLElement}>} */
+  #rows = new Map();
   #shown = "";
 
   /** @param {import("./session.js").Session} session */
@@ -40,9 +40,11 @@ export class History {
     if (this.session.state?.snapshots.includes(slot)) this.session.ask("restore", { slot });
   }
 
-  /** Discards the thumbnails; called before another document is opened. */
+  /** Discards the rows and their thumbnails; called before another document is opened. */
   clear() {
-    this.#pictures.clear();
+    this.#rows.clear();
+    this.#shown = "";
+    this.list.replaceChildren();
   }
 
   /** @param {State} state */
@@ -55,16 +57,32 @@ export class History {
     const text = JSON.stringify([state.history, present]);
     if (text === this.#shown) return;
     this.#shown = text;
-    const rows = state.history.map(({ entry, label }) => {
-      const picture = this.#pictures.get(entry) ?? make("canvas", { width: THUMBNAIL_WIDTH, height: THUMBNAIL_HEIGHT });
-      this.#pictures.set(entry, picture);
-      const button = make("button", { type: "button" }, picture, make("span", { textContent: label }));
-      button.toggleAttribute("aria-current", entry === present);
-      button.addEventListener("click", () => this.session.ask("jump", { entry }));
-      return make("li", {}, button);
-    });
-    this.list.replaceChildren(...rows);
-    this.list.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest" });
+    const entries = new Set(state.history.map(({ entry }) => entry));
+    for (const [entry, { item }] of this.#rows)
+      if (!entries.has(entry)) {
+        item.remove();
+        this.#rows.delete(entry);
+      }
+    for (const { entry, label } of state.history) {
+      const row = this.#row(entry);
+      if (row.label.textContent !== label) row.label.textContent = label;
+      row.button.toggleAttribute("aria-current", entry === present);
+      if (!row.item.isConnected) this.list.append(row.item);
+    }
+    this.#rows.get(present)?.item.scrollIntoView({ block: "nearest" });
+  }
+
+  /** Returns the row of an entry. @param {number} entry */
+  #row(entry) {
+    const known = this.#rows.get(entry);
+    if (known) return known;
+    const picture = make("canvas", { width: THUMBNAIL_WIDTH, height: THUMBNAIL_HEIGHT });
+    const label = make("span");
+    const button = make("button", { type: "button" }, picture, label);
+    button.addEventListener("click", () => this.session.ask("jump", { entry }));
+    const row = { item: make("li", {}, button), button, picture, label };
+    this.#rows.set(entry, row);
+    return row;
   }
 
   /**
@@ -74,7 +92,7 @@ export class History {
    * @param {[number, number]} size
    */
   draw(state, picture, [width, height]) {
-    const canvas = this.#pictures.get(state.present);
+    const canvas = this.#rows.get(state.present)?.picture;
     const scale = Math.max(THUMBNAIL_WIDTH / width, THUMBNAIL_HEIGHT / height);
     const [w, h] = [THUMBNAIL_WIDTH / scale, THUMBNAIL_HEIGHT / scale];
     canvas?.getContext("2d")?.drawImage(picture, (width - w) / 2, (height - h) / 2, w, h, 0, 0, THUMBNAIL_WIDTH, THUMBNAIL_HEIGHT);

@@ -16,6 +16,8 @@ export class Palette {
   /** @type {(block: string) => void} */
   #chosen = () => {};
   #asked = "";
+  /** Resolves once the list shows what is asked. */
+  #listed = Promise.resolve();
 
   /**
    * @param {import("./session.js").Session} session
@@ -27,7 +29,7 @@ export class Palette {
     this.dialog = get("palette");
     this.search = /** @type {HTMLInputElement} */ (get("search"));
     this.list = get("blocks");
-    this.search.addEventListener("input", () => this.#filter());
+    this.search.addEventListener("input", () => (this.#listed = this.#filter()));
     this.search.addEventListener("keydown", (event) => this.#key(event));
     this.dialog.addEventListener("click", (event) => {
       if (event.target === this.dialog) this.close();
@@ -80,6 +82,7 @@ export class Palette {
 
   /** @param {HTMLElement[]} parts */
   #list(parts) {
+    this.list.dataset.asked = this.#asked;
     const empty = make("p", { className: "quiet", textContent: "No matching blocks. Try another word, such as outline, blur or paper." });
     empty.setAttribute("role", "status");
     this.list.replaceChildren(...(parts.length ? parts : [empty]));
@@ -157,7 +160,7 @@ export class Palette {
   #key(event) {
     const steps = { ArrowDown: 1, ArrowUp: -1, PageDown: 6, PageUp: -6 }[event.key];
     if (steps) this.#go(this.#at + steps);
-    else if (event.key === "Enter") this.#options[this.#at]?.click();
+    else if (event.key === "Enter") this.#listed.then(() => this.#options[this.#at]?.click());
     else return;
     event.preventDefault();
   }

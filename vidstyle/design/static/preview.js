@@ -29,6 +29,9 @@ export class Preview {
   source = null;
   /** The current frame as rendered by the server: always, or as the style needs the server. @type {ImageBitmap | null} */
   styled = null;
+  #styledRevision = 0;
+  /** The revision of the document that the picture shows. */
+  revision = 0;
   /** The faces of a frame in finer detail, rendered by the server, to be laid over it. @type {{number: number, picture: ImageBitmap} | null} */
   #faces = null;
   #result = make("canvas");
@@ -94,10 +97,10 @@ export class Preview {
   }
 
   /** @param {Packet} packet */
-  async #take({ type, number, file }) {
+  async #take({ type, number, revision, file }) {
     if (type !== PACKET.source && type !== PACKET.styled && type !== PACKET.steady && type !== PACKET.faces) return;
     const picture = await createImageBitmap(file);
-    if (type === PACKET.steady) return this.#show(picture);
+    if (type === PACKET.steady) return this.#show(picture, revision);
     if (type === PACKET.faces) {
       this.#faces?.picture.close();
       this.#faces = { number, picture };
@@ -112,6 +115,7 @@ export class Preview {
     } else {
       this.styled?.close();
       this.styled = picture;
+      this.#styledRevision = revision;
     }
     this.restyle();
   }
@@ -120,7 +124,7 @@ export class Preview {
   restyle() {
     if (!this.source) return;
     if (this.where === "server" || this.styled) {
-      if (this.styled) this.#show(this.styled);
+      if (this.styled) this.#show(this.styled, this.#styledRevision);
       return;
     }
     const time = this.player.playing ? this.player.time(this.player.number) : null;
@@ -130,11 +134,12 @@ export class Preview {
     if (!this.restyler.draw(purpose, this.source, time, this.#result)) return;
     if (!this.player.playing && this.#faces?.number === this.player.number)
       /** @type {CanvasRenderingContext2D} */ (this.#result.getContext("2d")).drawImage(this.#faces.picture, 0, 0, width, height);
-    this.#show(this.#result);
+    this.#show(this.#result, this.restyler.revisions.get(purpose) ?? 0);
   }
 
-  /** @param {ImageBitmap | HTMLCanvasElement} picture */
-  #show(picture) {
+  /** @param {ImageBitmap | HTMLCanvasElement} picture @param {number} revision of the document that it shows */
+  #show(picture, revision) {
+    this.revision = revision;
     this.view.result = { picture, size: [picture.width, picture.height] };
     this.view.draw();
     this.view.canvas.dataset.revision = String(this.session.state?.revision ?? "");

@@ -3,7 +3,7 @@
 import { Runner, missing } from "./runner.js";
 
 /** @typedef {import("./runner.js").Source} Source */
-/** @typedef {{for: "main" | "solo", key: string, values: number[], plan?: import("./runner.js").Plan}} PlanMessage */
+/** @typedef {{for: "main" | "solo", revision: number, key: string, values: number[], plan?: import("./runner.js").Plan}} PlanMessage */
 
 /** Renders the style and the output of the soloed step. */
 export class Restyler {
@@ -15,6 +15,8 @@ export class Restyler {
   #loaded = new Map();
   /** @type {Map<string, import("./runner.js").LoadedStyle>} */
   #current = new Map();
+  /** The revision of the document that each purpose shows. @type {Map<string, number>} */
+  revisions = new Map();
   /** The key of the newest plan for each purpose; it may still be compiling. @type {Map<string, string>} */
   #wanted = new Map();
 
@@ -36,7 +38,7 @@ export class Restyler {
   }
 
   /** @param {PlanMessage} message */
-  async take({ for: purpose, key, values, plan }) {
+  async take({ for: purpose, revision, key, values, plan }) {
     if (!this.runner) return;
     this.#wanted.set(purpose, key);
     if (plan) this.#loaded.set(key, this.runner.load(plan));
@@ -46,6 +48,7 @@ export class Restyler {
       const before = this.#current.get(purpose);
       this.#current.set(purpose, style);
       style.values = values;
+      this.revisions.set(purpose, revision);
       if (before !== style) style.restart();
       if (before && ![...this.#current.values()].includes(before)) before.release();
       this.onchange();

@@ -70,6 +70,8 @@ export class Session {
   #gestures = new Gestures();
   /** @type {Map<string, ((value: any) => void)[]>} */
   #listeners = new Map();
+  /** Values that were not answered before the connection was lost. @type {Map<string, [string, object]>} */
+  #lost = new Map();
   /** Values that are being sent. @type {Map<string, Promise<void>>} */
   #busy = new Map();
 
@@ -79,7 +81,7 @@ export class Session {
     this.connection = new Connection({
       onmessage: (message) => this.#take(message),
       onpicture: (packet) => this.#tell("picture", packet),
-      onchange: (open) => this.#tell("connection", open),
+      onchange: (loss) => this.#changed(loss),
     });
   }
 
@@ -91,6 +93,15 @@ export class Session {
    */
   on(kind, listener) {
     this.#listeners.set(kind, [...(this.#listeners.get(kind) ?? []), listener]);
+  }
+
+  /** Sends the values again that were lost with the connection. @param {import("./socket.js").Loss | null} loss */
+  #changed(loss) {
+    this.#tell("connection", loss);
+    if (loss) return;
+    const lost = [...this.#lost];
+    this.#lost.clear();
+    for (const [key, [kind, fields]] of lost) this.#newest(key, kind, fields);
   }
 
   /** @param {string} kind @param {any} value */
@@ -162,7 +173,10 @@ export class Session {
 
   /** @param {string} key @param {string} kind @param {object} fields */
   #newest(key, kind, fields) {
-    const sent = this.connection.newest(key, kind, fields, (error) => this.onerror(error.message));
+    const sent = this.connection.newest(key, kind, fields, (error) => {
+      if (this.connection.isOpen) this.onerror(error.message);
+      else this.#lost.set(key, [kind, fields]);
+    });
     const settled = sent.then(() => {
       if (this.#busy.get(key) !== settled) return; // a newer value is being sent
       this.#busy.delete(key);

@@ -24,6 +24,12 @@ export class Splitter {
     });
   }
 
+  /** Announces the height as a percentage of the space. */
+  describe() {
+    const space = Math.max(1, get("work").clientHeight);
+    this.bar.setAttribute("aria-valuenow", String(Math.round((100 * get("diagram").clientHeight) / space)));
+  }
+
   /** The maximum height of the diagram, in CSS pixels. */
   get maxHeight() {
     return this.#chosen ?? Math.round(MAX_DEFAULT_SHARE * get("work").clientHeight);
@@ -34,7 +40,7 @@ export class Splitter {
     const most = Math.max(MIN_HEIGHT_PX, get("work").clientHeight - 2 * MIN_HEIGHT_PX);
     this.#chosen = height === null ? null : Math.round(Math.min(most, Math.max(MIN_HEIGHT_PX, height)));
     document.documentElement.style.setProperty("--diagram", this.#chosen === null ? "" : `${this.#chosen}px`);
-    this.bar.setAttribute("aria-valuenow", String(this.maxHeight));
+    this.describe();
     this.onchange();
   }
 }

@@ -4,6 +4,9 @@ import { get, icon, make, title } from "./elements.js";
 
 /** @typedef {import("./types.js").StyleInfo} StyleInfo */
 
+/** The server accepts no larger files. */
+const MAX_UPLOAD_BYTES = 2 ** 31;
+
 /** Opens a shipped style, a new style, a draft or a file. */
 export class Start {
   /** @type {HTMLImageElement[]} */
@@ -117,6 +120,8 @@ export class Start {
 
   /** Uploads a style file, a film or a photograph. @param {File} file */
   async take(file) {
+    if (!file.size) return this.session.onerror(`${file.name}: the file is empty.`);
+    if (file.size > MAX_UPLOAD_BYTES) return this.session.onerror(`${file.name}: too large to upload; name it on the command line: vidstyle design FILE.`);
     const isStyle = /\.toml$/i.test(file.name);
     if (isStyle && !(await this.mayLeave())) return;
     if (isStyle) this.opened("file");

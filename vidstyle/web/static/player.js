@@ -11,6 +11,9 @@
 
 /** @typedef {(message: string, fields: object) => Promise<any>} Ask */
 
+/** The key under which the position in a film is kept while the page is loaded again. @param {Clip} clip */
+const positionKey = ({ name, count }) => `position ${count} ${name}`;
+
 /** Requests frames and holds the position in the film. */
 export class Player {
   /** @type {Clip} */
@@ -46,7 +49,7 @@ export class Player {
   /** Opens another clip. @param {Clip} clip */
   open(clip) {
     this.clip = clip;
-    this.number = 0;
+    this.number = Math.min(Number(sessionStorage.getItem(positionKey(clip))), Math.max(0, clip.count - 1));
     this.range = null;
     this.playing = clip.live;
     this.onchange();
@@ -57,6 +60,7 @@ export class Player {
     if (this.clip.live) return;
     if (this.playing) await this.pause();
     this.number = Math.max(0, Math.min(this.clip.count - 1, Math.round(number)));
+    this.#remember();
     this.onchange();
     this.#next = this.number;
     if (this.#asked) return;
@@ -109,6 +113,12 @@ export class Player {
   shown(number) {
     if (!this.playing) return;
     this.number = number;
+    this.#remember();
     this.onchange();
+  }
+
+  /** Keeps the position in case the page is loaded again. */
+  #remember() {
+    sessionStorage.setItem(positionKey(this.clip), String(this.number));
   }
 }

@@ -12,6 +12,23 @@
 const HEADER_BYTES = 16;
 const RECONNECT_MS = 1000;
 const GOING_AWAY_CODE = 1001;
+const FORBIDDEN = 403;
+
+/**
+ * Why the connection is lost: "broken" for an unknown reason, "full" as too many browsers are connected,
+ * "stopped" as the server does not run, "restarted" as another server runs at its address.
+ * @typedef {"broken" | "full" | "restarted" | "stopped"} Loss
+ */
+
+/** Finds out why the server does not answer. @returns {Promise<Loss>} */
+async function findLoss() {
+  try {
+    const { status } = await fetch("icon.svg", { cache: "no-store" });
+    return status === FORBIDDEN ? "restarted" : "full";
+  } catch {
+    return "stopped";
+  }
+}
 /** Size of the messages of an upload; the server accepts at most 65,536 bytes. */
 const CHUNK_BYTES = 60000;
 /** Size of the send buffer at which an upload pauses. */
@@ -33,8 +50,7 @@ export class Connection {
    * @param {object} handlers
    * @param {(message: any) => void} handlers.onmessage is called with each message that is not an answer
    * @param {(packet: Packet) => void} handlers.onpicture
-   * @param {(open: boolean, reason: string) => void} handlers.onchange is called when the connection is opened, or
-   *   lost for a reason that the server gives, or ""
+   * @param {(loss: Loss | null) => void} handlers.onchange is called when the connection is opened, with null, or lost
    * @param {() => void} [handlers.onend] is called when the server has ended; without it, the page reconnects
    */
   constructor(handlers) {
@@ -42,22 +58,28 @@ export class Connection {
     this.#open();
   }
 
+  get isOpen() {
+    return this.#socket !== null;
+  }
+
   #open() {
     const socket = new WebSocket(`ws://${location.host}/socket`);
     socket.binaryType = "arraybuffer";
     socket.onopen = () => {
       this.#socket = socket;
-      this.handlers.onchange(true, "");
+      this.handlers.onchange(null);
     };
     socket.onmessage = ({ data }) => (typeof data === "string" ? this.#take(JSON.parse(data)) : this.#takePicture(data));
-    socket.onclose = ({ code, reason }) => {
+    socket.onclose = async ({ code }) => {
+      const wasOpen = this.#socket !== null;
       this.#socket = null;
       for (const { fail } of this.#waiting.values()) fail(new Error("Connection to vidstyle lost."));
       this.#waiting.clear();
       this.#unsent.clear();
-      this.handlers.onchange(false, reason);
-      if (code === GOING_AWAY_CODE && this.handlers.onend) this.handlers.onend();
-      else setTimeout(() => this.#open(), RECONNECT_MS);
+      if (code === GOING_AWAY_CODE && this.handlers.onend) return this.handlers.onend();
+      if (wasOpen) this.handlers.onchange(code === GOING_AWAY_CODE ? "stopped" : "broken");
+      else this.handlers.onchange(await findLoss());
+      setTimeout(() => this.#open(), RECONNECT_MS);
     };
   }
 

@@ -2,6 +2,7 @@
 
 import { announce } from "./announce.js";
 import { Lightbox } from "./lightbox.js";
+import { LostNotice } from "./lost.js";
 import { get, make, makeSvg, press } from "./elements.js";
 import { LoadedPlans, PagePainter, ServerPainter } from "./painters.js";
 import { missing, Runner } from "./runner.js";
@@ -169,6 +170,7 @@ function drawTiles() {
 
 // Requests
 
+const lost = new LostNotice("vidstyle explore", [get("bar"), get("stage"), get("rail"), get("panel")], "Styles that you have saved are kept.");
 const connection = new Connection({
   onmessage(message) {
     if (message.clip) takeClip(message.clip);
@@ -176,10 +178,7 @@ const connection = new Connection({
     if (message.progress) lightbox?.progress(message.progress);
   },
   onpicture() {},
-  onchange(open) {
-    document.body.inert = !open && clip !== null;
-    if (!open && clip) say("Connection to vidstyle lost. Reconnecting…");
-  },
+  onchange: (loss) => lost.show(loss),
 });
 
 /** Requests another screen, one at a time. @param {string} kind @param {object} [fields] */

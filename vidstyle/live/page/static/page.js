@@ -2,6 +2,7 @@
 
 import { announce } from "./announce.js";
 import { get, make, press, resize } from "./elements.js";
+import { LostNotice } from "./lost.js";
 import { Panel } from "./panel.js";
 import { Connection } from "./socket.js";
 
@@ -41,6 +42,7 @@ let connected = 0;
 /** @param {string} text @param {boolean} [alarm] */
 const say = (text, alarm = false) => announce(get("message"), text, { alarm });
 
+const lost = new LostNotice("vidstyle live", []);
 const connection = new Connection({
   onmessage(message) {
     if (message.names) panel.names(message.names);
@@ -48,9 +50,10 @@ const connection = new Connection({
     if (message.status) showStatus(message.status);
   },
   onpicture: ({ number, file }) => show(number, file),
-  onchange(open, reason) {
-    if (open) connected += 1;
-    setLink(open ? "" : `${reason || "Connection to vidstyle lost"}. Reconnecting…`);
+  onchange(loss) {
+    if (!loss) connected += 1;
+    lost.show(loss);
+    setLink(loss ? "No connection" : "");
   },
   onend: () => setLink("The session has ended"),
 });
