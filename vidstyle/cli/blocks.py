@@ -30,16 +30,16 @@ def blocks(name: str | None, as_json: bool) -> None:
 
     Any other word lists the blocks that it describes, best match first.
     """
+    from vidstyle.block.search import find_blocks, suggest_block
     from vidstyle.blocks import all_blocks
-    from vidstyle.style.find import find_blocks, suggest_block
 
     if name is not None and name in all_blocks():
         block = all_blocks()[name]
         click.echo(json.dumps(_as_dict(block), indent=2) if as_json else _details(block))
         return
-    found = [all_blocks()[each] for each in find_blocks(name or "")]
+    found = [all_blocks()[each] for each in find_blocks(name or "", all_blocks())]
     if not found:
-        raise UsageError(name, f"there is no block '{name}'", suggest_block(str(name)))
+        raise UsageError(name, f"there is no block '{name}'", suggest_block(str(name), all_blocks()))
     if as_json:
         click.echo(json.dumps([_as_dict(block) for block in found], indent=2))
     else:

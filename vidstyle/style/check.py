@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any
 
 from vidstyle.block import NAME_PATTERN, Asset, Block, Parameter
+from vidstyle.block.search import suggest_block
 from vidstyle.blocks import all_blocks
 from vidstyle.errors import StyleError, suggest
-from vidstyle.style.find import suggest_block
 from vidstyle.style.mask_declarations import REGIONS, read_masks
 from vidstyle.style.model import FIELDS, LAYERS, SOURCE, STEP_KEYS, Step, Style, table_from_style
 from vidstyle.style.paths import find_value
@@ -207,10 +207,10 @@ class StepReader:
         if isinstance(name, str) and name in all_blocks():
             return all_blocks()[name]
         if name is not None:
-            hint = suggest_block(to_text(name))
+            hint = suggest_block(to_text(name), all_blocks())
             self.mistakes.append(f"{where}{to_text(name)} is not a block; {hint}")
         elif not {"from", "save"} & set(table):
-            self.mistakes.append(f"{where}block is missing; {suggest_block('')}")
+            self.mistakes.append(f"{where}block is missing; {suggest_block('', all_blocks())}")
         else:
             unknown = [key for key in table if key not in STEP_KEYS]
             self.mistakes += [

@@ -12,13 +12,13 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
 from vidstyle.block import NAME_PATTERN, Asset, Block, Parameter, SavedRef
+from vidstyle.block.search import suggest_block
 from vidstyle.blocks import all_blocks
 from vidstyle.design.document.content import Content, PlacedStep, ValueRef
 from vidstyle.design.document.expansion import expand_recipe
 from vidstyle.errors import UsageError, suggest
 from vidstyle.style import LAYERS, SOURCE
 from vidstyle.style.check import MAX_KNOBS, MAX_STEPS, TEXTS
-from vidstyle.style.find import suggest_block
 from vidstyle.style.model import FIELDS, step_from_table
 from vidstyle.style.values import read_values
 from vidstyle.style.wiring import wiring_of
@@ -199,7 +199,7 @@ def _check_layer(layer: str) -> str:
 
 def _find_block(name: str) -> Block | None:
     if name and name not in all_blocks():
-        raise UsageError(name, "is not a block", suggest_block(name))
+        raise UsageError(name, "is not a block", suggest_block(name, all_blocks()))
     return all_blocks()[name] if name else None
 
 

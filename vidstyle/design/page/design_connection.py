@@ -6,6 +6,8 @@ import asyncio
 from collections.abc import Callable
 from typing import Annotated, Any, Literal
 
+from vidstyle.block.search import find_blocks, find_values
+from vidstyle.blocks import all_blocks
 from vidstyle.design.document.document import SNAPSHOT_SLOTS
 from vidstyle.design.document.edits import EDITS, EditResult
 from vidstyle.design.page.design_server import DesignServer
@@ -16,7 +18,7 @@ from vidstyle.errors import StyleError, UsageError
 from vidstyle.preview.encode import encode
 from vidstyle.preview.outputs import ExportKind
 from vidstyle.style import load_style, style_names
-from vidstyle.style.find import find_blocks, find_fields
+from vidstyle.style.model import FIELDS
 from vidstyle.web.messages import (
     CHECKS,
     Answer,
@@ -128,7 +130,7 @@ class DesignConnection(DesignView):
     @message
     async def find(self, text: TextOrEmpty) -> Answer:
         """Answer with the blocks and the fields that a text describes, best first."""
-        return {"blocks": find_blocks(text), "fields": find_fields(text)}
+        return {"blocks": find_blocks(text, all_blocks()), "fields": find_values(text, FIELDS)}
 
     @message
     async def command(self, name: TextOrEmpty, frames: int | None) -> Answer:

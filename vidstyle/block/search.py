@@ -1,48 +1,49 @@
-"""Search for blocks and fields of a style by the words that people use for them."""
+"""Search for blocks and values by the words that people use for them."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from vidstyle.block import CATEGORIES, Block, Parameter
-from vidstyle.blocks import all_blocks
 from vidstyle.errors import suggest
-from vidstyle.style.model import FIELDS
 
 SPELLINGS = {"colour": "color", "grey": "gray", "-": " ", "_": " "}
 """Spellings that are the same in a search."""
 
 
-def find_blocks(text: str) -> list[str]:
+def find_blocks(text: str, blocks: Mapping[str, Block]) -> list[str]:
     """Return the names of the blocks that a text describes, best match first; all for an empty text.
 
-    >>> find_blocks("outline")[0], find_blocks("Grey scale"), find_blocks("nothing like it")
-    ('flow_dog', ['to_gray'], [])
+    >>> from vidstyle.blocks import all_blocks
+    >>> find_blocks("outline", all_blocks())[0], find_blocks("Grey scale", all_blocks())
+    ('flow_dog', ['to_gray'])
     """
-    return _ranked(text, {name: tuple(_texts_of_block(block)) for name, block in all_blocks().items()})
+    return _ranked(text, {name: tuple(_texts_of_block(block)) for name, block in blocks.items()})
 
 
-def find_fields(text: str) -> list[str]:
-    """Return the names of the fields of a style that a text describes, best match first.
+def find_values(text: str, values: Mapping[str, Parameter]) -> list[str]:
+    """Return the names of the values that a text describes, best match first.
 
-    >>> find_fields("flicker")
+    >>> from vidstyle.style.model import FIELDS
+    >>> find_values("flicker", FIELDS)
     ['steady']
     """
-    return _ranked(text, {name: tuple(_texts_of_field(field)) for name, field in FIELDS.items()})
+    return _ranked(text, {name: tuple(_texts_of_value(value)) for name, value in values.items()})
 
 
-def suggest_block(name: str) -> str:
+def suggest_block(name: str, blocks: Mapping[str, Block]) -> str:
     """Return a suggestion for an unknown block: the most similar name, or what the word describes.
 
-    >>> suggest_block("grayscale"), suggest_block("halftoon")
+    >>> from vidstyle.blocks import all_blocks
+    >>> suggest_block("grayscale", all_blocks()), suggest_block("halftoon", all_blocks())
     ("did you mean 'to_gray'?", "did you mean 'halftone'?")
-    >>> suggest_block("xyz")
+    >>> suggest_block("xyz", all_blocks())
     '`vidstyle blocks` lists all'
     """
-    found = find_blocks(name) if name.strip() else []
-    similar = suggest(name, all_blocks())
-    if similar.startswith("did") and not (found and _is_name(name, all_blocks()[found[0]])):
+    found = find_blocks(name, blocks) if name.strip() else []
+    similar = suggest(name, blocks)
+    if similar.startswith("did") and not (found and _is_name(name, blocks[found[0]])):
         return similar
     return f"did you mean {found[0]!r}?" if found else "`vidstyle blocks` lists all"
 
@@ -58,9 +59,9 @@ def _texts_of_block(block: Block) -> Iterator[str]:
     yield f"{block.help}\n{CATEGORIES[block.category]}"
 
 
-def _texts_of_field(field: Parameter) -> Iterator[str]:
-    yield "\n".join((field.label, field.name, *field.control.aliases))
-    yield field.control.help
+def _texts_of_value(value: Parameter) -> Iterator[str]:
+    yield "\n".join((value.label, value.name, *value.control.aliases))
+    yield value.control.help
 
 
 def _ranked(text: str, texts: dict[str, tuple[str, ...]]) -> list[str]:

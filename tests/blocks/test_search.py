@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from vidstyle.block import CATEGORIES
+from vidstyle.block.search import find_blocks, find_values
 from vidstyle.blocks import all_blocks
-from vidstyle.style.find import find_blocks, find_fields
 from vidstyle.style.model import FIELDS
 
 WORDS = """
@@ -145,20 +145,22 @@ def read_words() -> dict[str, set[str]]:
 def test_most_words_of_laypeople_find_what_they_mean() -> None:
     words = read_words()
     assert len(words) > 100
-    found = {word: {*find_blocks(word)[:MAX_PLACE], *find_fields(word)} for word in words}
+    found = {
+        word: {*find_blocks(word, all_blocks())[:MAX_PLACE], *find_values(word, FIELDS)} for word in words
+    }
     missed = {word: sorted(found[word]) for word, meant in words.items() if not meant & found[word]}
     assert len(missed) <= (1 - MIN_FOUND_SHARE) * len(words), missed
 
 
 @pytest.mark.parametrize("spelling", ["Halftone dots", "HALFTONE-DOTS", "halftone", "half", "dots halftone"])
 def test_spellings_of_a_name_find_the_same_block_first(spelling: str) -> None:
-    assert find_blocks(spelling)[0] == "halftone"
+    assert find_blocks(spelling, all_blocks())[0] == "halftone"
 
 
 def test_names_of_blocks_and_fields_find_them_first() -> None:
-    assert {name for name in all_blocks() if find_blocks(name)[0] != name} <= {"hue", "network"}
-    assert all(find_blocks(block.label)[0] == name for name, block in all_blocks().items())
-    assert all(find_fields(field.label)[0] == name for name, field in FIELDS.items())
+    assert {name for name in all_blocks() if find_blocks(name, all_blocks())[0] != name} <= {"hue", "network"}
+    assert all(find_blocks(block.label, all_blocks())[0] == name for name, block in all_blocks().items())
+    assert all(find_values(field.label, FIELDS)[0] == name for name, field in FIELDS.items())
 
 
 def test_blocks_and_values_of_the_program_have_plain_names() -> None:
