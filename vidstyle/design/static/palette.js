@@ -76,7 +76,7 @@ export class Palette {
     const text = this.search.value.trim();
     this.#asked = text;
     if (!text) return this.#list(this.#categories());
-    const found = /** @type {Found | null} */ (await this.session.ask("find", { text: text.slice(0, 200) }));
+    const found = /** @type {Found | null} */ (await this.session.ask("find", { text }));
     if (found && text === this.#asked) this.#list([...this.#matches(found), ...this.#settings(found.fields)]);
   }
 
