@@ -10,16 +10,24 @@ from vidstyle.block import Color, LumaWeights, ResultRows, block
 from vidstyle.core.kernels import compiled, gray_or_interleaved, interleaved
 
 
-@block("pixel", on="color")
+@block(
+    "pixel",
+    on="color",
+    label="Gradient of colours",
+    category="color",
+    aliases="thermal, heat, infrared, false colour, duotone, tritone, gradient map, night vision, recolor",
+)
 def gradient(
     picture: np.ndarray,
     weights: LumaWeights,
     out: ResultRows,
-    black: Annotated[Any, Color("colour of black")] = "#05010f",
-    dark: Annotated[Any, Color("colour of a quarter of white")] = "#5b0f8a",
-    middle: Annotated[Any, Color("colour of middle gray")] = "#e0412b",
-    bright: Annotated[Any, Color("colour of three quarters of white")] = "#ffb01f",
-    white: Annotated[Any, Color("colour of white")] = "#fffbe6",
+    black: Annotated[Any, Color("colour of black", label="Colour of black")] = "#05010f",
+    dark: Annotated[Any, Color("colour of a quarter of white", label="Colour of dark tones")] = "#5b0f8a",
+    middle: Annotated[Any, Color("colour of middle gray", label="Colour of middle tones")] = "#e0412b",
+    bright: Annotated[
+        Any, Color("colour of three quarters of white", label="Colour of bright tones")
+    ] = "#ffb01f",
+    white: Annotated[Any, Color("colour of white", label="Colour of white")] = "#fffbe6",
 ) -> np.ndarray:
     """Give each tone a colour, with a linear gradient between five of them, as in a thermal picture."""
     colors = np.stack([black, dark, middle, bright, white]).astype(np.float32)
