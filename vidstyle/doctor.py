@@ -14,6 +14,7 @@ from vidstyle.core.machine.cores import core_count
 from vidstyle.errors import DeviceError
 from vidstyle.gpu.device.devices import Device, choose, list_devices
 from vidstyle.media.codecs import ffmpeg_version, list_decoder_devices, try_encoders
+from vidstyle.media.hdr_encoding import try_hdr_encoders
 from vidstyle.media.v4l2 import list_device_names
 
 LIBRARIES = ("av", "numpy", "opencv-contrib-python-headless", "numba", "moderngl", "click", "rich", "tomlkit")
@@ -30,6 +31,7 @@ def diagnose() -> dict[str, Any]:
         "libraries": {name: _version(name) for name in LIBRARIES},
         "ffmpeg": ffmpeg_version(),
         "encoders": try_encoders(),
+        "hdr encoders": try_hdr_encoders(),
         "decoder devices": list_decoder_devices(),
         "gpu": _gpus(),
         "device auto": choose("auto").notice,

@@ -217,6 +217,8 @@ def test_the_doctor_names_what_bug_reports_need(capfd):
     assert (exit_code, err) == (0, "")
     facts = json.loads(out)
     assert facts["encoders"]["libx264"] == "works"
+    assert facts["hdr encoders"]["libx265"] == facts["hdr encoders"]["libsvtav1"] == "HDR10, HLG"
+    assert "libx264" not in facts["hdr encoders"]
     assert facts["encoders"]["h264_nvenc"] != "works" or Path("/dev/nvidiactl").exists()
     assert facts["libraries"]["av"][0].isdigit() and facts["ffmpeg"][0].isdigit()
     exit_code, out, _ = run(capfd, "doctor")

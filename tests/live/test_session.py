@@ -78,6 +78,21 @@ def test_the_last_frame_arrives_though_the_source_ends_before_targets_are_open(t
     assert kept.newest.to_ndarray(format="gray") == pytest.approx(last.to_ndarray(format="gray"), abs=1)
 
 
+@pytest.mark.parametrize(
+    ("transfer", "notice"),
+    [("hlg", "the source is HDR (HLG)"), ("", "the source has 10 bits per sample; they become 8")],
+)
+def test_a_deep_source_is_mapped_with_a_notice(tmp_path, caplog, transfer, notice):
+    matrix = "bt2020" if transfer else "bt709"
+    film = {"codec": "libx265", "pix_fmt": "yuv420p10le", "matrix": matrix, "transfer": transfer}
+    clip = make_clip(tmp_path / "clip.mp4", frames=5, size=SMALL, **film)
+    kept = Kept()
+    with session(FileSource(str(clip)), kept) as running:
+        running.join()
+    assert caplog.text.count(notice) == 1
+    assert all(frame.picture.encoding.depth == 8 for frame in kept.frames)
+
+
 def test_what_goes_out_is_plain_video():
     kept = Kept()
     with session(generated(), kept, style=POSTER, frames=3, size=(81, -2)) as running:

@@ -9,7 +9,7 @@ from fractions import Fraction
 from statistics import median
 
 from vidstyle.core.picture import SITINGS, Encoding, Picture
-from vidstyle.errors import VidstyleError
+from vidstyle.errors import VidstyleError, log
 from vidstyle.live.capture import Capture
 from vidstyle.live.control import Controls, LiveOptions
 from vidstyle.live.hot_swap import HotSwapRenderer
@@ -118,6 +118,7 @@ class FrameNormalizer:
     def _begin(self, first: CapturedFrame, capture: Capture, name: str) -> FrameConverter:
         aspect = capture.sample_aspect
         converter = FrameConverter(first.native, capture.codec, name, sample_aspect=aspect)
+        _report_mapped(converter, converter.convert(first.native)[0].encoding.depth)
         # Neither a camera nor a page can say that its pixels are not square.
         self._square = max(1, round(converter.width * (converter.sample_aspect or 1))), converter.height
         self.size = output_size(self._wanted, *self._square) if self._wanted else self._square
@@ -125,12 +126,21 @@ class FrameNormalizer:
         return converter
 
 
+def _report_mapped(converter: FrameConverter, depth: int) -> None:
+    """Report what of a source has no place in 8-bit SDR, which all targets take."""
+    if not converter.warn_if_hdr() and depth > LIVE_DEPTH:
+        log.warning("the source has %d bits per sample; they become %d", depth, LIVE_DEPTH)
+
+
+LIVE_DEPTH = 8
+
+
 def output_encoding(picture: Picture) -> Encoding:
     """The encoding that pictures like this one are delivered in: 8 bit, 4:2:0, limited range."""
     matrix = picture.encoding.matrix if picture.color is None else ""
     if matrix not in ("bt601", "bt709"):
         matrix = "bt709" if picture.shape[0] >= MIN_HD_HEIGHT else "bt601"
-    return Encoding(matrix, full_range=False, depth=8, subsampling=(2, 2), siting=SITINGS["left"])
+    return Encoding(matrix, full_range=False, depth=LIVE_DEPTH, subsampling=(2, 2), siting=SITINGS["left"])
 
 
 WORKING_SCALES = (1.0, 0.75, 0.5, 0.375, 0.25)

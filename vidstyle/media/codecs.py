@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import os
+import re
 import sys
 from collections.abc import Collection
 from contextlib import suppress
@@ -19,6 +20,7 @@ from vidstyle.media.pixel_formats import PlaneLayout, layout_of
 SOFTWARE_ENCODERS = {
     **{"h264": "libx264", "hevc": "libx265", "av1": "libsvtav1", "vp9": "libvpx-vp9", "vp8": "libvpx"},
     **{"mpeg2": "mpeg2video", "mpeg4": "mpeg4", "mjpeg": "mjpeg", "prores": "prores_ks"},
+    "dnxhr": "dnxhd",
 }
 """Software encoder that replaces a hardware encoder, by codec."""
 HARDWARE_SUFFIXES = (
@@ -35,8 +37,8 @@ HARDWARE_SUFFIXES = (
 )
 """Endings of the names of hardware encoders, after an underscore."""
 
-LOW_DEPTH_FORMATS = ("rgb8", "bgr8", "rgb4", "bgr4", "rgb5", "bgr5", "rgb4_byte", "bgr4_byte", "pal8", "mono")
-"""Prefixes of the names of formats with fewer than eight bits per colour channel."""
+LOW_DEPTH_FORMATS = re.compile(r"(rgb|bgr)(8|4|4_byte|5\d\d[lb]e)|pal8|mono\w+")
+"""Names of formats with fewer than eight bits per colour channel."""
 
 
 @dataclass(frozen=True)
@@ -147,21 +149,47 @@ def encoder_options(
     return options | ({knobs.preset: speed} if speed else {})
 
 
-def choose_pix_fmt(encoder: str, depth: int, subsampling: tuple[int, int], rgb: bool, alpha: bool) -> str:
+def choose_pix_fmt(
+    encoder: str,
+    depth: int,
+    subsampling: tuple[int, int],
+    rgb: bool,
+    alpha: bool,
+    raw_formats: Collection[str] = (),
+) -> str:
     """Return the default pixel format of an encoder: 4:2:0 for the codecs that play everywhere.
 
     For other codecs, the format that loses least of a source of this depth, subsampling, colours and alpha.
+
+    Args:
+        raw_formats: formats of an encoder that lists none.
     """
     codec = av.Codec(encoder, "w")
-    names = [video_format.name for video_format in codec.video_formats or ()] or ["yuv420p"]
+    names = [each.name for each in codec.video_formats or ()] or list(raw_formats) or ["yuv420p"]
     if codec.canonical_name in ("h264", "hevc", "av1", "vp8", "vp9") and encoder != "libx264rgb":
         deep = depth > 8 and codec.canonical_name in ("hevc", "av1", "vp9")
-        wanted = ("yuv420p10le", "p010le") if deep else ("yuv420p", "nv12")
+        wanted = ["yuv420p10le", "p010le"] if deep else ["yuv420p", "nv12"]
+        if alpha and codec.canonical_name in ALPHA_CODECS:
+            wanted = ["yuva420p"]
         return next((name for name in wanted if name in names), names[0])
     layouts = [layout for name in names if (layout := writable_layout(name))]
     return min(
         layouts, key=lambda layout: _rank_conversion(layout, depth or 16, subsampling, rgb, alpha)
     ).name
+
+
+ALPHA_CODECS = ("vp8", "vp9")
+"""Codecs whose alpha channel is stored next to the packets, for which a container needs a place."""
+DNXHR_PROFILES = {("luma", 8): "dnxhr_hq", ("luma", 10): "dnxhr_hqx"}
+
+
+def format_options(encoder: str, layout: PlaneLayout) -> dict[str, str]:
+    """Return options that an encoder needs for a pixel format."""
+    if encoder == "dnxhd":
+        is_full = layout.subsampling == (1, 1)
+        return {"profile": "dnxhr_444" if is_full else DNXHR_PROFILES[layout.kind, layout.depth]}
+    # libvpx has no place for the alpha of a frame that is never shown.
+    return {"auto-alt-ref": "0"} if encoder.startswith("libvpx") and layout.alpha else {}
 
 
 def writable_layout(pix_fmt: str) -> PlaneLayout | None:
@@ -172,7 +200,7 @@ def writable_layout(pix_fmt: str) -> PlaneLayout | None:
     """
     layout = layout_of(pix_fmt)
     backward = layout is not None and layout.big_endian and not layout.reordered_as
-    return None if backward or pix_fmt.startswith(LOW_DEPTH_FORMATS) else layout
+    return None if backward or LOW_DEPTH_FORMATS.fullmatch(pix_fmt) else layout
 
 
 def _rank_conversion(
@@ -183,8 +211,8 @@ def _rank_conversion(
     return (
         layout.planes < 3,
         alpha and not layout.alpha,
-        (layout.kind != "luma") != rgb,
         max(0, depth - layout.depth),
+        (layout.kind != "luma") != rgb,
         sum(max(0, its - wanted) for its, wanted in steps),
         layout.alpha and not alpha,
         max(0, layout.depth - depth) + sum(max(0, wanted - its) for its, wanted in steps),

@@ -9,7 +9,7 @@ import av
 
 from vidstyle.core.picture import Encoding, Transfer
 from vidstyle.errors import log
-from vidstyle.media.codecs import encoder_options, open_encoder
+from vidstyle.media.codecs import DOCTOR_ENCODERS, encoder_options, open_encoder
 from vidstyle.media.color_tags import ColorTags, default_tags
 from vidstyle.media.hdr_metadata import (
     HdrMetadata,
@@ -22,7 +22,8 @@ MIN_HDR_DEPTH = 10
 HDR_PIX_FMTS = ("yuv420p10le", "p010le")
 X265_STEPS = 50_000, 10_000
 """Units per 1 of chromaticity and per 1 cd/m2 (H.265, D.3.28)."""
-SOFTWARE_DECODERS = {"hevc": "hevc", "av1": "libdav1d"}
+HDR_DECODERS = {"hevc": "hevc", "av1": "libdav1d"}
+"""Decoders in software, by the codecs that keep HDR."""
 CHECK_SIZE_PX = 256
 """Width and height of the picture that is encoded and decoded to check the metadata."""
 
@@ -104,7 +105,7 @@ def missing_hdr(context: av.VideoCodecContext, tags: ColorTags, metadata: HdrMet
     frame.pts, frame.time_base = 0, context.time_base
     open_encoder(context)
     packets = context.encode(frame) + context.encode(None)
-    decoder = av.CodecContext.create(SOFTWARE_DECODERS[context.codec.canonical_name], "r")
+    decoder = av.CodecContext.create(HDR_DECODERS[context.codec.canonical_name], "r")
     assert isinstance(decoder, av.VideoCodecContext)
     for packet in (*packets, None):
         for decoded in decoder.decode(packet):
@@ -128,9 +129,16 @@ CHECKED_METADATA = HdrMetadata(
 """Metadata of a usual HDR10 film: a display with DCI-P3 primaries."""
 
 
+def try_hdr_encoders() -> dict[str, str]:
+    """Return which HDR the encoders of `DOCTOR_ENCODERS` store on this machine, by name."""
+    found = {name: describe_hdr(name) for name in DOCTOR_ENCODERS if name in av.codecs_available}
+    return {name: text for name, text in found.items() if text}
+
+
 def describe_hdr(encoder: str) -> str:
     """Return which HDR an encoder stores when it is tried, such as "HDR10, HLG"; empty: none."""
-    names = [each.name for each in av.Codec(encoder, "w").video_formats or ()]
+    codec = av.Codec(encoder, "w")
+    names = [each.name for each in codec.video_formats or ()] if codec.canonical_name in HDR_DECODERS else []
     pix_fmt = next((name for name in HDR_PIX_FMTS if name in names), None)
     wanted: dict[str, tuple[Transfer, HdrMetadata]] = {
         "HDR10": ("pq", CHECKED_METADATA),

@@ -27,7 +27,9 @@ class ContainerKind:
         codec, pix_fmt: default encoder and pixel format; "": depends on the source.
         video: canonical names of the video codecs that players accept in it; empty: any.
         way: how it is written.
-        alpha: the encoder and pixel format for pictures with alpha; None: not supported.
+        alpha: the encoder and pixel format for pictures with alpha, "": depends on the source; None: not
+            supported.
+        raw_formats: pixel formats of raw video in it.
         hdr: canonical names of the codecs that keep HDR in it, the usual one first; empty: none does.
         codec_tags: codes of codecs that players expect, where FFmpeg's usual ones differ.
         audio: canonical names of audio codecs that players accept in it.
@@ -60,6 +62,7 @@ class ContainerKind:
     pix_fmt: str = ""
     way: WriteMethod = "film"
     alpha: tuple[str, str] | None = None
+    raw_formats: tuple[str, ...] = ()
     hdr: tuple[str, ...] = ()
     codec_tags: dict[str, str] = field(default_factory=dict)
     audio: tuple[str, ...] = ()
@@ -106,7 +109,7 @@ _CLUSTER_OPTIONS = {"cluster_time_limit": "400"} | _UNSHIFTED_OPTIONS
 def _kind(muxer: str, endings: str, codec: str, *, flags: str = "", **fields: Any) -> ContainerKind:
     """A row of the table: names are separated by spaces, `flags` are the fields that are true."""
     fields |= dict.fromkeys(flags.split(), True)
-    for name in ("video", "hdr", "audio", "untimed", "subtitles", "data"):
+    for name in ("video", "hdr", "raw_formats", "audio", "untimed", "subtitles", "data"):
         fields[name] = tuple(fields.get(name, "").split())
     return ContainerKind(muxer, tuple(endings.split()), codec, **fields)
 
@@ -116,6 +119,8 @@ _MP4_FIELDS: dict[str, Any] = {
     "options": _HYBRID_OPTIONS, "piped_options": _FRAGMENTED_OPTIONS, "late_options": _LATE_OPTIONS,
     "codec_tags": {"hevc": "hvc1"},  # Apple's players refuse hev1
 }  # fmt: skip
+_RAW_FORMATS = "yuv420p yuv420p10le yuv420p12le"
+"""4:2:0, which all programs read."""
 # fmt: off
 CONTAINER_KINDS: tuple[ContainerKind, ...] = (
     # MP4 has codes for Vorbis and raw PCM, but hardly any player supports them.
@@ -127,7 +132,7 @@ CONTAINER_KINDS: tuple[ContainerKind, ...] = (
           alpha=("prores_ks", "yuva444p10le"), hdr="hevc", **_MP4_FIELDS,
           audio=f"aac mp3 ac3 eac3 alac {PCM_CODECS}"),
     _kind("matroska", ".mkv", "libx264", flags="attachments covers chapters piped resumable ranged",
-          options=_CLUSTER_OPTIONS, alpha=("ffv1", "yuva420p"), hdr="hevc av1", new_audio="flac",
+          options=_CLUSTER_OPTIONS, alpha=("ffv1", ""), hdr="hevc av1", new_audio="flac",
           audio="aac mp3 mp2 ac3 eac3 opus vorbis flac alac dts truehd mlp "
                 f"tta wavpack wmav2 adpcm_ms adpcm_ima_wav {LITTLE_ENDIAN_PCM_CODECS}",
           subtitles="subrip ass webvtt hdmv_pgs_subtitle dvd_subtitle dvb_subtitle"),
@@ -148,10 +153,11 @@ CONTAINER_KINDS: tuple[ContainerKind, ...] = (
     _kind("flv", ".flv", "libx264", flags="piped", video="h264 flv1 hevc av1 vp9",
           audio="aac mp3", new_audio="aac"),
     _kind("asf", ".wmv .asf", "wmv2", options=_UNSHIFTED_OPTIONS, audio="wmav1 wmav2 mp3", new_audio="wmav2"),
-    _kind("nut", ".nut", "rawvideo", flags="piped",
+    _kind("nut", ".nut", "rawvideo", flags="piped", alpha=("rawvideo", ""),
+          raw_formats=f"{_RAW_FORMATS} yuva420p yuva420p10le",
           audio=f"aac mp3 mp2 ac3 opus vorbis flac {LITTLE_ENDIAN_PCM_CODECS}", new_audio="pcm_s16le"),
     _kind("yuv4mpegpipe", ".y4m", "rawvideo", flags="strict_rate piped ranged", video="rawvideo",
-          options={"strict": "-1"}),
+          raw_formats=_RAW_FORMATS, options={"strict": "-1"}),
     _kind("rawvideo", ".yuv .rgb", "rawvideo", flags="strict_rate piped", video="rawvideo"),
     # WebP gets RGB, because it has only one YUV matrix.
     _kind("webp", ".webp", "libwebp_anim", flags="untagged", video="webp", pix_fmt="bgra",

@@ -11,7 +11,7 @@ import av
 import numpy as np
 
 from vidstyle.core.picture import Picture
-from vidstyle.errors import OutputError
+from vidstyle.errors import OutputError, UsageError
 from vidstyle.media.codecs import open_encoder
 from vidstyle.media.frame import Frame, frame_from_picture
 from vidstyle.media.write.video_plan import VideoPlan
@@ -24,6 +24,9 @@ never sets the delay that it subtracts from them."""
 class VideoEncoder:
     """One encoded video stream of a container.
 
+    Raises:
+        UsageError: the container does not support the codec.
+
     Attributes:
         stream: the stream in the container.
         end: end of the last frame, in seconds.
@@ -33,7 +36,11 @@ class VideoEncoder:
 
     def __init__(self, container: av.container.OutputContainer, plan: VideoPlan) -> None:
         self.plan = plan
-        stream = container.add_stream(plan.encoder, rate=plan.rate)
+        try:
+            stream = container.add_stream(plan.encoder, rate=plan.rate)
+        except ValueError as error:
+            reason = f"{container.format.name} files do not support {plan.codec}"
+            raise UsageError("--codec", reason, "choose another codec or extension") from error
         assert isinstance(stream, av.VideoStream)
         self.stream = stream
         plan.configure(stream.codec_context)

@@ -11,11 +11,13 @@ from vidstyle.core.machine.cores import available_cores, imposed_threads
 from vidstyle.core.picture import SITINGS, Encoding
 from vidstyle.errors import UsageError, error_reason, is_memory_short, log
 from vidstyle.media.codecs import (
+    ALPHA_CODECS,
     SOFTWARE_ENCODERS,
     choose_pix_fmt,
     encoder_options,
     find_encoder,
     find_software_encoder,
+    format_options,
     open_encoder,
     writable_layout,
 )
@@ -116,7 +118,7 @@ def plan_video(target: str, kind: ContainerKind, info: VideoInfo, options: Write
     if info.encoding.is_hdr and options.codec is None and kind.hdr:
         encoder = SOFTWARE_ENCODERS[kind.hdr[0]]
     elif options.codec is None and pix_fmt is None:
-        encoder, pix_fmt = kind.alpha if info.alpha and kind.alpha else (encoder, kind.pix_fmt or None)
+        encoder, pix_fmt = kind.alpha if info.alpha and kind.alpha else (encoder, kind.pix_fmt)
     stand_in = find_software_encoder(encoder)
     try:
         plan = _make_plan(kind, info, options, encoder, pix_fmt)
@@ -142,7 +144,11 @@ def _make_plan(
     source = info.encoding
     if source.is_hdr:
         _check_hdr_support(kind, codec, encoder)
-    pix_fmt = pix_fmt or choose_pix_fmt(encoder, source.depth, source.subsampling, info.is_rgb, info.alpha)
+    # Only containers with a place for alpha next to the packets can hold that of VP8 and VP9.
+    alpha = info.alpha and (kind.alpha is not None or codec not in ALPHA_CODECS)
+    pix_fmt = pix_fmt or choose_pix_fmt(
+        encoder, source.depth, source.subsampling, info.is_rgb, alpha, kind.raw_formats
+    )
     # The colour tags signal the full range of the old yuvj formats.
     layout = _layout(pix_fmt.replace("yuvj", "yuv"))
     encoding = _encoding(info, layout, codec, kind)
@@ -151,6 +157,7 @@ def _make_plan(
     rate = info.rate or DEFAULT_FRAME_RATE
     rate = min(rate, Fraction(kind.max_rate or rate))
     own = encoder_options(encoder, options.crf, options.preset, options.optional)
+    own |= format_options(encoder, layout)
     if source.is_hdr:
         _check_hdr_format(layout)
         own = with_parameters(own, hdr_options(encoder, info.hdr))
