@@ -128,11 +128,11 @@ class FrameNormalizer:
 
 def _report_mapped(converter: FrameConverter, depth: int) -> None:
     """Report what of a source has no place in 8-bit SDR, which all targets take."""
-    if not converter.warn_if_hdr() and depth > LIVE_DEPTH:
-        log.warning("the source has %d bits per sample; they become %d", depth, LIVE_DEPTH)
+    if not converter.warn_if_hdr() and depth > LIVE_DEPTH_BITS:
+        log.warning("the source has %d bits per sample; they become %d", depth, LIVE_DEPTH_BITS)
 
 
-LIVE_DEPTH = 8
+LIVE_DEPTH_BITS = 8
 
 
 def output_encoding(picture: Picture) -> Encoding:
@@ -140,7 +140,9 @@ def output_encoding(picture: Picture) -> Encoding:
     matrix = picture.encoding.matrix if picture.color is None else ""
     if matrix not in ("bt601", "bt709"):
         matrix = "bt709" if picture.shape[0] >= MIN_HD_HEIGHT else "bt601"
-    return Encoding(matrix, full_range=False, depth=LIVE_DEPTH, subsampling=(2, 2), siting=SITINGS["left"])
+    return Encoding(
+        matrix, full_range=False, depth=LIVE_DEPTH_BITS, subsampling=(2, 2), siting=SITINGS["left"]
+    )
 
 
 WORKING_SCALES = (1.0, 0.75, 0.5, 0.375, 0.25)
