@@ -104,7 +104,7 @@ class FilmPalettes:
 
 def _binned(lab: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the mean colour of each cube of OKLab that holds any, n x 3, and its weight."""
-    lightness, a, b = np.floor(lab * LIGHTNESS_BINS).astype(np.int64) + LIGHTNESS_BINS
+    lightness, a, b = np.floor(lab * LIGHTNESS_BINS).astype(np.int64)  # -LIGHTNESS_BINS..LIGHTNESS_BINS
     _, cubes, counts = np.unique(
         (lightness * 3 * LIGHTNESS_BINS + a) * 3 * LIGHTNESS_BINS + b, return_inverse=True, return_counts=True
     )
