@@ -15,18 +15,18 @@ def png_bytes(picture: np.ndarray, compression: int | None = None) -> bytes:
     return _encode(".png", picture, [] if compression is None else [cv2.IMWRITE_PNG_COMPRESSION, compression])
 
 
-def jpeg_bytes(picture: np.ndarray, quality: int, optimized: bool = False) -> bytes:
-    """Encode a picture, H x W x 3 uint8 RGB, as JPEG with full chroma.
-
-    Subsampled chroma would wash out coloured dots and strokes.
+def jpeg_bytes(picture: np.ndarray, quality: int, optimized: bool = False, full_chroma: bool = True) -> bytes:
+    """Encode a picture, H x W x 3 uint8 RGB, as JPEG.
 
     Args:
         quality: 0 to 100.
         optimized: whether to make the file a little smaller, which takes longer.
+        full_chroma: False to subsample chroma, which is faster and washes out coloured dots and strokes.
     """
+    sampling = cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444 if full_chroma else cv2.IMWRITE_JPEG_SAMPLING_FACTOR_420
     options = [
         *(cv2.IMWRITE_JPEG_QUALITY, quality),
-        *(cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444),
+        *(cv2.IMWRITE_JPEG_SAMPLING_FACTOR, sampling),
         *(cv2.IMWRITE_JPEG_OPTIMIZE, int(optimized)),
     ]
     return _encode(".jpg", picture, options)

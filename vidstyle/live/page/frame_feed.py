@@ -6,12 +6,10 @@ import asyncio
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
-import cv2
-import numpy as np
-
 from vidstyle.live.control import Controls
 from vidstyle.live.meter import LatencyMeter
 from vidstyle.live.target import LiveFrame
+from vidstyle.media.picture_bytes import jpeg_bytes, png_bytes
 from vidstyle.style import Style
 from vidstyle.style.panel import panel
 
@@ -96,16 +94,10 @@ def encode_jpeg(frame: LiveFrame, quality: int) -> bytes:
     picture = frame.video
     scale = min(1.0, MAX_SIZE[0] / picture.width, MAX_SIZE[1] / picture.height)
     width, height = (max(1, round(side * scale)) for side in (picture.width, picture.height))
-    pixels = picture.reformat(width=width, height=height, format="bgr24").to_ndarray()
-    return _encoded(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, quality])
+    pixels = picture.reformat(width=width, height=height, format="rgb24").to_ndarray()
+    return jpeg_bytes(pixels, quality, full_chroma=False)
 
 
 def encode_png(frame: LiveFrame) -> bytes:
     """Encode the frame as PNG, at its full size."""
-    return _encoded(".png", frame.video.to_ndarray(format="bgr24"), [])
-
-
-def _encoded(extension: str, pixels: np.ndarray, options: list[int]) -> bytes:
-    encoded, data = cv2.imencode(extension, pixels, options)
-    assert encoded
-    return data.tobytes()
+    return png_bytes(frame.video.to_ndarray(format="rgb24"))
