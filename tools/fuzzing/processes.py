@@ -16,11 +16,12 @@ import psutil
 
 from tools.fuzzing import ROOT
 from vidstyle import cli
+from vidstyle.core.machine.cores import available_cores
 
 SECONDS = 20.0
 """Of a processor: a case that takes longer is considered a hang."""
 CLOCK_RATIO = 10
-"""A case may take this many times as long by the clock: it may wait, and other programs run."""
+"""A case may take this many times as long by the clock, times the number of processes that share a core."""
 MAX_MEMORY = 2**30
 """Bytes of RAM that a case may take in addition to what its process had before."""
 
@@ -43,13 +44,18 @@ def answers(process: psutil.Process, has_answered: Callable[[float], bool], seco
     Args:
         process: which counts.
         has_answered: waits up to a number of seconds, and returns whether the answer is there.
-        seconds: of a processor; by the clock it may be `CLOCK_RATIO` times as many.
+        seconds: of a processor; by the clock it may be `CLOCK_RATIO` times as many, more on a busy machine.
     """
-    end, limit = time.monotonic() + CLOCK_RATIO * seconds, seconds + sum(process.cpu_times()[:2])
-    while time.monotonic() < end and sum(process.cpu_times()[:2]) < limit:
+    begin, limit = time.monotonic(), seconds + sum(process.cpu_times()[:2])
+    while time.monotonic() < begin + _patience(seconds) and sum(process.cpu_times()[:2]) < limit:
         if has_answered(0.5):
             return True
     return False
+
+
+def _patience(seconds: float) -> float:
+    """Return the time by the clock in which a process gets so many seconds of a processor, at least."""
+    return CLOCK_RATIO * seconds * max(1.0, psutil.getloadavg()[0] / available_cores())
 
 
 def memory(field: str, process: int | str = "self") -> int:
