@@ -63,7 +63,8 @@ class Receiver:
     def _play(self, url: str, pictures: int) -> None:
         try:
             while len(self.sizes) < pictures:
-                with suppress(TimeoutError):  # FFmpeg gives up after 10 s, which a busy machine may take
+                # On a busy machine FFmpeg gives up after 10 s, or no sound comes while it looks for streams.
+                with suppress(TimeoutError, IndexError):
                     self._receive(url, pictures)
         except av.FFmpegError as error:
             self.error = error

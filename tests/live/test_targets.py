@@ -6,6 +6,8 @@ import io
 import json
 import os
 import subprocess
+import threading
+from contextlib import nullcontext
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -18,10 +20,11 @@ from waiting import LONG, eventually
 
 from vidstyle import cli
 from vidstyle.errors import DeviceError, OutputError, UsageError
+from vidstyle.live import target_thread, targets
 from vidstyle.live.meter import LatencyMeter
 from vidstyle.live.target import LiveFrame
 from vidstyle.live.target_thread import ConstantRateTarget, FramePacer
-from vidstyle.live.targets import NullTarget, TargetOptions, target_maker
+from vidstyle.live.targets import FileSink, NullTarget, TargetOptions, target_maker
 from vidstyle.media.audio import AudioChunk
 from vidstyle.media.write.writer import WriteOptions
 
@@ -105,6 +108,28 @@ def test_a_signal_closes_the_file(tmp_path: Path):
     _, err = program.communicate(timeout=2 * LONG)
     assert program.returncode == 143, err
     assert len(video(film)) > 3 and not list(tmp_path.glob("*.partial.*"))
+
+
+@pytest.mark.parametrize(
+    ("limit", "words"), [(LONG, ""), (0.01, "was not finished within 0.01 s")], ids=["finished", "failed"]
+)
+def test_a_file_is_finished_or_has_failed(tmp_path: Path, monkeypatch, limit: float, words: str):
+    """As on a busy machine, where the last frames take longer than a stream may."""
+    finish, go = FileSink.close, threading.Event()
+
+    def close(self: FileSink) -> None:
+        go.wait(LONG if words else 0.2)
+        finish(self)
+
+    monkeypatch.setattr(FileSink, "close", close)
+    monkeypatch.setattr(targets, "FINISH_SECONDS", limit)
+    monkeypatch.setattr(target_thread, "CLOSE_SECONDS", 0.01)
+    film = tmp_path / "film.mp4"
+    with session(generated(), target_maker(str(film), TargetOptions()), frames=5) as running:
+        with pytest.raises(OutputError, match=words) if words else nullcontext():
+            running.wait()
+        assert film.exists() == (not words)
+        go.set()
 
 
 def test_a_stream_is_sent_again_when_its_reader_is_back(caplog: pytest.LogCaptureFixture):

@@ -6,6 +6,7 @@ import contextlib
 import shutil
 import zlib
 from collections.abc import Callable
+from fractions import Fraction
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -27,7 +28,9 @@ from tools.fuzzing.kernel_caches import try_cache
 from tools.fuzzing.originals import SIZE
 from tools.fuzzing.processes import BrokenPromiseError, run_here
 from vidstyle.comic.make import ComicOptions, make_comic
+from vidstyle.cues.cue_file import read_cue_file
 from vidstyle.errors import UsageError, VidstyleError
+from vidstyle.media.options import ReadOptions
 from vidstyle.pipeline.render import render
 from vidstyle.renderer import Renderer, stylize
 from vidstyle.style import load_style, save_style, style_names
@@ -116,6 +119,23 @@ def _try_bank(path: Path, folder: Path, choice: int) -> None:
     _try_style(style, folder, choice)
 
 
+def _try_network(path: Path, folder: Path, choice: int) -> None:
+    """The network in a style next to it."""
+    style = folder / "style.toml"
+    style.write_text("format = 1\n[[background]]\nblock = 'network'\nmodel = 'model.onnx'\n")
+    shutil.copy(path, folder / "model.onnx")
+    _try_style(style, folder, choice)
+
+
+def _try_cues(path: Path, folder: Path, choice: int) -> None:
+    """A film of three pictures with the cues."""
+    cues, target = folder / "case.toml", folder / TARGETS[choice % len(TARGETS)]
+    shutil.copy(path, cues)
+    render(
+        _write_pictures(folder) / "*.png", target, read_cue_file(cues), read=ReadOptions(rate=Fraction(10))
+    )
+
+
 def _try_subtitles(path: Path, folder: Path, choice: int) -> None:
     """A comic of three pictures with the subtitles."""
     options = ComicOptions(size="480x360", subtitles=str(path))
@@ -164,7 +184,9 @@ ATTEMPTS: dict[str, Callable[[Path, Path, int], None]] = {
     ".npy": _try_array,
     ".toml": _try_style,
     ".npz": _try_bank,
+    ".onnx": _try_network,
     ".page.toml": _try_page,
+    ".cues.toml": _try_cues,
     ".config.toml": _try_config,
     ".cache": lambda path, folder, _: try_cache(path, folder),
     **dict.fromkeys((".srt", ".vtt", ".ass"), _try_subtitles),

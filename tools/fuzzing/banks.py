@@ -1,4 +1,4 @@
-"""Banks of learned filters with odd numbers or arrays, or damaged as archives."""
+"""Banks of learned filters and ONNX networks with odd numbers or shapes, or damaged as files."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import zipfile
 from random import Random
 
 import numpy as np
+from onnx_model import convolution, layered, negative
 
 from tools.fuzzing.arrays import array_bytes, odd_array
 from tools.fuzzing.damage import ODD_FLOATS, ODD_NUMBERS, damaged, random_slice
@@ -50,6 +51,22 @@ def bank_case(random: Random) -> tuple[str, bytes]:
             file.writestr(zipfile.ZipInfo(f"{name}.npy"), content, file.compression)
     content = archive.getvalue()
     return ".npz", damaged(random, content) if fault == "archive" else content
+
+
+def network_case(random: Random) -> tuple[str, bytes]:
+    """A network with odd weights, of an odd shape, or damaged as a file."""
+    kind = random.choice(("bytes", "bytes", "bytes", "weights", "shape", "padding"))
+    if kind == "bytes":
+        return ".onnx", damaged(random, random.choice((negative(), layered(4, 2))))
+    kernel = np.eye(3, dtype=np.float32).reshape(3, 3, 1, 1)
+    sides = (0, 1, 31, 32, 64, 4096, 4097, 2**31, 2**63, 2**64 - 1, "width")
+    shape: tuple[int | str, ...] = (1, 3, "height", "width")
+    if kind == "weights":
+        kernel = _with_odd_numbers(random, kernel)
+    if kind == "shape":
+        shape = tuple(random.choice((1, 3, *sides)) for _ in range(random.choice((0, 3, 4, 4, 4, 400))))
+    padding = random.choice((1, 5, 2**31, 2**63 - 1)) if kind == "padding" else None
+    return ".onnx", convolution(kernel, [0.0] * 3, shape, padding)
 
 
 def _with_odd_numbers(random: Random, array: np.ndarray) -> np.ndarray:

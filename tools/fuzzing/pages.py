@@ -1,4 +1,4 @@
-"""Page files of `comic` and configuration files, with odd values and edits."""
+"""Page files of `comic`, cue files and configuration files, with odd values and edits."""
 
 from __future__ import annotations
 
@@ -44,6 +44,17 @@ PAGE_FILE = {
     ],
 }
 """A page of two panels, as `comic --save` writes it."""
+CUE_FILE = {
+    "format": 1,
+    "rate": 24,
+    "scenes": [0, 0.1, 0.2],
+    "cue": [
+        {"time": 0, "style": "ink", "values": {"strength": 0, "ink": "#101030"}, "curve": "ease"},
+        {"time": "00:00:00:03", "values": {"strength": 1}, "transition": "fade", "seconds": 0.05},
+        {"scene": 3, "style": "poster", "transition": "wipe", "seconds": 0.05},
+    ],
+}
+"""Three cues of a film of 0.3 s."""
 LONG_WORDS = ("w" * 5000, "w" * 100_000, "\x07", "\x00", "\x1b[31m", "\ud7ff", "a b " * 5000)
 ODD_SIZES = (0, -1, 64, 65, 20_000, 2**14, 2**17, 200_000, 2**31, 10**30, 1e308)
 
@@ -55,6 +66,16 @@ def page_case(random: Random) -> tuple[str, bytes]:
     if random.random() < 0.1:
         table["page"] *= random.choice((2, 50))
     return ".page.toml", _written(random, table)
+
+
+def cue_case(random: Random) -> tuple[str, bytes]:
+    """A cue file."""
+    table = deepcopy(CUE_FILE)
+    odd = 0.05, 0.1, 0.15, 1e-9, 10**7, "0:0.1", "00:00:00:23", "9:9:9", "linear", "fade", "noir", [], [0]
+    _change_values(random, table, (*ODD_VALUES, *LONG_WORDS, *odd), (0, 0, 0, 0, 0.01, -0.01))
+    if random.random() < 0.1:
+        table["cue"] *= random.choice((2, 50, 400))
+    return ".cues.toml", _written(random, table)
 
 
 def config_case(random: Random) -> tuple[str, bytes]:
@@ -76,13 +97,18 @@ def _option_value(random: Random, kind: click.ParamType) -> Any:
     return random.choice((0, 1, 2.5, 18, True, False, "plain", "none", "1", "64x48", "libx264"))
 
 
-def _change_values(random: Random, table: dict[str, Any], odd: tuple[Any, ...]) -> None:
+def _change_values(
+    random: Random,
+    table: dict[str, Any],
+    odd: tuple[Any, ...],
+    shifts: tuple[float, ...] = (-20, -1, 0, 1, 0.25, 5),
+) -> None:
     """Shift numbers, and replace or repeat values at any depth."""
     for _ in range(random.choice((1, 2, 10))):
         holder, key = random.choice(
             [place for place in _places(table) if isinstance(place[0][place[1]], float | int)]
         )
-        holder[key] += random.choice((-20, -1, 0, 1, 0.25, 5))
+        holder[key] += random.choice(shifts)
     for _ in range(random.choice((0, 0, 1, 1, 2))):
         holder, key = random.choice(list(_places(table)))
         if random.random() < 0.1:

@@ -11,7 +11,7 @@ from pathlib import Path
 from vidstyle.errors import VidstyleError
 from vidstyle.live.meter import LatencyMeter
 from vidstyle.live.target import LiveFrame, TargetContext
-from vidstyle.live.target_thread import CLOSE_SECONDS, TargetThread
+from vidstyle.live.target_thread import FINISH_SECONDS, TargetThread
 from vidstyle.live.targets import FileSink, file_target
 from vidstyle.media.audio import AudioChunk
 from vidstyle.media.write.writer import WriteOptions
@@ -58,7 +58,7 @@ class Recorder:
     def close(self) -> None:
         """Finish the recording and the last snapshot."""
         if self._snapshot is not None:
-            self._snapshot.join(CLOSE_SECONDS)
+            self._snapshot.join(FINISH_SECONDS)
         self._stop()
 
     def _start(self, context: TargetContext) -> bool:

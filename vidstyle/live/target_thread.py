@@ -9,7 +9,7 @@ from fractions import Fraction
 from math import floor
 from typing import Protocol
 
-from vidstyle.errors import VidstyleError, log
+from vidstyle.errors import OutputError, VidstyleError, log
 from vidstyle.live.latest import DropOldestQueue
 from vidstyle.live.target import LiveFrame, TargetContext
 from vidstyle.media.audio import AudioChunk
@@ -19,7 +19,9 @@ MIN_RETRY_SECONDS, MAX_RETRY_SECONDS = 0.25, 2.0
 STALL_SECONDS = 2.0
 """Duration of a write after which the state of a target is "stalled"."""
 CLOSE_SECONDS = 2.0
-"""Time that closing a target may take; a reader that does not read is abandoned."""
+"""Time that closing a stream may take; a reader that does not read is abandoned."""
+FINISH_SECONDS = 60.0
+"""Time that finishing a file may take, on a busy machine or a slow disk; after it the file has failed."""
 MAX_AUDIO_CHUNKS = 200
 """Chunks of sound that may wait, a few seconds."""
 
@@ -58,12 +60,15 @@ class TargetThread:
         context: TargetContext,
         reconnects: bool = False,
         capacity: int = 1,
+        finish_seconds: float | None = None,
     ) -> None:
         """Open the target and start the thread.
 
         Args:
             reconnects: whether to open the target again when it is lost.
             capacity: number of frames that may wait.
+            finish_seconds: time after which a target that is still being closed has failed; None: it is
+                abandoned after `CLOSE_SECONDS`, which is no error.
 
         Raises:
             VidstyleError: it cannot be opened.
@@ -71,7 +76,7 @@ class TargetThread:
         self.name = name
         self.delivered = self.repeated = 0
         self.error: VidstyleError | None = None
-        self._open_sink, self._reconnects = open_sink, reconnects
+        self._open_sink, self._reconnects, self._finish_seconds = open_sink, reconnects, finish_seconds
         self._meter, self._clock = context.meter, context.clock
         self._frames: DropOldestQueue[LiveFrame] = DropOldestQueue(capacity, context.clock)
         self._audio: deque[AudioChunk] = deque(maxlen=MAX_AUDIO_CHUNKS)
@@ -113,7 +118,10 @@ class TargetThread:
         """See Target."""
         self._closing.set()
         self._frames.close()
-        self._thread.join(CLOSE_SECONDS)
+        self._thread.join(self._finish_seconds or CLOSE_SECONDS)
+        if self._finish_seconds and self._thread.is_alive():
+            reason = f"was not finished within {self._finish_seconds:g} s"
+            self.error = self.error or OutputError(self.name, reason, "see its partial file")
 
     def _deliver(self, sink: Sink, frame: LiveFrame | None) -> None:
         """Write a frame; None: no frame arrived within `_timeout`."""

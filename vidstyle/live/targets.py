@@ -15,7 +15,7 @@ from vidstyle.core.picture import Picture
 from vidstyle.errors import UsageError
 from vidstyle.live.meter import LatencyMeter
 from vidstyle.live.target import LiveFrame, Target, TargetContext
-from vidstyle.live.target_thread import ConstantRateTarget, TargetThread
+from vidstyle.live.target_thread import FINISH_SECONDS, ConstantRateTarget, TargetThread
 from vidstyle.media.audio import AudioChunk
 from vidstyle.media.color_tags import default_tags
 from vidstyle.media.frame import Frame
@@ -100,7 +100,11 @@ def file_target(path: str | Path, context: TargetContext, options: WriteOptions)
     """A video file, in which every frame has the time of its capture; raises as `FileSink`."""
     options = replace(options, new_sound=context.sound)
     return TargetThread(
-        str(path), lambda: FileSink(path, context, options), context, capacity=FILE_QUEUE_FRAMES
+        str(path),
+        lambda: FileSink(path, context, options),
+        context,
+        capacity=FILE_QUEUE_FRAMES,
+        finish_seconds=FINISH_SECONDS,
     )
 
 

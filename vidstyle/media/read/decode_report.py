@@ -73,7 +73,7 @@ class DecodeReport:
             (self.lost, f"{_frames(self.lost)} could not be decoded"),
             (self.concealed, f"{_frames(self.concealed)} with errors concealed by the decoder"),
             (self.missing_seconds, f"it ends {missing:.1f} s before the {said:.1f} s in its header"),
-            (self.clock_jumps, f"its clock jumps {_times(self.clock_jumps)} (bridged)"),
+            (self.clock_jumps, f"its clock jumps {describe_count(self.clock_jumps)} (bridged)"),
             (self.broken_streams, f"no frame of {_tracks(self.broken_streams)} could be decoded"),
             (self.unmatched_packets, f"{_packets(self.unmatched_packets)} without a matching stream"),
             (self.late_streams, f"unreadable streams that start in mid-file: {self.late_streams}"),
@@ -93,7 +93,8 @@ def _packets(count: int) -> str:
     return f"{count} packet" + "s" * (count != 1)
 
 
-def _times(count: int) -> str:
+def describe_count(count: int) -> str:
+    """Return "once" or "N times"."""
     return "once" if count == 1 else f"{count} times"
 
 

@@ -13,7 +13,7 @@ from av.stream import Stream
 from vidstyle.errors import InputError, log
 from vidstyle.media.frame import DecodedFrame
 from vidstyle.media.options import ReadOptions
-from vidstyle.media.read.decode_report import DecodeReport
+from vidstyle.media.read.decode_report import DecodeReport, describe_count
 from vidstyle.media.read.file_structure.transport_stream import FilePart, RecordingPart, RecordingStream
 from vidstyle.media.read.film_source import DEFAULT_FRAME_RATE, FilmSource
 from vidstyle.media.read.open import open_media
@@ -41,7 +41,8 @@ class MultipartSource:
         self.frames = sum(part.frames or 0 for part in parts) or None
         self._starts, self._begin, self._only_keys = [Fraction(0)], 0, False
         if len(parts) > 1:
-            log.info("%s: its streams start again %d times (continued)", self.name, len(parts) - 1)
+            count = describe_count(len(parts) - 1)
+            log.info("%s: its streams start again %s (continued)", self.name, count)
 
     def seek(self, time: Fraction) -> None:
         """Continue at a key frame at or before a time in seconds, in the last part known to start there."""
