@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable
+from contextlib import nullcontext
 from pathlib import Path
 from random import Random
 
 import av
 import numpy as np
 import pytest
+import tomlkit
+from onnx_model import negative
 from PIL import Image
 
 from tools.fuzzing.arrays import VIEWS, native
 from tools.fuzzing.attempts import attempt
+from tools.fuzzing.cases import mutated
 from tools.fuzzing.commands import check
 from tools.fuzzing.film_times import TIMED, joined, with_jump
 from tools.fuzzing.formats import FAMILIES
@@ -21,6 +25,7 @@ from tools.fuzzing.frame_counts import check_frames, ffmpeg_frames
 from tools.fuzzing.kernel_caches import spoil
 from tools.fuzzing.metadata import PLACERS, profile, with_metadata
 from tools.fuzzing.originals import whole_files
+from tools.fuzzing.pages import CUE_FILE
 from tools.fuzzing.processes import BrokenPromiseError, Ended, run_apart, run_here
 from tools.fuzzing.restructure import restructured
 from tools.fuzzing.structure import shelves
@@ -160,6 +165,20 @@ def test_a_command_that_keeps_to_the_rules_is_accepted(tmp_path: Path) -> None:
     (tmp_path / "out.mkv").touch()
     check(Ended(0, [], ""), tmp_path)
     check(Ended(4, ["damaged"], ""), tmp_path)
+
+
+@pytest.mark.parametrize("kind", ["cue", "network"])
+def test_cue_files_and_networks_are_used_as_films_are(tmp_path: Path, kind: str) -> None:
+    """Both ends: what is not damaged is used, and what is damaged is refused."""
+    whole = {"cue": (".cues.toml", tomlkit.dumps(CUE_FILE).encode()), "network": (".onnx", negative())}[kind]
+    path = tmp_path / f"case{whole[0]}"
+    for number, content in enumerate((whole[1], whole[1][: len(whole[1]) // 2])):
+        path.write_bytes(content)
+        (folder := tmp_path / str(number)).mkdir()
+        with pytest.raises(VidstyleError) if number else nullcontext():
+            attempt(path, folder)
+    first, second = ([mutated(kind, 5, number, {}) for number in range(5)] for _ in range(2))
+    assert first == second and len({*first, whole}) > 4
 
 
 def test_programs_are_run_and_judged(monkeypatch: pytest.MonkeyPatch) -> None:
