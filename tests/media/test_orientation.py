@@ -71,6 +71,12 @@ def test_a_display_matrix_says_where_columns_and_rows_go(orientation):
     assert Orientation.from_matrix([a, b, 0, c, d, 0, 0, 0, 1 << 30]) == orientation
 
 
+def test_a_display_matrix_without_a_direction_turns_nothing():
+    """Of zeros, as in damaged files, and at 45 degrees."""
+    assert Orientation.from_matrix([0] * 9).is_upright
+    assert Orientation.from_matrix([1, 1, 0, -1, 1, 0, 0, 0, 1]).is_upright
+
+
 @pytest.mark.parametrize("size", [(48, 36), (16, 12), (33, 25), (64, 24)])
 @pytest.mark.parametrize("siting", [(0.0, 0.5), (0.5, 0.5), (0.0, 0.0)])
 def test_chroma_stays_on_its_luma_at_another_size(size, siting):
