@@ -32,10 +32,12 @@ def measure_pictures_once() -> Iterator[None]:
             found[key] = find_faces(color, networks, least)
         return found[key].copy()
 
-    def extract_features_once(color: np.ndarray, time: float, shape: tuple[int, int]) -> Candidate:
-        key = color.tobytes(), color.shape, time, shape
+    def extract_features_once(
+        color: np.ndarray, time: float, shape: tuple[int, int], is_photograph: bool = False
+    ) -> Candidate:
+        key = color.tobytes(), color.shape, time, (shape, is_photograph)
         if key not in measured:
-            measured[key] = extract_features(color, time, shape)
+            measured[key] = extract_features(color, time, shape, is_photograph)
         return measured[key]
 
     def file_key(film: FilmFile) -> tuple[object, ...]:

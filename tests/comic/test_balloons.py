@@ -290,6 +290,50 @@ def test_balloons_of_whole_pages_cover_no_face(seed: int) -> None:
             assert band.box.bottom <= picture.top and band.box.top >= each.rectangle.top
 
 
+def kinds_of(lines: list[Line], *faces: Box) -> list[tuple[str, bool]]:
+    """Return the kind of each bubble in a large panel with these faces, and whether it has a tail."""
+    key_frame = KeyFrame(0.0, (360, 640), 1.0, Box(0, 0, 640, 360), faces, 0)
+
+    def pages(area_scales: list[float]) -> PageLayout:
+        return lay_out([key_frame], paper("900x520", 90), area_scales=area_scales)
+
+    layout = letter_panels(pages, panel_texts([key_frame], [lines]), TextStyle(LETTERS, 16, 2))
+    return [(bubble.kind, bubble.tip is not None) for bubble in layout.panels[0].bubbles]
+
+
+def test_words_without_a_speaker_are_captions() -> None:
+    """Nobody is visible, or two faces of one size, of which either may be speaking."""
+    line, left, right = Line(0, 1, "Who is there?"), Box(200, 150, 270, 240), Box(400, 150, 470, 240)
+    assert kinds_of([line]) == [("caption", False)]
+    assert kinds_of([line], left) == [("balloon", True)]
+    assert kinds_of([line], left, right) == [("caption", False)]
+    assert kinds_of([line], left, Box(400, 150, 440, 200)) == [("balloon", True)]
+    both = [Line(0, 1, "Who is it?", speaker="1"), Line(0, 1, "Me.", speaker="2")]
+    assert kinds_of(both, left, right) == [("balloon", True)] * 2
+
+
+def test_sounds_have_no_tail() -> None:
+    face = Box(280, 150, 350, 240)
+    sound = Line(0, 1, "door slams", narrated=True, manner="sound")
+    assert kinds_of([sound], face) == [("burst", False)]
+    assert kinds_of([Line(0, 1, "Get out!", manner="shouted")]) == [("burst", False)]
+
+
+def test_text_keeps_clear_of_a_moving_subject() -> None:
+    for left in (60.0, 260.0, 460.0):
+        subject = Box(left, 20.0, left + 110, 300.0)
+        key_frame = KeyFrame(0.0, (360, 640), 1.0, subject, (), 0, subject=subject)
+
+        def pages(area_scales: list[float], key_frame: KeyFrame = key_frame) -> PageLayout:
+            return lay_out([key_frame], paper("900x520", 90), area_scales=area_scales)
+
+        words = [[Line(0, 1, "There it is."), Line(1, 2, "I can see it.")]]
+        panel = letter_panels(pages, panel_texts([key_frame], words), TextStyle(LETTERS, 16, 2)).panels[0]
+        shown = map_to_page(subject, panel.crop, panel.picture)
+        assert len(panel.bubbles) == 2
+        assert all(bubble.box.intersection(shown).area == 0 for bubble in panel.bubbles)
+
+
 def growing_pages() -> tuple[list[KeyFrame], list[list[float]], Callable[[list[float]], PageLayout]]:
     """Return six key frames, a list of the requested area scales, and a function that lays them out."""
     key_frames = random_key_frames(np.random.default_rng(3), 6)

@@ -196,3 +196,10 @@ def test_the_foot_of_a_salient_figure_is_lost_before_its_head() -> None:
     window = crop(key_frame_with(saliency=figure), 3.2)
     assert not is_inside(window, figure)
     assert window.top <= figure.top
+
+
+def test_a_moving_subject_is_whole_even_if_it_is_at_the_edge() -> None:
+    subject = Box(1500.0, 100.0, 1900.0, 1000.0)
+    key_frame = replace(key_frame_with(saliency=subject), subject=subject)
+    for aspect in (0.5, 1.0, 1.5):
+        assert is_inside(crop(key_frame, aspect), subject)

@@ -177,27 +177,27 @@ def test_a_missing_file_is_refused(tmp_path: Path) -> None:
 
 def test_lines_are_assigned_to_the_nearest_panels() -> None:
     lines = [Line(start, start + 1, f"At {start}.") for start in (0, 2, 3.5, 5, 6, 7)]
-    panels, count = assign_lines(lines, [key_frame(2.5), key_frame(5.5), key_frame(7.1)])
+    panels, lost = assign_lines(lines, [key_frame(2.5), key_frame(5.5), key_frame(7.1)])
     assert [texts(panel) for panel in panels] == [
         ["At 0.", "At 2.", "At 3.5."],
         ["At 5.", "At 6."],
         ["At 7."],
     ]
-    assert count == sum(map(len, panels))
+    assert lost == []
 
 
-def test_distant_and_excess_lines_are_omitted_and_counted() -> None:
+def test_distant_and_excess_lines_are_omitted_and_returned() -> None:
     lines = [Line(100 + number, 100.5 + number, f"Line {number}.") for number in range(2 * MAX_PANEL_LINES)]
     far = Line(100 - 2 * MAX_DISTANCE_SECONDS, 100 - 1.1 * MAX_DISTANCE_SECONDS, "Too soon.")
-    panels, count = assign_lines([far, *lines], [key_frame(100)])
+    panels, lost = assign_lines([far, *lines], [key_frame(100)])
     assert texts(panels[0]) == [f"Line {number}." for number in range(MAX_PANEL_LINES)]
-    assert count == 2 * MAX_PANEL_LINES + 1
+    assert lost == [far, *lines[MAX_PANEL_LINES:]]
     assert assign_lines([far], [key_frame(100)])[0] == [[]]
 
 
 def test_one_long_line_is_shown_whole() -> None:
-    long = "x" * (MAX_PANEL_LETTERS + 50)
-    panels, count = assign_lines([Line(1, 2, long), Line(3, 4, "y")], [key_frame(1)])
+    long = "x" * (MAX_PANEL_LETTERS + 50) + "."
+    panels, _ = assign_lines([Line(1, 2, long), Line(3, 4, "y")], [key_frame(1)])
     assert texts(panels[0]) == [long]
 
 
@@ -208,9 +208,19 @@ def test_halves_of_a_sentence_are_joined() -> None:
     assert len(assign_lines(of_two, [key_frame(1)])[0][0]) == 2
 
 
+def test_a_sentence_too_long_for_one_line_continues_after_an_ellipsis() -> None:
+    """So that no caption ends in the middle of a sentence without a sign."""
+    words = "and so we walked along the canals of the city for the whole night,"
+    lines = [Line(number, number + 0.9, words) for number in range(5)] + [Line(5, 6, "until it ended.")]
+    panels, lost = assign_lines(lines, [key_frame(0.5), key_frame(3), key_frame(5.5)])
+    shown = [line.text for panel in panels for line in panel]
+    assert lost == [] and len(shown) == 2
+    assert shown[0].endswith("…") and shown[1].startswith("…") and shown[1].endswith("ended.")
+
+
 def test_a_voice_over_a_first_picture_without_faces_belongs_to_a_narrator() -> None:
     lines = [Line(1, 2, "Here."), Line(10, 11, "There.")]
-    panels, count = assign_lines(lines, [key_frame(1, faces=()), key_frame(10, scene=1, faces=())])
+    panels, _ = assign_lines(lines, [key_frame(1, faces=()), key_frame(10, scene=1, faces=())])
     assert [panel[0].narrated for panel in panels] == [True, False]
 
 
@@ -218,7 +228,7 @@ def test_excess_lines_move_to_the_next_panel() -> None:
     """Six lines are spoken within a few seconds."""
     said = "These are words of some forty letters, no. %d."
     lines = [Line(number, number + 0.9, said % number) for number in range(6)]
-    panels, count = assign_lines(lines, [key_frame(0.5), key_frame(6.5), key_frame(13)])
+    panels, _ = assign_lines(lines, [key_frame(0.5), key_frame(6.5), key_frame(13)])
     assert texts(line for panel in panels for line in panel) == texts(lines)
     assert [len(panel) for panel in panels] == [3, 2, 1]
     few, _ = assign_lines(lines[:2], [key_frame(0.5), key_frame(6.5)])
@@ -235,10 +245,10 @@ def test_lines_are_never_out_of_order_nor_crowded(seeds: range) -> None:
             for number, start in enumerate(starts)
         ]
         key_frames = [key_frame(time) for time in np.sort(random.uniform(0, 60, int(random.integers(1, 12))))]
-        panels, count = assign_lines(lines, key_frames)
+        panels, lost = assign_lines(lines, key_frames)
         shown = [line for panel in panels for line in panel]
         assert [line.start for line in shown] == sorted(line.start for line in shown)
-        assert len(shown) <= count == 40
+        assert len(shown) + len(lost) == 40
         for panel, each in zip(panels, key_frames, strict=True):
             assert len(panel) <= MAX_PANEL_LINES
             assert len(panel) < 2 or sum(len(line.text) for line in panel) <= MAX_PANEL_LETTERS
@@ -293,8 +303,8 @@ def test_no_word_is_lost_and_no_sentence_cut(habit: str, tmp_path: Path) -> None
         file += f"{start} --> {end}\n{said.replace('...', '') + '.' if ends else said}\n\n"
     lines = read(tmp_path, file, f"words.{kind}")
     key_frames = [key_frame(time) for time in np.arange(0, 2 * len(parts), 3.0)]
-    panels, count = assign_lines(lines, key_frames)
-    assert sum(map(len, panels)) == count
+    panels, lost = assign_lines(lines, key_frames)
+    assert lost == []
     shown = [" ".join(texts(panel)).replace("...", "") for panel in panels]
     for words in sentences:
         assert all(any(word in panel.replace(".", "").split() for panel in shown) for word in words)

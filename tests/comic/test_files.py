@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
 from xml.etree import ElementTree
-from zipfile import ZipFile
+from zipfile import ZIP_STORED, ZipFile
 
 import cv2
 import numpy as np
@@ -39,7 +39,8 @@ from vidstyle.style.resolve import resolve
 WORDS = (
     "1\n00:00:00,000 --> 00:00:00,900\nHello <b>you</b> & me.\n\n2\n00:00:01,100 --> 00:00:01,900\n[knocks]\n"
 )
-SUFFIXES = "png jpg jpeg svg pdf cbz html".split()
+NAMES = "{urn:oasis:names:tc:opendocument:xmlns:container}"
+SUFFIXES = "png jpg jpeg svg pdf cbz epub html".split()
 
 
 @pytest.fixture(autouse=True)
@@ -121,9 +122,37 @@ def pages_in(files: Sequence[Path]) -> list[tuple[int, int]]:
                 root = ElementTree.fromstring(archive.read(info))
                 info_texts = [root.findtext(name) for name in ("Title", "PageCount", "Manga")]
                 assert info_texts == ['A & "B"', str(len(found)), "No"]
+        elif file.suffix == ".epub":
+            found += pages_in_epub(content)
         else:
             found += [tuple(map(int, each.attrib["viewBox"].split()[2:])) for each in drawings(content)]  # type: ignore[misc]
     return found
+
+
+def pages_in_epub(content: bytes) -> list[tuple[int, int]]:
+    """Return the sizes of the pages in the order of reading, by following the references as readers do."""
+    package, pages = "{http://www.idpf.org/2007/opf}", list[tuple[int, int]]()
+    with ZipFile(BytesIO(content)) as archive:
+        first = archive.infolist()[0]
+        assert (first.filename, first.compress_type, archive.read(first)) == (
+            *("mimetype", ZIP_STORED, b"application/epub+zip"),
+        )
+        container = ElementTree.fromstring(archive.read("META-INF/container.xml"))
+        root = ElementTree.fromstring(
+            archive.read(next(container.iter(f"{NAMES}rootfile")).attrib["full-path"])
+        )
+        items = {each.attrib["id"]: each.attrib for each in root.iter(f"{package}item")}
+        assert {each["href"] for each in items.values()} | {
+            "mimetype",
+            "META-INF/container.xml",
+            "comic.opf",
+        } == {*archive.namelist()}
+        for reference in root.iter(f"{package}itemref"):
+            page = ElementTree.fromstring(archive.read(items[reference.attrib["idref"]]["href"]))
+            (picture,) = page.iter("{http://www.w3.org/1999/xhtml}img")
+            assert "Is this" not in picture.attrib["alt"] and "0:01.0: <b>" in picture.attrib["alt"]
+            pages.append(Image.open(BytesIO(archive.read(picture.attrib["src"]))).size)
+    return pages
 
 
 def drawings(content: bytes) -> list[ElementTree.Element]:
@@ -162,7 +191,7 @@ def test_a_balloon_is_white_with_ink_and_the_picture_is_around_it() -> None:
     assert drawn[10, 100].max() == 0 and drawn[5, 100].min() == 255
 
 
-@pytest.mark.parametrize("ending", ["jpg", "cbz", "pdf", "png", "svg", "html"])
+@pytest.mark.parametrize("ending", ["jpg", "cbz", "epub", "pdf", "png", "svg", "html"])
 def test_pages_full_of_noise_are_written(ending: str, tmp_path: Path) -> None:
     """Noise needs more bytes than photographs."""
     color = np.random.default_rng(1).choice(np.array([0, 255], np.uint8), (700, 700, 3))
@@ -170,6 +199,12 @@ def test_pages_full_of_noise_are_written(ending: str, tmp_path: Path) -> None:
     dots = Sheet(700, 700, 150, Letters(), [RenderedPanel(whole, whole, color)])
     (file,) = Output(tmp_path / f"dots.{ending}", "film.mp4", False).write([dots], 1, "")
     assert file.stat().st_size > 100_000
+
+
+def test_pdf_pages_have_the_resolution_of_print(tmp_path: Path) -> None:
+    """Halftone dots at the resolution of a screen form a second screen in print."""
+    for name, dpi in (("page.pdf", 300), ("page.PDF", 300), ("page.png", 150), ("page.cbz", 150)):
+        assert Output(tmp_path / name, "film.mp4", False).dpi == dpi
 
 
 def test_names_with_a_pattern_are_numbered(tmp_path: Path) -> None:
@@ -325,6 +360,40 @@ def test_subtitles_in_the_film_are_used_by_default(name: str, tmp_path: Path) ->
     assert counts[0] > counts[1] == 0
 
 
+def test_every_subtitle_is_placed_or_reported_with_its_time(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """More panels are added for many words; a requested number of panels is kept, and the rest reported."""
+    film = write_film(tmp_path / "film.mp4", story(3, 50))
+    texts = [f"These are the words number {number} of this film." for number in range(12)]
+    (tmp_path / "words.srt").write_text(
+        "".join(
+            f"00:00:0{number / 2:.3f} --> 00:00:0{number / 2 + 0.4:.3f}\n{text}\n\n"
+            for number, text in enumerate(texts)
+        )
+    )
+    arguments = ["--subtitles", tmp_path / "words.srt", "--style", "plain"]
+    assert 0 == run(film, tmp_path / "page.html", *arguments)
+    svg = "{http://www.w3.org/2000/svg}"
+    roots = drawings((tmp_path / "page.html").read_bytes())
+    found = " ".join(text for root in roots for each in root.iter(f"{svg}text") for text in each.itertext())
+    shown = " ".join(found.lower().split())
+    assert [number for number in range(12) if f"number {number} of" not in shown] == []
+    assert "not shown" not in capsys.readouterr().err
+    assert 0 == run(film, tmp_path / "page.png", *arguments, "--panels", 1, "--size", "a5")
+    said = capsys.readouterr().err
+    omitted = said.partition("not shown, at ")[2].partition(";")[0].split(", ")
+    assert 9 <= len(omitted) <= 12 and set(omitted) <= {f"0:{number / 2:04.1f}" for number in range(12)}
+
+
+def test_a_film_of_one_second_says_why_it_gets_one_panel(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    film = write_film(tmp_path / "film.mp4", shot(PLACES[0], 25))
+    assert 0 == run(film, tmp_path / "page.png", "--style", "plain", "--size", "a5")
+    assert "one panel: the film has 1.0 s" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "line"),
     [
@@ -332,7 +401,7 @@ def test_subtitles_in_the_film_are_used_by_default(name: str, tmp_path: Path) ->
         (["empty", "a.png"], 3, "empty holds no pictures"),
         (["-", "a.png"], 2, "standard input can be read only once; save the film to a file"),
         (["words.srt", "a.bmp"], 2, "a.bmp cannot be a comic page; end its name in .png, .jpg, .jpeg, .pdf, "
-         ".cbz, .svg or .html"),
+         ".cbz, .epub, .svg or .html"),
         (["words.srt", "kept.png"], 2, "kept.png already exists; add -y to overwrite it, or choose another "
          "name"),
         (["none.mp4", "a.png", "--subtitles", "none.srt"], 3, "none.srt cannot be read: No such file"),

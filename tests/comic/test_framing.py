@@ -47,14 +47,15 @@ def test_repeats_are_removed() -> None:
     assert remove_repeats([seen, near, seen, forced]) == [seen, near, seen, forced]
 
 
-def test_a_film_of_one_picture_is_shown_in_details() -> None:
-    """The details do not overlap; there are none if the film has a face or other pictures."""
+def test_a_film_of_one_picture_is_shown_with_a_detail() -> None:
+    """There is none if the film is small, or has a face or other pictures."""
     picture = photograph("coffee")
     one = extract_features(picture, 0, picture.shape[:2])
     whole, *details = add_details([one, one])
-    assert [each.framing for each in (whole, *details)] == ["wide", "near", "near"]
-    left, right = (each.saliency for each in details)
-    assert left.intersection(right).area == 0 < left.area < 0.25 * np.prod(picture.shape[:2])
+    assert [each.framing for each in (whole, *details)] == ["wide", "near"]
+    assert 0 < details[0].saliency.area < 0.25 * np.prod(picture.shape[:2])
+    small = extract_features(picture, 0, (240, 320))
+    assert [each.framing for each in add_details([small, small])] == ["wide"]
     faced = replace(one, faces=(Box(0.0, 0.0, 99.0, 99.0),))
     other = extract_features(photograph("astronaut"), 1, (512, 512))
     for kept in ([faced], [one, other], [one, one, one]):

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import pytest
 
-from vidstyle.comic.layout.paper import PAPER_SIZES_MM, paper
+from vidstyle.comic.key_frame import KeyFrame
+from vidstyle.comic.layout.fit import MIN_SOURCE_DPI, center_panels, fit_paper
+from vidstyle.comic.layout.layout import PageLayout, lay_out
+from vidstyle.comic.layout.paper import PAPER_SIZES_MM, Paper, paper
 from vidstyle.errors import UsageError
+from vidstyle.regions.boxes import Box
 
 
 @pytest.mark.parametrize("name", PAPER_SIZES_MM)
@@ -68,3 +74,56 @@ def test_impossible_paper_is_refused(arguments: dict, subject: str, reason: str)
 def test_a_border_can_be_absent_but_never_invisible() -> None:
     assert paper("a4", 30, border=0).border == 0
     assert paper("a4", 30, border=0.5).border == 1
+
+
+def key_frames_of(count: int, width: int, height: int) -> list[KeyFrame]:
+    whole = Box(0.0, 0.0, float(width), float(height))
+    return [KeyFrame(float(number), (height, width), 0.5, whole, (), number) for number in range(count)]
+
+
+def pages_of(key_frames: Sequence[KeyFrame], page: Paper) -> PageLayout:
+    fitted = fit_paper(page, key_frames, [1.0] * len(key_frames))
+    return center_panels(lay_out(key_frames, fitted), fitted, page)
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_a_small_film_gets_small_panels_in_the_middle_of_the_page(count: int) -> None:
+    page = paper()
+    layout = pages_of(key_frames_of(count, 320, 240), page)
+    assert layout.sizes == ((page.width, page.height),)
+    for panel in layout.panels:
+        assert panel.rectangle.width <= 320 * page.dpi / MIN_SOURCE_DPI + 1
+        assert panel.crop.width > 300  # nearly the whole picture
+    left, right = (pick(each) for pick, each in (
+        (min, [panel.rectangle.left for panel in layout.panels]),
+        (max, [panel.rectangle.right for panel in layout.panels]),
+    ))  # fmt: skip
+    assert abs(left - (page.width - right)) <= 2
+
+
+def test_a_single_large_picture_has_its_own_shape() -> None:
+    (panel,) = pages_of(key_frames_of(1, 1920, 1080), paper()).panels
+    assert panel.rectangle.width == paper().inside.width
+    assert panel.rectangle.aspect == pytest.approx(16 / 9, rel=0.05)
+
+
+def test_many_large_pictures_fill_the_page() -> None:
+    page = paper()
+    for key_frames in (key_frames_of(3, 1920, 1080), key_frames_of(6, 640, 480)):
+        assert fit_paper(page, key_frames, [1.0] * len(key_frames)) == page
+
+
+def test_panels_grow_for_their_text() -> None:
+    key_frames = key_frames_of(1, 320, 240)
+    usual, roomy = (fit_paper(paper(), key_frames, [scale]) for scale in (1.0, 1.6))
+    assert roomy.inside.area > 1.3 * usual.inside.area
+
+
+@pytest.mark.parametrize(("width", "height"), [(1, 1), (2, 4000), (4000, 2), (16, 16)])
+def test_extreme_pictures_get_a_panel(width: int, height: int) -> None:
+    (panel,) = pages_of(key_frames_of(1, width, height), paper()).panels
+    assert panel.rectangle.width > 100 and panel.rectangle.height > 100
+
+
+def test_strips_are_unchanged() -> None:
+    assert fit_paper(paper("strip"), key_frames_of(1, 32, 24), [1.0]) == paper("strip")

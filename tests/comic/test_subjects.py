@@ -249,3 +249,4 @@ def test_letterbox_bars_are_removed(tmp_path: Path) -> None:
     night[:40] = 0
     assert content_area(night) == (slice(0, 144), slice(0, 256))
     assert content_area(np.zeros_like(night)) == (slice(0, 144), slice(0, 256))
+    assert content_area(night, is_photograph=True) == (slice(41, 144), slice(0, 256))

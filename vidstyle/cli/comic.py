@@ -12,7 +12,7 @@ from vidstyle.cli.parsing.cue_options import cues_option
 from vidstyle.cli.parsing.path_arguments import PATH, PATH_TEXT, parents_option, path_arguments
 from vidstyle.cli.terminal.display import display, progress_option
 from vidstyle.cli.terminal.reporting import reporting_options, say
-from vidstyle.comic.layout.paper import DEFAULT_DPI, LayoutKind
+from vidstyle.comic.layout.paper import DEFAULT_DPI, PRINT_DPI, LayoutKind
 from vidstyle.cues.style_change import StyleChange
 from vidstyle.cues.times import parse_seconds
 from vidstyle.errors import UsageError, counted, log, printable
@@ -74,7 +74,8 @@ SPANS = Parsed("T-T,T-T", parse_spans)
         help="a4, a5, a3, letter, square, strip, webtoon, 1200x1800 or 210x297mm.  "
              "[default: a4; strip for .html]")  # fmt: skip
 @option("--landscape", is_flag=True, group=Group.PAGE_LAYOUT, help="Landscape orientation, for named sizes.")
-@option("--dpi", type=number(), default=DEFAULT_DPI, group=Group.PAGE_LAYOUT, help="Pixels per inch.")
+@option("--dpi", type=number(), group=Group.PAGE_LAYOUT,
+        help=f"Pixels per inch.  [default: {DEFAULT_DPI}; {PRINT_DPI} for .pdf]")  # fmt: skip
 @option("--pages", type=number(1, whole=True), group=Group.PAGE_LAYOUT,
         help="Number of pages.  [default: automatic]")  # fmt: skip
 @option("--bleed", "bleeding", is_flag=True, group=Group.PAGE_LAYOUT,
@@ -113,7 +114,8 @@ SPANS = Parsed("T-T,T-T", parse_spans)
 def comic(source: str, target: str, styles: str | None, progress: str, **options: Any) -> int:
     """Make comic pages from INPUT: a film, a folder of pictures, or a file written by --save.
 
-    OUTPUT ends in .png, .jpg or .svg (several pages become NAME-1.png and so on), .pdf, .cbz or .html.
+    OUTPUT ends in .png, .jpg or .svg (several pages become NAME-1.png and so on), .pdf, .cbz,
+    .epub or .html.
     """
     from vidstyle.comic.make import ComicOptions, make_comic
     from vidstyle.comic.select.key_frames import KeyFrameOptions
@@ -135,7 +137,7 @@ def comic(source: str, target: str, styles: str | None, progress: str, **options
     facts = {"files": [*map(str, made.files)], "panels": len(made.key_frames), "pages": made.pages}
     if damage := made.damage.report():
         say(f"{printable(source)}: {damage}")
-    say(text, facts | {"damage": damage})
+    say(text, facts | {"damage": damage, "omitted": [*made.omitted]})
     return DAMAGED_EXIT_CODE if made.damage.is_significant else 0
 
 

@@ -32,6 +32,7 @@ class KeyFrame:
         framing: whether the panel shows a wide view or a close-up, if key frames look alike.
         mouths: positions of the mouths of those faces for which they are known.
         light: mean luma of the picture, 0..1.
+        subject: box of what moves in the picture, if it is known.
     """
 
     time: float
@@ -45,6 +46,7 @@ class KeyFrame:
     framing: Framing = "usual"
     mouths: Mapping[Box, Point] = field(default_factory=dict)
     light: float = 0.5
+    subject: Box | None = None
 
     def mouth(self, face: Box) -> Point:
         """Return the mouth of a face: its detected position, or else its usual one."""

@@ -6,16 +6,18 @@ from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field, fields, replace
 from functools import partial
+from itertools import chain
 from pathlib import Path
 
 from vidstyle.comic.analyze.film import open_film
 from vidstyle.comic.analyze.key_frame_source import Film
 from vidstyle.comic.analyze.saliency import attention_map, box_attention
 from vidstyle.comic.key_frame import KeyFrame
+from vidstyle.comic.layout.fit import center_panels, fit_paper
 from vidstyle.comic.layout.inset import find_insets
 from vidstyle.comic.layout.layout import PageLayout, default_pages, lay_out
-from vidstyle.comic.layout.paper import BORDER_POINTS, DEFAULT_DPI, LayoutKind, paper
-from vidstyle.comic.layout.storyboard import contact_sheet, time_labels
+from vidstyle.comic.layout.paper import BORDER_POINTS, LayoutKind, paper
+from vidstyle.comic.layout.storyboard import contact_sheet, format_timecode, time_labels
 from vidstyle.comic.lettering.characters import control_character
 from vidstyle.comic.lettering.dialogue import assign_lines, count_panels
 from vidstyle.comic.lettering.fonts import Letters, check_pillow, choose_letters, letter_size
@@ -30,7 +32,7 @@ from vidstyle.comic.panel_styles import PanelStyles
 from vidstyle.comic.select.key_frames import KeyFrameOptions, find_key_frames
 from vidstyle.cues.cue_list import CueList
 from vidstyle.cues.style_change import StyleChange
-from vidstyle.errors import UsageError, log, printable, text_of_name
+from vidstyle.errors import UsageError, counted, log, printable, text_of_name
 from vidstyle.media.read.decode_report import DecodeReport
 from vidstyle.media.write.atomic import atomic_file
 from vidstyle.pipeline.progress import ProgressCallback, ignore_progress
@@ -40,6 +42,8 @@ from vidstyle.style import PLAIN, load_style
 
 PAGE_FILE_SUFFIX = ".toml"
 """Suffix of an editable comic."""
+_MAX_WORD_ROUNDS, _LINES_PER_NEW_PANEL = 3, 2
+"""Number of times that panels are added for words without room, and number of lines per new panel."""
 _NO_FACES_NOTICE = "face detection is off: pip install 'vidstyle[comic]', or add --face-model FILE"
 
 
@@ -52,12 +56,14 @@ class Comic:
         key_frames: the key frames shown.
         pages: number of pages.
         damage: the damage found in the film.
+        omitted: start times in seconds of the subtitles that no panel shows.
     """
 
     files: list[Path]
     key_frames: list[KeyFrame]
     pages: int
     damage: DecodeReport
+    omitted: tuple[float, ...] = ()
 
 
 def make_comic(
@@ -70,7 +76,8 @@ def make_comic(
 
     Args:
         source: the film, the numbered pictures, the folder, or a page file.
-        target: .png, .jpg or .svg (several pages: name-1.png, or numbered by %02d), .pdf, .cbz or .html.
+        target: .png, .jpg or .svg (several pages: name-1.png, or numbered by %02d), .pdf, .cbz, .epub
+            or .html.
         options: see `ComicOptions`.
         on_step: called with the name of a step and its progress.
 
@@ -94,7 +101,8 @@ class _Job:
         self._output = Output(target, source, options.overwrite)
         size = options.size or ("strip" if self._output.is_strip else "a4")
         border = 0 if options.storyboard else BORDER_POINTS
-        self._paper = paper(size, options.dpi, landscape=options.landscape, border=border)
+        dpi = self._output.dpi if options.dpi is None else options.dpi
+        self._paper = paper(size, dpi, landscape=options.landscape, border=border)
         self._output.check_pages([(self._paper.width, self._paper.height)])
         default_style = PLAIN if options.storyboard else "comic"
         self._style_names = options.styles or (default_style,)
@@ -111,6 +119,7 @@ class _Job:
         self._size = letter_size(self._paper)
         self._title: Label | None = None
         self._title_height = 0
+        self._omitted: list[Line] = []
         self._lines: list[Line] | None = None
         if options.subtitles is not None:
             self._lines = [] if options.subtitles == "none" else read_lines_of_file(Path(options.subtitles))
@@ -125,11 +134,53 @@ class _Job:
             if lines and not faces.has_model:
                 log.info(_NO_FACES_NOTICE)
             self._choose_font(lines)
-            spoken = tuple((line.start, line.end) for line in lines if not line.narrated)
-            options = replace(self._options.key_frames, min_panels=count_panels(lines), spoken=spoken)
-            key_frames = find_key_frames(film, options, self._step)
-            self._step("laying out", 0, 0)
-            return self._draw(self._plan(film, key_frames, lines), film)
+            plan = self._plan_with_words(film, lines)
+            self._report_single(plan, film)
+            self._report_omitted()
+            self._report_lacking()
+            return self._draw(plan, film)
+
+    def _plan_with_words(self, film: Film, lines: Sequence[Line]) -> PagePlan:
+        """Plan the comic; words that have no room get more panels, as far as that helps."""
+        spoken = tuple((line.start, line.end) for line in lines if not line.narrated)
+        options = replace(self._options.key_frames, min_panels=count_panels(lines), spoken=spoken)
+        plan = self._plan(film, find_key_frames(film, options, self._step), lines)
+        for _ in range(_MAX_WORD_ROUNDS if options.panels is None else 0):
+            if not self._omitted:
+                break
+            times = [line.start for line in self._omitted[::_LINES_PER_NEW_PANEL]]
+            options = replace(options, words=(*options.words, *times))
+            omitted, key_frames = self._omitted, find_key_frames(film, options, self._step)
+            tried = self._plan(film, key_frames, lines)
+            if len(self._omitted) >= len(omitted):
+                self._omitted = omitted
+                break
+            plan = tried
+        return plan
+
+    def _report_single(self, plan: PagePlan, film: Film) -> None:
+        """Explain why a film gets a single panel."""
+        survey, is_free = film.survey(), self._options.key_frames.panels is None
+        if is_free and len(plan.key_frames) == 1 and not survey.is_folder:
+            reason = f"the film has {survey.seconds:.1f} s, without a second picture that differs"
+            log.info("one panel: %s; give --panels for more", reason)
+
+    def _report_omitted(self) -> None:
+        """Report each subtitle that no panel shows, with its time."""
+        if not self._omitted:
+            return
+        times = ", ".join(format_timecode(line.start) for line in self._omitted)
+        verb = "is" if len(self._omitted) == 1 else "are"
+        remedy = "increase --panels to show more of them"
+        log.warning(
+            "%s %s not shown, at %s; %s", counted(len(self._omitted), "subtitle"), verb, times, remedy
+        )
+
+    def _report_lacking(self) -> None:
+        """Report the letters that the font does not have."""
+        if self._letters.lacking:
+            lacking = " ".join(self._letters.lacking)
+            log.warning("the font %s has no %s; give another one with --font", self._letters.family, lacking)
 
     def _draw(self, plan: PagePlan, film: Film) -> Comic:
         self._output.check_pages(plan.layout.sizes)
@@ -146,7 +197,8 @@ class _Job:
         ):
             sheets = draw_pages(plan, film, renderer, frames, partial(self._step, "drawing"))
             files = self._output.write(sheets, pages, self._options.title, edited)
-        return Comic(files, key_frames, pages, film.damage)
+        omitted = tuple(line.start for line in self._omitted)
+        return Comic(files, key_frames, pages, film.damage, omitted)
 
     def _page_file(self, plan: PagePlan, target: Path) -> str:
         """Return the comic as a file to edit next to `target`; empty if a style has no name."""
@@ -183,6 +235,7 @@ class _Job:
             self._title, self._title_height = make_title(title, self._paper, self._size, self._letters)
 
     def _plan(self, film: Film, key_frames: Sequence[KeyFrame], lines: Sequence[Line]) -> PagePlan:
+        self._step("laying out", 0, 0)
         if self._options.storyboard:
             layout = contact_sheet(key_frames, self._paper, self._size, self._title_height)
             labels = time_labels(layout, key_frames, self._size)
@@ -191,9 +244,6 @@ class _Job:
             labels = page_numbers(layout, self._paper, self._size)
         if self._title:
             labels[0].append(self._title)
-        if self._letters.lacking:
-            lacking = " ".join(self._letters.lacking)
-            log.warning("the font %s has no %s; give another one with --font", self._letters.family, lacking)
         return PagePlan(key_frames, layout, labels, self._letters, self._paper.dpi, self._right_to_left)
 
     def _dialogue_lines(self) -> list[Line]:
@@ -204,7 +254,7 @@ class _Job:
         return read_lines_of_film(self._source) if Path(self._source).is_file() else []
 
     def _comic_pages(self, film: Film, key_frames: Sequence[KeyFrame], lines: Sequence[Line]) -> PageLayout:
-        spoken, count = assign_lines(lines, key_frames)
+        spoken, lost = assign_lines(lines, key_frames)
         border, safe = self._paper.border, self._paper.safe
         style = TextStyle(self._letters, self._size, border, self._right_to_left, safe)
         shown = list(zip(key_frames, spoken, strict=True))
@@ -218,8 +268,8 @@ class _Job:
         texts = list(map(PanelText, key_frames, spoken, attention))
         insets = find_insets(key_frames, list(map(bool, spoken)))
         layout = letter_panels(partial(self._layout, key_frames, insets), texts, style)
-        if lost := count - sum(len(panel.bubbles) for panel in layout.panels):
-            log.info("%d of %d subtitles do not fit; increase --panels to show more of them", lost, count)
+        unfit = (spoken[each.key_frame][len(each.bubbles) :] for each in layout.panels)
+        self._omitted = sorted([*lost, *chain.from_iterable(unfit)], key=lambda line: line.start)
         return layout
 
     def _layout(
@@ -227,8 +277,11 @@ class _Job:
     ) -> PageLayout:
         options = self._options
         pages = options.pages or default_pages(len(key_frames))
+        sheet = shrink_paper(self._paper, self._title_height, pages)
+        is_fitted = pages == 1 and options.layout not in ("grid", "manga") and not options.bleeding
+        fitted = fit_paper(sheet, key_frames, area_scales) if is_fitted else sheet
         layout = lay_out(
-            *(key_frames, shrink_paper(self._paper, self._title_height, pages)),
+            *(key_frames, fitted),
             pages=options.pages,
             seed=options.seed,
             right_to_left=self._right_to_left,
@@ -237,6 +290,7 @@ class _Job:
             area_scales=area_scales,
             insets=insets,
         )
+        layout = center_panels(layout, fitted, sheet)
         return (
             move_below_title(layout, key_frames, self._paper, self._title_height)
             if self._title_height
@@ -254,7 +308,7 @@ class ComicOptions:
         by: where the next of the styles follows; None: with each panel.
         cues: styles over time, for the times of the panels; None: `styles`.
         size: paper size, see `paper`; None: A4, or a strip for .html.
-        dpi: pixels per inch.
+        dpi: pixels per inch; None: 300 for .pdf, else 150.
         landscape: landscape orientation for a named paper size.
         pages: number of pages; None: depends on the panels.
         seed: random seed for layout variations.
@@ -279,7 +333,7 @@ class ComicOptions:
     by: StyleChange | None = None
     cues: CueList | None = None
     size: str | None = None
-    dpi: float = DEFAULT_DPI
+    dpi: float | None = None
     landscape: bool = False
     pages: int | None = None
     seed: int = 0

@@ -32,6 +32,7 @@ class DecodedFrame:
         pts, duration: in the time base of the source; `duration` is None if unknown.
         key: whether it is a key frame, at which decoding can start.
         repeated: whether it replaces a frame that could not be decoded.
+        damaged: whether it may show damage, see `FilmSampler`; readers leave it False.
     """
 
     native: av.VideoFrame
@@ -39,6 +40,7 @@ class DecodedFrame:
     duration: int | None = None
     key: bool = False
     repeated: bool = False
+    damaged: bool = False
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
+from vidstyle.comic.analyze.defects import Blockiness, is_test_picture
 from vidstyle.comic.analyze.saliency import find_blobs, saliency_map, salient_box
 from vidstyle.comic.analyze.similarity import make_thumbnail
 from vidstyle.comic.key_frame import KeyFrame
@@ -92,7 +93,12 @@ class Candidate(KeyFrame):
         motion: see `ShotFinder.push`; 0 if only key frames were decoded.
         action: the moving subject in front of a still camera; None if the camera moves, or nothing does.
         in_transition: whether it shows a blend of two shots, or a fade.
-        damaged: whether it was decoded incompletely.
+        damaged: whether it shows errors of decoding.
+        blurred: whether it is blurred by motion, compared with the film.
+        combed: whether it mixes two interlaced fields.
+        test_picture: whether it shows the bars of a test picture.
+        blockiness: see `measure_blockiness`.
+        key_run: the number of key frames up to it; frames of one run are predicted from each other.
         forced: whether it was requested by its time.
         small: a small copy without letterbox bars, as long as subjects may still be detected in it.
     """
@@ -107,8 +113,23 @@ class Candidate(KeyFrame):
     action: Foreground | None = None
     in_transition: bool = False
     damaged: bool = False
+    blurred: bool = False
+    combed: bool = False
+    test_picture: bool = False
+    blockiness: Blockiness = Blockiness()
+    key_run: int = 0
     forced: bool = False
     small: np.ndarray | None = None
+
+    @property
+    def is_flawed(self) -> bool:
+        """Whether no panel may show it."""
+        return (
+            (self.blank or self.test_picture or self.in_transition)
+            or self.damaged
+            or self.blurred
+            or self.combed
+        )
 
 
 @dataclass(frozen=True)
@@ -128,15 +149,18 @@ class Survey:
     is_folder: bool = False
 
 
-def extract_features(color: np.ndarray, time: float, shape: tuple[int, int]) -> Candidate:
+def extract_features(
+    color: np.ndarray, time: float, shape: tuple[int, int], is_photograph: bool = False
+) -> Candidate:
     """Measure the features of a single picture, independent of its neighbours and without subjects.
 
     Args:
         color: a small copy, H x W x 3 uint8.
         time: in seconds.
         shape: height and width of the whole picture.
+        is_photograph: whether its black borders may have different widths.
     """
-    rows, columns = content_area(color)
+    rows, columns = content_area(color, is_photograph)
     factor = shape[1] / color.shape[1]
     left, top = round(columns.start * factor), round(rows.start * factor)
     inner = round(rows.stop * factor) - top, round(columns.stop * factor) - left
@@ -153,6 +177,7 @@ def extract_features(color: np.ndarray, time: float, shape: tuple[int, int]) -> 
         sharpness=measure_sharpness(luma),
         clarity=measure_exposure(luma) * measure_forms(color),
         blank=is_blank(luma),
+        test_picture=is_test_picture(color),
         light=float(luma.mean()) / 255,
         damaged=is_smeared(luma),
         thumbnail=make_thumbnail(color),
@@ -246,15 +271,18 @@ def add_saliency(candidate: Candidate) -> Candidate:
     factor = candidate.shape[1] / color.shape[1]
     blobs = find_blobs(color)
     faces = [face.scaled(1 / factor) for face in candidate.faces]
-    if candidate.action and not candidate.action.is_gone:
-        saliency = candidate.action.box.scaled(1 / factor)
+    subject = candidate.action.box if candidate.action and not candidate.action.is_gone else None
+    if subject is not None:
+        saliency = subject.scaled(1 / factor)
         blobs = [blob for blob in blobs if blob.intersection(saliency).area > 0]
     else:
         saliency = salient_box(saliency_map(color, faces))
     for blob in blobs:
         saliency = saliency.union(blob)
     scaled = tuple(blob.scaled(factor) for blob in blobs)
-    return replace(candidate, saliency=saliency.scaled(factor), blobs=scaled, small=None)
+    if subject is not None:
+        subject = saliency.scaled(factor)
+    return replace(candidate, saliency=saliency.scaled(factor), blobs=scaled, subject=subject, small=None)
 
 
 def measure_sharpness(luma: np.ndarray) -> float:
@@ -340,26 +368,27 @@ def eye_contrast(luma: np.ndarray, face: Box) -> float:
     return float(np.abs(np.diff(band, axis=0)).mean()) / 255
 
 
-def content_area(color: np.ndarray) -> tuple[slice, slice]:
-    """Return the rows and columns of a picture inside its letterbox bars; all of them if there are no bars.
+def content_area(color: np.ndarray, is_photograph: bool = False) -> tuple[slice, slice]:
+    """Return the rows and columns of a picture inside its black bars; all of them if there are no bars.
 
-    `color` is H x W x 3 uint8.
+    Args:
+        color: H x W x 3 uint8.
+        is_photograph: whether each side may have its own bar. The bars of a film are equal at opposite sides,
+            and a dark side is not one.
     """
     red, green, blue = cv2.split(color)
     luma = cv2.max(cv2.max(red, green), blue)
-    return _find_content_span(luma, 1), _find_content_span(luma, 0)
+    return _find_content_span(luma, 1, is_photograph), _find_content_span(luma, 0, is_photograph)
 
 
-def _find_content_span(luma: np.ndarray, axis: int) -> slice:
+def _find_content_span(luma: np.ndarray, axis: int, is_photograph: bool) -> slice:
     brightest, darkest = (
         cv2.reduce(luma, axis, kind).ravel().astype(int) for kind in (cv2.REDUCE_MAX, cv2.REDUCE_MIN)
     )
     shown = np.flatnonzero((brightest > _MAX_BAR_LEVEL) | (brightest - darkest > _MAX_BAR_RANGE))
     count = len(brightest)
-    bar = min(int(shown[0]), count - 1 - int(shown[-1])) if len(shown) else 0
+    bars = (int(shown[0]), count - 1 - int(shown[-1])) if len(shown) else (0, 0)
+    bars = bars if is_photograph else (min(bars),) * 2
     # One more line, as scaling has mixed bar and picture there.
-    return (
-        slice(bar + 1, count - bar - 1)
-        if _MIN_BAR_SHARE * count <= bar <= _MAX_BAR_SHARE * count
-        else slice(0, count)
-    )
+    first, last = (bar + 1 if _MIN_BAR_SHARE * count <= bar <= _MAX_BAR_SHARE * count else 0 for bar in bars)
+    return slice(first, count - last)

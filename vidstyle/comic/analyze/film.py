@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from bisect import bisect_right
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import replace
 from fractions import Fraction
@@ -15,6 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from vidstyle.comic.analyze.action import add_actions
+from vidstyle.comic.analyze.defect_limits import DefectLimits, damaged_spans, spread_damage
+from vidstyle.comic.analyze.defects import is_combed, measure_blockiness
 from vidstyle.comic.analyze.features import (
     MEASURED_SIDE_PX,
     Candidate,
@@ -25,13 +27,14 @@ from vidstyle.comic.analyze.features import (
 from vidstyle.comic.analyze.key_frame_source import STEP_NAME, Film
 from vidstyle.comic.analyze.picture_folder import PictureFolder
 from vidstyle.comic.analyze.shots import KeyShots, ShotFinder
+from vidstyle.comic.analyze.subject_motion import SubjectMotion, add_moving_subjects
 from vidstyle.comic.select.choose import default_panels
 from vidstyle.core.convert import to_rgb
 from vidstyle.core.machine.cores import available_cores
 from vidstyle.core.sampling import small_luma
 from vidstyle.errors import InputError, UsageError
 from vidstyle.media.read.sampler import FilmSampler, SampledFrame, exact_time
-from vidstyle.pipeline.progress import ProgressCallback, ignore_progress
+from vidstyle.pipeline.progress import ProgressCallback
 from vidstyle.regions.faces import FaceFinder
 
 # How much of a film is decoded.
@@ -71,12 +74,14 @@ class FilmFile(Film):
         self.name = str(source)
         self._sampler = FilmSampler(source)
         self._search_seconds = _SEARCH_SECONDS
+        self._limits: DefectLimits | None = None
+        self._damaged_spans: list[tuple[float, float]] = []
 
     def close(self) -> None:
         super().close()
         self._sampler.close()
 
-    def survey(self, on_step: ProgressCallback = ignore_progress) -> Survey:
+    def _survey(self, on_step: ProgressCallback) -> Survey:
         seconds = float(self._sampler.seconds)
 
         def on_time(time: float) -> None:
@@ -107,7 +112,7 @@ class FilmFile(Film):
             replace(each.result(), motion=motion) for each, motion in zip(measured, motions, strict=True)
         ]
         return [
-            replace(each, scene=candidate.scene, in_transition=shots.is_transition(each.time))
+            self._mark(replace(each, scene=candidate.scene, in_transition=shots.is_transition(each.time)))
             for each in candidates
             if bisect_right(begins, each.time) == shot
             and all(abs(each.time - begin) >= _CUT_MARGIN_SECONDS for begin in begins[1:])
@@ -124,21 +129,35 @@ class FilmFile(Film):
 
     def _survey_whole(self, gap: float, on_time: Callable[[float], None]) -> Survey:
         shots, measured, motions, time, last = ShotFinder(), _MeasuredCandidates(), list[float](), 0.0, -gap
+        runs, run, subjects = list[int](), 0, SubjectMotion()
         for sample in self._sampler.frames():
             time = float(sample.time)
             on_time(time)
-            motion = shots.push(time, small_luma(sample.picture(_SHOT_SIDE_PX)))
-            if time - last >= gap - 1e-3:
+            luma, is_candidate = small_luma(sample.picture(_SHOT_SIDE_PX)), time - last >= gap - 1e-3
+            motion = shots.push(time, luma)
+            subjects.push(time, luma, is_candidate)
+            run += sample.is_key
+            if is_candidate:
                 measured.append(time, partial(self._measure, sample))
                 motions.append(motion)
+                runs.append(run)
                 last = time
         self.damage = self._sampler.damage
         begins = shots.shots()
         mixed = [
-            replace(each, motion=motion, in_transition=shots.is_transition(each.time))
-            for each, motion in zip(measured.candidates(), motions, strict=True)
+            replace(each, motion=motion, key_run=run, in_transition=shots.is_transition(each.time))
+            for each, motion, run in zip(measured.candidates(), motions, runs, strict=True)
         ]
-        return Survey(measured.fill_missing_faces(self._assign_scenes(mixed, begins)), begins, time)
+        placed = self._assign_scenes(mixed, begins)
+        moving = dict(zip((each.time for each in placed), subjects.masks(), strict=True))
+        shots_of = groupby(placed, key=lambda each: each.scene)
+        tracked = [
+            each
+            for _, group in shots_of
+            for shot in [list(group)]
+            for each in add_moving_subjects(shot, [moving[other.time] for other in shot])
+        ]
+        return Survey(measured.fill_missing_faces(tracked), begins, time)
 
     def _survey_keys(self, gap: float, on_time: Callable[[float], None]) -> Survey:
         shots, measured, lumas, time = KeyShots(), _MeasuredCandidates(), list[np.ndarray](), 0.0
@@ -161,7 +180,20 @@ class FilmFile(Film):
         scenes = [max(0, bisect_right(starts, each.time) - 1) for each in candidates]
         placed = [replace(each, scene=scene) for each, scene in zip(candidates, scenes, strict=True)]
         shots = [list(shot) for _, shot in groupby(placed, key=lambda each: each.scene)]
-        return [each for shot in shots for each in add_actions(shot, shot)]
+        return self._mark_defects([each for shot in shots for each in add_actions(shot, shot)])
+
+    def _mark_defects(self, candidates: Sequence[Candidate]) -> list[Candidate]:
+        """Mark damaged and blurred candidates, compared with the film, and remember the limits."""
+        self._limits = DefectLimits.of(candidates)
+        marked = spread_damage([self._limits.mark(each) for each in candidates])
+        self._damaged_spans = damaged_spans(marked)
+        return marked
+
+    def _mark(self, candidate: Candidate) -> Candidate:
+        """Mark a single frame as `_mark_defects` marks candidates."""
+        marked = self._limits.mark(candidate) if self._limits else candidate
+        is_damaged = any(first <= candidate.time <= last for first, last in self._damaged_spans)
+        return replace(marked, damaged=marked.damaged or is_damaged)
 
     def _measure(self, sample: SampledFrame, finds_faces: bool | None = None) -> Future[Candidate]:
         """Start measuring the features of a frame.
@@ -169,11 +201,16 @@ class FilmFile(Film):
         `finds_faces`: whether to detect large faces, without keeping the small copy; None: keep it.
         """
         small, time, shape = to_rgb(sample.picture(MEASURED_SIDE_PX)), float(sample.time), sample.shape
-        is_damaged = sample.is_damaged
+        is_damaged, is_interlaced, luma = sample.is_damaged, sample.is_interlaced, sample.stored_luma()
 
         def measure() -> Candidate:
             candidate = extract_features(small, time, shape)
-            candidate = replace(candidate, damaged=candidate.damaged or is_damaged)
+            candidate = replace(
+                candidate,
+                damaged=candidate.damaged or is_damaged,
+                combed=not is_interlaced and is_combed(luma),
+                blockiness=measure_blockiness(luma),
+            )
             if finds_faces is None:
                 return candidate
             return replace(

@@ -39,16 +39,23 @@ class Film(Closing):
     def __init__(self, faces: FaceFinder) -> None:
         self.damage = DecodeReport()
         self._kept: dict[float, np.ndarray] = {}
+        self._found: Survey | None = None
         self._faces = faces
         self._pool = ThreadPoolExecutor(available_cores(), thread_name_prefix="vidstyle-comic")
 
-    @abstractmethod
     def survey(self, on_step: ProgressCallback = ignore_progress) -> Survey:
-        """Analyse the whole film and report progress in seconds.
+        """Analyse the whole film, once, and report progress in seconds.
 
         Raises:
             InputError: it cannot be read, or no frame of it can be decoded.
         """
+        if self._found is None:
+            self._found = self._survey(on_step)
+        return self._found
+
+    @abstractmethod
+    def _survey(self, on_step: ProgressCallback) -> Survey:
+        """Analyse the whole film."""
 
     @abstractmethod
     def around(self, candidate: Candidate) -> list[Candidate]:

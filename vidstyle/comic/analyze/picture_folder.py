@@ -20,7 +20,7 @@ from vidstyle.core.convert import to_rgb
 from vidstyle.errors import InputError, log
 from vidstyle.media.read.sampler import FilmSampler
 from vidstyle.media.read.sequence import natural_sort_key
-from vidstyle.pipeline.progress import ProgressCallback, ignore_progress
+from vidstyle.pipeline.progress import ProgressCallback
 from vidstyle.regions.faces import FaceFinder
 
 PICTURE_SUFFIXES = frozenset(".avif .bmp .gif .heic .jpeg .jpg .jxl .png .ppm .tif .tiff .webp".split())
@@ -58,7 +58,7 @@ class PictureFolder(Film):
         if not self._paths:
             raise InputError(path, "holds no pictures")
 
-    def survey(self, on_step: ProgressCallback = ignore_progress) -> Survey:
+    def _survey(self, on_step: ProgressCallback) -> Survey:
         candidates = []
         measured = [self._pool.submit(self._features, number) for number in range(len(self._paths))]
         for number, each in enumerate(measured):
@@ -92,7 +92,7 @@ class PictureFolder(Film):
             small = to_rgb(sample.picture(MEASURED_SIDE_PX))
             if not self._has_warned:
                 self._has_warned = sampler.warn_if_hdr()
-        candidate = add_faces(extract_features(small, number, sample.shape), self._faces)
+        candidate = add_faces(extract_features(small, number, sample.shape, is_photograph=True), self._faces)
         return replace(add_saliency(candidate), scene=number)
 
     def _number(self, time: float) -> int:

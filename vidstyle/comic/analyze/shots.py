@@ -30,6 +30,8 @@ _MAX_BLEND_REST_RATIO = 0.4
 """Maximum residual of a picture as a blend of two others, relative to their difference."""
 _BLEND_SHARE_RANGE = (0.12, 0.88)
 """Range of the second picture's share in a blend."""
+_TRANSITION_TOLERANCE_SECONDS = 0.2
+"""Time before and after a dissolve in which a frame may still show a trace of the other shot."""
 _MATCH_CORRELATION = 0.75
 """Correlation above which template matching has found a part of a picture in another: a camera move."""
 
@@ -136,8 +138,9 @@ class ShotFinder:
         return sorted([*cuts, *separate])
 
     def is_transition(self, time: float) -> bool:
-        """Whether a time is in a dissolve or fade."""
-        return any(first <= time <= last for first, last in self.transitions)
+        """Whether a time is in a dissolve or fade, or close to it."""
+        margin = _TRANSITION_TOLERANCE_SECONDS
+        return any(first - margin <= time <= last + margin for first, last in self.transitions)
 
     def _check_transition(self, middle: int) -> None:
         """Check whether the recent picture with this index is in a transition."""

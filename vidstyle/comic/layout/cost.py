@@ -46,7 +46,7 @@ _FREE_CROP_LOG_RATIO = 0.5
 _CROP_WEIGHT = 3.0
 """Weight of the square of its excess."""
 _LOST_FACE_COST, _MAX_LOST_FACE_SHARE = 3.0, 0.02
-"""Cost of a panel that must cut or omit large faces, and the lost share of them that is ignored."""
+"""Cost of a panel that must cut large faces or the subject, and the lost share of them that is ignored."""
 
 # Random variations.
 _MAX_PERTURBATION_COST = 2.2
@@ -64,7 +64,7 @@ class LayoutWeights:
         shape . ln(w/h / best shape)^2  +  saliency . (part cut off the box around salient area and faces)
         +  face . (part of the large faces, with the room around them, that is cut off; more if any is)
         +  (much cut off the picture)
-        +  size . ln(w h / wanted area)^2  +  slivers,
+        +  size . ln(w h / wanted area)^2  +  oversize . (the same, if larger and unimportant)  +  slivers,
 
     over its rows, of `template(tree)`: many columns, and a stack before its neighbour, cost more;
     over successive rows on a page,
@@ -91,6 +91,7 @@ class LayoutWeights:
     saliency: float = 4.0
     face: float = 4.0
     size: float = 1.0
+    oversize: float = 3.0
     monotony: float = 0.9
     full: float = 1.9
     cross: float = 0.5
@@ -186,8 +187,11 @@ def panel_costs(
         [
             weights.shape * (np.log(aspect) - best_shape(key_frame) - shape) ** 2
             + counts * np.log(area / wanted) ** 2
+            + minor * np.maximum(0.0, np.log(area / wanted)) ** 2
             + _content_cost(key_frame, aspect, weights)
-            for key_frame, wanted, counts, shape in zip(key_frames, areas, size, shapes, strict=True)
+            for key_frame, wanted, counts, minor, shape in zip(
+                key_frames, areas, size, _oversize_weights(key_frames, weights), shapes, strict=True
+            )
         ]
     )
     over = np.maximum(
@@ -197,6 +201,16 @@ def panel_costs(
     costs += np.where(over > 0, _SLIVER_COST + 10 * over**2, 0.0)
     costs[:, 0], costs[:, :, 0] = np.inf, np.inf
     return costs
+
+
+def _oversize_weights(key_frames: Sequence[KeyFrame], weights: LayoutWeights) -> np.ndarray:
+    """Return the additional weight of an area above the wanted one: unimportant panels stay small.
+
+    The first key frame is the establishing view, which may be large.
+    """
+    found = weights.oversize * np.clip(-deviations(key_frames), 0.0, 1.0)
+    found[0] = 0.0
+    return found
 
 
 def best_shape(key_frame: KeyFrame) -> float:
@@ -228,6 +242,6 @@ def _content_cost(key_frame: KeyFrame, aspect: np.ndarray, weights: LayoutWeight
     cost = _CROP_WEIGHT * cropped * (key_frame.framing != "near") + weights.saliency * lost(
         key_frame.saliency.union(kept)
     )
-    if main_face(key_frame) is None:
+    if main_face(key_frame) is None and key_frame.subject is None:
         return cost
     return cost + weights.face * lost(kept) + _LOST_FACE_COST * (lost(kept) > _MAX_LOST_FACE_SHARE)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import reduce
 
 import numpy as np
 
@@ -22,8 +23,8 @@ CONTENT_WINDOW_RATIO, NEAR_CONTENT_WINDOW_RATIO = 1.6, 1.05
 """Wanted size of a window, relative to its content; the second value is for close-ups."""
 
 # The room around a face, in sides of the face.
-HEAD_ROOM_FACE_RATIO = 0.35
-NECK_ROOM_FACE_RATIO = 0.2
+HEAD_ROOM_FACE_RATIO = 0.4
+NECK_ROOM_FACE_RATIO = 0.25
 SIDE_ROOM_FACE_RATIO = 0.15
 
 # The costs of windows, in the order of their importance.
@@ -37,8 +38,10 @@ _CUT_BLOB_COST = 10.0
 """Cost of cutting a blob."""
 _OMITTED_FACE_COST = 8.0
 """Cost of omitting a face."""
-_LOST_HEAD_ROOM_COST = 6.0
-"""Cost of losing the room around the main face."""
+_LOST_HEAD_ROOM_COST = 12.0
+"""Cost of losing the room around all large faces: hair and chin."""
+_LOST_SUBJECT_COST = 200.0
+"""Cost of losing a part of the moving subject, in a picture without faces."""
 _LOST_TOP_COST = 4.0
 """Cost of losing the top of the salient area."""
 _ZOOM_COST = 4.0
@@ -114,17 +117,17 @@ def content_box(key_frame: KeyFrame) -> Box:
 
 
 def required_box(key_frame: KeyFrame) -> Box:
-    """Return the box that a panel must not cut: the large faces, or else the saliency.
-
-    Faces at least half as high as the main one belong together, like a couple.
-    """
-    main = main_face(key_frame)
-    if main is None:
+    """Return the box that a panel must not cut: the large faces, or else the saliency."""
+    faces = large_faces(key_frame)
+    if not faces:
         return key_frame.saliency
-    kept = add_face_room(key_frame, main)
-    for face in key_frame.faces:
-        kept = kept.union(add_face_room(key_frame, face)) if face.height >= main.height / 2 else kept
-    return kept
+    return reduce(Box.union, (add_face_room(key_frame, face) for face in faces))
+
+
+def large_faces(key_frame: KeyFrame) -> list[Box]:
+    """Return the faces at least half as high as the main one: they belong together, like a couple."""
+    main = main_face(key_frame)
+    return [face for face in key_frame.faces if main and face.height >= main.height / 2]
 
 
 def _largest_blobs(key_frame: KeyFrame) -> list[Box]:
@@ -204,11 +207,12 @@ def _window_costs(
     for blob in _largest_blobs(key_frame):
         price = price + _CUT_BLOB_COST * _is_cut(lost(blob))
     if face is not None:
-        price = (
-            price
-            + _MAIN_FACE_COST * _loss_cost(lost(face))
-            + _LOST_HEAD_ROOM_COST * _loss_cost(lost(add_face_room(key_frame, face)))
-        )
+        price = price + _MAIN_FACE_COST * _loss_cost(lost(face))
+    elif key_frame.subject is not None:
+        price = price + _LOST_SUBJECT_COST * _loss_cost(lost(key_frame.subject))
+    large = large_faces(key_frame)
+    for each in large:
+        price = price + _LOST_HEAD_ROOM_COST / len(large) * _loss_cost(lost(add_face_room(key_frame, each)))
     price = price + _THIRD_DISTANCE_COST * _composition_cost(
         subject, left, top, width, height, face is not None
     )

@@ -27,7 +27,8 @@ PAPER_SIZES_MM = {
 STRIP_WIDTHS_PX = {"strip": 1080, "webtoon": 800}
 """Widths of the named strips for phones."""
 
-DEFAULT_DPI = 150
+DEFAULT_DPI, PRINT_DPI = 150, 300
+"""Resolution for screens and for print: dots of a style must not form a second screen with the printer's."""
 _MIN_SIDE_PX, _MAX_SIDE_PX = 64, 30000
 """Range of a page's sides."""
 MARGIN_MM, GUTTER_MM = 10.0, 3.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -43,7 +44,7 @@ def lay_out_strip(
         The strip's height, the panels' rectangles, and the cost without perturbation.
     """
     width = paper.width - 2 * paper.margin
-    weights, heights = LayoutWeights(), np.tile(_heights(width), 2)
+    weights, heights = LayoutWeights(oversize=0.0), np.tile(_heights(width), 2)
     is_inset = np.arange(len(heights)) >= len(heights) // 2
     logarithms = np.log(np.maximum(heights, 1.0))
     apart = np.abs(logarithms[:, None] - logarithms)
@@ -51,7 +52,8 @@ def lay_out_strip(
         0.0, 1 - apart / _SIMILAR_HEIGHT_LOG_RATIO
     ) + _REPEATED_INSET_COST * (is_inset[:, None] & is_inset)
     panels = _panel_costs(key_frames, width, area_scales, weights)
-    chosen = _panel_costs(key_frames, width, area_scales, perturb_weights(seed, 0, len(key_frames), ()))
+    perturbed = replace(perturb_weights(seed, 0, len(key_frames), ()), oversize=0.0)
+    chosen = _panel_costs(key_frames, width, area_scales, perturbed)
     random = np.random.default_rng((seed, len(key_frames)))
     perturbation = (
         _MAX_PERTURBATION_COST * random.random((len(key_frames), 1)) ** 2 * is_inset if seed else 0.0

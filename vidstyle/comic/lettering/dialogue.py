@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 from vidstyle.comic.key_frame import KeyFrame
 from vidstyle.comic.lettering.subtitle_lines import Line
 
 # The limits of a panel.
-MAX_DISTANCE_SECONDS = 8.0
+MAX_DISTANCE_SECONDS = 10.0
 """Maximum time between a line and the key frame of its panel."""
 MAX_PANEL_LINES = 3
 """Maximum number of lines in a panel."""
@@ -30,9 +31,9 @@ _NO_FACE_COST = 0.5
 """Cost of speech in a picture without a visible face."""
 
 # Sentences that continue in the next line.
-_MAX_SENTENCE_LETTERS = MAX_PANEL_LETTERS
-"""Parts of a sentence are joined up to this number of letters."""
-_MAX_SENTENCE_PAUSE_SECONDS = 1.5
+_MAX_SENTENCE_LETTERS = 260
+"""Parts of a sentence are joined up to this number of letters; the rest follows after an ellipsis."""
+_MAX_SENTENCE_PAUSE_SECONDS = 2.5
 """Maximum time between the parts of a sentence."""
 _ELLIPSIS_MARKS = "…", "..."
 _SENTENCE_ENDINGS = tuple('.!?…:"”»)]')
@@ -55,33 +56,37 @@ def count_panels(lines: Sequence[Line]) -> int:
     return math.ceil(sum(len(line.text) for line in lines) / EASY_PANEL_LETTERS)
 
 
-def assign_lines(lines: Sequence[Line], key_frames: Sequence[KeyFrame]) -> tuple[list[list[Line]], int]:
+def assign_lines(
+    lines: Sequence[Line], key_frames: Sequence[KeyFrame]
+) -> tuple[list[list[Line]], list[Line]]:
     """Assign each line to a panel or to none, in order, with the lowest total cost; dynamic programming.
 
     The cost of a line grows with its distance in time from the panel's key frame, and is higher after its end
     and for speech without a visible face; crowded panels and omitted lines cost more. No line is further than
     `MAX_DISTANCE_SECONDS` from its key frame, and no panel has more than `MAX_PANEL_LINES` lines with
-    `MAX_PANEL_LETTERS` letters. Parts of a short sentence are joined.
+    `MAX_PANEL_LETTERS` letters. Parts of a sentence are joined.
 
     Args:
         lines, key_frames: in the order of time.
 
     Returns:
-        The lines of each panel, and the total number of lines.
+        The lines of each panel, and the lines that no panel has.
     """
-    joined, states = _join_sentences(lines), [_Assignment(0.0)]
+    joined, states = _mark_continuations(_join_sentences(lines)), [_Assignment(0.0)]
     for line in joined:
         states = _add_line(states, line, key_frames)
     last: _Assignment | None = min(states, key=lambda each: each.cost)
     panels: list[list[Line]] = [[] for _ in key_frames]
+    lost = list(joined)
     while last is not None:
         if last.line is not None:
             panels[last.panel].insert(0, last.line)
+            lost.remove(last.line)
         last = last.before
     if panels and panels[0] and not key_frames[0].faces:
         # A voice over a first picture without faces belongs to a narrator.
         panels[0][0] = replace(panels[0][0], narrated=True)
-    return panels, len(joined)
+    return panels, lost
 
 
 def _add_line(states: Sequence[_Assignment], line: Line, key_frames: Sequence[KeyFrame]) -> list[_Assignment]:
@@ -144,7 +149,17 @@ def _join_sentences(lines: Sequence[Line]) -> list[Line]:
     return joined
 
 
-def _is_one_sentence(line: Line, after: Line) -> bool:
+def _mark_continuations(lines: Sequence[Line]) -> list[Line]:
+    """Return the lines with an ellipsis where a sentence is too long for one of them."""
+    marked = list(lines)
+    for number, (line, after) in enumerate(pairwise(lines)):
+        if _is_one_sentence(line, after, math.inf) and not line.text.endswith(_ELLIPSIS_MARKS):
+            marked[number] = replace(marked[number], text=f"{marked[number].text}…")
+            marked[number + 1] = replace(after, text=f"…{after.text}")
+    return marked
+
+
+def _is_one_sentence(line: Line, after: Line, most: float = _MAX_SENTENCE_LETTERS) -> bool:
     """Whether a sentence continues in the next line.
 
     A line that begins in lower case and has no speaker continues the sentence of any speaker.
@@ -159,5 +174,5 @@ def _is_one_sentence(line: Line, after: Line) -> bool:
         and "sound" not in (line.manner, after.manner)
         and after.start - line.end <= _MAX_SENTENCE_PAUSE_SECONDS
         and (hangs or not line.text.endswith(_SENTENCE_ENDINGS))
-        and len(line.text) + len(after.text) < _MAX_SENTENCE_LETTERS
+        and len(line.text) + len(after.text) < most
     )

@@ -31,6 +31,12 @@ _CALM_ATTENTION_LEVEL, _MAX_ATTENTION_LEVEL = 1.0, 1.5
 _MAX_BAND_SHARE, _MAX_LAST_BAND_SHARE = 0.3, 0.55
 """Maximum share of a panel for bands above its picture, and in the last round."""
 
+# The speaker, and what text must not cover.
+_MIN_SPEAKER_AREA_RATIO = 1.3
+"""Area of a single speaker's face relative to the next one: faces of one size may both be speaking."""
+_MAX_KEPT_SUBJECT_SHARE = 0.35
+"""Share of a panel up to which its moving subject stays clear of text."""
+
 # The look of text, in font sizes.
 _WHISPER_FONT_RATIO = 0.85
 """Font size of whispers."""
@@ -178,9 +184,8 @@ def _place_balloons(panel: Panel, window: Box, text: PanelText, style: TextStyle
     }
     air = round(_BORDER_DISTANCE_RATIO * style.size)
     area = upright_area(picture, panel.leans).padded(-air, -air, -air).intersection(style.safe)
-    room = FreeSpace(
-        area, picture, (*mouths, *panel.insets), crop_attention(text.attention, key_frame, window)
-    )
+    kept = (*mouths, *panel.insets, *_clear_subject(key_frame, window, picture))
+    room = FreeSpace(area, picture, kept, crop_attention(text.attention, key_frame, window))
     wordings = list(_wordings(text.lines, mouths, area, style))
     return (
         None
@@ -189,10 +194,20 @@ def _place_balloons(panel: Panel, window: Box, text: PanelText, style: TextStyle
     )
 
 
+def _clear_subject(key_frame: KeyFrame, window: Box, picture: Rectangle) -> Iterator[Box]:
+    """Yield the visible part of the moving subject, if it leaves room for text."""
+    if key_frame.subject is not None and not key_frame.faces:
+        shown = map_to_page(key_frame.subject, window, picture)
+        if 0 < shown.area <= _MAX_KEPT_SUBJECT_SHARE * picture.area:
+            yield shown
+
+
 def _wordings(
     lines: Sequence[Line], mouths: Mapping[Box, Point], area: Box, style: TextStyle
 ) -> Iterator[Wording]:
-    """Yield each line with its speaker's face; several speakers are assumed to stand from left to right.
+    """Yield each line with its speaker's face; a line without one is a caption, unless it is loud or thought.
+
+    Several speakers are assumed to stand from left to right.
 
     Args:
         lines: of a panel.
@@ -202,17 +217,23 @@ def _wordings(
     """
     speakers = list(dict.fromkeys(line.speaker for line in lines if not line.narrated))
     across = sorted(mouths, key=lambda face: face.left, reverse=style.right_to_left)
-    if len(speakers) < 2 and mouths:
-        across = [max(mouths, key=lambda face: face.area)]
-    of = dict(zip(speakers, across, strict=False))
+    of = dict(zip(speakers, across if len(speakers) > 1 else _only_speaker(mouths), strict=False))
     for line in lines:
         size = round(style.size * _WHISPER_FONT_RATIO) if line.manner == "whispered" else style.size
         blocks = replace(style, size=size).break_line(line, area.width - 2 * style.size)
-        if line.narrated and line.manner != "sound":
+        face = None if line.narrated else of.get(line.speaker)
+        if face is None and (line.manner == "said" or line.narrated and line.manner != "sound"):
             yield Wording("caption", blocks)
         else:
-            face = None if line.narrated else of.get(line.speaker)
             yield Wording(_BUBBLE_KINDS[line.manner], blocks, face, mouths[face] if face else None)
+
+
+def _only_speaker(mouths: Mapping[Box, Point]) -> list[Box]:
+    """Return the face of a single speaker, if there is no other of about its size, who may be speaking."""
+    faces = sorted(mouths, key=lambda face: -face.area)
+    if len(faces) > 1 and faces[0].area < _MIN_SPEAKER_AREA_RATIO * faces[1].area:
+        return []
+    return faces[:1]
 
 
 def _add_bands(panel: Panel, text: PanelText, style: TextStyle, most: float) -> Panel | None:

@@ -13,8 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from vidstyle.comic.key_frame import KeyFrame
-from vidstyle.comic.layout.paper import MAX_PAGE_PIXELS
+from vidstyle.comic.layout.paper import DEFAULT_DPI, MAX_PAGE_PIXELS, PRINT_DPI
 from vidstyle.comic.layout.storyboard import format_timecode
+from vidstyle.comic.output.epub import epub
 from vidstyle.comic.output.raster import MAX_JPEG_SIDE_PX, cbz, jpeg, pdf, png
 from vidstyle.comic.output.sheet import Sheet
 from vidstyle.comic.output.svg import html, svg
@@ -35,14 +36,17 @@ _PAGE_ENCODERS: dict[str, _Encoder] = {
     ".jpeg": jpeg,
     ".pdf": pdf,
     ".cbz": cbz,
+    ".epub": epub,
     ".svg": svg,
     _STRIP_SUFFIX: partial(html, page_file=""),
 }
 """Output formats by the suffix of the file."""
 _VIEWER_DRAWN_SUFFIXES = ".svg", _STRIP_SUFFIX
 """Formats that contain shapes and panels instead of a picture of the page."""
-_MULTI_PAGE_SUFFIXES = ".pdf", ".cbz", _STRIP_SUFFIX
+_MULTI_PAGE_SUFFIXES = ".pdf", ".cbz", ".epub", _STRIP_SUFFIX
 """Formats whose files contain all pages."""
+_PRINT_SUFFIX = ".pdf"
+"""The format for print, with the resolution of a printer."""
 
 
 class Output:
@@ -51,6 +55,7 @@ class Output:
     Attributes:
         target: its name.
         is_strip: whether the format suits one long page, which can be edited.
+        dpi: default resolution, pixels per inch.
     """
 
     def __init__(self, target: Path, source: str, overwrite: bool) -> None:
@@ -64,6 +69,7 @@ class Output:
             remedy = f"end its name in {', '.join(list(_PAGE_ENCODERS)[:-1])} or {list(_PAGE_ENCODERS)[-1]}"
             raise UsageError(target, "cannot be a comic page", remedy)
         self.is_strip = target.suffix.lower() == _STRIP_SUFFIX
+        self.dpi = PRINT_DPI if target.suffix.lower() == _PRINT_SUFFIX else DEFAULT_DPI
         self.target, self._source, self._overwrite = target, source, overwrite
         if not is_numbered(target.name):
             with atomic_file(target, source, overwrite):

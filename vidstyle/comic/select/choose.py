@@ -16,12 +16,14 @@ MIN_DEFAULT_PANELS, MAX_DEFAULT_PANELS = 1, 40
 """Range of the default number of panels."""
 MAX_POOL_CANDIDATES = 400
 """Maximum number of candidates considered, or twice the number of panels: the best of each part."""
-DISTINCT_PANELS = 6
+DISTINCT_PANELS = 9
 """If the number of panels is free, no two of this many successive panels look nearly the same: a page."""
 MIN_MOVING_PANELS = 3
-"""With fewer panels, a film with motion is shown by frames at regular intervals, however alike they look."""
-BEAT_SECONDS, _MAX_BEAT_PANELS = 0.9, 5
-"""Interval of these frames, and their maximum number."""
+"""With fewer panels, a film with motion is shown by frames at regular intervals, though they look alike."""
+BEAT_SECONDS, _MAX_BEAT_PANELS, _MIN_BEAT_PANELS = 0.9, 3, 2
+"""Interval of these frames, and their maximum and minimum number: a wide view and a close-up."""
+_MOMENT_SIMILARITY, _BEAT_SIMILARITY = 0.62, 0.8
+"""Maximum similarity of moments in front of a still camera, and of beats beyond their minimum number."""
 _MIN_FILM_MOTION = 0.02
 """Motion above which a film is not still."""
 
@@ -69,8 +71,15 @@ _MAX_MOTION_COST, _MAX_COST_MOTION = 0.5, 0.6
 """Maximum cost of motion, and the motion that has it: motion blur beyond what edges show."""
 _SPEAKER_SCORE = 0.4
 """Score of a frame with a face while someone speaks."""
-_ACTION_SCORE, _MAX_CUT_SUBJECT_COST = 0.3, 0.3
+_ACTION_SCORE, _MAX_CUT_SUBJECT_COST = 0.3, 0.8
 """Score of a moving subject, and maximum cost of one that the picture's edge cuts off."""
+# The importance of chosen frames.
+_SUBJECT_WEIGHT, _SCENE_SHARE_WEIGHT, _QUALITY_WEIGHT, _FORCED_WEIGHT = 0.8, 0.3, 0.25, 0.25
+"""Weights of the subject, of the frame's share of its scene, of its quality, and of a request."""
+_FACE_SUBJECT_SCORE, _ACTION_SUBJECT_SCORE, _SALIENT_SUBJECT_SCORE = 0.6, 0.8, 0.4
+"""Strength of a small face, of something that moves, and of the smallest salient area."""
+_MAX_SUBJECT_AREA_SHARE = 0.5
+"""Share of the picture from which a salient area is no subject."""
 _FULL_SCORE_FACE_SHARE = 0.12
 """Share of the picture from which a larger face scores no higher."""
 
@@ -97,16 +106,15 @@ def choose(
     """Choose the frames to show, in chronological order.
 
     Args:
-        survey: the candidates. Blank ones are ignored; damaged ones, and those that the subject of their
-            shot has left, are chosen only if there are no others.
+        survey: the candidates, see `usable_candidates`; those that the subject of their shot has left are
+            chosen only if there are no others.
         forced: requested frames, which are always chosen.
         panels: total number of panels; None: `default_panels`, or fewer if pictures would look the same, but
             at least a few if the film moves.
         min_panels: minimum number if `panels` is None.
         spoken: start and end of speech in seconds: frames with faces are preferred there.
     """
-    clear = [each for each in survey.candidates if not each.blank]
-    seen = [each for each in clear if not each.damaged] or clear
+    seen = usable_candidates(survey.candidates)
     seen = [each for each in seen if not (each.action and each.action.is_gone)] or seen
     times = {each.time for each in forced}
     pool = sorted([*forced, *(each for each in seen if each.time not in times)], key=lambda each: each.time)
@@ -117,19 +125,45 @@ def choose(
     kept = _keep_best_per_part(pool, values, survey, max(MAX_POOL_CANDIDATES, 2 * (panels or 0)))
     pool, values = [pool[number] for number in kept], values[kept]
     like, places = _likeness(pool), _places(pool, survey)
-    wanted, beats = (
-        _count_panels(survey, like, len(forced), panels, min_panels),
-        _count_beats(survey, len(pool)),
-    )
-    while True:
-        few = wanted < MIN_MOVING_PANELS and panels is None
-        wanted = max(wanted, beats) if few else wanted
-        chosen = _find_best_path(
-            values, _steps(pool, places, wanted), _similarity_costs(like), places, wanted
-        )
-        if few or panels is not None or wanted <= max(1, len(forced)) or not _has_repeats(like, chosen):
-            return [pool[number] for number in chosen]
-        wanted -= 1
+    wanted = _count_panels(survey, like, len(forced), panels, min_panels)
+    usual = min(len(pool), default_panels(1, survey.seconds))
+    beats = _count_beats(survey, len(pool))
+    tried = [(wanted, 1.0)] if panels is not None else _attempts(wanted, beats, usual)
+    chosen = list[int]()
+    for count, limit in tried:
+        if count < len(forced):
+            break
+        steps = _steps(pool, places, count)
+        chosen = _find_best_path(values, steps, _similarity_costs(like), places, count)
+        if not _has_repeats(like, chosen, limit):
+            break
+    return [pool[number] for number in chosen]
+
+
+def _attempts(wanted: int, beats: int, usual: int) -> list[tuple[int, float]]:
+    """Return numbers of panels to try, each with the similarity that no two of them may exceed.
+
+    Args:
+        wanted: number of panels with different pictures.
+        beats: see `_count_beats`.
+        usual: number of panels of a film of this duration.
+    """
+    if beats == 1:
+        return [(count, SAME_SIMILARITY) for count in range(wanted, 0, -1)]
+    several = [(count, SAME_SIMILARITY) for count in range(wanted, MIN_MOVING_PANELS - 1, -1)]
+    moments = [(count, _MOMENT_SIMILARITY) for count in range(usual, MIN_MOVING_PANELS, -1)]
+    return several + moments + [(count, _BEAT_SIMILARITY) for count in range(beats, _MIN_BEAT_PANELS - 1, -1)]
+
+
+def usable_candidates(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Return the candidates that panels may show: without defects, if the film has any.
+
+    A film without a single good frame shows blurred, combed or mixed ones, and one that is damaged everywhere
+    shows damaged ones, but never blank or test pictures.
+    """
+    shown = [each for each in candidates if not (each.blank or each.test_picture)]
+    whole = [each for each in shown if not each.damaged]
+    return [each for each in whole if not each.is_flawed] or whole or shown
 
 
 def _is_in_spans(time: float, spans: Sequence[tuple[float, float]]) -> bool:
@@ -167,10 +201,10 @@ def _count_panels(survey: Survey, like: np.ndarray, forced: int, panels: int | N
     return max(forced, min(max(usual, min_panels), MAX_DEFAULT_PANELS, len(distinct)))
 
 
-def _has_repeats(like: np.ndarray, chosen: Sequence[int]) -> bool:
-    """Whether two frames within `DISTINCT_PANELS` successive panels look nearly the same."""
+def _has_repeats(like: np.ndarray, chosen: Sequence[int], limit: float) -> bool:
+    """Whether two frames within `DISTINCT_PANELS` successive panels have a similarity above a limit."""
     near = np.tri(len(chosen), k=DISTINCT_PANELS - 1, dtype=bool) & ~np.tri(len(chosen), dtype=bool)
-    return bool((like[np.ix_(chosen, chosen)] > SAME_SIMILARITY)[near].any())
+    return bool((like[np.ix_(chosen, chosen)] > limit)[near].any())
 
 
 def _places(pool: Sequence[Candidate], survey: Survey) -> np.ndarray:
@@ -317,20 +351,30 @@ def face_share(candidate: Candidate) -> float:
     return min(1.0, candidate.faces[0].area / (height * width) / _FULL_SCORE_FACE_SHARE)
 
 
+def subject_strength(candidate: Candidate) -> float:
+    """Return how clearly a frame shows a subject, 0..1: a face, a moving object, or a small salient area."""
+    if candidate.faces:
+        return _FACE_SUBJECT_SCORE + (1 - _FACE_SUBJECT_SCORE) * face_share(candidate)
+    if candidate.action and not candidate.action.is_gone:
+        return _ACTION_SUBJECT_SCORE * candidate.action.share * (1 - candidate.action.cut)
+    height, width = candidate.shape
+    compact = 1 - candidate.saliency.area / (_MAX_SUBJECT_AREA_SHARE * height * width)
+    return _SALIENT_SUBJECT_SCORE * max(0.0, compact)
+
+
 def importance(chosen: Sequence[Candidate], survey: Survey) -> list[float]:
     """Return the importance of each chosen frame, 0..1, the most important one 1.
 
-    The value of a scene is divided among its frames; the rest depends on the content of the frame. Requested
-    frames are more important.
+    Subjects count most, so that people and what moves are shown large and places small. The value of a scene
+    is divided among its frames. Requested frames are more important.
     """
     scenes = scene_values(survey)
     counts = np.bincount([each.scene for each in chosen], minlength=len(scenes))
     shown = [
-        0.5 * float(scenes[each.scene]) / counts[each.scene]
-        + 0.25 * each.clarity * min(1.0, 2 * each.sharpness)
-        + 0.25 * face_share(each)
-        + 0.25 * each.forced
-        + 0.5 * _action_value(each)
+        _SUBJECT_WEIGHT * subject_strength(each)
+        + _SCENE_SHARE_WEIGHT * float(scenes[each.scene]) / counts[each.scene]
+        + _QUALITY_WEIGHT * each.clarity * min(1.0, 2 * each.sharpness)
+        + _FORCED_WEIGHT * each.forced
         for each in chosen
     ]
     most = max(shown, default=0.0)

@@ -32,8 +32,10 @@ _CHANGE_SIDE_PX, _MIN_CHANGE_LEVELS = 5, 40
 """Side of a part of a thumbnail, and minimum difference of a part that shows something new, of 255."""
 
 # Details of a film that is one picture.
-_DETAIL_SIDE_RATIO, _DETAIL_COUNT = 0.5, 2
+_DETAIL_SIDE_RATIO, _DETAIL_COUNT = 0.5, 1
 """Side of a detail relative to the picture's shorter side, and number of details."""
+_MIN_DETAIL_SIDE_PX = 160
+"""Minimum side of a detail: enlarged further, it shows nothing new."""
 
 
 def remove_repeats(key_frames: Sequence[Candidate]) -> list[Candidate]:
@@ -78,7 +80,7 @@ def alternate_framing(key_frames: Sequence[Candidate]) -> list[Candidate]:
 def add_details(key_frames: Sequence[Candidate]) -> list[Candidate]:
     """If all key frames look the same, show the first one whole, then details of the last one.
 
-    Pictures with faces get no details.
+    Pictures with faces get no details, and of small pictures a single one is shown whole.
     """
     like = similarity([each.thumbnail for each in key_frames])
     if (
@@ -87,6 +89,8 @@ def add_details(key_frames: Sequence[Candidate]) -> list[Candidate]:
         or len(key_frames) > 2
     ):
         return list(key_frames)
+    if _DETAIL_SIDE_RATIO * min(key_frames[0].shape) < _MIN_DETAIL_SIDE_PX:
+        return [replace(key_frames[0], framing="wide")]
     parts = list(_details(key_frames[0]))
     shown = [replace(key_frames[-1], saliency=part, blobs=(), framing="near") for part in parts]
     return [replace(key_frames[0], framing="wide"), *shown]

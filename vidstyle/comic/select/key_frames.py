@@ -12,7 +12,13 @@ from vidstyle.comic.analyze.features import Candidate, Survey
 from vidstyle.comic.analyze.key_frame_source import Film
 from vidstyle.comic.analyze.similarity import DIFFERENT_SIMILARITY, similarity
 from vidstyle.comic.key_frame import KeyFrame
-from vidstyle.comic.select.choose import LOOKBACK_PANELS, choose, importance
+from vidstyle.comic.select.choose import (
+    LOOKBACK_PANELS,
+    MAX_DEFAULT_PANELS,
+    choose,
+    importance,
+    usable_candidates,
+)
 from vidstyle.comic.select.framing import add_details, alternate_framing, remove_repeats
 from vidstyle.errors import InputError, UsageError
 from vidstyle.pipeline.progress import ProgressCallback, ignore_progress
@@ -35,6 +41,7 @@ class KeyFrameOptions:
         spoken: start and end in seconds of speech by people who may be visible.
         at: times in seconds of frames that must be shown.
         skip: start and end in seconds of parts to exclude.
+        words: times in seconds of words that need a panel nearby, if `panels` is None.
     """
 
     panels: int | None = None
@@ -42,6 +49,7 @@ class KeyFrameOptions:
     skip: tuple[tuple[float, float], ...] = ()
     min_panels: int = 0
     spoken: tuple[tuple[float, float], ...] = ()
+    words: tuple[float, ...] = ()
 
     def check(self) -> None:
         """Raise UsageError if they contradict each other; needs no film."""
@@ -78,6 +86,8 @@ def find_key_frames(
     forced = _find_requested(film, survey, options)
     left = [each for each in survey.candidates if not options.skips(each.time)]
     seen = replace(survey, candidates=left)
+    if options.panels is None:
+        forced = _add_panels_for_words(forced, left, options.words)
     chosen = choose(seen, forced, options.panels, options.min_panels, options.spoken)
     if not chosen:
         if left:
@@ -107,6 +117,20 @@ def _find_requested(film: Film, survey: Survey, options: KeyFrameOptions) -> lis
     return [found[time] for time in sorted(found)]
 
 
+def _add_panels_for_words(
+    forced: Sequence[Candidate], candidates: Sequence[Candidate], words: Sequence[float]
+) -> list[Candidate]:
+    """Return the forced frames and, for each time of words, the nearest usable frame not yet taken."""
+    found = {each.time: each for each in forced}
+    usable = usable_candidates(candidates)
+    for time in words:
+        free = [each for each in usable if each.time not in found]
+        if free and len(found) < MAX_DEFAULT_PANELS:
+            nearest = min(free, key=lambda each: abs(each.time - time))
+            found[nearest.time] = replace(nearest, forced=True)
+    return [found[time] for time in sorted(found)]
+
+
 def _refine(
     film: Film,
     chosen: Sequence[Candidate],
@@ -126,8 +150,7 @@ def _refine(
         nearby = [
             other
             for other in film.around(each)
-            if after < other.time < before
-            and not (other.blank or other.in_transition or other.damaged or options.skips(other.time))
+            if after < other.time < before and not (other.is_flawed or options.skips(other.time))
         ]
         nearby = _keep_distinct(nearby, each, others) or [replace(film.at(each.time), scene=each.scene)]
         nearby = add_actions(nearby, [other for other in survey.candidates if other.scene == each.scene])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterator
 from dataclasses import replace
@@ -29,6 +30,8 @@ from vidstyle.media.read.source import VideoSource
 from vidstyle.media.read.trim import Trimmer
 from vidstyle.media.resize import stretch_to_square_pixels
 
+_MAX_DAMAGE_SECONDS = 12
+"""Time after which damage is no longer visible, even without a key frame: encoders refresh every block."""
 _MAX_TICKS_PER_SECOND = 1_000_000
 """Maximum ticks per second of a time base."""
 
@@ -129,7 +132,20 @@ class FilmSampler(Closing):
         self._is_fresh = False
 
     def _decode_frames(self) -> Iterator[DecodedFrame]:
-        return (item for item in self._source.items() if isinstance(item, DecodedFrame))
+        """Yield decoded frames; those between one with errors and the next key frame are marked as damaged.
+
+        They are predicted from it, but decoders flag only the frame with the errors.
+        """
+        last = -math.inf
+        for item in self._source.items():
+            if not isinstance(item, DecodedFrame):
+                continue
+            time = float(item.pts * self._source.time_base)
+            if item.repeated or item.native.is_corrupt:
+                last = time
+            elif item.key:
+                last = -math.inf
+            yield replace(item, damaged=True) if time - last <= _MAX_DAMAGE_SECONDS else item
 
     def _decode_stepwise(self, gap: Fraction) -> Iterator[DecodedFrame]:
         time, end = Fraction(0), self._source.duration or Fraction(0)
@@ -146,7 +162,7 @@ class FilmSampler(Closing):
         for frame in frames:
             if self._copies is None or not self._copies.fits(frame.native):
                 self._copies = SmallCopies(frame.native, self._source)
-            yield SampledFrame(frame.pts * self._source.time_base, frame.native, self._copies)
+            yield SampledFrame(frame, frame.pts * self._source.time_base, self._copies)
 
 
 def _has_other_videos(source: VideoSource) -> bool:
@@ -197,16 +213,20 @@ class SampledFrame:
     Attributes:
         time: presentation time in seconds.
         shape: height and width of the full frame, upright and with square pixels.
+        is_key: whether decoding can start at it.
+        is_damaged: whether the decoder had to conceal errors in it, or in a frame since its key frame.
+        is_interlaced: whether it is flagged as interlaced; `FilmSampler.image_at` deinterlaces such frames.
     """
 
-    def __init__(self, time: Fraction, native: av.VideoFrame, small: SmallCopies) -> None:
+    def __init__(self, frame: DecodedFrame, time: Fraction, small: SmallCopies) -> None:
         self.time, self.shape = time, small.shape
-        self._native, self._small = native, small
+        self.is_key, self.is_damaged = frame.key, frame.damaged
+        self.is_interlaced = bool(frame.native.interlaced_frame)
+        self._native, self._small = frame.native, small
 
-    @property
-    def is_damaged(self) -> bool:
-        """Whether the decoder had to conceal errors."""
-        return bool(self._native.is_corrupt)
+    def stored_luma(self) -> np.ndarray:
+        """Return the luma as it is stored, neither scaled nor rotated: H x W uint8."""
+        return self._small.luma_of(self._native)
 
     def picture(self, side: int) -> Picture:
         """Return a copy with at most `side` pixels on its longer side: upright, square pixels, SDR."""
@@ -239,6 +259,10 @@ class SmallCopies:
     def fits(self, native: av.VideoFrame) -> bool:
         """Whether the frame has the same size and pixel format."""
         return (native.width, native.height) == self._stored and native.format.name == self._format
+
+    def luma_of(self, native: av.VideoFrame) -> np.ndarray:
+        """Return the luma of the frame in 8 bits, as it is stored: H x W uint8."""
+        return self._reformatter.reformat(native, format="gray").to_ndarray()
 
     def of(self, native: av.VideoFrame, side: int) -> Picture:
         """Return a copy of the frame with at most `side` pixels on its longer side."""

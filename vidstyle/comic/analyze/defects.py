@@ -1,0 +1,111 @@
+"""Defects of single frames: broken blocks, combs of interlaced fields, and test pictures."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+# Damage that the decoder does not report: blocks that do not continue their neighbours.
+_BLOCK_SIDE_PX, _AREA_SIDE_COUNT = 8, 6
+"""Side of a block, and side in blocks of the areas in which broken edges are counted."""
+_MIN_EDGE_LEVELS, _MIN_EDGE_SHARE = 8, 0.74
+"""A block edge is broken if it exceeds the steps beside it by these levels on this share of its length."""
+_BOTH_FACTOR = 4
+"""Broken edges of both directions count at most this multiple of the rarer direction."""
+
+# Combs: rows that alternate between two fields.
+_MIN_COMB_LEVELS, _MAX_COMBED_SHARE = 10, 0.003
+"""Minimum difference of neighbouring rows in a comb, and the share of pixels from which a frame is combed.
+
+A walk with a camera has up to 0.0007, the same walk as interlaced fields from 0.014.
+"""
+
+# Test pictures: vertical bars without texture, or large areas in most of the primary colours.
+_BAR_HEIGHT_SHARE = 0.5
+"""The share of the height that bars fill at least; other signals may be below them."""
+_MIN_BAR_STEP_LEVELS, _MIN_BAR_STEPS = 12, 3
+"""Minimum step between bars, and minimum number of steps."""
+_MAX_BAR_NOISE_LEVELS, _MAX_BAR_NOISE_SHARE = 6, 0.01
+"""Noise within a bar, and the share of pixels that may exceed it."""
+_PRIMARY_LOW_LEVEL, _PRIMARY_HIGH_LEVEL = 50, 170
+"""Each channel of a primary colour is below the first or above the second value, also in bars of 75 %."""
+_MIN_PRIMARIES, _MIN_PRIMARY_SHARE = 5, 0.03
+"""Number of primary colours, and minimum share of the picture that each of them covers."""
+
+
+class Blockiness(NamedTuple):
+    """The largest share of broken block edges in any area of a frame.
+
+    Attributes:
+        on_grid: on the codec's grid, beyond those off the grid.
+        off_grid: off the grid, beyond those on the grid: textures have as many.
+    """
+
+    on_grid: float = 0.0
+    off_grid: float = 0.0
+
+
+def measure_blockiness(luma: np.ndarray) -> Blockiness:
+    """Measure the broken edges of blocks in a frame as it is stored, H x W uint8."""
+    if min(luma.shape) < 2 * _BLOCK_SIDE_PX * _AREA_SIDE_COUNT:
+        return Blockiness()
+    across, down = _count_broken_edges(luma), _count_broken_edges(np.ascontiguousarray(luma.T)).T
+    rows, columns = min(len(across), len(down)), min(across.shape[1], down.shape[1])
+    size = _AREA_SIDE_COUNT, _AREA_SIDE_COUNT
+    areas = [cv2.blur(each[:rows, :columns], size, borderType=cv2.BORDER_CONSTANT) for each in (across, down)]
+    return Blockiness(_largest_in_both(*areas), _largest_in_both(*(-each for each in areas)))
+
+
+def _largest_in_both(one: np.ndarray, other: np.ndarray) -> float:
+    """Return the largest sum of two shares that are both present: stripes break edges of one direction."""
+    both = np.minimum(one + other, _BOTH_FACTOR * np.minimum(one, other))
+    return max(0.0, float(both.max()))
+
+
+def _count_broken_edges(luma: np.ndarray) -> np.ndarray:
+    """Return for each block whether its vertical edge is broken: 1, -1 half a block beside it, float32."""
+    side = _BLOCK_SIDE_PX
+    steps = cv2.absdiff(luma[:, 1:], luma[:, :-1])
+    beside = cv2.max(steps[:, :-2], steps[:, 2:])
+    broken = cv2.subtract(steps[:, 1:-1], beside) > _MIN_EDGE_LEVELS
+    rows = len(broken) // side * side
+    shares = broken[:rows].reshape(rows // side, side, -1).mean(axis=1) >= _MIN_EDGE_SHARE
+    on_grid, off_grid = shares[:, side - 2 :: side], shares[:, side // 2 - 2 :: side]
+    count = min(on_grid.shape[1], off_grid.shape[1])
+    return on_grid[:, :count].astype(np.float32) - off_grid[:, :count]
+
+
+def is_combed(luma: np.ndarray) -> bool:
+    """Whether the rows of a frame, H x W uint8, alternate between two fields where something moves."""
+    if len(luma) < 8:
+        return False
+    rows = luma.astype(np.int16)
+    above, below = rows[1:-1] - rows[:-2], rows[1:-1] - rows[2:]
+    depth = np.minimum(np.abs(above), np.abs(below))
+    teeth = (depth > _MIN_COMB_LEVELS) & (above * below > 0) & (np.abs(rows[:-2] - rows[2:]) < depth)
+    signs = np.where(teeth, np.sign(above), 0).astype(np.int8)
+    turns = signs[:-1] * signs[1:] < 0
+    return bool(np.mean(turns[:-2] & turns[1:-1] & turns[2:]) > _MAX_COMBED_SHARE)
+
+
+def is_test_picture(color: np.ndarray) -> bool:
+    """Whether a picture, H x W x 3 uint8, shows the bars or colours of a test picture."""
+    return _has_bars(cv2.cvtColor(color, cv2.COLOR_RGB2GRAY)) or _has_primaries(color)
+
+
+def _has_bars(luma: np.ndarray) -> bool:
+    upper = luma[: max(1, round(_BAR_HEIGHT_SHARE * len(luma)))].astype(np.float32)
+    columns = upper.mean(axis=0)
+    noise = np.mean(np.abs(upper - columns) > _MAX_BAR_NOISE_LEVELS)
+    steps = int((np.abs(np.diff(columns)) > _MIN_BAR_STEP_LEVELS).sum())
+    return bool(noise < _MAX_BAR_NOISE_SHARE and steps >= _MIN_BAR_STEPS)
+
+
+def _has_primaries(color: np.ndarray) -> bool:
+    high = color > _PRIMARY_HIGH_LEVEL
+    is_primary = (high | (color < _PRIMARY_LOW_LEVEL)).all(axis=2)
+    codes = (high @ np.array([1, 2, 4]))[is_primary]
+    shares = np.bincount(codes, minlength=8)[1:7] / is_primary.size
+    return int((shares > _MIN_PRIMARY_SHARE).sum()) >= _MIN_PRIMARIES
