@@ -208,6 +208,12 @@ def test_halves_of_a_sentence_are_joined() -> None:
     assert len(assign_lines(of_two, [key_frame(1)])[0][0]) == 2
 
 
+def test_joined_subtitles_keep_their_times() -> None:
+    lines = [Line(1, 2, "We have to follow,"), Line(2.1, 3, "all"), Line(3.1, 4, "of us.")]
+    ((line,),), _ = assign_lines(lines, [key_frame(1)])
+    assert line.times == (1, 2.1, 3.1)
+
+
 def test_a_sentence_too_long_for_one_line_continues_after_an_ellipsis() -> None:
     """So that no caption ends in the middle of a sentence without a sign."""
     words = "and so we walked along the canals of the city for the whole night,"

@@ -101,3 +101,13 @@ def test_an_action_wins_over_the_empty_place(tmp_path: Path) -> None:
     path = write_film(tmp_path / "film.mp4", film)
     (key_frame,) = key_frames_of(path, 1)
     assert 95 <= key_frame.time * RATE < 145
+
+
+def test_a_subject_that_leaves_the_picture_is_not_shown_while_it_is_whole_elsewhere(tmp_path: Path) -> None:
+    """A ball crosses a road from edge to edge, most of the time half outside."""
+    noise = np.random.default_rng(0).integers(0, 12, (144, 256, 1), np.uint8)
+    road = cv2.line(np.repeat(noise + 70, 3, axis=2), (20, 0), (60, 143), (130, 130, 130), 3)
+    places = [*np.linspace(0, 0.06, 60), *np.linspace(0.06, 0.94, 60), *np.linspace(0.94, 1, 60)]
+    film = [with_ball(road, across, 30, (240, 240, 230)) for across in places]
+    for each in key_frames_of(write_film(tmp_path / "film.mp4", film), 3):
+        assert 62 <= each.time * RATE <= 118

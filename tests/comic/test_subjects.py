@@ -152,7 +152,7 @@ def test_the_moving_object_in_front_of_a_still_camera_is_its_subject() -> None:
     seen = add_saliency(add_actions(shot, shot)[3])
     assert seen.saliency.width < 220
     chosen = choose(Survey(add_actions(shot, shot), [0.0], 9.0), [], 4)
-    assert sorted(each.time for each in chosen) == [2, 3, 4, 5]
+    assert sorted(each.time for each in chosen) == [2, 3, 4]  # neither gone nor cut off
     panned = [
         extract_features(np.roll(photograph("coffee"), 40 * each, axis=1), each, (400, 600))
         for each in range(6)

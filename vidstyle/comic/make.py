@@ -29,6 +29,7 @@ from vidstyle.comic.output.panel_renderer import PagePlan, PanelRenderer, draw_p
 from vidstyle.comic.output.sheet import Label
 from vidstyle.comic.output.write import Frames, Output
 from vidstyle.comic.panel_styles import PanelStyles
+from vidstyle.comic.select.choose import MAX_DEFAULT_PANELS
 from vidstyle.comic.select.key_frames import KeyFrameOptions, find_key_frames
 from vidstyle.cues.cue_list import CueList
 from vidstyle.cues.style_change import StyleChange
@@ -42,8 +43,8 @@ from vidstyle.style import PLAIN, load_style
 
 PAGE_FILE_SUFFIX = ".toml"
 """Suffix of an editable comic."""
-_MAX_WORD_ROUNDS, _LINES_PER_NEW_PANEL = 3, 2
-"""Number of times that panels are added for words without room, and number of lines per new panel."""
+_MAX_WORD_ROUNDS = 2
+"""Number of times that panels are added for words without room."""
 _NO_FACES_NOTICE = "face detection is off: pip install 'vidstyle[comic]', or add --face-model FILE"
 
 
@@ -145,17 +146,15 @@ class _Job:
         spoken = tuple((line.start, line.end) for line in lines if not line.narrated)
         options = replace(self._options.key_frames, min_panels=count_panels(lines), spoken=spoken)
         plan = self._plan(film, find_key_frames(film, options, self._step), lines)
+        best = plan, self._omitted
         for _ in range(_MAX_WORD_ROUNDS if options.panels is None else 0):
-            if not self._omitted:
+            if not self._omitted or len(plan.key_frames) >= MAX_DEFAULT_PANELS:
                 break
-            times = [line.start for line in self._omitted[::_LINES_PER_NEW_PANEL]]
-            options = replace(options, words=(*options.words, *times))
-            omitted, key_frames = self._omitted, find_key_frames(film, options, self._step)
-            tried = self._plan(film, key_frames, lines)
-            if len(self._omitted) >= len(omitted):
-                self._omitted = omitted
-                break
-            plan = tried
+            options = replace(options, words=(*options.words, *(line.start for line in self._omitted)))
+            plan = self._plan(film, find_key_frames(film, options, self._step), lines)
+            if len(self._omitted) < len(best[1]):
+                best = plan, self._omitted
+        plan, self._omitted = best
         return plan
 
     def _report_single(self, plan: PagePlan, film: Film) -> None:
@@ -169,12 +168,10 @@ class _Job:
         """Report each subtitle that no panel shows, with its time."""
         if not self._omitted:
             return
-        times = ", ".join(format_timecode(line.start) for line in self._omitted)
-        verb = "is" if len(self._omitted) == 1 else "are"
-        remedy = "increase --panels to show more of them"
-        log.warning(
-            "%s %s not shown, at %s; %s", counted(len(self._omitted), "subtitle"), verb, times, remedy
-        )
+        times = [time for line in self._omitted for time in line.times]
+        text, verb = counted(len(times), "subtitle"), "is" if len(times) == 1 else "are"
+        places = ", ".join(map(format_timecode, times))
+        log.warning("%s %s not shown, at %s; increase --panels to show more of them", text, verb, places)
 
     def _report_lacking(self) -> None:
         """Report the letters that the font does not have."""
@@ -197,7 +194,7 @@ class _Job:
         ):
             sheets = draw_pages(plan, film, renderer, frames, partial(self._step, "drawing"))
             files = self._output.write(sheets, pages, self._options.title, edited)
-        omitted = tuple(line.start for line in self._omitted)
+        omitted = tuple(time for line in self._omitted for time in line.times)
         return Comic(files, key_frames, pages, film.damage, omitted)
 
     def _page_file(self, plan: PagePlan, target: Path) -> str:

@@ -25,6 +25,8 @@ _MIN_SUBJECT_SHARE = 0.006
 """Minimum share of the picture that the subject covers in at least one frame."""
 _SUBJECT_BOX_SHARE = 0.95
 """Share of the subject that its box contains; the subject may be in several places."""
+_FULL_DIFFERENCE_SHARE = 0.03
+"""Share of the picture that two subjects cover together from which their difference counts fully."""
 _GONE_SUBJECT_RATIO = 0.12
 """The subject is gone if it covers less than this fraction of its usual area in the shot."""
 
@@ -61,9 +63,13 @@ def add_actions(frames: Sequence[Candidate], shot: Sequence[Candidate]) -> list[
 
 
 def subject_difference(one: Foreground, other: Foreground) -> float:
-    """Return the share of the combined area of two subjects that only one of them covers, 0..1."""
-    either = float((one.places | other.places).sum())
-    return float((one.places ^ other.places).sum()) / either if either else 0.0
+    """Return the share of the combined area of two subjects that only one of them covers, 0..1.
+
+    It is lower for small subjects: pictures of one place in which something small has moved look alike.
+    """
+    either = float((one.places | other.places).mean())
+    apart = float((one.places ^ other.places).mean())
+    return apart / max(either, _FULL_DIFFERENCE_SHARE)
 
 
 def _subject(thumbnail: np.ndarray, background: np.ndarray) -> tuple[np.ndarray, float]:

@@ -143,7 +143,8 @@ def _join_sentences(lines: Sequence[Line]) -> list[Line]:
         last = joined[-1] if joined else None
         if last is not None and _is_one_sentence(last, line):
             rest = line.text.lstrip("….") if last.text.endswith(_ELLIPSIS_MARKS) else line.text
-            joined[-1] = replace(last, end=line.end, text=f"{last.text} {rest.lstrip()}")
+            text, continued = f"{last.text} {rest.lstrip()}", (*last.continued, *line.times)
+            joined[-1] = replace(last, end=line.end, text=text, continued=continued)
         else:
             joined.append(line)
     return joined

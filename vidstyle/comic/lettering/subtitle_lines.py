@@ -50,6 +50,7 @@ class Line:
         narrated: whether it is not spoken in the picture: narration, lyrics or a sound description.
         speaker: name, or number within the subtitle; empty if unknown.
         manner: the manner of speech; "sound" for the description of a sound.
+        continued: start times in seconds of the further subtitles that continue it.
     """
 
     start: float
@@ -58,6 +59,12 @@ class Line:
     narrated: bool = False
     speaker: str = ""
     manner: Manner = "said"
+    continued: tuple[float, ...] = ()
+
+    @property
+    def times(self) -> tuple[float, ...]:
+        """Start times in seconds of all its subtitles."""
+        return self.start, *self.continued
 
 
 def read_lines_of_film(source: str | os.PathLike[str]) -> list[Line]:

@@ -80,6 +80,8 @@ _FACE_SUBJECT_SCORE, _ACTION_SUBJECT_SCORE, _SALIENT_SUBJECT_SCORE = 0.6, 0.8, 0
 """Strength of a small face, of something that moves, and of the smallest salient area."""
 _MAX_SUBJECT_AREA_SHARE = 0.5
 """Share of the picture from which a salient area is no subject."""
+_MAX_SUBJECT_CUT_SHARE = 0.6
+"""Maximum part of a moving subject that the edge may cut off, while its scene has other frames."""
 _FULL_SCORE_FACE_SHARE = 0.12
 """Share of the picture from which a larger face scores no higher."""
 
@@ -106,16 +108,15 @@ def choose(
     """Choose the frames to show, in chronological order.
 
     Args:
-        survey: the candidates, see `usable_candidates`; those that the subject of their shot has left are
-            chosen only if there are no others.
+        survey: the candidates, see `usable_candidates`; those that the subject of their shot has left, or is
+            leaving, are chosen only if there are no others.
         forced: requested frames, which are always chosen.
         panels: total number of panels; None: `default_panels`, or fewer if pictures would look the same, but
             at least a few if the film moves.
         min_panels: minimum number if `panels` is None.
         spoken: start and end of speech in seconds: frames with faces are preferred there.
     """
-    seen = usable_candidates(survey.candidates)
-    seen = [each for each in seen if not (each.action and each.action.is_gone)] or seen
+    seen = _with_whole_subjects(usable_candidates(survey.candidates))
     times = {each.time for each in forced}
     pool = sorted([*forced, *(each for each in seen if each.time not in times)], key=lambda each: each.time)
     if not pool:
@@ -166,6 +167,18 @@ def usable_candidates(candidates: Sequence[Candidate]) -> list[Candidate]:
     return [each for each in whole if not each.is_flawed] or whole or shown
 
 
+def _with_whole_subjects(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Return the candidates without those whose subject has left the picture or is cut off by its edge.
+
+    Of a scene that has only such candidates, those with a cut subject are kept; or else all, if a film has
+    nothing else.
+    """
+    shown = [each for each in candidates if not (each.action and each.action.is_gone)] or candidates
+    whole = [each for each in shown if not (each.action and each.action.cut > _MAX_SUBJECT_CUT_SHARE)]
+    scenes = {each.scene for each in whole}
+    return [each for each in shown if each.scene not in scenes] + whole
+
+
 def _is_in_spans(time: float, spans: Sequence[tuple[float, float]]) -> bool:
     return any(start <= time <= end for start, end in spans)
 
@@ -176,9 +189,8 @@ def _likeness(pool: Sequence[Candidate]) -> np.ndarray:
     for first, one in enumerate(pool):
         for second, other in enumerate(pool[:first]):
             if one.action and other.action and one.scene == other.scene:
-                like[[first, second], [second, first]] -= _MOVED_SUBJECT_WEIGHT * subject_difference(
-                    one.action, other.action
-                )
+                moved = subject_difference(one.action, other.action)
+                like[[first, second], [second, first]] -= _MOVED_SUBJECT_WEIGHT * moved
     return like
 
 

@@ -23,6 +23,8 @@ from vidstyle.comic.select.framing import add_details, alternate_framing, remove
 from vidstyle.errors import InputError, UsageError
 from vidstyle.pipeline.progress import ProgressCallback, ignore_progress
 
+_CUT_FACTOR = 2.0
+"""How much more it counts that a subject is cut off than that it is large."""
 MAX_PANELS = 300
 """Maximum number of panels that can be requested."""
 _MAX_FACE_CANDIDATES = 3
@@ -184,6 +186,10 @@ def _score_relative_to(nearby: Sequence[Candidate]) -> Callable[[Candidate], flo
         each.sharpness / sharpest
         + _CLARITY_WEIGHT * each.clarity / clearest
         - _MOTION_WEIGHT * min(1.0, each.motion)
-        + (_ACTION_WEIGHT * (each.action.share - each.action.cut) if each.action and not each.faces else 0)
+        + (
+            _ACTION_WEIGHT * (each.action.share - _CUT_FACTOR * each.action.cut)
+            if each.action and not each.faces
+            else 0
+        )
         + (_EYES_WEIGHT * each.eyes / most_open + _FACES_WEIGHT * len(each.faces) / faces if faces else 0)
     )
