@@ -78,6 +78,7 @@ def write_showcase(
     title: str,
     overwrite: bool = False,
     on_step: ProgressCallback = ignore_progress,
+    unlisted: Sequence[Style] = (),
 ) -> int:
     """Write the page of `styles` to `folder/index.html`, and its data next to it.
 
@@ -87,6 +88,8 @@ def write_showcase(
         title: heading of the page.
         overwrite: whether to replace existing files.
         on_step: receives progress.
+        unlisted: further styles, which the page shows only by their address, `index.html#NAME`. With
+            `index.html?embed#NAME`, it shows nothing else, in a frame of another page.
 
     Returns:
         The size of all files in bytes.
@@ -99,7 +102,7 @@ def write_showcase(
     if not examples:
         raise UsageError("the page", "needs a picture to start with", "name one")
     count = 0
-    for name, content in _files(styles, examples, title, on_step):
+    for name, content in _files(styles, examples, title, on_step, unlisted):
         path = folder / name
         _make_folder(folder)
         _make_folder(path.parent, parents=True)
@@ -117,15 +120,21 @@ def _make_folder(folder: Path, parents: bool = False) -> None:
 
 
 def _files(
-    styles: Sequence[Style], examples: Sequence[ExamplePicture], title: str, on_step: ProgressCallback
+    styles: Sequence[Style],
+    examples: Sequence[ExamplePicture],
+    title: str,
+    on_step: ProgressCallback,
+    unlisted: Sequence[Style],
 ) -> Iterator[tuple[str, bytes]]:
     """Yield the path of each file in the folder, and its content."""
-    yield "index.html", _index(styles, examples, title).encode("utf-8")
+    yield "index.html", _index(styles, examples, title, unlisted).encode("utf-8")
     yield "showcase.css", (viewer_css() + _asset("showcase.css")).encode("utf-8")
     yield "showcase.js", page_script(_ASSETS / "showcase.js").encode("utf-8")
     shared = _Shared()
     for number, style in enumerate(styles):
         on_step("exporting styles", number, len(styles))
+        yield _data_file(f"styles/{style.name}", _style_data(style, shared))
+    for style in unlisted:
         yield _data_file(f"styles/{style.name}", _style_data(style, shared))
     yield _data_file("shaders", list(shared.pieces))
     for name, texture in shared.textures.items():
@@ -138,8 +147,13 @@ def _files(
             yield f"pictures/{example.name}/{sample.style.name}.webp", _tile(sample.picture)
 
 
-def _index(styles: Sequence[Style], examples: Sequence[ExamplePicture], title: str) -> str:
-    listed = [{"name": style.name, "note": style.summary.replace("`", "")} for style in styles]
+def _index(
+    styles: Sequence[Style], examples: Sequence[ExamplePicture], title: str, unlisted: Sequence[Style]
+) -> str:
+    listed, hidden = (
+        [{"name": style.name, "note": style.summary.replace("`", "")} for style in each]
+        for each in (styles, unlisted)
+    )
     pictures = [{"name": each.name, "title": each.title} for each in examples]
     close = '<button id="close" aria-label="Back to all looks">All looks</button>\n'
     viewer = viewer_markup(Style("")).replace('  <p id="facts"', _asset("panel.html") + '  <p id="facts"')
@@ -148,7 +162,7 @@ def _index(styles: Sequence[Style], examples: Sequence[ExamplePicture], title: s
         count=counted(len(styles), "look"),
         version=vidstyle.__version__,
         viewer=close + viewer,
-        data=json.dumps({"styles": listed, "pictures": pictures}).replace("</", "<\\/"),
+        data=json.dumps({"styles": listed, "unlisted": hidden, "pictures": pictures}).replace("</", "<\\/"),
     )
 
 

@@ -9,7 +9,7 @@ import { Tiles } from "./tiles.js";
 import { Viewer } from "./viewer.js";
 
 /** @typedef {{name: string, title: string}} Example a picture that comes with the page */
-/** @type {{styles: import("./tiles.js").Listed[], pictures: Example[]}} */
+/** @type {{styles: import("./tiles.js").Listed[], unlisted: import("./tiles.js").Listed[], pictures: Example[]}} */
 const index = JSON.parse(get("data").textContent ?? "");
 const dialog = /** @type {HTMLDialogElement} */ (get("viewer"));
 
@@ -61,6 +61,7 @@ class Showcase {
       say(done < count ? `${done} of ${count} looks` : "", 0),
     );
     this.tiles.runner = runner;
+    document.body.classList.toggle("embedded", new URLSearchParams(location.search).has("embed"));
     this.#addExamples();
     await this.#showExample(index.pictures[0]);
     this.#listen();
@@ -145,7 +146,7 @@ class Showcase {
   /** Shows the style that the address names, or the list. */
   async #route() {
     const name = decodeURIComponent(location.hash.slice(1));
-    const listed = index.styles.find((style) => style.name === name);
+    const listed = [...index.styles, ...index.unlisted].find((style) => style.name === name);
     if (!listed) return dialog.close();
     if (!this.viewer) return say("This browser cannot run styles.");
     if (this.tiles) this.tiles.isPaused = true;
