@@ -14,7 +14,7 @@ TESTS ?=
 TYPESCRIPT := 7.0.2
 PYTEST = $(BIN)/python -m pytest --numprocesses $(JOBS) --dist worksteal
 
-.PHONY: demo test thorough check docs clean
+.PHONY: demo test thorough check docs site clean
 
 demo: .venv/program.stamp  ## make a short film and restyle it
 	$(BIN)/vidstyle demo
@@ -33,6 +33,9 @@ check: .venv/dev.stamp  ## look over the code: layout, lint, types; those of Jav
 
 docs: .venv/dev.stamp  ## build the API reference, build/api/index.html
 	$(BIN)/python -m tools.api_reference
+
+site: .venv/dev.stamp  ## build the web site, build/site/index.html
+	$(BIN)/python -m tools.site
 
 clean:  ## remove all that was made here
 	rm -rf .venv dist build demo .pytest_cache .mypy_cache .ruff_cache

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -30,13 +31,16 @@ def main() -> None:
     """Build the site and print its size."""
     folder = Path(*sys.argv[1:]) if sys.argv[1:] else DEFAULT_FOLDER
     logging.basicConfig(level=logging.WARNING, format="%(message)s")
-    build_site(folder)
+    build_site(folder, [name for name in style_names() if name != PLAIN])
     size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
     print(f"{folder / 'index.html'}: {size / 1e6:.1f} MB")
 
 
-def build_site(folder: Path) -> None:
+def build_site(folder: Path, tried: Sequence[str]) -> None:
     """Write the site to a folder, which is replaced if a site is in it.
+
+    Args:
+        tried: the styles of the page on which visitors restyle their own pictures.
 
     Raises:
         SystemExit: the folder has other files, or a link leads to nothing.
@@ -47,7 +51,7 @@ def build_site(folder: Path) -> None:
         copy_documents(Path(pages))
         reference = write_reference(Path(pages))
         make_api_reference(Path(pages) / "api")
-        _write_try_page(Path(pages) / "try")
+        _write_try_page(Path(pages) / "try", tried)
         build(_configuration(Path(pages), folder.absolute(), reference))
     for pattern in EXCLUDED:
         for path in folder.glob(pattern):
@@ -62,8 +66,8 @@ def _configuration(pages: Path, folder: Path, reference: list[Any]) -> MkDocsCon
     return load_config(settings, nav=nav, docs_dir=str(pages), site_dir=str(folder))
 
 
-def _write_try_page(folder: Path) -> None:
-    styles = [load_style(name) for name in style_names() if name != PLAIN]
+def _write_try_page(folder: Path, names: Sequence[str]) -> None:
+    styles = [load_style(name) for name in names]
     examples = [ExamplePicture(name, title, PHOTOGRAPHS[name]) for name, title in EXAMPLES.items()]
     write_showcase(folder, styles, examples, "Try vidstyle", unlisted=block_examples())
 

@@ -39,6 +39,7 @@ DOCUMENTS = {
 GALLERY = "docs/gallery.md"
 MAX_PICTURE_WIDTH_PX = 1000
 PICTURE_QUALITY = 60
+_IMAGE = re.compile(r'(<img [^>]*src=")([^"]+)(")')
 _LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^)\s]+)\)")
 
 
@@ -85,7 +86,10 @@ def _with_page_links(text: str, source: str, pages: Path) -> str:
             return f"[{label}]({copy_picture(ROOT / name, pages)})"
         return _LINK.sub(replace, label)
 
-    return _LINK.sub(replace, text)
+    def replace_image(match: re.Match[str]) -> str:
+        return match[1] + copy_picture(ROOT / os.path.dirname(source) / match[2], pages) + match[3]
+
+    return _IMAGE.sub(replace_image, _LINK.sub(replace, text))
 
 
 def copy_picture(path: Path, pages: Path, width: int = MAX_PICTURE_WIDTH_PX) -> str:

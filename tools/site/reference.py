@@ -100,8 +100,8 @@ def _style_list(names: list[str]) -> Iterator[str]:
     yield "# Styles\n\n[Try all of them on your own picture](../try/index.html){ .md-button }\n"
     yield '<div class="styles" markdown>'
     for name in names:
-        yield f"[![{name}](../pictures/{name}-astronaut-small.webp)]({name}.md)\n[{name}]({name}.md): "
-        yield f"{load_style(name).summary}\n"
+        picture = f"../pictures/{name}-astronaut-small.webp"
+        yield f"[![{name}]({picture})]({name}.md) [**{name}**]({name}.md) {load_style(name).summary}\n"
     yield "</div>"
 
 

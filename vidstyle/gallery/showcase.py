@@ -29,9 +29,9 @@ from vidstyle.style.paths import steps_by_path
 
 TILE_SIDE_PX = 240
 """The working size of the tiles: the smallest of each style."""
-TILE_WIDTH_PX = 384
+TILE_WIDTH_PX = 320
 """Width of the finished pictures of tiles."""
-TILE_QUALITY = 72
+TILE_QUALITY = 62
 _ASSETS = Path(__file__).with_name("showcase")
 _PIECE = re.compile(r"\n(?=\S)")
 

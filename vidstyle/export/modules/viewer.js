@@ -88,8 +88,8 @@ export class Viewer {
   async show(data, side = this.side) {
     this.data = data;
     this.panel = new StylePanel(data, () => this.#changed());
-    get("facts").textContent = this.#facts(data).join(" ");
     await this.#choose(side);
+    get("facts").textContent = this.#facts(data).join(" ");
   }
 
   /** @param {StyleData} data */
@@ -136,7 +136,12 @@ export class Viewer {
 
   draw() {
     const { picture, size: own, video } = this.source;
-    if (!picture || !this.#shown || !own[0]) return;
+    if (!picture || !own[0]) return;
+    if (!this.#shown) {
+      resize(this.canvas, own);
+      this.canvas.getContext("2d")?.drawImage(picture, 0, 0);
+      return;
+    }
     const size = workingSize(own, this.#shown.side);
     resize(this.canvas, size);
     const began = performance.now();

@@ -153,10 +153,12 @@ class Showcase {
     if (!dialog.open) dialog.showModal();
     for (const heading of dialog.querySelectorAll("h1, h2")) heading.textContent = name;
     get("note").textContent = listed.note;
-    this.#style = await loadStyleData(name);
-    await this.viewer.show(this.#style);
+    this.viewer.say("Preparing this look.", 0);
+    const [style] = await Promise.all([loadStyleData(name), this.#openExample()]);
+    this.#style = style;
+    await this.viewer.show(style);
+    this.viewer.say("");
     this.#showCommand();
-    await this.#openExample();
   }
 
   get #changes() {
