@@ -105,7 +105,7 @@ def test_each_style_and_block_has_a_page(pages: dict[Path, Addresses], site: Pat
     ("question", "page"),
     [
         ("how do I restyle a film", "index.html"),
-        ("which style is comic", "styles/comic.html"),
+        ("comic style", "styles/comic.html"),
         ("write a block", "contributing.html"),
     ],
 )
