@@ -15,7 +15,7 @@ from mkdocs.config.defaults import MkDocsConfig
 
 from tools.api_reference import make as make_api_reference
 from tools.pictures.gallery import PHOTOGRAPHS
-from tools.site.documents import DOCUMENTS, copy_documents
+from tools.site.documents import copy_documents, titles
 from tools.site.reference import block_examples, write_reference
 from vidstyle.gallery.showcase import ExamplePicture, write_showcase
 from vidstyle.style import PLAIN, load_style, style_names
@@ -60,8 +60,7 @@ def build_site(folder: Path, tried: Sequence[str]) -> None:
 
 
 def _configuration(pages: Path, folder: Path, reference: list[Any]) -> MkDocsConfig:
-    documents = [{title: target} for title, target in DOCUMENTS.values() if target != "index.md"]
-    nav = [{"vidstyle": "index.md"}, {"Try it": "try/index.html"}, {"Guide": documents}, *reference]
+    nav = [{"vidstyle": "index.md"}, {"Try it": "try/index.html"}, {"Guide": titles()}, *reference]
     settings = str(Path(__file__).with_name("mkdocs.yml"))
     return load_config(settings, nav=nav, docs_dir=str(pages), site_dir=str(folder))
 

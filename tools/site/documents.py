@@ -5,38 +5,20 @@ from __future__ import annotations
 import os
 import re
 import shutil
+from functools import cache
 from pathlib import Path
 
 import cv2
 
 ROOT = Path(__file__).parents[2]
-DOCUMENTS = {
-    "README.md": ("Start", "index.md"),
-    "docs/commands.md": ("Commands by example", "commands.md"),
-    "docs/camera.md": ("Cameras and video calls", "camera.md"),
-    "docs/design.md": ("Design a style", "design.md"),
-    "docs/explore.md": ("Explore random styles", "explore.md"),
-    "docs/cues.md": ("Change styles over time", "cues.md"),
-    "docs/focus.md": ("Faces", "focus.md"),
-    "docs/masks.md": ("People and background", "masks.md"),
-    "docs/steady.md": ("Temporal stabilization", "steady.md"),
-    "docs/everywhere.md": ("Browser, mpv, FFmpeg", "everywhere.md"),
-    "docs/plug-in.md": ("In your own program", "plug-in.md"),
-    "docs/batch.md": ("Many films", "batch.md"),
-    "docs/scale.md": ("Clusters", "scale.md"),
-    "docs/training.md": ("Train filters", "training.md"),
-    "docs/networks.md": ("Neural networks", "networks.md"),
-    "filters_bank/README.md": ("Shipped filters", "filters.md"),
-    "docs/performance.md": ("Performance", "performance.md"),
-    "docs/architecture.md": ("Architecture", "architecture.md"),
-    "docs/reliability.md": ("Reliability", "reliability.md"),
-    "docs/rules.md": ("Rules", "rules.md"),
-    "CONTRIBUTING.md": ("Contribute", "contributing.md"),
-    "SECURITY.md": ("Security", "security.md"),
-    "CHANGELOG.md": ("Changes", "changelog.md"),
-}
-"""The title and the page of each document."""
 GALLERY = "docs/gallery.md"
+OTHER_DOCUMENTS = {
+    "filters_bank/README.md": "filters.md",
+    "CONTRIBUTING.md": "contributing.md",
+    "SECURITY.md": "security.md",
+    "CHANGELOG.md": "changelog.md",
+}
+"""Documents outside `docs`, and their pages."""
 MAX_PICTURE_WIDTH_PX = 1000
 PICTURE_QUALITY = 60
 _IMAGE = re.compile(r'(<img [^>]*src=")([^"]+)(")')
@@ -52,19 +34,32 @@ def heading_id(text: str, separator: str) -> str:
     return re.sub(r"[^\w\- ]", "", text.strip().lower()).replace(" ", separator)
 
 
-def copy_documents(pages: Path) -> None:
-    """Write all documents to a folder, with links between the pages, and their pictures.
+@cache
+def documents() -> dict[str, str]:
+    """Return the page of each document: the README first, then in the order in which it links to them."""
+    names = [f"docs/{path.name}" for path in sorted((ROOT / "docs").glob("*.md"))]
+    links = [address.partition("#")[0] for _, _, address in _LINK.findall(_read("README.md"))]
+    ordered = [name for name in dict.fromkeys([*links, *names]) if name in names and name != GALLERY]
+    return {"README.md": "index.md"} | {name: Path(name).name for name in ordered} | OTHER_DOCUMENTS
 
-    Raises:
-        SystemExit: a document is missing in `DOCUMENTS`.
-    """
-    found = {f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md")} - {GALLERY}
-    if missing := found - DOCUMENTS.keys():
-        raise SystemExit(f"add {', '.join(sorted(missing))} to DOCUMENTS in tools/site/documents.py")
-    for source, (_, target) in DOCUMENTS.items():
-        text = (ROOT / source).read_text(encoding="utf-8")
-        (pages / target).write_text(_with_page_links(text, source, pages), encoding="utf-8")
+
+def titles() -> list[dict[str, str]]:
+    """Return the title and page of each document except the README, for the navigation."""
+    named = list(documents().items())[1:]
+    return [
+        {_read(name).partition("\n")[0].removeprefix("# ").replace("`", ""): page} for name, page in named
+    ]
+
+
+def copy_documents(pages: Path) -> None:
+    """Write all documents to a folder, with links between the pages, and their pictures."""
+    for source, target in documents().items():
+        (pages / target).write_text(_with_page_links(_read(source), source, pages), encoding="utf-8")
     shutil.copy(Path(__file__).with_name("site.css"), pages / "site.css")
+
+
+def _read(name: str) -> str:
+    return (ROOT / name).read_text(encoding="utf-8")
 
 
 def _with_page_links(text: str, source: str, pages: Path) -> str:
@@ -80,8 +75,8 @@ def _with_page_links(text: str, source: str, pages: Path) -> str:
             return f"![{label}]({copy_picture(ROOT / name, pages)})"
         if name == GALLERY:
             return f"[{label}](styles/{anchor or 'index'}.md)"
-        if name in DOCUMENTS:
-            return f"[{label}]({DOCUMENTS[name][1]}{'#' + anchor if anchor else ''})"
+        if name in documents():
+            return f"[{label}]({documents()[name]}{'#' + anchor if anchor else ''})"
         if Path(name).suffix in (".jpg", ".webp"):
             return f"[{label}]({copy_picture(ROOT / name, pages)})"
         return _LINK.sub(replace, label)
