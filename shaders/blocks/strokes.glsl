@@ -4,9 +4,9 @@
 
 // Strokes of one colour each along the edges, at random positions of a grid, from the topmost down.
 vec3 strokes(
-    ivec2 at, uint moment, vec3 flow, vec3 under, float length_, float width, float density, float angle, float variation,
-    float colors, float bristles, int rate) {
-    vec2 direction = stroke_direction(flow, fixed_stroke_direction(angle, 0.06)), here = vec2(at) + 0.5;
+    ivec2 at, uint moment, vec3 flow, vec3 under, float length_, float width, float density, float angle,
+    float angle_strength, float variation, float colors, float bristles, int rate) {
+    vec2 direction = stroke_direction(flow, fixed_stroke_direction(angle, angle_strength)), here = vec2(at) + 0.5;
     float pitch = max(width / sqrt(density), max(length_, width) / 5.0), reach = ceil(max(length_, width) / 2.0 + 1.0);
     float half_length = max(length_ - width, 0.0) / 2.0, half_width = width / 2.0, shown = 1.0, last_order = 2.0;
     ivec2 first = ivec2(floor((here - reach) / pitch)) - 1, last = ivec2(ceil((here + reach) / pitch));

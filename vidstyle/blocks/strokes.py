@@ -10,7 +10,7 @@ import numpy as np
 from vidstyle.block import REDRAW_RATE, FrameTime, PageRegion, ResultRows, SavedRef, Slider, block, drawing_at
 from vidstyle.core.kernels import cached, compiled, interleaved, look_up_at
 from vidstyle.core.kernels.stroke_painting import MARK_COLUMNS, TILE_SIZE, paint_strokes
-from vidstyle.core.stroke_directions import stroke_directions
+from vidstyle.core.stroke_directions import DEFAULT_ANGLE_STRENGTH, stroke_directions
 from vidstyle.core.white_noise import LATTICE_PART_SIZE, white_noise
 
 RANDOM_COUNT = 4
@@ -62,6 +62,10 @@ def strokes(
     angle: Annotated[
         float, Slider(-90, 90, "direction of strokes far from edges", "degrees", label="Stroke direction")
     ] = 35,
+    angle_strength: Annotated[
+        float,
+        Slider(0.01, 1, "strength of that direction near weak edges", label="Strength of the direction"),
+    ] = DEFAULT_ANGLE_STRENGTH,
     variation: Annotated[
         float, Slider(0, 1, "variation of tone between strokes", explore=(0, 0.2), label="Tone variation")
     ] = 0.1,
@@ -94,7 +98,7 @@ def strokes(
     painted, samples = np.empty((4, strokes_.shape[1]), np.float32), interleaved(picture).reshape(-1)
     _choose_paint(strokes_, samples, samples[1:], samples[2:], (place.top, *shape), looks, painted)
     rows = slice(place.margin[0], len(picture) - place.margin[1])
-    directions = stroke_directions(flow[rows], angle) if bristles or length > width else None
+    directions = stroke_directions(flow[rows], angle, angle_strength) if bristles or length > width else None
     pictures, page_row = (np.ascontiguousarray(under[rows]), directions), place.top + rows.start
     paint_strokes((strokes_, painted), (lists, counts), size, looks[2], pictures, page_row, out)
     return out
