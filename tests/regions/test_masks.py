@@ -147,6 +147,19 @@ def test_styles_behind_have_names_and_measurements_of_their_own(red_model: Path)
     assert np.abs(result[:, 160:] - stylize(color, one, "cpu")[:, 160:]).mean() < 0.5
 
 
+@pytest.mark.parametrize("device", ["cpu", "gpu"])
+def test_people_do_not_glow_in_the_blur_behind_them(device: str, red_model: Path) -> None:
+    color = gray_and_red()
+    out = stylize(color, replace(load_style("plain"), behind=style_behind("blur")), device).astype(int)
+    redness = out[..., 0] - out[..., 1:].mean(axis=2)
+    assert redness[:, 140:].min() > 200
+    assert redness[:, :127].max() < 20
+    # It is blurred: neighbouring pixels differ less.
+    assert (
+        np.abs(np.diff(out[:, :110, 1])).mean() < 0.5 * np.abs(np.diff(color[:, :110, 1].astype(int))).mean()
+    )
+
+
 def test_background_is_everything_but_people(red_model: Path) -> None:
     color = gray_and_red()
     blended = {"block": "blend", "mask": "background"}

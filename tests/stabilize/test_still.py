@@ -55,6 +55,15 @@ def test_smoothed_noise_of_a_camera_goes(blur: float) -> None:
     assert color is not None and color[10:-10, 10:-10].std() < DEVIATION / 3
 
 
+def test_noise_counts_by_the_contrast_that_styles_stretch() -> None:
+    """Faint noise goes from a dim picture, and stays in a bright one."""
+    ramp = np.repeat(np.linspace(0, 1, 160, dtype=np.float32)[None, :, None], 120, axis=0)
+    for contrast, goes in ((60, True), (240, False)):
+        planes = np.concatenate([8 + contrast * ramp, np.full((120, 160, 2), 128, np.float32)], axis=2)
+        dirty = picture(noisy(planes, 1.8, 1))
+        assert (flattened(dirty) is not dirty) == goes
+
+
 def test_features_remain() -> None:
     """A photograph is nearer to the one without noise than before."""
     clean = page(180, 320)[..., 0]

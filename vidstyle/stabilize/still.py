@@ -13,7 +13,10 @@ from vidstyle.stabilize.motion import plane_noise_level
 
 MIN_NOISE_LEVELS = 3 / 255, 3.75 / 255
 """Noise below both stays: in the picture, and in a copy of half the size, which shows noise that the camera
-has smoothed. 64 clean photographs have at most 3 / 255 and 3.5 / 255."""
+has smoothed; relative to the contrast. 64 clean photographs have at most 3 / 255 and 3.5 / 255."""
+MIN_CONTRAST = 0.3
+"""Contrast below which it is not taken into account, relative to the distance from black to white."""
+CONTRAST_PERCENTILES = 2, 98
 TEXTURE_RATIO = 0.3
 """Noise of the smaller copy that counts as texture, relative to the noise of the picture."""
 NOISE_VARIANCE_FACTOR = 0.8
@@ -39,13 +42,20 @@ def flatten_still(request: FrameRequest, steady: float) -> FrameRequest:
     plane = picture.luma if picture.color is None else picture.color
     assert plane is not None
     black, white = picture.encoding.luma_levels
-    levels = _noise_levels(plane if plane.ndim == 2 else plane[..., 1])
-    if all(level < least * (white - black) for level, least in zip(levels, MIN_NOISE_LEVELS, strict=True)):
+    luma = plane if plane.ndim == 2 else plane[..., 1]
+    levels, limit = _noise_levels(luma), _contrast(luma, white - black)
+    if all(level < limit * least for level, least in zip(levels, MIN_NOISE_LEVELS, strict=True)):
         return request
     fine, coarse = levels if plane.ndim == 2 else _noise_levels(_guide(plane))
     # White noise has half its deviation in a copy of half the size.
     variance = np.float32(max(fine, 2 * coarse - TEXTURE_RATIO * fine) ** 2)
     return replace(request, picture=picture.map_planes(partial(_flatten, variance=variance)))
+
+
+def _contrast(plane: np.ndarray, span: float) -> float:
+    """Return the difference of dark and bright in a plane: styles stretch low contrast, and its noise."""
+    dark, bright = np.percentile(plane[::4, ::4], CONTRAST_PERCENTILES)
+    return float(max(bright - dark, MIN_CONTRAST * span))
 
 
 def _noise_levels(plane: np.ndarray) -> tuple[float, float]:

@@ -7,18 +7,24 @@ from dataclasses import replace
 from vidstyle.block import Color
 from vidstyle.errors import StyleError, UsageError
 from vidstyle.style import load_style, style_names
-from vidstyle.style.mask_declarations import BACKDROP
-from vidstyle.style.model import Step, Style
+from vidstyle.style.mask_declarations import BACKDROP, BACKGROUND
+from vidstyle.style.model import SOURCE, Step, Style
 
 BLUR = "blur"
 BLUR_SIGMA_PX, BLUR_HEIGHT_PX = 12.0, 720.0
 """Standard deviation of the blur, in a picture of this height."""
 _BLUR_FACTOR = 0.25
+_BLUR_GAUSSIAN = {"sigma": BLUR_SIGMA_PX * _BLUR_FACTOR}
 _BLUR_STEPS = (
-    Step("scale", {"factor": _BLUR_FACTOR, "back": "bilinear"}),
-    Step("gaussian", {"sigma": BLUR_SIGMA_PX * _BLUR_FACTOR}),
+    Step("scale", {"factor": _BLUR_FACTOR}, source=BACKGROUND),
+    Step("gaussian", _BLUR_GAUSSIAN, save="seen"),
+    Step("scale", {"factor": _BLUR_FACTOR, "back": "bilinear"}, source=SOURCE),
+    Step("blend", {"other": BACKGROUND, "mode": "multiply", "opacity": 1.0}),
+    Step("gaussian", _BLUR_GAUSSIAN),
+    Step("blend", {"other": "seen", "mode": "divide", "opacity": 1.0}),
 )
-"""In a smaller picture, which is several times as fast and looks the same."""
+"""In a smaller picture, which is several times as fast and looks the same. People are left out of the blur:
+else they would glow around their outline (normalized convolution, Knutsson and Westin 1993)."""
 
 
 def style_behind(text: str) -> Style:
