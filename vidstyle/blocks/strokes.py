@@ -64,7 +64,7 @@ def strokes(
     ] = 35,
     angle_strength: Annotated[
         float,
-        Slider(0.01, 1, "strength of that direction near weak edges", label="Strength of the direction"),
+        Slider(0.01, 1, "strength of that direction near weak edges", label="Direction strength"),
     ] = DEFAULT_ANGLE_STRENGTH,
     variation: Annotated[
         float, Slider(0, 1, "variation of tone between strokes", explore=(0, 0.2), label="Tone variation")
