@@ -16,7 +16,8 @@ MIN_NOISE_LEVELS = 3 / 255, 3.75 / 255
 has smoothed; relative to the contrast. 64 clean photographs have at most 3 / 255 and 3.5 / 255."""
 MIN_CONTRAST = 0.3
 """Contrast below which it is not taken into account, relative to the distance from black to white."""
-CONTRAST_PERCENTILES = 2, 98
+DARKEST_PERCENTILE = 2
+"""Percentile of the darkest samples that count for the contrast; as many of the brightest do not."""
 TEXTURE_RATIO = 0.3
 """Noise of the smaller copy that counts as texture, relative to the noise of the picture."""
 NOISE_VARIANCE_FACTOR = 0.8
@@ -54,7 +55,7 @@ def flatten_still(request: FrameRequest, steady: float) -> FrameRequest:
 
 def _contrast(plane: np.ndarray, span: float) -> float:
     """Return the difference of dark and bright in a plane: styles stretch low contrast, and its noise."""
-    dark, bright = np.percentile(plane[::4, ::4], CONTRAST_PERCENTILES)
+    dark, bright = np.percentile(plane[::4, ::4], (DARKEST_PERCENTILE, 100 - DARKEST_PERCENTILE))
     return float(max(bright - dark, MIN_CONTRAST * span))
 
 
