@@ -38,7 +38,7 @@ def mixed():
     library._engine.cache_clear()
     out = np.empty_like(color)
     arguments = color, matrix, out
-    assert not library.entry(_mix, types_of(arguments))(*arguments)
+    assert not library.entry(_mix, types_of(arguments))(arguments)
     return out.tolist()
 
 def flip(content):
@@ -100,7 +100,7 @@ FILES = (as_folder, as_pipe, as_link_to_zeros, as_link_to_nothing, as_link_to_a_
 
 out = np.empty((1, 3), np.float32)
 arguments = np.ones((1, 1), np.float32), out
-library.entry(_repeat_rows, types_of(arguments))(*arguments)
+library.entry(_repeat_rows, types_of(arguments))(arguments)
 assert mixed() == WANTED, mixed()
 [FILE] = (path for path in Path(os.environ["XDG_CACHE_HOME"], "vidstyle/kernels").glob("*_mix_*.o"))
 GOOD = FILE.read_bytes()

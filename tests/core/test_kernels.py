@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import math
 import os
 import subprocess
@@ -20,7 +21,8 @@ from waiting import LONG
 
 from vidstyle.cli.terminal.reporting import Reporting
 from vidstyle.core.kernels import Compiled, cached, compiled, dry_run, library
-from vidstyle.core.kernels.declare import types_of
+from vidstyle.core.kernels.arguments import ADDRESSES, MIN_UNLOCKED_NUMBERS
+from vidstyle.core.kernels.declare import OTHER_TYPES, SUCCEEDED, types_of
 from vidstyle.core.machine.user_cache import user_cache
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.style import load_style, style_names
@@ -97,6 +99,55 @@ def test_a_kernel_takes_arrays_tuples_and_numbers(is_negative):
             call(planes, (2.5, np.float32(0.3)), is_negative, 1, (1, 4), result)
         np.testing.assert_allclose(out, wanted, rtol=1e-6)
         assert out[2].any() and not out[0].any()
+
+
+class Rows(np.ndarray):
+    """Arrays of a subclass, as other libraries return them."""
+
+
+def test_a_kernel_called_with_many_types_in_turn_runs_for_each():
+    values = [np.arange(12, dtype=dtype).reshape(12)[::step] for dtype in "fdihHb" for step in (1, 2)]
+    for array in [
+        *values,
+        *values[::-1],
+        values[0].view(Rows),
+        values[0].astype(np.dtype("f", metadata={"a": 1})),
+    ]:
+        halves = np.empty(array.size)
+        halve_all(array, halves)
+        assert halves.tolist() == [value / 2 for value in array.tolist()]
+
+
+def test_other_types_are_refused_by_machine_code():
+    rows = np.ones((2, 3), np.float32)
+    arguments = (rows, (np.ones((2, 3, 2)), rows[0])), (2, np.float32(0.5)), False, 0.25, (0, 2), rows.copy()
+    run = library.entry(mix, types_of(arguments))
+    assert run(arguments) == SUCCEEDED
+    others = {
+        0: ((rows, (np.ones((2, 3)), rows[0])), (rows, (np.ones((2, 3, 2), int), rows[0])), (rows, rows[0])),
+        1: ((2.0, np.float32(0.5)), (2, 0.5), (True, np.float32(0.5))),
+        2: (0, None),
+        3: (1, np.float32(1)),
+        4: ((0, 2, 0), [0, 2], np.arange(2)),
+        5: (rows[:, ::2], rows.astype(">f4"), rows.astype(np.float64)),
+    }
+    for place, replacements in others.items():
+        for each in replacements:
+            assert run((*arguments[:place], each, *arguments[place + 1 :])) == OTHER_TYPES, (place, each)
+    assert run(arguments[:-1]) == OTHER_TYPES
+
+
+def test_pythons_lock_is_released_for_large_arrays_only():
+    calls = []
+    save = ctypes.CFUNCTYPE(ctypes.c_void_p)(lambda: calls.append("save") or 77)
+    restore = ctypes.CFUNCTYPE(None, ctypes.c_void_p)(calls.append)
+    for size in (1, MIN_UNLOCKED_NUMBERS // 2, MIN_UNLOCKED_NUMBERS // 2 + 1):
+        arguments = np.ones(size, np.float32), np.empty(size, np.float32)
+        run = library.entry(halve_all, types_of(arguments))
+        for name, function in (("PyEval_SaveThread", save), ("PyEval_RestoreThread", restore)):
+            run.args[0][ADDRESSES[name]] = ctypes.cast(function, ctypes.c_void_p).value
+        assert run(arguments) == SUCCEEDED and arguments[1][-1] == 0.5
+    assert calls == ["save", 77]
 
 
 def test_what_a_kernel_cannot_take_is_named():

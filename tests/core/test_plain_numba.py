@@ -23,7 +23,7 @@ from vidstyle.stabilize.segment import GROUP_ROWS, SEGMENT_SIZE, take_segment, t
 from vidstyle.style import style_names
 
 ROOT = Path(__file__).parents[2]
-DOORS = "compiler", "engine"
+DOORS = "compiler", "entry_function", "engine"
 """The modules that use what Numba and llvmlite may change."""
 OWN = "self", "compiled", "np", "inspect"
 """What else they use attributes of."""

@@ -6,6 +6,7 @@ import hashlib
 import os
 import sys
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import fields
 from importlib.util import find_spec
 from pathlib import Path
@@ -102,11 +103,19 @@ def warm_up_frames(style: Style | CueList, rate: float) -> int:
 
 def build() -> str:
     """Return the versions of what makes the pictures."""
-    # Importing it would take longest of all.
-    opencv = version_of("opencv-contrib-python-headless")
     faces = "with" if find_spec("mtcnn") else "without"
-    libraries = f"FFmpeg {ffmpeg_version()}, OpenCV {opencv}, NumPy {np.__version__}, {faces} faces"
+    libraries = (
+        f"FFmpeg {ffmpeg_version()}, OpenCV {_opencv_version()}, NumPy {np.__version__}, {faces} faces"
+    )
     return f"vidstyle {__version__}, {libraries}"
+
+
+def _opencv_version() -> str:
+    with suppress(ImportError):  # importing OpenCV would take longest of all
+        return version_of("opencv-contrib-python-headless")
+    import cv2  # installed under another name, such as opencv-python
+
+    return cv2.__version__
 
 
 def _arguments(block: str, values: dict[str, Any]) -> dict[str, Any]:

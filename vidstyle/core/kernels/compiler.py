@@ -1,4 +1,4 @@
-"""Compiles kernels to object files: the only module that uses undocumented interfaces of Numba.
+"""Compiles kernels to object files. Only this module and `entry_function` use undocumented parts of Numba.
 
 If it fails, as with a changed version of Numba, `plain_numba` replaces it.
 """
@@ -11,7 +11,7 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from llvmlite import binding, ir
+from llvmlite import binding
 from numba.core import cgutils, config, types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Flags, compile_extra
@@ -23,10 +23,11 @@ from numba.core.typing import signature
 from numba.core.typing.templates import AbstractTemplate
 from numba.extending import intrinsic as numba_intrinsic
 from numba.extending import typeof_impl
-from numba.np.arrayobj import make_array, populate_array
 from numba.np.numpy_support import from_dtype
 
+from vidstyle.core.kernels.arguments import is_array_type
 from vidstyle.core.kernels.declare import ArgumentType, Compiled, Intrinsic, KernelError
+from vidstyle.core.kernels.entry_function import EntryFunction
 
 SCALARS = {int: types.int64, bool: types.boolean, float: types.float64, np.float32: types.float32}
 PROCESSOR = binding.get_host_cpu_features()
@@ -36,15 +37,13 @@ if PROCESSOR.get("avx512vbmi2"):
     if binding.llvm_version_info >= (20,):  # older ones complain that they do not know it
         # LLVM would add products of 16 bits by two instructions instead of one: slower if there are many.
         config.CPU_FEATURES += ",+fast-dpwssd"
-OBJECT_SIZE = object.__basicsize__
-"""Bytes of a Python object before its own fields; an array has data, dimensions, shape, strides."""
 
 
 @global_compiler_lock
 def object_code(name: str, compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> bytes:
     """Return an object file with the C function `name`.
 
-    The function takes flattened arguments and returns whether it failed.
+    See `EntryFunction` for what it takes and returns.
 
     Raises:
         KernelError: the function creates an array, or needs another part of Numba's runtime.
@@ -57,7 +56,7 @@ def object_code(name: str, compiled: Compiled, kinds: tuple[ArgumentType, ...]) 
     library = context.codegen().create_library(name)
     library.add_linking_library(result.library)
     module = library.create_ir_module(name)
-    _EntryFunction(module, name, result.fndesc).emit()
+    EntryFunction(module, name, result.fndesc, kinds).emit()
     library.add_ir_module(module)
     library.finalize()
     final = library._final_module
@@ -142,68 +141,7 @@ def _type(kind: ArgumentType) -> types.Type:
         return _callee(kind)
     if not isinstance(kind, tuple):
         return SCALARS[kind]
-    if not isinstance(kind[0], np.dtype):
+    if not is_array_type(kind):
         return types.BaseTuple.from_types(tuple(map(_type, kind)))
     dtype, dimensions, is_contiguous = kind
     return types.Array(from_dtype(dtype), dimensions, "C" if is_contiguous else "A")
-
-
-class _EntryFunction:
-    """Emits a C function that reads NumPy arrays from their Python objects and calls a compiled function."""
-
-    def __init__(self, module: ir.Module, name: str, description: Any) -> None:
-        self._context, self._description = cpu_target.target_context, description
-        kinds = [each for kind in description.argtypes for each in _flat(kind)]
-        function_type = ir.FunctionType(ir.IntType(1), [self._c_type(kind) for kind in kinds])
-        function = ir.Function(module, function_type, name)
-        self._builder = ir.IRBuilder(function.append_basic_block())
-        self._callee = self._context.declare_function(module, description)
-        self._arguments = iter(function.args)
-
-    def emit(self) -> None:
-        """Emit its body."""
-        arguments = [self._value(kind) for kind in self._description.argtypes]
-        call_types = self._description.restype, self._description.argtypes
-        call = self._context.call_conv.call_function
-        status, _ = call(self._builder, self._callee, *call_types, arguments)
-        self._builder.ret(status.is_error)
-
-    def _c_type(self, kind: types.Type) -> ir.Type:
-        if isinstance(kind, types.Array):
-            return ir.IntType(8).as_pointer()
-        return ir.IntType(8) if kind == types.boolean else self._context.get_value_type(kind)
-
-    def _value(self, kind: types.Type) -> Any:
-        if isinstance(kind, types.BaseTuple):
-            return self._context.make_tuple(self._builder, kind, [self._value(item) for item in kind.types])
-        if isinstance(kind, types.Function):
-            return self._context.get_dummy_value()
-        argument = next(self._arguments)
-        if isinstance(kind, types.Array):
-            return self._array(kind, argument)
-        return self._builder.trunc(argument, ir.IntType(1)) if kind == types.boolean else argument
-
-    def _array(self, kind: types.Array, address: Any) -> Any:
-        builder, word = self._builder, self._context.get_value_type(types.intp)
-        pointer_size = word.width // 8
-
-        def field(offset: int, of: ir.Type) -> Any:
-            place = builder.gep(address, [ir.Constant(word, OBJECT_SIZE + offset)])
-            return builder.load(builder.bitcast(place, of.as_pointer()))
-
-        def numbers(offset: int) -> list[Any]:
-            first = field(offset, word.as_pointer())
-            return [builder.load(builder.gep(first, [ir.Constant(word, axis)])) for axis in range(kind.ndim)]
-
-        data = field(0, self._context.get_data_type(kind.dtype).as_pointer())
-        array = make_array(kind)(self._context, builder)
-        item_size = self._context.get_constant(types.intp, kind.dtype.bitwidth // 8)
-        sizes = numbers(2 * pointer_size), numbers(3 * pointer_size)
-        populate_array(array, data, *sizes, item_size, meminfo=None)
-        return array._getvalue()
-
-
-def _flat(kind: types.Type) -> list[types.Type]:
-    if isinstance(kind, types.BaseTuple):
-        return [each for item in kind.types for each in _flat(item)]
-    return [] if isinstance(kind, types.Function) else [kind]

@@ -7,7 +7,6 @@ importing a module with kernels is cheap, and only the first use of a style wait
 
 from __future__ import annotations
 
-import ctypes
 import functools
 import importlib
 import inspect
@@ -33,16 +32,28 @@ class CompilerError(Exception):
     """No kernel can be compiled to an object file with this Numba; the text is the reason."""
 
 
-SCALARS = {int: ctypes.c_int64, bool: ctypes.c_bool, float: ctypes.c_double, np.float32: ctypes.c_float}
+SCALARS = int, bool, float, np.float32
 """Types of scalar arguments; kernels also take arrays, and tuples of all these types."""
+
+SUCCEEDED, FAILED, OTHER_TYPES = range(3)
+"""Results of machine code; the last one if it was compiled for arguments of other types."""
+MAX_RECENT_ENTRIES = 8
+"""How many entries of a kernel are tried before the types of arguments are compared in Python."""
 
 ArgumentType = Any
 """The type of an argument: one of `SCALARS`, (data type, dimensions, whether it is C-contiguous) of an array,
 a compiled function itself, or a tuple of such types."""
 
 
+KernelEntry = Callable[[tuple[Any, ...]], int]
+"""Machine code of a kernel for arguments of certain types: takes the arguments, returns one of the results
+above."""
+
+
 class Compiled(Generic[Arguments, Result]):
-    """A function that is compiled for each combination of argument types; it releases the GIL.
+    """A function that is compiled for each combination of argument types.
+
+    It releases the GIL, except for arrays with few numbers (`arguments.MIN_UNLOCKED_NUMBERS`).
 
     A compiled function may call another one by its module-level name, or one that is an argument, for each of
     which it is compiled. It makes no arrays: what it keeps between loops is among its arguments. Called from
@@ -57,7 +68,8 @@ class Compiled(Generic[Arguments, Result]):
     def __init__(self, function: Callable[Arguments, Result], fastmath: bool, noalias: bool) -> None:
         functools.update_wrapper(self, function)
         self.function, self.fastmath, self.noalias = function, fastmath, noalias
-        self._entries: dict[tuple[ArgumentType, ...], Callable[..., object]] = {}
+        self._entries: dict[tuple[ArgumentType, ...], KernelEntry] = {}
+        self._recent: tuple[KernelEntry, ...] = ()
 
     def __call__(self, *arguments: Arguments.args, **_: Arguments.kwargs) -> Result:
         """Run the function, compiled for arguments of these types.
@@ -66,18 +78,32 @@ class Compiled(Generic[Arguments, Result]):
             RuntimeError: if the function raises an error.
             TypeError: if an argument is no array, compiled function or one of `SCALARS`.
         """
-        flat: list[Any] = []
-        kinds = _types_of(arguments, flat)
+        if _dry_run.calls is None:
+            for entry in self._recent:
+                result = entry(arguments)
+                if result == SUCCEEDED:
+                    return None  # type: ignore[return-value]
+                if result == FAILED:
+                    raise RuntimeError(f"{self.function.__name__} raised an error")
+        return self._find_and_run(arguments)  # type: ignore[return-value]
+
+    def _find_and_run(self, arguments: tuple[Any, ...]) -> None:
+        """Run the function after it was loaded or compiled, or not called recently with such arguments."""
+        kinds = types_of(arguments)
         if _dry_run.calls is not None:
             _dry_run.calls[self, kinds] = None
-            return None  # type: ignore[return-value]
+            return
         entry = self._entries.get(kinds)
         if entry is None:
             library = importlib.import_module("vidstyle.core.kernels.library")
             entry = self._entries[kinds] = library.entry(self, kinds)
-        if entry(*flat):
+        if entry not in self._recent:
+            self._recent = (entry, *self._recent)[:MAX_RECENT_ENTRIES]
+        result = entry(arguments)
+        if result == OTHER_TYPES:  # equal ones that are not the same objects
+            result = entry(_plain_arrays(arguments))
+        if result != SUCCEEDED:
             raise RuntimeError(f"{self.function.__name__} raised an error")
-        return None  # type: ignore[return-value]
 
     def __repr__(self) -> str:
         return f"{self.function.__module__}.{self.function.__qualname__}"
@@ -151,24 +177,27 @@ def compiled(function: Any = None, /, *, fastmath: bool = False, noalias: bool =
 
 def types_of(values: tuple[Any, ...]) -> tuple[ArgumentType, ...]:
     """Return the types of arguments, for which a kernel is compiled."""
-    return _types_of(values, [])
+    return tuple(map(_type_of, values))
 
 
-def _types_of(values: tuple[Any, ...], flat: list[Any]) -> tuple[ArgumentType, ...]:
-    """Return the types, and the arguments flattened, in one pass: it is most of what a call costs."""
-    kinds: list[ArgumentType] = []
-    for value in values:
-        if isinstance(value, np.ndarray):
-            kinds.append((value.dtype, value.ndim, value.flags.c_contiguous))
-            flat.append(value)
-        elif isinstance(value, tuple):
-            kinds.append(_types_of(value, flat))
-        elif isinstance(value, Compiled):
-            kinds.append(value)
-        else:
-            kinds.append(type(value))
-            flat.append(value)
-    return tuple(kinds)
+def _type_of(value: Any) -> ArgumentType:
+    if isinstance(value, np.ndarray):
+        return value.dtype, value.ndim, value.flags.c_contiguous
+    if isinstance(value, tuple):
+        return types_of(value)
+    return value if isinstance(value, Compiled) else type(value)
+
+
+def own_data_type(dtype: np.dtype) -> np.dtype:
+    """Return the one object that NumPy has for a data type, instead of an equal one."""
+    return np.dtype(dtype.str)
+
+
+def _plain_arrays(values: Any) -> Any:
+    """Return arguments with arrays that are of no subclass and have NumPy's own objects as data types."""
+    if isinstance(values, np.ndarray):
+        return values.view(own_data_type(values.dtype), np.ndarray)
+    return tuple(map(_plain_arrays, values)) if isinstance(values, tuple) else values
 
 
 class _DryRun(threading.local):

@@ -17,13 +17,22 @@ from typing import Any
 
 import numpy as np
 
+from vidstyle.core.kernels.arguments import address_table, is_array_type
 from vidstyle.core.kernels.compiler_pool import CompilerPool, Kernel
-from vidstyle.core.kernels.declare import SCALARS, ArgumentType, Compiled, CompilerError, KernelError, dry_run
+from vidstyle.core.kernels.declare import (
+    SCALARS,
+    ArgumentType,
+    Compiled,
+    CompilerError,
+    KernelEntry,
+    KernelError,
+    dry_run,
+)
 from vidstyle.core.kernels.object_files import load, store
 from vidstyle.core.machine.versions import version_of
 from vidstyle.errors import log
 
-COMPILER_FILES = ("compiler.py", "vectors.py")
+COMPILER_FILES = ("arguments.py", "compiler.py", "entry_function.py", "vectors.py")
 """Files that machine code depends on, besides those of a kernel and its callees."""
 
 _lock = threading.Lock()
@@ -46,16 +55,18 @@ def rehearsing(owner: object, rehearsal: Callable[[], object]) -> Iterator[None]
         _rehearsals.remove(own)
 
 
-def entry(compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> Callable[..., object]:
-    """Return the machine code of a kernel; it takes the flattened arguments.
+def entry(compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> KernelEntry:
+    """Return the machine code of a kernel.
 
     Raises:
         KernelError: it cannot be compiled for these arguments.
     """
-    types = _c_types(compiled, kinds)
+    _check_types(compiled, kinds)
     if not _needs_plain_numba:
         try:
-            return ctypes.CFUNCTYPE(ctypes.c_bool, *types)(_address(compiled, kinds))
+            # A function that is called with Python's lock, which it releases itself.
+            function = ctypes.PYFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.py_object)
+            return functools.partial(function(_address(compiled, kinds)), address_table(kinds))
         except KernelError:
             raise
         except (CompilerError, ImportError, AttributeError, TypeError, RuntimeError) as error:
@@ -131,7 +142,9 @@ def object_name(compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> str:
 def _platform() -> str:
     here = Path(__file__)
     files = (_file_digest(str(here.with_name(each))) for each in COMPILER_FILES)
-    return repr((_engine_module().processor(), version_of("numba"), object.__basicsize__, *files))
+    return repr(
+        (_engine_module().processor(), version_of("numba"), object.__basicsize__, tuple.__basicsize__, *files)
+    )
 
 
 @functools.cache
@@ -140,20 +153,13 @@ def _file_digest(file: str) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else file
 
 
-def _c_types(compiled: Compiled, kinds: Iterable[ArgumentType]) -> list[Any]:
-    """Return the C types of flattened arguments; an array is passed as a pointer to its Python object."""
-    types: list[Any] = []
+def _check_types(compiled: Compiled, kinds: Iterable[ArgumentType]) -> None:
     for kind in kinds:
-        if isinstance(kind, tuple) and isinstance(kind[0], np.dtype):
-            types.append(ctypes.py_object)
-        elif isinstance(kind, tuple):
-            types += _c_types(compiled, kind)
-        elif kind in SCALARS:
-            types.append(SCALARS[kind])
-        elif not isinstance(kind, Compiled):
+        if isinstance(kind, tuple):
+            _check_types(compiled, () if is_array_type(kind) else kind)
+        elif kind not in SCALARS and not isinstance(kind, Compiled):
             name = compiled.function.__name__
             raise KernelError(f"{name} takes arrays, numbers, kernels and tuples, not {kind.__name__}")
-    return types
 
 
 # --- Compilation ---

@@ -7,24 +7,32 @@ a callee in another file. It executes its files without checking a checksum.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
 from functools import cache
 from typing import Any
 
 import numba
-import numpy as np
 from numba.extending import typeof_impl
 
-from vidstyle.core.kernels.declare import ArgumentType, Compiled, Intrinsic
+from vidstyle.core.kernels.declare import (
+    OTHER_TYPES,
+    SUCCEEDED,
+    ArgumentType,
+    Compiled,
+    Intrinsic,
+    KernelEntry,
+    types_of,
+)
 
 
-def entry(compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> Callable[..., bool]:
-    """Return a function that takes the flattened arguments of a kernel, and runs it."""
+def entry(compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> KernelEntry:
+    """Return a function that runs a kernel."""
     run = _dispatcher(compiled)
 
-    def call(*flat: Any) -> bool:
-        run(*_nested(kinds, iter(flat)))
-        return False
+    def call(arguments: tuple[Any, ...]) -> int:
+        if types_of(arguments) != kinds:
+            return OTHER_TYPES
+        run(*map(_callable, arguments))
+        return SUCCEEDED
 
     return call
 
@@ -40,12 +48,8 @@ def _dispatcher(compiled: Compiled) -> Any:
     return numba.njit(nogil=True, error_model="numpy", fastmath=compiled.fastmath)(compiled.function)
 
 
-def _nested(kinds: tuple[ArgumentType, ...], flat: Iterator[Any]) -> Iterator[Any]:
-    """Arguments as they were before they were flattened."""
-    for kind in kinds:
-        if isinstance(kind, Compiled):
-            yield _dispatcher(kind)
-        elif isinstance(kind, tuple) and not isinstance(kind[0], np.dtype):
-            yield tuple(_nested(kind, flat))
-        else:
-            yield next(flat)
+def _callable(argument: Any) -> Any:
+    """Return an argument with what Numba calls in place of kernels."""
+    if isinstance(argument, tuple):
+        return tuple(map(_callable, argument))
+    return _dispatcher(argument) if isinstance(argument, Compiled) else argument

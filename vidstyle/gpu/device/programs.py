@@ -24,6 +24,7 @@ class Program:
     def __init__(self, context: moderngl.Context, assembly: Assembly) -> None:
         self._context = context
         self._values: dict[str, object] = {}
+        self._plain_values: dict[str, object] = {}
         self._triangle: Any = None
         self._program: Any
         moderngl: Any = importlib.import_module("moderngl")
@@ -40,10 +41,12 @@ class Program:
 
     def set(self, name: str, value: Any) -> None:
         """Set a uniform, unless it already has the value or the compiler has removed it."""
-        plain = _plain(value)
-        if self._values.get(name) == plain:
+        if self._values.get(name) is value:  # most are constants of a plan
             return
-        self._values[name] = plain
+        self._values[name], plain = value, _plain(value)
+        if self._plain_values.get(name) == plain:
+            return
+        self._plain_values[name] = plain
         uniform = self._program.get(name, None)
         if uniform is not None:
             length = getattr(uniform, "array_length", 1)
