@@ -140,6 +140,23 @@ def test_freed_memory_is_kept() -> None:
     assert new_pages() < 64
 
 
+def test_few_threads_share_a_small_picture(monkeypatch: pytest.MonkeyPatch) -> None:
+    """More of them would only wait for each other."""
+    monkeypatch.setattr("vidstyle.core.bands.MEGAPIXEL_THREADS", 3)
+    given, finish = [], CpuRenderer._finish
+
+    def noted(self: CpuRenderer, frame: Any, workers: Any) -> Picture:
+        given.append(workers.count)
+        return finish(self, frame, workers)
+
+    monkeypatch.setattr(CpuRenderer, "_finish", noted)
+    for threads in (2, 16):
+        with CpuRenderer(style(step("posterize")), threads) as renderer:
+            for shape in ((1, 1), (360, 640), (720, 1280)):
+                renderer.run(Picture.from_array(np.zeros((*shape, 3), np.uint8)))
+    assert given == [1, 2, 2, 1, 2, 3]
+
+
 @pytest.mark.parametrize("threads", (1, 2))
 def test_calling_thread_takes_part_in_restyling(threads: int, monkeypatch: pytest.MonkeyPatch) -> None:
     used: set[threading.Thread] = set()

@@ -11,7 +11,7 @@ import numpy as np
 
 from vidstyle.backend import Backend, FrameRequest, completed_future
 from vidstyle.block import moment_of
-from vidstyle.core.bands import BandWorkers, keep_freed_memory, threads_for
+from vidstyle.core.bands import BandWorkers, keep_freed_memory, threads_for, useful_threads
 from vidstyle.core.color.film_colors import FilmPalettes
 from vidstyle.core.kernels.library import rehearsing
 from vidstyle.core.machine.cores import available_cores, single_threaded_opencv
@@ -61,7 +61,7 @@ class CpuRenderer(Backend):
 
     Each picture that `begin` gets has a separate thread, without bands, so that threads never wait for each
     other; if memory is short of a picture for each thread, several threads share one, in bands. A picture
-    that `restyle` gets has all threads.
+    that `restyle` gets has as many threads as are useful for its size.
 
     Args:
         threads: number of threads. Default: `available_cores`.
@@ -119,12 +119,12 @@ class CpuRenderer(Backend):
         self.style = style
 
     def restyle(self, request: FrameRequest) -> Picture:
-        """Restyle a picture with all threads; see `Backend.restyle`."""
+        """Restyle a picture with several threads; see `Backend.restyle`."""
         if request.is_passthrough(self.style):
             return request.picture
         wait(self._started)
         with self._rehearsing(request):
-            return self._finish(self._follow(request), self._workers(1))
+            return self._finish(self._follow(request), self._workers(1, request.picture))
 
     def begin(self, request: FrameRequest) -> Future[Picture]:
         """Restyle a picture in other threads."""
@@ -133,7 +133,9 @@ class CpuRenderer(Backend):
         with self._rehearsing(request):
             frame = self._follow(request)
         self._use_memory(frame)
-        pending = self._frame_pool.submit(self._finish_begun, frame, self._workers(self._side_by_side))
+        pending = self._frame_pool.submit(
+            self._finish_begun, frame, self._workers(self._side_by_side, request.picture)
+        )
         self._started = [*(each for each in self._started if not each.done()), pending]
         return pending
 
@@ -160,9 +162,10 @@ class CpuRenderer(Backend):
         if self._side_by_side > 1:
             self._settings.enter_context(single_threaded_opencv())
 
-    def _workers(self, frames: int) -> BandWorkers:
-        """Return the threads of one of this number of pictures."""
-        return BandWorkers(self._pool, -(-self._threads // frames), self._cancelled)
+    def _workers(self, frames: int, picture: Picture) -> BandWorkers:
+        """Return the threads of a picture, one of `frames` that are restyled at the same time."""
+        threads = useful_threads(picture.shape, -(-self._threads // frames))
+        return BandWorkers(self._pool, threads, self._cancelled)
 
     def measured(self, picture: Picture) -> dict[StepKey, np.ndarray]:
         """Return the percentiles that each measured step measures on a single picture."""

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from vidstyle.core.bands import BandWorkers
+from vidstyle.core.bands import BandWorkers, useful_threads
 from vidstyle.core.machine.cores import available_cores
 from vidstyle.core.picture import Picture, PictureLayout
 from vidstyle.core.sampling import ExponentialSmoother
@@ -49,7 +49,7 @@ def step_pictures(style: Style, picture: Picture, pool: Executor) -> dict[StepKe
     def follow(measure: PercentileRequest[Node], measured: np.ndarray) -> np.ndarray:
         return ExponentialSmoother().follow(measured, None, measure.time_constant)
 
-    workers = BandWorkers(pool, available_cores())
+    workers = BandWorkers(pool, useful_threads(picture.shape, available_cores()))
     executor = FrameExecutor(workers, schedule(lowered, list(nodes.values())), picture, follow)
     return {key: _as_bytes(executor.planes(node)) for key, node in nodes.items()}
 

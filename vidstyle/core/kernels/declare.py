@@ -85,7 +85,8 @@ class Compiled(Generic[Arguments, Result]):
                     return None  # type: ignore[return-value]
                 if result == FAILED:
                     raise RuntimeError(f"{self.function.__name__} raised an error")
-        return self._find_and_run(arguments)  # type: ignore[return-value]
+        self._find_and_run(arguments)
+        return None  # type: ignore[return-value]
 
     def _find_and_run(self, arguments: tuple[Any, ...]) -> None:
         """Run the function after it was loaded or compiled, or not called recently with such arguments."""
