@@ -7,4 +7,4 @@ import pytest
 
 @pytest.fixture(autouse=True)
 def all_threads_for_small_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vidstyle.core.bands.MEGAPIXEL_THREADS", 1e9)
+    monkeypatch.setattr("vidstyle.core.bands.MAX_MEGAPIXEL_THREADS", 1e9)

@@ -142,7 +142,7 @@ def test_freed_memory_is_kept() -> None:
 
 def test_few_threads_share_a_small_picture(monkeypatch: pytest.MonkeyPatch) -> None:
     """More of them would only wait for each other."""
-    monkeypatch.setattr("vidstyle.core.bands.MEGAPIXEL_THREADS", 3)
+    monkeypatch.setattr("vidstyle.core.bands.MAX_MEGAPIXEL_THREADS", 3)
     given, finish = [], CpuRenderer._finish
 
     def noted(self: CpuRenderer, frame: Any, workers: Any) -> Picture:

@@ -19,7 +19,7 @@ BAND_BYTES = 1 << 21
 LONE_BAND_FACTOR = 8
 """Bands of a picture with one thread are larger by this factor: then threads with a picture each seldom wait
 for Python's lock, which costs more than the cache saves."""
-MEGAPIXEL_THREADS = 3
+MAX_MEGAPIXEL_THREADS = 3
 """How many threads share a picture of a megapixel at most; the number grows with the square root of the size.
 Each thread adds 2 to 3 ms to a picture, as all of them wait for Python's lock. On 16 cores, `ink`, `comic`
 and `paint` are fastest with 3 to 6 threads at 1280x720 and 4 at 1920x1080; 16 threads take twice as long."""
@@ -78,7 +78,7 @@ def useful_threads(shape: tuple[int, int], threads: int) -> int:
     [1, 3, 5, 9]
     """
     megapixels = shape[0] * shape[1] / 1e6
-    return max(1, min(threads, math.ceil(MEGAPIXEL_THREADS * math.sqrt(megapixels))))
+    return max(1, min(threads, math.ceil(MAX_MEGAPIXEL_THREADS * math.sqrt(megapixels))))
 
 
 ONE_THREAD = BandWorkers(CallingThread(), 1)
