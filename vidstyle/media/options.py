@@ -54,6 +54,7 @@ class RawVideo:
 
 
 HdrHandling = Literal["map", "keep"]
+AlphaHandling = Literal["keep", "style"]
 MAX_FRAME_RATE = 1000
 """Maximum frame rate that can be requested."""
 
@@ -74,6 +75,7 @@ class ReadOptions:
         raw: size and pixel format of raw video; with a size, a source without a `format` is raw.
         max_pixels: larger pictures are rejected.
         hdr: "map" HDR to SDR tones, or "keep" PQ and HLG.
+        matte: RGB 0..1 of the colour to put behind transparent pictures; None keeps their alpha.
     """
 
     start: Fraction | None = None
@@ -88,6 +90,7 @@ class ReadOptions:
     raw: RawVideo = RawVideo()
     max_pixels: int = MAX_PIXELS
     hdr: HdrHandling = "map"
+    matte: tuple[float, float, float] | None = None
 
     def check(self) -> None:
         """Raise UsageError if an option is invalid for every source."""
@@ -114,6 +117,7 @@ class WriteOptions:
         new_sound: whether audio is pushed as samples, as by live sources.
         overwrite: whether the output may exist.
         format: the file format if the name has no extension: "y4m", "nut", "raw", "mkv", or FFmpeg's name.
+        alpha: "keep" the alpha channel, or "style" its edges as well.
         optional: names of the fields above that apply only if the encoder has such a setting.
     """
 
@@ -122,6 +126,7 @@ class WriteOptions:
     preset: str | None = None
     pix_fmt: str | None = None
     audio: str = "copy"
+    alpha: AlphaHandling = "keep"
     overwrite: bool = False
     format: str | None = None
     new_sound: bool = False

@@ -14,13 +14,13 @@ from typing import Any
 
 from vidstyle.backend import Backend, FrameRequest
 from vidstyle.core.convert import convert
-from vidstyle.cpu.hdr_renderer import HdrRenderer
 from vidstyle.cues.cue_list import CueList
 from vidstyle.errors import log
 from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import Reader, ReadOptions, VideoInfo, open_reader
 from vidstyle.media.write.writer import WriteOptions, Writer, file_in_folder, is_finished, open_writer
 from vidstyle.pipeline.compare import Compare, compare_info, compare_pictures
+from vidstyle.pipeline.film_renderer import film_renderer
 from vidstyle.pipeline.progress import Progress, Summary
 from vidstyle.pipeline.resume import check_resumable, render_fingerprint, warm_up_frames
 from vidstyle.pipeline.stages import Stages
@@ -83,8 +83,8 @@ def render(
     reader = open_reader(source, read)
     stages: Stages | None = None
     try:
-        if reader.info.encoding.is_hdr:
-            renderer = HdrRenderer(renderer, style.is_plain)
+        open_another = partial(open_renderer, device=device, announce=False)
+        renderer = film_renderer(renderer, style, reader.info, write.alpha, open_another)
         info = compare_info(reader.info, compare)
         if frames and info.frames:
             info = replace(info, frames=min(frames, info.frames))

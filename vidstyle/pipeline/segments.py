@@ -17,12 +17,11 @@ import numpy as np
 
 from vidstyle.backend import Backend
 from vidstyle.core.picture import Picture
-from vidstyle.cpu.hdr_renderer import HdrRenderer
 from vidstyle.cues.cue_list import CueList
 from vidstyle.cues.rotation import StyleChoice, StyleRotation, Turn
 from vidstyle.errors import InputError, OutputError, UsageError, log
 from vidstyle.media.frame import Frame
-from vidstyle.media.options import ReadOptions, WriteOptions
+from vidstyle.media.options import ReadOptions, VideoInfo, WriteOptions
 from vidstyle.media.read.reader import Reader, open_reader
 from vidstyle.media.write.atomic import resolve_path
 from vidstyle.media.write.containers import find_kind
@@ -31,6 +30,7 @@ from vidstyle.media.write.segment_file import JoinedSegments, SegmentWriter
 from vidstyle.media.write.temporary_files import TEMPORARY_MARK, TOKEN_BYTES, partial_path, rename_to_new
 from vidstyle.media.write.writer import open_writer
 from vidstyle.pipeline.compare import Compare, compare_info
+from vidstyle.pipeline.film_renderer import film_renderer
 from vidstyle.pipeline.progress import Progress, Summary
 from vidstyle.pipeline.render import start_restyling, summarize
 from vidstyle.pipeline.scene_memory import OtherFramesError, SceneMemory, memory_path, unproved_segments
@@ -174,7 +174,7 @@ class SegmentedFilm:
             raise UsageError(self.source, f"has no segments: it {plan.undivided}", "use 'vidstyle render'")
         return plan
 
-    def _renderer(self, plan: SegmentPlan, segment: FilmSegment) -> Backend:
+    def _renderer(self, plan: SegmentPlan, segment: FilmSegment, info: VideoInfo) -> Backend:
         """Open a renderer for a segment; only plans for the CPU have segments that share a scene."""
         device = "cpu" if any(plan.neighbours(segment)) else self.device
         style = self._style((Fraction(start), number) for start, number in plan.turns)
@@ -183,7 +183,8 @@ class SegmentedFilm:
             faceless = FacelessStart(float(segment.pts * Fraction(plan.time_base)), segment.search_time)
             faces = follow_faces(style, cuts, faceless)
         renderer = open_renderer(style, device, announce=False, cuts=cuts, faces=faces)
-        return HdrRenderer(renderer, style.is_plain)
+        open_another = partial(open_renderer, device=device, announce=False)
+        return film_renderer(renderer, style, info, self.write.alpha, open_another)
 
     def _render(
         self,
@@ -195,9 +196,10 @@ class SegmentedFilm:
     ) -> Summary:
         began = time.monotonic()
         path, (before, after) = segment_path(self.folder, segment), plan.neighbours(segment)
-        renderer = self._renderer(plan, segment)
         reader, stages = open_reader(self.source, self.read), None
+        renderer: Backend | None = None
         try:
+            renderer = self._renderer(plan, segment, reader.info)
             info = compare_info(reader.info, self.compare)
             kind = find_kind(str(self.target), None, False)
             before_path = None if before is None else segment_path(self.folder, before)
@@ -219,7 +221,8 @@ class SegmentedFilm:
         finally:
             if stages is None or not stages.alive:
                 reader.close()
-                renderer.close()
+                if renderer is not None:
+                    renderer.close()
 
 
 def segment_path(folder: Path, segment: FilmSegment) -> Path:

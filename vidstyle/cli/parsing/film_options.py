@@ -35,6 +35,11 @@ _OPTIONS: tuple[Callable[[Any], Any], ...] = (
     option("--pix-fmt", metavar="NAME", group=Group.VIDEO, help="Output pixel format, such as yuv420p10le."),
     option("--hdr", type=click.Choice(["map", "keep"]), default="map", group=Group.VIDEO,
            help="Map HDR to SDR tones, or keep PQ and HLG in HEVC or AV1 with 10 bits."),
+    option("--alpha", type=click.Choice(["keep", "style"]), default="keep", group=Group.VIDEO,
+           help="Keep the alpha channel of INPUT, or restyle its edges as well."),
+    option("--matte", metavar="COLOR", group=Group.VIDEO,
+           help="Put this colour behind the transparent parts of INPUT, such as #ffffff; alpha is dropped. "
+           "--background is what is behind people."),
     option("--audio", metavar="copy|none|CODEC", default="copy", group=Group.AUDIO,
            help="Copy, drop or re-encode the audio."),
     option("--input-format", metavar="NAME", group=Group.INPUT,
@@ -71,7 +76,12 @@ def read_options(options: Mapping[str, Any]) -> ReadOptions:
     """Return how to read, from the values of `film_options`."""
     from vidstyle.media.options import ReadOptions
 
-    own = {"raw": common.raw_video(options), "rotate": _rotation(options), "format": options["input_format"]}
+    own = {
+        "raw": common.raw_video(options),
+        "rotate": _rotation(options),
+        "format": options["input_format"],
+        "matte": _matte(options["matte"]),
+    }
     return common.from_options(ReadOptions, {**options, **own})
 
 
@@ -85,6 +95,18 @@ def write_options(options: Mapping[str, Any], file_format: str | None = None) ->
 
     own = {"format": file_format, "optional": configured_options()}
     return common.from_options(WriteOptions, options, **own)
+
+
+def _matte(text: str | None) -> tuple[float, float, float] | None:
+    """Return the RGB of `--matte`, 0..1."""
+    if text is None:
+        return None
+    from vidstyle.block import Color, rgb_from_text
+
+    try:
+        return rgb_from_text(Color("").check(text, False))
+    except ValueError as error:
+        raise UsageError("--matte", str(error), "give a colour such as #ffffff") from None
 
 
 def _rotation(options: Mapping[str, Any]) -> int | None:

@@ -7,6 +7,7 @@ from fractions import Fraction
 
 import av
 
+from vidstyle.core.matte import over_color
 from vidstyle.core.picture import Picture
 from vidstyle.errors import log
 from vidstyle.media.color_tags import BT2020_MATRIX_CODE, LIMITED_RANGE, ColorTags, default_tags
@@ -29,6 +30,7 @@ class FrameConverter:
 
     Args:
         keep_hdr: whether HDR stays HDR; otherwise it is tone-mapped.
+        matte: RGB 0..1 of the colour behind transparent pictures; None keeps their alpha.
     """
 
     def __init__(
@@ -41,8 +43,9 @@ class FrameConverter:
         orientation: Orientation | None = None,
         sample_aspect: Fraction | None = None,
         keep_hdr: bool = False,
+        matte: tuple[float, float, float] | None = None,
     ) -> None:
-        self._codec, self._name = codec, name
+        self._codec, self._name, self._matte = codec, name, matte
         self._orientation = orientation or orientation_of(first)
         self._stored = (first.width, first.height)
         self._upright = self._orientation.size(*self._stored)
@@ -82,6 +85,8 @@ class FrameConverter:
         if frame.format.name != self._format:
             frame = self._reformat(frame)
         decoded = picture = picture_from_frame(frame, self._codec, subject=self._name)
+        if self._matte is not None:
+            picture = over_color(picture, self._matte)
         if self._tone_map is not None:
             picture = self._tone_map.apply(picture)
         if not self._orientation.is_upright:

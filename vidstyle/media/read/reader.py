@@ -120,6 +120,7 @@ class Reader(Closing):
             orientation=turned or source.orientation,
             sample_aspect=source.sample_aspect,
             keep_hdr=options.hdr == "keep",
+            matte=options.matte,
         )
         self._converter.warn_if_hdr()
         self.info = self._describe(first, still=source.may_be_still and self._is_alone())

@@ -327,4 +327,5 @@ def _announce(target: str, info: VideoInfo, plan: VideoPlan) -> None:
     if info.encoding.full_range and not plan.encoding.full_range and not info.is_rgb:
         log.warning("%s: full range becomes limited, because %s cannot signal it here", target, plan.codec)
     if info.alpha and not plan.layout.alpha:
-        log.warning("%s: transparency is lost, because %s has no alpha channel", target, plan.pix_fmt)
+        reason = f"{plan.pix_fmt} has no alpha channel"
+        log.warning("%s: transparency is lost, because %s; see --matte", target, reason)
