@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import cv2
 import numpy as np
 
 from vidstyle.core.convert import convert
@@ -30,6 +29,8 @@ def over_color(picture: Picture, color: tuple[float, float, float]) -> Picture:
         assert matte.color is not None
         return replace(picture, color=_mixed(picture.color, matte.color, cover[..., np.newaxis]), alpha=None)
     assert picture.luma is not None and matte.luma is not None and matte.chroma is not None
+    import cv2
+
     shape = encoding.chroma_shape(*picture.shape)
     neutral = np.full(shape, encoding.chroma_levels[0], encoding.dtype)
     small = cv2.resize(cover, shape[::-1], interpolation=cv2.INTER_AREA)
