@@ -22,6 +22,7 @@ from vidstyle.regions.face_tracks import Face, FaceFollower
 from vidstyle.regions.faces import FaceFinder
 from vidstyle.regions.focus import FACE_RATIOS, FocusRenderer
 from vidstyle.regions.masks import face_mask, mask_box
+from vidstyle.regions.patch_renderer import PatchRenderer
 from vidstyle.regions.patches import (
     CHANGE_SECONDS,
     Patch,
@@ -340,3 +341,22 @@ def planes(picture: Picture) -> list[np.ndarray]:
     found: list[np.ndarray] = []
     picture.map_planes(lambda plane, kind: (found.append(plane), plane)[1] if kind != "alpha" else plane)
     return found
+
+
+def test_only_new_windows_begin_a_scene_of_the_patches() -> None:
+    """A single picture begins none: it has no time."""
+    known: list[KnownCuts | None] = []
+
+    def open_backend(style: Style, cuts: KnownCuts | None) -> CpuRenderer:
+        known.append(cuts)
+        return CpuRenderer(style, cuts=cuts)
+
+    picture = Picture.from_array(picture_with_face())
+    patch = Patch(Box(200, 100, 460, 360), Box(0, 0, 260, 260), Face(1, PLACE, 1.0))
+    times = 0.0, 0.04, 0.08, None
+    with PatchRenderer(open_backend) as renderer:
+        for time, is_new in zip(times, (True, False, True, True), strict=True):
+            renderer.prepare(FrameRequest(picture, time), PatchSet(1, (patch,), is_new), load_style("ink"))
+    (cuts,) = known
+    assert cuts is not None
+    assert [cuts.is_cut(np.zeros((4, 4)), time) for time in times] == [True, False, True, False]
