@@ -16,7 +16,7 @@ from vidstyle.design.restyling import Restyler
 from vidstyle.explore.page.exploration import Exploration, styled_jpeg
 from vidstyle.gallery.style_samples import restyle_picture, samples_of
 from vidstyle.preview.clip import Clip, open_clip
-from vidstyle.regions.faces import FaceFinder
+from vidstyle.regions.faces import FaceFinder, is_colorful
 from vidstyle.regions.mask_renderer import MaskRenderer
 from vidstyle.regions.still_faces import NO_FACES, KnownFaces, StillFaces
 from vidstyle.renderer import open_renderer, stylize
@@ -147,3 +147,14 @@ def test_a_renderer_takes_known_faces() -> None:
     faces.show(0)
     assert renderer.overlay(Picture.from_array(picture_with_face())) is not None
     renderer.close()
+
+
+@pytest.mark.parametrize("level", [0, 90, 255])
+def test_only_pictures_with_colours_are_searched_for_skin(level: int) -> None:
+    """Faces in black and white are found, too."""
+    gray = np.full((40, 60, 3), level, np.uint8)
+    tinted = gray.copy()
+    tinted[..., 2] ^= 0x20
+    assert not is_colorful(gray) and is_colorful(tinted)
+    assert not is_colorful(np.repeat(picture_with_face()[..., :1], 3, axis=2))
+    assert is_colorful(picture_with_face())
