@@ -64,7 +64,8 @@ SPANS = Parsed("T-T,T-T", parse_spans)
     epilog="Styles: vidstyle styles. Guide: docs/commands.md in the source folder.",
 )
 @path_arguments(source="INPUT", target="OUTPUT")
-@option("--panels", type=PANELS, default="auto", group=Group.KEY_FRAMES, help="Number of panels.")
+@option("--panels", type=PANELS, metavar="N|auto", default="auto", group=Group.KEY_FRAMES,
+        help="Number of panels.")  # fmt: skip
 @option("--at", type=TIMES, default=(), group=Group.KEY_FRAMES,
         help="Times of the key frames, in seconds or as h:mm:ss.")  # fmt: skip
 @option("--skip", type=SPANS, default=(), group=Group.KEY_FRAMES, help="Exclude these time ranges.")

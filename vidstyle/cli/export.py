@@ -36,7 +36,7 @@ def _help() -> str:
         f"vidstyle export ink {target.example:<25} # {target.title.lower()}"
         for target in EXPORT_TARGETS.values()
     ]
-    + ["vidstyle export --all looks               # all styles on one page"],
+    + ["vidstyle export --all looks                   # all styles on one page"],
 )
 @click.argument("style_name", type=STYLE, metavar="STYLE", required=False)
 @click.argument("target", metavar="OUT", type=PATH, required=False)
