@@ -15,7 +15,7 @@ from pathlib import Path
 import av
 import numpy as np
 import pytest
-from live import Kept, live_command, session
+from live import FakeClock, Kept, live_command, session
 from media import make_clip
 from waiting import LONG, eventually
 
@@ -24,7 +24,7 @@ from vidstyle.cli.live import live
 from vidstyle.errors import DeviceError, InputError, UsageError
 from vidstyle.media.capture import sources
 from vidstyle.media.capture.camera import Camera, Screen, choose_mode, mode_rate
-from vidstyle.media.capture.input import LiveSource, PlaybackClock
+from vidstyle.media.capture.input import CapturedFrame, LiveInput, LiveSource, PlaybackClock
 from vidstyle.media.capture.monotonic import MONOTONIC
 from vidstyle.media.capture.sources import (
     FileSource,
@@ -281,3 +281,15 @@ def test_errors_name_the_source():
         FileSource("nope.mp4").open(stopping, MONOTONIC)
     with pytest.raises(UsageError, match="--input-size"):
         PipeSource("-", SourceOptions(format="raw")).open(stopping, MONOTONIC)
+
+
+def test_times_of_a_driver_are_used_while_they_are_plausible(tmp_path: Path) -> None:
+    """Old ones, later ones than the clock's, and times of another clock are replaced by the arrival."""
+    times = [Fraction(each) for each in ("997", "999.5", "999.9", "1000.5")]
+    clip = make_clip(tmp_path / "clip.mkv", frames=4, size=(64, 48), times=times, codec="ffv1")
+    clock = FakeClock()
+    for stamped, expected in ((True, [1000, 999.5, 999.9, 1000]), (False, [1000] * 4)):
+        frames = LiveInput(av.open(str(clip)), "camera", threading.Event(), clock, stamped=stamped)
+        captured = [each.time for each in frames if isinstance(each, CapturedFrame)]
+        frames.close()
+        assert captured == pytest.approx(expected, abs=0.002)
