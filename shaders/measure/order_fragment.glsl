@@ -8,17 +8,26 @@ uniform vec4 ranks;
 
 out float value;
 
+// Counts that are read together: the search waits for a texture before it can decide which count is next.
+const int TOGETHER = 16;
+
 // Number of bins to the right of `start`, at most 255, after which more than `rank` samples are passed; `rank`
 // is reduced by the samples before that bin.
 int place(sampler2D counts, ivec2 start, inout float rank) {
-    int step_number = 0;
-    float count = texelFetch(counts, start, 0).r;
-    while (step_number < 255 && count <= rank) {
-        rank -= count;
-        ++step_number;
-        count = texelFetch(counts, start + ivec2(step_number, 0), 0).r;
+    int passed = 0;
+    bool is_found = false;
+    for (int first = 0; first < 256 && !is_found; first += TOGETHER) {
+        float count[TOGETHER];
+        for (int each = 0; each < TOGETHER; ++each) {
+            count[each] = texelFetch(counts, start + ivec2(first + each, 0), 0).r;
+        }
+        for (int each = 0; each < TOGETHER; ++each) {
+            is_found = is_found || passed == 255 || count[each] > rank;
+            passed += is_found ? 0 : 1;
+            rank -= is_found ? 0.0 : count[each];
+        }
     }
-    return step_number;
+    return passed;
 }
 
 void main() {
