@@ -45,7 +45,7 @@ def test_noise_goes_and_an_edge_stays() -> None:
     assert luma[10:-10, 80].mean() - luma[10:-10, 79].mean() > 85
 
 
-@pytest.mark.parametrize("blur", [0.5, 0.7])
+@pytest.mark.parametrize("blur", [0.5, 0.7, 0.8])
 def test_smoothed_noise_of_a_camera_goes(blur: float) -> None:
     """It is fainter in the finest detail than noise that is different in each pixel."""
     grain = cv2.GaussianBlur(noisy(np.zeros((240, 320, 3)), 1, 1), (0, 0), blur)
