@@ -134,6 +134,16 @@ def test_a_scene_without_a_good_frame_gets_no_panel(tmp_path: Path) -> None:
         assert times and all(2 <= time < 4 for time in times), times
 
 
+def test_frames_at_a_cut_are_not_chosen(tmp_path: Path) -> None:
+    """They are mixed with the shot before, as by the blending of converted films."""
+    frames = list(story(3, 25))
+    for cut in (25, 50):
+        frames[cut] = cv2.addWeighted(frames[cut], 0.6, frames[cut - 1], 0.4, 0)
+    path = write_film(tmp_path / "film.mp4", frames)
+    for each in find_key_frames(open_film(path), KeyFrameOptions(panels=9)):
+        assert all(abs(each.time - cut / RATE) > 0.05 for cut in (25, 50))
+
+
 FLAWS: dict[str, Callable[[Candidate], Candidate]] = {
     name: lambda each, name=name: replace(each, **{name: True})  # type: ignore[misc]
     for name in ("damaged", "blurred", "combed", "in_transition", "blank", "test_picture")

@@ -59,7 +59,7 @@ _MAX_WAITING_PER_CORE = 4
 
 # The search for a better frame near a candidate.
 _CUT_MARGIN_SECONDS = 0.1
-"""Time around a cut without candidates: compressed pictures are worst there."""
+"""Time around a cut without key frames: compressed pictures are worst there, and may mix two shots."""
 _SEARCH_SECONDS, _KEY_SEARCH_SECONDS = 0.3, 0.8
 """Time around a candidate that is searched; the second value if only key frames were decoded before."""
 _KEY_CONTEXT_SECONDS = 1.2
@@ -114,8 +114,7 @@ class FilmFile(Film):
         return [
             self._mark(replace(each, scene=candidate.scene, in_transition=shots.is_transition(each.time)))
             for each in candidates
-            if bisect_right(begins, each.time) == shot
-            and all(abs(each.time - begin) >= _CUT_MARGIN_SECONDS for begin in begins[1:])
+            if bisect_right(begins, each.time) == shot and not _is_near_cut(each.time, begins)
         ] or [replace(self.at(candidate.time), scene=candidate.scene)]
 
     def at(self, time: float) -> Candidate:
@@ -145,10 +144,15 @@ class FilmFile(Film):
         self.damage = self._sampler.damage
         begins = shots.shots()
         mixed = [
-            replace(each, motion=motion, key_run=run, in_transition=shots.is_transition(each.time))
+            replace(
+                each,
+                motion=motion,
+                key_run=run,
+                in_transition=shots.is_transition(each.time),
+            )
             for each, motion, run in zip(measured.candidates(), motions, runs, strict=True)
         ]
-        placed = self._assign_scenes(mixed, begins)
+        placed = _mark_cut_frames(self._assign_scenes(mixed, begins), begins)
         moving = dict(zip((each.time for each in placed), subjects.masks(), strict=True))
         shots_of = groupby(placed, key=lambda each: each.scene)
         tracked = [
@@ -218,6 +222,22 @@ class FilmFile(Film):
             )
 
         return self._pool.submit(measure)
+
+
+def _is_near_cut(time: float, starts: Sequence[float]) -> bool:
+    """Whether a time is so close to the start of a later shot that its frame may mix both."""
+    return any(abs(time - start) < _CUT_MARGIN_SECONDS for start in starts[1:])
+
+
+def _mark_cut_frames(candidates: list[Candidate], starts: list[float]) -> list[Candidate]:
+    """Mark candidates at cuts as transitions, unless their scene has no others, as in a slide show."""
+    lasting = {each.scene for each in candidates if not _is_near_cut(each.time, starts)}
+    return [
+        replace(each, in_transition=True)
+        if each.scene in lasting and _is_near_cut(each.time, starts)
+        else each
+        for each in candidates
+    ]
 
 
 class _MeasuredCandidates:

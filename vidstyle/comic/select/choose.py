@@ -46,8 +46,11 @@ _SIMILAR_HALF_PANELS = 3
 """Distance in panels at which the cost of similarity is half as high."""
 _SAME_SCENE_COST, _UNEVEN_PACE_WEIGHT = 0.2, 0.25
 """Cost of staying in a scene, and weight of an uneven pace."""
-_MOVED_SUBJECT_WEIGHT = 0.5
-"""How much less alike two frames are whose subject has moved elsewhere."""
+_MOVED_SUBJECT_WEIGHT, _MOVED_SUBJECT_SCENES_WEIGHT = 0.5, 0.2
+"""How much less alike two frames of a scene are whose subject has moved elsewhere.
+
+The first value is for a film of one scene, which has nothing else to tell.
+"""
 
 # Scores of frames.
 _FILM_RANK_WEIGHT, _SCENE_RANK_WEIGHT = 0.15, 0.25
@@ -125,7 +128,7 @@ def choose(
     values += [_SPEAKER_SCORE * bool(each.faces and _is_in_spans(each.time, spoken)) for each in pool]
     kept = _keep_best_per_part(pool, values, survey, max(MAX_POOL_CANDIDATES, 2 * (panels or 0)))
     pool, values = [pool[number] for number in kept], values[kept]
-    like, places = _likeness(pool), _places(pool, survey)
+    like, places = _likeness(pool, len(survey.scene_starts)), _places(pool, survey)
     wanted = _count_panels(survey, like, len(forced), panels, min_panels)
     usual = min(len(pool), default_panels(1, survey.seconds))
     beats = _count_beats(survey, len(pool))
@@ -183,14 +186,15 @@ def _is_in_spans(time: float, spans: Sequence[tuple[float, float]]) -> bool:
     return any(start <= time <= end for start, end in spans)
 
 
-def _likeness(pool: Sequence[Candidate]) -> np.ndarray:
+def _likeness(pool: Sequence[Candidate], scenes: int) -> np.ndarray:
     """Return the similarity of frames, N x N; lower for a still camera whose subject is in another place."""
     like = similarity([each.thumbnail for each in pool])
+    weight = _MOVED_SUBJECT_WEIGHT if scenes == 1 else _MOVED_SUBJECT_SCENES_WEIGHT
     for first, one in enumerate(pool):
         for second, other in enumerate(pool[:first]):
             if one.action and other.action and one.scene == other.scene:
                 moved = subject_difference(one.action, other.action)
-                like[[first, second], [second, first]] -= _MOVED_SUBJECT_WEIGHT * moved
+                like[[first, second], [second, first]] -= weight * moved
     return like
 
 
