@@ -49,9 +49,9 @@ _LOST_FACE_COST, _MAX_LOST_FACE_SHARE = 3.0, 0.02
 """Cost of a panel that must cut large faces or the subject, and the lost share of them that is ignored."""
 
 # Random variations.
-_MAX_PERTURBATION_COST = 2.2
+_MAX_PERTURBATION_COST = 4.0
 """Maximum that a seed adds to the cost of a row; the mean is a third of it."""
-_JITTER_RANGES = np.array([1.0, 0.3])
+_JITTER_RANGES = np.array([1.6, 0.4])
 """Range of random terms added to deviations of importance and to logarithms of shapes."""
 
 

@@ -30,7 +30,7 @@ _MAX_PORTRAIT_COLUMNS = 4
 """Maximum number of columns in a row of a portrait page."""
 
 # Variations by seed.
-MAX_EXTRA_COST_PER_PANEL, MAX_EXTRA_COST = 0.22, 0.8
+MAX_EXTRA_COST_PER_PANEL, MAX_EXTRA_COST = 0.3, 1.2
 """Maximum cost of a seed's layout above the best one's: the sum of a part per panel and a constant."""
 _MAX_SEED_ATTEMPTS = 8
 """Maximum number of perturbations tried for a seed."""
