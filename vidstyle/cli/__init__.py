@@ -11,6 +11,7 @@ from typing import Any
 import click
 
 import vidstyle
+from vidstyle.cli.browser import is_wanted
 from vidstyle.cli.parsing.configuration import configuration_option
 from vidstyle.cli.terminal.reporting import Reporting
 from vidstyle.errors import UsageError, suggest
@@ -54,7 +55,12 @@ First steps:
 @click.pass_context
 def commands(context: click.Context) -> None:
     """Restyle video in real time."""
-    if context.invoked_subcommand is None:
+    if context.invoked_subcommand is not None:
+        return
+    if is_wanted(no_open=False):
+        click.echo("Opening a page in the browser; `vidstyle --help` lists the commands.", err=True)
+        context.invoke(context.command.get_command(context, "open"))  # type: ignore[attr-defined]
+    else:
         click.echo(context.get_help())
 
 

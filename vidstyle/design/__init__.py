@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import vidstyle.web  # noqa: F401  # first, since it reports how to install a missing aiohttp
+from vidstyle.design.front_door import FrontDoor
 from vidstyle.style import Style, style_text
 
 
@@ -18,6 +19,7 @@ def serve(
     device: str,
     browse: Callable[[str], None] | None,
     stop: threading.Event,
+    front: FrontDoor | None = None,
 ) -> Iterator[str]:
     """Serve the designer until `stop` is set; yield the address of its page once it is ready.
 
@@ -28,6 +30,7 @@ def serve(
         port: port to listen on; 0 selects a free one.
         device: renders for browsers that cannot, see `open_renderer`.
         browse: opens the page in a browser.
+        front: the ways to other pages, for the page of `vidstyle open`.
 
     Raises:
         VidstyleError: the input, the style or the port is invalid or unavailable.
@@ -43,7 +46,7 @@ def serve(
             designer.open_text(style.name, style_text(style))
         elif style is not None:
             designer.open_style(style)
-        server = open_page(designer, port, device)
+        server = open_page(designer, port, device, front)
     except BaseException:
         designer.clip.close()
         raise

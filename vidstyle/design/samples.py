@@ -4,18 +4,8 @@ from __future__ import annotations
 
 from vidstyle.blocks import all_blocks
 from vidstyle.gallery.style_samples import style_of_block
-from vidstyle.gallery.thumbnail import restyle_thumbnail, thumbnail
+from vidstyle.gallery.thumbnail import restyle_thumbnail
 from vidstyle.preview.encode import encode
-from vidstyle.style import load_style
-
-
-def style_sample(name: str) -> bytes:
-    """Render the thumbnail of a style as JPEG.
-
-    Raises:
-        StyleError: the style is invalid.
-    """
-    return encode(thumbnail(load_style(name)), "jpeg")
 
 
 def block_sample(name: str) -> bytes:

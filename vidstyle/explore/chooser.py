@@ -246,7 +246,11 @@ class Chooser:
             missing = wanted.keys() & {each.kind for each in proposals} - {each.kind for each in chosen}
             if len(chosen) == wanted.total() and not (missing and number == 0):
                 break
-        else:  # everything is locked, or nothing passes: use the most different candidates
+        else:
+            if len(chosen) < wanted.total() and not self.locks:  # all that is near the choice looks alike
+                found += self._render(self._first_draws(MAX_ROUNDS))
+                chosen = self._select(wanted, tiles, found)
+            # Everything is locked, or nothing passes: use the most different candidates.
             chosen += self._sort_by_novelty([each for each in found if each not in chosen], [*tiles, *chosen])
         return _arrange(kinds, [*tiles, *chosen[: wanted.total()]])
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Annotated, Any, Literal
 
 from vidstyle.block.search import find_blocks, find_values
@@ -17,7 +18,7 @@ from vidstyle.design.page.uploads import FileUpload
 from vidstyle.errors import StyleError, UsageError
 from vidstyle.preview.encode import encode
 from vidstyle.preview.outputs import ExportKind
-from vidstyle.style import load_style, style_names
+from vidstyle.style import Style, load_style, style_names
 from vidstyle.style.model import FIELDS
 from vidstyle.web.messages import (
     CHECKS,
@@ -51,6 +52,15 @@ def _edit_message(name: str, edit: Callable[..., EditResult]) -> Message:
         return None if step is None else {"step": step}
 
     return Message(handle, {**fields_of(edit, 2), "gesture": CHECKS[int]})
+
+
+def _by_cost() -> list[tuple[int, Style]]:
+    """Return the valid styles with their positions in the list; those with few steps come first."""
+    styles: list[tuple[int, Style]] = []
+    for index, name in enumerate(style_names()):
+        with suppress(StyleError):  # a style file of the user; the list shows its error
+            styles.append((index, load_style(name)))
+    return sorted(styles, key=lambda each: len(each[1].steps))
 
 
 class DesignConnection(DesignView):
@@ -173,16 +183,20 @@ class DesignConnection(DesignView):
 
     @message(in_background=True)
     async def start(self) -> None:
-        """Send a preview of each style, rendered from the current frame."""
+        """Send a preview of each style, rendered from the current frame; styles with few steps come first."""
         number, session, clip = self.frames.shown.number, self.session, self.designer.clip
         render = session.restyler.render_exactly
-        for index, name in enumerate(style_names()):
+        order = await session.run(_by_cost)
+        for done, (index, style) in enumerate(order):
+            if self.designer.clip is not clip:  # another one was opened, and asks for its own previews
+                return
+            await self.tell({"previews": {"done": done, "total": len(order)}})
             try:
-                style = await session.run(load_style, name)
                 picture = await session.picture(render, style, clip, number, STYLE_PREVIEW_PX)
-            except StyleError:  # an invalid style file of the user; the list shows its error
+            except StyleError:  # such as one whose mask does not fit this clip
                 continue
             await self.send_picture(PictureType.STYLE, index, 0, encode(picture, "jpeg"))
+        await self.tell({"previews": {"done": len(order), "total": len(order)}})
 
     @message(in_background=True)
     async def check(self) -> None:
@@ -198,15 +212,40 @@ class DesignConnection(DesignView):
 
     @message(in_background=True)
     async def steady(self) -> None:
-        await self.server.jobs.steady(self, self.frames)
+        await self.server.steady.send(self, self.frames)
 
     @message(in_background=True)
-    async def render(self, name: str, overwrite: bool, frames: int | None) -> None:
-        await self.server.jobs.render(name, overwrite, frames)
+    async def render(self, name: TextOrEmpty, overwrite: bool, frames: int | None) -> Answer:
+        return {"file": await self.server.queue.render(name, overwrite, frames)}
 
     @message
     async def cancel(self) -> None:
-        self.server.jobs.cancel()
+        self.server.queue.cancel()
+        self.server.steady.cancel()
+
+    @message
+    async def stop(self, job: int) -> None:
+        await self.server.queue.stop(job)
+
+    @message
+    async def reveal(self, job: int) -> None:
+        """Show the file of a job in its folder."""
+        path = self.server.queue.job(job).path
+        if self.server.front is None or self.server.front.reveal is None:
+            raise UsageError("the folder", "cannot be opened from here", f"it is {path.parent}")
+        await asyncio.to_thread(self.server.front.reveal, path)
+
+    @message(in_background=True)
+    async def page(self, kind: str) -> Answer:
+        """Open another page on the file of the clip; answer with its address."""
+        pages = self.server.front.pages if self.server.front is not None else {}
+        if kind not in pages:
+            raise UsageError(f"the page {kind}", "cannot be opened from here")
+        source = await self.session.run(self.designer.clip.file)
+        address = await asyncio.to_thread(pages[kind], source)
+        if not address.startswith("http"):
+            await self.tell({"notice": f"Saved as {address}."})
+        return {"url": address}
 
     @message
     async def upload(self, id: int, name: str, size: UploadSize) -> None:

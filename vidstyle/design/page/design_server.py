@@ -10,11 +10,13 @@ from typing import Any
 from vidstyle.block import CATEGORIES, Block
 from vidstyle.blocks import all_blocks
 from vidstyle.design.designer import Designer
+from vidstyle.design.front_door import FrontDoor
 from vidstyle.design.page.design_session import DesignSession
 from vidstyle.design.page.design_view import DesignView, clip_message
 from vidstyle.design.page.frames import PictureType
-from vidstyle.design.page.jobs import Jobs
-from vidstyle.design.samples import block_sample, style_sample
+from vidstyle.design.page.render_queue import RenderQueue
+from vidstyle.design.page.steady_preview import SteadyPreview
+from vidstyle.design.samples import block_sample
 from vidstyle.errors import InputError, StyleError
 from vidstyle.export.export_targets import describe_targets
 from vidstyle.preview.clip import Clip
@@ -37,7 +39,9 @@ class DesignServer(PageServer[DesignView]):
     Attributes:
         designer: the open style and clip.
         session: shared by all browsers.
-        jobs: runs long jobs.
+        queue: renders films.
+        steady: renders one second with temporal smoothing.
+        front: the ways to other pages, or None.
     """
 
     def __init__(
@@ -46,6 +50,7 @@ class DesignServer(PageServer[DesignView]):
         connect: Callable[[DesignServer], DesignView],
         port: int = 0,
         device: str = "auto",
+        front: FrontDoor | None = None,
     ) -> None:
         """Start serving.
 
@@ -53,25 +58,28 @@ class DesignServer(PageServer[DesignView]):
             connect: makes the connection for a new browser.
             port: port to listen on; 0 selects a free one.
             device: renders for browsers that cannot, see `open_renderer`.
+            front: the ways to other pages, for the page of `vidstyle open`.
 
         Raises:
             OutputError: the port is taken or needs privileges.
         """
         self.designer, self.session = designer, DesignSession(designer, device)
-        self.jobs = Jobs(self.session, self.tell)
+        self.front = front
         self._settling: asyncio.Task[None] | None = None
         handlers = {
-            "/style.jpg": self._samples(style_names, style_sample),
             "/block.jpg": self._samples(all_blocks, block_sample),
         }
         super().__init__(
             "designer", lambda: connect(self), handlers, STATIC_FOLDER, "index.html",
             most=MAX_PAGES, port=port,
         )  # fmt: skip
+        self.queue = RenderQueue(self.session, self.tasks, self.tell)
+        self.steady = SteadyPreview(self.session, self.tell)
 
     def close(self) -> None:
         """Save a draft of unsaved changes, and stop."""
-        self.jobs.cancel()
+        self.queue.end()
+        self.steady.cancel()
         super().close()
         self.session.close()
 
@@ -92,6 +100,9 @@ class DesignServer(PageServer[DesignView]):
         yield {"styles": [_describe_style(name) for name in style_names()]}
         yield {"targets": describe_targets()}
         yield {"clip": clip_message(self.designer.clip)}
+        yield self.queue.message
+        if self.front is not None:
+            yield {"front": self.front.describe()}
 
     async def changed(self) -> None:
         """Send the changed document and its pictures to all browsers."""
@@ -105,7 +116,7 @@ class DesignServer(PageServer[DesignView]):
         old, self.designer.clip = self.designer.clip, clip
         for page in list(self.browsers):
             await page.show_clip(clip)
-        await self.session.run(old.close)
+        await self.queue.release(old)
         self.refresh_steps()
 
     def refresh_steps(self) -> None:
@@ -151,4 +162,4 @@ def _describe_style(name: str) -> dict[str, str]:
         note = load_style(name).note
     except StyleError as error:
         note = str(error)
-    return {"name": name, "note": note, "picture": f"/style.jpg?of={name}"}
+    return {"name": name, "note": note}

@@ -7,7 +7,7 @@ from typing import Any
 from vidstyle.design.page.design_session import DesignSession
 from vidstyle.design.page.frames import FrameSender
 from vidstyle.errors import StyleError, VidstyleError
-from vidstyle.preview.clip import Clip
+from vidstyle.preview.clip import Clip, representative_frame
 from vidstyle.preview.plans import PlanSender
 from vidstyle.web.changes import changes
 from vidstyle.web.connection import PageConnection
@@ -67,12 +67,14 @@ class DesignView(PageConnection):
     async def show_clip(self, clip: Clip) -> None:
         """Show another clip."""
         self.frames.stop()
-        self.frames.shown.number = 0
-        await self.tell({"clip": clip_message(clip)})
+        message = await self.session.run(clip_message, clip)
+        self.frames.shown.number = message["start"]
+        await self.tell({"clip": message})
         await self.show_style()
         await self.frames.send()
 
 
 def clip_message(clip: Clip) -> dict[str, Any]:
     """Return the message that describes a clip."""
-    return {"name": clip.name, "size": clip.size, "count": clip.count, "fps": clip.fps, "live": clip.live}
+    facts = {"name": clip.name, "size": clip.size, "count": clip.count, "fps": clip.fps, "live": clip.live}
+    return facts | {"start": representative_frame(clip)}

@@ -11,6 +11,7 @@ import { describe, listen } from "./keys.js";
 import { LostNotice } from "./lost.js";
 import { PACKET, Preview } from "./preview.js";
 import { Palette } from "./palette.js";
+import { Queue } from "./queue.js";
 import { Session } from "./session.js";
 import { Splitter } from "./splitter.js";
 import { Start } from "./start.js";
@@ -38,6 +39,7 @@ const diagram = new Diagram({
 const inspector = new Inspector(session, act);
 const stylePanel = new StylePanel(session);
 const history = new History(session);
+const queue = new Queue(session);
 const start = new Start(session, () => dialogs.mayLeave(), (kind) => {
   history.clear();
   steps.selected = null;
@@ -171,12 +173,25 @@ session.on("clip", ({ size }) => {
 session.on("picture", ({ type, number, file }) => {
   if (type === PACKET.step) diagram.picture(number, file);
   if (type === PACKET.style) start.picture(number, file);
+  if (type === PACKET.source) start.source(file);
 });
 const lost = new LostNotice("vidstyle design", [get("app"), get("start")], "Unsaved changes are kept and offered there.");
 session.on("connection", (loss) => {
   lost.show(loss);
   if (!loss) preview.watch().then(() => preview.refresh());
 });
+
+session.on("front", ({ reveal }) => {
+  queue.reveals = reveal;
+  get("render").classList.add("strong");
+});
+
+/** Renders the film: on the front page at once, under a new name. */
+function render() {
+  if (!document.body.classList.contains("front")) return dialogs.render();
+  queue.open();
+  return session.ask("render", { name: "", overwrite: false, frames: null });
+}
 
 const name = /** @type {HTMLInputElement} */ (get("name"));
 name.addEventListener("change", () => session.edit("rename", { name: name.value.trim() }));
@@ -188,7 +203,7 @@ get("to-diagram").addEventListener("click", () => build(!document.body.classList
 get("save").addEventListener("click", () => dialogs.save());
 get("save-as-new").addEventListener("click", () => dialogs.saveAs());
 get("export").addEventListener("click", () => dialogs.export());
-get("render").addEventListener("click", () => dialogs.render());
+get("render").addEventListener("click", () => render());
 get("help").addEventListener("click", () => dialogs.help());
 get("unsolo").addEventListener("click", () => solo(null));
 for (const button of get("tabs").querySelectorAll("button"))
@@ -200,7 +215,7 @@ get("tabs").addEventListener("keydown", (event) => {
   shownTabs[at]?.focus();
 });
 addEventListener("beforeunload", (event) => session.state?.dirty && event.preventDefault());
-const keys = shortcuts({ session, steps, diagram, preview, bar, dialogs, history, start, build, solo });
+const keys = shortcuts({ session, steps, diagram, preview, bar, dialogs, history, start, build, solo, render });
 listen(keys);
 describe(keys);
 bar.show();

@@ -37,10 +37,14 @@ function askToReplace(message) {
 
 /** The dialogs that write files. */
 export class Dialogs {
+  /** The ending of rendered files. */
+  #suffix = ".mp4";
+
   /** @param {Session} session @param {(text: string) => void} say */
   constructor(session, say) {
     this.session = session;
     this.say = say;
+    session.on("clip", ({ count }) => (this.#suffix = count === 1 ? ".png" : ".mp4"));
     session.on("targets", (targets) => this.#fill(targets));
     session.on("progress", (progress) => this.#progress(progress));
     get("render-stop").addEventListener("click", () => session.ask("cancel"));
@@ -107,7 +111,7 @@ export class Dialogs {
   }
 
   render() {
-    this.#text("render-name").value = `${this.session.state?.name ?? "film"}.mp4`;
+    this.#text("render-name").value = `${this.session.state?.name ?? "film"}${this.#suffix}`;
     get("render-state").textContent = "";
     this.#running(false);
     return openDialog("render-dialog");

@@ -14,13 +14,14 @@
  * @property {import("./start.js").Start} start
  * @property {(on: boolean) => void} build
  * @property {(step: number | null) => unknown} solo
+ * @property {() => unknown} render
  */
 
 /**
  * @param {Parts} parts
  * @returns {import("./keys.js").Shortcut[]}
  */
-export function shortcuts({ steps, diagram, preview, bar, dialogs, history, start, build, solo }) {
+export function shortcuts({ steps, diagram, preview, bar, dialogs, history, start, build, solo, render }) {
   const { view, player } = preview;
   const isBuilding = () => document.body.classList.contains("building") && !start.isOpen;
   /** Returns the focused card, else the selected one. */
@@ -78,7 +79,7 @@ export function shortcuts({ steps, diagram, preview, bar, dialogs, history, star
     { keys: ["Ctrl+s"], help: "Save", run: open(() => dialogs.save()), typing: true },
     { keys: ["Ctrl+Shift+s"], help: "Save under another name", run: open(() => dialogs.saveAs()), typing: true },
     { keys: ["Ctrl+e"], help: "Export", run: open(() => dialogs.export()), typing: true },
-    { keys: ["Ctrl+Enter"], help: "Render this film", run: open(() => dialogs.render()), typing: true },
+    { keys: ["Ctrl+Enter"], help: "Render this film", run: open(render), typing: true },
     { keys: ["Ctrl+o"], help: "Show all styles", run: () => start.show(true), typing: true },
     { group: "Picture", keys: [" "], help: "Play or pause", run: open(() => player.toggle()) },
     { keys: [",", "."], help: "Previous or next frame", run: (event) => player.step(event.key === "," ? -1 : 1) },

@@ -4,6 +4,9 @@ import { get, icon, make, title } from "./elements.js";
 
 /** @typedef {import("./types.js").StyleInfo} StyleInfo */
 
+/** The names of other pages on buttons. @type {Record<string, string>} */
+const OTHER_PAGES = { explore: "Explore new looks", comic: "Make comic pages", live: "Live camera" };
+
 /** The server accepts no larger files. */
 const MAX_UPLOAD_BYTES = 2 ** 31;
 
@@ -12,6 +15,9 @@ export class Start {
   /** @type {HTMLImageElement[]} */
   #pictures = [];
   #fresh = false;
+  #name = "";
+  /** The address of the unchanged film. */
+  #source = "";
 
   /**
    * @param {import("./session.js").Session} session
@@ -35,6 +41,8 @@ export class Start {
     session.on("styles", (styles) => this.#fill(styles));
     session.on("draft", (draft) => this.#offer(draft));
     session.on("clip", (clip) => this.#film(clip));
+    session.on("previews", (made) => this.#report(made));
+    session.on("front", (front) => this.#welcome(front));
   }
 
   get isOpen() {
@@ -54,8 +62,9 @@ export class Start {
 
   /** @param {import("./player.js").Clip} clip */
   #film(clip) {
-    get("film-name").textContent = clip.name;
+    this.#name = clip.name.split(/[\\/]/).at(-1) ?? "";
     this.#fresh = false;
+    for (const picture of this.#pictures) picture.classList.add("waiting");
     if (this.isOpen) this.show(true);
   }
 
@@ -65,8 +74,8 @@ export class Start {
     fresh.classList.add("new");
     fresh.prepend(make("span", { className: "blank" }, icon("plus")));
     this.#pictures = [];
-    const tiles = styles.map(({ name, note, picture }) => {
-      const shown = make("img", { src: picture, alt: "", width: 320, height: 180 });
+    const tiles = styles.map(({ name, note }) => {
+      const shown = make("img", { alt: "", className: "waiting", width: 320, height: 180 });
       this.#pictures.push(shown);
       const tile = this.#tile(title(name), note.split(/(?<=\.)\s/)[0], () => this.open("open", { style: name }));
       tile.prepend(shown);
@@ -86,8 +95,47 @@ export class Start {
   picture(number, file) {
     const picture = this.#pictures[number];
     if (!picture) return;
-    if (picture.src.startsWith("blob:")) URL.revokeObjectURL(picture.src);
-    picture.src = URL.createObjectURL(file);
+    picture.classList.remove("waiting");
+    this.#replace(picture, URL.createObjectURL(file));
+  }
+
+  /** Shows the unchanged film, dimmed, in the tiles that wait for their previews. @param {Blob} file */
+  source(file) {
+    if (!this.isOpen) return;
+    const before = this.#source;
+    this.#source = URL.createObjectURL(file);
+    for (const picture of this.#pictures) if (picture.classList.contains("waiting")) picture.src = this.#source;
+    if (before) URL.revokeObjectURL(before);
+  }
+
+  /** @param {HTMLImageElement} picture @param {string} address */
+  #replace(picture, address) {
+    if (picture.src.startsWith("blob:") && picture.src !== this.#source) URL.revokeObjectURL(picture.src);
+    picture.src = address;
+  }
+
+  /** Says how many previews are made. @param {{done: number, total: number}} made */
+  #report({ done, total }) {
+    get("previews").textContent = done < total ? `Preparing looks of ${this.#name}: ${done} of ${total}` : `All looks show ${this.#name}.`;
+  }
+
+  /** Turns the screen into the front page. @param {{pages: string[], reveal: boolean}} front */
+  #welcome({ pages }) {
+    get("start-title").textContent = "Restyle a film or photograph";
+    get("start-about").textContent = "Open a file, choose a look, adjust it, and press Render. Nothing leaves this computer.";
+    document.body.classList.add("front");
+    const others = pages.filter((kind) => kind in OTHER_PAGES).map((kind) => make("button", { type: "button", textContent: OTHER_PAGES[kind], onclick: () => this.#leave(kind) }));
+    get("other-pages").replaceChildren(...others);
+    get("other-pages").hidden = !others.length;
+  }
+
+  /** Opens another page in a new tab. @param {string} kind */
+  async #leave(kind) {
+    // A tab that is opened only after the answer would be blocked.
+    const tab = open("", "_blank");
+    const answer = await this.session.ask("page", { kind });
+    if (answer?.url.startsWith("http") && tab) tab.location = answer.url;
+    else tab?.close();
   }
 
   /** @param {string} kind @param {Object<string, any>} fields */

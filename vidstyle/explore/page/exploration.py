@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import threading
 from collections import OrderedDict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import replace
 from typing import Any
@@ -43,6 +43,7 @@ class Exploration(Closing):
 
     Attributes:
         chooser: screens and favourites; read it only between choices.
+        on_progress: is called with the numbers of finished and of all candidates while a screen is made.
         frames: the frame numbers of the excerpt.
         rate: the frame rate of the excerpt.
     """
@@ -58,6 +59,7 @@ class Exploration(Closing):
         self._faces, self._searching = StillFaces(), threading.Lock()
         self._change = itertools.count()
         self._latest, self._is_closed = -1, False
+        self.on_progress: Callable[[int, int], None] = lambda done, total: None
         self._ahead: list[tuple[str, Future[Look | None]]] = []
         self.move_to(0.4)
         self._picture = np.ascontiguousarray(clip.frame(self.frames[0], MAX_LOOK_SIDE_PX))
@@ -166,6 +168,12 @@ class Exploration(Closing):
 
     def _looks_of(self, styles: Sequence[Style]) -> list[Look | None]:
         futures = [self._request_look(style, NOW)[1] for style in styles]
+
+        def report(_: object) -> None:
+            self.on_progress(sum(each.done() for each in futures), len(futures))
+
+        for future in futures:
+            future.add_done_callback(report)
         return [each.result() for each in futures]
 
     def _request_look(self, style: Style, urgency: int) -> tuple[str, Future[Look | None]]:

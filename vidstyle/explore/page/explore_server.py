@@ -56,6 +56,9 @@ class ExploreServer(PageServer["ExploreConnection"]):
             "page", lambda: ExploreConnection(self), picture_handlers(exploration),
             STATIC_FOLDER, "explore.html", most=MAX_BROWSERS, port=port,
         )  # fmt: skip
+        exploration.on_progress = lambda done, total: self.submit(
+            self.tell, {"tried": {"done": done, "total": total}}
+        )
         threading.Thread(target=self._begin, name="vidstyle first screen", daemon=True).start()
 
     def close(self) -> None:

@@ -6,6 +6,7 @@
  * @property {[number, number]} size width and height
  * @property {number} count of frames; 1 for a photograph
  * @property {number} fps
+ * @property {number} start the frame to show first
  * @property {boolean} live whether it is a camera; then the newest frame is shown
  */
 
@@ -17,7 +18,7 @@ const positionKey = ({ name, count }) => `position ${count} ${name}`;
 /** Requests frames and holds the position in the film. */
 export class Player {
   /** @type {Clip} */
-  clip = { name: "", size: [0, 0], count: 0, fps: 25, live: false };
+  clip = { name: "", size: [0, 0], count: 0, fps: 25, start: 0, live: false };
   /** The frame that was shown or requested last. */
   number = 0;
   playing = false;
@@ -49,7 +50,7 @@ export class Player {
   /** Opens another clip. @param {Clip} clip */
   open(clip) {
     this.clip = clip;
-    this.number = Math.min(Number(sessionStorage.getItem(positionKey(clip))), Math.max(0, clip.count - 1));
+    this.number = Math.min(Number(sessionStorage.getItem(positionKey(clip)) ?? clip.start), Math.max(0, clip.count - 1));
     this.range = null;
     this.playing = clip.live;
     this.onchange();

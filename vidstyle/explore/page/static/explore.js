@@ -3,11 +3,11 @@
 import { announce } from "./announce.js";
 import { Lightbox } from "./lightbox.js";
 import { LostNotice } from "./lost.js";
-import { get, make, makeSvg, press } from "./elements.js";
+import { get, make, makeSvg, press, resize } from "./elements.js";
 import { LoadedPlans, PagePainter, ServerPainter } from "./painters.js";
 import { missing, Runner } from "./runner.js";
 import { Connection } from "./socket.js";
-import { SourceFrames } from "./source_frames.js";
+import { fetchPicture, SourceFrames } from "./source_frames.js";
 import { origin, rootOf, Tiles } from "./tiles.js";
 
 /** @typedef {import("./explore_types.js").Clip} Clip */
@@ -90,10 +90,30 @@ function takeClip(next) {
   painter.keep(new Set());
   source.open(next, inPage ? tileSide() : null);
   prepare();
+  if (!state.tiles.length) showSource(next);
+}
+
+/** Shows the unchanged picture, dimmed, until the first styles are found. @param {Clip} next */
+async function showSource(next) {
+  const picture = await fetchPicture(`frame.jpg?frame=${next.frames[0]}&side=${TILE_SIDES[0]}`).catch(() => null);
+  if (!picture) return;
+  for (const { canvas } of state.tiles.length ? [] : tiles.cells) {
+    resize(canvas, [picture.width, picture.height]);
+    canvas.getContext("2d")?.drawImage(picture, 0, 0);
+  }
+  picture.close();
+}
+
+/** Says how many styles are tried for the next screen. @param {{done: number, total: number}} tried */
+function showTried({ done, total }) {
+  const isWaiting = done < total && (busy || !state.tiles.length);
+  get("trying").hidden = !isWaiting;
+  if (isWaiting) get("trying").textContent = `Trying styles on ${clip ? clip.name : "your picture"}: ${done} of ${total}`;
 }
 
 /** @param {State} next */
 function takeState(next) {
+  if (next.tiles.length) get("trying").hidden = true;
   const isNew = next.at !== state.at || !state.tiles.length;
   state = next;
   tiles.show(next.tiles, new Set(next.stars.map(({ tile }) => tile)));
@@ -175,6 +195,7 @@ const connection = new Connection({
   onmessage(message) {
     if (message.clip) takeClip(message.clip);
     if (message.state) takeState({ ...state, ...message.state }); // before the first screen, it is not complete
+    if (message.tried) showTried(message.tried);
     if (message.progress) lightbox?.progress(message.progress);
   },
   onpicture() {},

@@ -1,0 +1,120 @@
+"""The page of `vidstyle open`: a queue of renders, and the ways to other pages."""
+
+from __future__ import annotations
+
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from browser import Browser
+from browser import browser as browser
+from designing import shown
+from media import make_clip, make_picture
+from waiting import eventually
+
+from vidstyle.cli.parsing.child_pages import ChildPages
+from vidstyle.design.designer import Designer
+from vidstyle.design.drafts import Drafts
+from vidstyle.design.front_door import FrontDoor
+from vidstyle.design.page import open_page
+from vidstyle.design.page.design_server import DesignServer
+from vidstyle.errors import UsageError
+from vidstyle.preview.clip import open_clip, representative_frame
+
+
+@pytest.fixture
+def revealed() -> list[Path]:
+    return []
+
+
+@pytest.fixture
+def server(tmp_path: Path, revealed: list[Path]) -> Iterator[DesignServer]:
+    clip = open_clip(make_clip(tmp_path / "film.mp4", size=(64, 36), frames=8))
+    front = FrontDoor(
+        {"explore": lambda file: f"http://127.0.0.1:1/?of={Path(file or '').name}"}, revealed.append
+    )
+    made = open_page(Designer(clip, tmp_path, Drafts(tmp_path / "draft.json")), 0, "cpu", front)
+    yield made
+    made.close()
+
+
+def test_renders_wait_for_one_another_under_names_that_are_free(server: DesignServer, tmp_path: Path) -> None:
+    with shown(server) as page:
+        page.ask("open", style="sketch")
+        asked = [page.say("render", name="", overwrite=False, frames=3) for _ in range(3)]
+        eventually(lambda: page.ask("find", text="") and len(page.told.get("queue", [])) == 3)
+        numbers = [job["number"] for job in page.told["queue"]]
+        page.ask("stop", job=numbers[2])
+        assert [page.answer(each).get("file") for each in asked[:2]] == [
+            str(tmp_path / "film-sketch.mp4"), str(tmp_path / "film-sketch-2.mp4")
+        ]  # fmt: skip
+        page.answer(asked[2])
+        page.ask("find", text="")
+        assert [job["state"] for job in page.told["queue"]] == ["done", "done", "stopped"]
+        assert not (tmp_path / "film-sketch-3.mp4").exists()
+        assert open_clip(tmp_path / "film-sketch-2.mp4").count == 3
+
+
+def test_a_film_that_waits_is_rendered_after_another_was_opened(server: DesignServer, tmp_path: Path) -> None:
+    content = make_picture(tmp_path / "photo.png", size=(50, 40)).read_bytes()
+    with shown(server) as page:
+        page.ask("open", style="sketch")
+        first = page.say("render", name="", overwrite=False, frames=4)
+        for name in ("one.png", "two.png"):
+            id = page.say("upload", name=name, size=len(content))
+            page.answer(id)
+            page.socket.send(content)
+            page.answer(id)
+            second = page.say("render", name="", overwrite=False, frames=None)
+            assert page.answer(second)["file"] == str(tmp_path / f"{name[:3]}-sketch.png")
+        assert page.answer(first)["file"] == str(tmp_path / "film-sketch.mp4")
+
+
+def test_other_pages_and_folders_are_opened_where_the_command_allows_it(
+    server: DesignServer, revealed: list[Path], tmp_path: Path
+) -> None:
+    with shown(server) as page:
+        assert page.told["front"] == {"pages": ["explore"], "reveal": True}
+        assert page.ask("page", kind="explore")["url"] == "http://127.0.0.1:1/?of=film.mp4"
+        assert "cannot be opened" in page.error("page", kind="passwords")
+        page.ask("open", style="sketch")
+        page.ask("render", name="", overwrite=False, frames=1)
+        page.ask("reveal", job=page.told["queue"][0]["number"])
+        assert revealed == [tmp_path / "film-sketch.mp4"]
+        assert "no job" in page.error("reveal", job=99)
+
+
+def test_a_command_serves_its_page_until_the_front_page_ends() -> None:
+    with ChildPages() as children:
+        url = children.open(["live", "test", "--size", "64x36", "--style", "plain", "--to", "page"])
+        with urllib.request.build_opener(urllib.request.HTTPCookieProcessor()).open(url) as answer:
+            assert b"vidstyle live" in answer.read()
+        with pytest.raises(UsageError, match="vidstyle explore"):
+            children.open(["explore", "missing.mp4"])
+    with pytest.raises(OSError):
+        urllib.request.urlopen(url)
+
+
+def test_a_film_that_begins_black_is_shown_by_a_later_frame(tmp_path: Path) -> None:
+    clip = open_clip(make_clip(tmp_path / "film.mp4", size=(64, 36), frames=8))
+    assert representative_frame(clip) == 0
+
+
+def test_by_keyboard_a_film_is_opened_restyled_adjusted_and_rendered(
+    server: DesignServer, browser: Browser, tmp_path: Path
+) -> None:
+    browser.open(server.url)
+    browser.until("document.getElementById('start-title').textContent.startsWith('Restyle')")
+    browser.until("document.activeElement.matches('.tile')")
+    tiles = "[...document.querySelectorAll('.tile')]"
+    browser.run(f"{tiles}.find((each) => each.textContent.startsWith('Sketch')).focus()")
+    browser.press("Enter")
+    browser.until("document.getElementById('start').hidden && document.querySelector('.style-panel .value')")
+    browser.run("document.querySelector('.style-panel input[type=number]').select()")
+    browser.run("document.querySelector('.style-panel input[type=range]').focus()")
+    browser.press("ArrowRight")
+    browser.until("document.getElementById('saved').textContent === 'Edited'")
+    browser.press("Ctrl+Enter")
+    browser.until("document.getElementById('jobs').textContent.includes('Saved in')")
+    assert (tmp_path / "film-sketch.mp4").exists()

@@ -1,0 +1,74 @@
+"""vidstyle open: a page to restyle films and photographs without a terminal."""
+
+from __future__ import annotations
+
+import itertools
+import re
+import threading
+from pathlib import Path
+
+import click
+
+from vidstyle.cli import browser
+from vidstyle.cli.parsing import common_options as common
+from vidstyle.cli.parsing.child_pages import ChildPages
+from vidstyle.cli.parsing.command import command
+from vidstyle.cli.terminal.reporting import reporting_options, say
+from vidstyle.errors import UsageError
+
+
+@command(
+    "Restyle films and photographs on a page in the browser.",
+    examples=("vidstyle open", "vidstyle open holiday.mp4"),
+)
+@click.argument("source", metavar="[INPUT]", required=False)
+@browser.port_option
+@browser.open_option
+@common.device_option()
+@reporting_options
+def open(source: str | None, port: int, no_open: bool, device: str) -> int:  # noqa: A001
+    """Restyle films and photographs on a page: drop a file, choose a look, adjust it, and render.
+
+    Without INPUT the page waits for a file. Rendered files are saved in the current folder. In a desktop
+    terminal, `vidstyle` without a command does the same. Press Ctrl-C to stop.
+    """
+    from vidstyle.pipeline.stopping import stop_on_signals
+
+    with stop_on_signals() as stop:
+        show_front_page(source, port, no_open, device, stop)
+    return stop.exit_code
+
+
+def show_front_page(source: str | None, port: int, no_open: bool, device: str, stop: threading.Event) -> None:
+    """Serve the page until `stop` is set."""
+    from vidstyle.design import serve
+    from vidstyle.design.front_door import FrontDoor
+
+    is_wanted = browser.is_wanted(no_open)
+    with ChildPages() as children:
+        pages = {
+            "explore": lambda file: children.open(["explore", file or "camera"]),
+            "comic": lambda file: _make_comic(children, file, is_wanted),
+            "live": lambda file: children.open(["live", "camera", "--style", "ink", "--to", "page"]),
+        }
+        front = FrontDoor(pages, _reveal if is_wanted else None)
+        browse = browser.open_page if is_wanted else None
+        for url in serve(source, None, Path.cwd(), port, device, browse, stop, front):
+            say(f"page: {url}")
+
+
+def _make_comic(children: ChildPages, file: str | None, is_shown: bool) -> str:
+    """Make comic pages of a film in the current folder; return the path of the file."""
+    if file is None:
+        raise UsageError("comic pages", "need a film", "open one first")
+    stem = re.sub(r"[^\w-]+", "-", Path(file).stem) or "film"
+    numbers = itertools.count(1)
+    path = next(p for number in numbers if not (p := Path.cwd() / f"{stem}-comic-{number}.pdf").exists())
+    children.run(["comic", file, str(path)])
+    if is_shown:
+        click.launch(str(path))
+    return str(path)
+
+
+def _reveal(path: Path) -> None:
+    click.launch(str(path), locate=True)

@@ -1,0 +1,86 @@
+"""Other commands of the program, each in a process of its own."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import threading
+from collections import deque
+from collections.abc import Sequence
+from typing import IO
+
+from vidstyle.core.closing import Closing
+from vidstyle.errors import UsageError
+
+_ADDRESS = re.compile(r"http://[\d.]+:\d+/\?token=\S+")
+CLOSE_SECONDS = 5.0
+"""Time limit for a process to end after it was asked to."""
+
+
+class ChildPages(Closing):
+    """Starts commands, most of which serve a page, and ends them with this program."""
+
+    def __init__(self) -> None:
+        self._processes: list[subprocess.Popen[str]] = []
+
+    def open(self, arguments: Sequence[str]) -> str:
+        """Start a command; return the address of its page.
+
+        Raises:
+            UsageError: the command ended without a page; the message is its last line.
+        """
+        _, errors = self._start([*arguments, "--no-open"])
+        lines: deque[str] = deque(maxlen=1)
+        for line in errors:
+            lines.append(line)
+            if found := _ADDRESS.search(line):
+                threading.Thread(target=_drain, args=(errors,), daemon=True).start()
+                return found[0]
+        raise _failure(arguments, lines)
+
+    def run(self, arguments: Sequence[str]) -> None:
+        """Run a command to its end.
+
+        Raises:
+            UsageError: the command failed; the message is its last line.
+        """
+        process, errors = self._start(arguments)
+        lines = deque(errors, maxlen=1)
+        if process.wait():
+            raise _failure(arguments, lines)
+
+    def _start(self, arguments: Sequence[str]) -> tuple[subprocess.Popen[str], IO[str]]:
+        command = [sys.executable, "-m", "vidstyle", *arguments]
+        process = subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+        )
+        self._processes.append(process)
+        assert process.stderr is not None
+        return process, process.stderr
+
+    def close(self) -> None:
+        """End all processes."""
+        for process in self._processes:
+            process.terminate()
+        for process in self._processes:
+            try:
+                process.wait(CLOSE_SECONDS)
+            except subprocess.TimeoutExpired:
+                process.kill()
+            if process.stderr is not None:
+                process.stderr.close()
+
+
+def _failure(arguments: Sequence[str], lines: Sequence[str]) -> UsageError:
+    reason = lines[-1].strip().removeprefix("vidstyle: ") if lines else "ended without a result"
+    return UsageError(f"vidstyle {arguments[0]}", reason)
+
+
+def _drain(stream: IO[str]) -> None:
+    """Read a stream to its end, so that its writer never waits."""
+    try:
+        for _ in stream:
+            pass
+    except ValueError:  # closed
+        return

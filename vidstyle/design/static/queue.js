@@ -1,0 +1,76 @@
+// The queue of films that are rendered, or wait for it.
+
+import { get, make } from "./elements.js";
+
+/**
+ * @typedef {object} Job
+ * @property {number} number
+ * @property {"waiting" | "rendering" | "done" | "stopped" | "failed"} state
+ * @property {number} done frames
+ * @property {number | null} total frames
+ * @property {string} text
+ * @property {string} file
+ * @property {string} folder
+ * @property {string} style
+ * @property {string} source
+ */
+
+const STATES = { waiting: "Waiting", rendering: "Rendering", done: "Saved in", stopped: "Stopped", failed: "Failed" };
+
+/** Lists the jobs; a button of the bar opens the list and tells how many are not finished. */
+export class Queue {
+  /** Whether a file can be shown in its folder. */
+  reveals = false;
+
+  /** @param {import("./session.js").Session} session */
+  constructor(session) {
+    this.session = session;
+    this.panel = get("queue");
+    this.button = get("to-queue");
+    session.on("queue", (jobs) => this.#show(jobs));
+  }
+
+  /** Opens the list. */
+  open() {
+    if (!this.panel.matches(":popover-open")) this.panel.showPopover();
+  }
+
+  /** @param {Job[]} jobs */
+  #show(jobs) {
+    const left = jobs.filter(({ state }) => state === "waiting" || state === "rendering");
+    this.button.hidden = !jobs.length;
+    get("queue-count").textContent = left.length ? String(left.length) : "";
+    this.button.setAttribute("aria-label", left.length ? `Queue, ${left.length} not finished` : "Queue");
+    const focused = /** @type {HTMLElement | null} */ (document.activeElement)?.dataset.action;
+    get("jobs").replaceChildren(...[...jobs].reverse().map((job) => this.#row(job)));
+    /** @type {HTMLElement | null} */ (focused && document.querySelector(`[data-action="${focused}"]`) || null)?.focus();
+  }
+
+  /** @param {Job} job */
+  #row(job) {
+    const { number, state, done, total, text, file, folder, style, source } = job;
+    const isOver = state !== "waiting" && state !== "rendering";
+    const part = total ? `${Math.floor((100 * done) / total)} %` : "";
+    const facts = { waiting: "", rendering: [part, text].filter(Boolean).join(", "), done: folder, stopped: "", failed: text }[state];
+    const bar = make("progress", { ariaLabel: `Progress of ${file}` });
+    if (total) [bar.max, bar.value] = [total, done];
+    const buttons = make("div", { className: "row" });
+    if (!isOver) buttons.append(this.#button(`stop-${number}`, state === "waiting" ? "Remove" : "Stop", "stop", number));
+    if (state === "done" && this.reveals) buttons.append(this.#button(`reveal-${number}`, "Open folder", "reveal", number));
+    return make("li", {}, make("b", { textContent: file }), make("span", { className: "quiet", textContent: `${source}, ${style}` }),
+      make("span", { className: state === "failed" ? "failed" : "quiet", textContent: `${STATES[state]} ${facts}`.trim() }),
+      ...(state === "rendering" ? [bar] : []), buttons);
+  }
+
+  /** @param {string} action @param {string} label @param {"stop" | "reveal"} kind @param {number} job */
+  #button(action, label, kind, job) {
+    const button = make("button", { type: "button", textContent: label, onclick: () => this.#ask(kind, job) });
+    button.dataset.action = action;
+    return button;
+  }
+
+  /** @param {"stop" | "reveal"} kind @param {number} job */
+  #ask(kind, job) {
+    return kind === "stop" ? this.session.ask("stop", { job }) : this.session.ask("reveal", { job });
+  }
+}
