@@ -99,7 +99,7 @@ function refresh() {
   get("film-facts").hidden = Boolean(step);
   const { name, size, count, fps } = preview.player.clip;
   const length = count > 1 ? `, ${count} frames at ${Number(fps.toFixed(3))} fps` : "";
-  get("film-facts").textContent = steps.selected === null ? "Select a step in the diagram." : `${name}: ${size.join(" × ")}${length}.`;
+  get("film-facts").textContent = steps.selected === null ? "Select a step in the diagram." : `${name.split(/[\\/]/).at(-1)}: ${size.join(" × ")}${length}.`;
   if (step) inspector.show(state, step, preview.solo === step.step);
   stylePanel.show(state);
   history.show(state);
@@ -184,6 +184,7 @@ session.on("connection", (loss) => {
 session.on("front", ({ reveal }) => {
   queue.reveals = reveal;
   get("render").classList.add("strong");
+  get("save").classList.remove("strong");
 });
 
 /** Renders the film: on the front page at once, under a new name. */

@@ -103,18 +103,29 @@ export class Diagram {
     this.#write(card, nameOf(step), step.main);
     card.classList.toggle("muted", step.muted);
     card.classList.toggle("wrong", Boolean(step.error));
-    const badges = /** @type {HTMLElement} */ (card.querySelector(".badges"));
-    const marks = [];
-    if (step.error) marks.push(make("span", { className: "badge wrong", title: step.error }, icon("warning")));
-    if (step.muted) marks.push(make("span", { className: "badge", title: "Muted" }, icon("mute")));
-    if (this.solo === step.step) marks.push(make("span", { className: "badge solo", title: "Solo: the picture shows the output of this step" }, icon("solo")));
-    if (step.save) marks.push(make("span", { className: `badge save wire-${this.#color(step.save)}` }, step.save));
-    badges.replaceChildren(...marks);
+    this.#mark(/** @type {HTMLElement} */ (card.querySelector(".badges")), step);
     const place = placeOf(/** @type {State} */ (this.state), step.step);
     const facts = [nameOf(step), step.main, LAYER_NAMES[place?.layer ?? "base"], step.muted && "muted",
       step.save && `saved as ${step.save}`, step.from && `from ${step.from}`, step.error && `error: ${step.error}`];
     card.setAttribute("aria-label", facts.filter(Boolean).join(", "));
     card.title = step.error ?? step.help;
+  }
+
+  /** Shows the badges of a step, unless they are the same as before. @param {HTMLElement} badges @param {Step} step */
+  #mark(badges, step) {
+    const shown = JSON.stringify([step.error, step.muted, this.solo === step.step, step.save, step.save && this.#color(step.save)]);
+    if (badges.dataset.shown === shown) return;
+    badges.dataset.shown = shown;
+    const marks = [];
+    if (step.error) marks.push(make("span", { className: "badge wrong", title: step.error }, icon("warning")));
+    if (step.muted) marks.push(make("span", { className: "badge", title: "Muted" }, icon("mute")));
+    if (this.solo === step.step) marks.push(make("span", { className: "badge solo", title: "Solo: the picture shows the output of this step" }, icon("solo")));
+    if (step.save) {
+      const saved = make("span", { className: `badge save wire-${this.#color(step.save)}` });
+      saved.dataset.name = step.save; // drawn by the style sheet: the accessible name of the card has it at another place
+      marks.push(saved);
+    }
+    badges.replaceChildren(...marks);
   }
 
   /** Returns the colour number of a saved picture, in order of first appearance. @param {string} name */

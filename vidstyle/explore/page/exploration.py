@@ -169,9 +169,10 @@ class Exploration(Closing):
     def _looks_of(self, styles: Sequence[Style]) -> list[Look | None]:
         futures = [self._request_look(style, NOW)[1] for style in styles]
 
-        def report(_: object) -> None:
+        def report(_: object = None) -> None:
             self.on_progress(sum(each.done() for each in futures), len(futures))
 
+        report()
         for future in futures:
             future.add_done_callback(report)
         return [each.result() for each in futures]

@@ -40,6 +40,7 @@ class ExploreServer(PageServer["ExploreConnection"]):
         exploration: the exploration; closed with the server.
         designer: opens the designer, if available.
         job: the film that is rendered, if any.
+        tried: the numbers of finished and of all candidates for the screen that is being made.
     """
 
     def __init__(self, exploration: Exploration, port: int = 0, designer: OpenDesigner | None = None) -> None:
@@ -56,9 +57,8 @@ class ExploreServer(PageServer["ExploreConnection"]):
             "page", lambda: ExploreConnection(self), picture_handlers(exploration),
             STATIC_FOLDER, "explore.html", most=MAX_BROWSERS, port=port,
         )  # fmt: skip
-        exploration.on_progress = lambda done, total: self.submit(
-            self.tell, {"tried": {"done": done, "total": total}}
-        )
+        self.tried = {"done": 0, "total": 0}
+        exploration.on_progress = lambda done, total: self.submit(self._report, done, total)
         threading.Thread(target=self._begin, name="vidstyle first screen", daemon=True).start()
 
     def close(self) -> None:
@@ -66,6 +66,10 @@ class ExploreServer(PageServer["ExploreConnection"]):
         self.job.cancel()
         self.exploration.close()
         super().close()
+
+    async def _report(self, done: int, total: int) -> None:
+        self.tried = {"done": done, "total": total}
+        await self.tell({"tried": self.tried})
 
     def _begin(self) -> None:
         try:
@@ -109,6 +113,7 @@ class ExploreConnection(PageConnection):
         """Send the clip and the state."""
         await self.tell({"clip": self._server.clip()})
         await self.tell({"state": self._server.state()})
+        await self.tell({"tried": self._server.tried})
 
     def _style(self, tile: int) -> Style:
         return self._exploration.tile(tile).style

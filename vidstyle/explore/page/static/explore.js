@@ -106,9 +106,9 @@ async function showSource(next) {
 
 /** Says how many styles are tried for the next screen. @param {{done: number, total: number}} tried */
 function showTried({ done, total }) {
-  const isWaiting = done < total && (busy || !state.tiles.length);
+  const isWaiting = (done < total && busy) || !state.tiles.length;
   get("trying").hidden = !isWaiting;
-  if (isWaiting) get("trying").textContent = `Trying styles on ${clip ? clip.name : "your picture"}: ${done} of ${total}`;
+  if (isWaiting) get("trying").textContent = `Trying styles on ${clip?.name ?? "your picture"}${total ? `: ${done} of ${total}` : ""}…`;
 }
 
 /** @param {State} next */

@@ -52,8 +52,9 @@ export class Tiles {
       const canvas = make("canvas", { width: 16, height: 9 });
       const take = make("button", { className: "take", disabled: true, onclick: () => ontake(place) }, canvas);
       take.setAttribute("aria-keyshortcuts", String(place + 1));
-      const star = make("button", { title: "Keep (S)", onclick: () => onstar(place) }, icon("star"));
-      const enlarge = make("button", { title: "Enlarge (L)", onclick: () => onenlarge(place) }, icon("enlarge"));
+      take.setAttribute("aria-label", `Tile ${place + 1}, not ready`);
+      const star = make("button", { title: "Keep (S)", disabled: true, onclick: () => onstar(place) }, icon("star"));
+      const enlarge = make("button", { title: "Enlarge (L)", disabled: true, onclick: () => onenlarge(place) }, icon("enlarge"));
       const tools = make("div", { className: "tools" }, enlarge, star);
       const kind = make("span", { className: "kind" });
       const number = make("span", { className: "number", textContent: String(place + 1) });
@@ -79,7 +80,7 @@ export class Tiles {
       }
       cell.classList.toggle("chosen", tile.kind === "chosen");
       kind.textContent = origin(tile);
-      take.disabled = false;
+      for (const button of [take, star, enlarge]) button.disabled = false;
       take.setAttribute("aria-label", `${place + 1}: ${origin(tile)}`);
       press(star, kept.has(tile.tile));
       star.setAttribute("aria-label", `Keep tile ${place + 1}`);
