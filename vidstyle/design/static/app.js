@@ -16,6 +16,7 @@ import { Session } from "./session.js";
 import { Splitter } from "./splitter.js";
 import { Start } from "./start.js";
 import { Steps } from "./steps.js";
+import { switchTheme } from "./theme.js";
 import { StylePanel } from "./style_panel.js";
 import { shortcuts } from "./shortcuts.js";
 
@@ -219,4 +220,5 @@ addEventListener("beforeunload", (event) => session.state?.dirty && event.preven
 const keys = shortcuts({ session, steps, diagram, preview, bar, dialogs, history, start, build, solo, render });
 listen(keys);
 describe(keys);
+switchTheme(get("theme"));
 bar.show();

@@ -6,19 +6,29 @@ import { make } from "./elements.js";
 
 const THUMBNAIL_WIDTH = 96;
 const THUMBNAIL_HEIGHT = 54;
+/** Number of edits that are listed at first; long sessions would fill the page. */
+const LISTED_COUNT = 30;
 
 /** Lists the edits, newest last. */
 export class History {
   /** The rows by entry. @type {Map<number, {item: HTMLLIElement, button: HTMLButtonElement, picture: HTMLCanvasElement, label: HTMLElement}>} */
   #rows = new Map();
   #shown = "";
+  /** Whether all edits are listed. */
+  #all = false;
 
   /** @param {import("./session.js").Session} session */
   constructor(session) {
     this.session = session;
     this.list = make("ol", { className: "history" });
+    this.earlier = make("button", { type: "button", textContent: "Show earlier edits", hidden: true });
+    this.earlier.addEventListener("click", () => {
+      this.#all = true;
+      this.#shown = "";
+      if (session.state) this.show(session.state);
+    });
     this.slots = make("div", { className: "slots" });
-    this.element = make("div", {}, make("h3", { textContent: "Snapshots" }), this.slots, make("h3", { textContent: "Edits" }), this.list);
+    this.element = make("div", {}, make("h3", { textContent: "Snapshots" }), this.slots, make("h3", { textContent: "Edits" }), this.earlier, this.list);
     for (const slot of /** @type {("a" | "b")[]} */ (["a", "b"])) {
       const keep = make("button", { type: "button", textContent: "Keep", title: `Keep the current state as snapshot ${slot.toUpperCase()} (Shift+${slot === "a" ? 1 : 2})` });
       const use = make("button", { type: "button", textContent: "Show", disabled: true, title: `Go to snapshot ${slot.toUpperCase()} (${slot === "a" ? 1 : 2})` });
@@ -44,6 +54,7 @@ export class History {
   clear() {
     this.#rows.clear();
     this.#shown = "";
+    this.#all = false;
     this.list.replaceChildren();
   }
 
@@ -57,18 +68,21 @@ export class History {
     const text = JSON.stringify([state.history, present]);
     if (text === this.#shown) return;
     this.#shown = text;
-    const entries = new Set(state.history.map(({ entry }) => entry));
+    const listed = this.#all ? state.history : state.history.filter(({ entry }, place) => place >= state.history.length - LISTED_COUNT || entry === present);
+    this.earlier.hidden = listed.length === state.history.length;
+    const entries = new Set(listed.map(({ entry }) => entry));
     for (const [entry, { item }] of this.#rows)
       if (!entries.has(entry)) {
         item.remove();
         this.#rows.delete(entry);
       }
-    for (const { entry, label } of state.history) {
+    for (const { entry, label } of listed) {
       const row = this.#row(entry);
       if (row.label.textContent !== label) row.label.textContent = label;
       row.button.toggleAttribute("aria-current", entry === present);
-      if (!row.item.isConnected) this.list.append(row.item);
     }
+    const items = listed.map(({ entry }) => this.#row(entry).item);
+    if (items.some((item, place) => this.list.children[place] !== item)) this.list.replaceChildren(...items);
     this.#rows.get(present)?.item.scrollIntoView({ block: "nearest" });
   }
 

@@ -27,7 +27,7 @@ const MAX_FRAME_MS = 70;
 const MAX_SLOW_FRAMES = 12;
 const SIDES = [360, 720, 1080];
 /** The buttons that keys press. @type {Object<string, string>} */
-const KEYS = { b: "compare", s: "save", r: "record", f: "full", " ": "play" };
+const KEYS = { c: "compare", b: "compare", s: "save", r: "record", f: "full", " ": "play" };
 
 /** Returns the working size: the shorter side is that of the plan. @param {[number, number]} size @param {number} side @returns {[number, number]} */
 export function workingSize([width, height], side) {

@@ -8,6 +8,7 @@ import { LoadedPlans, PagePainter, ServerPainter } from "./painters.js";
 import { missing, Runner } from "./runner.js";
 import { Connection } from "./socket.js";
 import { fetchPicture, SourceFrames } from "./source_frames.js";
+import { switchTheme } from "./theme.js";
 import { origin, rootOf, Tiles } from "./tiles.js";
 
 /** @typedef {import("./explore_types.js").Clip} Clip */
@@ -324,6 +325,7 @@ addEventListener("keydown", (event) => {
   event.preventDefault();
 });
 addEventListener("pointermove", () => get("tiles").classList.remove("keys"));
+switchTheme(get("theme"));
 new ResizeObserver(() => {
   if (!clip) return;
   tiles.fit(clip.size[0] / clip.size[1]);

@@ -345,7 +345,7 @@ export class Lightbox {
     get("design").onclick = () => this.#act(async (tile) => void window.open((await this.handlers.ask("design", { tile })).url, "_blank", "noopener"));
     this.#listenToPointer();
     dialog.addEventListener("keydown", (event) => this.#key(event));
-    dialog.addEventListener("keyup", (event) => event.key.toLowerCase() === "x" && this.hold(false));
+    dialog.addEventListener("keyup", (event) => ["b", "x"].includes(event.key.toLowerCase()) && this.hold(false));
     addEventListener("resize", () => (this.dirty = true));
   }
 
@@ -368,8 +368,8 @@ export class Lightbox {
     if (move) this.#moveTo(move[0], move[1]);
     else if (event.key === "Enter" && !target.matches("button")) this.like();
     else if (event.key === "s" || event.key === "S") this.star();
-    else if (event.key === "v") this.toggleSplit();
-    else if (event.key === "x") this.hold(true);
+    else if (["c", "v"].includes(event.key)) this.toggleSplit();
+    else if (["b", "x"].includes(event.key)) this.hold(true);
     else if (event.key === "p") this.source.playing = !this.source.playing;
     else return;
     event.preventDefault();

@@ -5,6 +5,7 @@ import { get, make, press, resize } from "./elements.js";
 import { LostNotice } from "./lost.js";
 import { Panel } from "./panel.js";
 import { Connection } from "./socket.js";
+import { switchTheme } from "./theme.js";
 
 /**
  * The status of the session, as the server reports it.
@@ -195,3 +196,4 @@ leave.onclose = () => leave.returnValue === "quit" && send("quit");
 const showAlone = () => document.body.classList.toggle("alone", location.hash === "#picture");
 addEventListener("hashchange", showAlone);
 showAlone();
+switchTheme(get("theme"));
