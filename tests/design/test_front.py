@@ -6,11 +6,13 @@ import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 from browser import Browser
 from browser import browser as browser
 from designing import shown
-from media import make_clip, make_picture
+from media import make_clip, make_picture, photograph
+from PIL import Image
 from waiting import eventually
 
 from vidstyle.cli.parsing.child_pages import ChildPages
@@ -96,9 +98,21 @@ def test_a_command_serves_its_page_until_the_front_page_ends() -> None:
         urllib.request.urlopen(url)
 
 
-def test_a_film_that_begins_black_is_shown_by_a_later_frame(tmp_path: Path) -> None:
-    clip = open_clip(make_clip(tmp_path / "film.mp4", size=(64, 36), frames=8))
-    assert representative_frame(clip) == 0
+def test_a_name_is_not_free_where_an_interrupted_run_has_left_a_part(
+    server: DesignServer, tmp_path: Path
+) -> None:
+    (tmp_path / "film-sketch.partial.mp4").write_bytes(b"part")
+    with shown(server) as page:
+        page.ask("open", style="sketch")
+        assert page.ask("render", name="", overwrite=False, frames=1)["file"].endswith("film-sketch-2.mp4")
+
+
+@pytest.mark.parametrize(("black", "number"), [(0, 0), (5, 10), (99, 0)])
+def test_a_film_that_begins_black_is_shown_by_a_later_frame(tmp_path: Path, black: int, number: int) -> None:
+    for each in range(100):
+        picture = np.zeros((36, 64, 3), np.uint8) if each <= black - 1 else photograph("astronaut")[:36, :64]
+        Image.fromarray(picture).save(tmp_path / f"{each:02}.png")
+    assert representative_frame(open_clip(tmp_path)) == number
 
 
 def test_by_keyboard_a_film_is_opened_restyled_adjusted_and_rendered(

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from vidstyle.design.page.design_session import DesignSession
 from vidstyle.errors import UsageError, VidstyleError
+from vidstyle.media.write.temporary_files import partial_path
 from vidstyle.preview.clip import Clip
 from vidstyle.preview.outputs import file_of, output_path
 from vidstyle.style import Style
@@ -159,8 +160,8 @@ class RenderQueue:
         suffix = ".png" if clip.count == 1 else ".mp4"
         taken = {job.path for job in self._jobs if not job.is_over}
         names = (f"{stem}{'' if number == 1 else f'-{number}'}{suffix}" for number in count(1))
-        folder = self._session.designer.folder
-        return next(path for name in names if not (path := folder / name).exists() and path not in taken)
+        paths = (self._session.designer.folder / name for name in names)
+        return next(path for path in paths if path not in taken and not _exists(path))
 
     def _pruned(self) -> list[RenderJob]:
         over = [job for job in self._jobs if job.is_over]
@@ -210,3 +211,8 @@ class RenderQueue:
         progress = {"kind": "render", "done": job.done, "total": total, **fields}
         await self._tell({"progress": progress})
         await self._tell(self.message)
+
+
+def _exists(path: Path) -> bool:
+    """Whether there is a file, or what an interrupted run has left of it."""
+    return path.exists() or partial_path(path).exists()

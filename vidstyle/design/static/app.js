@@ -184,6 +184,7 @@ session.on("connection", (loss) => {
 
 session.on("front", ({ reveal }) => {
   queue.reveals = reveal;
+  lost.command = "vidstyle open";
   get("render").classList.add("strong");
   get("save").classList.remove("strong");
 });

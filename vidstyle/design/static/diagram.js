@@ -81,7 +81,7 @@ export class Diagram {
     if (known) return known;
     const picture = typeof name === "number" ? make("img", { alt: "", draggable: false }) : make("canvas", { width: 320, height: 180 });
     const card = make("button", { className: "card", type: "button", tabIndex: -1 }, picture,
-      make("span", { className: "badges" }), make("span", { className: "name" }), make("span", { className: "main" }));
+      make("span", { className: "badges" }), make("span", { className: "name" }), " ", make("span", { className: "main" }));
     card.dataset.card = String(name);
     card.id = `card-${name}`;
     card.addEventListener("click", () => this.actions.select(name));
