@@ -217,7 +217,7 @@ def test_a_dropped_file_becomes_the_clip(page: Page, tmp_path: Path) -> None:
     assert page.answer(id).get("error") is None
     clip = page.told["clip"]
     name = "../[my]\\n50% photo.png"
-    assert clip == {"name": name, "size": [50, 40], "count": 1, "fps": clip["fps"], "live": False}
+    assert clip == {"name": name, "size": [50, 40], "count": 1, "fps": clip["fps"], "live": False, "start": 0}
     id = page.say("upload", name="noise.mp4", size=4)
     page.answer(id)
     page.socket.send(b"1234")

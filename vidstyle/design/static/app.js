@@ -12,6 +12,7 @@ import { LostNotice } from "./lost.js";
 import { PACKET, Preview } from "./preview.js";
 import { Palette } from "./palette.js";
 import { Queue } from "./queue.js";
+import { Scopes } from "./scopes.js";
 import { Session } from "./session.js";
 import { Splitter } from "./splitter.js";
 import { Start } from "./start.js";
@@ -30,6 +31,7 @@ const palette = new Palette(session, showField);
 const dialogs = new Dialogs(session, say);
 const preview = new Preview(session, { onchange: () => bar.show(), onsettled: drawResult });
 const bar = new Bar(preview, say);
+const scopes = new Scopes(preview.view);
 const steps = new Steps(session, palette, say, showSelected, (name) => diagram.focus(name));
 const splitter = new Splitter(() => diagram.arrange());
 const diagram = new Diagram({
@@ -218,7 +220,7 @@ get("tabs").addEventListener("keydown", (event) => {
   shownTabs[at]?.focus();
 });
 addEventListener("beforeunload", (event) => session.state?.dirty && event.preventDefault());
-const keys = shortcuts({ session, steps, diagram, preview, bar, dialogs, history, start, build, solo, render });
+const keys = shortcuts({ session, steps, diagram, preview, bar, dialogs, history, start, build, solo, render, scopes });
 listen(keys);
 describe(keys);
 switchTheme(get("theme"));

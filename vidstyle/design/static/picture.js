@@ -27,6 +27,8 @@ export class PictureView {
   size = [1, 1];
   /** The point of the picture at the centre of the view, as fractions of its width and height. */
   center = { x: 0.5, y: 0.5 };
+  /** Is called after the picture was drawn. */
+  ondraw = () => {};
   /** @type {Map<number, PointerEvent>} */
   #pointers = new Map();
   #moves = "";
@@ -119,6 +121,11 @@ export class PictureView {
   }
 
   draw() {
+    this.#draw();
+    this.ondraw();
+  }
+
+  #draw() {
     const { canvas } = this;
     const [width, height] = [canvas.clientWidth, canvas.clientHeight].map((side) => Math.round(side * devicePixelRatio));
     resize(canvas, [width, height]);
@@ -152,7 +159,7 @@ export class PictureView {
   }
 
   /** Returns the point of the picture under the pointer, as fractions of its width and height. @param {MouseEvent} event */
-  #pointAt(event) {
+  pointAt(event) {
     const { left, top } = this.canvas.getBoundingClientRect();
     const [x, y] = [event.clientX - left, event.clientY - top];
     const pane = this.panes.find((each) => x < each.x + each.width && y < each.y + each.height) ?? this.panes[0];
@@ -178,7 +185,7 @@ export class PictureView {
     const other = [...this.#pointers.values()].find((each) => each.pointerId !== event.pointerId);
     if (other) {
       const [was, is] = [before, event].map((each) => Math.hypot(each.clientX - other.clientX, each.clientY - other.clientY));
-      this.setZoom(this.scale * devicePixelRatio * (is / (was || 1)), this.#pointAt(other));
+      this.setZoom(this.scale * devicePixelRatio * (is / (was || 1)), this.pointAt(other));
     } else if (this.#moves === "divider") this.divider.follow(event);
     else if (this.zoom !== null) this.pan(event.clientX - before.clientX, event.clientY - before.clientY);
     this.#pointers.set(event.pointerId, event);
@@ -188,6 +195,6 @@ export class PictureView {
   #wheel(event) {
     event.preventDefault();
     const factor = Math.exp(-event.deltaY * (event.ctrlKey ? 0.01 : 0.0015));
-    this.setZoom(this.scale * devicePixelRatio * factor, this.#pointAt(event));
+    this.setZoom(this.scale * devicePixelRatio * factor, this.pointAt(event));
   }
 }

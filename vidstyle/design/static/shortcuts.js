@@ -15,13 +15,14 @@
  * @property {(on: boolean) => void} build
  * @property {(step: number | null) => unknown} solo
  * @property {() => unknown} render
+ * @property {import("./scopes.js").Scopes} scopes
  */
 
 /**
  * @param {Parts} parts
  * @returns {import("./keys.js").Shortcut[]}
  */
-export function shortcuts({ steps, diagram, preview, bar, dialogs, history, start, build, solo, render }) {
+export function shortcuts({ steps, diagram, preview, bar, dialogs, history, start, build, solo, render, scopes }) {
   const { view, player } = preview;
   const isBuilding = () => document.body.classList.contains("building") && !start.isOpen;
   /** Returns the focused card, else the selected one. */
@@ -88,6 +89,7 @@ export function shortcuts({ steps, diagram, preview, bar, dialogs, history, star
     { keys: ["c"], help: "Switch between result, split and side by side", run: () => view.setMode(modes[(modes.indexOf(view.mode) + 1) % 3]) },
     { keys: ["z"], help: "Switch between fit, 100 % and 200 %", run: () => view.setZoom(zooms[(zooms.indexOf(view.zoom) + 1) % 3]) },
     { keys: ["Shift+ArrowLeft", "Shift+ArrowRight", "Shift+ArrowUp", "Shift+ArrowDown"], help: "Pan the picture", run: (event) => view.pan(...PAN_STEPS[event.key]) },
+    { keys: ["h"], help: "Show or hide the scopes", run: open(() => scopes.toggle()) },
     { keys: ["k"], help: "Compare the preview with the exact result", run: () => bar.check() },
     { keys: ["?"], help: "Show this list", run: () => dialogs.help() },
   ];
