@@ -324,7 +324,7 @@ def test_the_browser_restyles_and_a_dragged_value_compiles_nothing(page: Page) -
     before = browser.run("return [compiled, document.getElementById('picture').toDataURL()]")
     assert before[0] > 1
     value = page.slide("spacing", 0.8)
-    page.undone(f"spacing {value:g}")
+    page.undone(f"Stroke distance: {value:g}")
     page.is_drawn()
     compiled, picture = browser.run("return [compiled, document.getElementById('picture').toDataURL()]")
     assert compiled == before[0]
@@ -357,7 +357,7 @@ def test_files_are_dropped_on_the_page(page: Page) -> None:
     browser = page.browser
 
     page.drop(make_picture(page.folder / "picture.png", size=(96, 64)))
-    browser.until("document.getElementById('film-name').textContent === 'picture.png'")
+    browser.until("document.getElementById('previews').textContent.includes('picture.png')")
     save_style(Style("dropped", background=(Step("hue", {"angle": 90.0}),)), page.folder / "dropped.toml")
     page.drop(page.folder / "dropped.toml")
     browser.until("document.getElementById('name').value === 'dropped'")

@@ -434,6 +434,6 @@ def test_a_tile_is_opened_in_the_designer(
     opened.open(opened.run("return globalThis.opened"))
     opened.until(f"document.querySelectorAll('.card').length === {len(style.steps) + 2}")
     opened.until("document.getElementById('name').value.length > 0")
-    opened.until("document.getElementById('film-name').textContent.endsWith('film.mp4')")
+    opened.until("document.getElementById('previews').textContent.includes('film.mp4')")
     opened.until("document.getElementById('picture').dataset.revision")
     stop.set()

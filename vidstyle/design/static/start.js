@@ -64,6 +64,7 @@ export class Start {
   #film(clip) {
     this.#name = clip.name.split(/[\\/]/).at(-1) ?? "";
     this.#fresh = false;
+    get("previews").textContent = `Looks of ${this.#name}`;
     for (const picture of this.#pictures) picture.classList.add("waiting");
     if (this.isOpen) this.show(true);
   }
