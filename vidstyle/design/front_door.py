@@ -24,5 +24,5 @@ class FrontDoor:
     reveal: Callable[[Path], None] | None = None
 
     def describe(self) -> dict[str, Any]:
-        """Return what the page is told."""
+        """Return the message for the page."""
         return {"pages": list(self.pages), "reveal": self.reveal is not None}

@@ -29,7 +29,7 @@ CACHED_BYTES = 64 << 20
 STEPS_FORWARD = 50
 """Up to this many frames ahead, decode on instead of seeking, which starts at a key frame."""
 DEFAULT_RATE = Fraction(25)
-TRIED_SHARES = (0, 0.02, 0.1, 0.25, 0.5)
+TRIED_POSITION_RATIOS = (0, 0.02, 0.1, 0.25, 0.5)
 """Positions of the frames that may represent a film, in the order in which they are tried."""
 TRIED_SIDE_PX = 90
 MIN_DEVIATION = 12.0
@@ -198,11 +198,11 @@ class FilmClip:
 def representative_frame(clip: Clip) -> int:
     """Return the number of a frame that shows something: the first, unless it is nearly uniform.
 
-    Later frames are tried in the order of `TRIED_SHARES`. Frames that cannot be decoded are skipped.
+    Later frames are tried in the order of `TRIED_POSITION_RATIOS`. Frames that cannot be decoded are skipped.
     """
     if clip.live or clip.count == 1:
         return 0
-    for share in TRIED_SHARES:
+    for share in TRIED_POSITION_RATIOS:
         number = round(share * (clip.count - 1))
         try:
             picture = clip.frame(number, TRIED_SIDE_PX)

@@ -1,4 +1,4 @@
-"""Other commands of the program, each in a process of its own."""
+"""Other commands of the program, each in a separate process."""
 
 from __future__ import annotations
 

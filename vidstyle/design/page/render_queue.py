@@ -90,13 +90,13 @@ class RenderQueue:
         return {"queue": [job.describe() for job in self._jobs]}
 
     def cancel(self) -> None:
-        """Stop what runs; what waits goes on."""
+        """Stop the current job; waiting jobs continue."""
         for job in self._jobs:
             if job.state == "rendering":
                 job.stop.set()
 
     def end(self) -> None:
-        """Stop what runs and what waits."""
+        """Stop all jobs."""
         for job in self._jobs:
             job.stop.set()
 
