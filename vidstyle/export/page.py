@@ -49,7 +49,8 @@ def page_of_style(style: Style) -> str:
 
 def viewer_markup(style: Style) -> str:
     """Return the HTML of the large picture of a style and its panel, which `viewer.js` uses."""
-    note = re.sub("`([^`]*)`", r"<code>\1</code>", escape(style.note))
+    about, _, _ = style.note.partition(" Tune ")  # the controls stand below it, under plainer names
+    note = re.sub("`([^`]*)`", r"<code>\1</code>", escape(about))
     return Template(_text("stage.html")).substitute(name=escape(style.name), note=note)
 
 

@@ -28,7 +28,7 @@ export class History {
       if (session.state) this.show(session.state);
     });
     this.slots = make("div", { className: "slots" });
-    this.element = make("div", {}, make("h3", { textContent: "Snapshots" }), this.slots, make("h3", { textContent: "Edits" }), this.earlier, this.list);
+    this.element = make("div", {}, make("h2", { className: "minor", textContent: "Snapshots" }), this.slots, make("h2", { className: "minor", textContent: "Edits" }), this.earlier, this.list);
     for (const slot of /** @type {("a" | "b")[]} */ (["a", "b"])) {
       const keep = make("button", { type: "button", textContent: "Keep", title: `Keep the current state as snapshot ${slot.toUpperCase()} (Shift+${slot === "a" ? 1 : 2})` });
       const use = make("button", { type: "button", textContent: "Show", disabled: true, title: `Go to snapshot ${slot.toUpperCase()} (${slot === "a" ? 1 : 2})` });
