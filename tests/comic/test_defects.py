@@ -161,6 +161,13 @@ def test_flawed_frames_are_chosen_only_if_a_film_has_no_others(flaw: str, tmp_pa
     assert len(wholly) == (0 if flaw in ("blank", "test_picture") else 2)
 
 
+def test_a_film_of_combed_frames_shows_those_that_are_not_blurred(tmp_path: Path) -> None:
+    with open_film(write_film(tmp_path / "film.mp4", story(2, 30))) as film:
+        survey = film.survey()
+    combed = [replace(each, combed=True, blurred=each.scene == 0) for each in survey.candidates]
+    assert {each.scene for each in choose(replace(survey, candidates=combed), [], 4)} == {1}
+
+
 def test_frames_are_blurred_compared_with_the_film_or_with_those_around_them() -> None:
     """A still frame that is soft is so on purpose, unless there is a sharp one of its scene nearby."""
     picture = view(PLACES[0])

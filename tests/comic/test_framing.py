@@ -9,7 +9,7 @@ from media import photograph
 
 from vidstyle.comic.analyze.features import extract_features
 from vidstyle.comic.layout.crop import crop
-from vidstyle.comic.select.framing import add_details, alternate_framing, remove_repeats
+from vidstyle.comic.select.framing import alternate_framing, merge_equal, remove_repeats
 from vidstyle.regions.boxes import Box
 
 
@@ -47,19 +47,16 @@ def test_repeats_are_removed() -> None:
     assert remove_repeats([seen, near, seen, forced]) == [seen, near, seen, forced]
 
 
-def test_a_film_of_one_picture_is_shown_with_a_detail() -> None:
-    """There is none if the film is small, or has a face or other pictures."""
+def test_a_film_of_one_picture_is_shown_once() -> None:
+    """Not if it has a face, other pictures, or more than two key frames."""
     picture = photograph("coffee")
     one = extract_features(picture, 0, picture.shape[:2])
-    whole, *details = add_details([one, one])
-    assert [each.framing for each in (whole, *details)] == ["wide", "near"]
-    assert 0 < details[0].saliency.area < 0.25 * np.prod(picture.shape[:2])
-    small = extract_features(picture, 0, (240, 320))
-    assert [each.framing for each in add_details([small, small])] == ["wide"]
+    for shown in ([one], [one, one]):
+        assert merge_equal(shown) == [replace(one, framing="wide")]
     faced = replace(one, faces=(Box(0.0, 0.0, 99.0, 99.0),))
     other = extract_features(photograph("astronaut"), 1, (512, 512))
     for kept in ([faced], [one, other], [one, one, one]):
-        assert add_details(kept) == kept
+        assert merge_equal(kept) == kept
 
 
 def test_a_small_local_change_is_no_repeat() -> None:

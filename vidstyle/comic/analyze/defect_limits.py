@@ -62,7 +62,7 @@ class DefectLimits:
         usual = float(np.median([each.blockiness.on_grid for each in candidates]))
         highest = max(_BLOCKINESS_FACTOR * texture, _USUAL_BLOCKINESS_FACTOR * usual) + _BLOCKINESS_TOLERANCE
         blockiness = max(_MIN_BLOCKINESS_LIMIT, highest)
-        clear = [each for each in candidates if not each.is_flawed]
+        clear = [each for each in candidates if not replace(each, combed=False).is_flawed]
         if len(clear) < _MIN_SHARPNESS_COUNT:
             return cls(blockiness, 0.0, {})
         by_scene: dict[int, list[tuple[float, float]]] = {}

@@ -162,12 +162,13 @@ def _attempts(wanted: int, beats: int, usual: int) -> list[tuple[int, float]]:
 def usable_candidates(candidates: Sequence[Candidate]) -> list[Candidate]:
     """Return the candidates that panels may show: without defects, if the film has any.
 
-    A film without a single good frame shows blurred, combed or mixed ones, and one that is damaged everywhere
-    shows damaged ones, but never blank or test pictures.
+    A film without a single good frame shows combed, then blurred or mixed ones, and one that is damaged
+    everywhere shows damaged ones, but never blank or test pictures.
     """
     shown = [each for each in candidates if not (each.blank or each.test_picture)]
     whole = [each for each in shown if not each.damaged]
-    return [each for each in whole if not each.is_flawed] or whole or shown
+    steady = [each for each in whole if not (each.blurred or each.in_transition)]
+    return [each for each in steady if not each.combed] or steady or whole or shown
 
 
 def _with_whole_subjects(candidates: Sequence[Candidate]) -> list[Candidate]:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import cv2
-import numpy as np
 
 from vidstyle.comic.analyze.features import Candidate
-from vidstyle.comic.analyze.saliency import saliency_map
 from vidstyle.comic.analyze.similarity import SAME_SIMILARITY, similarity
 from vidstyle.regions.boxes import Box
 
@@ -30,12 +28,6 @@ _EQUAL_SIMILARITY = 0.95
 """Similarity from which two pictures show the same."""
 _CHANGE_SIDE_PX, _MIN_CHANGE_LEVELS = 5, 40
 """Side of a part of a thumbnail, and minimum difference of a part that shows something new, of 255."""
-
-# Details of a film that is one picture.
-_DETAIL_SIDE_RATIO, _DETAIL_COUNT = 0.5, 1
-"""Side of a detail relative to the picture's shorter side, and number of details."""
-_MIN_DETAIL_SIDE_PX = 160
-"""Minimum side of a detail: enlarged further, it shows nothing new."""
 
 
 def remove_repeats(key_frames: Sequence[Candidate]) -> list[Candidate]:
@@ -77,41 +69,16 @@ def alternate_framing(key_frames: Sequence[Candidate]) -> list[Candidate]:
     return found
 
 
-def add_details(key_frames: Sequence[Candidate]) -> list[Candidate]:
-    """If all key frames look the same, show the first one whole, then details of the last one.
-
-    Pictures with faces get no details, and of small pictures a single one is shown whole.
-    """
+def merge_equal(key_frames: Sequence[Candidate]) -> list[Candidate]:
+    """If one or two key frames look the same, without faces, return only the first one, shown whole."""
     like = similarity([each.thumbnail for each in key_frames])
     if (
-        any(each.forced or each.faces for each in key_frames)
-        or like.min() <= SAME_SIMILARITY
+        any(each.forced or each.faces or each.action for each in key_frames)
+        or like.min() <= _EQUAL_SIMILARITY
         or len(key_frames) > 2
     ):
         return list(key_frames)
-    if _DETAIL_SIDE_RATIO * min(key_frames[0].shape) < _MIN_DETAIL_SIDE_PX:
-        return [replace(key_frames[0], framing="wide")]
-    parts = list(_details(key_frames[0]))
-    shown = [replace(key_frames[-1], saliency=part, blobs=(), framing="near") for part in parts]
-    return [replace(key_frames[0], framing="wide"), *shown]
-
-
-def _details(key_frame: Candidate) -> Iterator[Box]:
-    """Yield the most salient parts of a picture, without overlap, from left to right."""
-    height, width = key_frame.shape
-    rows, columns = key_frame.thumbnail.shape[:2]
-    across, down = width / columns, height / rows
-    side = _DETAIL_SIDE_RATIO * min(height, width)
-    high, wide = max(1, round(side / down)), max(1, round(side / across))
-    sums = np.pad(saliency_map(key_frame.thumbnail).cumsum(0).cumsum(1), ((1, 0), (1, 0)))
-    seen = sums[high:, wide:] - sums[:-high, wide:] - sums[high:, :-wide] + sums[:-high, :-wide]
-    places = list[tuple[int, int]]()
-    for _ in range(_DETAIL_COUNT):
-        row, column = map(int, np.unravel_index(seen.argmax(), seen.shape))
-        places.append((column, row))
-        seen[max(0, row - high + 1) : row + high, max(0, column - wide + 1) : column + wide] = -1
-    for column, row in sorted(places):
-        yield Box(column * across, row * down, (column + wide) * across, (row + high) * down)
+    return [replace(key_frames[0], framing="wide")]
 
 
 def _zoom_in(key_frame: Candidate) -> Candidate:

@@ -19,7 +19,7 @@ from vidstyle.comic.select.choose import (
     importance,
     usable_candidates,
 )
-from vidstyle.comic.select.framing import add_details, alternate_framing, remove_repeats
+from vidstyle.comic.select.framing import alternate_framing, merge_equal, remove_repeats
 from vidstyle.errors import InputError, UsageError
 from vidstyle.pipeline.progress import ProgressCallback, ignore_progress
 
@@ -103,7 +103,7 @@ def find_key_frames(
     if options.panels is not None or options.min_panels:
         return list(alternate_framing(weighted))
     distinct = remove_repeats(alternate_framing(weighted))
-    return list(add_details(distinct) if len(survey.candidates) > 1 else distinct)
+    return list(merge_equal(distinct))
 
 
 def _find_requested(film: Film, survey: Survey, options: KeyFrameOptions) -> list[Candidate]:
