@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from covering import DAY
 
-from vidstyle.cues.cue_file import cue_file_text, read_cue_file
+from vidstyle.cues.cue_file import cue_file_text, read_cue_file, scene_cues
 from vidstyle.cues.cue_list import CueList
 from vidstyle.errors import InputError, VidstyleError
 from vidstyle.style import load_style
@@ -25,7 +25,9 @@ def read(folder: Path, text: str, head: str = HEAD) -> CueList:
 
 def test_what_the_command_writes_is_read(tmp_path: Path) -> None:
     starts = [Fraction(0), Fraction(1001, 24000), Fraction(9)]
-    cues = read(tmp_path, cue_file_text(starts, Fraction(24000, 1001), ["ink", None, "noir:gray"]), "")
+    cues = read(
+        tmp_path, cue_file_text(starts, Fraction(24000, 1001), scene_cues(["ink", None, "noir:gray"])), ""
+    )
     assert [(cue.time, cue.style.name) for cue in cues.cues][1][0] == 9 and len(cues.cues) == 2
     assert cues.cues[0].style == load_style("ink")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
 
@@ -10,10 +11,9 @@ from browser import Browser
 from browser import browser as browser
 from media import photograph
 
-from vidstyle.cues.cue_file import cue_file_text, read_cue_file
+from vidstyle.cues.cue_file import CueTable, cue_file_text, read_cue_file, read_cue_tables, scene_cues
 from vidstyle.cues.cue_list import CueList
 from vidstyle.gallery.cue_sheet import SheetScene, cue_sheet
-from vidstyle.style import load_style
 
 STARTS = [Fraction(0), Fraction(5, 2), Fraction(6)]
 SAVED = """
@@ -25,15 +25,45 @@ return globalThis.saved.text();
 """
 
 
+OLD = """
+format = 1
+scenes = [0, 9]
+[[cue]]
+scene = 1
+style = "ink:green"
+values = { strength = 0.25, "flow_dog.p" = 30 }
+curve = "linear"
+[[cue]]
+time = "0:01.5"
+values = { strength = 1 }
+[[cue]]
+time = 2.5
+style = "mine.toml"
+seconds = 0.5
+[[cue]]
+time = 6
+style = "plain"
+transition = "wipe"
+seconds = 1
+"""
+BUTTONS = "[...document.querySelectorAll('dialog div button')]"
+STYLES = ["ink", "noir:gray", "poster"]
+CUES = scene_cues(STYLES)
+
+
+def open_sheet(browser: Browser, folder: Path, cues: Sequence[CueTable], cards: int) -> None:
+    """Open the page of a film with a </script> in its name, in a browser."""
+    scenes = [SheetScene(start, photograph("coffee")) for start in STARTS]
+    text = cue_sheet("a</script><b>.mp4", folder / "cues.toml", scenes, Fraction(25), cues)
+    (folder / "sheet.html").write_text(text, encoding="utf-8")
+    browser.open((folder / "sheet.html").as_uri())
+    browser.until(f"document.querySelectorAll('li').length === {cards}")
+
+
 @pytest.fixture
 def page(browser: Browser, tmp_path: Path) -> Browser:
-    """The page of a film with a </script> in its name, in a browser."""
-    scenes = [SheetScene(start, "ink", photograph("coffee")) for start in STARTS]
-    styles = {name: load_style(name) for name in ("ink", "noir", "poster")}
-    text = cue_sheet("a</script><b>.mp4", "cues.toml", scenes, Fraction(25), styles)
-    (tmp_path / "sheet.html").write_text(text, encoding="utf-8")
-    browser.open((tmp_path / "sheet.html").as_uri())
-    browser.until("document.querySelectorAll('li').length === 3")
+    """The page of three scenes."""
+    open_sheet(browser, tmp_path, CUES, 3)
     return browser
 
 
@@ -43,48 +73,97 @@ def saved(page: Browser, folder: Path) -> CueList:
     return read_cue_file(folder / "saved.toml")
 
 
+def change(page: Browser, selector: str, value: str, event: str = "change") -> None:
+    """Set the value of an input, as a user does."""
+    page.run(
+        """const input = document.querySelector(selector);
+        input.value = value;
+        input.dispatchEvent(new Event(event, { bubbles: true }));""",
+        selector=selector, value=value, event=event,
+    )  # fmt: skip
+
+
+def pick(page: Browser, card: int, style: str) -> None:
+    """Choose a style by mouse; "" continues the style before."""
+    page.click(f"li:nth-child({card}) .style")
+    names = page.run(f"return {BUTTONS}.map((each) => each.innerText.trim())")
+    page.click(f"dialog div button:nth-child({names.index(style or 'as before') + 1})")
+
+
 def test_the_page_saves_what_the_command_wrote(page: Browser, tmp_path: Path) -> None:
-    (tmp_path / "written.toml").write_text(cue_file_text(STARTS, Fraction(25), ["ink"] * 3))
+    (tmp_path / "written.toml").write_text(cue_file_text(STARTS, Fraction(25), CUES))
     assert saved(page, tmp_path) == read_cue_file(tmp_path / "written.toml")
     assert page.run("return document.querySelector('h1').textContent") == "Styles of a</script><b>.mp4"
 
 
-def test_a_style_and_a_fade_are_chosen_by_mouse(page: Browser, tmp_path: Path) -> None:
-    page.click("li:nth-child(2) .style")
-    page.click("dialog div button:nth-child(3)")
-    page.run(
-        """const transition = document.querySelectorAll("li:nth-child(2) select")[0];
-        transition.value = "fade";
-        transition.dispatchEvent(new Event("change"));"""
-    )
+def test_a_style_a_variant_and_a_fade_are_chosen_by_mouse(page: Browser, tmp_path: Path) -> None:
+    pick(page, 2, "poster")
+    change(page, "li:nth-child(2) select", "pink")
+    change(page, "li:nth-child(2) .fields select:has(option[value=fade])", "fade")
+    change(page, "li:nth-child(2) input[aria-label^=Seconds]", "1.5")
     cue = saved(page, tmp_path).cues[1]
-    assert (cue.style.name, cue.transition, cue.seconds) == ("poster", "fade", 1)
+    assert (cue.style.name, cue.transition, cue.seconds) == ("poster:pink", "fade", Fraction(3, 2))
 
 
 def test_a_style_is_chosen_by_keyboard(page: Browser, tmp_path: Path) -> None:
     page.run("document.querySelector('li:nth-child(3) .style').focus()")
     page.press("Enter")
     page.until("document.querySelector('dialog').open")
-    page.run("document.querySelector('dialog div button:nth-child(2)').focus()")
+    page.run(f"{BUTTONS}.find((each) => each.innerText.trim() === 'noir').focus()")
     page.press("Enter")
     page.until("!document.querySelector('dialog').open")
-    assert [cue.style.name for cue in saved(page, tmp_path).cues] == ["ink", "ink", "noir"]
-    assert page.run("return document.activeElement.className") == "style"
+    assert [cue.style.name for cue in saved(page, tmp_path).cues] == ["ink", "noir:gray", "noir"]
+    assert page.run("return document.activeElement.closest('li') === document.querySelectorAll('li')[2]")
 
 
 def test_a_scene_without_a_style_continues_and_strength_moves(page: Browser, tmp_path: Path) -> None:
-    page.click("li:nth-child(2) .style")
-    page.click("dialog div button:nth-child(4)")
-    page.run(
-        """const [strength] = document.querySelectorAll("li:nth-child(1) input[type=range]");
-        strength.value = "0";
-        strength.dispatchEvent(new Event("input"));
-        const curve = document.querySelectorAll("li:nth-child(1) select")[1];
-        curve.value = "ease";
-        curve.dispatchEvent(new Event("change"));"""
-    )
+    pick(page, 2, "")
+    change(page, "li:nth-child(1) select:has(option[value=ease])", "ease")
+    for card, value in ((1, "0"), (2, "1")):
+        page.click(f"li:nth-child({card}) summary")
+        page.until(f"document.querySelector('li:nth-child({card}) .value')")
+        change(page, f"li:nth-child({card}) input[aria-label^=strength]", value)
     cues = saved(page, tmp_path)
-    assert [cue.style.name for cue in cues.cues] == ["ink"] * 3
+    assert [cue.style.name for cue in cues.cues] == ["ink", "ink", "poster"]
     assert cues.at(0).active.style.strength == pytest.approx(0, abs=1e-5)
     assert cues.at(Fraction(5, 4)).active.style.strength == pytest.approx(0.5, abs=0.01)
     assert cues.at(3).active.style.strength == 1
+
+
+def test_a_cue_is_added_within_a_scene_and_removed(page: Browser, tmp_path: Path) -> None:
+    page.click("li:nth-child(2) .add")
+    page.until("document.querySelectorAll('li').length === 4")
+    change(page, "li:nth-child(3) input[aria-label^=Start]", "4.25")
+    pick(page, 3, "comic")
+    assert [(cue.time, cue.style.name) for cue in saved(page, tmp_path).cues][2] == (Fraction(17, 4), "comic")
+    page.click("li:nth-child(3) .remove")
+    page.until("document.querySelectorAll('li').length === 3")
+    assert [cue.style.name for cue in saved(page, tmp_path).cues] == STYLES
+
+
+def test_a_file_is_edited_again(browser: Browser, tmp_path: Path) -> None:
+    """Cues of all kinds survive the command and the page, also on other scenes."""
+    (tmp_path / "mine.toml").write_text(
+        'format = 1\nname = "mine"\nink = "#123456"\n[[lines]]\nblock = "sobel"'
+    )
+    (tmp_path / "old.toml").write_text(OLD)
+    cues = read_cue_tables(tmp_path / "old.toml", STARTS, tmp_path)
+    assert [cue.get("scene") for cue in cues] == [1, None, 2, 3]
+    open_sheet(browser, tmp_path, cues, 4)
+    assert saved(browser, tmp_path) == read_cue_file(tmp_path / "old.toml")
+    (tmp_path / "elsewhere").mkdir()
+    for folder in (tmp_path, tmp_path / "elsewhere"):
+        again = cue_file_text(STARTS, None, read_cue_tables(tmp_path / "old.toml", STARTS, folder))
+        (folder / "again.toml").write_text(again)
+        assert read_cue_file(folder / "again.toml") == read_cue_file(tmp_path / "old.toml")
+
+
+def test_impossible_cues_are_not_saved(page: Browser) -> None:
+    page.click("li:nth-child(1) .add")
+    pick(page, 2, "comic")
+    change(page, "li:nth-child(2) select:has(option[value=wipe])", "wipe")
+    change(page, "li:nth-child(2) input[aria-label^=Seconds]", "9")
+    assert page.run(SAVED.replace("globalThis.saved.text()", "globalThis.saved")) is None
+    page.until(
+        "document.querySelector('footer output').textContent.includes('but the next cue begins after 1.50 s')"
+    )

@@ -102,6 +102,12 @@ def test_the_command_writes_a_file_that_render_follows(
     assert cli.main(["cues", str(film), file, "-s", "plain,noir"]) == 0
     assert f"{SHOTS} scenes; choose styles in {tmp_path / 'cues.html'}" in capfd.readouterr().err
     assert cli.main(["cues", str(film), file]) == 2 and "exists" in capfd.readouterr().err
+    written = Path(file).read_text()
+    assert (
+        cli.main(["cues", str(film), file, "--cues", file, "-y"]) == 0 and Path(file).read_text() == written
+    )
+    assert cli.main(["cues", str(film), file, "--cues", file, "-y", "-s", "ink"]) == 2
+    assert "--style cannot be used with --cues" in capfd.readouterr().err
     assert cli.main(["render", str(film), out, "--cues", file, "--codec", "ffv1", "--progress=none"]) == 0
     made, source = lumas(Path(out)), lumas(film)
     same = [np.array_equal(one, other) for one, other in zip(made, source, strict=True)]

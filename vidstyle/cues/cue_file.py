@@ -22,6 +22,9 @@ MAX_CUES = 10_000
 MAX_SECONDS = 10**7
 """Maximum time in a cue file: a third of a year."""
 
+CueTable = Mapping[str, Any]
+"""A cue with the keys of a cue file, see `_CUE_KEYS`."""
+
 _FILE_KEYS = ("format", "rate", "scenes", "cue")
 _CUE_KEYS = ("time", "scene", "style", "values", "transition", "seconds", "curve")
 
@@ -41,31 +44,64 @@ def read_cue_file(path: Path) -> CueList:
         raise InputError(path, str(error)) from None
 
 
-def cue_file_text(scenes: Sequence[Fraction], rate: Fraction | None, styles: Iterable[str | None]) -> str:
-    """Return the text of a cue file that gives each scene a style.
+def scene_cues(styles: Iterable[str | None]) -> list[CueTable]:
+    """Return a cue for each scene with a style; None: as in the scene before."""
+    return [{"scene": number, "style": style} for number, style in enumerate(styles, 1) if style is not None]
+
+
+def read_cue_tables(path: Path, scenes: Sequence[Fraction], folder: Path) -> list[CueTable]:
+    """Return the cues of a file as tables for another file with other scenes of the same film.
+
+    Args:
+        folder: of the other file, to which style files are relative.
+
+    Raises:
+        InputError: as `read_cue_file`.
+    """
+    cues = read_cue_file(path).cues
+    tables = parse_toml(read_toml_text(path, MAX_FILE_BYTES))["cue"]
+    places = {seconds_text(start): {"scene": number} for number, start in enumerate(scenes, 1)}
+    return [
+        places.get(seconds_text(cue.time), {"time": float(cue.time)})
+        | {key: each[key] for key in _CUE_KEYS if key in each and key not in ("time", "scene")}
+        | ({"style": _moved_style(path, each["style"], folder)} if "style" in each else {})
+        for cue, each in zip(cues, tables, strict=True)
+    ]
+
+
+def _moved_style(file: Path, name: str, folder: Path) -> str:
+    """Return the name of a style for a cue file in another folder."""
+    is_moved = style_place(file, name) != name and file.parent.resolve() != folder.resolve()
+    return str(file.parent.resolve() / name) if is_moved else name
+
+
+def cue_file_text(scenes: Sequence[Fraction], rate: Fraction | None, cues: Iterable[CueTable]) -> str:
+    """Return the text of a cue file.
 
     Args:
         scenes: the beginnings of the scenes, in seconds.
         rate: frames per second of the film, for time codes.
-        styles: a name or path for each scene; None: as in the scene before.
+        cues: the cues, with the keys of the file.
     """
-    return "\n".join(_lines(scenes, rate, styles)) + "\n"
+    return "\n".join(_lines(scenes, rate, cues)) + "\n"
 
 
-def _lines(scenes: Sequence[Fraction], rate: Fraction | None, styles: Iterable[str | None]) -> Iterator[str]:
+def _lines(scenes: Sequence[Fraction], rate: Fraction | None, cues: Iterable[CueTable]) -> Iterator[str]:
     yield "# The styles of a film over time: vidstyle render FILM OUTPUT --cues THIS-FILE"
     yield f"format = {FORMAT_VERSION}"
     if rate is not None:
         yield f"rate = {seconds_text(rate)}  # frames per second, for time codes such as 00:01:02:12"
     yield f"scenes = [{', '.join(map(seconds_text, scenes))}]  # where they begin, in seconds"
-    for number, style in enumerate(styles, 1):
-        if style is not None:
-            yield from (
-                "",
-                "[[cue]]",
-                f"scene = {number}",
-                f"style = {json.dumps(style, ensure_ascii=False)}",
-            )
+    for cue in cues:
+        yield from ("", "[[cue]]", *(f"{key} = {_toml(value)}" for key, value in cue.items()))
+
+
+def _toml(value: Any) -> str:
+    """Return a value as TOML; JSON's strings, numbers and switches are the same."""
+    if not isinstance(value, dict):
+        return json.dumps(value, ensure_ascii=False)
+    pairs = (f"{json.dumps(key)} = {_toml(each)}" for key, each in _flat(value))
+    return f"{{ {', '.join(pairs)} }}"
 
 
 @dataclass
@@ -138,15 +174,14 @@ class _Reader:
             raise ValueError("needs a style")
         if name is not None and not isinstance(name, str):
             raise ValueError(f"style = {name!r} is not a name")
-        style = before if name is None else load_style(self._style_path(name))
+        style = before if name is None else load_style(style_place(self.path, name))
         assert style is not None
         return set_values(style, dict(_flat(values))) if values else style
 
-    def _style_path(self, name: str) -> str:
-        """Return the name of a style, or its path relative to the cue file."""
-        return (
-            str(self.path.parent / name) if "/" in name or name.partition(":")[0].endswith(".toml") else name
-        )
+
+def style_place(file: Path, name: str) -> str:
+    """Return the name of a style in a cue file, or the path of a style file, which is relative to it."""
+    return str(file.parent / name) if "/" in name or name.partition(":")[0].endswith(".toml") else name
 
 
 def _flat(values: Mapping[str, Any], front: str = "") -> Iterator[tuple[str, Any]]:

@@ -80,11 +80,16 @@ def styles_of_scenes(scenes: Sequence[Scene], options: Mapping[str, Any]) -> lis
 def _cues_from_file(options: Mapping[str, Any]) -> CueList:
     from vidstyle.cues.cue_file import read_cue_file
 
+    refuse_with_cues(options)
+    return read_cue_file(options["cues"])
+
+
+def refuse_with_cues(options: Mapping[str, Any]) -> None:
+    """Raise UsageError for an option that a cue file replaces."""
     names = {"style_name": "--style", "by": "--by", "seed": "--seed", "changes": "--set"}
     names |= {name: f"--{name}" for name in ("steady", "detail", "focus", "only", "keep", "background")}
-    if given := [text for name, text in names.items() if options[name] not in (None, ())]:
+    if given := [text for name, text in names.items() if options.get(name) not in (None, ())]:
         raise UsageError(given[0], "cannot be used with --cues", "write it in the cue file")
-    return read_cue_file(options["cues"])
 
 
 def look_of_film(source: str, look: StyleChoice, read: ReadOptions) -> Style | CueList:

@@ -1,9 +1,9 @@
-"""A page on which the styles of a film's scenes are chosen; it saves a cue file."""
+"""A page on which the cues of a film are edited; it saves a cue file."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from html import escape
@@ -14,6 +14,7 @@ from typing import Any
 import cv2
 import numpy as np
 
+from vidstyle.cues.cue_file import CueTable, style_place
 from vidstyle.cues.cue_list import CURVES, TRANSITIONS
 from vidstyle.cues.times import seconds_text
 from vidstyle.errors import printable
@@ -21,35 +22,38 @@ from vidstyle.export import join_modules
 from vidstyle.gallery.style_samples import jpeg_address
 from vidstyle.gallery.thumbnail import thumbnail
 from vidstyle.pipeline.progress import clock
-from vidstyle.style import Style
+from vidstyle.style import Style, load_style, style_names
+from vidstyle.style.change import apply_variant
+from vidstyle.style.panel import panel
 
 STILL_HEIGHT_PX = 180
 
 
 @dataclass(frozen=True)
 class SheetScene:
-    """A scene on the page: where it begins, its style, and its still as H x W x 3 uint8."""
+    """A scene on the page: where it begins, and its still as H x W x 3 uint8."""
 
     start: Fraction
-    style: str
     still: np.ndarray
 
 
 def cue_sheet(
-    film: str, cue_file: str, scenes: Sequence[SheetScene], rate: Fraction | None, styles: Mapping[str, Style]
+    film: str, file: Path, scenes: Sequence[SheetScene], rate: Fraction | None, cues: Sequence[CueTable]
 ) -> str:
     """Return a self-contained HTML page.
 
     Args:
-        film, cue_file: names of the film and of the file to save.
+        film: name of the film.
+        file: the cue file to save; style files are relative to it.
         rate: frames per second, or None.
-        styles: the styles to choose from, by their names.
+        cues: the cues to begin with.
     """
     data = {
-        "file": cue_file,
+        "file": file.name,
         "rate": None if rate is None else seconds_text(rate),
         "scenes": [_scene(each) for each in scenes],
-        "styles": {name: jpeg_address(thumbnail(style)) for name, style in styles.items()},
+        "cues": [*cues],
+        "styles": {name: _style(load_style(style_place(file, name))) for name in _style_choices(cues)},
         "transitions": TRANSITIONS,
         "curves": CURVES,
     }
@@ -62,6 +66,38 @@ def cue_sheet(
     )
 
 
+def _style_choices(cues: Iterable[CueTable]) -> list[str]:
+    """Return the names of all shipped styles, and of the others in the cues, without variants."""
+    used = (str(cue["style"]) for cue in cues if "style" in cue)
+    shipped = style_names()
+    return sorted({*shipped, *(name for name in map(_base, used) if name not in shipped)})
+
+
+def _base(name: str) -> str:
+    """Return the name of a style or a style file without its variant."""
+    path, ending, _ = name.partition(".toml")
+    return path + ending if ending else name.partition(":")[0]
+
+
+def _style(style: Style) -> dict[str, Any]:
+    """Return the thumbnail, the main controls, and for each variant the values of these controls."""
+    entries = [entry for entry in panel(style, style)["entries"] if entry["main"]]
+    paths = {entry["path"] for entry in entries}
+    variants = {name: apply_variant(style, name) for name in style.variants}
+    return {
+        "picture": jpeg_address(thumbnail(style)),
+        "entries": entries,
+        "variants": {
+            name: {
+                entry["path"]: entry["value"]
+                for entry in panel(varied, style)["entries"]
+                if entry["path"] in paths
+            }
+            for name, varied in variants.items()
+        },
+    }
+
+
 def _scene(scene: SheetScene) -> dict[str, Any]:
     height, width = scene.still.shape[:2]
     size = (max(1, round(width * STILL_HEIGHT_PX / height)), STILL_HEIGHT_PX)
@@ -69,6 +105,5 @@ def _scene(scene: SheetScene) -> dict[str, Any]:
     return {
         "start": seconds_text(scene.start),
         "clock": clock(float(scene.start)),
-        "style": scene.style,
         "still": jpeg_address(small),
     }

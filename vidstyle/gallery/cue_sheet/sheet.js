@@ -1,130 +1,178 @@
-// The page of a cue sheet: a card for each scene, and the text of the cue file. `vidstyle.gallery.cue_sheet` joins it
-// with the module that it imports.
+// The page of a cue sheet: a card for each cue. `vidstyle.gallery.cue_sheet` joins it with the modules that it imports.
 
-import { download, get, make, press } from "./elements.js";
+import { download, get, make, press, title } from "./elements.js";
+import { control } from "./controls.js";
+import { cueFile, emptyCue, firstCues, inOrder, mistake, timeOf } from "./cue_text.js";
 
-/**
- * @typedef {{ start: string, clock: string, style: string, still: string }} Scene
- * @typedef {{ file: string, rate: string | null, scenes: Scene[], styles: Record<string, string>,
- *   transitions: string[], curves: string[] }} Sheet
- * @typedef {{ style: string, transition: string, seconds: number, strength: number, curve: string }} Cue
- */
+/** @typedef {import("./cue_text.js").Cue} Cue */
 
-/** @type {Sheet} */
+/** @type {import("./cue_text.js").Sheet} */
 const sheet = JSON.parse(get("data").textContent ?? "");
 const FADE_SECONDS = 1;
 const CURVE_LABELS = /** @type {Record<string, string>} */ ({
-  hold: "unchanged", linear: "moves evenly to the next scene's values", ease: "moves gently to the next scene's values",
+  hold: "stay", linear: "move evenly to the next", ease: "move gently to the next",
 });
 
-/** @type {Cue[]} */
-const cues = sheet.scenes.map(({ style }) => ({ style, transition: "cut", seconds: 0, strength: 1, curve: "hold" }));
-
+let cues = firstCues(sheet);
+/** Cues whose values are shown. @type {Set<Cue>} */
+const opened = new Set();
 let controls = 0;
+const list = /** @type {HTMLElement} */ (document.querySelector("ol"));
+const answer = /** @type {HTMLElement} */ (document.querySelector("footer output"));
 
 /**
  * A labelled row of a card.
  * @param {string} text
- * @param {HTMLElement} control
+ * @param {HTMLElement} input
  * @param {...HTMLElement} more
  */
-function row(text, control, ...more) {
-  control.id = `control-${controls += 1}`;
-  return [make("label", { htmlFor: control.id }, text), make("span", { className: "how" }, control, ...more)];
+function row(text, input, ...more) {
+  input.id ||= `control-${controls += 1}`;
+  return [make("label", { htmlFor: input.id }, text), make("span", { className: "how" }, input, ...more)];
 }
 
 /**
  * A choice of one of some words.
  * @param {string[]} words
+ * @param {string} chosen
  * @param {(word: string) => void} choose
  * @param {(word: string) => string} label
  */
-function choice(words, choose, label = (word) => word) {
-  const made = make("select", {}, ...words.map((word) => make("option", { value: word }, label(word))));
+function choice(words, chosen, choose, label = (word) => word) {
+  const made = make("select", {}, ...words.map((word) => make("option", { value: word, selected: word === chosen }, label(word))));
   made.addEventListener("change", () => { choose(made.value); });
   return made;
 }
 
-/** @param {Scene} scene @param {number} number */
-function card(scene, number) {
-  const cue = /** @type {Cue} */ (cues[number]);
-  const picture = make("img", { alt: "" }), name = make("span");
-  const style = make("button", { type: "button", className: "style" }, picture, name);
-  const show = () => {
-    name.textContent = cue.style || "as before";
-    picture.src = sheet.styles[cue.style] ?? scene.still;
-    style.setAttribute("aria-label", `Style of scene ${number + 1}: ${name.textContent}`);
-  };
-  style.addEventListener("click", () => { pickStyle(number, cue.style, (chosen) => { cue.style = chosen; show(); }); });
-  show();
-  const seconds = make("input", { type: "number", min: "0.1", step: "0.1", value: String(FADE_SECONDS), hidden: true });
-  seconds.setAttribute("aria-label", `Seconds of the transition of scene ${number + 1}`);
-  seconds.addEventListener("input", () => { cue.seconds = seconds.valueAsNumber || 0; });
-  const transition = choice(sheet.transitions, (word) => {
+/**
+ * An input for seconds.
+ * @param {string} label
+ * @param {number} value
+ * @param {string} min
+ * @param {(seconds: number) => void} change
+ */
+function secondsInput(label, value, min, change) {
+  const input = make("input", { type: "number", min, step: "any", value: String(value) });
+  input.setAttribute("aria-label", label);
+  input.addEventListener("change", () => { if (input.reportValidity() && input.value) change(input.valueAsNumber); });
+  return input;
+}
+
+/** Shows all cards again, and the focus where it was. */
+function show() {
+  const focused = document.activeElement?.getAttribute("data-place");
+  cues = inOrder(sheet, cues);
+  list.replaceChildren(...cues.map(card));
+  const place = focused && list.querySelector(`[data-place="${focused}"]`);
+  if (place instanceof HTMLElement) place.focus();
+}
+
+/** The style and the values at a cue, before its own values. @param {number} number */
+function inherited(number) {
+  let first = number;
+  while (first > 0 && !cues[first]?.style) first -= 1;
+  const { style = "", variant = "" } = cues[first] ?? {};
+  const values = { ...sheet.styles[style]?.variants[variant] };
+  for (const cue of cues.slice(first, number)) Object.assign(values, cue.values);
+  return { style, values };
+}
+
+/** @param {Cue} cue @param {number} number */
+function card(cue, number) {
+  const scene = /** @type {import("./cue_text.js").Scene} */ (sheet.scenes[cue.scene]);
+  const name = cue.time === null ? `Scene ${cue.scene + 1}, ${scene.clock}` : `Scene ${cue.scene + 1}, at ${cue.time} s`;
+  const picture = make("img", { alt: "", src: sheet.styles[cue.style]?.picture ?? scene.still });
+  const style = make("button", { type: "button", className: "style" }, picture, make("span", {}, cue.style || "as before"));
+  style.setAttribute("aria-label", `Style of ${name}: ${cue.style || "as before"}`);
+  style.dataset["place"] = `style-${number}`;
+  style.addEventListener("click", () => { pickStyle(name, number, cue); });
+  const variants = Object.keys(sheet.styles[cue.style]?.variants ?? {});
+  const variant = choice(["", ...variants], cue.variant, (word) => { cue.variant = word; show(); }, (word) => word || "none");
+  const seconds = secondsInput("Seconds of the transition", cue.seconds || FADE_SECONDS, "0.1", (value) => { cue.seconds = value; });
+  seconds.hidden = cue.transition === "cut";
+  const transition = choice(sheet.transitions, cue.transition, (word) => {
     cue.transition = word;
     seconds.hidden = word === "cut";
     cue.seconds = word === "cut" ? 0 : seconds.valueAsNumber || FADE_SECONDS;
   });
-  const strength = make("input", { type: "range", min: "0", max: "1", step: "0.05", value: "1" });
-  const shown = make("output", {}, "1");
-  strength.addEventListener("input", () => { cue.strength = strength.valueAsNumber; shown.textContent = strength.value; });
-  const curve = choice(sheet.curves, (word) => { cue.curve = word; }, (word) => CURVE_LABELS[word] ?? word);
+  const curve = choice(sheet.curves, cue.curve, (word) => { cue.curve = word; }, (word) => CURVE_LABELS[word] ?? word);
+  const start = secondsInput("Start in seconds", cue.time ?? 0, "0", (value) => { cue.time = value; cue.scene = sceneAt(value); show(); });
   return make("li", {},
-    make("img", { src: scene.still, alt: `Scene ${number + 1}` }),
-    make("h2", {}, `Scene ${number + 1}, ${scene.clock}`),
+    make("img", { src: scene.still, alt: `Scene ${cue.scene + 1}` }),
+    make("h2", {}, name),
     make("div", { className: "fields" },
-      ...row("Style", style), ...row("Begins with", transition, seconds), ...row("Strength", strength, shown),
-      ...row("Values", curve)));
+      ...(cue.time === null ? [] : row("Starts at", start)), ...row("Style", style),
+      ...(variants.length ? row("Variant", variant) : []), ...row("Begins with", transition, seconds), ...row("Values", curve)),
+    values(cue, number), buttons(cue));
 }
 
-/**
- * Let the user choose a style in a dialog.
- * @param {number} number of the scene
- * @param {string} current
- * @param {(style: string) => void} choose
- */
-function pickStyle(number, current, choose) {
+/** The number of the scene at a time. @param {number} time */
+const sceneAt = (time) => Math.max(0, sheet.scenes.findLastIndex(({ start }) => Number(start) <= time));
+
+/** The values of a cue, which are shown on demand. @param {Cue} cue @param {number} number */
+function values(cue, number) {
+  const details = make("details", { open: opened.has(cue) }, make("summary", {}, "Values of the style"));
+  const fill = () => {
+    const { style, values: before } = inherited(number);
+    for (const entry of details.childElementCount > 1 ? [] : sheet.styles[style]?.entries ?? []) {
+      const id = `control-${controls += 1}`;
+      const made = control(entry, id, (value) => { cue.values[entry.path] = value; });
+      made.show(cue.values[entry.path] ?? before[entry.path] ?? entry.value);
+      const label = make("label", { htmlFor: id, title: entry.help ?? "" }, title(entry.name));
+      details.append(make("div", { className: "value" }, label, ...made.inline, ...(made.below ?? [])));
+    }
+  };
+  details.addEventListener("toggle", () => {
+    opened[details.open ? "add" : "delete"](cue);
+    fill();
+  });
+  if (details.open) fill();
+  return details;
+}
+
+/** Buttons that add a cue after a cue, and remove it. @param {Cue} cue */
+function buttons(cue) {
+  const add = make("button", { type: "button", className: "add" }, "Add a cue after it");
+  add.addEventListener("click", () => {
+    const time = Number((timeOf(sheet, cue) + 1).toFixed(3));
+    cues.push(emptyCue(sceneAt(time), time));
+    show();
+  });
+  const remove = make("button", { type: "button", className: "remove", hidden: cue.time === null }, "Remove");
+  remove.addEventListener("click", () => { cues = cues.filter((each) => each !== cue); show(); });
+  return make("div", { className: "buttons" }, add, remove);
+}
+
+/** Let the user choose a style in a dialog. @param {string} place @param {number} number @param {Cue} cue */
+function pickStyle(place, number, cue) {
   const dialog = /** @type {HTMLDialogElement} */ (document.querySelector("dialog"));
   const names = [...Object.keys(sheet.styles), ...(number ? [""] : [])];
-  /** @type {HTMLElement} */ (dialog.querySelector("strong")).textContent = `Style of scene ${number + 1}`;
+  /** @type {HTMLElement} */ (dialog.querySelector("strong")).textContent = `Style of ${place}`;
   /** @type {HTMLElement} */ (dialog.querySelector("div")).replaceChildren(...names.map((name) => {
-    const pictures = name ? [make("img", { src: sheet.styles[name] ?? "", alt: "" })] : [];
+    const pictures = name ? [make("img", { src: sheet.styles[name]?.picture ?? "", alt: "" })] : [];
     const button = make("button", { type: "button" }, ...pictures, name || "as before");
-    press(button, name === current);
-    button.addEventListener("click", () => { choose(name); dialog.close(); });
+    press(button, name === cue.style);
+    button.addEventListener("click", () => {
+      if (name !== cue.style) Object.assign(cue, { style: name, variant: "", values: {} });
+      dialog.close();
+      show();
+    });
     return button;
   }));
   dialog.showModal();
 }
 
-/** The text of the cue file. */
-function cueFile() {
-  const lines = [
-    `# The styles of a film over time: vidstyle render FILM OUTPUT --cues ${sheet.file}`, "format = 1",
-    ...(sheet.rate === null ? [] : [`rate = ${sheet.rate}`]),
-    `scenes = [${sheet.scenes.map(({ start }) => start).join(", ")}]`,
-  ];
-  let strength = 1;
-  cues.forEach((cue, number) => {
-    const continues = !cue.style && cue.transition === "cut" && cue.strength === strength && cue.curve === "hold";
-    if (number && continues) return;
-    lines.push("", "[[cue]]", `scene = ${number + 1}`);
-    if (cue.style) lines.push(`style = ${JSON.stringify(cue.style)}`);
-    if (cue.strength !== 1 || (!cue.style && strength !== 1)) lines.push(`values = { strength = ${cue.strength} }`);
-    if (cue.transition !== "cut") lines.push(`transition = "${cue.transition}"`, `seconds = ${cue.seconds}`);
-    if (cue.curve !== "hold") lines.push(`curve = "${cue.curve}"`);
-    strength = cue.strength;
-  });
-  return `${lines.join("\n")}\n`;
+/** Gives the text of the cue file to `use`, or says what is wrong. @param {(text: string) => Promise<string> | string} use */
+async function withText(use) {
+  answer.textContent = mistake(sheet, cues) || await use(cueFile(sheet, cues));
 }
 
-const answer = /** @type {HTMLElement} */ (document.querySelector("footer output"));
-/** @type {HTMLElement} */ (document.querySelector(".save")).addEventListener("click", () => {
-  download(new Blob([cueFile()], { type: "application/toml" }), sheet.file);
-  answer.textContent = `Saved as ${sheet.file} in your downloads: vidstyle render FILM OUTPUT --cues ${sheet.file}`;
-});
-/** @type {HTMLElement} */ (document.querySelector(".copy")).addEventListener("click", async () => {
-  await navigator.clipboard.writeText(cueFile());
-  answer.textContent = "The text of the cue file is in the clipboard.";
-});
-/** @type {HTMLElement} */ (document.querySelector("ol")).append(...sheet.scenes.map(card));
+/** @type {HTMLElement} */ (document.querySelector(".save")).addEventListener("click", () => withText((text) => {
+  download(new Blob([text], { type: "application/toml" }), sheet.file);
+  return `Saved as ${sheet.file} in your downloads: vidstyle render FILM OUTPUT --cues ${sheet.file}`;
+}));
+/** @type {HTMLElement} */ (document.querySelector(".copy")).addEventListener("click", () => withText(async (text) => {
+  await navigator.clipboard.writeText(text);
+  return "The text of the cue file is in the clipboard.";
+}));
+show();
