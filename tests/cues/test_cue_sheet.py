@@ -53,7 +53,8 @@ CUES = scene_cues(STYLES)
 
 def open_sheet(browser: Browser, folder: Path, cues: Sequence[CueTable], cards: int) -> None:
     """Open the page of a film with a </script> in its name, in a browser."""
-    scenes = [SheetScene(start, photograph("coffee")) for start in STARTS]
+    ends = [*STARTS[1:], Fraction(10)]
+    scenes = [SheetScene(*span, photograph("coffee")) for span in zip(STARTS, ends, strict=True)]
     text = cue_sheet("a</script><b>.mp4", folder / "cues.toml", scenes, Fraction(25), cues)
     (folder / "sheet.html").write_text(text, encoding="utf-8")
     browser.open((folder / "sheet.html").as_uri())
@@ -122,7 +123,7 @@ def test_a_scene_without_a_style_continues_and_strength_moves(page: Browser, tmp
     for card, value in ((1, "0"), (2, "1")):
         page.click(f"li:nth-child({card}) summary")
         page.until(f"document.querySelector('li:nth-child({card}) .value')")
-        change(page, f"li:nth-child({card}) input[aria-label^=strength]", value)
+        change(page, f"li:nth-child({card}) [data-path=strength] input[type=number]", value)
     cues = saved(page, tmp_path)
     assert [cue.style.name for cue in cues.cues] == ["ink", "ink", "poster"]
     assert cues.at(0).active.style.strength == pytest.approx(0, abs=1e-5)
@@ -167,3 +168,35 @@ def test_impossible_cues_are_not_saved(page: Browser) -> None:
     page.until(
         "document.querySelector('footer output').textContent.includes('but the next cue begins after 1.50 s')"
     )
+
+
+def mark(page: Browser, number: int) -> tuple[float, float, float]:
+    """The middle of a cue on the timeline, and the width of the timeline, in pixels."""
+    x, y, _, _ = page.still(f"[data-place=mark-{number}]")
+    return x, y, page.place("#timeline")[2]
+
+
+def test_a_cue_is_moved_along_the_timeline(page: Browser, tmp_path: Path) -> None:
+    x, y, width = mark(page, 1)
+    page.drag((x, y), (x + width / 10, y))  # one of ten seconds
+    assert float(saved(page, tmp_path).cues[1].time) == pytest.approx(3.5, abs=0.02)
+    x, y, _ = mark(page, 1)
+    page.drag((x, y), (x - width / 10 + 3, y))
+    page.until("document.querySelectorAll('li').length === 3")
+    assert saved(page, tmp_path).cues[1].time == STARTS[1], "it snaps to the start of the scene"
+    page.run("document.querySelector('[data-place=mark-2]').focus()")
+    page.press("ArrowLeft", "ArrowLeft")
+    assert float(saved(page, tmp_path).cues[2].time) == pytest.approx(5.8)
+    assert page.run("return document.activeElement.dataset.place") == "mark-2"
+
+
+@pytest.mark.parametrize("target", [".scene:nth-child(2)", "li:nth-child(2)"])
+def test_a_style_is_dropped_on_a_scene(page: Browser, tmp_path: Path, target: str) -> None:
+    page.run(
+        """const data = new DataTransfer();
+        const tile = [...document.querySelectorAll("#styles figure")].find((each) => each.title === "comic");
+        tile.dispatchEvent(new DragEvent("dragstart", { dataTransfer: data }));
+        document.querySelector(target).dispatchEvent(new DragEvent("drop", { dataTransfer: data }));""",
+        target=target,
+    )
+    assert [cue.style.name for cue in saved(page, tmp_path).cues] == ["ink", "comic", "poster"]

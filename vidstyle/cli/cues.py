@@ -60,7 +60,7 @@ def cues(source: str, target: str, overwrite: bool, **options: Any) -> int:
             made = scene_cues(styles_of_scenes(scenes, {**options, **names}))
         else:
             made = read_cue_tables(options["cues"], starts, file.parent)
-        shown = [SheetScene(each.start, each.still) for each in scenes]
+        shown = [SheetScene(each.start, each.end, each.still) for each in scenes]
         write(cue_file_text(starts, rate, made).encode())
         write_page(cue_sheet(Path(source).name, file, shown, rate, made).encode())
     found = counted(len(scenes), "scene")

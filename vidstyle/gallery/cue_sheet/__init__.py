@@ -31,9 +31,10 @@ STILL_HEIGHT_PX = 180
 
 @dataclass(frozen=True)
 class SheetScene:
-    """A scene on the page: where it begins, and its still as H x W x 3 uint8."""
+    """A scene on the page: where it begins and ends, in seconds, and its still as H x W x 3 uint8."""
 
     start: Fraction
+    end: Fraction
     still: np.ndarray
 
 
@@ -51,6 +52,7 @@ def cue_sheet(
     data = {
         "file": file.name,
         "rate": None if rate is None else seconds_text(rate),
+        "end": seconds_text(scenes[-1].end),
         "scenes": [_scene(each) for each in scenes],
         "cues": [*cues],
         "styles": {name: _style(load_style(style_place(file, name))) for name in _style_choices(cues)},

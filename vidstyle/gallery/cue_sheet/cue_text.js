@@ -5,7 +5,7 @@
  * @typedef {{ scene?: number, time?: number, style?: string, values?: Record<string, any>, transition?: string,
  *   seconds?: number, curve?: string }} CueTable a cue as in the file
  * @typedef {{ picture: string, entries: any[], variants: Record<string, Record<string, any>> }} StyleInfo
- * @typedef {{ file: string, rate: string | null, scenes: Scene[], cues: CueTable[],
+ * @typedef {{ file: string, rate: string | null, end: string, scenes: Scene[], cues: CueTable[],
  *   styles: Record<string, StyleInfo>, transitions: string[], curves: string[] }} Sheet
  */
 
@@ -30,11 +30,31 @@ export function emptyCue(scene, time = null) {
 /** Returns the time of a cue in seconds. @param {Sheet} sheet @param {Cue} cue */
 export const timeOf = (sheet, cue) => cue.time ?? Number(sheet.scenes[cue.scene]?.start);
 
-/** Returns the cues to begin with: those of the file, and one for each other scene. @param {Sheet} sheet @returns {Cue[]} */
-export function firstCues(sheet) {
-  const cues = sheet.cues.map((table) => fromTable(sheet, table));
+/** Returns the cues of the file, and one for each other scene. @param {Sheet} sheet */
+export const firstCues = (sheet) => withAllScenes(sheet, sheet.cues.map((table) => fromTable(sheet, table)));
+
+/** Returns the cues, and one for each scene that has none. @param {Sheet} sheet @param {Cue[]} cues @returns {Cue[]} */
+export function withAllScenes(sheet, cues) {
   const free = sheet.scenes.map((_, scene) => scene).filter((scene) => !cues.some((cue) => cue.scene === scene && cue.time === null));
   return inOrder(sheet, [...cues, ...free.map((scene) => emptyCue(scene))]);
+}
+
+/** The number of the scene at a time. @param {Sheet} sheet @param {number} time */
+export const sceneAt = (sheet, time) => Math.max(0, sheet.scenes.findLastIndex(({ start }) => Number(start) <= time));
+
+/**
+ * Moves a cue to a time, or to the start of a scene that is near; returns all cues.
+ * @param {Sheet} sheet
+ * @param {Cue[]} cues
+ * @param {Cue} cue
+ * @param {number} time
+ * @param {number} snap seconds that are near
+ */
+export function moved(sheet, cues, cue, time, snap) {
+  const near = sheet.scenes.findIndex(({ start }) => Math.abs(Number(start) - time) <= Math.max(snap, 0.0005));
+  cue.time = near < 0 ? Number(time.toFixed(3)) : null;
+  cue.scene = near < 0 ? sceneAt(sheet, time) : near;
+  return withAllScenes(sheet, cues.filter((each) => each === cue || !isEmpty(each)));
 }
 
 /** Returns cues in the order of their times. @param {Sheet} sheet @param {Cue[]} cues */
@@ -44,16 +64,15 @@ export const inOrder = (sheet, cues) => [...cues].sort((one, other) => timeOf(sh
 function fromTable(sheet, table) {
   const name = table.style ?? "";
   const style = Object.keys(sheet.styles).find((known) => name === known || name.startsWith(`${known}:`)) ?? "";
-  const last = sheet.scenes.findLastIndex(({ start }) => Number(start) <= (table.time ?? 0));
   return {
-    ...emptyCue(table.scene === undefined ? Math.max(0, last) : table.scene - 1, table.time ?? null),
+    ...emptyCue(table.scene === undefined ? sceneAt(sheet, table.time ?? 0) : table.scene - 1, table.time ?? null),
     style, variant: name.slice(style.length + 1), values: { ...table.values },
     transition: table.transition ?? (table.seconds ? "fade" : "cut"), seconds: table.seconds ?? 0, curve: table.curve ?? "hold",
   };
 }
 
 /** Whether a cue leaves everything as before. @param {Cue} cue */
-const isEmpty = (cue) => !cue.style && cue.transition === "cut" && cue.curve === "hold" && !Object.keys(cue.values).length;
+export const isEmpty = (cue) => !cue.style && cue.transition === "cut" && cue.curve === "hold" && !Object.keys(cue.values).length;
 
 /** Returns the text of the file. @param {Sheet} sheet @param {Cue[]} cues */
 export function cueFile(sheet, cues) {

@@ -1,8 +1,9 @@
 // The page of a cue sheet: a card for each cue. `vidstyle.gallery.cue_sheet` joins it with the modules that it imports.
 
-import { download, get, make, press, title } from "./elements.js";
+import { download, get, make, press } from "./elements.js";
 import { control } from "./controls.js";
-import { cueFile, emptyCue, firstCues, inOrder, mistake, timeOf } from "./cue_text.js";
+import { cueFile, emptyCue, firstCues, inOrder, mistake, sceneAt, timeOf } from "./cue_text.js";
+import { showStyles, showTimeline, takesStyles } from "./timeline.js";
 
 /** @typedef {import("./cue_text.js").Cue} Cue */
 
@@ -63,7 +64,11 @@ function show() {
   const focused = document.activeElement?.getAttribute("data-place");
   cues = inOrder(sheet, cues);
   list.replaceChildren(...cues.map(card));
-  const place = focused && list.querySelector(`[data-place="${focused}"]`);
+  showTimeline(get("timeline"), sheet, cues, {
+    change: (changed) => { cues = changed; show(); },
+    find: (cue) => { list.children[cues.indexOf(cue)]?.scrollIntoView({ block: "center" }); },
+  });
+  const place = focused && document.querySelector(`[data-place="${focused}"]`);
   if (place instanceof HTMLElement) place.focus();
 }
 
@@ -96,18 +101,23 @@ function card(cue, number) {
     cue.seconds = word === "cut" ? 0 : seconds.valueAsNumber || FADE_SECONDS;
   });
   const curve = choice(sheet.curves, cue.curve, (word) => { cue.curve = word; }, (word) => CURVE_LABELS[word] ?? word);
-  const start = secondsInput("Start in seconds", cue.time ?? 0, "0", (value) => { cue.time = value; cue.scene = sceneAt(value); show(); });
-  return make("li", {},
+  const start = secondsInput("Start in seconds", cue.time ?? 0, "0", (value) => { cue.time = value; cue.scene = sceneAt(sheet, value); show(); });
+  const made = make("li", {},
     make("img", { src: scene.still, alt: `Scene ${cue.scene + 1}` }),
     make("h2", {}, name),
     make("div", { className: "fields" },
       ...(cue.time === null ? [] : row("Starts at", start)), ...row("Style", style),
       ...(variants.length ? row("Variant", variant) : []), ...row("Begins with", transition, seconds), ...row("Values", curve)),
     values(cue, number), buttons(cue));
+  takesStyles(made, (dropped) => { choose(cue, dropped); });
+  return made;
 }
 
-/** The number of the scene at a time. @param {number} time */
-const sceneAt = (time) => Math.max(0, sheet.scenes.findLastIndex(({ start }) => Number(start) <= time));
+/** Chooses another style for a cue. @param {Cue} cue @param {string} style */
+function choose(cue, style) {
+  if (style !== cue.style) Object.assign(cue, { style, variant: "", values: {} });
+  show();
+}
 
 /** The values of a cue, which are shown on demand. @param {Cue} cue @param {number} number */
 function values(cue, number) {
@@ -118,8 +128,10 @@ function values(cue, number) {
       const id = `control-${controls += 1}`;
       const made = control(entry, id, (value) => { cue.values[entry.path] = value; });
       made.show(cue.values[entry.path] ?? before[entry.path] ?? entry.value);
-      const label = make("label", { htmlFor: id, title: entry.help ?? "" }, title(entry.name));
-      details.append(make("div", { className: "value" }, label, ...made.inline, ...(made.below ?? [])));
+      const label = make("label", { htmlFor: id, title: entry.help ?? "" }, entry.label);
+      const line = make("div", { className: "value" }, label, ...made.inline, ...(made.below ?? []));
+      line.dataset["path"] = entry.path;
+      details.append(line);
     }
   };
   details.addEventListener("toggle", () => {
@@ -135,7 +147,7 @@ function buttons(cue) {
   const add = make("button", { type: "button", className: "add" }, "Add a cue after it");
   add.addEventListener("click", () => {
     const time = Number((timeOf(sheet, cue) + 1).toFixed(3));
-    cues.push(emptyCue(sceneAt(time), time));
+    cues.push(emptyCue(sceneAt(sheet, time), time));
     show();
   });
   const remove = make("button", { type: "button", className: "remove", hidden: cue.time === null }, "Remove");
@@ -153,9 +165,8 @@ function pickStyle(place, number, cue) {
     const button = make("button", { type: "button" }, ...pictures, name || "as before");
     press(button, name === cue.style);
     button.addEventListener("click", () => {
-      if (name !== cue.style) Object.assign(cue, { style: name, variant: "", values: {} });
       dialog.close();
-      show();
+      choose(cue, name);
     });
     return button;
   }));
@@ -175,4 +186,5 @@ async function withText(use) {
   await navigator.clipboard.writeText(text);
   return "The text of the cue file is in the clipboard.";
 }));
+showStyles(get("styles"), sheet);
 show();
