@@ -77,6 +77,23 @@ def test_chroma_that_a_style_never_reads_is_not_stabilized(
     assert same_bits(restyled(chosen, film, 0.5)[-1], result)
 
 
+@pytest.mark.parametrize("reads", [(True, True, False, False), (False, False, True, True)])
+def test_luma_continues_where_a_style_begins_or_ends_to_read_chroma(reads: tuple[bool, ...]) -> None:
+    """As where the strength of a gray style moves to 1 or away from it."""
+
+    def stable(reads: Iterable[bool]) -> list[Stabilized]:
+        stage, found = Stabilizer(0.5, False), []
+        for number, (each, is_read) in enumerate(zip(still_film(4), reads, strict=True)):
+            pair = stage.follow(each, number / RATE, False)
+            found.append(stage.before(each, pair.warp() if pair else None, ONE_THREAD, is_read))
+        return found
+
+    for one, other in zip(stable(reads), stable([True] * 4), strict=True):
+        assert np.array_equal(one.picture.luma, other.picture.luma)  # type: ignore[arg-type]
+        assert (one.warp is None) == (other.warp is None)
+    assert [each.picture.chroma is not None for each in stable(reads)] == [*reads]
+
+
 def test_noise_is_removed_under_moving_camera() -> None:
     stage, wide = Stabilizer(0.5, False), page(180, 320 + 3 * 10)
     for number, each in enumerate(panned_film(10)):

@@ -92,7 +92,11 @@ class Stabilizer:
         now = with_planes(picture)
         shown = now if needs_chroma else replace(now, chroma=None)
         encoding, planes = stabilized_encoding(now.encoding), dict(_named_planes(shown))
-        if encoding != self.source.encoding or not _same_shapes(planes, self.source.planes):
+        # A style that fades in or out may read chroma in one frame and not in the next; luma continues.
+        known = {name: self.source.planes[name] for name in planes.keys() & self.source.planes.keys()}
+        if encoding != self.source.encoding or not _same_shapes(
+            {name: planes[name] for name in known}, known
+        ):
             warp = None
         weights = None
         if warp is None:
@@ -116,6 +120,9 @@ class Stabilizer:
         jobs, moves = {}, cache(partial(_plane_moves, warp.flow, np.dtype(new.dtype)))
         for name, plane in now.items():
             (scale, span), step = code_scale(name, old, new), plane_step(name, old)
+            if name not in self.source.planes:
+                out[name] = _scale(plane, *scale, new.depth == 0)
+                continue
             luma, other = (guide, None) if name == "luma" else (None, guide)
             jobs[name] = source_rows(
                 plane, scale, self.source.planes[name], moves(plane.shape[1], step), warp.weight,
