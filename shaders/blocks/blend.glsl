@@ -27,7 +27,7 @@ channels blend(channels picture, channels other, int mode, float opacity, float 
     else if (mode == blend_mode_grain_extract)
         mixed = clamp(picture - other + 0.5, 0.0, 1.0);
     else if (mode == blend_mode_grain_merge)
-        mixed = clamp(picture + other - 0.5, 0.0, 1.0);
+        mixed = min(max(picture + other - 0.5, 0.0), max(picture, 1.0));
     else if (mode == blend_mode_divide)
         mixed = quotient(picture, other);
     else if (mode == blend_mode_dodge)

@@ -95,7 +95,8 @@ def _grain_extract(below, above):  # type: ignore[no-untyped-def]
 
 @_mode
 def _grain_merge(below, above):  # type: ignore[no-untyped-def]
-    return min(max(below + above - MIDDLE_LEVEL, BLACK_LEVEL), WHITE_LEVEL)
+    # Highlights of HDR, above white, stay there.
+    return min(max(below + above - MIDDLE_LEVEL, BLACK_LEVEL), max(below, WHITE_LEVEL))
 
 
 @_mode

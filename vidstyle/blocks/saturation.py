@@ -37,7 +37,7 @@ def saturation(
 ) -> Mixed:
     """Make colours more vivid or more muted.
 
-    gray + factor (RGB - gray), clipped to 0..1. Paper, section 4.2 A.
+    gray + factor (RGB - gray), clipped to 0..1, except highlights of HDR. Paper, section 4.2 A.
     """
     return Mixed(picture, _matrix(factor, tuple(weights)))
 

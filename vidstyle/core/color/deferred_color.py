@@ -68,6 +68,8 @@ def lay_on(color, lines, tones, out):  # type: ignore[no-untyped-def]
 class Mixed:
     """RGB that is still to be multiplied by a matrix, and clipped to 0..1.
 
+    White highlights of HDR, above 1, are clipped to the smallest of their own channels, and stay highlights.
+
     Not by `cv2.transform`, which rounds the last pixels of an array differently, so that the result would
     depend on the bands.
 
@@ -124,4 +126,4 @@ def _row(matrix, row):  # type: ignore[no-untyped-def]
 @compiled
 def _channel(row, red, green, blue):  # type: ignore[no-untyped-def]
     value = row[0] * red + row[1] * green + row[2] * blue + row[3]
-    return min(max(value, np.float32(0)), np.float32(1))
+    return min(max(value, np.float32(0)), max(min(red, green, blue), np.float32(1)))
