@@ -68,7 +68,7 @@ def lay_on(color, lines, tones, out):  # type: ignore[no-untyped-def]
 class Mixed:
     """RGB that is still to be multiplied by a matrix, and clipped to 0..1.
 
-    White highlights of HDR, above 1, are clipped to the smallest of their own channels, and stay highlights.
+    White highlights of HDR, above 1, are clipped to their smallest channel, and stay highlights.
 
     Not by `cv2.transform`, which rounds the last pixels of an array differently, so that the result would
     depend on the bands.
