@@ -227,3 +227,15 @@ def test_a_tile_that_is_taken_again_gives_nearer_ones() -> None:
     for before, after in pairwise(found):
         assert after == pytest.approx([0.7 * distance for distance in before], rel=1e-4)
     assert distances(made, 0) == found[0], "another tile begins at the first distance"
+
+
+def test_nine_tiles_differ_even_where_all_that_is_near_the_choice_looks_alike() -> None:
+    made = chooser()
+    taken = made.screen.tiles[2]
+    made._learn(2)
+    rounds = range(chooser_module.MAX_ROUNDS)
+    alike = {repr(each.style) for number in rounds for each in made._draws(taken, number)}
+    made.looks = lambda styles: [taken.look if repr(each) in alike else looks([each])[0] for each in styles]
+    tiles = made.more_like(2).tiles
+    apart = [look_distance(one.look, other.look) for at, one in enumerate(tiles) for other in tiles[:at]]
+    assert min(apart) >= MIN_TILE_DISTANCE

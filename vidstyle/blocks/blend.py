@@ -131,7 +131,12 @@ def blend(
     mode: Annotated[
         str, Choice(tuple(MODE_FORMULAS), "blend mode", explore=("multiply", "overlay"), label="Blend mode")
     ] = "normal",
-    opacity: Annotated[float, Slider(0, 1, "0 for no effect", explore=(0.3, 1), label="Blend amount")] = 0.5,
+    opacity: Annotated[
+        float,
+        Slider(
+            0, 1, "how much the picture on top shows; 0 for no effect", explore=(0.3, 1), label="Blend amount"
+        ),
+    ] = 0.5,
     mask: Annotated[
         Any,
         SavedRef("picture whose luma multiplies the opacity", on="luma", optional=True, label="Blend mask"),

@@ -22,7 +22,7 @@ def flow_dog(
         float, Slider(0.5, 24, "width of the lines", "px", explore=(0.5, 8), label="Line width")
     ] = 1.4,
     p: Annotated[
-        float, Slider(0, 60, "strength of the sharpening", explore=(1, 40), label="Line strength")
+        float, Slider(0, 60, "how strongly lines stand out", explore=(1, 40), label="Line strength")
     ] = 20,
 ) -> BankRun:
     """Sharpen across the edges and smooth along them.

@@ -37,7 +37,7 @@ def soft_threshold(
         Slider(
             0,
             255,
-            "threshold; everything above it is white",
+            "threshold: brighter tones become white",
             "levels of 255",
             explore=(50, 110),
             label="Amount of black",

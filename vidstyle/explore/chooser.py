@@ -247,8 +247,10 @@ class Chooser:
             if len(chosen) == wanted.total() and not (missing and number == 0):
                 break
         else:
-            if len(chosen) < wanted.total() and not self.locks:  # all that is near the choice looks alike
-                found += self._render(self._first_draws(MAX_ROUNDS))
+            for number in range(MAX_ROUNDS, 2 * MAX_ROUNDS):
+                if len(chosen) == wanted.total() or self.locks:
+                    break
+                found += self._render(self._first_draws(number))  # all that is near the choice looks alike
                 chosen = self._select(wanted, tiles, found)
             # Everything is locked, or nothing passes: use the most different candidates.
             chosen += self._sort_by_novelty([each for each in found if each not in chosen], [*tiles, *chosen])

@@ -111,7 +111,7 @@ _CONTROLS: dict[str, Control] = {
     ),
     "ink": Color("colour of the lines", label="Line colour", aliases=("ink", "pen")),
     "paper": Color(
-        "colour that the background is multiplied by", label="Paper colour", aliases=("paper", "canvas")
+        "colour of the paper, which tints the background", label="Paper colour", aliases=("paper", "canvas")
     ),
     "steady": Slider(
         0,
