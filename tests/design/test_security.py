@@ -40,7 +40,7 @@ def server(tmp_path_factory: pytest.TempPathFactory, photo: Path) -> Iterator[De
 
 def test_nobody_else_gets_a_page_a_picture_or_a_socket(server: DesignServer) -> None:
     visitor = Visitor(server)
-    paths = ("/", "/runner.js", "/block.jpg?of=hue", "/style.jpg?of=ink", "/socket")
+    paths = ("/", "/runner.js", "/block.jpg?of=hue", "/components.css", "/socket")
     for path in paths:
         assert visitor.ask(path, visitor.headers(cookie="none=1"))[0] == 403
         assert visitor.ask(path, visitor.headers(host="evil.example"))[0] == 403

@@ -115,7 +115,7 @@ def test_coloured_paper_alone_is_not_plain() -> None:
             "levels: a list is not a text, a number or a truth value (2 to 32)",
         ),
         (step(block="blend", mode="multipy"), "mode: 'multipy' is not one of normal, multiply"),
-        (step(levels=5), "background step 1: block is missing; there are"),
+        (step(levels=5), "background step 1: block is missing; `vidstyle blocks` lists all"),
         (step(from_="source", levels=5), "background step 1: 'levels' needs a block, and the step has none"),
         (step(from_="sauce", block="hue"), "from: no step before it saves 'sauce'; did you mean 'source'?"),
         (step(save="a b"), "save: 'a b' is not a name of letters and digits"),
