@@ -142,6 +142,15 @@ def test_a_visitor_sees_all_looks_of_a_photograph_and_takes_one(
     assert asked and all(url.startswith((folder.as_uri(), "data:", "blob:")) for url in asked)
 
 
+def test_an_address_opens_a_look_before_anything_is_loaded(folder: Path, browser: Browser) -> None:
+    browser.open("about:blank")
+    browser.open(f"{(folder / 'index.html').as_uri()}#poster")
+    browser.run("location.hash = '#pixel'; location.hash = '#poster'; location.hash = '#pixel';")
+    until(browser, "document.getElementById('facts').textContent")
+    until(browser, "document.querySelector('#viewer h2, #viewer h1').textContent === 'pixel'")
+    assert not [event for event in browser.events if event["method"] == "Runtime.exceptionThrown"]
+
+
 def test_a_page_is_not_overwritten_unasked(folder: Path, tmp_path: Path) -> None:
     picture = ExamplePicture("flat", "Flat", np.zeros((4, 4, 3), np.uint8))
     with pytest.raises(UsageError, match="already exists"):

@@ -45,7 +45,7 @@ class Showcase {
   tiles = null;
   /** The example that is shown; null: the user's own source. @type {Example | null} */
   #example = null;
-  /** @type {(import("./viewer.js").StyleData & {file: StyleFile}) | null} */
+  /** @type {import("./store.js").ShowcaseStyle | null} */
   #style = null;
 
   async start() {
@@ -65,7 +65,7 @@ class Showcase {
     this.#addExamples();
     await this.#showExample(index.pictures[0]);
     this.#listen();
-    await this.#route();
+    await this.#follow();
   }
 
   #redraw() {
@@ -124,8 +124,7 @@ class Showcase {
     });
     get("copy").onclick = () => this.#copy();
     get("style-file").onclick = () => this.#saveStyleFile();
-    addEventListener("hashchange", () => this.#route());
-    addEventListener("popstate", () => this.#route());
+    addEventListener("hashchange", () => this.#follow());
   }
 
   /** A picture was opened in the viewer: the user's own, unless an example is opened. */
@@ -141,6 +140,10 @@ class Showcase {
     if (!this.tiles) return;
     this.tiles.isPaused = false;
     this.tiles.resume();
+  }
+
+  async #follow() {
+    await this.#route().catch((error) => (this.viewer?.say(error.message, 0), say(error.message)));
   }
 
   /** Shows the style that the address names, or the list. */

@@ -26,24 +26,33 @@ export function load(path) {
   return promise;
 }
 
-/**
- * Returns the data of a style, with its shader texts and textures.
- * @param {string} name
- * @returns {Promise<import("./viewer.js").StyleData & {file: StyleFile}>}
- */
-export async function loadStyleData(name) {
+/** @typedef {import("./viewer.js").StyleData & {file: StyleFile}} ShowcaseStyle */
+/** @type {Map<string, Promise<ShowcaseStyle>>} */
+const styles = new Map();
+
+/** Returns the data of a style, with its shader texts and textures. @param {string} name @returns {Promise<ShowcaseStyle>} */
+export function loadStyleData(name) {
+  const found = styles.get(name) ?? readStyle(name);
+  styles.set(name, found);
+  found.catch(() => styles.delete(name));
+  return found;
+}
+
+/** @param {string} name @returns {Promise<ShowcaseStyle>} */
+async function readStyle(name) {
   const [pieces, data] = await Promise.all([load("shaders"), load(`styles/${name}`)]);
-  if (!data.isComplete) {
-    const textures = await Promise.all(data.textures.map(async (/** @type {string} */ texture) => [texture, await load(`textures/${texture}`)]));
-    const texts = data.shaders.map((/** @type {number[]} */ numbers) => numbers.map((number) => pieces[number]).join("\n"));
-    for (const { plan } of data.plans) {
-      plan.vertex = pieces[data.vertex];
-      plan.shaders = plan.shaders.map((/** @type {number} */ number) => texts[number]);
-      plan.textures = Object.fromEntries(textures);
-    }
-    data.isComplete = true;
-  }
-  return data;
+  const textures = await Promise.all(data.textures.map(async (/** @type {string} */ texture) => [texture, await load(`textures/${texture}`)]));
+  const texts = data.shaders.map((/** @type {number[]} */ numbers) => numbers.map((number) => pieces[number]).join("\n"));
+  const plans = data.plans.map((/** @type {import("./plan_values.js").SizedPlan} */ sized) => ({
+    ...sized,
+    plan: {
+      ...sized.plan,
+      vertex: pieces[data.vertex],
+      shaders: sized.plan.shaders.map((number) => texts[Number(number)]),
+      textures: Object.fromEntries(textures),
+    },
+  }));
+  return { ...data, plans };
 }
 
 /** @typedef {{text: string, places: Record<string, [number, boolean]>}} StyleFile the line that sets the value of a control, by path; or the line before it, and false */
