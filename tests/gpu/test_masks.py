@@ -38,13 +38,13 @@ tiled = Sessions.fixture(max_side=64)
 
 
 def with_masks(source: Picture) -> Picture:
-    """With a soft disk as people, and a ramp that has every code as the screen."""
+    """With a soft disk as people, the rest as background, and a ramp that has every code as the screen."""
     height, width = source.shape
     rows, columns = np.mgrid[:height, :width]
     distance = np.hypot(rows - height / 2, columns - width / 2) / max(height, width)
     people = np.clip((0.35 - distance) * 2000, 0, 255).astype(np.uint8)
     screen = (255 * columns // max(1, width - 1)).astype(np.uint8)
-    return replace(source, masks={"people": people, "screen": screen})
+    return replace(source, masks={"people": people, "background": 255 - people, "screen": screen})
 
 
 PICTURES = {
