@@ -92,7 +92,9 @@ class PanelRenderer(Closing):
 def cut_out(color: np.ndarray, window: Box, width: int, height: int) -> np.ndarray:
     """Return a part of a picture, H x W x 3 uint8, at another size."""
     tall, wide = color.shape[:2]
-    left, top = max(0, math.floor(window.left)), max(0, math.floor(window.top))
+    # With an extreme aspect of pixels, the window can lie outside: the last row or column is shown.
+    left = min(max(0, math.floor(window.left)), wide - 1)
+    top = min(max(0, math.floor(window.top)), tall - 1)
     right, bottom = min(wide, math.ceil(window.right)), min(tall, math.ceil(window.bottom))
     part = color[top : max(bottom, top + 1), left : max(right, left + 1)]
     shrinks = width <= part.shape[1] and height <= part.shape[0]
