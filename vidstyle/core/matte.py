@@ -13,7 +13,7 @@ RGB = Encoding(full_range=True, depth=0, subsampling=(1, 1))
 
 
 def over_color(picture: Picture, color: tuple[float, float, float]) -> Picture:
-    """Return a picture in front of a colour, without alpha; samples of opaque pixels stay as they are.
+    """Return a picture in front of a colour, without alpha; samples of opaque pixels stay unchanged.
 
     Args:
         picture: with straight alpha; one without alpha is returned itself.

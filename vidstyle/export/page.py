@@ -47,11 +47,15 @@ def page_of_style(style: Style) -> str:
     )
 
 
-def viewer_markup(style: Style) -> str:
-    """Return the HTML of the large picture of a style and its panel, which `viewer.js` uses."""
+def viewer_markup(style: Style, more: str = "") -> str:
+    """Return the HTML of the large picture of a style and its panel, which `viewer.js` uses.
+
+    Args:
+        more: HTML for the end of the panel.
+    """
     about, _, _ = style.note.partition(" Tune ")  # the controls stand below it, under plainer names
     note = re.sub("`([^`]*)`", r"<code>\1</code>", escape(about))
-    return Template(_text("stage.html")).substitute(name=escape(style.name), note=note)
+    return Template(_text("stage.html")).substitute(name=escape(style.name), note=note, more=more)
 
 
 def viewer_css() -> str:

@@ -156,7 +156,7 @@ def _index(
     )
     pictures = [{"name": each.name, "title": each.title} for each in examples]
     close = '<button id="close" aria-label="Back to all looks">All looks</button>\n'
-    viewer = viewer_markup(Style("")).replace('  <p id="facts"', _asset("panel.html") + '  <p id="facts"')
+    viewer = viewer_markup(Style(""), _asset("panel.html"))
     return Template(_asset("index.html")).substitute(
         title=escape(title),
         count=counted(len(styles), "look"),

@@ -11,7 +11,7 @@ import numpy as np
 _BLOCK_SIDE_PX, _AREA_SIDE_COUNT = 8, 6
 """Side of a block, and side in blocks of the areas in which broken edges are counted."""
 _MIN_EDGE_LEVELS, _MIN_EDGE_SHARE = 8, 0.74
-"""A block edge is broken if it exceeds the steps beside it by these levels on this share of its length."""
+"""A block edge is broken if it exceeds the steps next to it by these levels on this share of its length."""
 _BOTH_FACTOR = 4
 """Broken edges of both directions count at most this multiple of the rarer direction."""
 

@@ -147,7 +147,7 @@ def light_conversion(old: Encoding, new: Encoding) -> LightConversion | None:
 
 
 def _has_wide_primaries(encoding: Encoding) -> bool:
-    """Whether the primaries are those of BT.2020, of which only HDR makes use here."""
+    """Whether the encoding has BT.2020 primaries, which only HDR uses here."""
     return encoding.is_hdr and encoding.matrix == "bt2020"
 
 

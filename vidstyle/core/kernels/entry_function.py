@@ -117,7 +117,7 @@ class EntryFunction:
         self._require(found, self._address(ADDRESSES[name]))
 
     def _require(self, one: Any, other: Any) -> None:
-        """Return OTHER_TYPES unless both are the same; go on in a new block."""
+        """Return OTHER_TYPES unless both are the same; continue in a new block."""
         following = self._builder.append_basic_block()
         self._builder.cbranch(self._builder.icmp_unsigned("==", one, other), following, self._others)
         self._builder.position_at_end(following)
