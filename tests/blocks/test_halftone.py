@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from pictures import noise, run_color, step, style
 
-from vidstyle.blocks.halftone import INK_COLORS
+from vidstyle.blocks.halftone import INK_COLORS, _screens
 
 SIDE = 240
 CHANNEL = {"cyan": 0, "magenta": 1, "yellow": 2}
@@ -120,3 +120,10 @@ def test_edges_are_anti_aliased() -> None:
     between = ((page > 0.02) & (page < 0.98)).mean()
     rim = 2 * np.sqrt(np.pi * 0.3) / 16  # the rim of round dots, in pixels for each pixel of the page
     assert 0.6 * rim < between < 1.8 * rim
+
+
+def test_a_wide_picture_needs_few_cells_and_looks_like_a_part_of_it() -> None:
+    color = np.random.default_rng(5).random((24, 3000, 3)).astype(np.float32)
+    whole, part = printed(color, cell=3.0), printed(color[:, :400], cell=3.0)
+    np.testing.assert_allclose(whole[:, :390], part[:, :390], atol=1e-3)  # float32 over another width
+    assert _screens(3.0, 0, *color.shape[:2])[1] < color[..., 0].size

@@ -8,6 +8,7 @@ from pathlib import Path
 import av
 import numpy as np
 import pytest
+from PIL import Image
 from stories import story, write_film
 
 from vidstyle.comic.analyze.film import open_film
@@ -76,3 +77,14 @@ def test_a_comic_opens_its_film_once(tmp_path: Path, monkeypatch: pytest.MonkeyP
         for one, other in zip(kept, film.frames_at(times), strict=True):
             np.testing.assert_array_equal(one, other)
     assert len(opened) == 1
+
+
+def test_a_picture_with_a_palette_is_reduced_in_true_colours(tmp_path: Path) -> None:
+    stripes = np.repeat([[200, 30, 30], [30, 30, 200]], 320, axis=0).astype(np.uint8)
+    picture = Image.fromarray(np.broadcast_to(stripes, (480, *stripes.shape)).copy())
+    picture.quantize(2).save(tmp_path / "palette.png")
+    with FilmSampler(tmp_path / "palette.png") as sampler:
+        (small,) = (to_rgb(each.picture(64)) for each in sampler.frames())
+    assert small.shape == (48, 64, 3)
+    assert small[24, 8] == pytest.approx([200, 30, 30], abs=2)
+    assert small[24, 56] == pytest.approx([30, 30, 200], abs=2)

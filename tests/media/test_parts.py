@@ -278,6 +278,15 @@ def test_parts_are_found_where_packets_are_torn(tmp_path):
     assert len(offsets) == 2 and abs(offsets[1] - torn - 2**17) < 2**16
 
 
+@pytest.mark.parametrize("added", [b"\x00", b"\x47" * 3, bytes(187)])
+def test_a_part_is_found_before_and_after_bytes_that_were_added(tmp_path, added):
+    """Most packets are not a multiple of their size apart from the first one."""
+    first, second = (recording(tmp_path / f"{pid}.ts", pid) for pid in (256, 600))
+    soon = 188 * 12
+    path = joined(tmp_path, first[: 188 * 40], second[:soon], added, second[soon:])
+    assert part_offsets(path) == part_offsets(joined(tmp_path, first[: 188 * 40], second))
+
+
 def test_every_pass_over_a_transport_stream_has_every_frame(tmp_path):
     first, second = (recording(tmp_path / f"{pid}.ts", pid) for pid in (256, 600))
     for parts in ((first,), (first, second)):

@@ -21,6 +21,9 @@ INK_COLORS = {
 }
 """Red, green and blue of each ink on white paper; `press` approximates ISO coated."""
 
+REACH_CELLS, REACH_PX = 0.75, 1
+"""The centre of a cell that touches a row is at most this far from the row; the two are added."""
+
 
 def _radius(cell: float) -> int:
     # A dot's centre is at most half a diagonal away, and its ink is averaged over half a cell around the
@@ -78,19 +81,22 @@ def _screens(cell: float, top: int, height: int, width: int) -> tuple[np.ndarray
     """Find the cells that rows of the page touch, one lattice for each ink.
 
     Returns:
-        4 x 7 float64: cosine and sine of the angle divided by the cell size, first cell along and across the
-        screen, number of cells along and across, and index of the first cell among the cells of all inks.
-        Second, the total number of cells.
+        4 x 8 float64: cosine and sine of the angle divided by the cell size, first cell along and across the
+        screen, number of cells along and across, index of the first cell among the cells of all inks, and
+        distance between the indices of neighbours along. Second, the total number of cells.
     """
-    screens, cells = np.empty((4, 7)), 0
+    screens, cells = np.empty((4, 8)), 0
     corners = [(x, y) for x in (0, width) for y in (top, top + height)]
     for screen, angle in zip(screens, map(math.radians, SCREEN_DEGREES), strict=True):
         cosine, sine = math.cos(angle) / cell, math.sin(angle) / cell
         along = [math.floor(x * cosine + y * sine) for x, y in corners]
         across = [math.floor(y * cosine - x * sine) for x, y in corners]
         rows, columns = (max(each) - min(each) + 3 for each in (along, across))
-        screen[:] = cosine, sine, min(along) - 1, min(across) - 1, rows, columns, cells
-        cells += rows * columns
+        # The rows fill only a diagonal of a wide lattice: lines of cells overlap where no row touches them.
+        touched = (height + 2 * (REACH_CELLS * cell + REACH_PX)) / (cosine * cell * cell) + 3
+        stride = min(columns, math.ceil(touched) + math.ceil(sine / cosine))
+        screen[:] = cosine, sine, min(along) - 1, min(across) - 1, rows, columns, cells, stride
+        cells += (rows - 1) * stride + columns
     return screens, cells
 
 
@@ -107,13 +113,13 @@ def _ink_levels(averaged, shape, ink, screen, top, spread, levels):  # type: ign
         The number of dots with ink.
     """
     cosine, sine, first, second = screen[0], screen[1], screen[2], screen[3]
-    rows, columns, start = int(screen[4]), int(screen[5]), int(screen[6])
+    rows, columns, start, stride = int(screen[4]), int(screen[5]), int(screen[6]), int(screen[7])
     dot, gain, black = spread
     height, width = np.int32(shape[0]), np.int32(shape[1])
     squared = cosine * cosine + sine * sine
     per_pixel = np.float32(np.sqrt(squared))
     one, dots = np.float32(1), np.int32(0)
-    near = 0.75 / per_pixel + 1
+    near = REACH_CELLS / per_pixel + REACH_PX
     inverse = 1 / squared
     for i in range(rows):
         along = (first + i + 0.5) * inverse
@@ -122,7 +128,7 @@ def _ink_levels(averaged, shape, ink, screen, top, spread, levels):  # type: ign
         end = ((top + height + near - along * sine) / cosine) * squared - second - 0.5
         left, right = max(int(begin), 0), min(int(end) + 2, columns)
         # A view, as an index that may be negative prevents vectorization.
-        row = levels[start + i * columns + left :]
+        row = levels[start + i * stride + left :]
         for j in range(right - left):
             across = (second + (left + j) + 0.5) * inverse
             x = index_at(np.floor(along * cosine - across * sine + 5e-5), width - 1)
@@ -173,8 +179,8 @@ def _cover_row(levels, screen, y, cover):  # type: ignore[no-untyped-def]
     first, second = np.floor(0.5 * cosine + y * sine), np.floor(y * cosine - width * sine)
     start, side = np.float32(0.5 * cosine + y * sine - first), np.float32(y * cosine - 0.5 * sine - second)
     lift = np.float32(1e-4) * per_pixel
-    columns = np.int32(screen[5])
-    origin = np.int32(np.int32(first - screen[2]) * columns + np.int32(second - screen[3] + screen[6]))
+    stride = np.int32(screen[7])
+    origin = np.int32(np.int32(first - screen[2]) * stride + np.int32(second - screen[3] + screen[6]))
     last = np.int32(levels.size - 1)
     for x in range(width):
         along, across = start + np.float32(np.int32(x)) * step, side - np.float32(np.int32(x)) * turn
@@ -183,7 +189,7 @@ def _cover_row(levels, screen, y, cover):  # type: ignore[no-untyped-def]
         down, right = s * (one - s), t * (one - t)
         height = one - half * (s * s * (three - two * s) + t * t * (three - two * t))
         flatness = one / np.sqrt(max(down * down + right * right, flattest))
-        cell = look_up_at(min(np.int32(np.int32(i * columns) + np.int32(origin + j)), last))
+        cell = look_up_at(min(np.int32(np.int32(i * stride) + np.int32(origin + j)), last))
         cover[x] = min(max((height - levels[cell]) * (flatness * gentle) + half, np.float32(0)), one)
 
 

@@ -245,6 +245,8 @@ class SmallCopies:
         self._source = source
         self._stored = (first.width, first.height)
         self._format = first.format.name
+        # swscale cannot scale indices into a palette.
+        self._scaled_format = "rgba" if self._format == "pal8" else None
         self._orientation = source.orientation or orientation_of(first)
         self._square = max(1, round(first.width * (source.sample_aspect or 1))), first.height
         width, height = self._orientation.size(*self._square)
@@ -279,6 +281,6 @@ class SmallCopies:
         if (width, height) == self._stored:
             return native
         # A shared reformatter, since a new one would set up its filters for each frame.
-        small = self._reformatter.reformat(native, width, height, interpolation="AREA")
+        small = self._reformatter.reformat(native, width, height, self._scaled_format, interpolation="AREA")
         ColorTags.of(native).put_on(small)
         return small

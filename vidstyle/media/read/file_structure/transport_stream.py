@@ -111,22 +111,31 @@ class Recording:
         if len(seen) < PACKET_BYTES[-1]:
             self._rest = seen.tobytes()
             return
-        place, start = 0, self.decided
-        if not (seen[:: self._packet_bytes] == SYNC_BYTE).all():
-            place, self._packet_bytes = _alignment(seen)
-        size = self._packet_bytes
-        rows = seen[place:][: (len(seen) - place) // size * size].reshape(-1, size)
-        self._rest = seen[place + rows.size :].tobytes()
-        self.decided += place + rows.size
-        is_table = (
-            (rows[:, 0] == SYNC_BYTE)
-            & ((rows[:, 1] & UNIT_START_BIT) > 0)
-            & ((rows[:, 3] & 0x30) == PAYLOAD_ONLY_BITS)
+        starts, start = self._packet_starts(seen), self.decided
+        used = int(starts[-1]) + self._packet_bytes if len(starts) else len(seen) - PACKET_BYTES[-1]
+        self._rest = seen[used:].tobytes()
+        self.decided += used
+        is_table = ((seen[starts + 1] & UNIT_START_BIT) > 0) & (
+            (seen[starts + 3] & 0x30) == PAYLOAD_ONLY_BITS
         )
-        is_table &= rows[:, 4] == 0
-        is_association = ((rows[:, 1] & 0x1F) | rows[:, 2] | rows[:, 5]) == PROGRAM_ASSOCIATION_ID
-        for number in np.flatnonzero(is_table & (is_association | (rows[:, 5] == PROGRAM_MAP_ID))):
-            yield start + place + int(number) * size, rows[number].tobytes()
+        is_table &= seen[starts + 4] == 0
+        is_association = (
+            (seen[starts + 1] & 0x1F) | seen[starts + 2] | seen[starts + 5]
+        ) == PROGRAM_ASSOCIATION_ID
+        for place in starts[is_table & (is_association | (seen[starts + 5] == PROGRAM_MAP_ID))]:
+            yield start + int(place), seen[place : place + self._packet_bytes].tobytes()
+
+    def _packet_starts(self, seen: np.ndarray) -> np.ndarray:
+        """Return the offsets of the complete packets; bytes may be missing or added between them."""
+        if (seen[:: self._packet_bytes] == SYNC_BYTE).all():
+            return np.arange(0, len(seen) - self._packet_bytes + 1, self._packet_bytes)
+        _, size = _alignment(seen)
+        self._packet_bytes = size
+        is_sync = seen == SYNC_BYTE
+        has_neighbor = np.zeros_like(is_sync)
+        has_neighbor[:-size] = is_sync[size:]
+        has_neighbor[size:] |= is_sync[:-size]
+        return np.flatnonzero((is_sync & has_neighbor)[: len(seen) - size + 1])
 
 
 def find_recording_parts(path: Path) -> list[RecordingPart]:
