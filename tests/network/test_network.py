@@ -19,7 +19,7 @@ from vidstyle.export.export_style import export_style
 from vidstyle.network import network_program
 from vidstyle.network.network_process import NetworkProcess, StyleNetwork, open_network
 from vidstyle.network.network_run import MAX_TILE_PX, RANGES, NetworkRun, enlarge, in_tiles
-from vidstyle.network.onnx_file import MAX_FILE_BYTES, read_layout
+from vidstyle.network.onnx_file import MAX_FIELDS, MAX_FILE_BYTES, read_layout
 from vidstyle.renderer import stylize
 from vidstyle.style import Style, load_style
 
@@ -155,6 +155,7 @@ WRONG = {
     b"": "is not an ONNX file",
     b"no model": "is not an ONNX file",
     onnx.negative()[:-40]: "is not an ONNX file",
+    onnx.field(2, b"") * (MAX_FIELDS + 1) + onnx.negative(): "has more than 1,000,000 fields",
     onnx.convolution(
         np.ones((1, 1, 1, 1)), [0], (1, 1, "h", "w")
     ): "takes 1 x 1 x ? x ? instead of a picture",

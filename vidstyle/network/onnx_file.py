@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import count
 
 MAX_FILE_BYTES = 256 << 20
 """Networks of styles have 1 to 50 MB."""
@@ -15,10 +16,22 @@ MIN_SIDE_PX, MAX_SIDE_PX = 32, 4096
 """Sides of the pictures of a network with a fixed size."""
 _MAX_DEPTH = 8
 """Maximum number of graphs inside one another."""
+MAX_FIELDS = 1_000_000
+"""Networks of styles have some thousands; a second's work."""
 _FLOAT_TYPE_CODE = 1
 """The type of 32-bit floats in TensorProto.DataType."""
-_Value = int | memoryview | None
-"""The value of a field: a number or bytes, as of a message; None where it is absent."""
+
+
+@dataclass(frozen=True)
+class _Message:
+    """Bytes of a field, as of a message; `places` counts the fields of the whole file."""
+
+    content: memoryview
+    places: Iterator[int]
+
+
+_Value = int | _Message | None
+"""The value of a field: a number or a message; None where it is absent."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +55,7 @@ def read_layout(content: bytes) -> NetworkLayout:
         ValueError: the content is no ONNX file, refers to other files, or is another kind of network.
     """
     try:
-        return _layout(_input_shape(_last(_fields(memoryview(content)), 7)))
+        return _layout(_input_shape(_last(_fields(_Message(memoryview(content), count())), 7)))
     except IndexError:
         raise ValueError("is not an ONNX file") from None
 
@@ -90,7 +103,7 @@ def _refuse_other_files(graph: _Value, depth: int) -> None:
             _refuse_other_file(value)
         elif number == 15:
             for _, part in _fields(value):
-                if isinstance(part, memoryview):
+                if isinstance(part, _Message):
                     _refuse_other_file(part)
         elif number == 1:
             for name, attribute in _fields(value):
@@ -111,33 +124,36 @@ def _refuse_other_file(tensor: _Value) -> None:
         raise ValueError("keeps its weights in another file; a style needs them in one file")
 
 
-def _fields(message: _Value) -> Iterator[tuple[int, int | memoryview]]:
+def _fields(value: _Value) -> Iterator[tuple[int, int | _Message]]:
     """Yield numbers and values of the fields of a message; 0 for values of fixed width, which are not used.
 
     Raises:
         IndexError: it is no message, or is cut off.
+        ValueError: the file has too many fields.
     """
-    if not isinstance(message, memoryview):
+    if not isinstance(value, _Message):
         raise IndexError
-    place = 0
+    message, place = value.content, 0
     while place < len(message):
+        if next(value.places) >= MAX_FIELDS:
+            raise ValueError(f"has more than {MAX_FIELDS:,} fields; a network of a style has some thousands")
         key, place = _varint(message, place)
-        value: int | memoryview = 0
+        field: int | _Message = 0
         match key & 7:
             case 0:
-                value, place = _varint(message, place)
+                field, place = _varint(message, place)
             case 1:
                 place += 8
             case 5:
                 place += 4
             case 2:
                 size, place = _varint(message, place)
-                value, place = message[place : place + size], place + size
+                field, place = _Message(message[place : place + size], value.places), place + size
             case _:
                 raise IndexError
         if place > len(message):
             raise IndexError
-        yield key >> 3, value
+        yield key >> 3, field
 
 
 def _varint(message: memoryview, place: int) -> tuple[int, int]:
@@ -152,7 +168,7 @@ def _varint(message: memoryview, place: int) -> tuple[int, int]:
     raise IndexError
 
 
-def _last(fields: Iterator[tuple[int, int | memoryview]], wanted: int) -> _Value:
+def _last(fields: Iterator[tuple[int, int | _Message]], wanted: int) -> _Value:
     """Return the value of a field; the last one counts, as in Protocol Buffers."""
     found: _Value = None
     for number, value in fields:
@@ -162,4 +178,4 @@ def _last(fields: Iterator[tuple[int, int | memoryview]], wanted: int) -> _Value
 
 def _text(message: _Value, wanted: int) -> bytes:
     value = _last(_fields(message), wanted)
-    return bytes(value) if isinstance(value, memoryview) else b""
+    return bytes(value.content) if isinstance(value, _Message) else b""
