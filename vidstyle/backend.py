@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Hashable, Sequence
 from concurrent.futures import Future
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -12,6 +13,7 @@ import numpy as np
 
 from vidstyle.core.closing import Closing
 from vidstyle.core.picture import Encoding, Picture
+from vidstyle.core.shared_tones import SharedTones
 from vidstyle.style import Style
 
 
@@ -24,12 +26,28 @@ class FrameRequest:
         time: presentation time in seconds, or None for a picture that stands alone.
         target: encoding of the result's planes; None: as the picture's own.
         rgb: packed RGB of the target's depth is wanted instead of luma and chroma.
+        measured: gets the percentiles that are measured on this picture.
+        tones: percentiles to use instead of those of this picture, which is a part of another one.
     """
 
     picture: Picture
     time: float | None = None
     target: Encoding | None = None
     rgb: bool = False
+    measured: SharedTones | None = None
+    tones: SharedTones | None = None
+
+    def tones_of(self, step: Hashable, measure: Callable[[], np.ndarray]) -> np.ndarray:
+        """Return the percentiles of a step, those that `measure` returns or those to use instead."""
+        given = self.tones.get(step) if self.tones is not None else None
+        numbers = measure() if given is None else given
+        if self.measured is not None:
+            self.measured.put(step, numbers)
+        return numbers
+
+    def measuring(self) -> AbstractContextManager[None]:
+        """Restyle the picture in this block, in which its percentiles are measured."""
+        return nullcontext() if self.measured is None else self.measured.measuring()
 
     @property
     def encoding(self) -> Encoding:

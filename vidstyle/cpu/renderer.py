@@ -180,7 +180,7 @@ class CpuRenderer(Backend):
         with CpuRenderer(self.style, threads=1) as renderer:
             for later in (0, 0.01):
                 time = None if request.time is None else request.time + later
-                renderer.restyle(replace(request, time=time))
+                renderer.restyle(replace(request, time=time, measured=None, tones=None))
 
     def _follow(self, request: FrameRequest) -> _Frame:
         """Detect a cut, and keep what the next picture needs of this one."""
@@ -199,6 +199,10 @@ class CpuRenderer(Backend):
         return _Frame(request, is_cut, pair, self._order, lowered, tasks)
 
     def _finish(self, frame: _Frame, workers: BandWorkers) -> Picture:
+        with frame.request.measuring():
+            return self._stabilize(frame, workers)
+
+    def _stabilize(self, frame: _Frame, workers: BandWorkers) -> Picture:
         """Stabilize and restyle."""
         order, stabilizer = frame.order, self._stabilizer
         picture, time = frame.request.picture, frame.request.time
@@ -259,7 +263,8 @@ class CpuRenderer(Backend):
             with frame.order.at(smoother):
                 if frame.is_cut:
                     smoother.restart()
-                return smoother.follow(measured, time, measure.time_constant)
+                own = smoother.follow(measured, time, measure.time_constant)
+            return frame.request.tones_of(measure.step, lambda: own)
 
         executor = FrameExecutor(workers, frame.tasks, picture, follow, moment_of(time))
         return executor.picture(frame.lowered)

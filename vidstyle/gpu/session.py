@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from vidstyle.backend import FrameRequest
-from vidstyle.block import moment_of
 from vidstyle.core.bands import shared_workers
 from vidstyle.core.color.film_colors import FilmPalettes
 from vidstyle.core.picture import Picture, PictureLayout
@@ -116,26 +115,25 @@ class GpuSession:
 
     def _start(self, style: Style, request: FrameRequest) -> InFlightFrame:
         request = flatten_still(request, style.steady)
-        with driver_errors():
+        with request.measuring(), driver_errors():
             runner, picture, finish = self._prepare(style, request), request.picture, None
             stabilizer, measures = self._stabilizer, runner.plan.measures
             remembers = bool(stabilizer or measures or self._film_palettes)
             scene_cut = remembers and self._cuts.is_cut(small_luma(picture), request.time)
             self._film_palettes.follow(picture, request.time, scene_cut)
             weights = self._blend_weights(measures, request.time, scene_cut)
-            moment = moment_of(request.time)
             if isinstance(stabilizer, Stabilizer):
                 assert request.time is not None
                 pair = stabilizer.follow(picture, request.time, scene_cut)
                 stabilized = stabilizer.before(picture, pair.warp() if pair else None, shared_workers())
-                readbacks = runner.start(stabilized.picture, weights, moment=moment)
+                readbacks = runner.start(request, stabilized.picture, weights)
                 finish = partial(stabilizer.after, stabilized=stabilized, workers=shared_workers())
             elif stabilizer is not None:
                 assert request.time is not None
                 stabilizer.estimate(picture, request.time, scene_cut)
-                readbacks = runner.start(with_planes(picture), weights, stabilizer, moment)
+                readbacks = runner.start(request, with_planes(picture), weights, stabilizer)
             else:
-                readbacks = runner.start(picture, weights, moment=moment)
+                readbacks = runner.start(request, picture, weights)
             self._check()
             return InFlightFrame(request, runner.plan, readbacks, finish)
 

@@ -9,13 +9,15 @@ flash, in dim rooms and in sunlight, in comic, cartoon, oil, noir and poster.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import cv2
 import numpy as np
 
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.core.sampling import ExponentialSmoother, percentiles
+from vidstyle.core.sampling import ExponentialSmoother, percentiles, small_luma
 from vidstyle.regions.boxes import Box
+from vidstyle.regions.masks import inner_mask
 from vidstyle.regions.patches import Patch, plane_area
 
 FACE_LUMA_RANGE = 0.08, 0.8
@@ -30,6 +32,10 @@ FACE_QUANTILES = 0.02, 0.98
 """Quantiles of luma in a face that define its darkest and brightest tone."""
 CONTRAST_FACTOR_RANGE = 0.6, 1.9
 """Minimum and maximum contrast factor."""
+PAGE_QUANTILES = 0.05, 0.95
+"""Quantiles of luma of the page between which styles stretch contrast."""
+SHOWN_RANGE = 0.67
+"""The range between them after the stretch, as in most styles."""
 FEATURE_WEIGHT = 0.6
 """Factor of local contrast that is added to eyes, nose and mouth."""
 FEATURE_RADIUS_RATIO = 0.125
@@ -46,49 +52,82 @@ class Exposure:
     """Adapts the exposure of faces for a style, with temporal smoothing for each face."""
 
     def __init__(self) -> None:
-        self._smoothers: dict[int, ExponentialSmoother] = {}
+        self._smoothers: dict[int | None, ExponentialSmoother] = {}
 
-    def apply(self, picture: Picture, patches: Sequence[Patch], time: float | None, amount: float) -> None:
+    def apply(
+        self, picture: Picture, patches: Sequence[Patch], page: Picture, time: float | None, amount: float
+    ) -> None:
         """Change the patches of a picture in place.
 
         Args:
             picture: the picture of all patches.
             patches: the patches.
+            page: the picture that the patches are cut from.
             time: presentation time in seconds; None for a single picture.
             amount: strength of the change, 0..1.
         """
+        range_ = self._smoothed(None, small_luma(page), PAGE_QUANTILES, time)
         for patch, face in ((each, each.face) for each in patches if each.face):
-            smoother = self._smoothers.setdefault(face.track, ExponentialSmoother())
             area = plane_area(patch.place, (1, 1))
             plane = picture.color if picture.luma is None else picture.luma
             assert plane is not None
             values = _decoded(plane[area], picture.encoding)
             luma = values if values.ndim == 2 else values @ picture.encoding.weights
-            measured = percentiles(
-                _inside_face(luma, face.box, patch), [100 * each for each in FACE_QUANTILES]
-            )
-            tones = smoother.follow(measured, time, TIME_CONSTANT_SECONDS)
-            change = amount * (expose_face(luma, tones, face.box.height) - luma)
+            tones = self._smoothed(face.track, _inside_face(luma, face.box, patch), FACE_QUANTILES, time)
+            exposed = expose_face(luma, tones, face.box.height, Stretch.of(*range_.tolist()))
+            change = amount * inner_mask(face.box, patch.window) * (exposed - luma)
             values = values + (change if values.ndim == 2 else change[..., None])
             plane[area] = _encoded(values, picture.encoding)
 
+    def _smoothed(
+        self, track: int | None, luma: np.ndarray, quantiles: tuple[float, float], time: float | None
+    ) -> np.ndarray:
+        """Return two quantiles of the luma of a face or of the page, smoothed over time."""
+        smoother = self._smoothers.setdefault(track, ExponentialSmoother())
+        measured = percentiles(luma, [100 * each for each in quantiles])
+        return smoother.follow(measured, time, TIME_CONSTANT_SECONDS)
 
-def expose_face(luma: np.ndarray, tones: np.ndarray, height: float) -> np.ndarray:
-    """Return luma with the tones of a face mapped towards `FACE_LUMA_RANGE`.
+
+class Stretch(NamedTuple):
+    """A stretch of contrast as most styles do it first: shown = moved + gain * (luma - middle)."""
+
+    middle: float
+    moved: float
+    gain: float
+
+    @classmethod
+    def of(cls, dark: float, bright: float) -> Stretch:
+        """Return the stretch for the darkest and brightest tone of a page; see the block minimum_range."""
+        gain = max(1.0, SHOWN_RANGE / max(bright - dark, 0.03))
+        middle = (dark + bright) / 2
+        limit = SHOWN_RANGE / 2 if gain > 1 else 0.0
+        return cls(middle, min(max(middle, limit), 1 - limit), gain)
+
+    def shown(self, luma: np.ndarray) -> np.ndarray:
+        return np.float32(self.moved) + np.float32(self.gain) * (luma - np.float32(self.middle))
+
+    def luma(self, shown: np.ndarray) -> np.ndarray:
+        """Return the luma that is shown like this."""
+        return np.float32(self.middle) + (shown - np.float32(self.moved)) / np.float32(self.gain)
+
+
+def expose_face(luma: np.ndarray, tones: np.ndarray, height: float, stretch: Stretch) -> np.ndarray:
+    """Return luma that, after a stretch, has the tones of a face near `FACE_LUMA_RANGE`.
 
     Args:
         luma: the face and its surroundings, H x W float32, 0..1.
         tones: darkest and brightest tone of the face.
         height: height of the face in pixels.
+        stretch: what the style will do.
     """
-    (low, high), (dark, bright) = FACE_LUMA_RANGE, tones.tolist()
+    (low, high), (dark, bright) = FACE_LUMA_RANGE, stretch.shown(tones).tolist()
     gain = ((high - low) / max(bright - dark, 1e-3)) ** CONTRAST_EXPONENT
     gain = min(CONTRAST_FACTOR_RANGE[1], max(CONTRAST_FACTOR_RANGE[0], gain))
     middle = (dark + bright) / 2
     moved = middle + RANGE_WEIGHT * ((low + high) / 2 - middle)
-    ranged = np.clip(moved + gain * (luma - np.float32(middle)), *CLIP_LUMA_RANGE)
+    ranged = np.clip(moved + gain * (stretch.shown(luma) - np.float32(middle)), *CLIP_LUMA_RANGE)
     around = _blurred(ranged, FEATURE_RADIUS_RATIO * height)
-    return np.asarray(np.clip(ranged + FEATURE_WEIGHT * (ranged - around), *CLIP_LUMA_RANGE), np.float32)
+    return stretch.luma(np.clip(ranged + FEATURE_WEIGHT * (ranged - around), *CLIP_LUMA_RANGE))
 
 
 def _blurred(luma: np.ndarray, sigma: float) -> np.ndarray:

@@ -12,6 +12,7 @@ import numpy as np
 from vidstyle.backend import Backend, FrameRequest, PendingPicture, completed_future
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.core.scene_cuts import KnownCuts
+from vidstyle.core.shared_tones import SharedTones
 from vidstyle.regions.face_tracks import Face
 from vidstyle.regions.patch_renderer import OpenRenderer, PatchRenderer
 from vidstyle.regions.patches import Patch, PatchPlanner, PatchSet, patch_mask, plane_area
@@ -119,7 +120,9 @@ class FocusRenderer(Backend):
         self, request: FrameRequest, start: Callable[[Backend, FrameRequest], PendingPicture]
     ) -> PendingPicture:
         request = flatten_still(request, self._style.steady)
-        sets, page = self._plan(request), start(self._page, request)
+        sets, tones = self._plan(request), SharedTones()
+        page = start(self._page, replace(request, measured=tones) if sets else request)
+        request = replace(request, tones=tones)
         faces = [(start(*self._prepare(request, patches)), patches) for patches in sets]
         return FocusedPicture(page, faces, _region(request.picture, self._style)) if faces else page
 
@@ -137,7 +140,11 @@ class FocusRenderer(Backend):
         target = Encoding(full_range=True, subsampling=(1, 1))
         request = FrameRequest(picture, None, target, rgb=True)
         whole, region = np.zeros((*picture.shape, 4), np.uint8), _region(picture, self._style)
-        for patches in (sets := self._plan(request)):
+        if sets := self._plan(request):
+            tones = SharedTones()
+            self._page.restyle(replace(request, measured=tones))
+            request = replace(request, tones=tones)
+        for patches in sets:
             backend, cut = self._prepare(request, patches)
             fine = backend.restyle(cut).color
             assert fine is not None

@@ -11,6 +11,8 @@ RADIUS_RATIOS = 0.8, 0.8
 """Radii of the ellipse on which a mask is 0.5, relative to width and height of a face: with hair and chin."""
 EDGE_WIDTH_RATIO = 0.2
 """Width of the soft edge inside and outside that ellipse, relative to its radius."""
+INNER_EDGE_RATIO = 0.45
+"""Width of the edge of `inner_mask`, relative to that radius."""
 RAISED_RATIO = 0.05
 """Distance of the centre of a mask above the centre of the face, relative to the face's height."""
 
@@ -32,11 +34,21 @@ def face_mask(face: Box[float], window: Box[int]) -> np.ndarray:
     Returns:
         H x W float32, 1 in the face and 0 outside of `mask_box`.
     """
+    ramp = np.clip((1 + EDGE_WIDTH_RATIO - _distance(face, window)) / (2 * EDGE_WIDTH_RATIO), 0, 1)
+    return np.asarray(ramp * ramp * (3 - 2 * ramp), np.float32)
+
+
+def inner_mask(face: Box[float], window: Box[int]) -> np.ndarray:
+    """Return a mask that is 1 in the middle of a face, and 0 where `face_mask` is 0.5, H x W float32."""
+    ramp = np.clip((1 - _distance(face, window)) / INNER_EDGE_RATIO, 0, 1)
+    return np.asarray(ramp * ramp * (3 - 2 * ramp), np.float32)
+
+
+def _distance(face: Box[float], window: Box[int]) -> np.ndarray:
+    """Return the distance from the centre of a mask, relative to the ellipse on which it is 0.5."""
     box = mask_box(face)
     across, down = box.center
     wide, high = (side / 2 / (1 + EDGE_WIDTH_RATIO) for side in (box.width, box.height))
     columns = (np.arange(window.left, window.right, dtype=np.float32) + np.float32(0.5 - across)) / wide
     rows = (np.arange(window.top, window.bottom, dtype=np.float32) + np.float32(0.5 - down)) / high
-    distance = cv2.sqrt(rows[:, None] ** 2 + columns**2)
-    ramp = np.clip((1 + EDGE_WIDTH_RATIO - distance) / (2 * EDGE_WIDTH_RATIO), 0, 1)
-    return np.asarray(ramp * ramp * (3 - 2 * ramp), np.float32)
+    return cv2.sqrt(rows[:, None] ** 2 + columns**2)

@@ -61,7 +61,7 @@ class PatchRenderer(Closing):
             self._cuts.add(request.time)
             self._exposure = Exposure()
         picture = cut_patches(request.picture, patches.patches)
-        self._exposure.apply(picture, patches.patches, request.time, focus)
+        self._exposure.apply(picture, patches.patches, request.picture, request.time, focus)
         return picture
 
     def _use(self, style: Style, patches: tuple[int, int], page: tuple[int, int]) -> Backend:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from vidstyle.gpu.compile.glsl import TRIANGLE_SHADER, read_source
 
 if TYPE_CHECKING:
@@ -71,6 +73,15 @@ class GpuPercentiles:
         now, before = self._smoothed
         now.draw(self._smoothing, self._ordered.texture, before.texture)
         return now.texture
+
+    def numbers(self) -> np.ndarray:
+        """Return the last percentiles, four float32; waits for the GPU."""
+        return np.frombuffer(self._smoothed[0].texture.read(), np.float32)
+
+    def replace(self, numbers: np.ndarray) -> None:
+        """Use one to four other percentiles instead of the last ones."""
+        four = np.append(numbers, [numbers[-1]] * (4 - len(numbers))).astype(np.float32)
+        self._smoothed[0].texture.write(four.tobytes())
 
     def restart(self) -> None:
         """Forget the percentiles so far: the next ones are not smoothed."""

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vidstyle.backend import FrameRequest
+from vidstyle.block import moment_of
 from vidstyle.core.picture import Picture
 from vidstyle.core.sampling import Sampling
 from vidstyle.gpu.compile.passes import Pass
@@ -55,7 +57,7 @@ class Runner:
         }
         resources.trim(self._shaders.values())
         self._measured: dict[ShaderPercentileRequest, moderngl.Texture] = {}
-        self._moment = 0
+        self._request: FrameRequest
 
     @property
     def is_tiled(self) -> bool:
@@ -64,20 +66,20 @@ class Runner:
 
     def start(
         self,
+        request: FrameRequest,
         picture: Picture,
         weights: BlendWeights,
         stabilizer: GpuStabilizer | None = None,
-        moment: int = 0,
     ) -> list[Readback]:
-        """Start all passes of a picture without waiting for the GPU.
+        """Start all passes of a picture without waiting for the GPU, except for percentiles that it shares.
 
         Args:
+            request: the request, of which the time and the shared percentiles are used.
             picture: a picture of the plan's layout, or planes that `stabilizer` converts to it.
             weights: weights of the new percentiles of each measured step.
             stabilizer: temporal stabilization; not supported for pages in tiles.
-            moment: `FrameTime` of the frame.
         """
-        self._moment = moment
+        self._request = request
         found = (self._run_job(job, picture, weights, stabilizer) for job in self._jobs)
         return [fetch for fetch in found if fetch is not None]
 
@@ -136,7 +138,7 @@ class Runner:
             program.set(name, pair)
         program.set("stride", (stride, stride))
         program.set("page", each.shape[::-1])
-        program.set("moment", self._moment)
+        program.set("moment", moment_of(self._request.time))
         self._bind_targets(each, shader)
         program.run(corner, size, shader.text.groups)
         if each.sampled is not None and job.ends_measure:
@@ -164,9 +166,12 @@ class Runner:
     def _measure(self, measure: ShaderPercentileRequest, weights: BlendWeights) -> None:
         height, width = Sampling.of(*measure.of.shape).shape
         samples = self._slots.samples[measure]
-        self._measured[measure] = self._resources.percentiles_of(measure).measure(
+        percentiles, request = self._resources.percentiles_of(measure), self._request
+        self._measured[measure] = percentiles.measure(
             samples, (width, height), measure.percentages, weights[measure.step]
         )
+        if request.measured or request.tones:
+            percentiles.replace(request.tones_of(measure.step, percentiles.numbers))
 
 
 def _plane_names(node: ShaderNode) -> Sequence[str]:
