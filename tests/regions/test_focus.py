@@ -17,11 +17,11 @@ from vidstyle.core.scene_cuts import KnownCuts
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.media.frame import picture_from_frame
 from vidstyle.regions.boxes import Box
-from vidstyle.regions.exposure import FACE_LUMA_RANGE, FACE_QUANTILES, expose_face
+from vidstyle.regions.exposure import FACE_LUMA_RANGE, FACE_QUANTILES, Stretch, expose_face
 from vidstyle.regions.face_tracks import Face, FaceFollower
 from vidstyle.regions.faces import FaceFinder
 from vidstyle.regions.focus import FACE_RATIOS, FocusRenderer
-from vidstyle.regions.masks import face_mask, mask_box
+from vidstyle.regions.masks import face_mask, inner_mask, mask_box
 from vidstyle.regions.patch_renderer import PatchRenderer
 from vidstyle.regions.patches import (
     CHANGE_SECONDS,
@@ -33,7 +33,8 @@ from vidstyle.regions.patches import (
     patches_shape,
     plane_area,
 )
-from vidstyle.renderer import open_renderer, stylize
+from vidstyle.regions.still_faces import KnownFaces
+from vidstyle.renderer import open_renderer, restyle_array, stylize
 from vidstyle.style import Style, load_style, style_from_table
 
 PLACE = FACE.moved(250, 150)
@@ -325,12 +326,74 @@ def test_patches_hold_their_windows(shape: tuple[int, int]) -> None:
 def test_tones_of_a_face_approach_one_range(dark: float, bright: float) -> None:
     luma = np.float32(np.linspace(dark, bright, 6400).reshape(80, 80))
     tones = np.quantile(luma, FACE_QUANTILES)
-    after = np.quantile(expose_face(luma, tones, 60.0), FACE_QUANTILES)
+    after = np.quantile(expose_face(luma, tones, 60.0, Stretch(0.5, 0.5, 1.0)), FACE_QUANTILES)
     assert np.ptp(after) > 1.2 * np.ptp(tones)
     assert (
         abs(after.mean() - np.mean(FACE_LUMA_RANGE))
         < 0.7 * abs(tones.mean() - np.mean(FACE_LUMA_RANGE)) + 0.02
     )
+
+
+def test_exposure_takes_the_stretch_of_the_style_into_account() -> None:
+    """What a style stretches later has the same tones as what it does not."""
+    luma = np.float32(np.linspace(0.4, 0.6, 6400).reshape(80, 80))
+    tones, stretch = np.quantile(luma, FACE_QUANTILES), Stretch.of(0.4, 0.7)
+    assert stretch.gain > 2 and np.allclose(stretch.luma(stretch.shown(luma)), luma, atol=1e-6)
+    exposed = expose_face(luma, tones, 60.0, stretch)
+    shown = expose_face(stretch.shown(luma), stretch.shown(tones), 60.0, Stretch(0.5, 0.5, 1.0))
+    assert np.allclose(stretch.shown(exposed), shown, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    "step",
+    [
+        {"block": "halftone", "cell": 7.3},
+        {"block": "pattern", "spacing": 36, "wobble": 0, "layout": "weave", "angle": 0, "width": 0.1},
+    ],
+)
+@pytest.mark.parametrize(
+    "places", [[PLACE], [PLACE.moved(-200, 60), PLACE.moved(33, -5), PLACE.moved(150, 171)]]
+)
+def test_patches_continue_dots_and_lines(step: dict[str, object], places: list[Box[float]]) -> None:
+    """On even gray, focus changes next to nothing: the dots of a patch lie where those of the page do."""
+    picture, style = np.full((480, 640, 3), 110, np.uint8), {"format": 1, "height": 480, "background": [step]}
+    looks = [replace(style_from_table(style, "screen"), focus=focus) for focus in (0.0, 1.0)]
+    faces = KnownFaces(tuple(each.scaled(1 / 480) for each in places))
+    results = []
+    for look in looks:
+        with FocusRenderer(look, lambda style, _: CpuRenderer(style), faces) as renderer:
+            results.append(restyle_array(renderer, picture).astype(int))
+    assert results[0].std() > 20
+    assert (
+        np.abs(results[0] - results[1]).mean() < 0.1 * np.abs(results[0] - np.roll(results[0], 3, 1)).mean()
+    )
+
+
+def test_squares_are_not_divided() -> None:
+    """Where a face gets smaller squares, each of the page's is all old or all new."""
+    table = {"format": 1, "height": 480, "background": [{"block": "pixelate", "size": 8}]}
+    picture, style = picture_with_face(), style_from_table(table, "pixels")
+    changed = (stylize(picture, style, "cpu") != stylize(picture, without(style), "cpu")).any(axis=2)
+    (patch,) = (patch for each in plan(PatchPlanner(), PLACE) for patch in each.patches)
+    whole = np.zeros((480, 640), np.float32)
+    whole[plane_area(patch.window, (1, 1))] = patch_mask(patch, (8, 8))
+    cells = whole.reshape(60, 8, 80, 8)
+    assert set(np.unique(whole)) == {0, 1} and np.ptp(cells, axis=(1, 3)).max() == 0
+    assert changed[whole == 1].mean() > 0.5 and not changed[whole == 0].any()
+
+
+def test_a_patch_has_the_contrast_of_the_page() -> None:
+    """The percentiles of the page hold for its patches, too: outside of the face nothing changes."""
+    style = style_from_table(
+        {"format": 1, "height": 480, "background": [{"block": "equalize"}, {"block": "minimum_range"}]},
+        "equal",
+    )
+    picture = below_white(Picture.from_array(picture_with_face()))
+    assert picture.color is not None
+    focused, plain = (stylize(picture.color, each, "cpu").astype(int) for each in (style, without(style)))
+    mask = inner_mask(PLACE, Box(0, 0, 640, 480))
+    assert np.abs(focused - plain)[mask == 0].max() <= 1
+    assert np.abs(focused - plain)[mask == 1].max() > 8
 
 
 def test_large_faces_have_no_focus() -> None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal, NewType, get_args, get_origin, get_type_hints
@@ -64,6 +64,37 @@ gray, else R, G and B."""
 
 RadiusFunction = Callable[..., int]
 """Maps a filter's values to the number of rows that it reads above and below each row."""
+
+Wave = tuple[float, float]
+"""Periods per working pixel, across and down."""
+
+
+@dataclass(frozen=True)
+class Raster:
+    """Where dots, squares or lines of a block lie on the page.
+
+    Attributes:
+        waves: waves that begin at the first pixel of the page, and have the same periods.
+        cell: height and width of squares in whole working pixels; None without squares.
+    """
+
+    waves: tuple[Wave, ...]
+    cell: tuple[int, int] | None = None
+
+    @classmethod
+    def of_cells(cls, height: int, width: int) -> Raster:
+        """Return the raster of squares of this size."""
+        return cls(((1 / width, 0.0), (0.0, 1 / height)), (height, width))
+
+    @classmethod
+    def of_screens(cls, pitch: float, degrees: Iterable[float]) -> Raster:
+        """Return the raster of dots on square lattices, turned by angles."""
+        turns = [math.radians(each + side) for each in degrees for side in (0, 90)]
+        return cls(tuple((math.cos(turn) / pitch, math.sin(turn) / pitch) for turn in turns))
+
+
+RasterFunction = Callable[..., "Raster | None"]
+"""Maps the values of a block that it takes as parameters to its raster; None: with these, it has none."""
 
 PercentileFunction = Callable[..., Sequence[float]]
 """Maps the values of a measured block that it takes as parameters to the percentiles of luma that the block
@@ -153,6 +184,7 @@ class Block:
     injected: dict[str, object]
     percentiles: PercentileFunction | None
     radius: RadiusFunction | None = None
+    raster: RasterFunction | None = None
     chroma: Literal["kept", "dropped"] = "kept"
     saves: str = ""
     is_identity: bool = False
@@ -192,6 +224,10 @@ class Block:
         """Return the number of rows that it reads above and below each row with these values."""
         return 0 if self.radius is None else _call_with_known(self.radius, values)
 
+    def raster_for(self, values: dict[str, Any]) -> Raster | None:
+        """Return where its dots, squares or lines lie with these values; None if it has none."""
+        return None if self.raster is None else _call_with_known(self.raster, values)
+
     def percentiles_for(self, values: dict[str, Any]) -> tuple[float, ...]:
         """Return the percentiles of luma that it needs with these values; none unless it is measured."""
         return () if self.percentiles is None else tuple(_call_with_known(self.percentiles, values))
@@ -207,6 +243,7 @@ def block(
     on: On,
     percentiles: PercentileFunction | None = None,
     radius: RadiusFunction | None = None,
+    raster: RasterFunction | None = None,
     chroma: Literal["kept", "dropped"] = "kept",
     saves: str = "",
     is_identity: bool = False,
@@ -224,6 +261,7 @@ def block(
             one to four numbers from 0 to 100.
         radius: for a filter, the number of rows that it reads above and below; it may then run on bands of
             rows.
+        raster: where its dots, squares or lines lie, if they have one period over the whole page.
         chroma: "dropped" if a luma block outputs a gray picture.
         saves: a name under which each of its steps saves the input.
         is_identity: True for a luma block that only changes the chroma; a style does not call its function.
@@ -250,8 +288,9 @@ def block(
             function, skip=0 if kind in ("recipe", "learned", "network") else 1
         )
         return Block(
-            name, kind, on, function, parameters, injected, percentiles, radius, chroma, saves, is_identity,
-            exact, label or label_of_name(name), category, tuple(aliases.split(", ")) if aliases else (),
+            name, kind, on, function, parameters, injected, percentiles, radius, raster, chroma, saves,
+            is_identity, exact, label or label_of_name(name), category,
+            tuple(aliases.split(", ")) if aliases else (),
         )  # fmt: skip
 
     return declare

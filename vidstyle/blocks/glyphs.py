@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from vidstyle.block import Asset, LumaWeights, PageRegion, ResultRows, Slider, Switch, block
+from vidstyle.block import Asset, LumaWeights, PageRegion, Raster, ResultRows, Slider, Switch, block
 from vidstyle.blocks.pattern import read_tile
 from vidstyle.blocks.pixelate import average_cells, cells_across, rows_for, whole_side
 from vidstyle.core.kernels import TIE_LIFT, cached, compiled, interleaved, look_up_at
@@ -66,6 +66,7 @@ def _sides(cell: float) -> tuple[int, int]:
     "filter",
     on="channels",
     radius=lambda cell: max(_sides(cell)) - 1,
+    raster=lambda cell: Raster.of_cells(*_sides(cell)),
     label="Letters",
     category="print",
     aliases="ascii, text, characters, font, typewriter, terminal, matrix, emoji",

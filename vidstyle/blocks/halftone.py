@@ -9,7 +9,7 @@ from typing import Annotated
 import cv2
 import numpy as np
 
-from vidstyle.block import Choice, PageRegion, Slider, block
+from vidstyle.block import Choice, PageRegion, Raster, Slider, block
 from vidstyle.core.kernels import compiled, index_at, interleaved, look_up_at
 
 SCREEN_DEGREES = (15.0, 75.0, 0.0, 45.0)
@@ -35,6 +35,7 @@ def _radius(cell: float) -> int:
     "filter",
     on="color",
     radius=_radius,
+    raster=lambda cell: Raster.of_screens(cell, SCREEN_DEGREES),
     label="Halftone dots",
     category="print",
     aliases="newspaper, comic, pop art, raster, cmyk, magazine, printed, benday",
@@ -43,7 +44,7 @@ def halftone(
     picture: np.ndarray,
     place: PageRegion,
     cell: Annotated[
-        float, Slider(3, 64, "distance between dots", "px", explore=(4, 12), label="Dot size")
+        float, Slider(3, 64, "distance between dots", "px", explore=(4, 12), label="Dot size", is_screen=True)
     ] = 6,
     dot: Annotated[
         float, Slider(0.2, 1.5, "amount of ink; below 1 even black areas show dots", label="Amount of ink")

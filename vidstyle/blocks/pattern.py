@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from vidstyle.block import Asset, Choice, PageRegion, Slider, block
+from vidstyle.block import Asset, Choice, PageRegion, Raster, Slider, block
 from vidstyle.block.gray_png import read_gray_png
 from vidstyle.core.kernels import TIE_LIFT, cached, compiled
 
@@ -49,9 +49,18 @@ def read_tile(file: Path) -> np.ndarray:
     return tile.astype(np.float32) / np.float32(255)
 
 
+def _raster(spacing: float, angle: float, layout: str, wobble: float) -> Raster | None:
+    """Return the raster of ruled lines; lines by hand have none."""
+    if wobble:
+        return None
+    turns = [math.radians(angle + turn) for turn in LAYOUT_DEGREES[layout]]
+    return Raster(tuple((-math.sin(turn) / spacing, math.cos(turn) / spacing) for turn in turns))
+
+
 @block(
     "pixel",
     on="luma",
+    raster=_raster,
     chroma="dropped",
     label="Hatching",
     category="lines",
@@ -64,7 +73,10 @@ def pattern(
         int, Slider(2, 9, "number of tones, including blank white", explore=(3, 6), label="Number of tones")
     ] = 5,
     spacing: Annotated[
-        float, Slider(3, 64, "distance between strokes", "px", explore=(5, 12), label="Stroke distance")
+        float,
+        Slider(
+            3, 64, "distance between strokes", "px", explore=(5, 12), label="Stroke distance", is_screen=True
+        ),
     ] = 7,
     width: Annotated[
         float,

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import numpy as np
 
-from vidstyle.block import PageRegion, ResultRows, Slider, block
+from vidstyle.block import PageRegion, Raster, ResultRows, Slider, block
 from vidstyle.core.kernels import compiled, interleaved, look_up_at
 
 
@@ -20,6 +20,7 @@ def whole_side(size: float | np.float32) -> int:
     "filter",
     on="channels",
     radius=lambda size: whole_side(size) - 1,
+    raster=lambda size: Raster.of_cells(whole_side(size), whole_side(size)),
     label="Pixels",
     category="print",
     aliases="pixel art, 8-bit, blocks, censor, mosaic, tiles, retro, video game, low resolution",

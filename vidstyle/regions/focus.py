@@ -16,6 +16,7 @@ from vidstyle.core.shared_tones import SharedTones
 from vidstyle.regions.face_tracks import Face
 from vidstyle.regions.patch_renderer import OpenRenderer, PatchRenderer
 from vidstyle.regions.patches import Patch, PatchPlanner, PatchSet, patch_mask, plane_area
+from vidstyle.regions.rasters import NO_RASTER, PageRaster, raster_of
 from vidstyle.stabilize.still import flatten_still
 from vidstyle.style import Style
 
@@ -40,17 +41,19 @@ class FocusedPicture:
 
     Attributes:
         region: where the style applies, H x W float32, 0..1; None: everywhere.
+        cell: height and width of squares that are not divided; see `patch_mask`.
     """
 
     page: PendingPicture
     faces: Sequence[tuple[PendingPicture, PatchSet]]
     region: np.ndarray | None
+    cell: tuple[int, int] | None
 
     def result(self) -> Picture:
         """The restyled picture; waits for it."""
         page = self.page.result()
         for fine, patches in self.faces:
-            page = _with_faces(page, fine.result(), patches, self.region)
+            page = _with_faces(page, fine.result(), patches, self.region, self.cell)
         return page
 
 
@@ -82,6 +85,7 @@ class FocusRenderer(Backend):
         # Two sets of patches, while one replaces the other.
         self._patches = PatchRenderer(open_backend), PatchRenderer(open_backend)
         self._source, self._planner = faces, PatchPlanner()
+        self._raster: tuple[object, PageRaster] | None = None
         self.device_kind = self._page.device_kind
 
     @property
@@ -124,7 +128,11 @@ class FocusRenderer(Backend):
         page = start(self._page, replace(request, measured=tones) if sets else request)
         request = replace(request, tones=tones)
         faces = [(start(*self._prepare(request, patches)), patches) for patches in sets]
-        return FocusedPicture(page, faces, _region(request.picture, self._style)) if faces else page
+        if not faces:
+            return page
+        return FocusedPicture(
+            page, faces, _region(request.picture, self._style), self._raster_on(request).cell
+        )
 
     def skip(self, request: FrameRequest) -> None:
         """Follow faces and their tones through a picture that is not restyled."""
@@ -149,7 +157,7 @@ class FocusRenderer(Backend):
             fine = backend.restyle(cut).color
             assert fine is not None
             for patch in patches.visible:
-                mask = np.rint(255 * _weight(patch, region)).astype(np.uint8)
+                mask = np.rint(255 * _weight(patch, region, self._raster_on(request).cell)).astype(np.uint8)
                 area = whole[plane_area(patch.window, (1, 1))]
                 # Where two faces overlap, the one that is nearer shows.
                 shown = mask >= area[..., 3]
@@ -171,7 +179,15 @@ class FocusRenderer(Backend):
         small = [_limited(face, side) for face in self._source.follow(picture, request.time)]
         across, down = map(max, picture.encoding.subsampling, request.encoding.subsampling)
         faces = [face for face in small if face.opacity > 0]
-        return self._planner.plan(faces, picture.shape, (across, down), request.time)
+        raster = self._raster_on(request) if faces else NO_RASTER
+        return self._planner.plan(faces, picture.shape, (across, down), request.time, raster)
+
+    def _raster_on(self, request: FrameRequest) -> PageRaster:
+        """Return the rasters of the style on the page."""
+        key = self._style, request.picture.shape, request.encoding, request.rgb
+        if self._raster is None or self._raster[0] != key:
+            self._raster = key, raster_of(self._style, request)
+        return self._raster[1]
 
 
 def _limited(face: Face, side: int) -> Face:
@@ -190,19 +206,26 @@ def _region(picture: Picture, style: Style) -> np.ndarray | None:
     return None if inside is None else inside * np.float32(1 / 255)
 
 
-def _weight(patch: Patch, region: np.ndarray | None) -> np.ndarray:
+def _weight(patch: Patch, region: np.ndarray | None, cell: tuple[int, int] | None) -> np.ndarray:
     """Return the weight of a patch at each pixel of its window, H x W float32, 0..1; 0 outside a region."""
-    mask = patch_mask(patch)
+    mask = patch_mask(patch, cell)
     return mask if region is None else mask * region[plane_area(patch.window, (1, 1))]
 
 
-def _with_faces(page: Picture, faces: Picture, patches: PatchSet, region: np.ndarray | None) -> Picture:
+def _with_faces(
+    page: Picture,
+    faces: Picture,
+    patches: PatchSet,
+    region: np.ndarray | None,
+    cell: tuple[int, int] | None,
+) -> Picture:
     """Return the restyled picture with the restyled patches laid over it, by the masks of their faces.
 
     Args:
         region: where the style applies, H x W float32, 0..1; None: everywhere.
+        cell: see `patch_mask`.
     """
-    masks = [_weight(patch, region) for patch in patches.visible]
+    masks = [_weight(patch, region, cell) for patch in patches.visible]
     fine = [each for each in (faces.luma, *(faces.chroma or ()), faces.color) if each is not None]
 
     def lay_over(plane: np.ndarray, kind: str) -> np.ndarray:

@@ -69,9 +69,9 @@ class PatchRenderer(Closing):
         key = style, patches, page
         if self._detailed is None or self._detailed[0] != key:
             assert style.height is not None
-            height = style.height * MAX_DETAIL**style.focus * min(patches) / min(page)
+            height, detail = style.height * min(patches) / min(page), MAX_DETAIL**style.focus
             # Where the source is kept, it must not be the one with adapted tones.
-            self._detailed = key, replace(style, height=height, only="", keep="")
+            self._detailed = key, replace(style, height=height, detail=detail, only="", keep="")
             if self._backend is not None:
                 self._backend.change_style(self._detailed[1])
         if self._backend is None:

@@ -13,6 +13,7 @@ from vidstyle.core.picture import Picture
 from vidstyle.regions.boxes import Box, Rectangle
 from vidstyle.regions.face_tracks import Face
 from vidstyle.regions.masks import face_mask, mask_box
+from vidstyle.regions.rasters import NO_RASTER, PageRaster
 
 MIN_MARGIN_RATIO, REST_MARGIN_RATIO, MARGIN_RATIO = 0.15, 0.25, 0.4
 """Widths of the margin around a mask, relative to the face's height: the least, as far as most filters read;
@@ -97,7 +98,12 @@ class PatchPlanner:
         self._before: _Windows | None = None
 
     def plan(
-        self, faces: Sequence[Face], shape: tuple[int, int], step: tuple[int, int], time: float | None
+        self,
+        faces: Sequence[Face],
+        shape: tuple[int, int],
+        step: tuple[int, int],
+        time: float | None,
+        raster: PageRaster = NO_RASTER,
     ) -> list[PatchSet]:
         """Return the patches for the faces of the next frame; two sets while one replaces the other.
 
@@ -106,6 +112,7 @@ class PatchPlanner:
             shape: height and width of the frame.
             step: pixels, across and down, of whose multiples windows begin; see `Encoding.subsampling`.
             time: in seconds; None for a picture that stands alone.
+            raster: the rasters that patches continue.
         """
         page, before = Box(0, 0, shape[1], shape[0]), self._now
         if not faces or time is None:
@@ -115,7 +122,7 @@ class PatchPlanner:
         if not faces:
             return []
         if self._now is None:
-            self._now = self._choose(faces, shape, step, time)
+            self._now = self._choose(faces, shape, step, time, raster)
         elapsed = (time or 0.0) - self._now.time
         if not 0 <= elapsed < CHANGE_SECONDS:
             self._before = None
@@ -143,10 +150,15 @@ class PatchPlanner:
         return is_same and not large and self._now.hold(faces, REST_MARGIN_RATIO, page)
 
     def _choose(
-        self, faces: Sequence[Face], shape: tuple[int, int], step: tuple[int, int], time: float | None
+        self,
+        faces: Sequence[Face],
+        shape: tuple[int, int],
+        step: tuple[int, int],
+        time: float | None,
+        raster: PageRaster,
     ) -> _Windows:
         windows = {face.track: _window(face.box, shape, step) for face in faces}
-        places = dict(zip(windows, _packed([*windows.values()], step), strict=True))
+        places = dict(zip(windows, _packed([*windows.values()], step, raster), strict=True))
         return _Windows(0 if time is None else next(self._numbers), windows, places, time or 0.0)
 
 
@@ -167,13 +179,31 @@ def _matched(windows: _Windows, faces: Sequence[Face]) -> Iterator[tuple[int, Re
         yield track, window, found.get(track)
 
 
-def patch_mask(patch: Patch) -> np.ndarray:
-    """Return the weight of a patch with a face at each pixel of its window: H x W float32, 0..1."""
+def patch_mask(patch: Patch, cell: tuple[int, int] | None = None) -> np.ndarray:
+    """Return the weight of a patch with a face at each pixel of its window: H x W float32, 0..1.
+
+    Args:
+        cell: height and width of squares on the page, of which each gets one weight, and no edge is soft.
+    """
     assert patch.face is not None
-    mask = np.float32(patch.face.opacity) * face_mask(patch.face.box, patch.window)
+    mask = face_mask(patch.face.box, patch.window)
+    if cell is not None:
+        mask = (mask[_in_cells(patch.window, cell)] >= 0.5).astype(np.float32)
+    mask *= np.float32(patch.face.opacity)
     # Together with the newer patch, it covers as much as one of them alone.
     under = 1 - (1 - mask) / np.maximum(1 - patch.cover * mask, np.float32(1e-6)) if patch.cover else mask
     return np.asarray(patch.weight * under, np.float32)
+
+
+def _in_cells(window: Rectangle, cell: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
+    """Return, for each row and column of a window, those in the middle of the page's cells."""
+    rows, columns = (
+        np.clip(np.arange(first, last) // side * side + side // 2, first, last - 1) - first
+        for first, last, side in (
+            (window.top, window.bottom, cell[0]), (window.left, window.right, cell[1])
+        )
+    )  # fmt: skip
+    return rows[:, None], columns
 
 
 def patches_shape(patches: Sequence[Patch]) -> tuple[int, int]:
@@ -226,14 +256,16 @@ def _span(middle: float, size: int, whole: int, step: int) -> tuple[int, int]:
     return first, first + size
 
 
-def _packed(windows: Sequence[Rectangle], step: tuple[int, int]) -> list[Rectangle]:
+def _packed(windows: Sequence[Rectangle], step: tuple[int, int], raster: PageRaster) -> list[Rectangle]:
     """Return positions for windows in rows of about equal width, the first at the top left."""
     widest = max(max(each.width for each in windows), math.sqrt(sum(each.area for each in windows)))
     places, left, top, bottom = list[Rectangle](), 0, 0, 0
     for window in windows:
         if left and left + window.width > widest * MAX_ROW_WIDTH_RATIO:
             left, top = 0, bottom
-        places.append(Box(left, top, left + window.width, top + window.height))
+        right, down = left - window.left, top - window.top
+        more_right, more_down = raster.gap(right, down, step)
+        places.append(window.moved(right + more_right, down + more_down))
         left = -(-places[-1].right // step[0]) * step[0]
         bottom = max(bottom, -(-places[-1].bottom // step[1]) * step[1])
     return places

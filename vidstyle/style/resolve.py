@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from vidstyle.block import Asset, Block, PageRegion
+from vidstyle.block import Asset, Block, Control, PageRegion, Slider
 from vidstyle.core.color.film_colors import FilmTable
 from vidstyle.errors import StyleError
 from vidstyle.style import SOURCE, Step, Style, expand
@@ -92,12 +92,22 @@ def _prepare_step(style: Style, step: Step, growth: float, read: _Read) -> Resol
     values = block.arguments_for(step.values)
     values = {
         name: _prepare_value(
-            style, block.parameters[name].control.scale(value, growth, values), block, name, read
+            style,
+            _scaled(block.parameters[name].control, value, growth, style.detail, values),
+            block,
+            name,
+            read,
         )
         for name, value in values.items()
         if name not in block.saved_refs
     }
     return ResolvedStep(wiring, values)
+
+
+def _scaled(control: Control, value: Any, growth: float, detail: float, values: Mapping[str, Any]) -> Any:
+    """Return a value for pictures of this growth, and finer by `detail` unless it belongs to a screen."""
+    is_screen = isinstance(control, Slider) and control.is_screen
+    return control.scale(value, growth if is_screen else growth / detail, values)
 
 
 def _prepare_value(style: Style, value: Any, block: Block, name: str, read: _Read) -> Any:

@@ -1,0 +1,75 @@
+"""Where dots, squares and lines of a style lie on the page, so that those of patches continue them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vidstyle.backend import FrameRequest
+from vidstyle.block import Wave
+from vidstyle.core.picture import PictureLayout
+from vidstyle.style import Style
+from vidstyle.style.lower import lower
+from vidstyle.style.nodes import nodes_in_order
+from vidstyle.style.resolve import resolve
+
+MAX_GAP_PX = 96
+"""Rasters with longer periods are not continued."""
+GAP_WEIGHT = 0.002
+"""Weight of a pixel of a gap between patches, relative to the worst phase of a wave."""
+
+
+@dataclass(frozen=True)
+class PageRaster:
+    """The rasters of a style on a page.
+
+    Attributes:
+        waves: waves with the periods of its dots, squares and lines, in pixels of the page.
+        cell: height and width of its largest squares in whole pixels; None without squares.
+    """
+
+    waves: tuple[Wave, ...] = ()
+    cell: tuple[int, int] | None = None
+
+    def gap(self, right: int, down: int, step: tuple[int, int]) -> tuple[int, int]:
+        """Return by how much more to move a part of the page that is moved by `right` and `down`.
+
+        The rasters of the moved part are then where those of the page are, as nearly as a small move can.
+
+        Args:
+            step: the result consists of multiples of it, across and down.
+        """
+        if not self.waves:
+            return 0, 0
+        columns, rows = (np.arange(0, _longest_period(self.waves, axis), step[axis]) for axis in (0, 1))
+        cost = GAP_WEIGHT * np.add.outer(rows, columns)
+        for across, along in self.waves:
+            phase = np.add.outer((rows + down) * along, (columns + right) * across)
+            cost += 1 - np.cos(2 * np.pi * phase)
+        row, column = np.unravel_index(np.argmin(cost), cost.shape)
+        return int(columns[column]), int(rows[row])
+
+
+NO_RASTER = PageRaster()
+
+
+def raster_of(style: Style, request: FrameRequest) -> PageRaster:
+    """Return the rasters of a style on the page of a request."""
+    picture = request.picture
+    steps = resolve(style, *picture.shape)
+    lowered = lower(style, steps, PictureLayout.of(picture), request.encoding, request.rgb)
+    waves, cells = dict[Wave, None](), [(1, 1)]
+    for node in nodes_in_order(lowered.outputs):
+        if node.block is not None and (raster := node.block.raster_for(node.values)):
+            down, right = (page / side for page, side in zip(picture.shape, node.shape, strict=True))
+            waves |= {(across / right, along / down): None for across, along in raster.waves}
+            cells += [(round(raster.cell[0] * down), round(raster.cell[1] * right))] if raster.cell else []
+    cell = max(cells)
+    return PageRaster(tuple(waves), None if cell == (1, 1) else cell)
+
+
+def _longest_period(waves: tuple[Wave, ...], axis: int) -> int:
+    """Return the longest period of waves across or down in pixels, at least 1."""
+    lengths = [abs(wave[axis]) for wave in waves if abs(wave[axis]) > 1 / MAX_GAP_PX]
+    return max(1, round(1 / min(lengths, default=1.0)))
