@@ -34,7 +34,8 @@ def environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, st
 
 def batch(environment: dict[str, str], *words: str) -> tuple[int, list[dict[str, Any]], str]:
     """Exit code, films of the summary, standard error."""
-    line = [sys.executable, "-m", "vidstyle", "batch", "-s", "ink", "--threads", "1", "--json"]
+    # `plain`: the empty cache of each test has no kernels, and compiling them would take most of its time.
+    line = [sys.executable, "-m", "vidstyle", "batch", "-s", "plain", "--threads", "1", "--json"]
     result = subprocess.run([*line, "--progress", "plain", *words], env=environment, capture_output=True)
     out, err = result.stdout.decode(), result.stderr.decode()
     assert SECRET not in out + err
@@ -56,7 +57,7 @@ def results() -> list[Path]:
 
 def expected() -> dict[str, bytes]:
     """The results of a batch of the same films on this machine."""
-    words = ("batch", "-s", "ink", "--threads", "1", "-o", "local/{folder}/{name}-{style}.mp4")
+    words = ("batch", "-s", "plain", "--threads", "1", "-o", "local/{folder}/{name}-{style}.mp4")
     subprocess.run(
         [sys.executable, "-m", "vidstyle", *words, "storage/films"], check=True, capture_output=True
     )
@@ -92,9 +93,9 @@ def test_films_go_from_storage_to_storage_and_are_skipped_until_they_change(
     assert code == 2 and "made with another source; add -y" in films[0]["reason"]
     code, films, _ = batch(environment, "s3://films/*.mp4", *words[1:], "-y")
     assert (code, states(films)) == (0, ["done"])
-    assert len(media.read_all(Path("storage/out/films/a-ink.mp4"))) == 9
+    assert len(media.read_all(Path("storage/out/films/a-plain.mp4"))) == 9
 
-    Path("storage/out/films/b-ink.mp4").write_bytes(b"another program")
+    Path("storage/out/films/b-plain.mp4").write_bytes(b"another program")
     code, films, _ = batch(environment, *words)
     assert (code, states(films)) == (2, ["skipped", "failed"]) and "already exists" in films[1]["reason"]
 
@@ -135,7 +136,7 @@ def test_a_batch_that_was_killed_continues(environment: dict[str, str]) -> None:
     lines = journal.read_text().splitlines(keepends=True)
     journal.write_text("".join(lines[:-1]))  # killed after the film was put, before its line was written
     assert states(batch(environment, *words)[1]) == ["skipped"]
-    (Path("storage/out/films/a-ink.mp4")).unlink()
+    (Path("storage/out/films/a-plain.mp4")).unlink()
     assert states(batch(environment, *words)[1]) == ["done"]
 
 
@@ -143,7 +144,7 @@ def test_a_film_that_appears_after_a_failure_is_no_result(environment: dict[str,
     words = ("s3://films/a.mp4", *OUTPUT)
     assert batch(environment | {folder_storage.PERIOD: "1"}, *words)[0] == 5
     Path("storage/out/films").mkdir(parents=True)
-    Path("storage/out/films/a-ink.mp4").write_bytes(b"another program")
+    Path("storage/out/films/a-plain.mp4").write_bytes(b"another program")
     code, films, _ = batch(environment, *words)
     assert (code, states(films)) == (2, ["failed"]) and "already exists" in films[0]["reason"]
 
