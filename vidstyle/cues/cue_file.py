@@ -36,8 +36,24 @@ def read_cue_file(path: Path) -> CueList:
         InputError: it cannot be read, or has mistakes: all of them are named.
     """
     try:
-        table = parse_toml(read_toml_text(path, MAX_FILE_BYTES))
-        return _Reader(path, table).cue_list()
+        text = read_toml_text(path, MAX_FILE_BYTES)
+    except ValueError as error:
+        raise InputError(path, str(error)) from None
+    return read_cue_text(text, path)
+
+
+def read_cue_text(text: str, path: Path, opened: Sequence[Style] = ()) -> CueList:
+    """Read the text of a cue file.
+
+    Args:
+        path: of the file, for style files and errors.
+        opened: styles that replace those of the same names.
+
+    Raises:
+        InputError: it has mistakes: all of them are named.
+    """
+    try:
+        return _Reader(path, parse_toml(text), {style.name: style for style in opened}).cue_list()
     except UsageError as error:
         raise InputError(path, error.reason) from None
     except ValueError as error:
@@ -106,10 +122,11 @@ def _toml(value: Any) -> str:
 
 @dataclass
 class _Reader:
-    """Reads the table of a cue file; `path`: of the file."""
+    """Reads the table of a cue file; see `read_cue_text`."""
 
     path: Path
     table: Mapping[str, Any]
+    opened: Mapping[str, Style]
 
     def cue_list(self) -> CueList:
         """Return the cues; raises ValueError with all mistakes."""
@@ -174,7 +191,7 @@ class _Reader:
             raise ValueError("needs a style")
         if name is not None and not isinstance(name, str):
             raise ValueError(f"style = {name!r} is not a name")
-        style = before if name is None else load_style(style_place(self.path, name))
+        style = before if name is None else self.opened.get(name) or load_style(style_place(self.path, name))
         assert style is not None
         return set_values(style, dict(_flat(values))) if values else style
 

@@ -28,6 +28,9 @@ from vidstyle.style.check import TEXTS
 from vidstyle.style.files import read_style_text, style_from_text
 from vidstyle.style.panel import panel
 
+CUE_FILE = "cues.toml"
+"""The name under which the page saves the cues of a film."""
+
 
 class Designer:
     """The open style and clip of one user. Not thread-safe: call one method at a time.
@@ -173,19 +176,22 @@ class Designer:
         export_style(self.opened.valid_style(), path, self.file, overwrite)
         return str(path)
 
-    def command(self, name: str = "", frames: int | None = None) -> str:
+    def command(self, name: str = "", frames: int | None = None, has_cues: bool = False) -> str:
         """Return the equivalent command line.
 
         Args:
             name: the file to write; empty for a default.
             frames: the number of frames to render; None or 0 for all.
+            has_cues: whether the film has cues, which the page saves as `CUE_FILE`.
 
         Raises:
             UsageError: more than values have changed, and the style is not saved.
             StyleError: the style is invalid.
         """
         style, source = self.opened.valid_style(), self.clip.source
-        if self._start is not None and _without_values(style) == _without_values(self._start):
+        if has_cues:
+            text = f"--cues {CUE_FILE}"
+        elif self._start is not None and _without_values(style) == _without_values(self._start):
             start = replace(self._start, name=str(self.file)) if self.file else self._start
             text = panel(replace(style, name=start.name), start)["text"]
         elif self.file is not None and not self.opened.is_changed:

@@ -14,6 +14,8 @@ import numpy as np
 from vidstyle.core.machine.cores import available_cores
 from vidstyle.core.picture import Picture
 from vidstyle.cpu.step_pictures import step_pictures
+from vidstyle.cues.cue_list import Moment
+from vidstyle.cues.transitions import mixed_picture
 from vidstyle.design.working_size import WorkingSize
 from vidstyle.preview.clip import Clip
 from vidstyle.regions.frame_masks import FrameMasks
@@ -59,6 +61,18 @@ class Restyler:
         self._show_faces(clip, number)
         return self._render(style, clip, number, self.size.side(side, aspect, MAX_LARGE_SECONDS)), False
 
+    def render_moment(self, moment: Moment, clip: Clip, number: int, side: int) -> np.ndarray:
+        """Render a frame of a film with cues, H x W x 3 uint8; during a transition in both of its styles."""
+        self._show_faces(clip, number)
+        side = self.size.side(side, max(clip.size) / min(clip.size))
+        active = self._render(moment.active.style, clip, number, side)
+        if moment.ending is None:
+            return active
+        ending = self._render(moment.ending.style, clip, number, side)
+        color = mixed_picture(Picture.from_array(ending), Picture.from_array(active), moment).color
+        assert color is not None
+        return color
+
     def render_exactly(self, style: Style, clip: Clip, number: int, side: int) -> np.ndarray:
         """Render a frame, H x W x 3 uint8, on the CPU, whose result is the reference."""
         self._show_faces(clip, number)
@@ -82,7 +96,10 @@ class Restyler:
         self._faces.show((clip, number))
 
     def _render(self, style: Style, clip: Clip, number: int, side: int) -> np.ndarray:
-        frame, renderer = clip.frame(number, side), self._renderer(style)
+        frame = clip.frame(number, side)
+        if style.is_plain:
+            return frame
+        renderer = self._renderer(style)
         began = perf_counter()
         color = restyle_array(renderer, frame)
         self.size.record(frame.shape[0] * frame.shape[1], perf_counter() - began)

@@ -18,6 +18,11 @@ def runner_module() -> str:
     return join_modules(RUNNER_FOLDER / "runner.js")
 
 
+def module_text(name: str) -> str:
+    """Return the text of a file of the folder `modules`."""
+    return (_FOLDER / "modules" / name).read_text(encoding="utf-8")
+
+
 def join_modules(path: Path) -> str:
     """Return a module and all modules that it imports, directly or not, as the text of one module.
 

@@ -14,7 +14,7 @@ from string import Template
 from typing import Any
 
 import vidstyle
-from vidstyle.export import join_modules
+from vidstyle.export import join_modules, module_text
 from vidstyle.export.adjust import is_alike, main_controls, tables_fit, tables_of, with_tints
 from vidstyle.gpu.compile.es import EsPlan
 from vidstyle.style import Style, set_values
@@ -60,7 +60,7 @@ def viewer_markup(style: Style, more: str = "") -> str:
 
 def viewer_css() -> str:
     """Return the CSS of `viewer_markup` and of the elements of a page."""
-    return _text("modules/components.css") + _text("page.css")
+    return module_text("components.css") + _text("page.css")
 
 
 def page_script(module: Path) -> str:

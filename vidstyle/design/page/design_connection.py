@@ -31,6 +31,7 @@ from vidstyle.web.messages import (
     message,
     number_between,
     one_of,
+    text_between,
 )
 
 UploadSize = Annotated[int, integer_between(1, 2 << 30)]
@@ -39,6 +40,8 @@ PreviewSide = Annotated[int, integer_between(64, 2160)]
 """The shorter side of the preview in pixels."""
 PlaybackRate = Annotated[float, number_between(0.1, 240)]
 SnapshotSlot = Annotated[str, one_of(SNAPSHOT_SLOTS)]
+CueText = Annotated[str, text_between(0, 50_000)]
+"""The text of a cue file; empty: the open style."""
 STYLE_PREVIEW_PX = 160
 """Shorter side of the previews on the start screen."""
 
@@ -144,7 +147,8 @@ class DesignConnection(DesignView):
 
     @message
     async def command(self, name: TextOrEmpty, frames: int | None) -> Answer:
-        return {"text": await self.session.run(self.designer.command, name, frames)}
+        has_cues = self.frames.shown.cues is not None
+        return {"text": await self.session.run(self.designer.command, name, frames, has_cues)}
 
     @message(in_background=True)
     async def export(self, kind: ExportKind, name: str, overwrite: bool) -> Answer:
@@ -204,9 +208,20 @@ class DesignConnection(DesignView):
         style, shown, session = self.frames.style, self.frames.shown, self.session
         if style is None:
             raise UsageError("the designer", "has no style open", "open one first")
+        if shown.cues is not None:
+            raise UsageError("the check", "compares the open style", "hide the scenes first")
         number, clip = shown.number, self.designer.clip
         picture = await session.picture(session.restyler.render_exactly, style, clip, number, shown.side)
         await self.send_picture(PictureType.EXACT, number, session.revision, encode(picture, "png"))
+
+    @message(in_background=True)
+    async def scenes(self) -> Answer:
+        """Answer with the scenes of the film and all styles, for its cues."""
+        return {"sheet": await asyncio.to_thread(self.session.scene_sheet)}
+
+    @message
+    async def cues(self, text: CueText) -> None:
+        await self.show_cues(text)
 
     # Long jobs and uploads
 
@@ -216,7 +231,8 @@ class DesignConnection(DesignView):
 
     @message(in_background=True)
     async def render(self, name: TextOrEmpty, overwrite: bool, frames: int | None) -> Answer:
-        return {"file": await self.server.queue.render(name, overwrite, frames)}
+        look = self.frames.shown.cues or self.designer.opened.valid_style()
+        return {"file": await self.server.queue.render(name, overwrite, frames, look)}
 
     @message
     async def cancel(self) -> None:

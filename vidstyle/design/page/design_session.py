@@ -5,11 +5,17 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from typing import Any
 
-from vidstyle.design.designer import Designer
+from vidstyle.cues.cue_file import read_cue_text
+from vidstyle.cues.cue_list import CueList
+from vidstyle.design.designer import CUE_FILE, Designer
 from vidstyle.design.document.solo import solo
 from vidstyle.design.restyling import Restyler, StepPictures
+from vidstyle.gallery.cue_sheet import SheetScene, sheet_data
+from vidstyle.pipeline.scenes import find_scenes
+from vidstyle.preview.outputs import file_of
 from vidstyle.style import Style
 
 
@@ -42,6 +48,33 @@ class DesignSession:
         """The revision of the document; 0 if no style is open."""
         document = self.designer.document
         return document.revision if document else 0
+
+    def cue_list(self, text: str) -> CueList:
+        """Return the cues of a text; a cue in the open style has its unsaved changes.
+
+        Raises:
+            InputError: the text has mistakes.
+        """
+        document = self.designer.document
+        opened = [] if document is None or document.mistakes else [document.style]
+        return read_cue_text(text, self._cue_file, opened)
+
+    def scene_sheet(self) -> dict[str, Any]:
+        """Find the scenes of the clip; return what the page shows of them.
+
+        Raises:
+            UsageError: the clip is a camera.
+            InputError: the film cannot be read.
+        """
+        scenes, rate = find_scenes(file_of(self.designer.clip))
+        shown = [SheetScene(each.start, each.end, each.still) for each in scenes]
+        document = self.designer.document
+        return sheet_data(self._cue_file, shown, rate, [], [document.style] if document else [])
+
+    @property
+    def _cue_file(self) -> Path:
+        """Style files in cues are relative to it."""
+        return self.designer.folder / CUE_FILE
 
     def shown_style(self, step: int | None) -> Style | None:
         """Return the open style, reduced to the soloed step if any; None if no style is open."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import Any
 
 from vidstyle.design.page.design_session import DesignSession
@@ -31,6 +32,7 @@ class DesignView(PageConnection):
         self.frames = FrameSender(session, self)
         self._state: dict[str, Any] | None = None
         self._plans = PlanSender()
+        self._cue_text = ""
 
     def error_text(self, error: VidstyleError) -> str:
         """Return the error as one sentence; omit the subject of mistakes in a style."""
@@ -43,7 +45,23 @@ class DesignView(PageConnection):
             await self.tell({"state": state})
         else:
             await self.tell({"changes": list(changes(before, state))})
+        with suppress(VidstyleError):  # a mistake in the open style, which the state names
+            await self._read_cues()
         await self.show_style()
+
+    async def show_cues(self, text: str) -> None:
+        """Show the film in the styles of a cue file; with an empty text, in the open style.
+
+        Raises:
+            InputError: the text has mistakes.
+        """
+        self._cue_text = text
+        await self._read_cues()
+        await self.show_style()
+
+    async def _read_cues(self) -> None:
+        session, text = self.session, self._cue_text
+        self.frames.shown.cues = await session.run(session.cue_list, text) if text else None
 
     async def show_style(self) -> None:
         """Send the plan of the shown style, or render it on the server."""

@@ -10,6 +10,7 @@ from typing import Literal
 
 import numpy as np
 
+from vidstyle.cues.cue_list import CueList
 from vidstyle.design.page.design_session import DesignSession
 from vidstyle.errors import VidstyleError
 from vidstyle.preview.encode import encode
@@ -43,12 +44,14 @@ class ShownFrame:
         solo: the number of the soloed step, or None.
         side: the shorter side of the preview in pixels.
         where: the renderer.
+        cues: the styles of the film over time, which are shown instead of the open style, or None.
     """
 
     number: int = 0
     solo: int | None = None
     side: int = 360
     where: Literal["page", "server"] = "page"
+    cues: CueList | None = None
 
 
 class FrameSender:
@@ -74,7 +77,9 @@ class FrameSender:
     @property
     def is_rendering(self) -> bool:
         """Whether the server renders, as the page cannot, or should not."""
-        return self.shown.where == "server" or (self.style is not None and needs_cpu(self.style))
+        if self.shown.cues is not None or self.shown.where == "server":
+            return True
+        return self.style is not None and needs_cpu(self.style)
 
     def stop(self) -> None:
         """Stop playing."""
@@ -93,8 +98,9 @@ class FrameSender:
         if clip.live:
             self.play(0, 0, 0, clip.fps)
             return
-        frame = await self._session.run(clip.frame, self.shown.number, self.shown.side)
-        await self._send(PictureType.SOURCE, frame, exact=True)
+        number = self.shown.number
+        frame = await self._session.run(clip.frame, number, self.shown.side)
+        await self._send(PictureType.SOURCE, number, frame, self._session.revision, exact=True)
         self.restyle()
 
     def restyle(self) -> None:
@@ -124,12 +130,17 @@ class FrameSender:
     async def _send_styled(self, large: bool = False) -> bool:
         """Render and send the current frame; return whether a large preview would show more."""
         session, clip, style = self._session, self._session.designer.clip, self.style
-        side = min(self.shown.side, *clip.size)
+        side, number, revision = min(self.shown.side, *clip.size), self.shown.number, session.revision
         if style is None:
             return False
+        if self.shown.cues is not None:
+            moment = self.shown.cues.at(number / clip.fps)
+            picture = await session.picture(session.restyler.render_moment, moment, clip, number, side)
+            await self._send(PictureType.STYLED, number, picture, revision)
+            return False
         make = session.restyler.render_large if large else session.restyler.render_preview
-        picture, is_reduced = await session.picture(make, style, clip, self.shown.number, side)
-        await self._send(PictureType.STYLED, picture, exact=large)
+        picture, is_reduced = await session.picture(make, style, clip, number, side)
+        await self._send(PictureType.STYLED, number, picture, revision, exact=large)
         return bool(is_reduced)
 
     async def _send_faces(self) -> None:
@@ -137,13 +148,13 @@ class FrameSender:
         session, clip, style = self._session, self._session.designer.clip, self.style
         if style is None:
             return
-        side = min(self.shown.side, *clip.size)
-        picture = await session.picture(session.restyler.render_faces, style, clip, self.shown.number, side)
+        side, number, revision = min(self.shown.side, *clip.size), self.shown.number, session.revision
+        picture = await session.picture(session.restyler.render_faces, style, clip, number, side)
         had_faces, self._has_faces = self._has_faces, picture is not None
         if picture is None and had_faces:
             picture = np.zeros((1, 1, 4), np.uint8)  # replaces the faces that the page has
         if picture is not None:
-            await self._send(PictureType.FACES, picture, exact=True)
+            await self._send(PictureType.FACES, number, picture, revision, exact=True)
 
     async def _play(self, at: int, first: int, last: int, fps: float) -> None:
         loop = asyncio.get_running_loop()
@@ -152,8 +163,9 @@ class FrameSender:
             passed = int((loop.time() - began) * fps)
             shown.number = first + (at - first + passed) % (last - first + 1)
             try:
-                frame = await self._session.run(self._session.designer.clip.frame, shown.number, shown.side)
-                await self._send(PictureType.SOURCE, frame)
+                clip, number = self._session.designer.clip, shown.number
+                frame = await self._session.run(clip.frame, number, shown.side)
+                await self._send(PictureType.SOURCE, number, frame, self._session.revision)
                 if self.is_rendering:
                     await self._send_styled()
             except VidstyleError as error:
@@ -161,7 +173,8 @@ class FrameSender:
                 return
             await asyncio.sleep(max(0.0, began + (passed + 1) / fps - loop.time()))
 
-    async def _send(self, kind: int, picture: np.ndarray, exact: bool = False) -> None:
-        number, revision = self.shown.number, self._session.revision
+    async def _send(
+        self, kind: int, number: int, picture: np.ndarray, revision: int, exact: bool = False
+    ) -> None:
         data = await asyncio.to_thread(encode, picture, "png" if exact else "jpeg")
         await self._page.send_picture(kind, number, revision, data)

@@ -12,6 +12,7 @@ from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from vidstyle.cues.cue_list import CueList
 from vidstyle.design.page.design_session import DesignSession
 from vidstyle.errors import UsageError, VidstyleError
 from vidstyle.media.write.temporary_files import partial_path
@@ -42,7 +43,7 @@ class RenderJob:
     clip: Clip
     source: str
     path: Path
-    style: Style
+    style: Style | CueList
     frames: int | None
     overwrite: bool
     state: Literal["waiting", "rendering", "done", "stopped", "failed"] = "waiting"
@@ -130,18 +131,18 @@ class RenderQueue:
         else:
             await self._session.run(clip.close)
 
-    async def render(self, name: str, overwrite: bool, frames: int | None) -> str:
+    async def render(self, name: str, overwrite: bool, frames: int | None, style: Style | CueList) -> str:
         """Render the clip to a file in the working folder, after all earlier jobs; return its path.
 
         Args:
             name: of the file; empty for one from the names of clip and style that does not exist yet.
 
         Raises:
-            UsageError: the name is invalid or exists, no style is open, or the clip is a camera.
+            UsageError: the name is invalid or exists, or the clip is a camera.
             VidstyleError: rendering failed.
         """
         designer = self._session.designer
-        clip, style = designer.clip, designer.opened.valid_style()
+        clip = designer.clip
         source = await self._session.run(file_of, clip)
         path = self._free_path(clip, style) if not name else output_path(designer.folder, name, "", overwrite)
         if any(job.path == path for job in self._jobs if not job.is_over):
@@ -155,7 +156,7 @@ class RenderQueue:
             raise job.error
         return str(path)
 
-    def _free_path(self, clip: Clip, style: Style) -> Path:
+    def _free_path(self, clip: Clip, style: Style | CueList) -> Path:
         stem = re.sub(r"[^\w-]+", "-", f"{Path(clip.name).stem}-{style.name}").strip("-")[:80] or "film"
         suffix = ".png" if clip.count == 1 else ".mp4"
         taken = {job.path for job in self._jobs if not job.is_over}

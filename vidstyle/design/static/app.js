@@ -12,6 +12,7 @@ import { LostNotice } from "./lost.js";
 import { PACKET, Preview } from "./preview.js";
 import { Palette } from "./palette.js";
 import { Queue } from "./queue.js";
+import { Scenes } from "./scenes.js";
 import { Scopes } from "./scopes.js";
 import { Session } from "./session.js";
 import { Splitter } from "./splitter.js";
@@ -29,8 +30,9 @@ const say = (text, alarm = false) => announce(get("toast"), text, { alarm });
 const session = new Session((text) => say(text, true));
 const palette = new Palette(session, showField);
 const dialogs = new Dialogs(session, say);
-const preview = new Preview(session, { onchange: () => bar.show(), onsettled: drawResult });
+const preview = new Preview(session, { onchange: () => showPlace(), onsettled: drawResult });
 const bar = new Bar(preview, say);
+const scenes = new Scenes(session, preview, { say, onopen: showScenes });
 const scopes = new Scopes(preview.view);
 const steps = new Steps(session, palette, say, showSelected, (name) => diagram.focus(name));
 const splitter = new Splitter(() => diagram.arrange());
@@ -51,14 +53,15 @@ const start = new Start(session, () => dialogs.mayLeave(), (kind) => {
 
 /** How the document being opened was requested; "" once it has arrived. */
 let opening = "";
-/** @type {"step" | "style" | "history"} */
+/** @typedef {"step" | "style" | "scenes" | "history"} Tab */
+/** @type {Tab} */
 let tab = "style";
 
 get("step-tab-content").append(inspector.element, make("p", { className: "quiet", id: "film-facts" }));
 get("style-tab-content").append(stylePanel.element);
 get("history-tab-content").append(history.element);
 
-/** @param {"step" | "style" | "history"} name */
+/** @param {Tab} name */
 function showTab(name) {
   tab = name;
   for (const button of get("tabs").querySelectorAll("button")) {
@@ -67,6 +70,33 @@ function showTab(name) {
     button.tabIndex = chosen ? 0 : -1;
     get(`${button.value}-tab-content`).hidden = !chosen;
   }
+  showUndo();
+}
+
+/** Shows what the buttons undo and redo: edits of the style, or of the cues while these are shown. */
+function showUndo() {
+  for (const which of /** @type {const} */ (["undo", "redo"])) {
+    const button = /** @type {HTMLButtonElement} */ (get(which)), edit = tab === "scenes" ? "" : session.state?.[which];
+    button.disabled = tab !== "scenes" && !edit;
+    button.title = `${which === "undo" ? "Undo" : "Redo"}${edit ? `: ${edit}` : ""} (Ctrl+${which === "undo" ? "Z" : "Y"})`;
+  }
+}
+
+/** Shows the position in the film and the view. */
+function showPlace() {
+  bar.show();
+  scenes.follow();
+}
+
+/** Shows or hides the tab of the scenes. @param {boolean} on */
+function showScenes(on) {
+  /** @type {HTMLElement} */ (get("tabs").querySelector("[value=scenes]")).hidden = !on;
+  if (on || tab === "scenes") showTab(on ? "scenes" : "style");
+}
+
+/** Undoes or redoes an edit of what is shown: the cues or the style. @param {"undo" | "redo"} which */
+function again(which) {
+  return tab === "scenes" ? scenes.again(which) : steps.again(which);
 }
 
 /** Shows a setting of the style and focuses it. @param {string} name */
@@ -130,11 +160,7 @@ function showState(state) {
   const name = /** @type {HTMLInputElement} */ (get("name"));
   if (document.activeElement !== name) name.value = state.name;
   get("saved").textContent = state.dirty ? "Edited" : state.file ? "Saved" : "";
-  for (const which of /** @type {const} */ (["undo", "redo"])) {
-    const button = /** @type {HTMLButtonElement} */ (get(which));
-    button.disabled = !state[which];
-    button.title = `${which === "undo" ? "Undo" : "Redo"}${state[which] ? `: ${state[which]}` : ""} (Ctrl+${which === "undo" ? "Z" : "Y"})`;
-  }
+  showUndo();
   document.title = `${state.dirty ? "• " : ""}${state.name} · vidstyle design`;
   refresh();
 }
@@ -144,7 +170,7 @@ function drawResult() {
   const { state } = session;
   if (!state || !source || !result) return;
   diagram.draw("source", source.picture, source.size);
-  if (preview.solo !== null) return;
+  if (preview.solo !== null || scenes.isOpen) return;
   diagram.draw("result", result.picture, result.size);
   // After quick edits, the picture may still show an earlier state.
   if (preview.revision === state.revision) history.draw(state, result.picture, result.size);
@@ -201,8 +227,8 @@ function render() {
 const name = /** @type {HTMLInputElement} */ (get("name"));
 name.addEventListener("change", () => session.edit("rename", { name: name.value.trim() }));
 name.addEventListener("keydown", (event) => event.key === "Enter" && name.blur());
-get("undo").addEventListener("click", () => steps.again("undo"));
-get("redo").addEventListener("click", () => steps.again("redo"));
+get("undo").addEventListener("click", () => again("undo"));
+get("redo").addEventListener("click", () => again("redo"));
 get("to-styles").addEventListener("click", () => start.show(true));
 get("to-diagram").addEventListener("click", () => build(!document.body.classList.contains("building")));
 get("save").addEventListener("click", () => dialogs.save());
@@ -220,7 +246,7 @@ get("tabs").addEventListener("keydown", (event) => {
   shownTabs[at]?.focus();
 });
 addEventListener("beforeunload", (event) => session.state?.dirty && event.preventDefault());
-const keys = shortcuts({ session, steps, diagram, preview, bar, dialogs, history, start, build, solo, render, scopes });
+const keys = shortcuts({ session, steps, diagram, preview, bar, dialogs, history, start, build, solo, render, scopes, scenes, again });
 listen(keys);
 describe(keys);
 switchTheme(get("theme"));

@@ -8,7 +8,7 @@ import { Connection } from "./socket.js";
 /** Changes of one value that are this far apart are separate undo steps. */
 const UNDO_PAUSE_MS = 900;
 /** Messages that do not concern the document. */
-const VIEW_MESSAGES = new Set(["watch", "frame", "play", "pause", "find"]);
+const VIEW_MESSAGES = new Set(["watch", "frame", "play", "pause", "find", "scenes", "cues"]);
 
 /** Groups edits for undo: changes of one value while the pointer is down, or in quick succession. */
 class Gestures {

@@ -16,13 +16,15 @@
  * @property {(step: number | null) => unknown} solo
  * @property {() => unknown} render
  * @property {import("./scopes.js").Scopes} scopes
+ * @property {import("./scenes.js").Scenes} scenes
+ * @property {(which: "undo" | "redo") => void} again
  */
 
 /**
  * @param {Parts} parts
  * @returns {import("./keys.js").Shortcut[]}
  */
-export function shortcuts({ steps, diagram, preview, bar, dialogs, history, start, build, solo, render, scopes }) {
+export function shortcuts({ steps, diagram, preview, bar, dialogs, history, start, build, solo, render, scopes, scenes, again }) {
   const { view, player } = preview;
   const isBuilding = () => document.body.classList.contains("building") && !start.isOpen;
   /** Returns the focused card, else the selected one. */
@@ -73,8 +75,8 @@ export function shortcuts({ steps, diagram, preview, bar, dialogs, history, star
     { keys: ["e"], help: "Replace a recipe with its steps", run: onStep(() => steps.expand()) },
     { keys: ["Alt+ArrowLeft", "Alt+ArrowRight", "Alt+ArrowUp", "Alt+ArrowDown"], help: "Move the step within its layer or to another", run: (event) => onStep(() => steps.shift(event.key))() },
     { keys: ["g"], help: "Show or hide the diagram", run: open(() => build(!isBuilding())) },
-    { group: "Edits", keys: ["Ctrl+z"], help: "Undo", run: () => steps.again("undo") },
-    { keys: ["Ctrl+y", "Ctrl+Shift+z"], help: "Redo", run: () => steps.again("redo") },
+    { group: "Edits", keys: ["Ctrl+z"], help: "Undo", run: () => again("undo") },
+    { keys: ["Ctrl+y", "Ctrl+Shift+z"], help: "Redo", run: () => again("redo") },
     { keys: ["Shift+1", "Shift+2"], help: "Keep snapshot A or B", run: (event) => history.keep(event.code === "Digit1" ? "a" : "b") },
     { keys: ["1", "2"], help: "Go to snapshot A or B", run: (event) => history.restore(event.key === "1" ? "a" : "b") },
     { keys: ["Ctrl+s"], help: "Save", run: open(() => dialogs.save()), typing: true },
@@ -89,6 +91,7 @@ export function shortcuts({ steps, diagram, preview, bar, dialogs, history, star
     { keys: ["c"], help: "Switch between result, split and side by side", run: () => view.setMode(modes[(modes.indexOf(view.mode) + 1) % 3]) },
     { keys: ["z"], help: "Switch between fit, 100 % and 200 %", run: () => view.setZoom(zooms[(zooms.indexOf(view.zoom) + 1) % 3]) },
     { keys: ["Shift+ArrowLeft", "Shift+ArrowRight", "Shift+ArrowUp", "Shift+ArrowDown"], help: "Pan the picture", run: (event) => view.pan(...PAN_STEPS[event.key]) },
+    { keys: ["t"], help: "Show or hide the scenes: styles over time", run: open(() => scenes.toggle()) },
     { keys: ["h"], help: "Show or hide the scopes", run: open(() => scopes.toggle()) },
     { keys: ["k"], help: "Compare the preview with the exact result", run: () => bar.check() },
     { keys: ["?"], help: "Show this list", run: () => dialogs.help() },

@@ -18,7 +18,7 @@ from vidstyle.cues.cue_file import CueTable, style_place
 from vidstyle.cues.cue_list import CURVES, TRANSITIONS
 from vidstyle.cues.times import seconds_text
 from vidstyle.errors import printable
-from vidstyle.export import join_modules
+from vidstyle.export import join_modules, module_text
 from vidstyle.gallery.style_samples import jpeg_address
 from vidstyle.gallery.thumbnail import thumbnail
 from vidstyle.pipeline.progress import clock
@@ -49,23 +49,42 @@ def cue_sheet(
         rate: frames per second, or None.
         cues: the cues to begin with.
     """
-    data = {
+    folder = Path(__file__).parent
+    template = Template((folder / "sheet.html").read_text(encoding="utf-8"))
+    return template.substitute(
+        heading=escape(f"Styles of {printable(film)}"),
+        data=json.dumps(sheet_data(file, scenes, rate, cues), ensure_ascii=True).replace("<", "\\u003c"),
+        style=module_text("components.css") + module_text("cues.css"),
+        script=join_modules(folder / "sheet.js"),
+    )
+
+
+def sheet_data(
+    file: Path,
+    scenes: Sequence[SheetScene],
+    rate: Fraction | None,
+    cues: Sequence[CueTable],
+    opened: Sequence[Style] = (),
+) -> dict[str, Any]:
+    """Return what `cue_editor.js` shows, for JSON.
+
+    Args:
+        file, scenes, rate, cues: see `cue_sheet`.
+        opened: styles that replace those of the same names.
+    """
+    styles = {name: load_style(style_place(file, name)) for name in _style_choices(cues)}
+    return {
         "file": file.name,
         "rate": None if rate is None else seconds_text(rate),
         "end": seconds_text(scenes[-1].end),
         "scenes": [_scene(each) for each in scenes],
         "cues": [*cues],
-        "styles": {name: _style(load_style(style_place(file, name))) for name in _style_choices(cues)},
+        "styles": {
+            name: _style(style) for name, style in (styles | {each.name: each for each in opened}).items()
+        },
         "transitions": TRANSITIONS,
         "curves": CURVES,
     }
-    folder = Path(__file__).parent
-    template = Template((folder / "sheet.html").read_text(encoding="utf-8"))
-    return template.substitute(
-        heading=escape(f"Styles of {printable(film)}"),
-        data=json.dumps(data, ensure_ascii=True).replace("<", "\\u003c"),
-        script=join_modules(folder / "sheet.js"),
-    )
 
 
 def _style_choices(cues: Iterable[CueTable]) -> list[str]:

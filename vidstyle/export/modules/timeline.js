@@ -1,4 +1,4 @@
-// The timeline of a cue sheet: the scenes and cues of the film in proportion to time, and styles to drop on scenes.
+// The timeline of cues: the scenes and cues of the film in proportion to time, and styles to drop on scenes.
 
 import { followPointer, make } from "./elements.js";
 import { isEmpty, moved, timeOf } from "./cue_text.js";
@@ -17,14 +17,16 @@ const SNAP_PX = 6;
  * @param {object} handlers
  * @param {(cues: Cue[]) => void} handlers.change is called with other cues
  * @param {(cue: Cue) => void} handlers.find is called to show the card of a cue
+ * @param {(time: number) => void} handlers.seek is called with the start of a scene or cue that is chosen
  */
-export function showTimeline(place, sheet, cues, { change, find }) {
+export function showTimeline(place, sheet, cues, { change, find, seek }) {
   const end = Number(sheet.end), used = cues.filter((cue) => !isEmpty(cue));
   const marks = used.map((cue, number) => {
     const next = used[number + 1], start = timeOf(sheet, cue);
     return mark(cue, start, (next ? timeOf(sheet, next) : end) - start);
   });
-  place.replaceChildren(...sheet.scenes.map(sceneStrip), ...marks);
+  const playhead = place.querySelector(".playhead") ?? make("i", { className: "playhead", hidden: true });
+  place.replaceChildren(...sheet.scenes.map(sceneStrip), ...marks, playhead);
 
   /** Sets the place of an element by time. @param {HTMLElement} element @param {number} start @param {number} seconds */
   function put(element, start, seconds) {
@@ -37,6 +39,7 @@ export function showTimeline(place, sheet, cues, { change, find }) {
     const strip = make("div", { className: "scene", title: `Scene ${number + 1}, ${scene.clock}` });
     strip.style.backgroundImage = `url(${scene.still})`;
     put(strip, start, Number(next?.start ?? end) - start);
+    strip.addEventListener("click", () => { seek(start); });
     takesStyles(strip, (style) => {
       const cue = cues.find((each) => each.scene === number && each.time === null);
       if (cue) Object.assign(cue, { style, variant: "", values: {} });
@@ -60,10 +63,11 @@ export function showTimeline(place, sheet, cues, { change, find }) {
       else time = (event.clientX - box.left - Number(made.dataset["grip"])) / box.width * end;
       made.style.left = `${100 * time / end}%`;
     });
-    made.addEventListener("pointerup", () => (time === start ? find(cue) : move(SNAP_PX / place.clientWidth * end)));
+    const choose = () => { find(cue); seek(start); };
+    made.addEventListener("pointerup", () => (time === start ? choose() : move(SNAP_PX / place.clientWidth * end)));
     made.addEventListener("keydown", (event) => {
       const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
-      if (event.key === "Enter") find(cue);
+      if (event.key === "Enter") choose();
       if (!step) return;
       event.preventDefault();
       time = start + step * (event.shiftKey ? LARGE_KEY_SECONDS : KEY_SECONDS);
@@ -71,6 +75,12 @@ export function showTimeline(place, sheet, cues, { change, find }) {
     });
     return made;
   }
+}
+
+/** Shows where the film is. @param {HTMLElement} place of the timeline @param {number} share of the film, 0 to 1 */
+export function showPlayhead(place, share) {
+  const playhead = /** @type {HTMLElement | null} */ (place.querySelector(".playhead"));
+  if (playhead) Object.assign(playhead, { hidden: false }).style.left = `${100 * share}%`;
 }
 
 /** Shows all styles, to be dragged. @param {HTMLElement} place @param {Sheet} sheet */
