@@ -19,7 +19,6 @@ from vidstyle.blade.bins import Bins
 from vidstyle.blade.choice import choose_filters
 from vidstyle.blade.draw import draw_bank
 from vidstyle.blade.inference import BankRun
-from vidstyle.blade.layouts import AUTOMATIC_LAYOUTS
 from vidstyle.blade.regression import (
     NormalEquations,
     TrainingConfig,
@@ -29,7 +28,8 @@ from vidstyle.blade.regression import (
     squared_errors,
     with_sums,
 )
-from vidstyle.blade.trial import FilterForm
+from vidstyle.blade.search.layouts import AUTOMATIC_LAYOUTS
+from vidstyle.blade.search.trial import FilterForm
 from vidstyle.cli import main
 from vidstyle.style import load_style
 
@@ -93,7 +93,7 @@ def test_filter_that_keeps_flat_areas_stays_without_constants(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     bank = load_bank(trained(folder, "soft", monkeypatch))
-    assert bank.constants is None and bank.bins == AUTOMATIC_LAYOUTS[0]
+    assert bank.constants is None and bank.bins == AUTOMATIC_LAYOUTS[0].bins
     assert "filters that keep flat areas" in capfd.readouterr().err
     flat = np.full((40, 50), 0.3, np.float32)
     np.testing.assert_allclose(BankRun(bank).run(flat), flat, atol=1e-6)

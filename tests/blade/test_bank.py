@@ -21,7 +21,8 @@ from vidstyle.blade.bank_file import REQUIRED_ARRAYS, load_bank, save_bank
 from vidstyle.blade.bins import Bins, Feature
 from vidstyle.blade.choice import choose_filters
 from vidstyle.blade.draw import EMPTY_COLOR, GAP_PX, LEFT_PX, RIGHT_PX, TOP_PX, draw_bank
-from vidstyle.blade.inference import RESAMPLING_METHOD, BankRun, apply_filters
+from vidstyle.blade.filtering import apply_filters
+from vidstyle.blade.inference import RESAMPLING_METHOD, BankRun
 from vidstyle.blade.regression import (
     NormalEquations,
     TrainingConfig,

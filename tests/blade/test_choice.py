@@ -182,7 +182,7 @@ def test_bank_needs_equal_numbers_of_luma_and_chroma_filters(tmp_path: Path) -> 
     [
         (["--feature", "hue=2@1"], "hue=2@1 is not NAME=BINS@RHO"),
         (["--feature", "mean=2"], "mean=2 is not NAME=BINS@RHO"),
-        (["--feature", "mean=2@9"], "names are mean, strength, coherence"),
+        (["--feature", "mean=2@9"], "names are mean, difference, strength"),
         (["--feature", "mean=2@1"] * 3, "is given 3 times"),
         (["--feature", "mean=99@1"], "use at most 1024"),
     ],

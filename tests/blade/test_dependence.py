@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from media import photograph
 
-from vidstyle.blade.dependence import Dependence, find_dependence
 from vidstyle.blade.photographs import Photograph, luma_of
 from vidstyle.blade.reference_filter import ReferenceFilter
+from vidstyle.blade.search.dependence import Dependence, find_dependence
 
 RANDOM = np.random.default_rng(5)
 LIGHT = np.array([[-1, 0, 0], [0, 0, 0], [0, 0, 1]], np.float32)

@@ -82,7 +82,24 @@ def style_of_an_affine_bank(folder: Path) -> Path:
     return folder / "affine.toml"
 
 
-RICHER_BANKS = [style_of_a_richer_bank, style_of_an_affine_bank]
+def style_of_a_clipped_bank(folder: Path) -> Path:
+    """A style whose bank has clipped differences, selects by difference, and has two stages."""
+    random, bins = np.random.default_rng(4), Bins(4, 2, 1, features=(Feature("difference", 5, 2.0),))
+    filters = random.normal(0, 0.02, (1, bins.count, 5, 5)).astype(np.float32)
+    filters[:, :, 2, 2] += 1 - filters.sum(axis=(2, 3))
+    clipped = random.normal(0, 0.06, (1, bins.count, 2, 5, 5)).astype(np.float32)
+    clipped += clipped[..., ::-1, ::-1].copy()
+    filters += filters[..., ::-1, ::-1].copy()
+    filters /= 2
+    second = Bank(bins, 2.0, filters, {}, clips=(4.0,), clipped=clipped[:, :, :1].copy())
+    bank = Bank(bins, 1.5, filters, {"imitates": "nothing"}, clips=(6.0, 20.0), clipped=clipped, next=second)
+    save_bank(bank, folder / "clipped.npz")
+    text = 'format = 1\n[[background]]\nblock = "learned"\nbank = "clipped.npz"\namount = 0.8\n'
+    (folder / "clipped.toml").write_text(text)
+    return folder / "clipped.toml"
+
+
+RICHER_BANKS = [style_of_a_richer_bank, style_of_an_affine_bank, style_of_a_clipped_bank]
 """Functions of a folder that write a style with a bank of a form that no shipped bank has."""
 
 

@@ -22,6 +22,8 @@ MAX_SLIDERS = 3
 """Maximum number of weights that a bank declares as sliders."""
 MAX_FEATURES = 2
 """Maximum number of additional features by which a bank's filters are selected."""
+MAX_CLIPS = 3
+"""Maximum number of clips of the differences of a bank."""
 MAX_WEIGHT = 1024.0
 """Maximum weight of a pixel; weights of trained banks are below 1."""
 
@@ -39,6 +41,10 @@ class Bank:
         constants: parts x bins x planes float32, added to the results of the filters of luma, or of luma and
             both chroma planes. None for a bank in which all filters of a part have the same sum, so that flat
             areas stay flat, and filters are symmetric about the middle or bins depend on curvature.
+        clips: limits of differences from the middle pixel, in levels of 255; see `vidstyle.blade.clipped`.
+        clipped: parts x bins x clips x size x size float32, weights of clipped differences of luma, symmetric
+            about the middle; None without clips.
+        next: the bank of the second stage, which filters the result; None for a bank of one stage.
         scale: working size relative to the picture, 0..1.
         about: a record of the training, as plain data: "imitates" (the reference filter), "parts" (names),
             "pictures" (names and checksums), "samples" and "residuals" (in levels of 255) of each filter,
@@ -52,6 +58,9 @@ class Bank:
     chroma: np.ndarray | None = None
     constants: np.ndarray | None = None
     scale: float = 1
+    clips: tuple[float, ...] = ()
+    clipped: np.ndarray | None = None
+    next: Bank | None = None
 
     def __post_init__(self) -> None:
         problem = _problem(self)
@@ -64,6 +73,11 @@ class Bank:
         return int(self.filters.shape[2])
 
     @cached_property
+    def stages(self) -> tuple[Bank, ...]:
+        """The bank of each stage."""
+        return (self,) if self.next is None else (replace(self, next=None), *self.next.stages)
+
+    @cached_property
     def of_chroma(self) -> Bank:
         """The bank that filters the chroma planes.
 
@@ -73,7 +87,9 @@ class Bank:
         if self.chroma is None:
             raise ValueError("has no filters for chroma")
         constants = None if self.constants is None else self.constants[..., 1:]
-        return replace(self, filters=self.chroma, chroma=None, constants=constants)
+        return replace(
+            self, filters=self.chroma, chroma=None, constants=constants, clips=(), clipped=None, next=None
+        )
 
     @cached_property
     def packed(self) -> tuple[np.ndarray, ...]:
@@ -81,7 +97,7 @@ class Bank:
 
         The weights of sums come first, then the weights of differences if bins depend on curvature or the
         bank has constants. Then a bank with constants has the sum of the filter and its constants for one or
-        two planes.
+        two planes. The weights of clipped differences come last.
         """
         has_differences = self.bins.curvatures > 1 or self.constants is not None
         weights = pair_weights(self.filters, has_differences)
@@ -91,6 +107,9 @@ class Bank:
             planes = min(self.constants.shape[2], 2)
             lines[..., 1 : 1 + planes] = self.constants[..., :planes]
             weights = np.concatenate([weights, lines], axis=2)
+        for number in range(len(self.clips)):
+            assert self.clipped is not None
+            weights = np.concatenate([weights, pair_weights(self.clipped[:, :, number], False)], axis=2)
         return tuple(weights.astype(np.float32).reshape(*weights.shape[:2], -1, 4))
 
     @cached_property
@@ -129,6 +148,10 @@ class Bank:
             raise ValueError(f"has {len(self.filters)} parts, not {len(weights)}")
         return np.tensordot(np.asarray(weights, np.float32), self.filters, 1)
 
+    def combined_clipped(self, weights: tuple[float, ...]) -> np.ndarray | None:
+        """Return the weighted sum of the parts' `clipped`: bins x clips x size x size float32, or None."""
+        return None if self.clipped is None else np.tensordot(np.array(weights, np.float32), self.clipped, 1)
+
     def combined_constants(self, weights: tuple[float, ...]) -> np.ndarray | None:
         """Return the weighted sum of the parts' constants: bins x planes float32; None without constants."""
         return (
@@ -141,9 +164,9 @@ def _problem(bank: Bank) -> str:
     bins, filters = bank.bins, bank.filters
     if not isinstance(bins.curvatures, int) or min(bins.counts) < 1 or bins.orientations % 2:
         return f"has bins {' x '.join(map(str, bins.counts))}; the number of orientations must be even"
-    divided = bins.features or bins.curvatures > 1 or bank.constants is not None
+    divided = bins.features or bins.curvatures > 1 or bank.constants is not None or bank.clips
     if not isinstance(bins.pitch, int) or bins.pitch not in (1, 2) or (bins.pitch > 1 and divided):
-        allowed = "1 or, without features or constants, 2"
+        allowed = "1 or, without features, constants or clips, 2"
         return f"shares filters in squares of {bins.pitch} pixels; allowed are {allowed}"
     if type(bank.scale) not in (int, float) or not 0 < bank.scale <= 1:
         return f"has a scale of {bank.scale!r}, which is not above 0 and at most 1"
@@ -169,9 +192,39 @@ def _problem(bank: Bank) -> str:
         or constants.shape[-1] not in ((1, 2) if bank.chroma is None else (3,))
     ):
         return f"has constants of shape {constants.shape}, not parts x bins x planes"
-    numbers = [each for each in (filters, bank.chroma, constants) if each is not None]
+    if problem := _problem_of_clips(bank) or _problem_of_stages(bank):
+        return problem
+    numbers = [each for each in (filters, bank.chroma, constants, bank.clipped) if each is not None]
     wrong = sum(each.size - np.count_nonzero(np.abs(each) <= MAX_WEIGHT) for each in numbers)
     return f"has {wrong} weights that are NaN or beyond {MAX_WEIGHT:g}" if wrong else ""
+
+
+def _problem_of_stages(bank: Bank) -> str:
+    """Return the defect of the second stage, or an empty text."""
+    if bank.next is None:
+        return ""
+    if bank.next.next or bank.next.chroma is not None or len(bank.filters) + len(bank.next.filters) > 2:
+        return "has a second stage with filters for chroma, several parts or a further stage"
+    return "" if bank.next.scale == bank.scale else "has stages of different scales"
+
+
+def _problem_of_clips(bank: Bank) -> str:
+    """Return the defect of the clips of a bank, or an empty text."""
+    clips, clipped = bank.clips, bank.clipped
+    if not (
+        len(clips) <= MAX_CLIPS
+        and all(type(each) in (int, float) and 0 < each <= 255 for each in clips)
+        and list(clips) == sorted(set(clips))
+    ):
+        return f"has clips {clips!r}, not at most {MAX_CLIPS} increasing numbers above 0 and up to 255"
+    shape = (*bank.filters.shape[:2], len(clips), *bank.filters.shape[2:])
+    if not clips and clipped is None:
+        return ""
+    if clipped is None or clipped.shape != shape or clipped.dtype != np.float32:
+        found = "none" if clipped is None else f"{clipped.shape} {clipped.dtype}"
+        return f"has weights of clipped differences of shape {found}, not {shape} float32"
+    symmetric = np.array_equal(clipped, clipped[..., ::-1, ::-1])
+    return "" if symmetric else "has weights of clipped differences that are not symmetric about the middle"
 
 
 def _are_sliders(declared: object, most: int) -> bool:

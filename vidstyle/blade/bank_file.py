@@ -24,6 +24,8 @@ FORMAT_VERSION = 1
 """Version of the file format of banks without constants."""
 AFFINE_FORMAT_VERSION = 2
 """Version of the file format of banks with constants, which readers of version 1 would leave out."""
+CLIPPED_FORMAT_VERSION = 3
+"""Version of the file format of banks with clipped differences or two stages, new to earlier readers."""
 MAX_BYTES = 64 << 20
 """Maximum size of a file, both compressed and decompressed."""
 MAX_ENTRIES = 64
@@ -31,8 +33,10 @@ MAX_ENTRIES = 64
 MAX_ABOUT = 4 << 20
 """Maximum length of the description of a bank, in bytes."""
 REQUIRED_ARRAYS = {"format", "filters", "bins", "ranges", "rho", "about"}
-OPTIONAL_ARRAYS = {"chroma", "constants"}
-"""Names of the optional arrays: filters for chroma, and constants."""
+OPTIONAL_ARRAYS = {"chroma", "constants", "clipped"}
+"""Names of the optional arrays: filters for chroma, constants, and weights of clipped differences."""
+SECOND_STAGE = "next"
+"""Name of the optional array that holds the file of the bank of the second stage."""
 BINS_ATTRIBUTES = {"curvatures": "curvatures", "step": "pitch"}
 """Keys in the description of a bank and the attributes of `Bins` that they hold if these are not 1."""
 _NPY_HEADER = re.compile(
@@ -59,8 +63,16 @@ def save_bank(bank: Bank, path: str | Path) -> None:
     Raises:
         OutputError: the file cannot be written.
     """
+    with atomic_file(Path(path), overwrite=True) as write:
+        write(_as_npz(bank))
+
+
+def _as_npz(bank: Bank) -> bytes:
+    """Return the content of the file of a bank."""
     arrays = {
-        "format": np.int32(FORMAT_VERSION if bank.constants is None else AFFINE_FORMAT_VERSION),
+        "format": np.int32(
+            _format_version(bank.constants is not None, bank.clipped is not None, bank.next is not None)
+        ),
         "filters": bank.filters,
         "bins": np.array(bank.bins.counts[:3], np.int32),
         "ranges": np.array([bank.bins.strength_range, bank.bins.coherence_range]),
@@ -68,14 +80,22 @@ def save_bank(bank: Bank, path: str | Path) -> None:
         "about": np.frombuffer(json.dumps(_described(bank), sort_keys=True).encode(), np.uint8),
     }
     arrays |= {name: array for name in sorted(OPTIONAL_ARRAYS) if (array := getattr(bank, name)) is not None}
+    if bank.next is not None:
+        arrays[SECOND_STAGE] = np.frombuffer(_as_npz(bank.next), np.uint8)
     content = BytesIO()
     with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, array in arrays.items():
             # A fixed date, so that equal banks produce equal bytes.
             with archive.open(zipfile.ZipInfo(f"{name}.npy", (1980, 1, 1, 0, 0, 0)), "w") as stream:
                 np.lib.format.write_array(stream, np.asarray(array), allow_pickle=False)
-    with atomic_file(Path(path), overwrite=True) as write:
-        write(content.getvalue())
+    return content.getvalue()
+
+
+def _format_version(has_constants: bool, has_clipped: bool, has_stages: bool) -> int:
+    """Return the lowest version of the file format that can hold a bank."""
+    if has_clipped or has_stages:
+        return CLIPPED_FORMAT_VERSION
+    return AFFINE_FORMAT_VERSION if has_constants else FORMAT_VERSION
 
 
 def _described(bank: Bank) -> dict[str, Any]:
@@ -86,6 +106,7 @@ def _described(bank: Bank) -> dict[str, Any]:
         key: getattr(bank.bins, name) for key, name in BINS_ATTRIBUTES.items() if getattr(bank.bins, name) > 1
     }
     others |= {"scale": bank.scale} if bank.scale != 1 else {}
+    others |= {"clips": list(bank.clips)} if bank.clips else {}
     return bank.about | others
 
 
@@ -96,12 +117,19 @@ def load_bank(path: str | Path) -> Bank:
         ValueError: the file is not a valid bank.
         OSError: the file cannot be read.
     """
-    content = read_regular_file(Path(path), MAX_BYTES)
+    return _bank_from_npz(read_regular_file(Path(path), MAX_BYTES))
+
+
+def _bank_from_npz(content: bytes, is_second: bool = False) -> Bank:
     try:
         arrays = _arrays_from_npz(content)
     except (ValueError, *_DAMAGE_ERRORS) as error:
         raise ValueError(f"is not a bank: {error}") from None
-    return _bank_from_arrays(arrays)
+    second = arrays.get(SECOND_STAGE)
+    if second is not None and (is_second or second.dtype != np.uint8 or second.ndim != 1):
+        raise ValueError("is not a bank: its second stage is not a bank of one stage")
+    bank = _bank_from_arrays(arrays)
+    return bank if second is None else replace(bank, next=_bank_from_npz(second.tobytes(), is_second=True))
 
 
 def _arrays_from_npz(content: bytes) -> dict[str, np.ndarray]:
@@ -118,7 +146,8 @@ def _arrays_from_npz(content: bytes) -> dict[str, np.ndarray]:
         ):
             raise ValueError(f"{', '.join(sorted(missing))} missing")
         names = {entry.filename for entry in entries}
-        wanted = REQUIRED_ARRAYS.union(name for name in OPTIONAL_ARRAYS if f"{name}.npy" in names)
+        optional = OPTIONAL_ARRAYS | {SECOND_STAGE}
+        wanted = REQUIRED_ARRAYS.union(name for name in optional if f"{name}.npy" in names)
         return {name: _array_from_npy(archive.read(f"{name}.npy")) for name in wanted}
 
 
@@ -143,7 +172,8 @@ def shipped_bank(name: str) -> Bank:
 def shipped_parts(name: str, first: int, last: int) -> Bank:
     """Return a shipped bank with only its parts first..last - 1: parts with weight 0 cost time."""
     bank = shipped_bank(name)
-    return replace(bank, filters=bank.filters[first:last])
+    clipped = None if bank.clipped is None else bank.clipped[first:last]
+    return replace(bank, filters=bank.filters[first:last], clipped=clipped)
 
 
 def shipped_banks() -> dict[str, Path]:
@@ -160,7 +190,7 @@ def _bank_from_arrays(arrays: dict[str, np.ndarray]) -> Bank:
         or about.size > MAX_ABOUT
     ):
         raise ValueError("is not a bank: its arrays have wrong types or shapes")
-    version = AFFINE_FORMAT_VERSION if "constants" in arrays else FORMAT_VERSION
+    version = _format_version(*(name in arrays for name in ("constants", "clipped", SECOND_STAGE)))
     if arrays["format"] != version:
         raise ValueError(f"has format {arrays['format']}; this version reads format {version}")
     try:
@@ -173,8 +203,18 @@ def _bank_from_arrays(arrays: dict[str, np.ndarray]) -> Bank:
     features = _features(described.pop("features", []))
     shape = {name: described.pop(key, 1) for key, name in BINS_ATTRIBUTES.items()}
     bins = Bins(orientations, strengths, coherences, of_strength, of_coherence, features=features, **shape)
-    scale, optional = described.pop("scale", 1), {name: arrays.get(name) for name in OPTIONAL_ARRAYS}
-    return Bank(bins, float(arrays["rho"]), arrays["filters"], described, scale=scale, **optional)
+    clips = described.pop("clips", [])
+    if not isinstance(clips, list):
+        raise ValueError("declares clips that are not a list")
+    return Bank(
+        bins,
+        float(arrays["rho"]),
+        arrays["filters"],
+        scale=described.pop("scale", 1),
+        about=described,
+        clips=tuple(clips),
+        **{name: arrays.get(name) for name in OPTIONAL_ARRAYS},  # type: ignore[arg-type]
+    )
 
 
 def _features(declared: object) -> tuple[Feature, ...]:

@@ -17,8 +17,8 @@ class Feature:
     """An additional feature by which filters are selected.
 
     Attributes:
-        name: "mean", the local mean of luma, a Gaussian; or "strength" or "coherence" as in `Bins`, of a
-            tensor with a separate window.
+        name: "mean", the local mean of luma, a Gaussian; "difference", luma minus this mean; or "strength" or
+            "coherence" as in `Bins`, of a tensor with a separate window.
         bins: the number of bins.
         rho: standard deviation of the window in pixels.
         ends: ends of the range of the uniform bins, in levels of 255 except for coherence; None for the
@@ -36,8 +36,13 @@ class Feature:
         return FEATURE_RANGES[self.name] if self.ends is None else self.ends
 
     @property
+    def needs_mean(self) -> bool:
+        """Whether it is computed from the local mean, not from a tensor."""
+        return self.name in ("mean", "difference")
+
+    @property
     def start_and_density(self) -> tuple[np.float32, np.float32]:
-        """Start of the bins of a mean, 0..1, and number of bins per unit."""
+        """Start of the bins of a mean or difference, 0..1, and number of bins per unit."""
         low, high = self.range
         return np.float32(low / 255), np.float32(255 * self.bins / (high - low))
 
@@ -49,7 +54,12 @@ class Feature:
         return Bins(1, 1, self.bins, coherence_range=self.range)
 
 
-FEATURE_RANGES = {"mean": (0.0, 255.0), "strength": (10.0, 40.0), "coherence": (0.2, 0.8)}
+FEATURE_RANGES = {
+    "mean": (0.0, 255.0),
+    "difference": (-30.0, 30.0),
+    "strength": (10.0, 40.0),
+    "coherence": (0.2, 0.8),
+}
 """Names of features, and the default ranges of their bins."""
 
 

@@ -31,17 +31,18 @@ def choice_radius(bins: Bins, rho: float) -> int:
 
 def feature_radius(feature: Feature) -> int:
     """Return the number of pixels on each side that a feature depends on."""
-    return math.ceil(3 * feature.rho) if feature.name == "mean" else window_radius(feature.rho)
+    return math.ceil(3 * feature.rho) if feature.needs_mean else window_radius(feature.rho)
 
 
 def levels_of(feature: Feature, luma: np.ndarray, margin: tuple[int, int] = (0, 0)) -> np.ndarray:
     """Return the bin of the feature at each pixel, H x W int32; undefined in the margin."""
-    if feature.name != "mean":
+    if not feature.needs_mean:
         return select_filters(luma, feature.tensor_bins, feature.rho, margin)
     size = 2 * feature_radius(feature) + 1
     mean = cv2.GaussianBlur(luma, (size, size), feature.rho, borderType=cv2.BORDER_REPLICATE)
     start, density = feature.start_and_density
     with np.errstate(over="ignore", invalid="ignore"):  # the margin may hold any values
-        levels = (mean - start) * density
+        value = luma - mean if feature.name == "difference" else mean
+        levels = (value - start) * density
     # If one of two numbers is NaN, these return the other one.
     return np.asarray(np.fmax(np.fmin(levels, np.float32(feature.bins - 0.5)), np.float32(0)), np.int32)

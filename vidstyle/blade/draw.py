@@ -30,9 +30,20 @@ def draw_bank(bank: Bank) -> np.ndarray:
     Columns are orientations; rows are strengths within coherences within curvatures within additional
     features. Parts follow one another, then the filters for chroma. All filters of a part share a scale,
     which ends at the largest coefficient that is not in the middle of a filter, as middle coefficients
-    dominate. A map of its constants follows each part of an affine bank. If the bank records the number of
-    samples of each filter and its residual, maps of both follow.
+    dominate. The weights of clipped differences follow each part, then a map of the constants of an affine
+    bank. If the bank records the number of samples of each filter and its residual, maps of both follow. The
+    second stage comes last.
     """
+    pages = [page for stage in bank.stages for page in _pages(stage)]
+    width = max(page.shape[1] for page in pages)
+    none = (0, 0)
+    return np.concatenate(
+        [np.pad(page, (none, (0, width - page.shape[1]), none), constant_values=255) for page in pages]
+    )
+
+
+def _pages(bank: Bank) -> list[np.ndarray]:
+    """Draw one stage."""
     samples = _per_bin(bank, "samples")
     residuals = bank.about.get("residuals", [])
     pages = []
@@ -40,6 +51,10 @@ def draw_bank(bank: Bank) -> np.ndarray:
         names = bank.about.get("parts", [])
         title = names[number] if number < len(names) else f"part {number + 1}"
         pages.append(_draw_part(bank, filters, str(title), samples))
+        for clip, level in enumerate(bank.clips):
+            assert bank.clipped is not None
+            clipped = bank.clipped[number, :, clip]
+            pages.append(_draw_part(bank, clipped, f"{title}, differences clipped to {level:g}", samples))
         if number < len(residuals):
             pages.append(_draw_map(bank, np.asarray(residuals[number]), "residual, levels of 255", ".2f"))
         if bank.constants is not None:
@@ -49,7 +64,7 @@ def draw_bank(bank: Bank) -> np.ndarray:
             pages.append(_draw_part(bank, bank.chroma[number], f"{title}, chroma", samples))
     if samples is not None:
         pages.append(_draw_map(bank, samples, "samples", ",.0f", 0.25))
-    return np.concatenate(pages)
+    return pages
 
 
 def _per_bin(bank: Bank, name: str) -> np.ndarray | None:

@@ -6,23 +6,55 @@ Paper, section 5.1, equation 2.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from vidstyle.blade.bank import Bank
 from vidstyle.blade.choice import choice_radius, choose_filters
-from vidstyle.blade.simd import filter_pixel_block, pack_filters
-from vidstyle.core.kernels import CACHE_LINE_FLOATS, aligned_parts, compiled, round_up
+from vidstyle.blade.clipped import pack_clipped
+from vidstyle.blade.filtering import apply_filters
+from vidstyle.blade.simd import pack_filters
 from vidstyle.core.picture import RANGES, WIDE_RANGE
 from vidstyle.core.resample import resample, scaled_shape
 
 RESAMPLING_METHOD = "smooth"
 """Method for reducing a picture for a bank and enlarging its result; banks are trained with it."""
 
-ROWS_AT_ONCE = 3
-"""Rows of pixels that are filtered together if each pixel has its own filter."""
+
+@dataclass(frozen=True)
+class BankPass:
+    """One pass of one stage of a bank.
+
+    Attributes:
+        run: the stage as a run with a single pass.
+        stage: the number of the stage.
+        selects: whether filters are selected; otherwise the last selection of the stage is used.
+        after: number of pixels on each side that later passes depend on.
+        is_read: whether filters of a later pass are selected from its luma.
+    """
+
+    run: BankRun
+    stage: int
+    selects: bool
+    after: int
+    is_read: bool
+
+    @property
+    def radius(self) -> int:
+        """Number of pixels on each side that the pass depends on."""
+        bank = self.run.bank
+        of_selection = choice_radius(bank.bins, self.run.window) if self.selects else 0
+        return max(bank.size // 2, of_selection)
+
+    @property
+    def work(self) -> int:
+        """Approximate number of multiplications per pixel."""
+        bank = self.run.bank
+        selection = (12 * choice_radius(bank.bins, self.run.window) + 50) * (1 + len(bank.bins.features))
+        planes = (1 if bank.chroma is None else 3) + 2 * len(bank.clips)
+        return planes * bank.size**2 + (selection if self.selects else 0)
 
 
 @dataclass(frozen=True)
@@ -33,7 +65,7 @@ class BankRun:
         weights: one per part.
         identity: weight of the picture itself.
         rho: standard deviation of the structure tensor's window in pixels; None for the bank's.
-        passes: number of passes, each on the result of the previous one.
+        passes: number of passes, each of all stages of the bank, on the result of the previous one.
         reselect: whether filters are selected in each pass; otherwise the first selection is used in all
             passes.
         scale: working size relative to the picture, 0..1; the result is enlarged again.
@@ -59,21 +91,29 @@ class BankRun:
         """Standard deviation of the structure tensor's window, in pixels."""
         return self.bank.rho if self.rho is None else self.rho
 
+    @cached_property
+    def sequence(self) -> tuple[BankPass, ...]:
+        """All passes of all stages of the bank, in order."""
+        stages = [replace(self, bank=each, passes=1) for each in self.bank.stages]
+        passes: list[BankPass] = []
+        for number in reversed(range(self.passes * len(stages))):
+            selects = self.reselect or number < len(stages)
+            next_one = passes[0] if passes else None
+            after = next_one.after + next_one.radius if next_one else 0
+            is_read = bool(next_one and (next_one.selects or next_one.is_read))
+            stage = number % len(stages)
+            passes.insert(0, BankPass(stages[stage], stage, selects, after, is_read))
+        return tuple(passes)
+
     @property
     def radius(self) -> int:
         """Number of pixels on each side that a pixel of the result depends on, at the working size."""
-        of_pass, of_selection = self.bank.size // 2, choice_radius(self.bank.bins, self.window)
-        if self.reselect:
-            return self.passes * max(of_pass, of_selection)
-        return (self.passes - 1) * of_pass + max(of_pass, of_selection)
+        return self.sequence[0].after + self.sequence[0].radius
 
     @property
     def work(self) -> int:
         """Approximate number of multiplications per pixel at the working size."""
-        selection = 12 * choice_radius(self.bank.bins, self.window) + 50
-        selection *= 1 + len(self.bank.bins.features)
-        planes = 1 if self.bank.chroma is None else 3
-        return planes * self.passes * self.bank.size**2 + selection * (self.passes if self.reselect else 1)
+        return sum(each.work for each in self.sequence)
 
     def shape_at_scale(self, shape: tuple[int, int]) -> tuple[int, int]:
         """Return the working height and width for a picture of this size."""
@@ -97,6 +137,11 @@ class BankRun:
     @cached_property
     def _packed_for_chroma(self) -> np.ndarray:
         return pack_filters(self._filters_of(self.bank.of_chroma))
+
+    @cached_property
+    def _packed_clipped(self) -> np.ndarray | None:
+        weights = self.bank.combined_clipped(self.weights)
+        return None if weights is None else pack_clipped(weights)
 
     @cached_property
     def _constants(self) -> list[np.ndarray | None]:
@@ -140,33 +185,59 @@ class BankRun:
         out: np.ndarray | None = None,
     ) -> list[np.ndarray]:
         """Return luma and the chroma planes; luma is undefined if chroma is requested."""
-        step = self.radius // self.passes if self.reselect else self.bank.size // 2
-        bins, size = self.bank.bins, self.bank.size
-        selected: np.ndarray | None = None
-        for left in range(self.passes - 1, -1, -1):
+        chosen: dict[int, np.ndarray] = {}
+        for each in self.sequence:
             # Later passes read rows around the needed ones.
-            rows = max(0, margin[0] - left * step), max(0, margin[1] - left * step)
-            if selected is None or self.reselect:
-                selected = choose_filters(luma, bins, self.window, rows, top)
-            place = rows, bins.pitch, top
-            chroma = tuple(
-                apply_filters(
-                    each,
-                    selected,
-                    self._packed_for_chroma,
-                    size,
-                    RANGES["chroma"],
-                    *place,
-                    constants=constants,
-                )
-                for each, constants in zip(chroma, self._constants[1:], strict=False)
-            )
-            if not chroma or (left and self.reselect):
-                last = None if left else out
-                luma = apply_filters(
-                    luma, selected, self._packed, size, self.limits, *place, last, self._constants[0]
-                )
+            rows = max(0, margin[0] - each.after), max(0, margin[1] - each.after)
+            run = each.run
+            if each.selects:
+                chosen[each.stage] = choose_filters(luma, run.bank.bins, run.window, rows, top)
+            place = rows, run.bank.bins.pitch, top
+            filtered = run._chroma_pass(chroma, chosen[each.stage], place)
+            if not chroma or each.is_read:
+                luma = run._luma_pass(luma, chosen[each.stage], place, None if each.after else out)
+            chroma = filtered
         return [luma, *chroma]
+
+    def _chroma_pass(
+        self, chroma: tuple[np.ndarray, ...], selected: np.ndarray, place: tuple[tuple[int, int], int, int]
+    ) -> tuple[np.ndarray, ...]:
+        """Return the chroma planes after one pass; unchanged if the bank has no filters for chroma."""
+        if self.bank.chroma is None:
+            return chroma
+        return tuple(
+            apply_filters(
+                each,
+                selected,
+                self._packed_for_chroma,
+                self.bank.size,
+                RANGES["chroma"],
+                *place,
+                constants=constants,
+            )
+            for each, constants in zip(chroma, self._constants[1:], strict=False)
+        )
+
+    def _luma_pass(
+        self,
+        luma: np.ndarray,
+        selected: np.ndarray,
+        place: tuple[tuple[int, int], int, int],
+        out: np.ndarray | None,
+    ) -> np.ndarray:
+        """Return luma after one pass."""
+        clipped = self._packed_clipped
+        return apply_filters(
+            luma,
+            selected,
+            self._packed,
+            self.bank.size,
+            self.limits,
+            *place,
+            out,
+            self._constants[0],
+            None if clipped is None else (clipped, self.bank.clips),
+        )
 
     def whole(self, luma: np.ndarray) -> np.ndarray:
         """Return the result for a picture, including the reduction and enlargement, as in a style."""
@@ -180,116 +251,3 @@ class BankRun:
 
     def _reduced(self, plane: np.ndarray) -> np.ndarray:
         return resample(plane, self.shape_at_scale((plane.shape[0], plane.shape[1])), RESAMPLING_METHOD)
-
-
-def apply_filters(
-    luma: np.ndarray,
-    selected: np.ndarray,
-    packed: np.ndarray,
-    size: int,
-    limits: tuple[float, float],
-    margin: tuple[int, int] = (0, 0),
-    step: int = 1,
-    top: int = 0,
-    out: np.ndarray | None = None,
-    constants: np.ndarray | None = None,
-) -> np.ndarray:
-    """Filter each pixel with the filter selected for it.
-
-    Args:
-        luma: H x W float32; beyond its border the border is repeated.
-        selected: from `choose_filters`.
-        packed: from `pack_filters`.
-        size: rows and columns of a filter.
-        limits: the range that the result is clipped to.
-        margin: numbers of first and last rows that are not needed.
-        step: side of the squares of pixels that share a filter.
-        top: as in `select_filters`.
-        out: float32, rows without the margin.
-        constants: one for each filter, to add to its result before clipping.
-
-    Returns:
-        `out` if it consists of whole cache lines and squares; otherwise H x W float32, undefined in the
-        margin.
-    """
-    (height, width), lead = luma.shape, top % step
-    columns = round_up(width, CACHE_LINE_FLOATS)
-    rows = (margin[0] + lead) // step, -(-(height - margin[1] + lead) // step)
-    together = 1 if step > 1 else min(ROWS_AT_ONCE, rows[1] - rows[0])
-    shape = size + together * step - 1, columns + round_up(size, CACHE_LINE_FLOATS) + CACHE_LINE_FLOATS
-    kept, again = aligned_parts(shape, (shape[0] * shape[1] + CACHE_LINE_FLOATS,))
-    # Pixels that start within a cache line read rows that also start within one.
-    around = kept, again[CACHE_LINE_FLOATS // 2 : -CACHE_LINE_FLOATS // 2].reshape(shape)
-    low, high = limits if constants is None else WIDE_RANGE
-    ends = np.float32(low), np.float32(high)
-    if (
-        out is None
-        or width % CACHE_LINE_FLOATS
-        or any((row + lead) % step for row in (margin[0], height - margin[1]))
-    ):
-        out, first = np.empty((len(selected) * step, columns), np.float32), 0
-        result = out[lead : lead + height, :width]
-    else:
-        result, first = out, rows[0]
-    chosen = _widened(selected, columns // step)
-    sides = (0,) * size, (0,) * step, (0,) * together
-    _apply(np.ascontiguousarray(luma), chosen, packed, sides, (*rows, lead, first), ends, around, out)
-    if constants is not None:
-        needed = slice(margin[0], height - margin[1])
-        inside = result if result is out else result[needed]
-        _add_constants(inside, selected[needed], constants, np.float32(limits[0]), np.float32(limits[1]))
-    return result
-
-
-def _widened(selected: np.ndarray, columns: int) -> np.ndarray:
-    """Return the indices with this number of columns: the base array of `selected`, or a copy."""
-    if selected.base is not None and selected.base.shape == (len(selected), columns):
-        return selected.base
-    return np.pad(selected, ((0, 0), (0, columns - selected.shape[1]))).astype(np.int32)
-
-
-@compiled(fastmath=True)
-def _add_constants(out, selected, constants, low, high):  # type: ignore[no-untyped-def]
-    """Add the constant of each pixel's filter, and clip; a constant belongs to one pixel, not to a square."""
-    for row in range(out.shape[0]):
-        for x in range(out.shape[1]):
-            out[row, x] = min(max(out[row, x] + constants[selected[row, x]], low), high)
-
-
-@compiled(fastmath=True)
-def _apply(luma, selected, filters, sides, place, ends, around, out):  # type: ignore[no-untyped-def]
-    """Filter the squares, several rows at a time; the last rows may be filtered twice.
-
-    Args:
-        sides: as in `filter_pixel_block`.
-        place: the first row of squares, the row after the last, rows of the first square above luma, and the
-            row of squares at the start of `out`.
-        ends: ends of the range that the result is clipped to.
-        around: rows of luma with their border, stored twice.
-    """
-    (top, bottom, lead, first), (low, high), (kept, again) = place, ends, around
-    radius, step, together = len(sides[0]) // 2, len(sides[1]), len(sides[2])
-    count, last = kept.shape[0], luma.shape[0] - 1
-    begun = top * step - lead - radius
-    for next_row in range(top, bottom, together):
-        row = min(next_row, bottom - together)
-        end = row * step - lead - radius + count
-        for each in range(begun, end):
-            _repeat_border(luma[min(max(each, 0), last)], radius, kept[each % count], again[each % count])
-        begun, oldest = end, end % count
-        chosen, filtered = selected[row:], out[(row - first) * step :]
-        for column in range(0, out.shape[1], 16):
-            filter_pixel_block(filters, chosen, kept, oldest, column, sides, low, high, filtered)
-            filter_pixel_block(filters, chosen, again, oldest, column + 8, sides, low, high, filtered)
-
-
-@compiled(fastmath=True, noalias=True)
-def _repeat_border(row, radius, out, again):  # type: ignore[no-untyped-def]
-    """Extend a row by `radius` copies of its first and last numbers, and store it twice."""
-    inside, inside_again, end = out[radius:], again[radius:], radius + row.size
-    for x in range(radius):
-        out[x], again[x] = row[0], row[0]
-    for x in range(row.size):
-        inside[x], inside_again[x] = row[x], row[x]
-    for x in range(end, out.size):
-        out[x], again[x] = row[row.size - 1], row[row.size - 1]

@@ -40,6 +40,7 @@ class TrainingConfig:
             bin: it keeps rare bins from fitting noise, and empty bins behave like the average.
         affine: whether each filter has its own sum and a constant; then `sums` have no effect.
         planes: number of planes that filters are learned for together; each has its own constants.
+        clips: limits of clipped differences, in levels of 255; see `vidstyle.blade.clipped`.
     """
 
     bins: Bins
@@ -51,11 +52,17 @@ class TrainingConfig:
     scale: float = 1.0
     affine: bool = False
     planes: int = 1
+    clips: tuple[float, ...] = ()
+
+    @property
+    def linear_unknowns(self) -> int:
+        """Number of unknown weights of unclipped pairs of opposite pixels, one or two per pair."""
+        return len(pixel_pairs(self.size)) * (2 if self.bins.curvatures > 1 else 1)
 
     @property
     def pair_unknowns(self) -> int:
-        """Number of unknown weights of pairs of opposite pixels, one or two per pair; see `symmetry`."""
-        return len(pixel_pairs(self.size)) * (2 if self.bins.curvatures > 1 else 1)
+        """Number of unknown weights of pairs of opposite pixels; see `symmetry`."""
+        return self.linear_unknowns + len(self.clips) * len(pixel_pairs(self.size))
 
     @property
     def unknowns(self) -> int:
@@ -139,9 +146,9 @@ def accumulate(
         regressors = np.zeros(config.unknowns)
         if config.affine:
             regressors[config.pair_unknowns + 1 + number] = 1
-        _sum_up(
-            plane, wanted, selected, offsets, margin, rows, regressors, config.pair_unknowns, *sums.arrays
-        )
+        clips = np.array(config.clips, np.float32) / 255
+        ends = config.linear_unknowns, config.pair_unknowns
+        _sum_up(plane, wanted, selected, offsets, margin, rows, regressors, ends, clips, *sums.arrays)
         return sums
 
     for sums in pool.map(run, range(STRIPE_COUNT)):
@@ -197,16 +204,37 @@ def solve_weights(config: TrainingConfig, sums: NormalEquations) -> np.ndarray:
     # The numbers of samples are summed over the symmetries like an additional part.
     counts = np.broadcast_to(sums.samples[:, None, None], (len(sums.samples), 1, unknowns))
     summed = np.concatenate([sums.vectors, counts], axis=1)
-    matrices, summed = symmetrize(sums.matrices, summed, config.bins, config.size)
+    matrices, summed = symmetrize(sums.matrices, summed, config.bins, config.size, len(config.clips))
     vectors, samples = summed[:, :-1], summed[:, -1, 0]
     matrices, vectors = _with_prior(config, matrices, vectors, samples)
     smooth, bend = _regularizer(config)
     # Relative to the energy of each bin: a weight for strong edges would turn flat areas into a box blur.
-    pairs = config.pair_unknowns
-    energy = np.trace(matrices[:, :pairs, :pairs], axis1=1, axis2=2)[:, None, None] / pairs + 1e-12
-    weight, ridge = config.smoothness * energy, 1e-9 * energy * np.eye(unknowns)
-    found = np.linalg.solve(matrices + weight * smooth + ridge, (vectors + weight * bend).transpose(0, 2, 1))
+    energy = _energies(config, matrices)
+    weight = config.smoothness * energy[:, :1, None]
+    # Where all differences are small, clipped and unclipped ones are equal.
+    ridge = (1e-6 if config.clips else 1e-9) * energy[:, _groups(config), None] * np.eye(unknowns)
+    regular = matrices + config.smoothness * np.tensordot(energy, smooth, 1) + ridge
+    found = np.linalg.solve(regular, (vectors + weight * bend).transpose(0, 2, 1))
     return found.transpose(2, 0, 1)
+
+
+def _groups(config: TrainingConfig) -> np.ndarray:
+    """Return the group of each unknown: 0 for unclipped pairs and affine ones, then one for each clip."""
+    pairs = len(pixel_pairs(config.size))
+    of_pairs = [0] * config.linear_unknowns + [
+        1 + clip for clip in range(len(config.clips)) for _ in range(pairs)
+    ]
+    return np.array(of_pairs + [0] * (config.unknowns - config.pair_unknowns))
+
+
+def _energies(config: TrainingConfig, matrices: np.ndarray) -> np.ndarray:
+    """Return the mean energy of the regressors of pairs in each group: bins x groups."""
+    squares = np.diagonal(matrices, axis1=1, axis2=2)[:, : config.pair_unknowns]
+    groups = _groups(config)[: config.pair_unknowns]
+    return (
+        np.stack([squares[:, groups == each].mean(axis=1) for each in range(1 + len(config.clips))], 1)
+        + 1e-12
+    )
 
 
 def residuals(config: TrainingConfig, sums: NormalEquations, filters: np.ndarray) -> np.ndarray:
@@ -240,15 +268,18 @@ def _with_prior(
 
 
 def _regularizer(config: TrainingConfig) -> tuple[np.ndarray, np.ndarray]:
-    """Return the squared differences of neighbouring coefficients: a matrix and a linear part."""
+    """Return the squared slopes of the coefficients: a matrix for each group, and a linear part."""
     impulse = np.zeros((config.size, config.size, 1))
     impulse[config.size // 2, config.size // 2] = 1
-    from_weights, from_middle = (
-        np.concatenate([np.diff(filters, axis=axis).reshape(-1, filters.shape[2]) for axis in (0, 1)])
-        for filters in (_coefficients_of_weights(config), impulse)
-    )
+    from_weights, from_middle = map(_slopes, (_coefficients_of_weights(config), impulse))
     known = np.zeros(len(config.sums)) if config.affine else config.sums
-    return from_weights.T @ from_weights, -np.outer(known, from_weights.T @ from_middle)
+    slopes = [from_weights, *map(_slopes, _coefficients_of_clipped(config))]
+    return np.stack([each.T @ each for each in slopes]), -np.outer(known, from_weights.T @ from_middle)
+
+
+def _slopes(filters: np.ndarray) -> np.ndarray:
+    """Return the differences of neighbouring coefficients of filters, size x size x unknowns, in rows."""
+    return np.concatenate([np.diff(filters, axis=axis).reshape(-1, filters.shape[2]) for axis in (0, 1)])
 
 
 def _coefficients_of_weights(config: TrainingConfig) -> np.ndarray:
@@ -259,7 +290,7 @@ def _coefficients_of_weights(config: TrainingConfig) -> np.ndarray:
     """
     pairs, radius = pixel_pairs(config.size), config.size // 2
     matrix = np.zeros((config.size, config.size, config.unknowns))
-    for number in range(config.pair_unknowns):
+    for number in range(config.linear_unknowns):
         down, right = pairs[number % len(pairs)]
         is_sum = number < len(pairs)
         matrix[radius + down, radius + right, number] = 1
@@ -268,6 +299,16 @@ def _coefficients_of_weights(config: TrainingConfig) -> np.ndarray:
     if config.affine:
         matrix[radius, radius, config.pair_unknowns] = 1
     return matrix
+
+
+def _coefficients_of_clipped(config: TrainingConfig) -> np.ndarray:
+    """Return the weights of clipped differences of each unknown, clips x size x size x unknowns."""
+    pairs, radius = pixel_pairs(config.size), config.size // 2
+    images = np.zeros((len(config.clips), config.size, config.size, config.unknowns))
+    for clip, image in enumerate(images):
+        for number, (down, right) in enumerate(pairs, config.linear_unknowns + clip * len(pairs)):
+            image[radius + down, radius + right, number] = image[radius - down, radius - right, number] = 1
+    return images
 
 
 def as_filters(config: TrainingConfig, weights: np.ndarray) -> np.ndarray:
@@ -279,6 +320,13 @@ def as_filters(config: TrainingConfig, weights: np.ndarray) -> np.ndarray:
     return filters.astype(np.float32)
 
 
+def clipped_of(config: TrainingConfig, weights: np.ndarray) -> np.ndarray | None:
+    """Return the weights of clipped differences: parts x bins x clips x size x size; None without clips."""
+    if not config.clips:
+        return None
+    return np.tensordot(weights, _coefficients_of_clipped(config), (2, 3)).astype(np.float32)
+
+
 def constants_of(config: TrainingConfig, weights: np.ndarray) -> np.ndarray | None:
     """Return the constants of unknowns: parts x bins x planes float32; None if they are not affine."""
     return weights[..., config.pair_unknowns + 1 :].astype(np.float32) if config.affine else None
@@ -286,14 +334,27 @@ def constants_of(config: TrainingConfig, weights: np.ndarray) -> np.ndarray | No
 
 @compiled(fastmath=True)
 def _sum_up(  # type: ignore[no-untyped-def]
-    luma, wanted, selected, offsets, margin, rows, differences, end, matrices, vectors, energies, samples
+    luma,
+    wanted,
+    selected,
+    offsets,
+    margin,
+    rows,
+    differences,
+    ends,
+    clips,
+    matrices,
+    vectors,
+    energies,
+    samples,
 ):
-    """Add the equations of some rows; `end` of the unknowns are weights of pairs.
+    """Add the equations of some rows.
 
     Args:
+        ends: the numbers of unknowns that are weights of unclipped pairs, and of all pairs.
         differences: filled with the regressors of a pixel; constants are set by the caller.
     """
-    unknowns, pairs, parts = len(differences), len(offsets), len(wanted)
+    unknowns, pairs, parts, (linear, end) = len(differences), len(offsets), len(wanted), ends
     for row in range(rows[0], rows[1]):
         for column in range(margin, luma.shape[1] - margin):
             number, middle = selected[row, column], luma[row, column]
@@ -301,8 +362,13 @@ def _sum_up(  # type: ignore[no-untyped-def]
                 down, right = offsets[k, 0], offsets[k, 1]
                 one, other = luma[row + down, column + right], luma[row - down, column - right]
                 differences[k] = one + other - middle - middle
-                if end > pairs:
+                if linear > pairs:
                     differences[pairs + k] = one - other
+                for place in range(len(clips)):
+                    clip = clips[place]
+                    differences[linear + place * pairs + k] = min(max(one - middle, -clip), clip) + min(
+                        max(other - middle, -clip), clip
+                    )
             if unknowns > end:
                 differences[end] = middle
             samples[number] += 1

@@ -6,8 +6,9 @@ over its seven images (paper, section 5.2) without visiting them.
 
 The unknowns of a filter are one weight for each pair of opposite pixels: the weight of their sum minus twice
 the middle. Rotated by 180 degrees, a straight line and its filter stay the same; a curved line bends the
-other way. If bins depend on curvature, each pair has a second weight, for the difference of its pixels. The
-further unknowns of affine filters, the weight of the middle and constants, are the same in all images.
+other way. If bins depend on curvature, each pair has a second weight, for the difference of its pixels. A
+bank with clipped differences has a further weight of each pair for each clip. The last unknowns of affine
+filters, the weight of the middle and constants, are the same in all images.
 """
 
 from __future__ import annotations
@@ -97,17 +98,18 @@ def pair_weights(filters: np.ndarray, has_differences: bool) -> np.ndarray:
 
 
 def symmetrize(
-    matrices: np.ndarray, vectors: np.ndarray, bins: Bins, size: int
+    matrices: np.ndarray, vectors: np.ndarray, bins: Bins, size: int, clip_count: int = 0
 ) -> tuple[np.ndarray, np.ndarray]:
     """Add to the sums over samples the sums over the seven images of each sample.
 
     Args:
         matrices: bins x unknowns x unknowns.
         vectors: bins x parts x unknowns.
+        clip_count: number of clips of the differences.
     """
     all_matrices, all_vectors = np.zeros_like(matrices), np.zeros_like(vectors)
     for symmetry in SYMMETRIES:
-        order, signs = _images_of_unknowns(symmetry, size, matrices.shape[1])
+        order, signs = _images_of_unknowns(symmetry, size, bins.curvatures > 1, clip_count, matrices.shape[1])
         target = _images_of_bins(symmetry, bins)
         all_matrices[np.ix_(target, order, order)] += np.outer(signs, signs) * matrices
         all_vectors[np.ix_(target, np.arange(vectors.shape[1]), order)] += signs * vectors
@@ -120,16 +122,17 @@ def _images_of_bins(symmetry: Symmetry, bins: Bins) -> np.ndarray:
     return np.array([symmetry.bin_of(bins, number) for number in range(bins.count)])
 
 
-def _images_of_unknowns(symmetry: Symmetry, size: int, unknowns: int) -> tuple[np.ndarray, np.ndarray]:
+def _images_of_unknowns(
+    symmetry: Symmetry, size: int, has_differences: bool, clip_count: int, unknowns: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the index of the image of each unknown, and -1 if its difference changes sign."""
     pairs = pixel_pairs(size)
     images = [symmetry.moved(*pixel) for pixel in pairs]
     order = [pairs.index(image if image in pairs else (-image[0], -image[1])) for image in images]
-    signs = [1 if image in pairs else -1 for image in images]
-    if unknowns >= 2 * len(pairs):
-        order += [len(pairs) + each for each in order]
-        signs = [1] * len(pairs) + signs
-    else:
-        signs = [1] * len(pairs)
+    signs = [1] * len(pairs)
+    if has_differences:
+        signs += [1 if image in pairs else -1 for image in images]
+    groups = 1 + has_differences + clip_count
+    order = [number * len(pairs) + each for number in range(groups) for each in order]
     others = range(len(order), unknowns)
-    return np.array([*order, *others]), np.array([*signs, *(1 for _ in others)])
+    return np.array([*order, *others]), np.array([*signs, *[1] * (unknowns - len(signs))])

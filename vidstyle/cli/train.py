@@ -56,12 +56,16 @@ MAX_CLIPPED_SHARE = 0.01
 @option("--bins", metavar="auto|OxSxC[xK]", default="auto", group=Group.FILTERS,
         help="Bins of orientation, strength, coherence and curvature; auto tries some.")  # fmt: skip
 @option("--feature", "features", metavar="NAME=BINS@RHO", multiple=True, group=Group.FILTERS,
-        help="Also select filters by mean, strength or coherence at scale RHO; may be repeated.")  # fmt: skip
+        help="Also select filters by mean, difference, strength or coherence at scale RHO.")  # fmt: skip
+@option("--clip", "clips", metavar="LEVELS", type=number(0.1, 255), multiple=True, group=Group.FILTERS,
+        help="Also weight differences clipped to +/-LEVELS of 255; may be repeated.")  # fmt: skip
 @option("--chroma", is_flag=True, group=Group.FILTERS, help="Also learn filters for chroma.")
 @option("--size", type=number(3, 15, whole=True), default=7, group=Group.FILTERS,
         help="Filter size in pixels, odd.")  # fmt: skip
 @option("--rho", type=number(MIN_RHO, 8), default=1.5, group=Group.FILTERS,
         help="Standard deviation of the structure tensor's window, in pixels.")  # fmt: skip
+@option("--stages", type=number(1, 2, whole=True), default=2, group=Group.FILTERS,
+        help="Maximum number of stages; the second filters the result of the first.")  # fmt: skip
 @option("--scale", type=number(0.05, 1), default=1, group=Group.FILTERS,
         help="Size of the picture at which the bank runs; below 1 for wide filters.")  # fmt: skip
 @option("--hold-out", type=number(0, whole=True), default=2, group=Group.REFERENCE,
@@ -90,7 +94,7 @@ def _train(path: Path, options: dict[str, Any]) -> None:
     from vidstyle.blade.bank import MAX_SLIDERS
     from vidstyle.blade.bank_file import save_bank
     from vidstyle.blade.photographs import photographs_in
-    from vidstyle.blade.trial import train_best
+    from vidstyle.blade.search.best_bank import train_best
 
     sliders = parse_sliders(options["sliders"])
     reference = parse_reference(options, [name for name, *_ in sliders])
@@ -109,7 +113,8 @@ def _train(path: Path, options: dict[str, Any]) -> None:
     with display(options["progress"]) as show:
         on_picture = StepProgress(show)
         learned_from = pictures[: len(pictures) - held_out]
-        bank, report = train_best(configs, reference, learned_from, on_picture, options["chroma"])
+        chroma, stages = options["chroma"], options["stages"]
+        bank, report = train_best(configs, reference, learned_from, on_picture, chroma, stages)
         bank.about["sliders"] = [list(slider) for slider in sliders]
         _measure(bank, reference, pictures[len(pictures) - held_out :], on_picture)
     save_bank(bank, path)
@@ -141,12 +146,14 @@ def _report(
     layouts: int,
 ) -> None:
     """Print the layout of the bank, its fidelity, and the causes of the remaining error."""
-    from vidstyle.blade.layouts import layout_text
+    from vidstyle.blade.search.layouts import layout_text
 
     say(str(report))
     best = f", the best of {layouts} layouts" if layouts > 1 else ""
     kind = "filters that keep flat areas" if bank.constants is None else "affine filters"
-    say(f"{layout_text(bank.bins)}{best}; {kind}")
+    say(f"{layout_text(bank.bins, bank.clips)}{best}; {kind}")
+    if bank.next:
+        say(f"second stage: {layout_text(bank.next.bins, bank.next.clips)}")
     fidelity = bank.about.get("fidelity")
     if report.clipped > MAX_CLIPPED_SHARE:
         say(f"the filter clips {report.clipped:.0%} more of the values to black or white")
@@ -154,13 +161,13 @@ def _report(
         say(_fidelity_text(fidelity, held_out))
         if fidelity["explained"] < GOOD_SHARE:
             say(_rest_text(bank, reference, photograph))
-    text = f"{path}: {bank.bins.count} filters of {bank.size} x {bank.size}"
+    text = f"{path}: {sum(each.bins.count for each in bank.stages)} filters of {bank.size} x {bank.size}"
     say(text, {"files": [str(path)], "filters": bank.bins.count, "fidelity": fidelity})
 
 
 def _rest_text(bank: Bank, reference: ReferenceFilter, photograph: Photograph) -> str:
     """Return why a bank does not reproduce the rest of the change, by tests of the filter."""
-    from vidstyle.blade.dependence import find_dependence
+    from vidstyle.blade.search.dependence import find_dependence
 
     if not reference.is_testable:
         return "the cause of the rest is unknown: pairs of pictures cannot be tested like a filter"

@@ -80,22 +80,25 @@ def _settings(texts: tuple[str, ...]) -> dict[str, float]:
 
 
 def parse_configs(options: dict[str, Any], reference: ReferenceFilter) -> list[TrainingConfig]:
-    """Return the layout that --bins and --feature declare, or those from which to choose."""
-    from vidstyle.blade.layouts import AUTOMATIC_LAYOUTS
+    """Return the layout that --bins, --feature and --clip declare, or those from which to choose."""
+    from vidstyle.blade.bank import MAX_CLIPS
     from vidstyle.blade.regression import TrainingConfig
+    from vidstyle.blade.search.layouts import AUTOMATIC_LAYOUTS, Layout
 
     if options["size"] % 2 == 0:
         reason, remedy = f"{options['size']} is even", f"use {options['size'] - 1} or {options['size'] + 1}"
         raise UsageError("--size", reason, remedy)
     features = _features(options["features"])
-    if options["bins"] == "auto" and not features:
-        layouts: tuple[Bins, ...] = AUTOMATIC_LAYOUTS
+    clips = tuple(sorted(set(options["clips"])))
+    if len(clips) > MAX_CLIPS:
+        raise UsageError("--clip", f"is given {len(clips)} times", f"use it at most {MAX_CLIPS} times")
+    if options["bins"] == "auto" and not (features or clips):
+        layouts: tuple[Layout, ...] = AUTOMATIC_LAYOUTS
     else:
-        layouts = (_bins("16x5x3" if options["bins"] == "auto" else options["bins"], features),)
-    return [
-        TrainingConfig(bins, options["rho"], options["size"], reference.sums, scale=options["scale"])
-        for bins in layouts
-    ]
+        bins = _bins("16x5x3" if options["bins"] == "auto" else options["bins"], features)
+        layouts = (Layout(bins, clips),)
+    shape = options["rho"], options["size"], reference.sums
+    return [TrainingConfig(each.bins, *shape, scale=options["scale"], clips=each.clips) for each in layouts]
 
 
 def _bins(text: str, features: tuple[Feature, ...]) -> Bins:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any, cast
 
-from vidstyle.blade.bank import MAX_RHO
+from vidstyle.blade.bank import MAX_CLIPS, MAX_RHO
 from vidstyle.blade.bins import MIDDLE_CURVATURE, Bins, Feature
 from vidstyle.blade.choice import feature_radius
 from vidstyle.blade.inference import BankRun
@@ -179,14 +179,16 @@ class ShaderGraph:
         run: BankRun = node.values["run"]
         luma = self[node.inputs["luma"]]
         filtered = self[node.inputs[node.kind]]
-        chosen: ShaderNode | None = None
-        for left in range(run.passes - 1, -1, -1):
-            if chosen is None or run.reselect:
-                chosen = self._chosen(luma, run)
-            if node.kind == "chroma":
-                filtered = self._filtered(filtered, chosen, replace(run, bank=run.bank.of_chroma))
-            if node.kind == "luma" or (left and run.reselect):
-                luma = self._filtered(luma, chosen, run)
+        chosen: dict[int, ShaderNode] = {}
+        for each in run.sequence:
+            stage = each.run
+            if each.selects:
+                chosen[each.stage] = self._chosen(luma, stage)
+            if node.kind == "chroma" and stage.bank.chroma is not None:
+                of_chroma = replace(stage, bank=stage.bank.of_chroma)
+                filtered = self._filtered(filtered, chosen[each.stage], of_chroma)
+            if node.kind == "luma" or each.is_read:
+                luma = self._filtered(luma, chosen[each.stage], stage)
         return luma if node.kind == "luma" else filtered
 
     def _filtered(self, image: ShaderNode, chosen: ShaderNode, run: BankRun) -> ShaderNode:
@@ -212,7 +214,7 @@ class ShaderGraph:
         for feature in run.bank.bins.features:
             level = (
                 self._of_mean(luma, feature)
-                if feature.name == "mean"
+                if feature.needs_mean
                 else self._of_tensor(luma, feature.tensor_bins, feature.rho)
             )
             function = Function("blade/mean_level.glsl", "divided_choice")
@@ -222,7 +224,7 @@ class ShaderGraph:
         return chosen
 
     def _of_mean(self, luma: ShaderNode, feature: Feature) -> ShaderNode:
-        """Return the bin of each pixel's local mean, computed by the filter of the block `gaussian`."""
+        """Return the bin of a local mean, by the filter of the block `gaussian`, or of luma minus it."""
         mean, radius = luma, feature_radius(feature)
         for name in ("gaussian_across", "gaussian"):
             function = Function("blocks/gaussian.glsl", name)
@@ -232,8 +234,9 @@ class ShaderGraph:
             )
         start, density = map(float, feature.start_and_density)
         values = {"start": start, "density": density, "levels": float(feature.bins)}
-        function = Function("blade/mean_level.glsl", "mean_level")
-        return self.node(ShaderNode("luma", luma.shape, function, {"mean": mean}, values=values))
+        inputs = {"own": luma, "mean": mean} if feature.name == "difference" else {"mean": mean}
+        function = Function("blade/mean_level.glsl", f"{feature.name}_level")
+        return self.node(ShaderNode("luma", luma.shape, function, inputs, values=values))
 
     def _of_tensor(self, luma: ShaderNode, bins: Bins, rho: float) -> ShaderNode:
         """Return the bin of each pixel's structure tensor.
@@ -337,12 +340,16 @@ def choice_values(bins: Bins, rho: float) -> dict[str, Any]:
 
 def filter_values(run: BankRun) -> dict[str, Any]:
     """Return the arguments of `filtered`."""
-    padding = (0.0,) * (MAX_PARTS - len(run.weights))
+    bank, padding = run.bank, (0.0,) * (MAX_PARTS - len(run.weights))
+    # Weights of twenty or more, constants, and weights that cancel make the rounding of half floats visible.
+    is_exact = run.is_wide or bank.constants is not None or bank.clips
+    limits = tuple(each / 255 for each in bank.clips)
     return {
-        # Weights of twenty or more, and constants, would make the rounding of half floats visible.
-        "bank": run.bank.packed if run.is_wide or run.bank.constants is not None else run.bank.packed_in_half,
-        "size": run.bank.size,
+        "bank": bank.packed if is_exact else bank.packed_in_half,
+        "size": bank.size,
+        "clip_count": len(limits),
+        "clips": (*limits, *(0.0,) * (MAX_CLIPS - len(limits))),
         "part_weights": (*map(float, run.weights), *padding),
-        "part_sums": (*run.bank.sums, *padding),
+        "part_sums": (*bank.sums, *padding),
         "identity": float(run.identity),
     }

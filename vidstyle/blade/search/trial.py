@@ -1,29 +1,23 @@
-"""Trains several layouts of a bank on the same pictures and keeps the best."""
+"""Compares layouts of a bank by cross-validation on the same pictures."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vidstyle.blade.bank import Bank
-from vidstyle.blade.photographs import Photograph, chroma_of, luma_of
-from vidstyle.blade.reference_filter import ReferenceFilter
+from vidstyle.blade.photographs import chroma_of, luma_of
 from vidstyle.blade.regression import (
     NormalEquations,
     TrainingConfig,
     accumulate,
-    as_filters,
-    constants_of,
     solve_weights,
     squared_errors,
     with_gains,
     with_sums,
 )
-from vidstyle.blade.training import OnPicture, TrainingReport, description, report
-from vidstyle.core.machine.cores import available_cores
 
 FOLD_COUNT = 3
 """Groups of pictures, each of which checks the filters that are learned from the others."""
@@ -48,13 +42,16 @@ class FilterForm:
     @property
     def errors(self) -> float:
         """The sum of squared errors on each group of pictures, after learning from the others."""
-        groups = [fold for fold in self.folds if fold.samples.any()]
-        return sum(self._errors(groups, number) for number in range(len(groups)))
+        return sum(self._errors(number) for number, fold in enumerate(self.folds) if fold.samples.any())
 
-    def _errors(self, groups: Sequence[NormalEquations], number: int) -> float:
-        others = [each for each in groups if each is not groups[number]] or groups
-        weights = solve_weights(self.config, self._total(others))
-        return float(np.maximum(squared_errors(groups[number], weights), 0).sum())
+    def _errors(self, number: int) -> float:
+        return float(np.maximum(squared_errors(self.folds[number], self.weights_without(number)), 0).sum())
+
+    def weights_without(self, number: int) -> np.ndarray:
+        """Return the unknowns learned from all groups of pictures but one, or from the only one."""
+        groups = [fold for fold in self.folds if fold.samples.any()]
+        others = [each for each in groups if each is not self.folds[number]] or groups
+        return solve_weights(self.config, self._total(others))
 
     @property
     def energy(self) -> float:
@@ -84,7 +81,7 @@ class Trial:
     def __init__(self, config: TrainingConfig, chroma: bool) -> None:
         configs = [
             replace(config, affine=True),
-            *([replace(config, affine=True, planes=2)] if chroma else []),
+            *([replace(config, affine=True, planes=2, clips=())] if chroma else []),
         ]
         self._affine = [
             FilterForm(each, tuple(NormalEquations.empty(each) for _ in range(FOLD_COUNT)))
@@ -120,52 +117,8 @@ class Trial:
         return sum(each.energy for each in found)
 
 
-def train_best(
-    configs: Sequence[TrainingConfig],
-    reference: ReferenceFilter,
-    photographs: Sequence[Photograph],
-    on_picture: OnPicture = lambda *_: None,
-    chroma: bool = False,
-) -> tuple[Bank, TrainingReport]:
-    """Train a bank of the layout that explains most of the change; with `chroma` also for the chroma planes.
-
-    Each layout is trained on two thirds of the pictures and checked on the others, in turn, with filters that
-    keep flat areas flat and with affine ones. The best is then trained on all pictures.
-
-    Args:
-        configs: the layouts, simpler ones first; a later one must be better by `MIN_LAYOUT_GAIN`.
-
-    Raises:
-        InputError: a picture cannot be read, or the reference filter fails.
-        UsageError: the reference filter's settings are invalid.
-    """
-    trials = [Trial(config, chroma) for config in configs]
-    clipped = []
-    with ThreadPoolExecutor(available_cores()) as pool:
-        for number, photograph in enumerate(photographs, 1):
-            color = photograph.color()
-            targets = reference.apply(color, photograph)
-            clipped.append(_ends_share(targets[0]) - _ends_share(color))
-            for trial in trials:
-                trial.add(number, color, targets, pool)
-            on_picture("learning", number, len(photographs))
-    best = _best(trials)
-    sums = best[0].total
-    weights = solve_weights(best[0].config, sums)
-    with np.errstate(invalid="ignore"):
-        mean = squared_errors(sums, weights) / sums.samples
-    errors = 255 * np.sqrt(np.maximum(np.nan_to_num(mean), 0))
-    about = description(best[0].config, reference, photographs, sums, errors)
-    return _bank(best, weights, about), replace(report(sums, errors), clipped=float(np.mean(clipped)))
-
-
-def _ends_share(picture: np.ndarray) -> float:
-    """Return the share of values that are black or white."""
-    return float(((picture <= 0) | (picture >= 1)).mean())
-
-
-def _best(trials: Sequence[Trial]) -> list[FilterForm]:
-    """Return the forms for luma and chroma of the best layout."""
+def best_form(trials: Sequence[Trial]) -> tuple[list[FilterForm], float]:
+    """Return the forms of the best layout for luma and chroma, and the share of the change they leave."""
     best: list[FilterForm] = []
     least = np.inf
     for trial in trials:
@@ -173,22 +126,4 @@ def _best(trials: Sequence[Trial]) -> list[FilterForm]:
             unexplained = sum(each.errors for each in form) / max(trial.change, 1e-12)
             if unexplained < least - needed:
                 best, least = form, unexplained
-    return best
-
-
-def _bank(best: list[FilterForm], weights: np.ndarray, about: dict[str, object]) -> Bank:
-    of_luma, *of_chroma = best
-    config = of_luma.config
-    found = [(config, weights)]
-    found += [(each.config, solve_weights(each.config, each.total)) for each in of_chroma]
-    filters = [as_filters(*each) for each in found]
-    constants = [each for pair in found if (each := constants_of(*pair)) is not None]
-    return Bank(
-        config.bins,
-        config.rho,
-        filters[0],
-        about,
-        filters[1] if of_chroma else None,
-        np.concatenate(constants, axis=2) if constants else None,
-        config.scale,
-    )
+    return best, float(least)

@@ -1,0 +1,1 @@
+"""Searches for the best bank for a filter, and explains what no bank reproduces."""
