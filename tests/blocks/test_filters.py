@@ -192,3 +192,41 @@ def test_filters_after_scale_act_coarser() -> None:
     coarse = run_luma(style(step("scale", factor=0.5), step("gaussian", sigma=2)), luma)
     fine, none = (run_luma(style(step("gaussian", sigma=sigma)), luma) for sigma in (4.1, 2))
     assert np.abs(coarse - fine).mean() < 0.2 * np.abs(coarse - none).mean()
+
+
+@pytest.mark.parametrize(("threshold", "sparsity"), [(4, 1.5), (64, 0), (1, 8)])
+def test_contour_weighs_the_gradient_of_all_channels_against_noise_and_clutter(
+    threshold: float, sparsity: float
+) -> None:
+    color, weights = noise(21, 17, 3), np.array([0.2126, 0.7152, 0.0722])
+    across = [
+        convolved(color[..., each], np.array([[-1, 0, 1], [-2, 0, 2], [-1, 0, 1]])) for each in range(3)
+    ]
+    down = [convolved(color[..., each], np.array([[-1, -2, -1], [0, 0, 0], [1, 2, 1]])) for each in range(3)]
+    squared = np.tensordot(weights, np.square(across) + np.square(down), 1) / 16
+    clutter = sparsity * (color @ weights)
+    expected = squared / (squared + (threshold / 255) ** 2 + clutter**2)
+    out = run_color(style(step("contour", threshold=threshold, sparsity=sparsity)), color)
+    np.testing.assert_allclose(out, np.repeat(expected[..., None], 3, axis=2), atol=1e-4)
+
+
+def test_contour_shows_an_edge_between_colours_of_one_brightness() -> None:
+    red, green = [0.6, 0.3, 0.3], [0.3, 0.3 + 0.3 * 0.2126 / 0.7152, 0.3]
+    color = np.array([[red] * 4 + [green] * 4] * 6, np.float32)
+    weights = np.array([0.2126, 0.7152, 0.0722])
+    np.testing.assert_allclose(color @ weights, (color @ weights)[0, 0], atol=1e-3)
+    out = run_color(style(step("contour", sparsity=0)), color)[..., 0]
+    assert out[:, 3:5].min() > 0.9 and out[:, :3].max() < 1e-3
+
+
+def test_contour_drops_edges_that_are_no_stronger_than_those_around() -> None:
+    alone = np.zeros((9, 40, 3), np.float32)
+    alone[:, 20:] = 0.1
+    crowded = np.repeat(0.1 * (np.arange(40) // 2 % 2)[None, :, None], 9, axis=0).repeat(3, axis=2)
+    steps = (
+        step("sobel", gain=1),
+        step("gaussian", sigma=4, save="clutter"),
+        step("contour", source="source", clutter="clutter", sparsity=3),
+    )
+    assert run_color(style(*steps), alone).max() > 0.7
+    assert run_color(style(*steps), crowded)[:, 12:-12].max() < 0.2
