@@ -24,9 +24,11 @@ from vidstyle.style import (
     override,
     save_style,
     style_from_table,
+    style_names,
     style_schema,
     table_from_style,
 )
+from vidstyle.style.knobs import knobs_of
 from vidstyle.style.panel import panel
 
 COLORS = noise(24, 30, 3)
@@ -65,6 +67,59 @@ def test_knobs_and_mute_are_in_files_and_in_their_schema(tmp_path: Path) -> None
 def test_a_knob_names_a_value_once(knobs: object, told: str) -> None:
     with pytest.raises(StyleError) as caught:
         made(knobs=knobs, lines=[{"block": "posterize"}])
+    assert told in str(caught.value)
+
+
+def test_labels_say_what_values_do_in_this_style(tmp_path: Path) -> None:
+    labels = {"lines.posterize#1.levels": "Shades", "lines.posterize#2.softness": "Mist", "ink": "Pen"}
+    knobs = ["posterize#1.levels", "posterize#2.levels"]
+    table = {
+        "format": 1,
+        "name": "s",
+        "knobs": knobs,
+        "labels": labels,
+        "lines": [{"block": "posterize"}] * 2,
+    }
+    jsonschema.validate(table, style_schema())
+    save_style(load_style(table), tmp_path / "s.toml")
+    style = load_style(tmp_path / "s.toml")
+    assert table_from_style(style) == table
+    shown = {entry["path"]: entry["label"] for entry in panel(style, style)["entries"]}
+    assert shown["ink"] == "Pen" and shown["paper"] == "Paper colour"
+    assert shown["lines.posterize#1.levels"] == "Shades" and shown["lines.posterize#2.softness"] == "Mist"
+    assert shown["lines.posterize#2.levels"] == "Number of tones"
+
+
+def test_equal_labels_of_knobs_are_numbered() -> None:
+    knobs = ["posterize#1.levels", "posterize#2.levels"]
+    style = made(knobs=knobs, lines=[{"block": "posterize"}] * 2)
+    labels = [knob.label for knob in knobs_of(style, table_from_style(style)).values()]
+    assert labels == ["Number of tones 1", "Number of tones 2"]
+
+
+@pytest.mark.parametrize("name", style_names())
+def test_the_knobs_of_a_style_have_labels_that_say_what_they_do(name: str) -> None:
+    style = load_style(name)
+    labels = [knob.label for knob in knobs_of(style, table_from_style(style)).values()]
+    assert not {"Blend amount", "Blur"}.intersection(labels)
+    assert not any(label[-1].isdigit() for label in labels)
+
+
+@pytest.mark.parametrize(
+    ("labels", "told"),
+    [
+        ("ink", "labels is not a table"),
+        ({"ink": ""}, "labels: '' is not a text of 1 to 40 characters"),
+        ({"ink": 5}, "labels: 5 is not a text"),
+        ({"ink": "x" * 41}, "is not a text of 1 to 40 characters"),
+        ({"posterise.levels": "x"}, "labels: there is no step 'posterise'; did you mean 'posterize'"),
+        ({"posterize.levels": "a", "lines.posterize.levels": "b"}, "is there twice"),
+        ({f"x{number}": "x" for number in range(65)}, "at most 64 labels"),
+    ],
+)
+def test_a_label_is_a_short_text_for_a_value(labels: object, told: str) -> None:
+    with pytest.raises(StyleError) as caught:
+        made(labels=labels, lines=[{"block": "posterize"}])
     assert told in str(caught.value)
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from vidstyle.style.mask_declarations import BACKDROP, REGIONS
 from vidstyle.style.model import SOURCE, Step, Style
-from vidstyle.style.structure import structure_key
+from vidstyle.style.resolve import structure_key
 from vidstyle.style.wiring import START, rename_pictures, wire_layers, wiring_of
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, replace
 from random import Random
 from typing import Any, ClassVar, Literal
 
@@ -149,6 +149,10 @@ class Parameter:
     def label(self) -> str:
         """Its name in plain words."""
         return self.control.label or label_of_name(self.name)
+
+    def named(self, label: str) -> Parameter:
+        """Return the parameter with another label."""
+        return replace(self, control=replace(self.control, label=label))  # type: ignore[type-var]
 
     def check(self, value: object) -> Any:
         """Return the value in its proper type.

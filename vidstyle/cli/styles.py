@@ -188,7 +188,7 @@ def _details(style: Style, described: dict[str, Any]) -> Iterator[str]:
     from vidstyle.diagram.graph import graph_of
     from vidstyle.diagram.text import graph_text
     from vidstyle.style import LAYERS, table_from_style
-    from vidstyle.style.panel import knob_labels
+    from vidstyle.style.knobs import knobs_of
 
     layers = {layer: described[layer] for layer in LAYERS}
     yield f"{described['name']}: {described['note']}" if described["note"] else described["name"]
@@ -196,10 +196,10 @@ def _details(style: Style, described: dict[str, Any]) -> Iterator[str]:
     yield from graph_text(graph_of(style), get_terminal_size((100, 0)).columns, sys.stdout.encoding)
     yield ""
     for key, value in described.items():
-        if key not in layers and key not in ("name", "note", "knobs", "variants"):
+        if key not in layers and key not in ("name", "note", "knobs", "labels", "variants"):
             yield f"  {key} = {json.dumps(value)}"
-    for path, label in knob_labels(style, table_from_style(style)).items():
-        yield f"  knob {path}: {label}"
+    for path, knob in knobs_of(style, table_from_style(style)).items():
+        yield f"  knob {path}: {knob.label}"
     for name, values in described["variants"].items():
         changes = ", ".join(f"{path} = {json.dumps(value)}" for path, value in values.items())
         yield f"  variant {name}: {changes}"

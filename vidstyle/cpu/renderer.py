@@ -28,8 +28,7 @@ from vidstyle.stabilize.still import flatten_still
 from vidstyle.style import Style
 from vidstyle.style.lower import lower
 from vidstyle.style.nodes import LoweredStyle, Node, PercentileRequest, StepKey
-from vidstyle.style.resolve import ResolvedStep, film_tables, has_fixed_marks, resolve
-from vidstyle.style.structure import measurement_key
+from vidstyle.style.resolve import ResolvedStep, film_tables, has_fixed_marks, measurement_key, resolve
 
 WAITING_FRAMES = 2
 """Pictures that wait for a thread, so that no thread waits for them."""

@@ -16,7 +16,7 @@ from vidstyle.core.scene_cuts import KnownCuts, SceneCutDetector
 from vidstyle.cues.cue_list import ActiveStyle, CueList, Moment
 from vidstyle.cues.transitions import mixed_picture
 from vidstyle.style import Style
-from vidstyle.style.structure import structure_key
+from vidstyle.style.resolve import structure_key
 
 OpenBackend = Callable[[Style, KnownCuts | None], Backend]
 """Opens a renderer for a style and scene cuts."""

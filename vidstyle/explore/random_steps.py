@@ -13,7 +13,7 @@ from vidstyle.blocks import all_blocks
 from vidstyle.errors import StyleError
 from vidstyle.explore.phrases import BASE_RESULT, names_used
 from vidstyle.style import LAYERS, SOURCE, Step, Style, style_from_table, table_from_style
-from vidstyle.style.paths import find_value
+from vidstyle.style.knobs import with_valid_paths
 from vidstyle.style.wiring import rename_pictures, wiring_of
 
 MIN_WORKING_SCALE = 0.2
@@ -94,19 +94,9 @@ def with_fitting_sizes(style: Style, layers: Iterable[str] = LAYERS) -> Style:
 
 
 def with_layers(style: Style, layers: Mapping[str, Sequence[Step]]) -> Style:
-    """Return the style with some layers replaced, without variants and without knobs that no longer exist."""
+    """Return the style with some layers replaced, without variants and what refers to removed steps."""
     steps: dict[str, Any] = {layer: tuple(steps) for layer, steps in layers.items()}
-    changed = replace(style, **steps, variants={}, knobs=())
-    table = table_from_style(changed)
-
-    def exists(knob: str) -> bool:
-        try:
-            find_value(table, knob)
-        except ValueError:
-            return False
-        return True
-
-    return replace(changed, knobs=tuple(filter(exists, style.knobs)))
+    return with_valid_paths(replace(style, **steps, variants={}))
 
 
 def _on_base(steps: list[Step], base: Sequence[Step], taken: set[str]) -> list[Step]:

@@ -33,8 +33,7 @@ from vidstyle.stabilize.stabilizer import Stabilizer, planes_encoding, stabilize
 from vidstyle.stabilize.still import flatten_still
 from vidstyle.style import Style
 from vidstyle.style.lower import Steps
-from vidstyle.style.resolve import film_tables, has_fixed_marks, resolve
-from vidstyle.style.structure import measurement_key
+from vidstyle.style.resolve import film_tables, has_fixed_marks, measurement_key, resolve
 
 END_SECONDS = 2.0
 """Maximum time to wait for closing a context."""

@@ -15,7 +15,7 @@ from vidstyle.live.latest import DropOldestQueue
 from vidstyle.media.resize import resize_picture
 from vidstyle.renderer import open_renderer
 from vidstyle.style import Style
-from vidstyle.style.structure import structure_key
+from vidstyle.style.resolve import structure_key
 
 MIN_SIDE = 16
 """Pixels of the smallest working size."""

@@ -16,9 +16,9 @@ from vidstyle.block import NAME_PATTERN, Asset, Block, Parameter
 from vidstyle.block.search import suggest_block
 from vidstyle.blocks import all_blocks
 from vidstyle.errors import StyleError, suggest
+from vidstyle.style.knobs import read_knobs, read_labels
 from vidstyle.style.mask_declarations import REGIONS, read_masks
-from vidstyle.style.model import FIELDS, LAYERS, SOURCE, STEP_KEYS, Step, Style, table_from_style
-from vidstyle.style.paths import find_value
+from vidstyle.style.model import FIELDS, LAYERS, SOURCE, STEP_KEYS, Step, Style
 from vidstyle.style.values import MAX_MISTAKES, asset_path, read_values, to_text
 from vidstyle.style.variants import read_variants, table_of_variant
 from vidstyle.style.wiring import wire_layers
@@ -29,8 +29,7 @@ MAX_FILES = 4
 """Maximum number of files and folders that a style reads: each may take 130 MiB of memory."""
 TEXTS = {"name": 100, "note": 1000}
 """The fields that hold text, and the maximum number of characters of each."""
-MAX_KNOBS = 16
-NOT_BEHIND = ("format", "knobs", "variants", "masks", "behind", "steady", "focus")
+NOT_BEHIND = ("format", "knobs", "labels", "variants", "masks", "behind", "steady", "focus")
 """Fields of a style that do not belong in `behind`."""
 
 
@@ -53,7 +52,9 @@ def style_from_table(
         style = _read_style(table, name, folder, mistakes)
         # Paths are only meaningful in valid steps.
         if "knobs" in table and not mistakes:
-            style = replace(style, knobs=_read_knobs(style, table["knobs"], mistakes))
+            style = replace(style, knobs=read_knobs(style, table["knobs"], mistakes))
+        if "labels" in table and not mistakes:
+            style = replace(style, labels=read_labels(style, table["labels"], mistakes))
         if "variants" in table and not mistakes:
             style = _read_variants(style, table["variants"], mistakes)
     if mistakes:
@@ -75,7 +76,7 @@ def _is_known_format(table: Mapping[str, object], mistakes: list[str]) -> bool:
 
 
 def _read_style(table: Mapping[str, object], name: str, folder: Path | None, mistakes: list[str]) -> Style:
-    known = ("format", *TEXTS, "knobs", *FIELDS, "masks", *LAYERS, "behind", "variants")
+    known = ("format", *TEXTS, "knobs", "labels", *FIELDS, "masks", *LAYERS, "behind", "variants")
     for key in table:
         if key not in known:
             mistakes.append(f"{to_text(key)} is not a field of a style; {suggest(str(key), known)}")
@@ -127,27 +128,6 @@ def _wiring_mistakes(layers: Mapping[str, tuple[Step, ...]], masks: Iterable[str
 def _place_of(layer: str, number: int, block: str = "") -> str:
     """Return the prefix of messages about a step."""
     return f"{layer} step {number}{f' ({block})' if block else ''}: "
-
-
-def _read_knobs(style: Style, given: object, mistakes: list[str]) -> tuple[str, ...]:
-    """Return the paths of the values to adjust first, each of which must name one."""
-    if not isinstance(given, list | tuple) or not all(isinstance(path, str) for path in given):
-        mistakes.append('knobs is not a list of paths; write knobs = ["step.parameter", "ink"]')
-        return ()
-    if len(given) > MAX_KNOBS:
-        mistakes.append(f"knobs: a style has at most {MAX_KNOBS} knobs")
-        return ()
-    table, found = table_from_style(style), set()
-    for path in given:
-        try:
-            value = find_value(table, path)
-        except ValueError as error:
-            mistakes.append(f"knobs: {error}")
-            continue
-        if (key := (id(value.table), value.parameter.name)) in found:
-            mistakes.append(f"knobs: {to_text(path)} is there twice")
-        found.add(key)
-    return tuple(given)
 
 
 def _read_variants(style: Style, given: object, mistakes: list[str]) -> Style:

@@ -63,6 +63,7 @@ class Style:
         folder: the folder to which paths in the style are relative; None where paths are not allowed.
         variants: for each variant's name the values that it sets, by their paths.
         knobs: the paths of the values that are worth adjusting first.
+        labels: what values do in this style, in plain words, by their paths.
     """
 
     name: str
@@ -82,6 +83,7 @@ class Style:
     folder: Path | None = None
     variants: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     knobs: tuple[str, ...] = ()
+    labels: Mapping[str, str] = field(default_factory=dict)
     masks: Masks = field(default_factory=dict)
     behind: Style | None = None
 
@@ -166,6 +168,7 @@ def table_from_style(style: Style) -> dict[str, Any]:
     values = {name: getattr(style, name) for name in ("note", *FIELDS)}
     table |= {name: value for name, value in values.items() if value != getattr(Style, name)}
     table |= {"knobs": list(style.knobs)} if style.knobs else {}
+    table |= {"labels": dict(style.labels)} if style.labels else {}
     table |= {layer: list(map(_table_from_step, steps)) for layer, steps in style.layers.items() if steps}
     table |= {"masks": {name: dict(each) for name, each in style.masks.items()}} if style.masks else {}
     if style.behind is not None:

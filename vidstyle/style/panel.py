@@ -6,9 +6,9 @@ import shlex
 from collections.abc import Iterator
 from typing import Any
 
-from vidstyle.block import distinct_labels
 from vidstyle.blocks import all_blocks
 from vidstyle.style import Style, set_values, table_from_style
+from vidstyle.style.knobs import knobs_of, labelled_values
 from vidstyle.style.mask_declarations import MaskRef
 from vidstyle.style.model import FIELDS
 from vidstyle.style.paths import find_value, steps_by_path
@@ -44,34 +44,22 @@ def _entries(style: Style, start: Style) -> Iterator[dict[str, Any]]:
     def values(path: str) -> dict[str, Any]:
         return {"path": path, "value": _value(table, path), "start": _value(before, path)}
 
+    named, knobs = labelled_values(style, table), knobs_of(style, table)
     for name, parameter in FIELDS.items():
         # A page cannot compute masks.
         if getattr(style, name) is not None and not isinstance(parameter.control, MaskRef):
             # `height` is the reference for lengths, not a parameter to adjust.
             place = {"name": name, "layer": "", "step": "", "main": name != "height"}
-            yield place | values(name) | parameter.describe([])
-    named = knob_labels(style, table)
+            yield place | values(name) | named.get(name, parameter).describe([])
     wired_blocks = [wired for wired in wire_layers(style.layers, style.masks) if wired.wiring.block]
     for step, wired in zip(steps_by_path(table), wired_blocks, strict=True):
         block = all_blocks()[wired.step.block]
         layer, saved = wired.layer, list(wired.savers)
         for name, parameter in block.parameters.items():
             path = f"{step}.{name}"
-            place = {"name": name, "layer": layer, "step": step, "about": block.help, "main": path in named}
-            label = {"label": named.get(path, parameter.label), "block_label": block.label}
-            yield place | values(path) | parameter.describe(saved) | label
-
-
-def knob_labels(style: Style, table: dict[str, Any]) -> dict[str, str]:
-    """Return the labels of the style's knobs by their shortest paths; equal labels are numbered.
-
-    Args:
-        table: the table of the style.
-    """
-    steps = {id(step): path for path, step in steps_by_path(table).items()}
-    places = [find_value(table, path) for path in style.knobs]
-    paths = [f"{steps.get(id(place.table), '')}.{place.parameter.name}" for place in places]
-    return dict(zip(paths, distinct_labels([place.parameter.label for place in places]), strict=True))
+            place = {"name": name, "layer": layer, "step": step, "about": block.help, "main": path in knobs}
+            described = named.get(path, parameter).describe(saved)
+            yield place | values(path) | described | {"block_label": block.label}
 
 
 def _value(table: dict[str, Any], path: str) -> Any:

@@ -6,7 +6,8 @@ from typing import Any
 
 from vidstyle.block import NAME_PATTERN, Block
 from vidstyle.blocks import all_blocks
-from vidstyle.style.check import FORMAT_VERSION, MAX_KNOBS, MAX_STEPS, NOT_BEHIND, TEXTS
+from vidstyle.style.check import FORMAT_VERSION, MAX_STEPS, NOT_BEHIND, TEXTS
+from vidstyle.style.knobs import MAX_KNOBS, MAX_LABEL_LENGTH, MAX_LABELS
 from vidstyle.style.mask_declarations import BACKDROP, MASK_VALUES, MAX_MASKS, REGIONS
 from vidstyle.style.model import FIELDS, LAYERS, Step, Style, table_from_style
 from vidstyle.style.variants import MAX_VARIANTS, VARIANT_PATTERN
@@ -35,6 +36,12 @@ def style_schema() -> dict[str, Any]:
                 "uniqueItems": True,
                 "items": {"type": "string"},
             },
+            "labels": {
+                "type": "object",
+                "description": "What values do in this style, in plain words, by their paths.",
+                "maxProperties": MAX_LABELS,
+                "additionalProperties": {"type": "string", "minLength": 1, "maxLength": MAX_LABEL_LENGTH},
+            },
             **_field_schemas(),
             "masks": _masks_schema(),
             **dict.fromkeys(LAYERS, layer),
@@ -53,6 +60,7 @@ def describe(style: Style) -> dict[str, Any]:
     """Return the style as plain data, with every value, its range and its help."""
     fields: dict[str, Any] = {key: getattr(style, key) for key in ("name", "note", *FIELDS)}
     fields["knobs"] = list(style.knobs)
+    fields |= {"labels": dict(style.labels)} if style.labels else {}
     fields |= {"masks": dict(style.masks)} if style.masks else {}
     fields |= {"behind": table_from_style(style)["behind"]} if style.behind else {}
     fields["variants"] = {name: dict(values) for name, values in style.variants.items()}

@@ -34,15 +34,18 @@ class Model:
             layer: [(next(steps), dict(step)) for step in table.get(layer, [])] for layer in LAYERS
         }
         self.fields = {
-            key: value for key, value in table.items() if key not in (*LAYERS, "knobs", "variants")
+            key: value for key, value in table.items() if key not in (*LAYERS, "knobs", "labels", "variants")
         }
         self.knobs = [named(table, self.layers, path) for path in table.get("knobs", [])]
+        self.labels = {
+            named(table, self.layers, path): label for path, label in table.get("labels", {}).items()
+        }
         self.past: list[Any] = []
         self.future: list[Any] = []
         self.gesture: object = None
 
     def state(self) -> Any:
-        return copy.deepcopy((self.layers, self.fields, self.knobs))
+        return copy.deepcopy((self.layers, self.fields, self.knobs, self.labels))
 
     def find(self, number: int) -> tuple[str, int, Fields]:
         return next(
@@ -51,6 +54,11 @@ class Model:
             for place, (each, step) in enumerate(self.layers[layer])
             if each == number
         )
+
+    def drop_step(self, number: int) -> None:
+        """Forget what refers to a step."""
+        self.knobs = [ref for ref in self.knobs if ref[0] != number]
+        self.labels = {ref: text for ref, text in self.labels.items() if ref[0] != number}
 
     def numbers(self) -> list[int]:
         return [number for layer in LAYERS for number, _ in self.layers[layer]]
@@ -147,6 +155,12 @@ def knob(model: Model, choose: Random) -> Fields:
     return {"step": made["step"], "name": made["name"], "on": choose.random() < 0.7}
 
 
+def label(model: Model, choose: Random) -> Fields:
+    made = set_value(model, choose)
+    texts = ["Solid ink", "", "Sun  and moon", "x" * 41, "\x00"]
+    return {"step": made["step"], "name": made["name"], "text": choose.choice(texts)}
+
+
 def rename(model: Model, choose: Random) -> Fields:
     return {"name": choose.choice(["one", "two", "x" * 200])}
 
@@ -166,6 +180,7 @@ MAKERS: dict[str, Callable[[Model, Random], Fields]] = {
     "mute": mute,
     "expand": step_alone,
     "knob": knob,
+    "label": label,
     "rename": rename,
     "note": note,
 }
@@ -187,6 +202,10 @@ def apply(model: Model, kind: str, new: int | None, fields: Fields) -> None:
         ref = fields["step"], fields["name"]
         model.knobs = [each for each in model.knobs if each != ref] if not fields["on"] else model.knobs
         model.knobs += [ref] * (fields["on"] and ref not in model.knobs)
+    elif kind == "label":
+        model.labels.pop((fields["step"], fields["name"]), None)
+        if fields["text"]:
+            model.labels[fields["step"], fields["name"]] = " ".join(fields["text"].split())
     else:
         layer, place, step = model.find(fields["step"])
         if kind == "move":
@@ -194,7 +213,7 @@ def apply(model: Model, kind: str, new: int | None, fields: Fields) -> None:
             layers[fields["layer"]].insert(fields["index"], moved)
         elif kind == "remove":
             del layers[layer][place]
-            model.knobs = [ref for ref in model.knobs if ref[0] != fields["step"]]
+            model.drop_step(fields["step"])
         elif kind == "duplicate":
             copied = {key: value for key, value in step.items() if key != "save"}
             layers[layer].insert(place + 1, (new or 0, copied or {"from": "source"}))
@@ -239,10 +258,13 @@ def without_defaults(table: Fields) -> Fields:
 def check(document: Document, model: Model, file: Path | None) -> None:
     """The document, what the page is told, the model and the file agree."""
     table = document.content.table()
-    plain = {key: value for key, value in table.items() if key not in ("knobs", "variants")}
+    plain = {key: value for key, value in table.items() if key not in ("knobs", "labels", "variants")}
     assert without_defaults(plain) == without_defaults(model.table())
     assert [(ref.step, ref.name) for ref in document.content.knobs] == model.knobs
     assert [named(table, model.layers, path) for path in table.get("knobs", [])] == model.knobs
+    assert {(ref.step, ref.name): text for ref, text in document.content.labels.items()} == model.labels
+    paths = table.get("labels", {}).items()
+    assert {named(table, model.layers, path): text for path, text in paths} == model.labels
     state = state_of(document)
     for layer in LAYERS:
         shown = [
@@ -284,7 +306,7 @@ def run(start: str, count: int, choose: Random, file: Path) -> int:
             if here:
                 model.gesture = None
                 there.append(model.state())
-                model.layers, model.fields, model.knobs = here.pop()
+                model.layers, model.fields, model.knobs, model.labels = here.pop()
         else:
             before, gesture = model.state(), choose.randrange(3)
             fields = MAKERS[kind](model, choose)
@@ -316,8 +338,8 @@ def follow_expansion(document: Document, model: Model, step: int, before: Fields
     model.layers[layer][place : place + 1] = [
         (each.number, dict(each.table)) for each in steps[place : place + more]
     ]
-    model.knobs = [ref for ref in model.knobs if ref[0] != step]
-    before = {key: value for key, value in before.items() if key not in ("knobs", "variants")}
+    model.drop_step(step)
+    before = {key: value for key, value in before.items() if key not in ("knobs", "labels", "variants")}
     plans = [es_plan(style_from_table(each, "style"), *SIZE) for each in (before, model.table())]
     for plan in plans:
         plan["measures"] = [{**each, "step": ""} for each in plan["measures"]]

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from vidstyle.block import Parameter
 from vidstyle.errors import UsageError
 from vidstyle.style import LAYERS, Style, table_from_style
 from vidstyle.style.paths import find_value, steps_by_path
@@ -42,12 +43,14 @@ class Content:
         fields: name, note and fields that differ from their defaults.
         layers: the steps of each layer.
         knobs: the values pinned to the style panel.
+        labels: what values do in this style, in plain words.
         variants: the values that each variant sets, by name.
     """
 
     fields: Mapping[str, Any]
     layers: Mapping[str, tuple[PlacedStep, ...]]
     knobs: tuple[ValueRef, ...] = ()
+    labels: Mapping[ValueRef, str] = field(default_factory=dict)
     variants: Mapping[str, tuple[tuple[ValueRef, Any], ...]] = field(default_factory=dict)
 
     @property
@@ -68,6 +71,10 @@ class Content:
                 return found
         raise UsageError(f"step {number}", "no longer exists")
 
+    def label_of(self, ref: ValueRef, parameter: Parameter) -> str:
+        """Return the label of a value in this style."""
+        return self.labels.get(ref, parameter.label)
+
     def with_layer(self, layer: str, steps: tuple[PlacedStep, ...]) -> Content:
         """Return the content with a layer replaced and references to removed steps deleted."""
         layers = {**self.layers, layer: steps}
@@ -77,7 +84,8 @@ class Content:
             for name, values in self.variants.items()
         }
         knobs = tuple(ref for ref in self.knobs if ref.step in there)
-        return replace(self, layers=layers, knobs=knobs, variants=variants)
+        labels = {ref: label for ref, label in self.labels.items() if ref.step in there}
+        return replace(self, layers=layers, knobs=knobs, labels=labels, variants=variants)
 
     def with_step(self, number: int, table: Mapping[str, Any]) -> Content:
         """Return the content with the table of a step replaced."""
@@ -95,6 +103,8 @@ class Content:
         path_of = self._paths(table)
         if self.knobs:
             table["knobs"] = [path_of(ref) for ref in self.knobs]
+        if self.labels:
+            table["labels"] = {path_of(ref): label for ref, label in self.labels.items()}
         if self.variants:
             table["variants"] = {
                 name: {path_of(ref): value for ref, value in values} for name, values in self.variants.items()
@@ -134,11 +144,12 @@ def content_of(style: Style, new_number: Callable[[], int]) -> Content:
         found = find_value(table, path)
         return ValueRef(numbers.get(id(found.table)), found.parameter.name, path)
 
-    others = ("format", "knobs", "variants", *LAYERS)
+    others = ("format", "knobs", "labels", "variants", *LAYERS)
     return Content(
         fields={name: value for name, value in table.items() if name not in others},
         layers=layers,
         knobs=tuple(map(ref, style.knobs)),
+        labels={ref(path): label for path, label in style.labels.items()},
         variants={
             name: tuple((ref(path), value) for path, value in values.items())
             for name, values in style.variants.items()

@@ -18,7 +18,8 @@ from vidstyle.design.document.content import Content, PlacedStep, ValueRef
 from vidstyle.design.document.expansion import expand_recipe
 from vidstyle.errors import UsageError, suggest
 from vidstyle.style import LAYERS, SOURCE
-from vidstyle.style.check import MAX_KNOBS, MAX_STEPS, TEXTS
+from vidstyle.style.check import MAX_STEPS, TEXTS
+from vidstyle.style.knobs import MAX_KNOBS, MAX_LABEL_LENGTH, MAX_LABELS, is_label
 from vidstyle.style.model import FIELDS, step_from_table
 from vidstyle.style.values import read_values
 from vidstyle.style.wiring import wiring_of
@@ -75,7 +76,8 @@ def set_value(content: Content, new: NewNumber, step: int, name: str, value: Any
     _, _, old = content.place_of(step)
     parameter = _parameter_of(old, name)
     value = _parse_value(parameter, value)
-    return EditResult(_with_value(content, old, parameter, value), f"{parameter.label}: {_text(value)}")
+    label = content.label_of(ValueRef(step, name), parameter)
+    return EditResult(_with_value(content, old, parameter, value), f"{label}: {_text(value)}")
 
 
 def set_field(content: Content, new: NewNumber, name: str, value: AnyValue | None) -> EditResult:
@@ -127,16 +129,29 @@ def expand(content: Content, new: NewNumber, step: int) -> EditResult:
 
 def knob(content: Content, new: NewNumber, step: int | None, name: str, on: bool) -> EditResult:
     """Pin a value to the style panel, or unpin it."""
-    if step is None and name not in FIELDS:
-        raise UsageError(name, "is not a field of a style", suggest(name, FIELDS))
-    parameter = FIELDS[name] if step is None else _parameter_of(content.place_of(step)[2], name)
     ref = ValueRef(step, name)
+    label = content.label_of(ref, _declaration(content, ref))
     knobs = tuple(each for each in content.knobs if each != ref) if not on else content.knobs
     if on and ref not in knobs:
         knobs += (ref,)
     if len(knobs) > MAX_KNOBS:
         raise UsageError("knobs", f"are at most {MAX_KNOBS}", "remove one first")
-    return EditResult(replace(content, knobs=knobs), f"{'Pin' if on else 'Unpin'} {parameter.label}")
+    return EditResult(replace(content, knobs=knobs), f"{'Pin' if on else 'Unpin'} {label}")
+
+
+def label(content: Content, new: NewNumber, step: int | None, name: str, text: TextOrEmpty) -> EditResult:
+    """Set what a value is called in this style; an empty text restores the label of its parameter."""
+    ref = ValueRef(step, name)
+    parameter = _declaration(content, ref)
+    text = " ".join(text.split())
+    if text and not is_label(text):
+        raise UsageError("label", f"is not a text of at most {MAX_LABEL_LENGTH} characters")
+    labels = {each: old for each, old in content.labels.items() if each != ref}
+    if text and text != parameter.label:
+        labels[ref] = text
+    if len(labels) > MAX_LABELS:
+        raise UsageError("labels", f"are at most {MAX_LABELS}", "remove one first")
+    return EditResult(replace(content, labels=labels), f"Rename {parameter.label}: {text or parameter.label}")
 
 
 def variant(content: Content, new: NewNumber, name: str) -> EditResult:
@@ -184,6 +199,7 @@ EDITS: Mapping[str, Callable[..., EditResult]] = {
     "mute": mute,
     "expand": expand,
     "knob": knob,
+    "label": label,
     "variant": variant,
     "rename": rename,
     "note": note,
@@ -222,6 +238,14 @@ def _parameter_of(step: PlacedStep, name: str) -> Parameter:
     if name not in parameters:
         raise UsageError(f"{name_of(step)} {name}", "is not a parameter", suggest(name, parameters))
     return parameters[name]
+
+
+def _declaration(content: Content, ref: ValueRef) -> Parameter:
+    if ref.step is not None:
+        return _parameter_of(content.place_of(ref.step)[2], ref.name)
+    if ref.name not in FIELDS:
+        raise UsageError(ref.name, "is not a field of a style", suggest(ref.name, FIELDS))
+    return FIELDS[ref.name]
 
 
 def _parse_value(parameter: Parameter, value: object) -> Any:

@@ -37,7 +37,7 @@ def expand_recipe(content: Content, step: PlacedStep) -> list[dict[str, Any]]:
         for parts in _candidates(step.table):
             steps = table[layer]
             changed = {**table, layer: [*steps[:place], *parts, *steps[place + 1 :]]}
-            for key in ("knobs", "variants"):
+            for key in ("knobs", "labels", "variants"):
                 changed.pop(key, None)
             if _plan(style_from_table(changed, "style")) == before:
                 return parts

@@ -13,7 +13,15 @@ AFTER_BASE = "after base"
 def solo(style: Style, layer: str, place: int) -> Style:
     """Return a style whose result is the output of a step, without ink and paper."""
     style = replace(
-        style, paper=Style.paper, strength=1.0, only="", keep="", behind=None, variants={}, knobs=()
+        style,
+        paper=Style.paper,
+        strength=1.0,
+        only="",
+        keep="",
+        behind=None,
+        variants={},
+        knobs=(),
+        labels={},
     )
     if layer == "base":
         return replace(style, base=style.base[: place + 1], background=(), lines=())

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from vidstyle.block import Block, distinct_labels
+from vidstyle.block import Block, Parameter, distinct_labels
 from vidstyle.blocks import all_blocks
 from vidstyle.design.document.content import Content, PlacedStep, ValueRef
 from vidstyle.design.document.document import Document
@@ -68,7 +68,7 @@ class _Describer:
         """An entry for a field of the style."""
         parameter = FIELDS[name]
         value = self._content.fields.get(name, parameter.default)
-        return parameter.describe([]) | self._values(None, name, value, parameter.default)
+        return parameter.describe([]) | self._values(None, parameter, value)
 
     def node(self, step: PlacedStep, wired: WiredStep) -> dict[str, Any]:
         """A step."""
@@ -97,17 +97,18 @@ class _Describer:
             control, picks = parameter.describe(saved), parameter.control.picks
             if picks and value not in control["options"]:
                 control["options"].append(value)
-            yield control | {"picks": picks} | self._values(step.number, name, value, parameter.default)
+            yield control | {"picks": picks} | self._values(step.number, parameter, value)
 
-    def _values(self, step: int | None, name: str, value: Any, default: Any) -> dict[str, Any]:
-        ref = ValueRef(step, name)
+    def _values(self, step: int | None, parameter: Parameter, value: Any) -> dict[str, Any]:
+        ref = ValueRef(step, parameter.name)
         return {
+            "label": self._content.label_of(ref, parameter),
             "step": step,
             "about": "" if step is None else label_of(self._content.place_of(step)[2]),
-            "name": name,
+            "name": parameter.name,
             "path": self._path_of(ref),
             "value": value,
-            "default": default,
+            "default": parameter.default,
             "knob": ref in self._content.knobs,
         }
 

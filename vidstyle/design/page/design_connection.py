@@ -18,7 +18,8 @@ from vidstyle.design.page.uploads import FileUpload
 from vidstyle.errors import StyleError, UsageError
 from vidstyle.preview.encode import encode
 from vidstyle.preview.outputs import ExportKind
-from vidstyle.style import Style, load_style, style_names
+from vidstyle.style import Style, load_style, style_names, table_from_style
+from vidstyle.style.knobs import knobs_of
 from vidstyle.style.model import FIELDS
 from vidstyle.web.messages import (
     CHECKS,
@@ -142,8 +143,10 @@ class DesignConnection(DesignView):
 
     @message
     async def find(self, text: TextOrEmpty) -> Answer:
-        """Answer with the blocks and the fields that a text describes, best first."""
-        return {"blocks": find_blocks(text, all_blocks()), "fields": find_values(text, FIELDS)}
+        """Answer with the blocks, and the paths of fields and knobs, that a text describes, best first."""
+        style = self.designer.opened.style
+        knobs = knobs_of(style, table_from_style(style))
+        return {"blocks": find_blocks(text, all_blocks()), "values": find_values(text, FIELDS | knobs)}
 
     @message
     async def command(self, name: TextOrEmpty, frames: int | None) -> Answer:

@@ -4,7 +4,7 @@ import { get, make } from "./elements.js";
 
 /** @typedef {import("./types.js").Block} Block */
 /** @typedef {import("./types.js").Entry} Entry */
-/** @typedef {{blocks: string[], fields: string[]}} Found the names that a text describes, best first */
+/** @typedef {{blocks: string[], values: string[]}} Found blocks, and paths of values, that a text describes, best first */
 
 /** A searchable list of all blocks. */
 export class Palette {
@@ -77,7 +77,7 @@ export class Palette {
     this.#asked = text;
     if (!text) return this.#list(this.#categories());
     const found = /** @type {Found | null} */ (await this.session.ask("find", { text }));
-    if (found && text === this.#asked) this.#list([...this.#matches(found), ...this.#settings(found.fields)]);
+    if (found && text === this.#asked) this.#list([...this.#matches(found), ...this.#settings(found.values)]);
   }
 
   /** @param {HTMLElement[]} parts */
@@ -102,10 +102,11 @@ export class Palette {
     return blocks.flatMap((name) => byName.get(name) ?? []).map((block) => this.#option(block));
   }
 
-  /** Returns the settings of the style that fit. @param {string[]} names */
-  #settings(names) {
-    const fields = names.flatMap((name) => this.session.state?.fields.find((field) => field.name === name) ?? []);
-    return fields.length ? [this.#group("Settings of the style", fields.map((field) => this.#setting(field)))] : [];
+  /** Returns the settings of the style that fit. @param {string[]} paths */
+  #settings(paths) {
+    const { fields, knobs } = this.session.state ?? { fields: [], knobs: [] };
+    const found = paths.flatMap((path) => [...knobs, ...fields].find((entry) => entry.path === path) ?? []);
+    return found.length ? [this.#group("Settings of the style", found.map((entry) => this.#setting(entry)))] : [];
   }
 
   /** @param {string} name @param {HTMLElement[]} options */
@@ -117,10 +118,10 @@ export class Palette {
     return group;
   }
 
-  /** @param {Entry} field */
-  #setting(field) {
-    const text = make("div", {}, make("b", { textContent: field.label }), make("span", { textContent: field.help }));
-    return this.#choice(make("div", { className: "option", id: `field-${field.name}` }, text), () => this.showField(field.name));
+  /** @param {Entry} entry */
+  #setting({ label, help, path }) {
+    const text = make("div", {}, make("b", { textContent: label }), make("span", { textContent: help }));
+    return this.#choice(make("div", { className: "option", id: `setting-${path}` }, text), () => this.showField(path));
   }
 
   /** @param {Block} block */

@@ -7,7 +7,7 @@ import { title } from "./elements.js";
  * @typedef {object} Entry
  * @property {number | null} step the step that it belongs to; null: the style itself
  * @property {string} name
- * @property {string} label its name in plain words
+ * @property {string} label its name in plain words, in this style
  * @property {string} path as in `--set`
  * @property {"slider" | "switch" | "color" | "choice"} kind
  * @property {any} value

@@ -2,6 +2,7 @@
 
 import { control, scaleOf } from "./controls.js";
 import { icon, make, press } from "./elements.js";
+import { renameButton } from "./rename.js";
 
 /** @typedef {import("./types.js").Entry} Entry */
 /** @typedef {{box: HTMLElement, pin: HTMLButtonElement | null, shown: import("./controls.js").Control, entry: Entry}} Row */
@@ -46,7 +47,8 @@ export class ValueList {
     const shown = control(entry, id, (value) => this.#set(entry, value));
     const label = make("label", { htmlFor: id, textContent: entry.label, title: `${entry.path}\nDouble-click to reset: ${entry.default ?? "not set"}` });
     const pin = this.pins ? this.#pin(entry) : null;
-    const top = make("div", { className: "top" }, label, ...(pin ? [pin] : []), make("div", { className: "number" }, ...shown.inline));
+    const button = pin ?? (entry.knob ? this.#rename(entry, label) : null);
+    const top = make("div", { className: "top" }, label, ...(button ? [button] : []), make("div", { className: "number" }, ...shown.inline));
     const parts = [top, ...(shown.below ? [this.#track(entry, shown.below)] : [])];
     const box = make("div", { className: "value" }, ...parts, make("p", { className: "help", textContent: entry.help }));
     box.dataset.path = entry.path;
@@ -73,6 +75,12 @@ export class ValueList {
       this.session.edit("knob", { step, name, on: pin.getAttribute("aria-pressed") !== "true" });
     });
     return pin;
+  }
+
+  /** @param {Entry} entry @param {HTMLElement} label */
+  #rename(entry, label) {
+    const { step, name } = entry;
+    return renameButton(entry, label, (text) => this.session.edit("label", { step, name, text }));
   }
 
   /** @param {Entry} entry */

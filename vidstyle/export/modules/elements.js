@@ -84,6 +84,7 @@ const ICONS = {
   copy: "M5.5 5.5h8v8h-8zM10.5 5.5v-3h-8v8h3",
   remove: "M3 4.5h10M6.5 4.5V2.5h3v2M4.5 4.5l.7 9h5.6l.7-9",
   expand: "M2.5 6V2.5H6M10 2.5h3.5V6M13.5 10v3.5H10M6 13.5H2.5V10",
+  rename: "M2.5 13.5 3.2 10.5 11 2.7l2.3 2.3-7.8 7.8zM9.5 4.2l2.3 2.3",
   pin: "M6 2.5h4l-.5 4.5 2.5 2H4l2.5-2zM8 9v5",
   result: "M2 3.5h12v9H2z",
   split: "M2 3.5h12v9H2zM8 2v12",
