@@ -32,7 +32,7 @@ def contour(
     threshold: Annotated[
         float,
         Slider(0, 64, "edges of this strength are drawn half", "levels of 255", label="Faintest edge"),
-    ] = 4,
+    ] = 6,
     sparsity: Annotated[
         float,
         Slider(0, 8, "how much stronger than the edges around it an edge must be", label="Sparsity"),
