@@ -36,7 +36,7 @@ def contour(
     sparsity: Annotated[
         float,
         Slider(0, 8, "how much stronger than the edges around it an edge must be", label="Sparsity"),
-    ] = 1.8,
+    ] = 1.35,
 ) -> np.ndarray:
     """Detect edges of brightness and of colour, as a gray picture: faint ones alone, strong ones in detail.
 
