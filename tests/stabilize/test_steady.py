@@ -17,7 +17,7 @@ from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.stabilize.blend import source_rows
 from vidstyle.stabilize.blend_codes import FULL_WEIGHT
-from vidstyle.stabilize.motion import noise_level
+from vidstyle.stabilize.motion import _dense_flow, noise_level
 from vidstyle.stabilize.segment import SEGMENT_SIZE
 from vidstyle.stabilize.stabilizer import Stabilized, Stabilizer
 from vidstyle.stabilize.warp import in_segments, moves_of
@@ -196,6 +196,18 @@ def test_no_size_is_too_small(shape: tuple[int, int]) -> None:
     film = restyled(LINES, still_film(3, shape=shape), 0.5)
 
     assert all(each.shape == shape for each in film)
+
+
+@pytest.mark.parametrize("shape", [(30, 320), (320, 30), (17, 171), (20, 480)])
+def test_motion_of_narrow_pictures_is_found(shape: tuple[int, int]) -> None:
+    """OpenCV ends the process for the wide ones without padding."""
+    before = np.random.default_rng(3).integers(0, 255, shape).astype(np.uint8)
+    before = cv2.GaussianBlur(before, (0, 0), 2)
+    now = np.roll(before, 3, axis=1)
+    flow = _dense_flow(now, before)
+    assert flow.shape == (*shape, 2)
+    inner = flow[6:-6, 8:-8] if min(shape) > 20 else flow[4:-4, 8:-8]
+    assert np.median(inner[..., 0]) == pytest.approx(-3, abs=0.5)
 
 
 def test_memory_order_does_not_affect_result() -> None:

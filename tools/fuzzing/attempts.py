@@ -35,6 +35,8 @@ from vidstyle.pipeline.render import render
 from vidstyle.renderer import Renderer, stylize
 from vidstyle.style import load_style, save_style, style_names
 
+DELIBERATE_REFUSALS = ("its colours are coded with",)
+"""Errors for films that FFmpeg decodes, with wrong colours."""
 COMMAND_RATIO = 12
 """One of this many films, pictures and page files runs through a command in a separate process."""
 
@@ -63,7 +65,7 @@ def _try_media(path: Path, folder: Path, choice: int) -> None:
     except VidstyleError as error:
         if error.exit_code not in ALLOWED_EXIT_CODES:
             raise BrokenPromiseError(f"exit {error.exit_code}: {error}") from error
-        if error.exit_code == UNUSABLE:
+        if error.exit_code == UNUSABLE and not any(each in str(error) for each in DELIBERATE_REFUSALS):
             check_refusal(path)
         raise
     if summary.exit_code == 0:

@@ -126,7 +126,10 @@ def _places(value: Any) -> Iterator[tuple[Any, Any]]:
 
 
 def _written(random: Random, table: dict[str, Any]) -> bytes:
-    text = tomlkit.dumps(table)
+    try:
+        text = tomlkit.dumps(table)
+    except RecursionError:  # values within one another, which tomlkit only reads
+        text = random.choice(_bombs(random))
     if random.random() < 0.1:
         text = random.choice(_bombs(random)) + text
     return edited(random, text) if random.random() < 0.25 else text.encode("utf-8", "replace")

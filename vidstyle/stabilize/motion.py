@@ -16,6 +16,8 @@ from vidstyle.stabilize.segment import SEGMENT_SIZE
 # These numbers control where motion is estimated, and which estimates are accepted.
 MAX_FLOW_SIDE_PX = 480
 """Maximum side of the copy in which motion is estimated, the picture repeatedly halved."""
+MIN_FLOW_SIDE_PX = 32
+"""Smaller pictures are padded: OpenCV's search ends the process for some of them, such as 320 x 30 pixels."""
 FLOW_GRID_PX = 2
 """Pixels of the copy between two samples of the stored flow, which are at least half a `SEGMENT_SIZE`
 apart."""
@@ -194,7 +196,7 @@ def _flow(before: np.ndarray, now: np.ndarray, width: int) -> np.ndarray | None:
     change = _change(now, before)
     if min(now.shape) < 16 or change.max() <= MAX_STILL_CHANGE * NOISE_AREA_PX**2:
         return None
-    flow: np.ndarray = _flow_estimator().calc(now, before, None)
+    flow = _dense_flow(now, before)
     is_better = _is_better(flow, now, before, change)
     if not is_better.any():
         return None
@@ -203,6 +205,15 @@ def _flow(before: np.ndarray, now: np.ndarray, width: int) -> np.ndarray | None:
     cell = max(FLOW_GRID_PX, round(SEGMENT_SIZE / 2 / scale))
     grid = now.shape[1] // cell, now.shape[0] // cell
     return cv2.resize(flow, grid, interpolation=cv2.INTER_AREA) * np.float32(scale)
+
+
+def _dense_flow(now: np.ndarray, before: np.ndarray) -> np.ndarray:
+    """Return where each pixel was, relative to its place: h x w x 2 float32."""
+    height, width = now.shape
+    below, beside = max(0, MIN_FLOW_SIDE_PX - height), max(0, MIN_FLOW_SIDE_PX - width)
+    padded = (cv2.copyMakeBorder(each, 0, below, 0, beside, cv2.BORDER_REPLICATE) for each in (now, before))
+    flow: np.ndarray = _flow_estimator().calc(*padded, None)
+    return flow[:height, :width]
 
 
 def _change(now: np.ndarray, before: np.ndarray) -> np.ndarray:

@@ -270,8 +270,11 @@ def _add_copy(
 def copy_chapters(
     source: av.container.InputContainer, container: av.container.OutputContainer, kind: ContainerKind
 ) -> None:
-    """Copy the chapters, or log that the container does not support them."""
-    chapters = source.chapters()
+    """Copy the chapters; log those with impossible times, or that the container does not support any."""
+    found = source.chapters()
+    chapters = [each for each in found if 0 <= each["start"] <= each["end"]]
+    if len(chapters) < len(found):
+        log.warning("%d chapters are dropped, because their times are impossible", len(found) - len(chapters))
     if chapters and kind.chapters:
         container.set_chapters(chapters)
     elif chapters:
