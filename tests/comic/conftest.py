@@ -55,7 +55,7 @@ def measure_pictures_once() -> Iterator[None]:
         return survey
 
     def look_around_once(self: FilmFile, candidate: Candidate) -> list[Candidate]:
-        key = *file_key(self), candidate.time, candidate.scene, self._search_seconds
+        key = *file_key(self), candidate.time, candidate.scene, bool(candidate.action), self._search_seconds
         if key not in around:
             around[key] = look_around(self, candidate)
         return list(around[key])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -44,7 +45,22 @@ def test_a_flying_object_is_the_subject_though_the_camera_turns(tmp_path: Path) 
         x, y = flight(round(each.time * RATE))
         assert each.action.box.padded(4, 4, 4).left <= x <= each.action.box.right + 4
         assert each.action.box.top - 4 <= y <= each.action.box.bottom + 4
-        assert each.action.box.width < 80
+        assert each.action.box.width < 120
+
+
+def test_the_subject_is_found_in_frames_around_a_candidate(tmp_path: Path) -> None:
+    with open_film(write_film(tmp_path / "film.mp4", panning(True))) as film:
+        candidate = next(each for each in film.survey().candidates if each.action and each.time > 0.7)
+        near = film.around(candidate)
+        still = film.around(replace(candidate, action=None))
+    found = [each for each in near if each.action]
+    assert len(found) > 6
+    for each in found:
+        assert each.action
+        x, y = flight(round(each.time * RATE))
+        assert each.action.box.left <= x <= each.action.box.right
+        assert each.action.box.top <= y <= each.action.box.bottom
+    assert not any(each.action for each in still)
 
 
 def test_a_camera_that_turns_has_no_subject(tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ from stories import PLACES, shot, view, write_film
 
 from vidstyle.comic.analyze.action import add_actions, subject_difference
 from vidstyle.comic.analyze.features import (
+    Foreground,
     Survey,
     add_faces,
     add_saliency,
@@ -158,6 +159,33 @@ def test_the_moving_object_in_front_of_a_still_camera_is_its_subject() -> None:
         for each in range(6)
     ]
     assert all(each.action is None for each in add_actions(panned, panned))
+
+
+def test_who_stays_most_of_the_time_is_found_though_the_exposure_changes() -> None:
+    """The median of such a shot is no background, and the lightness of a picture is not the exposure."""
+    place = cv2.resize(photograph("coffee"), (320, 180))
+    frames = []
+    for number in range(20):
+        frame = place.copy()
+        if number % 10 >= 4:  # somebody else each time, at one place
+            color = (20, 20, 20) if number < 10 else (110, 20, 20)
+            cv2.rectangle(frame, (120, 30), (180, 170), color, -1)
+        frames.append(np.clip(frame * (0.8 + 0.02 * number), 0, 255).astype(np.uint8))
+    shot = [extract_features(each, number, (180, 320)) for number, each in enumerate(frames)]
+    for number, each in enumerate(add_actions(shot, shot)):
+        assert each.action
+        assert each.action.is_gone == (number % 10 < 4)
+        if not each.action.is_gone:
+            assert each.action.box.contains(Box(125, 35, 175, 165)) and each.action.box.width < 110
+
+
+def test_a_subject_does_not_grow_by_the_ground() -> None:
+    picture = np.full((180, 320, 3), 90, np.uint8)
+    cv2.rectangle(picture, (0, 112), (319, 126), (20, 190, 30), -1)
+    seen = extract_features(picture, 0, (180, 320))
+    action = Foreground(np.zeros((32, 48), bool), Box(145.0, 50.0, 175.0, 120.0), 1.0, 0.0, False)
+    found = add_saliency(replace(seen, action=action)).subject
+    assert found and found.width < 60
 
 
 def test_a_damaged_picture_is_no_subject() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -13,11 +14,17 @@ from vidstyle.comic.analyze.saliency import salient_box
 from vidstyle.regions.boxes import Box
 
 # What counts as the subject of a shot with a still camera.
-_MIN_SHOT_FRAMES = 4
-"""Number of frames of a shot needed to estimate its background."""
+_MIN_SHOT_FRAMES, _MAX_SHOT_FRAMES = 4, 240
+"""Number of frames of a shot needed to estimate its background, and the number from which it is estimated."""
+_EMPTY_FRAMES_SHARE = 0.2
+"""Share of the frames of a shot, the most typical ones, that show the background if most do not."""
+_MAX_TYPICAL_FRAMES = 24
+"""Maximum number of frames among which the most typical one is looked for."""
+_EXPOSURE_OFFSET_LEVELS = 4.0
+"""Added to both levels of a ratio, so that it is stable in the dark."""
 _MIN_CHANGE_LEVELS = 26.0
 """Minimum difference between subject and background, of 255."""
-_MAX_BACKGROUND_LEVELS = 9.5
+_MAX_BACKGROUND_LEVELS = 8.45
 """Maximum mean difference of the background between frames of a still camera, of 255."""
 _MAX_USUAL_SUBJECT_SHARE = 0.25
 """Maximum median share of the picture that the subject covers; if it is larger, the camera moves."""
@@ -34,8 +41,7 @@ _GONE_SUBJECT_RATIO = 0.12
 def add_actions(frames: Sequence[Candidate], shot: Sequence[Candidate]) -> list[Candidate]:
     """Return frames of a shot with their action: the part that differs from the shot's background.
 
-    The background is the median of the shot. Frames are returned unchanged if the camera moves, or if
-    nothing moves.
+    Frames are returned unchanged if the camera moves, or if nothing moves.
 
     Args:
         frames: the frames to analyse.
@@ -43,8 +49,8 @@ def add_actions(frames: Sequence[Candidate], shot: Sequence[Candidate]) -> list[
     """
     if len(shot) < _MIN_SHOT_FRAMES:
         return list(frames)
-    background = np.median([each.thumbnail for each in shot], axis=0).astype(np.float32)
-    usual = [_subject(each.thumbnail, background) for each in shot]
+    shown = [each.thumbnail.astype(np.float32) for each in shot[:: -(-len(shot) // _MAX_SHOT_FRAMES)]]
+    background, usual = _find_background(shown)
     areas = np.array([float((change > 0).mean()) for change, _ in usual])
     most = float(np.percentile(areas, 80))
     if (
@@ -72,12 +78,45 @@ def subject_difference(one: Foreground, other: Foreground) -> float:
     return apart / max(either, _FULL_DIFFERENCE_SHARE)
 
 
-def _subject(thumbnail: np.ndarray, background: np.ndarray) -> tuple[np.ndarray, float]:
+def _find_background(frames: Sequence[np.ndarray]) -> tuple[np.ndarray, list[tuple[np.ndarray, float]]]:
+    """Return the background of a shot, H x W x 3 float32, and the result of `_subject` for each frame.
+
+    It is the median of the frames, or of those that look most like the most typical one, whichever differs
+    less from the frames: somebody who stays at one place most of the time is no background.
+    """
+    background = np.median(frames, axis=0)
+    matched = np.stack([each / _exposure(each, background) for each in frames])
+    apart = _differing_shares(matched)
+    emptiest = np.argsort(apart, kind="stable")[: math.ceil(_EMPTY_FRAMES_SHARE * len(frames))]
+    tried = [np.median(each, axis=0) for each in (matched, matched[emptiest])]
+    found = [(each, [_subject(frame, each) for frame in frames]) for each in tried]
+    return min(found, key=lambda each: sum(float((change > 0).mean()) for change, _ in each[1]))
+
+
+def _differing_shares(matched: np.ndarray) -> np.ndarray:
+    """Return by which share of its area each picture differs from the most typical one.
+
+    That is the one among regularly chosen ones with the least difference from the others.
+    """
+    small = np.stack(
+        [cv2.resize(each, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA) for each in matched]
+    )
+    tried = small[:: -(-len(small) // _MAX_TYPICAL_FRAMES)]
+    apart = [(np.abs(small - each).max(axis=3) > _MIN_CHANGE_LEVELS).mean(axis=(1, 2)) for each in tried]
+    return min(apart, key=lambda each: float(each.sum()))
+
+
+def _exposure(color: np.ndarray, background: np.ndarray) -> np.ndarray:
+    """Return by how much each channel of a picture is lighter than the background, which a subject covers."""
+    ratios = (color + _EXPOSURE_OFFSET_LEVELS) / (background + _EXPOSURE_OFFSET_LEVELS)
+    return np.median(ratios, axis=(0, 1)).astype(np.float32)
+
+
+def _subject(color: np.ndarray, background: np.ndarray) -> tuple[np.ndarray, float]:
     """Return the difference of a picture from the background, 0 where small, and the mean of the rest."""
-    color = thumbnail.astype(np.float32)
     # Automatic exposure changes with the scene.
-    color *= np.median(background, axis=(0, 1)) / np.maximum(np.median(color, axis=(0, 1)), 1)
-    change = cv2.blur(np.abs(color - background).max(axis=2), (3, 3))
+    matched = color.astype(np.float32) / np.maximum(_exposure(color, background), 1e-3)
+    change = cv2.blur(np.abs(matched - background).max(axis=2).astype(np.float32), (3, 3))
     moves = change > _MIN_CHANGE_LEVELS
     return np.where(moves, change, 0), float(change[~moves].mean()) if not moves.all() else np.inf
 

@@ -56,6 +56,10 @@ _SMEAR_HEIGHT_PX, _MIN_SMEAR_LEVELS = 12, 6.0
 _MAX_SMEARED_SHARE = 0.03
 """A picture is damaged if a larger share of it is smeared."""
 
+# The whole of a moving subject.
+_MAX_GROWTH_RATIO = 2.0
+"""Maximum area of a moving subject with a blob that belongs to it, relative to its area without the blob."""
+
 # Following a face from one frame to another.
 _FOLLOW_RANGE_RATIO, _MIN_FOLLOW_CORRELATION = 0.6, 0.6
 """Search range in heights of the face, and minimum correlation of the match."""
@@ -273,8 +277,8 @@ def add_saliency(candidate: Candidate) -> Candidate:
     faces = [face.scaled(1 / factor) for face in candidate.faces]
     subject = candidate.action.box if candidate.action and not candidate.action.is_gone else None
     if subject is not None:
-        saliency = subject.scaled(1 / factor)
-        blobs = [blob for blob in blobs if blob.intersection(saliency).area > 0]
+        saliency = part = subject.scaled(1 / factor)
+        blobs = [blob for blob in blobs if _belongs_to(blob, part)]
     else:
         saliency = salient_box(saliency_map(color, faces))
     for blob in blobs:
@@ -283,6 +287,13 @@ def add_saliency(candidate: Candidate) -> Candidate:
     if subject is not None:
         subject = saliency.scaled(factor)
     return replace(candidate, saliency=saliency.scaled(factor), blobs=scaled, subject=subject, small=None)
+
+
+def _belongs_to(blob: Box, subject: Box) -> bool:
+    """Whether a blob is a part of a subject: it meets its box, and is not much larger, as the ground is."""
+    return (
+        blob.intersection(subject).area > 0 and blob.union(subject).area <= _MAX_GROWTH_RATIO * subject.area
+    )
 
 
 def measure_sharpness(luma: np.ndarray) -> float:

@@ -27,7 +27,7 @@ from vidstyle.comic.analyze.features import (
 from vidstyle.comic.analyze.key_frame_source import STEP_NAME, Film
 from vidstyle.comic.analyze.picture_folder import PictureFolder
 from vidstyle.comic.analyze.shots import KeyShots, ShotFinder
-from vidstyle.comic.analyze.subject_motion import SubjectMotion, add_moving_subjects
+from vidstyle.comic.analyze.subject_motion import SubjectMotion, add_moving_subjects, follow_subject
 from vidstyle.comic.select.choose import default_panels
 from vidstyle.core.convert import to_rgb
 from vidstyle.core.machine.cores import available_cores
@@ -60,6 +60,8 @@ _MAX_WAITING_PER_CORE = 4
 # The search for a better frame near a candidate.
 _CUT_MARGIN_SECONDS = 0.1
 """Time around a cut without key frames: compressed pictures are worst there, and may mix two shots."""
+_CONTEXT_SECONDS = 0.2
+"""Additional time that is decoded, in which cuts and the motion of subjects are seen."""
 _SEARCH_SECONDS, _KEY_SEARCH_SECONDS = 0.3, 0.8
 """Time around a candidate that is searched; the second value if only key frames were decoded before."""
 _KEY_CONTEXT_SECONDS = 1.2
@@ -97,22 +99,36 @@ class FilmFile(Film):
 
     def around(self, candidate: Candidate) -> list[Candidate]:
         reach = self._search_seconds
-        context = _KEY_CONTEXT_SECONDS if reach == _KEY_SEARCH_SECONDS else _CUT_MARGIN_SECONDS
+        context = _KEY_CONTEXT_SECONDS if reach == _KEY_SEARCH_SECONDS else _CONTEXT_SECONDS
         shots, measured, motions = ShotFinder(), list[Future[Candidate]](), list[float]()
+        subjects = SubjectMotion()
         start, end = candidate.time - reach - context, candidate.time + (reach + context)
         for sample in self._sampler.frames(Fraction(max(0.0, start)), Fraction(end)):
             time = float(sample.time)
-            motion = shots.push(time, small_luma(sample.picture(_SHOT_SIDE_PX)))
-            if abs(time - candidate.time) <= reach:
+            luma, is_near = small_luma(sample.picture(_SHOT_SIDE_PX)), abs(time - candidate.time) <= reach
+            motion = shots.push(time, luma)
+            if candidate.action:
+                subjects.push(time, luma, is_near)
+            if is_near:
                 measured.append(self._measure(sample))
                 motions.append(motion)
         begins = shots.shots()
         shot = bisect_right(begins, candidate.time)
+        masks = subjects.masks() or [None] * len(measured)
         candidates = [
             replace(each.result(), motion=motion) for each, motion in zip(measured, motions, strict=True)
         ]
+        followed = follow_subject(candidate.action, candidates, masks) if candidate.action else []
+        actions = {each.time: each.action for each in followed}
         return [
-            self._mark(replace(each, scene=candidate.scene, in_transition=shots.is_transition(each.time)))
+            self._mark(
+                replace(
+                    each,
+                    scene=candidate.scene,
+                    in_transition=shots.is_transition(each.time),
+                    action=actions.get(each.time),
+                )
+            )
             for each in candidates
             if bisect_right(begins, each.time) == shot and not _is_near_cut(each.time, begins)
         ] or [replace(self.at(candidate.time), scene=candidate.scene)]

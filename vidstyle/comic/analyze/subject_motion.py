@@ -32,6 +32,8 @@ _MIN_ENERGY_SHARE = 0.45
 """Minimum share of the change that is in one object; otherwise everything moves."""
 _BOX_MARGIN_PX = 2
 """Margin of the box around the subject in the small copy, as only its edges change."""
+_WHOLE_MARGIN_RATIO = 0.5
+"""Margin of the box around the whole of a tracked subject, whose parts may be still, per longer side."""
 _TRACKED_CANDIDATES, _MIN_TRACKED = 3, 3
 """Number of candidates before and after it in which a subject is looked for, and must be found."""
 _TRACK_MARGIN_RATIO = 1.0
@@ -140,11 +142,37 @@ def add_moving_subjects(
     areas = [float(each.places.mean()) for each in found if each]
     most = max(areas, default=1.0)
     return [
-        replace(each, action=subject._replace(share=min(1.0, float(subject.places.mean()) / most)))
+        _track(each, subject, min(1.0, float(subject.places.mean()) / most))
         if subject and each.action is None and sum(_meets(subject, other) for other in near) >= _MIN_TRACKED
         else each
         for each, subject, near in zip(candidates, found, _neighbours(found), strict=True)
     ]
+
+
+def follow_subject(
+    subject: Foreground, frames: Sequence[Candidate], masks: Sequence[np.ndarray | None]
+) -> list[Candidate]:
+    """Return the frames shortly before and after a candidate in which its tracked subject is found.
+
+    Args:
+        subject: of the candidate.
+        frames: of the same shot.
+        masks: where something moves in each, see `SubjectMotion`.
+    """
+    found = [_subject(each, mask) for each, mask in zip(frames, masks, strict=True)]
+    return [
+        _track(each, other, subject.share)
+        for each, other in zip(frames, found, strict=True)
+        if other and _meets(subject, other)
+    ]
+
+
+def _track(candidate: Candidate, subject: Foreground, share: float) -> Candidate:
+    """Return a candidate with its tracked subject, in a box that contains the whole of it."""
+    height, width = candidate.shape
+    margin = _WHOLE_MARGIN_RATIO * max(subject.box.width, subject.box.height)
+    box = subject.box.padded(margin, margin, margin).intersection(Box(0, 0, width, height))
+    return replace(candidate, action=subject._replace(box=box, share=share))
 
 
 def _neighbours(found: Sequence[Foreground | None]) -> Iterator[tuple[Foreground | None, ...]]:

@@ -87,15 +87,17 @@ def _zoom_in(key_frame: Candidate) -> Candidate:
     whole = Box(0.0, 0.0, float(width), float(height))
     if not key_frame.faces:
         x, y = key_frame.saliency.center
-        side, blobs = _NEAR_SIDE_RATIO, key_frame.blobs
+        side, blobs, held = _NEAR_SIDE_RATIO, key_frame.blobs, None
         if key_frame.action and not key_frame.action.is_gone:
-            box, blobs = key_frame.action.box, ()
+            held = box = key_frame.action.box
+            (x, y), blobs = box.center, ()
             side = max(
                 _MIN_ACTION_SIDE_RATIO, _ACTION_MARGIN_RATIO * max(box.width / width, box.height / height)
             )
         wide, high = side * width / 2, side * height / 2
         left, top = min(max(0.0, x - wide), width - 2 * wide), min(max(0.0, y - high), height - 2 * high)
         part = Box(left, top, left + 2 * wide, top + 2 * high)
+        part = part.union(held) if held else part
         for blob in blobs:
             part = part.union(blob) if blob.intersection(part).area > 0 else part
         if max(part.width / width, part.height / height) > _MAX_NEAR_SIDE_RATIO:

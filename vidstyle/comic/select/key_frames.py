@@ -156,11 +156,24 @@ def _refine(
         ]
         nearby = _keep_distinct(nearby, each, others) or [replace(film.at(each.time), scene=each.scene)]
         nearby = add_actions(nearby, [other for other in survey.candidates if other.scene == each.scene])
+        nearby = _keep_subject(nearby, each)
         likely = sorted(nearby, key=_score_relative_to(nearby), reverse=True)[:_MAX_FACE_CANDIDATES]
         with_faces = film.with_large_faces(likely)
         refined[number] = max(with_faces, key=_score_relative_to(with_faces))
         neighbours[number] = [other for other in with_faces if other is not refined[number]]
     return film.with_subjects(refined, neighbours)
+
+
+def _keep_subject(nearby: Sequence[Candidate], each: Candidate) -> list[Candidate]:
+    """Return the frames near a candidate that show its moving subject; all of them if it has none.
+
+    The candidate's own frame has its subject, and is the last resort.
+    """
+    if each.action is None:
+        return list(nearby)
+    known = [replace(other, action=each.action) if other.time == each.time else other for other in nearby]
+    shown = [other for other in known if other.action and not other.action.is_gone]
+    return shown or known
 
 
 def _keep_distinct(
