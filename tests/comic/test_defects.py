@@ -161,6 +161,20 @@ def test_flawed_frames_are_chosen_only_if_a_film_has_no_others(flaw: str, tmp_pa
     assert len(wholly) == (0 if flaw in ("blank", "test_picture") else 2)
 
 
+def test_an_interlaced_film_without_the_flag_is_deinterlaced(tmp_path: Path) -> None:
+    fields = [view(PLACES[0], 9.0 * number) for number in range(2 * 40)]
+    woven = [first.copy() for first in fields[::2]]
+    for frame, second in zip(woven, fields[1::2], strict=True):
+        frame[1::2] = second[1::2]
+    assert is_combed(cv2.cvtColor(woven[20], cv2.COLOR_RGB2GRAY))
+    with open_film(write_film(tmp_path / "film.mp4", woven)) as film:
+        candidates = film.survey().candidates
+        shown = next(film.frames_at([candidates[4].time]))
+        near = film.around(candidates[4])
+    assert not any(each.combed for each in [*candidates, *near])
+    assert not is_combed(cv2.cvtColor(shown, cv2.COLOR_RGB2GRAY))
+
+
 def test_a_film_of_combed_frames_shows_those_that_are_not_blurred(tmp_path: Path) -> None:
     with open_film(write_film(tmp_path / "film.mp4", story(2, 30))) as film:
         survey = film.survey()

@@ -17,6 +17,7 @@ from vidstyle.comic.lettering.dialogue import (
     assign_lines,
     count_panels,
 )
+from vidstyle.comic.lettering.omitted import list_omitted
 from vidstyle.comic.lettering.subtitle_lines import Line, read_lines_of_file
 from vidstyle.errors import InputError
 from vidstyle.regions.boxes import Box
@@ -316,3 +317,12 @@ def test_no_word_is_lost_and_no_sentence_cut(habit: str, tmp_path: Path) -> None
         assert all(any(word in panel.replace(".", "").split() for panel in shown) for word in words)
         if len(" ".join(words)) < MAX_PANEL_LETTERS and habit not in list(SUBTITLE_HABITS)[-2:]:
             assert any(" ".join(words) in panel for panel in shown), words
+
+
+def test_many_omitted_subtitles_are_reported_as_runs() -> None:
+    lines = [Line(float(number), number + 0.9, "said") for number in range(200)]
+    assert list_omitted(lines[3:5], lines) == ["0:03.0", "0:04.0"]
+    lost = [*lines[:60], lines[61], *lines[100:]]
+    assert list_omitted(lost, lines) == ["0:00.0 to 0:59.0 (60)", "1:01.0", "1:40.0 to 3:19.0 (100)"]
+    joined = Line(0.0, 200.0, "said", continued=tuple(line.start for line in lines[1:]))
+    assert list_omitted([joined], []) == ["0:00.0 to 3:19.0 (200)"]

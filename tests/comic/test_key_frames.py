@@ -91,6 +91,17 @@ def test_options_are_followed(six_shots: Path) -> None:
     assert not any(1.0 <= time < 2.4 or 4.8 <= time for time in times)
 
 
+def test_a_seed_varies_the_frames_reproducibly(six_shots: Path) -> None:
+    """The number of panels differs by at most one, unless it is requested."""
+    with open_film(six_shots) as film:
+        found = [find_key_frames(film, KeyFrameOptions(seed=seed)) for seed in (0, *range(9))]
+        fixed = [find_key_frames(film, KeyFrameOptions(panels=4, seed=seed)) for seed in range(4)]
+    times = [tuple(each.time for each in key_frames) for key_frames in found]
+    assert times[0] == times[1] and len(set(times)) >= 6
+    assert {len(each) - len(times[0]) for each in times} <= {-1, 0, 1}
+    assert [len(key_frames) for key_frames in fixed] == [4] * 4
+
+
 def test_all_requested_times_are_shown_even_if_they_exceed_the_panels(six_shots: Path) -> None:
     assert [each.time for each in key_frames_of(six_shots, panels=1, at=(6, 0.2, 0.4))] == pytest.approx(
         [0.2, 0.4, 6]

@@ -70,7 +70,7 @@ SPANS = Parsed("T-T,T-T", parse_spans)
         help="Times of the key frames, in seconds or as h:mm:ss.")  # fmt: skip
 @option("--skip", type=SPANS, default=(), group=Group.KEY_FRAMES, help="Exclude these time ranges.")
 @option("--seed", type=number(0, whole=True), default=0, group=Group.PAGE_LAYOUT,
-        help="Random seed for layout variations.")  # fmt: skip
+        help="Random seed for variations of layout and frames; 0 is the best.")  # fmt: skip
 @option("--size", metavar="NAME|WxH", group=Group.PAGE_LAYOUT,
         help="a4, a5, a3, letter, square, strip, webtoon, 1200x1800 or 210x297mm.  "
              "[default: a4; strip for .html]")  # fmt: skip

@@ -17,11 +17,12 @@ from vidstyle.comic.layout.fit import center_panels, fit_paper
 from vidstyle.comic.layout.inset import find_insets
 from vidstyle.comic.layout.layout import PageLayout, default_pages, lay_out
 from vidstyle.comic.layout.paper import BORDER_POINTS, LayoutKind, paper
-from vidstyle.comic.layout.storyboard import contact_sheet, format_timecode, time_labels
+from vidstyle.comic.layout.storyboard import contact_sheet, time_labels
 from vidstyle.comic.lettering.characters import control_character
 from vidstyle.comic.lettering.dialogue import assign_lines, count_panels
 from vidstyle.comic.lettering.fonts import Letters, check_pillow, choose_letters, letter_size
 from vidstyle.comic.lettering.letter import PanelText, TextStyle, letter_panels
+from vidstyle.comic.lettering.omitted import list_omitted
 from vidstyle.comic.lettering.subtitle_lines import Line, read_lines_of_file, read_lines_of_film
 from vidstyle.comic.lettering.title import make_title, move_below_title, page_numbers, shrink_paper
 from vidstyle.comic.output.page_file import PageFile, page_file, read_page_file
@@ -137,14 +138,19 @@ class _Job:
             self._choose_font(lines)
             plan = self._plan_with_words(film, lines)
             self._report_single(plan, film)
-            self._report_omitted()
+            self._report_omitted(lines)
             self._report_lacking()
             return self._draw(plan, film)
 
     def _plan_with_words(self, film: Film, lines: Sequence[Line]) -> PagePlan:
         """Plan the comic; words that have no room get more panels, as far as that helps."""
         spoken = tuple((line.start, line.end) for line in lines if not line.narrated)
-        options = replace(self._options.key_frames, min_panels=count_panels(lines), spoken=spoken)
+        options = replace(
+            self._options.key_frames,
+            min_panels=count_panels(lines),
+            spoken=spoken,
+            seed=self._options.seed,
+        )
         plan = self._plan(film, find_key_frames(film, options, self._step), lines)
         best = plan, self._omitted
         for _ in range(_MAX_WORD_ROUNDS if options.panels is None else 0):
@@ -164,13 +170,13 @@ class _Job:
             reason = f"the film has {survey.seconds:.1f} s, without a second picture that differs"
             log.info("one panel: %s; give --panels for more", reason)
 
-    def _report_omitted(self) -> None:
+    def _report_omitted(self, lines: Sequence[Line]) -> None:
         """Report each subtitle that no panel shows, with its time."""
         if not self._omitted:
             return
-        times = [time for line in self._omitted for time in line.times]
-        text, verb = counted(len(times), "subtitle"), "is" if len(times) == 1 else "are"
-        places = ", ".join(map(format_timecode, times))
+        count = sum(len(line.times) for line in self._omitted)
+        text, verb = counted(count, "subtitle"), "is" if count == 1 else "are"
+        places = ", ".join(list_omitted(self._omitted, lines))
         log.warning("%s %s not shown, at %s; increase --panels to show more of them", text, verb, places)
 
     def _report_lacking(self) -> None:
@@ -308,7 +314,7 @@ class ComicOptions:
         dpi: pixels per inch; None: 300 for .pdf, else 150.
         landscape: landscape orientation for a named paper size.
         pages: number of pages; None: depends on the panels.
-        seed: random seed for layout variations.
+        seed: random seed for variations of layout and frames; 0 gives the best of both.
         layout: "classic", "dynamic", "manga" (from right to left) or "grid".
         right_to_left: right-to-left reading order.
         bleeding: whether full-width panels extend to the page edge.

@@ -76,6 +76,10 @@ _SPEAKER_SCORE = 0.4
 """Score of a frame with a face while someone speaks."""
 _ACTION_SCORE, _MAX_CUT_SUBJECT_COST = 0.3, 0.8
 """Score of a moving subject, and maximum cost of one that the picture's edge cuts off."""
+_SEED_SCORE = 0.3
+"""Maximum that a seed adds to the score of a frame: less than speech with a face in a close-up."""
+_MAX_SEED_PANELS = 1
+"""Maximum number of panels that a seed adds to the default number, or takes from it."""
 # The importance of chosen frames.
 _SUBJECT_WEIGHT, _SCENE_SHARE_WEIGHT, _QUALITY_WEIGHT, _FORCED_WEIGHT = 0.8, 0.3, 0.25, 0.25
 """Weights of the subject, of the frame's share of its scene, of its quality, and of a request."""
@@ -107,6 +111,7 @@ def choose(
     panels: int | None,
     min_panels: int = 0,
     spoken: Sequence[tuple[float, float]] = (),
+    seed: int = 0,
 ) -> list[Candidate]:
     """Choose the frames to show, in chronological order.
 
@@ -118,6 +123,7 @@ def choose(
             at least a few if the film moves.
         min_panels: minimum number if `panels` is None.
         spoken: start and end of speech in seconds: frames with faces are preferred there.
+        seed: random seed: 0 gives the best frames, other seeds give others that are nearly as good.
     """
     seen = _with_whole_subjects(usable_candidates(survey.candidates))
     times = {each.time for each in forced}
@@ -126,10 +132,15 @@ def choose(
         return []
     values = scores(pool, scene_values(survey)) + [_FORCED_SCORE * each.forced for each in pool]
     values += [_SPEAKER_SCORE * bool(each.faces and _is_in_spans(each.time, spoken)) for each in pool]
+    random = np.random.default_rng(seed)
+    values += _SEED_SCORE * random.random(len(pool)) if seed else 0.0
     kept = _keep_best_per_part(pool, values, survey, max(MAX_POOL_CANDIDATES, 2 * (panels or 0)))
     pool, values = [pool[number] for number in kept], values[kept]
     like, places = _likeness(pool, len(survey.scene_starts)), _places(pool, survey)
     wanted = _count_panels(survey, like, len(forced), panels, min_panels)
+    if seed and panels is None and not survey.is_folder:
+        varied = wanted + int(random.integers(-_MAX_SEED_PANELS, _MAX_SEED_PANELS, endpoint=True))
+        wanted = min(len(pool), max(MIN_DEFAULT_PANELS, min_panels, len(forced), varied))
     usual = min(len(pool), default_panels(1, survey.seconds))
     beats = _count_beats(survey, len(pool))
     tried = [(wanted, 1.0)] if panels is not None else _attempts(wanted, beats, usual)

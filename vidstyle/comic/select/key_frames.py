@@ -44,6 +44,7 @@ class KeyFrameOptions:
         at: times in seconds of frames that must be shown.
         skip: start and end in seconds of parts to exclude.
         words: times in seconds of words that need a panel nearby, if `panels` is None.
+        seed: random seed of a choice that is nearly as good as the best one, which 0 gives.
     """
 
     panels: int | None = None
@@ -52,6 +53,7 @@ class KeyFrameOptions:
     min_panels: int = 0
     spoken: tuple[tuple[float, float], ...] = ()
     words: tuple[float, ...] = ()
+    seed: int = 0
 
     def check(self) -> None:
         """Raise UsageError if they contradict each other; needs no film."""
@@ -90,7 +92,7 @@ def find_key_frames(
     seen = replace(survey, candidates=left)
     if options.panels is None:
         forced = _add_panels_for_words(forced, left, options.words)
-    chosen = choose(seen, forced, options.panels, options.min_panels, options.spoken)
+    chosen = choose(seen, forced, options.panels, options.min_panels, options.spoken, options.seed)
     if not chosen:
         if left:
             raise InputError(film.name, "holds only blank frames")

@@ -18,10 +18,11 @@ class Deinterlacer:
     """Passes frames through unchanged until the first interlaced one; filters all later ones.
 
     The filter looks one frame ahead, returns one frame for each, and does not change frames without the flag.
+    With `every_frame`, it deinterlaces all frames, for films whose frames lack the flag.
     """
 
-    def __init__(self, time_base: Fraction) -> None:
-        self._time_base = time_base
+    def __init__(self, time_base: Fraction, every_frame: bool = False) -> None:
+        self._time_base, self._every_frame = time_base, every_frame
         self._graph: av.filter.Graph | None = None
         self._kind: tuple[int, int, str] = (0, 0, "")
         self._inside: deque[DecodedFrame] = deque()
@@ -34,7 +35,9 @@ class Deinterlacer:
     def apply(self, items: Iterable[DecodedFrame | av.Packet]) -> Iterator[DecodedFrame | av.Packet]:
         """Yield the items with progressive frames; packets pass through."""
         for item in items:
-            if isinstance(item, DecodedFrame) and (self._graph or item.native.interlaced_frame):
+            if isinstance(item, DecodedFrame) and (
+                self._graph or self._every_frame or item.native.interlaced_frame
+            ):
                 yield from self._filter(item)
             else:
                 yield item
@@ -65,7 +68,8 @@ class Deinterlacer:
         source = graph.add_buffer(
             width=frame.width, height=frame.height, format=frame.format, time_base=self._time_base
         )
-        deinterlacer = graph.add("bwdif", mode="send_frame", parity="auto", deint="interlaced")
+        which = "all" if self._every_frame else "interlaced"
+        deinterlacer = graph.add("bwdif", mode="send_frame", parity="auto", deint=which)
         graph.link_nodes(source, deinterlacer, graph.add("buffersink")).configure()
         return graph
 

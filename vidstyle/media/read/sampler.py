@@ -122,6 +122,10 @@ class FilmSampler(Closing):
         """The damage found since all frames or key frames were requested; complete after the last one."""
         return replace(self._source.damage)
 
+    def deinterlace_all(self) -> None:
+        """Deinterlace all frames of `image_at`, also those without the flag."""
+        self._deinterlacer = Deinterlacer(self._source.time_base, every_frame=True)
+
     def warn_if_hdr(self) -> bool:
         """Log a warning if the last sampled frames are HDR, which become SDR; return whether they are."""
         return self._copies is not None and self._copies.warn_if_hdr()
