@@ -11,9 +11,10 @@ from design_model import SIZE, Fields, Random, run
 from vidstyle.blocks import all_blocks
 from vidstyle.design.document.document import Document
 from vidstyle.design.document.state import state_of
+from vidstyle.design.document.step_text import text_of_step
 from vidstyle.errors import StyleError, UsageError
 from vidstyle.gpu.compile.es import es_plan
-from vidstyle.style import Style, load_style, save_style, style_file, style_from_table, style_names
+from vidstyle.style import Step, Style, load_style, save_style, style_file, style_from_table, style_names
 from vidstyle.style.files import read_style_text
 
 
@@ -105,6 +106,49 @@ def test_a_knob_and_a_variant_follow_their_step() -> None:
     document.edit("remove", 4, step=lines.number)
     assert document.content.table()["knobs"] == ["ink"]
     assert document.content.table()["variants"] == {"flat": {"ink": "#ff0000"}}
+
+
+def test_steps_are_copied_from_one_style_and_pasted_into_another() -> None:
+    ink, poster = Document(load_style("ink")), Document(load_style("poster"))
+    lines = ink.content.layers["lines"]
+    count = len(poster.content.layers["lines"])
+    text = text_of_step(ink.content, lines[0].number, whole=True)
+    assert text.startswith("[[lines]]") and text.count("[[lines]]") == len(lines)
+    first = poster.edit("paste", layer="lines", index=0, text=text)
+    pasted = poster.content.layers["lines"]
+    assert first == pasted[0].number and len(pasted) == count + len(lines)
+    assert [step.table for step in pasted[: len(lines)]] == [step.table for step in lines]
+    assert poster.history.entries[-1].label == f"Paste {len(lines)} steps"
+    assert "'gray'" in poster.mistakes[0].text  # which a step of ink's base has saved
+    poster.undo()
+    assert poster.mistakes == [] and not poster.is_changed
+
+
+def test_a_pasted_step_does_not_save_under_a_name_that_is_taken() -> None:
+    document = Document(Style("s", background=(Step("posterize", {"levels": 5}, save="flat"),)))
+    step = document.content.layers["background"][0]
+    document.edit("paste", layer="lines", index=0, text=text_of_step(document.content, step.number, False))
+    assert document.content.layers["lines"][0].table == {"block": "posterize", "levels": 5}
+    assert document.mistakes == []
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("anything", "holds no steps of a style"),
+        ('lines = ["x", 5]', "holds no steps of a style"),
+        ("[[lines]]\nblock = 'posterise'", "did you mean 'posterize'?"),
+        ("[[lines]]\nblock = 'posterize'\nlevels = 99", "is outside 2 to 32"),
+        ("[[lines]]\nblock = 'pattern'\ntiles = '../../etc'", "the clipboard holds a mistake"),
+        ("[[lines]]\nblock = 'hue'\n" * 300, "at most 256 steps"),
+    ],
+)
+def test_other_texts_cannot_be_pasted(text: str, told: str) -> None:
+    document = Document(load_style("ink"))
+    before = document.content
+    with pytest.raises(UsageError) as caught:
+        document.edit("paste", layer="lines", index=0, text=text)
+    assert told in str(caught.value) and document.content == before
 
 
 def test_a_mistake_stands_at_its_step_and_the_last_good_style_is_shown() -> None:

@@ -389,6 +389,62 @@ def test_a_draft_is_resumed(browser: Browser, film: Path, tmp_path: Path) -> Non
         assert page.steps("background") == ["pattern"]
 
 
+def open_style(page: Page, name: str) -> None:
+    """Open a shipped style, and show its diagram."""
+    page.browser.run(
+        "document.getElementById('to-styles').click();"
+        "[...document.querySelectorAll('.tile b')].find((each) => each.textContent === name).click()",
+        name=name,
+    )
+    page.browser.until(f"document.getElementById('name').value === {name.lower()!r}")
+    if not page.browser.run("return document.body.classList.contains('building')"):
+        page.browser.click("#to-diagram")
+
+
+def test_steps_are_copied_between_styles(page: Page) -> None:
+    browser = page.browser
+    open_style(page, "Thermal")
+    browser.click(".card[aria-label^=Gradient]")
+    page.shows("Gradient of colours")
+    gradient = dict(page.server.designer.opened.content.place_of(
+        browser.run("return Number(document.querySelector('.card.selected').dataset.card)")
+    )[2].table)  # fmt: skip
+    browser.press("Ctrl+c")
+    page.told("Gradient of colours copied")
+    open_style(page, "Blueprint")
+    before = page.steps("background")
+    browser.click(".gap[data-layer=background][data-index='0']")
+    browser.click("#paste")
+    page.told("Pasted into background, position 1")
+    assert page.steps("background") == ["gradient", *before]
+    assert page.server.designer.opened.content.layers["background"][0].table == gradient
+    browser.run(
+        """const clipboardData = new DataTransfer();
+        clipboardData.setData("text/plain", text);
+        const pasted = new ClipboardEvent("paste", { clipboardData, bubbles: true });
+        document.activeElement.dispatchEvent(pasted);""",
+        text="[[lines]]\nblock = 'posterize'\nlevels = 4\n",
+    )
+    page.shows("Posterize")
+    assert page.steps("background") == ["gradient", "posterize", *before]
+
+
+def test_a_knob_is_renamed_by_keyboard(page: Page) -> None:
+    browser = page.browser
+    open_style(page, "Ink")
+    browser.click("#tabs [value=style]")
+    browser.run("document.querySelector('[aria-label=\"Rename Solid ink\"]').focus()")
+    browser.press("Enter")
+    browser.until("document.activeElement.matches('.rename')")
+    browser.type("Shadows")
+    browser.press("Enter")
+    page.undone("Rename Blend amount: Shadows")
+    browser.until("document.querySelector('[aria-label=\"Rename Shadows\"]')")
+    assert "Shadows" in page.server.designer.opened.style.labels.values()
+    browser.press("Ctrl+z")
+    browser.until("document.querySelector('[aria-label=\"Rename Solid ink\"]')")
+
+
 def test_a_mistake_stands_at_its_card_and_goes_with_undo(page: Page) -> None:
     browser = page.browser
     steps = (Step("gaussian", save="soft"), Step("blend", {"other": "soft"}))

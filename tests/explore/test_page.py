@@ -356,7 +356,7 @@ def test_by_keyboard_alone_a_look_is_found_kept_compared_and_saved(
     shown = page.exploration.tile(page.state()["tiles"][2]["tile"]).style
     assert load_style("by-keyboard").layers == shown.layers
     opened.run("document.getElementById('lightbox').close()")
-    press(opened, "b")
+    press(opened, ",")
     eventually(lambda: chooser.at < at)
     press(opened, "?")
     assert opened.run("return document.getElementById('help').open")

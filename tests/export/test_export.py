@@ -139,15 +139,19 @@ def test_a_page_restyles_a_picture_from_a_file_and_asks_nobody(
     assert off(shown(browser), source, style) > 0.1
     x, y, width, height = browser.place("#picture")
     wide = min(width, height * 480 / 360)
-    browser.press("b")
+    browser.press("c")
     browser.drag((x, y), (x - wide / 4, y))
     part = shown(browser)
     assert np.abs(part[:, :110].astype(int) - source[:, :110]).max() <= 1
     assert np.abs(part[:, 130:].astype(int) - source[:, 130:]).mean() > 8
     line = browser.place("#divider")
     assert (line[0], line[3]) == pytest.approx((x - wide / 4, wide * 360 / 480), abs=1)
-    browser.press("b")
+    browser.press("c")
     assert browser.run("return document.getElementById('divider').hidden")
+    hold = "document.getElementById('hold').dispatchEvent(new PointerEvent(kind))"
+    browser.run(hold, kind="pointerdown")
+    assert np.abs(shown(browser).astype(int) - source).max() <= 1
+    browser.run(hold, kind="pointerup")
     assert np.abs(shown(browser)[:, :110].astype(int) - source[:, :110]).mean() > 8
     asked = [
         event["params"]["request"]["url"]
@@ -156,6 +160,34 @@ def test_a_page_restyles_a_picture_from_a_file_and_asks_nobody(
     ]
     assert {url.partition(":")[0] for url in asked} <= {"file", "blob", "data"}
     assert not [event for event in browser.events if event["method"] == "Runtime.exceptionThrown"]
+
+
+def test_a_link_holds_the_values_that_the_controls_allow(page: Path, browser: Browser) -> None:
+    browser.open(f"{page.as_uri()}?side=360#test&posterize.levels=7&ink=%23zz0000&paper=javascript:1&other=1")
+    until(browser, """document.getElementById("facts").textContent""")
+    value = """return document.querySelector("input[type=number][max='32']").value"""
+    assert browser.run(value) == "7"
+    browser.run(
+        """Object.defineProperty(navigator, "clipboard", { value: {
+          writeText: async (text) => void (globalThis.copied = text) } });
+        document.getElementById("link").click();"""
+    )
+    assert browser.run("return copied") == f"{page.as_uri()}?side=360#test&posterize.levels=7"
+    browser.open("about:blank")
+    browser.open(f"{page.as_uri()}?side=360#test&posterize.levels=7000")
+    until(browser, """document.getElementById("facts").textContent""")
+    assert int(browser.run(value)) <= 32 and browser.run(value) != "7"
+
+
+def test_the_theme_is_switched(page: Path, browser: Browser) -> None:
+    browser.open(page.as_uri())
+    until(browser, """document.getElementById("theme").title""")
+    ground = "return getComputedStyle(document.body).backgroundColor"
+    before = browser.run(ground)
+    browser.click("#theme")
+    assert browser.run(ground) != before
+    browser.click("#theme")
+    assert browser.run(ground) == before
 
 
 def test_a_page_shows_a_camera_alone_upon_nothing(page: Path, browser: Browser) -> None:

@@ -158,12 +158,12 @@ def test_a_snapshot_is_taken_once():
 
 def test_keys():
     controls = Controls(load_style("plain"), ["plain", "poster"])
-    for key in "nbprsx":
+    for key in "nbsr+x":
         press(controls, key)
     assert (controls.style.name, controls.bypassed, controls.recording) == ("poster", True, True)
     assert controls.pop_snapshot()
     steady = controls.style.steady
-    press(controls, "S")
+    press(controls, "-")
     assert controls.style.steady == pytest.approx(max(0, steady - 0.1))
     press(controls, "q")
     assert controls.quitting.is_set()

@@ -15,7 +15,9 @@ from vidstyle.live.control import Controls
 POLL_SECONDS = 0.2
 KEY_STEADY_STEP = 0.1
 
-KEY_HELP = "n next style, c start the cues, s/S more or less steady, b bypass, p picture, r record, q quit"
+KEY_HELP = (
+    "n next style, c start the cues, +/- more or less steady, b bypass, s save the picture, r record, q quit"
+)
 
 
 @contextmanager
@@ -62,10 +64,10 @@ def press(controls: Controls, key: str) -> None:
     actions: dict[str, Callable[[], None]] = {
         "n": controls.next_style,
         "c": controls.start_cues,
-        "s": lambda: controls.steady(controls.style.steady + KEY_STEADY_STEP),
-        "S": lambda: controls.steady(controls.style.steady - KEY_STEADY_STEP),
+        "+": lambda: controls.steady(controls.style.steady + KEY_STEADY_STEP),
+        "-": lambda: controls.steady(controls.style.steady - KEY_STEADY_STEP),
         "b": controls.bypass,
-        "p": controls.snapshot,
+        "s": controls.snapshot,
         "r": controls.record,
         "q": controls.quit,
     }

@@ -8,8 +8,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import tomlkit
+
 from vidstyle.block import Asset, Choice, Color, SavedRef, Slider, Switch
 from vidstyle.blocks import all_blocks
+from vidstyle.core.file_checks import parse_toml
 from vidstyle.design.document.document import Document
 from vidstyle.design.document.state import state_of
 from vidstyle.errors import StyleError, UsageError
@@ -119,6 +122,17 @@ def a_value(control: object, choose: Random, whole: bool) -> Any:
     raise AssertionError(control)
 
 
+def paste(model: Model, choose: Random) -> Fields:
+    layer = choose.choice(LAYERS)
+    steps = [step for _, step in model.layers[choose.choice(LAYERS)]]
+    texts = ["no steps", tomlkit.dumps({"lines": steps[:2]}), tomlkit.dumps({"base": steps[-1:]})]
+    return {
+        "layer": layer,
+        "index": choose.randint(0, len(model.layers[layer])),
+        "text": choose.choice(texts),
+    }
+
+
 def set_value(model: Model, choose: Random) -> Fields:
     step = a_step(model, choose)
     block = all_blocks().get(model.find(step)[2].get("block", "")) if step < 10**6 else None
@@ -174,6 +188,7 @@ MAKERS: dict[str, Callable[[Model, Random], Fields]] = {
     "move": move,
     "remove": step_alone,
     "duplicate": step_alone,
+    "paste": paste,
     "set": set_value,
     "field": set_field,
     "refer": refer,
@@ -192,6 +207,14 @@ def apply(model: Model, kind: str, new: int | None, fields: Fields) -> None:
     if kind == "add":
         step = {"block": fields["block"]} if fields["block"] else {"from": "source"}
         layers[fields["layer"]].insert(fields["index"], (new or 0, step))
+    elif kind == "paste":
+        taken = {step.get("save") for step in model_steps(model)}
+        pasted = [step for layer in LAYERS for step in parse_toml(fields["text"]).get(layer, [])]
+        for place, step in enumerate(pasted):
+            kept = {key: value for key, value in step.items() if key != "save" or value not in taken}
+            layers[fields["layer"]].insert(
+                fields["index"] + place, ((new or 0) + place, kept or {"from": "source"})
+            )
     elif kind in ("rename", "note"):
         text = " ".join(fields.get("name", fields.get("text", "")).split())
         model.fields["name" if kind == "rename" else "note"] = text

@@ -16,9 +16,11 @@ from vidstyle.block.search import suggest_block
 from vidstyle.blocks import all_blocks
 from vidstyle.design.document.content import Content, PlacedStep, ValueRef
 from vidstyle.design.document.expansion import expand_recipe
+from vidstyle.design.document.step_text import steps_in_text
 from vidstyle.errors import UsageError, suggest
 from vidstyle.style import LAYERS, SOURCE
 from vidstyle.style.check import MAX_STEPS, TEXTS
+from vidstyle.style.files import MAX_FILE
 from vidstyle.style.knobs import MAX_KNOBS, MAX_LABEL_LENGTH, MAX_LABELS, is_label
 from vidstyle.style.model import FIELDS, step_from_table
 from vidstyle.style.values import read_values
@@ -38,6 +40,7 @@ class EditResult:
 NewNumber = Callable[[], int]
 NoteText = Annotated[str, text_between(0, 4 * TEXTS["note"])]
 """A note before its line breaks are joined."""
+StepsText = Annotated[str, text_between(1, MAX_FILE)]
 
 
 def add(content: Content, new: NewNumber, layer: str, index: int, block: TextOrEmpty) -> EditResult:
@@ -69,6 +72,15 @@ def duplicate(content: Content, new: NewNumber, step: int) -> EditResult:
     copied = {key: value for key, value in old.table.items() if key != "save"}
     copy = PlacedStep(new(), copied if copied else {"from": SOURCE})
     return EditResult(_insert(content, layer, place + 1, copy), f"Duplicate {label_of(old)}", copy.number)
+
+
+def paste(content: Content, new: NewNumber, layer: str, index: int, text: StepsText) -> EditResult:
+    """Add the steps in a text."""
+    steps = [PlacedStep(new(), table or {"from": SOURCE}) for table in steps_in_text(content, text)]
+    for place, step in enumerate(steps, index):
+        content = _insert(content, layer, place, step)
+    label = label_of(steps[0]) if len(steps) == 1 else f"{len(steps)} steps"
+    return EditResult(content, f"Paste {label}", steps[0].number)
 
 
 def set_value(content: Content, new: NewNumber, step: int, name: str, value: AnyValue) -> EditResult:
@@ -193,6 +205,7 @@ EDITS: Mapping[str, Callable[..., EditResult]] = {
     "move": move,
     "remove": remove,
     "duplicate": duplicate,
+    "paste": paste,
     "set": set_value,
     "field": set_field,
     "refer": refer,

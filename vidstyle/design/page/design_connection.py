@@ -11,6 +11,7 @@ from vidstyle.block.search import find_blocks, find_values
 from vidstyle.blocks import all_blocks
 from vidstyle.design.document.document import SNAPSHOT_SLOTS
 from vidstyle.design.document.edits import EDITS, EditResult
+from vidstyle.design.document.step_text import text_of_step
 from vidstyle.design.page.design_server import DesignServer
 from vidstyle.design.page.design_view import DesignView
 from vidstyle.design.page.frames import PictureType
@@ -140,6 +141,11 @@ class DesignConnection(DesignView):
     @message
     async def save_as(self, name: str, overwrite: bool) -> Answer:
         return {"file": await self.change(self.designer.save_as, name, overwrite)}
+
+    @message
+    async def copied(self, step: int, whole: bool) -> Answer:
+        """Answer with a step, or all of its layer, as text."""
+        return {"text": text_of_step(self.designer.opened.content, step, whole)}
 
     @message
     async def find(self, text: TextOrEmpty) -> Answer:

@@ -3,6 +3,7 @@
 import { announce } from "./announce.js";
 import { Bar } from "./bar.js";
 import { Diagram } from "./diagram.js";
+import { Clipboard } from "./clipboard.js";
 import { Dialogs } from "./dialogs.js";
 import { get, icon, make, press } from "./elements.js";
 import { History } from "./history.js";
@@ -35,6 +36,9 @@ const bar = new Bar(preview, say);
 const scenes = new Scenes(session, preview, { say, onopen: showScenes });
 const scopes = new Scopes(preview.view);
 const steps = new Steps(session, palette, say, showSelected, (name) => diagram.focus(name));
+const clipboard = new Clipboard(session, steps, say);
+steps.onpaste = (layer, index) => clipboard.paste(clipboard.kept, layer, index);
+palette.canPaste = () => Boolean(clipboard.kept);
 const splitter = new Splitter(() => diagram.arrange());
 const diagram = new Diagram({
   select: (name) => steps.select(name),
@@ -188,6 +192,7 @@ async function solo(step) {
 /** @param {import("./inspector.js").Action} action */
 function act(action) {
   if (action === "solo") return solo(preview.solo === steps.step?.step ? null : steps.step?.step ?? null);
+  if (action === "copy") return clipboard.copy(false);
   return steps[action]();
 }
 
@@ -246,7 +251,7 @@ get("tabs").addEventListener("keydown", (event) => {
   shownTabs[at]?.focus();
 });
 addEventListener("beforeunload", (event) => session.state?.dirty && event.preventDefault());
-const keys = shortcuts({ session, steps, diagram, preview, bar, dialogs, history, start, build, solo, render, scopes, scenes, again });
+const keys = shortcuts({ session, steps, diagram, preview, bar, dialogs, history, start, build, solo, render, scopes, scenes, again, clipboard });
 listen(keys);
 describe(keys);
 switchTheme(get("theme"));

@@ -7,7 +7,7 @@ import { ValueList } from "./values.js";
 /** @typedef {import("./types.js").Step} Step */
 /** @typedef {import("./types.js").State} State */
 
-/** @typedef {"mute" | "solo" | "duplicate" | "remove" | "expand"} Action the action of a button on the step */
+/** @typedef {"mute" | "solo" | "copy" | "duplicate" | "remove" | "expand"} Action the action of a button on the step */
 
 /** Shows one step. */
 export class Inspector {
@@ -30,8 +30,8 @@ export class Inspector {
     this.buttons = new Map();
     const buttons = make("div", { className: "actions" });
     for (const [action, drawing, label, key] of /** @type {[Action, string, string, string][]} */ ([
-      ["mute", "mute", "Mute", "M"], ["solo", "solo", "Solo: show the output of this step", "S"],
-      ["duplicate", "copy", "Duplicate", "D"], ["expand", "expand", "Replace with the steps of the recipe", "E"],
+      ["mute", "mute", "Mute", "M"], ["solo", "solo", "Solo: show the output of this step", "O"],
+      ["copy", "clipboard", "Copy, to paste it into any style", "Ctrl C"], ["duplicate", "copy", "Duplicate", "D"], ["expand", "expand", "Replace with the steps of the recipe", "E"],
       ["remove", "remove", "Remove", "Del"],
     ])) {
       const button = make("button", { className: "plain", type: "button", title: `${label} (${key})` }, icon(drawing));

@@ -16,6 +16,10 @@ export class Palette {
   /** @type {(block: string) => void} */
   #chosen = () => {};
   #asked = "";
+  /** Returns whether steps were copied in this browser. @type {() => boolean} */
+  canPaste = () => false;
+  /** Is called to paste them at the position of the palette. @type {() => void} */
+  onpaste = () => {};
   /** Resolves once the list shows what is asked. */
   #listed = Promise.resolve();
 
@@ -75,7 +79,7 @@ export class Palette {
   async #filter() {
     const text = this.search.value.trim();
     this.#asked = text;
-    if (!text) return this.#list(this.#categories());
+    if (!text) return this.#list([...(this.canPaste() ? [this.#paste()] : []), ...this.#categories()]);
     const found = /** @type {Found | null} */ (await this.session.ask("find", { text }));
     if (found && text === this.#asked) this.#list([...this.#matches(found), ...this.#settings(found.values)]);
   }
@@ -116,6 +120,11 @@ export class Palette {
     group.setAttribute("role", "group");
     group.setAttribute("aria-label", name);
     return group;
+  }
+
+  #paste() {
+    const text = make("div", {}, make("b", { textContent: "Paste" }), make("span", { textContent: "Add the steps that you copied, here or in another style." }));
+    return this.#choice(make("div", { className: "option", id: "paste" }, text), () => this.onpaste());
   }
 
   /** @param {Entry} entry */

@@ -1,5 +1,6 @@
 // The keyboard shortcuts of the designer.
 
+import { SHARED_KEYS } from "./shared_keys.js";
 
 /**
  * The parts of the page.
@@ -16,6 +17,7 @@
  * @property {(step: number | null) => unknown} solo
  * @property {() => unknown} render
  * @property {import("./scopes.js").Scopes} scopes
+ * @property {import("./clipboard.js").Clipboard} clipboard
  * @property {import("./scenes.js").Scenes} scenes
  * @property {(which: "undo" | "redo") => void} again
  */
@@ -24,7 +26,7 @@
  * @param {Parts} parts
  * @returns {import("./keys.js").Shortcut[]}
  */
-export function shortcuts({ steps, diagram, preview, bar, dialogs, history, start, build, solo, render, scopes, scenes, again }) {
+export function shortcuts({ steps, diagram, preview, bar, dialogs, history, start, build, solo, render, scopes, scenes, again, clipboard }) {
   const { view, player } = preview;
   const isBuilding = () => document.body.classList.contains("building") && !start.isOpen;
   /** Returns the focused card, else the selected one. */
@@ -70,8 +72,10 @@ export function shortcuts({ steps, diagram, preview, bar, dialogs, history, star
     { keys: ["a"], help: "Add a step after this one", run: onStep(() => steps.addAfter(near())) },
     { keys: ["Delete", "Backspace"], help: "Remove the step", run: onStep(() => steps.remove()) },
     { keys: ["m"], help: "Mute or unmute the step", run: onStep(() => steps.mute()) },
-    { keys: ["s"], help: "Solo: show the output of the step", run: onStep(() => solo(preview.solo === steps.step?.step ? null : steps.step?.step ?? null)) },
+    { keys: ["o"], help: "Solo: show the output of the step", run: onStep(() => solo(preview.solo === steps.step?.step ? null : steps.step?.step ?? null)) },
     { keys: ["d"], help: "Duplicate the step", run: onStep(() => steps.duplicate()) },
+    { keys: ["Ctrl+c"], help: "Copy the step; Ctrl V pastes it after the selected one", run: () => !String(getSelection()) && onStep(() => void clipboard.copy(false))() },
+    { keys: ["Ctrl+Shift+c"], help: "Copy all steps of the layer", run: onStep(() => void clipboard.copy(true)) },
     { keys: ["e"], help: "Replace a recipe with its steps", run: onStep(() => steps.expand()) },
     { keys: ["Alt+ArrowLeft", "Alt+ArrowRight", "Alt+ArrowUp", "Alt+ArrowDown"], help: "Move the step within its layer or to another", run: (event) => onStep(() => steps.shift(event.key))() },
     { keys: ["g"], help: "Show or hide the diagram", run: open(() => build(!isBuilding())) },
@@ -80,21 +84,22 @@ export function shortcuts({ steps, diagram, preview, bar, dialogs, history, star
     { keys: ["Shift+1", "Shift+2"], help: "Keep snapshot A or B", run: (event) => history.keep(event.code === "Digit1" ? "a" : "b") },
     { keys: ["1", "2"], help: "Go to snapshot A or B", run: (event) => history.restore(event.key === "1" ? "a" : "b") },
     { keys: ["Ctrl+s"], help: "Save", run: open(() => dialogs.save()), typing: true },
+    { keys: [SHARED_KEYS.save], help: "Save", run: open(() => dialogs.save()) },
     { keys: ["Ctrl+Shift+s"], help: "Save under another name", run: open(() => dialogs.saveAs()), typing: true },
     { keys: ["Ctrl+e"], help: "Export", run: open(() => dialogs.export()), typing: true },
     { keys: ["Ctrl+Enter"], help: "Render this film", run: open(render), typing: true },
     { keys: ["Ctrl+o"], help: "Show all styles", run: () => start.show(true), typing: true },
-    { group: "Picture", keys: [" "], help: "Play or pause", run: open(() => player.toggle()) },
+    { group: "Picture", keys: [" ", SHARED_KEYS.play], help: "Play or pause", run: open(() => player.toggle()) },
     { keys: [",", "."], help: "Previous or next frame", run: (event) => player.step(event.key === "," ? -1 : 1) },
     { keys: ["l"], help: "Set the start of the loop, then its end, then clear it", run: () => bar.mark() },
-    { keys: ["\\", "b"], help: "Hold to see the original", run: () => view.hold(true), end: () => view.hold(false) },
-    { keys: ["c"], help: "Switch between result, split and side by side", run: () => view.setMode(modes[(modes.indexOf(view.mode) + 1) % 3]) },
-    { keys: ["z"], help: "Switch between fit, 100 % and 200 %", run: () => view.setZoom(zooms[(zooms.indexOf(view.zoom) + 1) % 3]) },
+    { keys: ["\\", SHARED_KEYS.original], help: "Hold to see the original", run: () => view.hold(true), end: () => view.hold(false) },
+    { keys: [SHARED_KEYS.compare], help: "Switch between result, split and side by side", run: () => view.setMode(modes[(modes.indexOf(view.mode) + 1) % 3]) },
+    { keys: [SHARED_KEYS.zoom], help: "Switch between fit, 100 % and 200 %", run: () => view.setZoom(zooms[(zooms.indexOf(view.zoom) + 1) % 3]) },
     { keys: ["Shift+ArrowLeft", "Shift+ArrowRight", "Shift+ArrowUp", "Shift+ArrowDown"], help: "Pan the picture", run: (event) => view.pan(...PAN_STEPS[event.key]) },
     { keys: ["t"], help: "Show or hide the scenes: styles over time", run: open(() => scenes.toggle()) },
     { keys: ["h"], help: "Show or hide the scopes", run: open(() => scopes.toggle()) },
     { keys: ["k"], help: "Compare the preview with the exact result", run: () => bar.check() },
-    { keys: ["?"], help: "Show this list", run: () => dialogs.help() },
+    { keys: [SHARED_KEYS.help], help: "Show this list", run: () => dialogs.help() },
   ];
 }
 

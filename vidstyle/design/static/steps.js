@@ -10,6 +10,8 @@ import { LAYERS, nameOf, placeOf, stepsOf } from "./types.js";
 export class Steps {
   /** @type {CardName | null} */
   selected = null;
+  /** Is called to paste what was copied. @type {(layer: Layer, index: number) => void} */
+  onpaste = () => {};
   /** Commands run one after another, each on the state that the previous one leaves. @type {Promise<unknown>} */
   #last = Promise.resolve();
 
@@ -51,6 +53,7 @@ export class Steps {
    * @param {Layer} layer @param {number} index @param {DOMRect | null} near
    */
   add(layer, index, near) {
+    this.palette.onpaste = () => this.onpaste(layer, index);
     this.palette.open(`${words(layer)}, position ${index + 1}`, near, async (block) => {
       const known = new Set(stepsOf(/** @type {import("./types.js").State} */ (this.session.state)).map(({ step }) => step));
       const answer = await this.session.edit("add", { layer, index, block });
@@ -62,15 +65,21 @@ export class Steps {
     });
   }
 
+  /** The position after the selected card. @returns {{layer: Layer, index: number} | null} */
+  get placeAfter() {
+    const { state } = this.session;
+    if (!state) return null;
+    if (this.selected === "source" || this.selected === null) return { layer: "base", index: 0 };
+    if (this.selected === "base" || this.selected === "background" || this.selected === "lines") return { layer: this.selected, index: 0 };
+    if (this.selected === "result") return { layer: "lines", index: state.layers.lines.length };
+    const place = placeOf(state, this.selected);
+    return place && { layer: place.layer, index: place.index + 1 };
+  }
+
   /** Adds a step after the selected card. @param {DOMRect | null} near */
   addAfter(near) {
-    const { state } = this.session;
-    if (!state) return;
-    if (this.selected === "source" || this.selected === null) return this.add("base", 0, near);
-    if (this.selected === "base" || this.selected === "background" || this.selected === "lines") return this.add(this.selected, 0, near);
-    if (this.selected === "result") return this.add("lines", state.layers.lines.length, near);
-    const place = placeOf(state, this.selected);
-    if (place) this.add(place.layer, place.index + 1, near);
+    const place = this.placeAfter;
+    if (place) this.add(place.layer, place.index, near);
   }
 
   /** @param {number} step @param {Layer} layer @param {number} index */

@@ -2,6 +2,7 @@
 
 import { control, isShort } from "./controls.js";
 import { get, make, press } from "./elements.js";
+import { addressedStyle, addressedValues } from "./shared_link.js";
 
 /** @typedef {import("./plan_values.js").Entry} Entry */
 /** @typedef {import("./viewer.js").StyleData} StyleData */
@@ -13,6 +14,8 @@ export class StylePanel {
   values = {};
   /** @type {Record<string, (value: any) => void>} */
   #show = {};
+  /** The controls, with the ranges that the plans allow. @type {Entry[]} */
+  #entries = [];
 
   /**
    * @param {StyleData} data
@@ -26,7 +29,7 @@ export class StylePanel {
     this.initial = { ...this.values };
     for (const name of Object.keys(data.variants)) this.#addVariant(name);
     get("reset").onclick = () => this.put(this.initial);
-    this.#changed();
+    this.put(addressedStyle() === data.name ? addressedValues(this.#entries) : {});
   }
 
   /** The values that differ from the style's own, by path. */
@@ -57,6 +60,7 @@ export class StylePanel {
     const label = make("label", { htmlFor: `value-${path}`, textContent: entry.label });
     const row = make("div", { className: "control", title: help }, label, make("div", { className: "value" }, ...shown.inline), ...(shown.below ?? []));
     get("controls").append(row);
+    this.#entries.push(described);
     this.values[path] = entry.value;
     this.#show[path] = shown.show;
     shown.show(entry.value);

@@ -5,8 +5,11 @@ import { Divider } from "./divider.js";
 import { download, get, make, oncePerFrame, press, resize } from "./elements.js";
 import { planValues } from "./plan_values.js";
 import { record } from "./recording.js";
+import { SHARED_KEYS } from "./shared_keys.js";
+import { addressOf } from "./shared_link.js";
 import { Source } from "./source.js";
 import { StylePanel } from "./style_panel.js";
+import { switchTheme } from "./theme.js";
 
 /** @typedef {import("./plan_values.js").SizedPlan} SizedPlan */
 /** @typedef {import("./runner.js").LoadedStyle} LoadedStyle */
@@ -27,7 +30,9 @@ const MAX_FRAME_MS = 70;
 const MAX_SLOW_FRAMES = 12;
 const SIDES = [360, 720, 1080];
 /** The buttons that keys press. @type {Object<string, string>} */
-const KEYS = { c: "compare", b: "compare", s: "save", r: "record", f: "full", " ": "play" };
+const KEYS = {
+  [SHARED_KEYS.compare]: "compare", [SHARED_KEYS.save]: "save", [SHARED_KEYS.full]: "full", [SHARED_KEYS.play]: "play", " ": "play", r: "record",
+};
 
 /** Returns the working size: the shorter side is that of the plan. @param {[number, number]} size @param {number} side @returns {[number, number]} */
 export function workingSize([width, height], side) {
@@ -63,6 +68,8 @@ export class Viewer {
   /** @type {MediaRecorder | null} */
   #recorder = null;
   #slow = 0;
+  /** Whether the original is shown while a button or key is held. */
+  #held = false;
   /** Is called when a value of a control has changed. @type {() => void} */
   onchange = () => {};
 
@@ -72,6 +79,7 @@ export class Viewer {
     this.#detail.value = runner.isSoftware ? "360" : "720";
     this.#divider.listen();
     this.#listen();
+    switchTheme(get("theme"));
   }
 
   /** Shows a message. @param {string} text @param {number} [seconds] 0: until the next message */
@@ -145,6 +153,7 @@ export class Viewer {
     const size = workingSize(own, this.#shown.side);
     resize(this.canvas, size);
     const began = performance.now();
+    if (this.#held) return this.canvas.getContext("2d")?.drawImage(picture, 0, 0, ...size);
     if (!this.runner.draw(this.#shown.style, picture, this.canvas, { time: this.source.time, size })) return;
     this.#divider.paint(picture, own);
     if (video && !video.paused) this.#watchSpeed(performance.now() - began);
@@ -184,6 +193,18 @@ export class Viewer {
     press(get("compare"), this.#divider.split !== null);
   }
 
+  /** @param {boolean} on whether to show the original */
+  #hold(on) {
+    this.#held = on;
+    press(get("hold"), on);
+    this.redraw();
+  }
+
+  async #copyLink() {
+    const address = addressOf(String(this.data?.name), this.panel?.changes ?? {});
+    await navigator.clipboard.writeText(address).then(() => this.say("Link copied."), () => this.say(address, 0));
+  }
+
   #listen() {
     const picker = make("input", { type: "file", accept: "image/*,video/*" });
     picker.id = "file";
@@ -200,6 +221,7 @@ export class Viewer {
       save: () => this.#save(),
       record: () => this.#record(),
       compare: () => this.#compare(),
+      link: () => this.#copyLink(),
     };
     for (const [id, act] of Object.entries(clicks)) get(id)?.addEventListener("click", act);
     this.#detail.onchange = () => this.#choose(this.side);
@@ -208,12 +230,16 @@ export class Viewer {
       if (film) film.currentTime = Number(this.#place.value) * film.duration;
     };
     addEventListener("keydown", (event) => this.#press(event));
+    addEventListener("keyup", (event) => event.key === SHARED_KEYS.original && this.#hold(false));
+    for (const [kind, on] of Object.entries({ pointerdown: true, pointerup: false, pointerleave: false, blur: false }))
+      get("hold").addEventListener(kind, () => this.#hold(on));
   }
 
   /** @param {KeyboardEvent} event */
   #press(event) {
     const target = /** @type {HTMLElement} */ (event.target);
     if (target.matches("input:not([type=range]), select") || event.ctrlKey || event.metaKey || event.altKey || !this.source.picture) return;
+    if (event.key === SHARED_KEYS.original) return this.#hold(true);
     const id = KEYS[event.key];
     if (!id || !get("stage").checkVisibility()) return;
     if (event.key === " " && (get("film").hidden || target.matches("button"))) return;

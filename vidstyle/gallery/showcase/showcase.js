@@ -3,6 +3,7 @@
 import { announce } from "./announce.js";
 import { download, get, make, press } from "./elements.js";
 import { missing, Runner } from "./runner.js";
+import { addressedStyle } from "./shared_link.js";
 import { loadPicture } from "./source.js";
 import { load, loadStyleData } from "./store.js";
 import { Tiles } from "./tiles.js";
@@ -148,7 +149,7 @@ class Showcase {
 
   /** Shows the style that the address names, or the list. */
   async #route() {
-    const name = decodeURIComponent(location.hash.slice(1));
+    const name = addressedStyle();
     const listed = [...index.styles, ...index.unlisted].find((style) => style.name === name);
     if (!listed) return dialog.close();
     if (!this.viewer) return say("This browser cannot run styles.");

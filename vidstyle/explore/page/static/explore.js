@@ -7,6 +7,7 @@ import { get, make, makeSvg, press, resize } from "./elements.js";
 import { LoadedPlans, PagePainter, ServerPainter } from "./painters.js";
 import { missing, Runner } from "./runner.js";
 import { Connection } from "./socket.js";
+import { SHARED_KEYS } from "./shared_keys.js";
 import { fetchPicture, SourceFrames } from "./source_frames.js";
 import { switchTheme } from "./theme.js";
 import { origin, rootOf, Tiles } from "./tiles.js";
@@ -181,12 +182,29 @@ function drawTiles() {
     const subject = subjectOf(state.tiles[place].tile);
     const due = source.due(painter.count(subject));
     if (due === drawnFrames[place]) continue;
-    if (painter.draw(subject, due, tiles.cells[place].canvas)) {
+    const { canvas } = tiles.cells[place];
+    if (isHeld ? drawSource(due, canvas) : painter.draw(subject, due, canvas)) {
       drawnFrames[place] = due;
       tiles.ready(place);
     }
     next = place + 1;
   }
+}
+
+/** Whether the tiles show the original. */
+let isHeld = false;
+
+/** @param {boolean} on */
+function hold(on) {
+  if (on !== isHeld) redraw();
+  isHeld = on;
+}
+
+/** Draws a frame of the source; returns whether it is loaded. @param {number} due @param {HTMLCanvasElement} canvas */
+function drawSource(due, canvas) {
+  const picture = source.pictures[due];
+  if (picture) canvas.getContext("2d")?.drawImage(picture, 0, 0, canvas.width, canvas.height);
+  return Boolean(picture);
 }
 
 // Requests
@@ -298,16 +316,17 @@ get("switch").onclick = () => location.replace(`?where=${inPage ? "server" : "pa
 
 /** @type {Object<string, () => void>} */
 const KEYS = {
-  b: () => ask("back"),
+  ",": () => ask("back"),
   Backspace: () => ask("back"),
-  f: () => ask("forward"),
-  n: () => ask("fresh"),
+  ".": () => ask("forward"),
+  [SHARED_KEYS.next]: () => ask("fresh"),
   a: () => state.tiles[4]?.kind === "chosen" && ask("again"),
-  s: () => star(tiles.current),
-  l: () => enlarge(tiles.current),
-  c: () => compare(tiles.current),
-  p: () => (source.playing = !source.playing),
-  "?": () => help.showModal(),
+  [SHARED_KEYS.save]: () => star(tiles.current),
+  [SHARED_KEYS.zoom]: () => enlarge(tiles.current),
+  [SHARED_KEYS.compare]: () => compare(tiles.current),
+  [SHARED_KEYS.original]: () => hold(true),
+  [SHARED_KEYS.play]: () => (source.playing = !source.playing),
+  [SHARED_KEYS.help]: () => help.showModal(),
 };
 
 addEventListener("keydown", (event) => {
@@ -324,6 +343,8 @@ addEventListener("keydown", (event) => {
   else return;
   event.preventDefault();
 });
+addEventListener("keyup", (event) => event.key === SHARED_KEYS.original && hold(false));
+addEventListener("blur", () => hold(false));
 addEventListener("pointermove", () => get("tiles").classList.remove("keys"));
 switchTheme(get("theme"));
 new ResizeObserver(() => {

@@ -2,6 +2,7 @@
 
 import { boxOf, Divider } from "./divider.js";
 import { followPointer, get, make, press } from "./elements.js";
+import { SHARED_KEYS } from "./shared_keys.js";
 import { SourceFrames } from "./source_frames.js";
 import { origin, rootOf } from "./tiles.js";
 
@@ -345,7 +346,7 @@ export class Lightbox {
     get("design").onclick = () => this.#act(async (tile) => void window.open((await this.handlers.ask("design", { tile })).url, "_blank", "noopener"));
     this.#listenToPointer();
     dialog.addEventListener("keydown", (event) => this.#key(event));
-    dialog.addEventListener("keyup", (event) => ["b", "x"].includes(event.key.toLowerCase()) && this.hold(false));
+    dialog.addEventListener("keyup", (event) => event.key.toLowerCase() === SHARED_KEYS.original && this.hold(false));
     addEventListener("resize", () => (this.dirty = true));
   }
 
@@ -367,10 +368,10 @@ export class Lightbox {
     const move = target === pad && moves[/** @type {keyof typeof moves} */ (event.key)];
     if (move) this.#moveTo(move[0], move[1]);
     else if (event.key === "Enter" && !target.matches("button")) this.like();
-    else if (event.key === "s" || event.key === "S") this.star();
-    else if (["c", "v"].includes(event.key)) this.toggleSplit();
-    else if (["b", "x"].includes(event.key)) this.hold(true);
-    else if (event.key === "p") this.source.playing = !this.source.playing;
+    else if (event.key.toLowerCase() === SHARED_KEYS.save) this.star();
+    else if (event.key === SHARED_KEYS.compare) this.toggleSplit();
+    else if (event.key === SHARED_KEYS.original) this.hold(true);
+    else if (event.key === SHARED_KEYS.play) this.source.playing = !this.source.playing;
     else return;
     event.preventDefault();
   }

@@ -4,6 +4,7 @@ import { announce } from "./announce.js";
 import { get, make, press, resize } from "./elements.js";
 import { LostNotice } from "./lost.js";
 import { Panel } from "./panel.js";
+import { SHARED_KEYS } from "./shared_keys.js";
 import { Connection } from "./socket.js";
 import { switchTheme } from "./theme.js";
 
@@ -163,15 +164,15 @@ const leave = /** @type {HTMLDialogElement} */ (get("leave"));
 const help = /** @type {HTMLDialogElement} */ (get("help"));
 /** @type {Object<string, () => unknown>} */
 const KEYS = {
-  n: () => panel.choose("next"),
-  s: () => panel.changeSteady(STEADY_STEP),
-  S: () => panel.changeSteady(-STEADY_STEP),
-  b: () => compare.begin(),
-  p: () => get("snapshot").click(),
+  [SHARED_KEYS.next]: () => panel.choose("next"),
+  "+": () => panel.changeSteady(STEADY_STEP),
+  "-": () => panel.changeSteady(-STEADY_STEP),
+  [SHARED_KEYS.original]: () => compare.begin(),
+  [SHARED_KEYS.save]: () => get("snapshot").click(),
   r: () => send("record", { on: !status?.recording }),
-  f: fill,
+  [SHARED_KEYS.full]: fill,
   q: () => leave.showModal(),
-  "?": () => help.showModal(),
+  [SHARED_KEYS.help]: () => help.showModal(),
 };
 
 addEventListener("keydown", (event) => {
@@ -179,12 +180,12 @@ addEventListener("keydown", (event) => {
   const isWriting = target.matches("select, textarea, input[type=number], dialog *");
   if (event.ctrlKey || event.altKey || event.metaKey || isWriting) return;
   const holds = target.id === "bypass" && [" ", "Enter"].includes(event.key);
-  const action = holds ? KEYS.b : KEYS[event.key];
+  const action = holds ? KEYS[SHARED_KEYS.original] : KEYS[event.key];
   if (!action) return;
   event.preventDefault();
-  if (!event.repeat || event.key.toLowerCase() === "s") action();
+  if (!event.repeat || "+-".includes(event.key)) action();
 });
-addEventListener("keyup", (event) => ["b", " ", "Enter"].includes(event.key) && compare.end());
+addEventListener("keyup", (event) => [SHARED_KEYS.original, " ", "Enter"].includes(event.key) && compare.end());
 get("bypass").onpointerdown = (event) => event.button === 0 && compare.begin();
 for (const kind of ["blur", "pointerup", "pointercancel"]) addEventListener(kind, () => compare.end());
 get("record").onclick = KEYS.r;
