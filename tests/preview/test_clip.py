@@ -15,7 +15,7 @@ from vidstyle.core.convert import to_rgb
 from vidstyle.errors import InputError
 from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import open_reader
-from vidstyle.preview.clip import FilmClip, open_clip
+from vidstyle.preview.clip import FilmClip, open_clip, representative_frame
 from vidstyle.preview.encode import encode
 from vidstyle.preview.plans import PlanSender
 from vidstyle.style import load_style, set_values
@@ -51,6 +51,24 @@ def test_a_number_stands_for_its_frame_in_whatever_order(
     clip.close()
     with pytest.raises(InputError, match="is closed"):
         clip.frame(17, 20)
+
+
+@pytest.mark.parametrize("options", [{}, {"rotation": 90}])
+def test_a_glance_needs_no_kernel(tmp_path: Path, options: dict, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = make_clip(tmp_path / "film.mp4", size=(96, 54), frames=8, **options)
+    exact = open_clip(path).frame(5, 27)
+    clip = open_clip(path)
+
+    def refuse(*arguments: object) -> None:
+        raise AssertionError("a kernel was called")
+
+    with monkeypatch.context() as patched:
+        patched.setattr("vidstyle.core.kernels.declare.Compiled.__call__", refuse)
+        glance = clip.glance(5, 27)
+        assert representative_frame(clip) == 0
+        with pytest.raises(AssertionError, match="a kernel was called"):
+            clip.frame(5, 27)
+    assert glance.shape == exact.shape and rms_error(glance, exact) < 6
 
 
 def test_a_frame_is_reduced_to_its_shorter_side(tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ import numpy as np
 
 from vidstyle.core.convert import to_rgb
 from vidstyle.errors import InputError, UsageError, counted, log, printable
+from vidstyle.export import module_text
 from vidstyle.gallery.style_samples import (
     StyleSample,
     encode_picture,
@@ -95,7 +96,8 @@ def preview_page(heading: str, samples: Sequence[StyleSample]) -> str:
     """Return a self-contained HTML page with a picture for each sample; `samples` is not empty."""
     template = Template(Path(__file__).with_name("page.html").read_text(encoding="utf-8"))
     figures = "".join(map(_figure, samples))
-    return template.substitute(heading=escape(printable(heading)), figures=figures)
+    style, theme = module_text("components.css"), module_text("theme.js")
+    return template.substitute(heading=escape(printable(heading)), figures=figures, style=style, theme=theme)
 
 
 def _figure(sample: StyleSample) -> str:

@@ -59,6 +59,10 @@ class CameraClip:
         whole = stretch_to_square_pixels(whole, self._converter.sample_aspect)
         return shrink(whole, side)
 
+    def glance(self, number: int, side: int) -> np.ndarray:
+        """See `Clip`; kernels are compiled when a camera is opened."""
+        return self.frame(number, side)
+
     def file(self) -> None:
         """See `Clip`."""
 

@@ -67,6 +67,12 @@ class Clip(Protocol):
             DeviceError: the camera was lost.
         """
 
+    def glance(self, number: int, side: int) -> np.ndarray:
+        """Return a frame with approximate colours, but at once: no kernel is compiled for it.
+
+        Args and errors are those of `frame`; pictures of a folder keep their shape.
+        """
+
     def file(self) -> str | None:
         """Return the equivalent input of `vidstyle render`: a path or a pattern; None for a camera."""
 
@@ -145,6 +151,15 @@ class FilmClip:
             self._cache.move_to_end((number, side))
             return self._cache[number, side]
 
+    def glance(self, number: int, side: int) -> np.ndarray:
+        """See `Clip`."""
+        with self._lock:
+            if self._is_closed:
+                raise InputError(self.name, "is closed")
+            self._move_to(min(number, self.count - 1))
+            height, width = self._at.shape
+            return self._at.glance(round(side * max(width, height) / min(width, height)))
+
     def file(self) -> str:
         """See `Clip`."""
         return self.source
@@ -205,7 +220,7 @@ def representative_frame(clip: Clip) -> int:
     for share in TRIED_POSITION_RATIOS:
         number = round(share * (clip.count - 1))
         try:
-            picture = clip.frame(number, TRIED_SIDE_PX)
+            picture = clip.glance(number, TRIED_SIDE_PX)
         except InputError:
             continue
         if picture.std() >= MIN_DEVIATION:
@@ -237,6 +252,10 @@ class DemoClip:
     def frame(self, number: int, side: int | None = None) -> np.ndarray:
         """See `Clip`."""
         return shrink(self._draw(min(number, self.count - 1)), side)
+
+    def glance(self, number: int, side: int) -> np.ndarray:
+        """See `Clip`."""
+        return self.frame(number, side)
 
     def file(self) -> str:
         """See `Clip`; write the file now and delete it in `close`."""

@@ -207,7 +207,7 @@ session.on("clip", ({ size }) => {
 session.on("picture", ({ type, number, file }) => {
   if (type === PACKET.step) diagram.picture(number, file);
   if (type === PACKET.style) start.picture(number, file);
-  if (type === PACKET.source) start.source(file);
+  if (type === PACKET.source || type === PACKET.glance) start.source(file);
 });
 const lost = new LostNotice("vidstyle design", [get("app"), get("start")], "Unsaved changes are kept and offered there.");
 session.on("connection", (loss) => {

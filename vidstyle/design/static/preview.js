@@ -9,7 +9,7 @@ import { Restyler } from "./restyle.js";
 /** @typedef {import("./socket.js").Packet} Packet */
 
 /** Types of the pictures from the server. */
-export const PACKET = { source: 1, styled: 2, step: 3, exact: 4, style: 5, steady: 6, faces: 7 };
+export const PACKET = { source: 1, styled: 2, step: 3, exact: 4, style: 5, steady: 6, faces: 7, glance: 8 };
 
 /** Default preview sizes with and without a GPU: the shorter side in pixels. */
 const DEFAULT_SIDES = { fast: 720, slow: 360 };

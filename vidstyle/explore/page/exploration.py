@@ -8,6 +8,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -46,6 +47,7 @@ class Exploration(Closing):
         on_progress: is called with the numbers of finished and of all candidates while a screen is made.
         frames: the frame numbers of the excerpt.
         rate: the frame rate of the excerpt.
+        glance: the first of these frames in approximate colours, as JPEG, before any kernel is compiled.
     """
 
     def __init__(self, clip: Clip, seed: int = 0) -> None:
@@ -62,7 +64,7 @@ class Exploration(Closing):
         self.on_progress: Callable[[int, int], None] = lambda done, total: None
         self._ahead: list[tuple[str, Future[Look | None]]] = []
         self.move_to(0.4)
-        self._picture = np.ascontiguousarray(clip.frame(self.frames[0], MAX_LOOK_SIDE_PX))
+        self.glance = encode(clip.glance(self.frames[0], MAX_LOOK_SIDE_PX), "jpeg")
         self.chooser = Chooser(self._looks_of, shipped_styles(), seed)
 
     def close(self) -> None:
@@ -176,6 +178,11 @@ class Exploration(Closing):
         for future in futures:
             future.add_done_callback(report)
         return [each.result() for each in futures]
+
+    @cached_property
+    def _picture(self) -> np.ndarray:
+        """The picture on which styles are tried; its kernels may have to be compiled first."""
+        return np.ascontiguousarray(self.clip.frame(self.frames[0], MAX_LOOK_SIDE_PX))
 
     def _request_look(self, style: Style, urgency: int) -> tuple[str, Future[Look | None]]:
         """Request the look of a style; return its key and future."""

@@ -22,6 +22,7 @@ def picture_handlers(exploration: Exploration) -> dict[str, Handler]:
     """Return handlers for JPEG pictures by path; unknown pictures give 404."""
     pictures = _Pictures(exploration)
     return {
+        "/glance.jpg": pictures.glance,
         "/frame.jpg": pictures.frame,
         "/tile.jpg": pictures.tile,
         "/look.jpg": pictures.look,
@@ -33,6 +34,9 @@ def picture_handlers(exploration: Exploration) -> dict[str, Handler]:
 class _Pictures:
     def __init__(self, exploration: Exploration) -> None:
         self._exploration = exploration
+
+    async def glance(self, request: web.Request) -> web.StreamResponse:
+        return jpeg_response(self._exploration.glance)
 
     async def frame(self, request: web.Request) -> web.StreamResponse:
         frame = _number(request, "frame", self._exploration.clip.count)

@@ -236,6 +236,13 @@ class SampledFrame:
         """Return a copy with at most `side` pixels on its longer side: upright, square pixels, SDR."""
         return self._small.of(self._native, side)
 
+    def glance(self, side: int) -> np.ndarray:
+        """Return a copy like `picture` as FFmpeg converts it, H x W x 3 RGB uint8.
+
+        Its colours differ a little, and more if the film is HDR, but no kernel has to be compiled for it.
+        """
+        return self._small.glance(self._native, side)
+
 
 class SmallCopies:
     """Makes copies of frames of one size and format: scaled down as stored, then upright and in SDR.
@@ -270,10 +277,21 @@ class SmallCopies:
         """Return the luma of the frame in 8 bits, as it is stored: H x W uint8."""
         return self._reformatter.reformat(native, format="gray").to_ndarray()
 
-    def of(self, native: av.VideoFrame, side: int) -> Picture:
-        """Return a copy of the frame with at most `side` pixels on its longer side."""
+    def glance(self, native: av.VideoFrame, side: int) -> np.ndarray:
+        """See `SampledFrame`."""
+        width, height = self._size(side)
+        small = self._reformatter.reformat(native, width, height, "rgb24", interpolation="AREA")
+        return self._orientation.plane(small.to_ndarray())
+
+    def _size(self, side: int) -> tuple[int, int]:
+        """Return the stored width and height of a copy with at most `side` pixels on its longer side."""
         factor = min(Fraction(1), Fraction(side, max(self._square)))
         width, height = (max(1, round(length * factor)) for length in self._square)
+        return width, height
+
+    def of(self, native: av.VideoFrame, side: int) -> Picture:
+        """Return a copy of the frame with at most `side` pixels on its longer side."""
+        width, height = self._size(side)
         small = self._reduced(native, width, height)
         if (width, height) not in self._converters:
             self._converters[width, height] = FrameConverter(

@@ -92,12 +92,12 @@ function takeClip(next) {
   painter.keep(new Set());
   source.open(next, inPage ? tileSide() : null);
   prepare();
-  if (!state.tiles.length) showSource(next);
+  if (!state.tiles.length) showSource();
 }
 
-/** Shows the unchanged picture, dimmed, until the first styles are found. @param {Clip} next */
-async function showSource(next) {
-  const picture = await fetchPicture(`frame.jpg?frame=${next.frames[0]}&side=${TILE_SIDES[0]}`).catch(() => null);
+/** Shows the unchanged picture, dimmed, until the first styles are found. */
+async function showSource() {
+  const picture = await fetchPicture("glance.jpg").catch(() => null);
   if (!picture) return;
   for (const { canvas } of state.tiles.length ? [] : tiles.cells) {
     resize(canvas, [picture.width, picture.height]);
