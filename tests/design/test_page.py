@@ -429,6 +429,24 @@ def test_steps_are_copied_between_styles(page: Page) -> None:
     assert page.steps("background") == ["gradient", "posterize", *before]
 
 
+def test_the_help_of_a_block_has_pictures_before_and_after(page: Page) -> None:
+    browser = page.browser
+    open_style(page, "Thermal")
+    browser.click(".card[aria-label^=Gradient]")
+    page.shows("Gradient of colours")
+    browser.click(".example summary")
+    loaded = "[...document.querySelectorAll('.example img')].filter((each) => each.naturalWidth)"
+    browser.until(f"{loaded}.length === 2")
+    means = browser.run(
+        """return [...document.querySelectorAll(".example img")].map((each) => {
+          const canvas = new OffscreenCanvas(1, 1).getContext("2d");
+          canvas.drawImage(each, 0, 0, 1, 1);
+          return [...canvas.getImageData(0, 0, 1, 1).data].join();
+        });"""
+    )
+    assert means[0] != means[1]
+
+
 def test_a_knob_is_renamed_by_keyboard(page: Page) -> None:
     browser = page.browser
     open_style(page, "Ink")

@@ -16,7 +16,7 @@ from vidstyle.design.page.design_view import DesignView, clip_message
 from vidstyle.design.page.frames import PictureType
 from vidstyle.design.page.render_queue import RenderQueue
 from vidstyle.design.page.steady_preview import SteadyPreview
-from vidstyle.design.samples import block_sample
+from vidstyle.design.samples import block_sample, sample_names
 from vidstyle.errors import InputError, StyleError
 from vidstyle.export.export_targets import describe_targets
 from vidstyle.preview.clip import Clip
@@ -67,7 +67,7 @@ class DesignServer(PageServer[DesignView]):
         self.front = front
         self._settling: asyncio.Task[None] | None = None
         handlers = {
-            "/block.jpg": self._samples(all_blocks, block_sample),
+            "/block.jpg": self._samples(sample_names, block_sample),
         }
         super().__init__(
             "designer", lambda: connect(self), handlers, STATIC_FOLDER, "index.html",

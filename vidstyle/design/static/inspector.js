@@ -47,8 +47,10 @@ export class Inspector {
       make("div", { className: "pair" }, make("label", { htmlFor: "save-as", textContent: "Save output as" }), this.save),
       make("p", { className: "help", textContent: "Later steps can use a saved picture as input or blend with it." }));
     this.links = links;
+    this.example = make("details", { className: "example" }, make("summary", { textContent: "What this block does" }));
+    this.example.addEventListener("toggle", () => this.#showExample());
     this.element = make("div", { className: "inspector" }, make("header", {}, make("div", {}, this.name, this.kind), buttons),
-      this.error, this.help, this.values.element, links);
+      this.error, this.help, this.values.element, this.example, links);
     this.from.addEventListener("change", () => this.#refer("from", this.from.value));
     this.save.addEventListener("change", () => this.save.reportValidity() && this.#refer("save", this.save.value.trim()));
   }
@@ -78,7 +80,19 @@ export class Inspector {
     const expand = this.buttons.get("expand");
     if (expand) expand.hidden = !step.recipe;
     this.values.show(step.entries);
+    this.example.hidden = !step.block;
+    this.#showExample();
     this.#links(step, other);
+  }
+
+  /** Shows an example before and after the block, once that is asked for. */
+  #showExample() {
+    const block = this.step?.block;
+    if (!this.example.open || !block || this.example.dataset.block === block) return;
+    this.example.dataset.block = block;
+    const figures = Object.entries({ source: "Before", [block]: "After, with default values" }).map(([name, text]) =>
+      make("figure", {}, make("img", { src: `/block.jpg?of=${name}`, alt: "" }), make("figcaption", { textContent: text })));
+    this.example.replaceChildren(this.example.children[0], make("div", {}, ...figures));
   }
 
   /** @param {Step} step @param {boolean} other whether the step is not the one shown before */

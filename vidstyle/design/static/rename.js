@@ -19,8 +19,10 @@ export function renameButton(entry, label, rename) {
   button.addEventListener("click", () => {
     const field = make("input", { type: "text", className: "rename", value: entry.label, maxLength: MAX_LENGTH });
     field.setAttribute("aria-label", `New name of ${entry.label}`);
+    let isOpen = true;
     const end = (/** @type {boolean} */ keep) => {
-      if (!field.isConnected) return;
+      if (!isOpen) return; // its removal blurs it, too
+      isOpen = false;
       const text = field.value.trim();
       field.replaceWith(label);
       if (keep && text !== entry.label) rename(text);
