@@ -39,6 +39,7 @@ from vidstyle.style import Style, load_style, style_from_table
 
 PLACE = FACE.moved(250, 150)
 """The face in `picture_with_face`."""
+SKIN = np.ones((80, 80), np.float32)
 STYLES = ("comic", "engraving", "ink")
 
 
@@ -326,7 +327,7 @@ def test_patches_hold_their_windows(shape: tuple[int, int]) -> None:
 def test_tones_of_a_face_approach_one_range(dark: float, bright: float) -> None:
     luma = np.float32(np.linspace(dark, bright, 6400).reshape(80, 80))
     tones = np.quantile(luma, FACE_QUANTILES)
-    after = np.quantile(expose_face(luma, tones, 60.0, Stretch(0.5, 0.5, 1.0)), FACE_QUANTILES)
+    after = np.quantile(expose_face(luma, tones, SKIN, 60.0, Stretch(0.5, 0.5, 1.0)), FACE_QUANTILES)
     assert np.ptp(after) > 1.2 * np.ptp(tones)
     assert (
         abs(after.mean() - np.mean(FACE_LUMA_RANGE))
@@ -339,8 +340,8 @@ def test_exposure_takes_the_stretch_of_the_style_into_account() -> None:
     luma = np.float32(np.linspace(0.4, 0.6, 6400).reshape(80, 80))
     tones, stretch = np.quantile(luma, FACE_QUANTILES), Stretch.of(0.4, 0.7)
     assert stretch.gain > 2 and np.allclose(stretch.luma(stretch.shown(luma)), luma, atol=1e-6)
-    exposed = expose_face(luma, tones, 60.0, stretch)
-    shown = expose_face(stretch.shown(luma), stretch.shown(tones), 60.0, Stretch(0.5, 0.5, 1.0))
+    exposed = expose_face(luma, tones, SKIN, 60.0, stretch)
+    shown = expose_face(stretch.shown(luma), stretch.shown(tones), SKIN, 60.0, Stretch(0.5, 0.5, 1.0))
     assert np.allclose(stretch.shown(exposed), shown, atol=1e-5)
 
 
@@ -378,7 +379,7 @@ def test_squares_are_not_divided() -> None:
     whole[plane_area(patch.window, (1, 1))] = patch_mask(patch, (8, 8))
     cells = whole.reshape(60, 8, 80, 8)
     assert set(np.unique(whole)) == {0, 1} and np.ptp(cells, axis=(1, 3)).max() == 0
-    assert changed[whole == 1].mean() > 0.5 and not changed[whole == 0].any()
+    assert changed[whole == 1].mean() > 0.3 and not changed[whole == 0].any()
 
 
 def test_a_patch_has_the_contrast_of_the_page() -> None:
@@ -418,7 +419,9 @@ def test_only_new_windows_begin_a_scene_of_the_patches() -> None:
     times = 0.0, 0.04, 0.08, None
     with PatchRenderer(open_backend) as renderer:
         for time, is_new in zip(times, (True, False, True, True), strict=True):
-            renderer.prepare(FrameRequest(picture, time), PatchSet(1, (patch,), is_new), load_style("ink"))
+            renderer.prepare(
+                FrameRequest(picture, time), PatchSet(1, (patch,), is_new, PLACE.height), load_style("ink")
+            )
     (cuts,) = known
     assert cuts is not None
     assert [cuts.is_cut(np.zeros((4, 4)), time) for time in times] == [True, False, True, False]

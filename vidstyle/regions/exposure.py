@@ -36,6 +36,12 @@ PAGE_QUANTILES = 0.05, 0.95
 """Quantiles of luma of the page between which styles stretch contrast."""
 SHOWN_RANGE = 0.67
 """The range between them after the stretch, as in most styles."""
+SHADING_WEIGHT = 0.5
+"""Share of light and shadow on a face that is removed: in few tones, they would divide it."""
+SHADING_RADIUS_RATIO = 0.25
+"""Standard deviation of the Gaussian that finds light and shadow, relative to the face's height."""
+SKIN_LEVEL = 0.9
+"""Level of `inner_mask` from which a pixel counts as skin."""
 FEATURE_WEIGHT = 0.6
 """Factor of local contrast that is added to eyes, nose and mouth."""
 FEATURE_RADIUS_RATIO = 0.125
@@ -74,8 +80,9 @@ class Exposure:
             values = _decoded(plane[area], picture.encoding)
             luma = values if values.ndim == 2 else values @ picture.encoding.weights
             tones = self._smoothed(face.track, _inside_face(luma, face.box, patch), FACE_QUANTILES, time)
-            exposed = expose_face(luma, tones, face.box.height, Stretch.of(*range_.tolist()))
-            change = amount * inner_mask(face.box, patch.window) * (exposed - luma)
+            inner, stretch = inner_mask(face.box, patch.window), Stretch.of(*range_.tolist())
+            skin = np.float32(inner > SKIN_LEVEL)
+            change = amount * inner * (expose_face(luma, tones, skin, face.box.height, stretch) - luma)
             values = values + (change if values.ndim == 2 else change[..., None])
             plane[area] = _encoded(values, picture.encoding)
 
@@ -111,12 +118,15 @@ class Stretch(NamedTuple):
         return np.float32(self.middle) + (shown - np.float32(self.moved)) / np.float32(self.gain)
 
 
-def expose_face(luma: np.ndarray, tones: np.ndarray, height: float, stretch: Stretch) -> np.ndarray:
+def expose_face(
+    luma: np.ndarray, tones: np.ndarray, skin: np.ndarray, height: float, stretch: Stretch
+) -> np.ndarray:
     """Return luma that, after a stretch, has the tones of a face near `FACE_LUMA_RANGE`.
 
     Args:
         luma: the face and its surroundings, H x W float32, 0..1.
         tones: darkest and brightest tone of the face.
+        skin: mask of the face without hair, H x W float32, 0..1.
         height: height of the face in pixels.
         stretch: what the style will do.
     """
@@ -125,9 +135,21 @@ def expose_face(luma: np.ndarray, tones: np.ndarray, height: float, stretch: Str
     gain = min(CONTRAST_FACTOR_RANGE[1], max(CONTRAST_FACTOR_RANGE[0], gain))
     middle = (dark + bright) / 2
     moved = middle + RANGE_WEIGHT * ((low + high) / 2 - middle)
-    ranged = np.clip(moved + gain * (stretch.shown(luma) - np.float32(middle)), *CLIP_LUMA_RANGE)
+    shown = stretch.shown(luma)
+    even = shown - np.float32(SHADING_WEIGHT) * (_shading(shown, skin, height) - np.float32(middle))
+    ranged = np.clip(moved + gain * (even - np.float32(middle)), *CLIP_LUMA_RANGE)
+    # Black stays black: hair, and what is behind it.
+    lift = np.clip(shown / np.float32(max(dark, 1e-3)), 0, 1)
+    ranged = np.where(ranged > shown, shown + lift * (ranged - shown), ranged)
     around = _blurred(ranged, FEATURE_RADIUS_RATIO * height)
     return stretch.luma(np.clip(ranged + FEATURE_WEIGHT * (ranged - around), *CLIP_LUMA_RANGE))
+
+
+def _shading(luma: np.ndarray, skin: np.ndarray, height: float) -> np.ndarray:
+    """Return light and shadow on a face: its luma without features, also of the skin nearby for what is around."""
+    sigma = SHADING_RADIUS_RATIO * height
+    weight = skin + np.float32(1e-3)
+    return np.asarray(_blurred(luma * weight, sigma) / _blurred(weight, sigma))
 
 
 def _blurred(luma: np.ndarray, sigma: float) -> np.ndarray:

@@ -7,9 +7,9 @@ import numpy as np
 
 from vidstyle.regions.boxes import Box
 
-RADIUS_RATIOS = 0.8, 0.8
+RADIUS_RATIOS = 0.7, 0.8
 """Radii of the ellipse on which a mask is 0.5, relative to width and height of a face: with hair and chin."""
-EDGE_WIDTH_RATIO = 0.2
+EDGE_WIDTH_RATIO = 0.15
 """Width of the soft edge inside and outside that ellipse, relative to its radius."""
 INNER_EDGE_RATIO = 0.45
 """Width of the edge of `inner_mask`, relative to that radius."""

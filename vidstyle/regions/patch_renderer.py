@@ -13,8 +13,11 @@ from vidstyle.regions.exposure import Exposure
 from vidstyle.regions.patches import PatchSet, cut_patches
 from vidstyle.style import Style
 
-MAX_DETAIL = 2.4
-"""Level of detail in faces at `focus` 1, as of `--detail`. Tuned on the pictures of `exposure`."""
+FACE_DETAIL = 0.38
+"""Level of detail at `focus` 1, as of `--detail`, for a face as high as the picture; smaller ones get more.
+Tuned on the pictures of `exposure`."""
+DETAIL_RANGE = 2.4, 3.6
+"""Minimum and maximum level of detail at `focus` 1."""
 
 OpenRenderer = Callable[[Style, KnownCuts | None], Backend]
 """Opens a renderer for a style and scene cuts; None: they are detected."""
@@ -52,7 +55,9 @@ class PatchRenderer(Closing):
             style: the style of the whole picture.
         """
         cut = self.cut(request, patches, style.focus)
-        backend = self._use(style, cut.shape, request.picture.shape)
+        share = patches.least / min(request.picture.shape)
+        detail = min(max(FACE_DETAIL / share, DETAIL_RANGE[0]), DETAIL_RANGE[1]) ** style.focus
+        backend = self._use(style, detail, cut.shape, request.picture.shape)
         return backend, replace(request, picture=cut, target=request.encoding)
 
     def cut(self, request: FrameRequest, patches: PatchSet, focus: float) -> Picture:
@@ -64,12 +69,12 @@ class PatchRenderer(Closing):
         self._exposure.apply(picture, patches.patches, request.picture, request.time, focus)
         return picture
 
-    def _use(self, style: Style, patches: tuple[int, int], page: tuple[int, int]) -> Backend:
-        """Return the renderer, with the style for this size of patches and page."""
-        key = style, patches, page
+    def _use(self, style: Style, detail: float, patches: tuple[int, int], page: tuple[int, int]) -> Backend:
+        """Return the renderer, with the style at this level of detail for this size of patches and page."""
+        key = style, detail, patches, page
         if self._detailed is None or self._detailed[0] != key:
             assert style.height is not None
-            height, detail = style.height * min(patches) / min(page), MAX_DETAIL**style.focus
+            height = style.height * min(patches) / min(page)
             # Where the source is kept, it must not be the one with adapted tones.
             self._detailed = key, replace(style, height=height, detail=detail, only="", keep="")
             if self._backend is not None:

@@ -54,11 +54,13 @@ class PatchSet:
         number: grows with each new choice of windows.
         patches: in the order in which they are laid over the frame.
         is_new: whether this is its first picture.
+        least: height of the smallest face when the windows were chosen.
     """
 
     number: int
     patches: tuple[Patch, ...]
     is_new: bool
+    least: float
 
     @property
     def visible(self) -> list[Patch]:
@@ -68,12 +70,13 @@ class PatchSet:
 
 @dataclass(frozen=True)
 class _Windows:
-    """A choice of windows, by track, and the time at which it was made."""
+    """A choice of windows, by track, its time, and the height of the smallest face at that time."""
 
     number: int
     windows: dict[int, Rectangle]
     places: dict[int, Rectangle]
     time: float
+    least: float
 
     def hold(self, faces: Iterable[Face], margin: float, page: Rectangle) -> bool:
         """Whether there is a window for each of the faces, with at least this margin within the page."""
@@ -134,7 +137,7 @@ class PatchPlanner:
             Patch(window, self._now.places[track], face, weight if track in faded else 1.0)
             for track, window, face in _matched(self._now, faces)
         )
-        return [*sets, PatchSet(self._now.number, tuple(patches), self._now is not before)]
+        return [*sets, PatchSet(self._now.number, tuple(patches), self._now is not before, self._now.least)]
 
     def _is_suitable(self, faces: Sequence[Face], page: Rectangle, time: float) -> bool:
         """Whether the windows can stay; while they replace others, they stay as long as faces are inside."""
@@ -159,7 +162,8 @@ class PatchPlanner:
     ) -> _Windows:
         windows = {face.track: _window(face.box, shape, step) for face in faces}
         places = dict(zip(windows, _packed([*windows.values()], step, raster), strict=True))
-        return _Windows(0 if time is None else next(self._numbers), windows, places, time or 0.0)
+        number, least = 0 if time is None else next(self._numbers), min(face.box.height for face in faces)
+        return _Windows(number, windows, places, time or 0.0, least)
 
 
 def _leaving(windows: _Windows, faces: Sequence[Face], cover: float, page: Rectangle) -> PatchSet:
@@ -169,7 +173,7 @@ def _leaving(windows: _Windows, faces: Sequence[Face], cover: float, page: Recta
               cover=cover)
         for track, window, face in _matched(windows, faces)
     )  # fmt: skip
-    return PatchSet(windows.number, tuple(patches), False)
+    return PatchSet(windows.number, tuple(patches), False, windows.least)
 
 
 def _matched(windows: _Windows, faces: Sequence[Face]) -> Iterator[tuple[int, Rectangle, Face | None]]:

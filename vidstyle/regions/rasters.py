@@ -16,7 +16,7 @@ from vidstyle.style.resolve import resolve
 
 MAX_GAP_PX = 96
 """Rasters with longer periods are not continued."""
-GAP_WEIGHT = 0.002
+GAP_WEIGHT = 0.0005
 """Weight of a pixel of a gap between patches, relative to the worst phase of a wave."""
 
 
