@@ -146,7 +146,7 @@ def expose_face(
 
 
 def _shading(luma: np.ndarray, skin: np.ndarray, height: float) -> np.ndarray:
-    """Return light and shadow on a face: its luma without features, also of the skin nearby for what is around."""
+    """Return light and shadow on a face: its luma without features; around it, that of the skin nearby."""
     sigma = SHADING_RADIUS_RATIO * height
     weight = skin + np.float32(1e-3)
     return np.asarray(_blurred(luma * weight, sigma) / _blurred(weight, sigma))
