@@ -81,7 +81,7 @@ class Exposure:
             luma = values if values.ndim == 2 else values @ picture.encoding.weights
             tones = self._smoothed(face.track, _inside_face(luma, face.box, patch), FACE_QUANTILES, time)
             inner, stretch = inner_mask(face.box, patch.window), Stretch.of(*range_.tolist())
-            skin = np.float32(inner > SKIN_LEVEL)
+            skin = (inner > SKIN_LEVEL).astype(np.float32)
             change = amount * inner * (expose_face(luma, tones, skin, face.box.height, stretch) - luma)
             values = values + (change if values.ndim == 2 else change[..., None])
             plane[area] = _encoded(values, picture.encoding)
