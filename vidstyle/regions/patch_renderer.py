@@ -13,7 +13,7 @@ from vidstyle.regions.exposure import Exposure
 from vidstyle.regions.patches import PatchSet, cut_patches
 from vidstyle.style import Style
 
-FACE_DETAIL = 0.38
+FACE_DETAIL_RATIO = 0.38
 """Level of detail at `focus` 1, as of `--detail`, for a face as high as the picture; smaller ones get more.
 Tuned on the pictures of `exposure`."""
 DETAIL_RANGE = 2.4, 3.6
@@ -56,7 +56,7 @@ class PatchRenderer(Closing):
         """
         cut = self.cut(request, patches, style.focus)
         share = patches.least / min(request.picture.shape)
-        detail = min(max(FACE_DETAIL / share, DETAIL_RANGE[0]), DETAIL_RANGE[1]) ** style.focus
+        detail = min(max(FACE_DETAIL_RATIO / share, DETAIL_RANGE[0]), DETAIL_RANGE[1]) ** style.focus
         backend = self._use(style, detail, cut.shape, request.picture.shape)
         return backend, replace(request, picture=cut, target=request.encoding)
 
