@@ -166,8 +166,10 @@ def main() -> None:
     parser.add_argument("--timed", action="store_true", help="also time the filters and banks at 1280x720")
     parser.add_argument("options", nargs="*")
     arguments = parser.parse_args()
-    print("| kind | filter | explained | PSNR | untouched | training | message |")
-    print("|---|---|---|---|---|---|---|", flush=True)
+    columns = ["kind", "filter", "explained", "PSNR", "untouched", "MSSIM", "untouched", "training"]
+    columns += ["filter, 720p", "bank, 720p"] if arguments.timed else []
+    print(f"| {' | '.join([*columns, 'message'])} |")
+    print("|---" * (len(columns) + 1) + "|", flush=True)
     with tempfile.TemporaryDirectory() as folder:
         banks = arguments.banks or Path(folder)
         banks.mkdir(exist_ok=True)
@@ -178,8 +180,6 @@ def main() -> None:
                 ):
                     bank = banks / f"{name.replace(' ', '-')}.npz"
                     print(f"| {kind} | {name} | {row(arguments, source, bank)} |", flush=True)
-                    if arguments.timed:
-                        print(f"| | | {times(source, bank)} |", flush=True)
 
 
 def row(arguments: argparse.Namespace, source: str, bank: Path) -> str:
@@ -197,12 +197,13 @@ def row(arguments: argparse.Namespace, source: str, bank: Path) -> str:
     from vidstyle.blade.bank_file import load_bank
 
     fidelity = load_bank(bank).about["fidelity"]
-    told = ("layouts", "the filter", "not local")
+    told = ("layouts", "stage", "the filter", "not local")
     lines = (line.partition(": ")[2] for line in run.stderr.splitlines())
     said = "; ".join(line for line in lines if any(word in line for word in told))
+    timed = f" | {times(source, bank)}" if arguments.timed else ""
     return (
         f"{fidelity['explained']:.1%} | {fidelity['psnr']:.1f} dB | {fidelity['untouched psnr']:.1f} dB | "
-        f"{seconds:.0f} s | {said}"
+        f"{fidelity['mssim']:.3f} | {fidelity['untouched mssim']:.3f} | {seconds:.0f} s{timed} | {said}"
     )
 
 
