@@ -28,6 +28,7 @@ AUTOMATIC_LAYOUTS = (
     ),
     Layout(Bins(6, 8, 2, (0.0, 30.0), WIDE_COHERENCE_RANGE, features=(Feature("mean", 10, 0.3),))),
     Layout(Bins(8, 4, 1, (0.0, 40.0), features=(Feature("strength", 30, 0.5, (0.0, 90.0)),))),
+    Layout(Bins(2, 9, 1, (0.0, 40.0), features=(Feature("difference", 9, 2.0),)), (8.0, 32.0)),
     Layout(Bins(4, 8, 1, (0.0, 40.0), features=(Feature("difference", 9, 3.0, (-40.0, 40.0)),)), (8.0, 32.0)),
     Layout(
         Bins(2, 1, 1, features=(Feature("strength", 12, 0.5, (0.0, 60.0)), Feature("difference", 9, 1.0))),
