@@ -47,6 +47,9 @@ def negative(picture):
 def square_root(picture):
     return np.round(255 * np.sqrt(picture / 255)).astype(np.uint8)
 
+def lighter(picture):
+    return np.minimum(picture, 235) + 20
+
 def soft(picture):
     return cv2.GaussianBlur(picture, (0, 0), 1)
 """
@@ -81,6 +84,17 @@ def test_linear_tone_is_learned_completely(
     assert fidelity["chroma psnr"] > 45 > fidelity["untouched chroma psnr"]
     said = capfd.readouterr().err
     assert "affine filters" in said and "the rest" not in said
+
+
+@pytest.mark.parametrize("function", ["dim", "lighter"])
+def test_change_of_colour_is_reported_for_banks_of_luma_only(
+    function: str, folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    said = []
+    for options in ((), ("--chroma",)):
+        trained(folder, function, monkeypatch, "--bins", "2x1x1", *options)
+        said.append("the filter also changes colour" in capfd.readouterr().err)
+    assert said == [function == "dim", False]
 
 
 def test_tone_curve_selects_the_layout_of_tones(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -161,8 +161,17 @@ def _report(
         say(_fidelity_text(fidelity, held_out))
         if fidelity["explained"] < GOOD_SHARE:
             say(_rest_text(bank, reference, photograph))
+        elif _leaves_color(bank, reference, photograph):
+            say("the filter also changes colour; the bank does not (add --chroma)")
     text = f"{path}: {sum(each.bins.count for each in bank.stages)} filters of {bank.size} x {bank.size}"
     say(text, {"files": [str(path)], "filters": bank.bins.count, "fidelity": fidelity})
+
+
+def _leaves_color(bank: Bank, reference: ReferenceFilter, photograph: Photograph) -> bool:
+    """Whether a filter changes chroma, which its bank leaves unchanged."""
+    from vidstyle.blade.search.dependence import changes_color
+
+    return bank.chroma is None and reference.is_testable and changes_color(reference, photograph)
 
 
 def _rest_text(bank: Bank, reference: ReferenceFilter, photograph: Photograph) -> str:

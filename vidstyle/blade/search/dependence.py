@@ -104,17 +104,35 @@ def find_dependence(reference: ReferenceFilter, photograph: Photograph) -> Depen
     far, reached = min(FAR_PX, len(profile) - 1), np.flatnonzero(profile >= MIN_SHARE)
     gray = np.repeat(luma[..., None], 3, axis=2)
     flat = luma_of(apply(np.full_like(color, 0.5)))
-    of_chroma = zip(chroma_of(result), chroma_of(color), strict=True) if result.ndim == 3 else ()
     return Dependence(
         randomness=_square(luma_of(apply(color)) - plain) / change,
         position=_square(_moved(color, plain, apply)) / change,
         direction=_square(_inside(luma_of(apply(np.rot90(color))) - np.rot90(plain))) / change,
         far=float(profile[far:].mean()),
         color=_square(luma_of(apply(gray)) - plain) / change,
-        chroma=sum(_square(new - old) for new, old in of_chroma) / change,
+        chroma=_chroma_change(color, result) / change,
         draws=float(np.ptp(_inside(flat))) > FLAT_LEVELS,
         reach=int(reached[-1]) + 1 if reached.size else 0,
     )
+
+
+def changes_color(reference: ReferenceFilter, photograph: Photograph) -> bool:
+    """Whether a filter changes the chroma of a part of a photograph.
+
+    Raises:
+        InputError: the picture cannot be read, or the filter fails.
+    """
+    color = np.ascontiguousarray(_middle(photograph.color()), np.float32)
+    result = reference.apply(color, photograph)[0]
+    change = max(_square(luma_of(result) - luma_of(color)), 1e-9)
+    return _chroma_change(color, result) / change >= MIN_SHARE
+
+
+def _chroma_change(color: np.ndarray, result: np.ndarray) -> float:
+    """Return the squared change of both chroma planes; 0 for a result that is luma only."""
+    if result.ndim == 2:
+        return 0.0
+    return sum(_square(new - old) for new, old in zip(chroma_of(result), chroma_of(color), strict=True))
 
 
 def _middle(color: np.ndarray) -> np.ndarray:
