@@ -194,8 +194,8 @@ def median_twice(picture):
     median = cv2.medianBlur(cv2.medianBlur(picture[..., 0], 3), 3)
     return cv2.cvtColor(np.round(0.93 * median).astype(np.uint8), cv2.COLOR_GRAY2RGB)
 """
-"""A user's filters of gray pictures: smoothing that keeps edges; and one wider than a small filter, whose tones
-would be wrong if the second stage learned from the picture instead of the result of the first."""
+"""A user's filters of gray pictures: smoothing that keeps edges, and one wider than a small filter. Its tones
+would be wrong if the second stage learned from the picture, not from the result of the first."""
 
 
 @pytest.fixture(scope="module")
