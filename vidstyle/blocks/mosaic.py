@@ -61,9 +61,9 @@ def mosaic(
     return out
 
 
-@cached(maxsize=4)
+@cached(maxsize=6)
 def _tiles(size: float, irregularity: float, gap: float, height: int, width: int) -> tuple[np.ndarray, ...]:
-    """Return the tiles of a page, cached for the last few pages, as tiles do not move.
+    """Return the tiles of a page, cached as they do not move: for three blocks, on the page and on its faces.
 
     Returns:
         Column and row of the middle of each tile and its tone, rows x columns x 3; the number of each pixel's
