@@ -8,10 +8,10 @@ import pytest
 
 from vidstyle.explore.colors import MIN_CONTRAST, contrast, is_pale
 from vidstyle.explore.generate import Rules, alter, cross, mutate, random_style
+from vidstyle.explore.paper.rules import FILTER_COUNT_RANGE, FILTER_RULES, GRAY_SHARE
 from vidstyle.explore.phrases import BASE_RESULT, grammar, shipped_styles
 from vidstyle.explore.random_steps import is_valid
-from vidstyle.explore.rules import FILTER_COUNT_RANGE, FILTER_RULES, GRAY_SHARE
-from vidstyle.style import Style, load_style, style_text, table_from_style
+from vidstyle.style import Step, Style, load_style, style_text, table_from_style
 
 PAPER_ENDS = {
     ("flow_dog", "sigma"): (0.5, 8),
@@ -21,13 +21,18 @@ PAPER_ENDS = {
     ("detail", "delta"): (-100, 60),
     ("luma_posterize", "levels"): (5, 12),
     ("saturation", "factor"): (1.5, 2.2),
-    ("scale", "factor"): (100 / 720, 300 / 720),
+    ("scale", "factor"): (100 / 300, 1),
 }
-"""As section 6.2 prints them; the size by the height of 720 lines for which a random style gives lengths."""
+"""As section 6.2 prints them; of the sizes, 300 stands for the size of the picture."""
 
 
 def blocks_of(style: Style) -> list[str]:
     return [step.block for step in style.steps]
+
+
+def drawn_steps(style: Style) -> list[Step]:
+    """The steps of a style by the paper's rules, without the enlargement that undoes its size."""
+    return [step for step in style.steps if step.block != "scale" or "method" not in step.values]
 
 
 CRITICAL = {1: 10.83, 4: 18.47, 5: 20.52, 6: 22.46, 7: 24.32}
@@ -68,13 +73,13 @@ def test_paper_rules_keep_to_what_the_paper_says() -> None:
     assert repeats == {"flow_dog", "tvf"}
     for style in styles:
         assert (
-            FILTER_COUNT_RANGE[0] <= len(style.background) <= FILTER_COUNT_RANGE[1]
+            FILTER_COUNT_RANGE[0] <= len(drawn_steps(style)) <= FILTER_COUNT_RANGE[1]
             and not style.base
             and not style.lines
         )
-        twice = {block for block, n in Counter(blocks_of(style)).items() if n > 1}
+        twice = {block for block, n in Counter(step.block for step in drawn_steps(style)).items() if n > 1}
         assert twice <= repeats
-    lengths = Counter(len(style.steps) for style in styles)
+    lengths = Counter(len(drawn_steps(style)) for style in styles)
     assert chi_square([lengths[n] for n in range(4, 10)], [1 / 6] * 6) < CRITICAL[5]
     gray = sum("to_gray" in blocks_of(style) for style in styles)
     assert GRAY_SHARE == 0.2 and chi_square([gray, 600 - gray], [0.2, 0.8]) < CRITICAL[1]
@@ -85,12 +90,24 @@ def test_paper_rules_keep_to_what_the_paper_says() -> None:
 def test_paper_values_are_even_between_the_ends_of_the_paper() -> None:
     styles = [random_style(seed, "paper") for seed in range(600)]
     for (block, name), (low, high) in PAPER_ENDS.items():
-        values = [step.values[name] for style in styles for step in style.steps if step.block == block]
+        values = [step.values[name] for style in styles for step in drawn_steps(style) if step.block == block]
         assert low <= min(values) and max(values) <= high
         bins = 8 if name == "levels" else 5
         width = (high - low + (name == "levels")) / bins
         counts = Counter(min(int((value - low) / width), bins - 1) for value in values)
         assert chi_square([counts[n] for n in range(bins)], [1 / bins] * bins) < CRITICAL[bins - 1], name
+
+
+def test_paper_styles_end_at_the_size_of_the_picture() -> None:
+    """Their last threshold, or their last lines, are drawn there, so that edges are sharp."""
+    for seed in range(200):
+        steps = random_style(seed, "paper").steps
+        blocks = [step.block for step in steps]
+        if "scale" in blocks and {"flow_dog", "soft_threshold", "luma_posterize"} & set(blocks):
+            small, full = (place for place, block in enumerate(blocks) if block == "scale")
+            assert steps[small].values["factor"] * steps[full].values["factor"] == pytest.approx(1, abs=0.01)
+            assert blocks[full + 1] in ("flow_dog", "soft_threshold", "luma_posterize")
+            assert not {"soft_threshold", "luma_posterize"} & set(blocks[full + 2 :])
 
 
 def test_ink_is_readable_on_paper() -> None:

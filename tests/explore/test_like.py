@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
 import cv2
@@ -13,6 +14,7 @@ from skimage import data
 from vidstyle.cli import main
 from vidstyle.explore import like
 from vidstyle.explore.appearance import appearance_distance, appearance_of
+from vidstyle.explore.fitting.tune import tune_style
 from vidstyle.explore.like import (
     MAX_NEAR_DISTANCE,
     MIN_FAR_DISTANCE,
@@ -23,7 +25,7 @@ from vidstyle.explore.like import (
 from vidstyle.explore.measure import reduce_picture
 from vidstyle.explore.phrases import shipped_styles
 from vidstyle.gallery.style_samples import restyle_picture
-from vidstyle.style import load_style
+from vidstyle.style import Step, Style, load_style
 
 SIDE = 300
 
@@ -68,13 +70,39 @@ def test_the_look_does_not_depend_on_the_size() -> None:
 
 
 def test_search_comes_nearer(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name, value in {"SEARCH_ROUNDS": 2, "PARENT_COUNT": 1, "CHILD_COUNT": 3}.items():
+    for name, value in {"SEARCH_ROUNDS": 2, "PARENT_COUNT": 1, "CHILD_COUNT": 3, "TUNED_COUNT": 0}.items():
         monkeypatch.setattr(like, name, value)
     wanted = restyle_picture(photograph("coffee"), load_style({"format": 1, "ink": "#303080", "lines": [
         {"block": "flow_xdog", "sigma": 3.0, "p": 12}]}))  # fmt: skip
     known = rank_styles(wanted, photograph("chelsea"), [load_style("ink:blue")])
     found = search_styles(wanted, photograph("chelsea"), known)
     assert found.distance < known[0].distance
+
+
+def test_tuning_finds_values_one_by_one() -> None:
+    style = style_with(levels=4, saturation=1.0)
+
+    def distances(styles: Sequence[Style]) -> list[float]:
+        values = [{step.block: step.values for step in each.steps} for each in styles]
+        return [
+            abs(each["luma_posterize"]["levels"] - 9) / 9 + abs(each["saturation"]["factor"] - 1.5)
+            for each in values
+        ]
+
+    tuned, distance = tune_style(style, distances, rounds=6)
+    assert distance == distances([tuned])[0] < 0.2 < distances([style])[0]
+    assert [step.block for step in tuned.steps] == [step.block for step in style.steps]
+    assert tune_style(style, distances, rounds=6)[0] == tuned
+
+
+def test_tuning_leaves_a_style_that_nothing_improves() -> None:
+    style = style_with(levels=4, saturation=1.0)
+    assert tune_style(style, lambda styles: [1.0] * len(styles)) == (style, 1.0)
+
+
+def style_with(levels: int, saturation: float) -> Style:
+    steps = Step("luma_posterize", {"levels": levels}), Step("saturation", {"factor": saturation})
+    return Style("test", height=720, background=steps)
 
 
 def test_command_names_the_nearest(
@@ -86,11 +114,12 @@ def test_command_names_the_nearest(
     assert main(["styles", "--like", str(tmp_path / "poster.png"), "--json", "--progress", "none"]) == 0
     rows = json.loads(capfd.readouterr().out)
     assert [row["name"] for row in rows] == ["poster", "noir"]
-    for name, value in {"SEARCH_ROUNDS": 1, "PARENT_COUNT": 1, "CHILD_COUNT": 1}.items():
+    for name, value in {"SEARCH_ROUNDS": 1, "PARENT_COUNT": 1, "CHILD_COUNT": 1, "TUNED_COUNT": 0}.items():
         monkeypatch.setattr(like, name, value)
     near = ["styles", "--like", str(tmp_path / "poster.png"), "-o", str(tmp_path / "style.toml")]
     assert main([*near, "--progress", "none"]) == 0
-    assert "style.toml" in capfd.readouterr().out
+    written = capfd.readouterr().out
+    assert "style.toml" in written and "before tuning" in written
     assert load_style(tmp_path / "style.toml").layers
     wrong = ["styles", "--like", str(tmp_path / "poster.png"), "-o", str(tmp_path / "style.png")]
     assert main(wrong) == 2

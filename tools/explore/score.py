@@ -1,105 +1,140 @@
-"""Fits the score of `vidstyle explore` to shipped styles and random ones, and says how well it parts them.
+"""Fits the score of `vidstyle explore` to marks of people, and says how well it agrees with them.
 
-Usage: python -m tools.explore.score FOLDER [--count N] [--write]
+Usage: python -m tools.explore.score FOLDER KEY.json MARKS.json... [--write]
 
-FOLDER holds photographs. Each second one, by name, serves to fit the score, the others to test it.
+KEY.json lists what was marked: number, rules, seed, and picture, a path in FOLDER without its suffix. Each
+MARKS.json holds the marks of one person, {"number": "keep" or "reject"}; the majority counts, and ties are
+left out. Scores are those of models fitted without the picture, and therefore without its styles.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from itertools import combinations
 from pathlib import Path
+from typing import Any
 
+import cv2
 import numpy as np
 
-from vidstyle.explore.gates import fault
+from vidstyle.explore.full_size import FullSize, FullSizeMetrics
+from vidstyle.explore.gates import MIN_SCORE, fault
 from vidstyle.explore.generate import random_style
-from vidstyle.explore.measure import Original, PictureMetrics
-from vidstyle.explore.phrases import shipped_styles
-from vidstyle.explore.score import MODEL_FILE, log_odds
+from vidstyle.explore.score import MAX_SPREADS, MODEL_FILE, comparable, log_odds
 from vidstyle.gallery.preview import read_still
-from vidstyle.style import load_style
 
-HIDDEN, DECAY, STEPS = 48, 1e-3, 1200
-"""Units of the hidden layer, what squared weights add to the loss, and steps of the descent."""
-RATE, MEAN_DECAY, SQUARE_DECAY = 0.01, 0.9, 0.999
-"""Of Adam: Kingma and Ba 2015."""
-SEED = "score"
+HEIGHT = 1080
+"""Height at which pictures are shown."""
+LINEAR_DECAY, SQUARE_DECAY, STEPS = 1.0, 3.0, 30
+"""What squared weights add to the loss, and steps of Newton's method."""
+BEST_SHARE = 0.12
+"""Of the styles, whose precision is reported: the best dozen of a hundred."""
 
 
 def main() -> None:
     """See the top of the file."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--count", type=int, default=60, help="random styles for each photograph")
+    parser.add_argument("key", type=Path)
+    parser.add_argument("marks", type=Path, nargs="+")
     parser.add_argument("--write", action="store_true", help=f"write {MODEL_FILE.name}")
     options = parser.parse_args()
-    files = sorted(path for path in options.folder.iterdir() if path.suffix.lower() in (".jpg", ".png"))
-    good, random = zip(*(rows_of(file, options.count) for file in files), strict=True)
-    model = fitted(np.concatenate(good[::2]), np.concatenate(random[::2]))
-    for what, part in (("fitted on", slice(0, None, 2)), ("tested on", slice(1, None, 2))):
-        shipped = [rows[: len(shipped_styles())] for rows in good[part]]
-        passed = [rows[[not fault(PictureMetrics(*row)) for row in rows]] for rows in random[part]]
-        share = sum(map(len, passed)) / sum(map(len, random[part]))
-        areas = area(model, shipped, random[part]), area(model, shipped, passed)
-        print(f"{what} {len(shipped)} photographs: AUC {areas[0]:.3f} against random styles, {areas[1]:.3f}")
-        print(f"  against the {share:.0%} of them that pass the gates")
+    people = [json.loads(path.read_text(encoding="utf-8")) for path in options.marks]
+    print_agreement(people)
+    key = [
+        each
+        for each in json.loads(options.key.read_text(encoding="utf-8"))
+        if majority(people, each["number"])
+    ]
+    rows, kept = (
+        measured(options.folder, key),
+        np.array([majority(people, each["number"]) > 0 for each in key]),
+    )
+    pictures, rules = (np.array([each[name] for each in key]) for name in ("picture", "rules"))
+    scores = held_out(rows, kept, pictures)
+    passes = np.array([not fault(FullSizeMetrics(*row)) for row in rows])
+    passes &= scores >= np.log(MIN_SCORE / (1 - MIN_SCORE))
+    print(f"{len(kept)} styles on {len(set(pictures))} pictures, {kept.mean():.0%} kept: ", end="")
+    print(f"AUC {area(scores, kept):.3f}")
+    for name in sorted(set(rules)):
+        of = rules == name
+        best = np.argsort(-scores[of])[: round(BEST_SHARE * of.sum())]
+        print(f"  {name}: AUC {area(scores[of], kept[of]):.3f}, {kept[of].mean():.0%} kept,"
+              f" {kept[of & passes].mean():.0%} of the {(of & passes).sum()} that pass,"
+              f" {kept[of][best].mean():.0%} of the best {len(best)}")  # fmt: skip
     if options.write:
-        rounded = {
-            name: np.vectorize(lambda x: float(f"{x:.4g}"))(each).tolist() for name, each in model.items()
-        }
+        model = {name: np.vectorize(lambda x: float(f"{x:.4g}"))(each).tolist()
+                 for name, each in fitted(rows, kept).items()}  # fmt: skip
         MODEL_FILE.write_text(
-            json.dumps({"measures": PictureMetrics._fields, **rounded}) + "\n", encoding="utf-8"
+            json.dumps({"measures": FullSizeMetrics._fields, **model}) + "\n", encoding="utf-8"
         )
 
 
-def rows_of(file: Path, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """The measures of a photograph in the shipped styles, then their variants; and in random ones."""
-    original = Original(read_still(file))
-    shipped = shipped_styles()
-    variants = [load_style(f"{style.name}:{name}") for style in shipped for name in style.variants]
-    random = [random_style(f"{SEED}-{file.stem}-{number}") for number in range(count)]
+def majority(people: Sequence[dict[str, str]], number: int) -> int:
+    """Marks to keep minus marks to reject."""
+    marks = [each[str(number)] for each in people if str(number) in each]
+    return marks.count("keep") - marks.count("reject")
+
+
+def print_agreement(people: Sequence[dict[str, str]]) -> None:
+    """How often two people give the same mark."""
+    for one, other in combinations(people, 2):
+        both = one.keys() & other.keys()
+        same = sum(one[number] == other[number] for number in both)
+        print(f"agreement: {same} of {len(both)}")
+
+
+def measured(folder: Path, key: Sequence[dict[str, Any]]) -> np.ndarray:
+    """The full-size metrics of each style on its picture."""
+
+    @cache
+    def crops(name: str) -> FullSize:
+        picture = read_still(next(folder.glob(f"{name}.*")))
+        size = round(picture.shape[1] * HEIGHT / picture.shape[0]), HEIGHT
+        return FullSize(cv2.resize(picture, size, interpolation=cv2.INTER_AREA))
+
+    for name in sorted({each["picture"] for each in key}):
+        crops(name)
     with ThreadPoolExecutor() as pool:
-        rows = list(
-            pool.map(lambda style: original.measure(original.render(style)), shipped + variants + random)
+        rows = pool.map(
+            lambda each: crops(each["picture"]).measure(random_style(each["seed"], each["rules"])), key
         )
-    return np.array(rows[:-count]), np.array(rows[-count:])
+        return np.array(list(rows))
 
 
-def fitted(good: np.ndarray, other: np.ndarray) -> dict[str, np.ndarray]:
-    """The model of `log_odds` that tells good pictures from others, both as rows of measures.
-
-    Cross entropy, both of equal weight in all, by Adam over all rows at once.
-    """
-    rows = np.concatenate([good, other])
-    middle, spread = rows.mean(0), rows.std(0)
-    inputs = np.hstack([(rows - middle) / spread, np.ones((len(rows), 1))])
-    wanted = np.repeat([1.0, 0.0], [len(good), len(other)])
-    shares = np.repeat([0.5 / len(good), 0.5 / len(other)], [len(good), len(other)])
-    random = np.random.default_rng(0)
-    start = random.normal(0, 1, (inputs.shape[1], HIDDEN)), random.normal(0, 1, HIDDEN + 1)
-    weights = [each / np.sqrt(len(each)) for each in start]
-    means, squares = ([np.zeros_like(each) for each in weights] for _ in range(2))
-    for step in range(1, STEPS + 1):
-        hidden = np.tanh(inputs @ weights[0])
-        ends = np.hstack([hidden, np.ones((len(rows), 1))])
-        wrong = shares * (1 / (1 + np.exp(-ends @ weights[1])) - wanted)
-        slopes = inputs.T @ (np.outer(wrong, weights[1][:-1]) * (1 - hidden * hidden)), wrong @ ends
-        for each, slope, mean, square in zip(weights, slopes, means, squares, strict=True):
-            slope = slope + DECAY * each
-            mean += (1 - MEAN_DECAY) * (slope - mean)
-            square += (1 - SQUARE_DECAY) * (slope * slope - square)
-            scale = np.sqrt(square / (1 - SQUARE_DECAY**step)) + 1e-8
-            each -= RATE * (1 - step / (STEPS + 1)) * mean / (1 - MEAN_DECAY**step) / scale
-    return {"middle": middle, "spread": spread, "hidden": weights[0], "output": weights[1]}
+def held_out(rows: np.ndarray, kept: np.ndarray, pictures: np.ndarray) -> np.ndarray:
+    """The log-odds of each row by a model that was fitted to the rows of other pictures."""
+    scores = np.zeros(len(rows))
+    for name in set(pictures):
+        here = pictures == name
+        scores[here] = log_odds(rows[here], fitted(rows[~here], kept[~here]))
+    return scores
 
 
-def area(model: dict[str, np.ndarray], good: list[np.ndarray], other: list[np.ndarray]) -> float:
-    """The area under the curve of ROC: how often a good one has a higher score than another."""
-    one, two = (log_odds(np.concatenate(rows), model) for rows in (good, other))
-    return float(np.mean(one[:, None] > two[None]))
+def fitted(rows: np.ndarray, kept: np.ndarray) -> dict[str, np.ndarray]:
+    """The model of `log_odds`: logistic regression on measures and their squares, by Newton's method."""
+    numbers = comparable(rows)
+    middle, spread = numbers.mean(axis=0), numbers.std(axis=0) + 1e-9
+    normal = np.clip((numbers - middle) / spread, -MAX_SPREADS, MAX_SPREADS)
+    inputs = np.hstack([normal, normal * normal - 1, np.ones((len(rows), 1))])
+    count = rows.shape[1]
+    decay = np.repeat([LINEAR_DECAY, SQUARE_DECAY, 1e-6], [count, count, 1])
+    weights = np.zeros(len(decay))
+    for _ in range(STEPS):
+        chance = 1 / (1 + np.exp(-inputs @ weights))
+        curve = (inputs * (chance * (1 - chance))[:, None]).T @ inputs + np.diag(decay)
+        weights -= np.linalg.solve(curve, inputs.T @ (chance - kept) + decay * weights)
+    return {"middle": middle, "spread": spread, "linear": weights[:count],
+            "square": weights[count:-1], "bias": weights[-1]}  # fmt: skip
+
+
+def area(scores: np.ndarray, kept: np.ndarray) -> float:
+    """The area under the curve of ROC: how often a kept style has a higher score than a rejected one."""
+    return float(np.mean(scores[kept][:, None] > scores[~kept][None]))
 
 
 if __name__ == "__main__":

@@ -12,11 +12,12 @@ from threading import Event
 import numpy as np
 
 from vidstyle.core.machine.cores import available_cores
+from vidstyle.explore.full_size import FullSize, FullSizeMetrics
 from vidstyle.explore.gates import (
     DUPLICATE_FAULT,
     MAX_UNSTEADY,
-    NO_FAULT,
     UNSTEADY_FAULT,
+    doubt,
     fault,
     is_like_another,
     prune,
@@ -40,6 +41,7 @@ class RandomStyle:
         fault: why it is rejected, or "".
         steadiness: see `Original.steadiness`; 0 if not measured.
         score: 0..1, or the score of a judge.
+        full_size: metrics of crops; None if it is rejected before they are measured.
     """
 
     style: Style
@@ -49,6 +51,7 @@ class RandomStyle:
     fault: str
     steadiness: float
     score: float
+    full_size: FullSizeMetrics | None = None
 
 
 @dataclass
@@ -68,16 +71,20 @@ class Found:
         return self.faults.total()
 
 
-def examine(original: Original, style: Style) -> RandomStyle:
+def examine(original: Original, crops: FullSize, style: Style) -> RandomStyle:
     """Render the original in a style, and return it with metrics, fault and score."""
     picture = original.render(style)
     measures = original.measure(picture)
-    reason, steadiness = fault(measures), 0.0
-    if not reason:
-        steadiness = original.steadiness(style, picture)
-        reason = UNSTEADY_FAULT if steadiness > MAX_UNSTEADY else NO_FAULT
     signature = original.signature(picture, measures)
-    return RandomStyle(style, picture, measures, signature, reason, steadiness, score(measures))
+    result = RandomStyle(style, picture, measures, signature, fault(measures), 0.0, 0.0)
+    if result.fault:
+        return result
+    large = crops.measure(style)
+    result = replace(result, full_size=large, score=score(large), fault=fault(large) or doubt(score(large)))
+    if result.fault:
+        return result
+    steadiness = original.steadiness(style, picture)
+    return replace(result, steadiness=steadiness, fault=UNSTEADY_FAULT * (steadiness > MAX_UNSTEADY))
 
 
 def search(
@@ -125,12 +132,12 @@ def search(
 
 def _examine_all(original: Original, seed: int, rules: Rules, tries: int) -> Iterator[RandomStyle]:
     """Yield candidates in the order of their seeds, using all cores."""
-    numbers = count(1)
+    numbers, crops = count(1), FullSize(original.large)
     with ThreadPoolExecutor(available_cores(), thread_name_prefix="vidstyle-explore") as pool:
         while tries > 0:
             batch = [next(numbers) for _ in range(min(2 * available_cores(), tries))]
             tries -= len(batch)
-            yield from pool.map(lambda n: examine(original, random_style(f"{seed}-{n}", rules)), batch)
+            yield from pool.map(lambda n: examine(original, crops, random_style(f"{seed}-{n}", rules)), batch)
 
 
 def _ranks(scores: list[float]) -> np.ndarray:

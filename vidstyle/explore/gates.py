@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vidstyle.explore.full_size import FullSizeMetrics
 from vidstyle.explore.measure import Original, PictureMetrics
 from vidstyle.explore.random_steps import is_valid, with_layers, without_idle_steps
 from vidstyle.gallery.style_samples import restyle_picture
@@ -42,7 +43,18 @@ GATES = (
     Gate("change", 0.028, 9, "like the source"),
     Gate("photo", -1, 0.9, "like the source"),
 )
-"""The gates in order; the first that fails is the reason for rejection."""
+"""The gates for small copies in order; the first that fails is the reason for rejection."""
+
+FULL_SIZE_GATES = (
+    Gate("edge_sharpness", 0.32, 99, "blurred at full size"),
+    Gate("edge_height", 0.05, 1, "blurred at full size"),
+    Gate("structure", 0.20, 1, "without the subject"),
+    Gate("weakest_structure", 0.10, 1, "without the subject"),
+    Gate("shapes_kept", 0.50, 1, "without the subject"),
+    Gate("crop_contrast", 0.08, 1, "muddy"),
+    Gate("face", 0.55, 1, "with lost faces"),
+)
+"""The gates for crops at full size: they pass nearly nine of ten styles that were marked to be kept."""
 
 MAX_UNSTEADY = 2.5
 """Maximum amplification of film grain; `ink` has 2.15."""
@@ -51,15 +63,28 @@ MIN_DISTANCE = 0.5
 MIN_STEP_DIFFERENCE = 1.0
 """Change, in levels of 255 at the 99th percentile, below which a step is removed as ineffective."""
 
-UNSTEADY_FAULT, DUPLICATE_FAULT, NO_FAULT = "flickering", "like another", ""
+MIN_SCORE = 0.35
+"""Probability of being kept below which a style is not worth showing."""
+
+UNSTEADY_FAULT, DUPLICATE_FAULT, DOUBTFUL_FAULT, NO_FAULT = (
+    "flickering",
+    "like another",
+    "unlikely to please",
+    "",
+)
 
 
-def fault(measures: PictureMetrics) -> str:
+def fault(measures: PictureMetrics | FullSizeMetrics) -> str:
     """Return why a picture is rejected, in a word or two; "" if it passes."""
-    for gate in GATES:
+    for gate in GATES if isinstance(measures, PictureMetrics) else FULL_SIZE_GATES:
         if not gate.low <= getattr(measures, gate.measure) <= gate.high:
             return gate.reason
     return NO_FAULT
+
+
+def doubt(score: float) -> str:
+    """Return the fault of a style with this score, or ""."""
+    return DOUBTFUL_FAULT if score < MIN_SCORE else NO_FAULT
 
 
 def is_like_another(signature: np.ndarray, others: Sequence[np.ndarray]) -> bool:

@@ -14,6 +14,8 @@ from typing import Literal
 
 from vidstyle.blocks import all_blocks
 from vidstyle.explore.colors import calm_saturation, ensure_contrast, is_pale, palette, shift_color
+from vidstyle.explore.paper.generate import paper_style
+from vidstyle.explore.paper.rules import DEFAULT_STEADY, STYLE_HEIGHT
 from vidstyle.explore.phrases import LAYER_END, Phrase, closed_layer, grammar
 from vidstyle.explore.random_steps import (
     is_valid,
@@ -24,15 +26,6 @@ from vidstyle.explore.random_steps import (
     with_fitting_sizes,
     with_layers,
     without_idle_steps,
-)
-from vidstyle.explore.rules import (
-    DEFAULT_STEADY,
-    FILTER_COUNT_RANGE,
-    FILTER_RULES,
-    GRAY_RULE,
-    GRAY_SHARE,
-    STYLE_HEIGHT,
-    FilterRule,
 )
 from vidstyle.style import LAYERS, Step, Style
 
@@ -70,7 +63,7 @@ def random_style(seed: int | str, rules: Rules = "open") -> Style:
     random = Random(f"{rules} {seed}")
     name = f"{rules}-{seed}"
     style = Style(name, f"{LINEAGE_PREFIX}{rules} rules, seed {seed}.", STYLE_HEIGHT, steady=DEFAULT_STEADY)
-    return _paper_style(random, style) if rules == "paper" else _open_style(random, style)
+    return paper_style(random, style) if rules == "paper" else _open_style(random, style)
 
 
 def mutate(style: Style, seed: int | str, distance: float = 0.4, locks: Iterable[str] = ()) -> Style:
@@ -126,23 +119,6 @@ def cross(style: Style, other: Style, seed: int | str, locks: Iterable[str] = ()
         if is_valid(changed):
             return _with_lineage(changed, f"{layer} of {other.name}, seed {seed}")
     return mutate(style, seed, locks=locks)
-
-
-def _paper_style(random: Random, style: Style) -> Style:
-    count = random.randint(*FILTER_COUNT_RANGE)
-    is_gray = random.random() < GRAY_SHARE
-    rules: list[FilterRule] = []
-    while len(rules) < count - is_gray:
-        rules.append(random.choice([rule for rule in FILTER_RULES if rule.repeats or rule not in rules]))
-    if is_gray:
-        rules.insert(random.randint(0, len(rules)), GRAY_RULE)
-    steps = []
-    for rule in rules:
-        parameters = all_blocks()[rule.block].parameters
-        names = (*rule.parameters, *rule.ends)
-        values = {name: random_value(random, parameters[name], rule.ends.get(name)) for name in names}
-        steps.append(Step(rule.block, values))
-    return replace(style, background=tuple(steps))
 
 
 def _open_style(random: Random, style: Style) -> Style:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from vidstyle.core.machine.cores import available_cores
 from vidstyle.explore.appearance import appearance_distance, appearance_of
+from vidstyle.explore.fitting.tune import tune_style
 from vidstyle.explore.generate import alter, cross, mutate
 from vidstyle.explore.measure import reduce_picture
 from vidstyle.explore.phrases import shipped_styles
@@ -27,6 +28,8 @@ SEARCH_ROUNDS = 6
 """Number of search rounds, each from the best styles so far."""
 PARENT_COUNT, CHILD_COUNT = 4, 3
 """Number of styles kept in each round, and of variations of each kind per style."""
+TUNED_COUNT = 2
+"""Number of styles whose values are tuned one by one after the search."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +93,10 @@ def search_styles(
     known: list[Likeness],
     on_step: ProgressCallback = ignore_progress,
 ) -> Likeness:
-    """Search variations of known styles for the nearest one; each round starts from the best so far."""
+    """Search variations of known styles for the nearest one, and tune its values.
+
+    Each round starts from the best styles so far.
+    """
     best = known[:PARENT_COUNT]
     for turn in range(SEARCH_ROUNDS):
         reach = 0.5 / (1 + turn / 2)
@@ -102,7 +108,20 @@ def search_styles(
         best += rank_styles(wanted, photograph, children)
         best = sorted(best, key=lambda each: each.distance)[:PARENT_COUNT]
         on_step("searching", turn + 1, SEARCH_ROUNDS)
-    return best[0]
+    tuned = [_tuned(each, wanted, photograph) for each in best[:TUNED_COUNT]]
+    return min([*tuned, best[0]], key=lambda each: each.distance)
+
+
+def _tuned(found: Likeness, wanted: np.ndarray, photograph: np.ndarray) -> Likeness:
+    """Return the style with values at which its rendering is nearer to the wanted look."""
+    target = appearance_of(wanted)
+
+    def distances(styles: Sequence[Style]) -> list[float]:
+        with ThreadPoolExecutor(available_cores(), thread_name_prefix="vidstyle-explore") as pool:
+            drawn = pool.map(lambda each: appearance_of(restyle_picture(photograph, each)), styles)
+            return [appearance_distance(numbers, target) for numbers in drawn]
+
+    return Likeness(*tune_style(found.style, distances))
 
 
 def _children(style: Style, best: Style, seed: str, reach: float) -> list[Style]:

@@ -9,7 +9,8 @@ from functools import lru_cache
 import numpy as np
 
 from vidstyle.errors import VidstyleError
-from vidstyle.explore.gates import fault
+from vidstyle.explore.full_size import FullSize
+from vidstyle.explore.gates import doubt, fault
 from vidstyle.explore.measure import METRIC_DEVIATIONS, Original, oklab_thumbnail, reduce_picture
 from vidstyle.explore.score import score
 from vidstyle.style import Style
@@ -42,24 +43,32 @@ NewLooks = Callable[[Sequence[Style]], Sequence[Look | None]]
 """Renders looks of styles; None for invalid styles."""
 
 
-def look_of(picture: np.ndarray, style: Style) -> Look | None:
-    """Return the look of a style on a picture, H x W x 3 uint8; None if the style is invalid."""
-    original = _original(picture.tobytes(), picture.shape)
+def look_of(picture: np.ndarray, style: Style, crops: FullSize | None = None) -> Look | None:
+    """Return the look of a style on a picture, H x W x 3 uint8; None if the style is invalid.
+
+    Args:
+        crops: of the picture at its full size; by default of `picture`.
+    """
+    original, own_crops = _original(picture.tobytes(), picture.shape)
     try:
         drawn = original.render(style)
+        measures = original.measure(drawn)
+        large = None if fault(measures) else (crops or own_crops).measure(style)
     except VidstyleError:
         return None
-    measures = original.measure(drawn)
+    worth = score(large) if large else 0.0
+    reason = (fault(large) or doubt(worth)) if large else fault(measures)
     colors = oklab_thumbnail(drawn).reshape(-1, 3)
-    chance = min(max(score(measures), 0.01), 0.99)
+    chance = min(max(worth, 0.01), 0.99)
     features = [np.log(chance / (1 - chance)) / LOG_ODDS_DEVIATION, *np.array(measures) / METRIC_DEVIATIONS]
     features += [*colors.mean(axis=0) / COLOR_DEVIATION, *colors.std(axis=0) / COLOR_DEVIATION]
-    return Look(drawn, original.signature(drawn), np.array(features), fault(measures))
+    return Look(drawn, original.signature(drawn), np.array(features), reason)
 
 
 @lru_cache(2)
-def _original(content: bytes, shape: tuple[int, ...]) -> Original:
-    return Original(reduce_picture(np.frombuffer(content, np.uint8).reshape(shape), MAX_LOOK_SIDE_PX))
+def _original(content: bytes, shape: tuple[int, ...]) -> tuple[Original, FullSize]:
+    picture = np.frombuffer(content, np.uint8).reshape(shape)
+    return Original(reduce_picture(picture, MAX_LOOK_SIDE_PX)), FullSize(picture)
 
 
 def nearest(looks: Sequence[Look], taken: Sequence[Look]) -> np.ndarray:

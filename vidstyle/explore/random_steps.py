@@ -161,7 +161,7 @@ def _fit_sizes(steps: Iterable[Step], base: Sequence[Step]) -> list[Step]:
             wanted = now * step.values.get("factor", parameter.default)
             # Smaller for wide blurs, which a later step combines with a larger picture.
             least = MIN_WORKING_SCALE if wanted > MIN_BLUR_SCALE else MIN_BLUR_SCALE
-            factor = _scale_factor(min(max(wanted, least), 1.0) / now)
+            factor = scale_factor(min(max(wanted, least), 1.0) / now)
             now *= factor
             step = replace(step, values=step.values | {"factor": factor})
         sizes[step.save] = now
@@ -169,7 +169,7 @@ def _fit_sizes(steps: Iterable[Step], base: Sequence[Step]) -> list[Step]:
     return out
 
 
-def _scale_factor(wanted: float) -> float:
+def scale_factor(wanted: float) -> float:
     """Return the nearest factor that `scale` takes, in few digits."""
     control = all_blocks()["scale"].parameters["factor"].control
     assert isinstance(control, Slider)
@@ -186,7 +186,7 @@ def _sharpen(steps: list[Step], base: Sequence[Step]) -> list[Step]:
     size = _final_size([*base, Step("", save=BASE_RESULT), *steps[:last]])
     if not last or steps[last].source or size > 0.95:
         return steps
-    factor = _scale_factor(1 / size)
+    factor = scale_factor(1 / size)
     return [*steps[:last], Step("scale", {"factor": factor}), *steps[last:]]
 
 

@@ -11,10 +11,14 @@ import cv2
 import numpy as np
 
 from vidstyle.errors import InputError
-from vidstyle.explore.measure import PictureMetrics
+from vidstyle.explore.full_size import FullSizeMetrics
 
 MODEL_FILE = Path(__file__).with_name("score.json")
 """The model fitted by `tools/explore/score.py`."""
+RATIO_MEASURES, MIN_RATIO = ("edge_sharpness", "edge_height", "speckle"), 0.003
+"""Measures that are compared by their logarithm, and what is added to them."""
+MAX_SPREADS = 3.0
+"""Spreads from the middle beyond which a measure counts no more."""
 
 JUDGE_SIDE_PX = 224
 JUDGE_MEAN_LEVEL, JUDGE_LEVEL_DEVIATION = np.array([0.485, 0.456, 0.406]), np.array([0.229, 0.224, 0.225])
@@ -22,21 +26,36 @@ JUDGE_MEAN_LEVEL, JUDGE_LEVEL_DEVIATION = np.array([0.485, 0.456, 0.406]), np.ar
 CLASS_COUNT = 10
 
 
-def score(measures: PictureMetrics) -> float:
-    """Return the similarity of a picture to results of shipped styles, in contrast to random styles: 0..1."""
+def score(measures: FullSizeMetrics) -> float:
+    """Return the probability that people keep a style, 0..1: a logistic regression, fitted to marks."""
     return float(1 / (1 + np.exp(-log_odds(np.array(measures), _model()))))
 
 
+def reasons(measures: FullSizeMetrics) -> dict[str, float]:
+    """Return what each measure adds to the log-odds of the score: positive numbers speak for the style."""
+    parts = contributions(np.array(measures), _model())
+    return {name: float(part) for name, part in zip(measures._fields, parts, strict=True)}
+
+
 def log_odds(measures: np.ndarray, model: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Return the log-odds of the score for metrics along the last axis: a network with one hidden layer.
+    """Return the log-odds of the score for `FullSizeMetrics` along the last axis.
 
     Args:
-        model: "middle" and "spread" of the measures, the "hidden" layer's weights, and those of its result,
-            "output"; the last row of both is added to the sums.
+        model: "middle" and "spread" of the measures, the weights "linear" and "square", and "bias".
     """
-    normal = (measures - model["middle"]) / model["spread"]
-    hidden = np.tanh(normal @ model["hidden"][:-1] + model["hidden"][-1])
-    return hidden @ model["output"][:-1] + model["output"][-1]
+    return np.asarray(contributions(measures, model).sum(axis=-1) + model["bias"])
+
+
+def contributions(measures: np.ndarray, model: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Return what each measure adds to the log-odds: a parabola, as too much may be as bad as too little."""
+    normal = np.clip((comparable(measures) - model["middle"]) / model["spread"], -MAX_SPREADS, MAX_SPREADS)
+    return np.asarray(normal * model["linear"] + (normal * normal - 1) * model["square"])
+
+
+def comparable(measures: np.ndarray) -> np.ndarray:
+    """Return `FullSizeMetrics` along the last axis, logarithms of those where ratios matter."""
+    is_ratio = np.isin(FullSizeMetrics._fields, RATIO_MEASURES)
+    return np.where(is_ratio, np.log(measures * is_ratio + MIN_RATIO), measures)
 
 
 def spread_out(signatures: np.ndarray, scores: np.ndarray, count: int) -> list[int]:

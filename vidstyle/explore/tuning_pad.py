@@ -6,8 +6,6 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from vidstyle.explore.look import NewLooks, look_distance
 from vidstyle.style import Style, set_values
 from vidstyle.style.panel import panel
@@ -72,7 +70,7 @@ class TuningPad:
     @property
     def start(self) -> tuple[float, float]:
         """The point of the style itself."""
-        values = {each["path"]: each["value"] for each in _sliders(self.style)}
+        values = {each["path"]: each["value"] for each in sliders_of(self.style)}
         x, y = (axis.place(values[axis.path]) for axis in self.axes)
         return x, y
 
@@ -82,7 +80,7 @@ def tuning_pad_of(style: Style, looks: NewLooks) -> TuningPad | None:
 
     Prefer values of different steps, since values of one step often have similar effects.
     """
-    sliders = _sliders(style)
+    sliders = sliders_of(style)
     probed = [_shift_value(each, PROBE_SHARE) for each in sliders]
     tried = [set_values(style, {each["path"]: at}) for each, at in zip(sliders, probed, strict=True)]
     middle, *others = looks([style, *tried])
@@ -101,7 +99,7 @@ def tuning_pad_of(style: Style, looks: NewLooks) -> TuningPad | None:
     return TuningPad(style, (axes[0][2], other[2]))
 
 
-def _sliders(style: Style) -> list[dict[str, Any]]:
+def sliders_of(style: Style) -> list[dict[str, Any]]:
     """Return the sliders of all steps, as described by `panel`."""
     return [each for each in panel(style, style)["entries"] if each["kind"] == "slider" and each["step"]]
 
@@ -110,15 +108,22 @@ def _is_factor(slider: dict[str, Any]) -> bool:
     return not slider["whole"] and slider["low"] > 0 and slider["high"] / slider["low"] >= MIN_FACTOR_RATIO
 
 
+def moved_value(slider: dict[str, Any], part: float) -> float:
+    """Return the value moved up by a share of its range, or down if it is negative; within the range."""
+    low, high, value = slider["low"], slider["high"], slider["value"]
+    if _is_factor(slider):
+        return float(min(max(value * (high / low) ** (part / 2), low), high))
+    # Many ranges are far wider than usual values.
+    step = part * min(high - low, max(4 * abs(value), (high - low) / 4))
+    if slider["whole"]:
+        step = math.copysign(max(1, round(abs(step))), step)
+    return float(min(max(value + step, low), high))
+
+
 def _shift_value(slider: dict[str, Any], part: float) -> float:
     """Return the value moved by a share of its range, away from the nearer end."""
     low, high, value = slider["low"], slider["high"], slider["value"]
-    sign = 1 if high - value >= value - low else -1
-    if _is_factor(slider):
-        return float(np.clip(value * (high / low) ** (sign * part / 2), low, high))
-    # Many ranges are far wider than usual values.
-    step = part * min(high - low, max(4 * abs(value), (high - low) / 4))
-    return float(np.clip(value + sign * (max(1, round(step)) if slider["whole"] else step), low, high))
+    return moved_value(slider, part if high - value >= value - low else -part)
 
 
 def _axis(slider: dict[str, Any], change: float) -> Axis:

@@ -14,7 +14,7 @@ from vidstyle.errors import InputError, UsageError
 from vidstyle.explore.candidates import Found, RandomStyle, search
 from vidstyle.explore.generate import Rules
 from vidstyle.explore.measure import Original, reduce_picture
-from vidstyle.explore.score import Judge
+from vidstyle.explore.score import Judge, reasons
 from vidstyle.gallery.preview import preview_page, read_still
 from vidstyle.gallery.style_samples import StyleSample, encode_picture, samples_of, sheet_of_samples
 from vidstyle.media.read.reader import ReadOptions
@@ -89,13 +89,16 @@ def _table(found: Found) -> dict[str, Any]:
 
 
 def _row(candidate: RandomStyle) -> dict[str, Any]:
-    measures = {name: round(value, 4) for name, value in candidate.measures._asdict().items()}
+    assert candidate.full_size is not None
+    measures = candidate.measures._asdict() | candidate.full_size._asdict()
+    parts = sorted(reasons(candidate.full_size).items(), key=lambda part: -abs(part[1]))
     return {
         "name": candidate.style.name,
         "file": f"{candidate.style.name}.toml",
         "score": round(candidate.score, 4),
         "steadiness": round(candidate.steadiness, 3),
-        "measures": measures,
+        "reasons": {name: round(part, 2) for name, part in parts},
+        "measures": {name: round(value, 4) for name, value in measures.items()},
     }
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from vidstyle.core.closing import Closing
 from vidstyle.errors import UsageError
 from vidstyle.explore.chooser import Chooser, Tile
+from vidstyle.explore.full_size import MAX_SIDE_PX, FullSize
 from vidstyle.explore.look import MAX_LOOK_SIDE_PX, Look, look_of
 from vidstyle.explore.phrases import shipped_styles
 from vidstyle.explore.tuning_pad import TuningPad, tuning_pad_of
@@ -184,13 +185,18 @@ class Exploration(Closing):
         """The picture on which styles are tried; its kernels may have to be compiled first."""
         return np.ascontiguousarray(self.clip.frame(self.frames[0], MAX_LOOK_SIDE_PX))
 
+    @cached_property
+    def _crops(self) -> FullSize:
+        """The crops on which styles are measured at full size."""
+        return FullSize(np.ascontiguousarray(self.clip.frame(self.frames[0], MAX_SIDE_PX)))
+
     def _request_look(self, style: Style, urgency: int) -> tuple[str, Future[Look | None]]:
         """Request the look of a style; return its key and future."""
         key = repr(style)
         with self._lock:
             future = self._looks.get(key)
             if future is None or future.cancelled():
-                future = self._workers.submit(urgency, look_of, self._picture, style)
+                future = self._workers.submit(urgency, look_of, self._picture, style, self._crops)
                 self._looks[key] = future
                 if len(self._looks) > MAX_CACHED_LOOKS:
                     self._looks.popitem(last=False)

@@ -9,6 +9,8 @@ STYLE_HEIGHT = 720
 DEFAULT_STEADY = 0.5
 """Temporal smoothing of random styles; same as in the shipped styles."""
 
+FULL_SIZE = 300
+"""The paper's size that stands for the size of the picture."""
 PAPER_SECTION = "paper, section 6.2"
 
 
@@ -56,8 +58,13 @@ FILTER_RULES = (
     FilterRule("saturation", ("factor",), source=f"{PAPER_SECTION}: Saturation (saturation 1.5 to 2.2)"),
     FilterRule(
         "scale",
-        ends={"factor": (100 / STYLE_HEIGHT, 300 / STYLE_HEIGHT)},
-        source=f"{PAPER_SECTION}: Size (size 100 to 300), read as the working height of {STYLE_HEIGHT} lines",
+        ends={"factor": (100 / FULL_SIZE, 1)},
+        source=f"{PAPER_SECTION}: Size (size 100 to 300), where {FULL_SIZE} is read as the size of the "
+        "picture: the results in the paper are sharp, which a height of 100 to 300 lines cannot give",
     ),
 )
 """Filters of random styles; all that are still allowed are equally likely."""
+
+THRESHOLD_BLOCKS, LINE_BLOCK = ("soft_threshold", "luma_posterize"), "flow_dog"
+"""Filters that are applied at the size of the picture if they come last of their kind: their edges are then
+sharp although the filters before them used a smaller size."""

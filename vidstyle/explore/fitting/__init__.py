@@ -1,0 +1,1 @@
+"""Fitting of a style to the look of a picture."""

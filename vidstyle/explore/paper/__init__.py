@@ -1,0 +1,1 @@
+"""Random styles by the rules of the paper (section 6.2)."""
