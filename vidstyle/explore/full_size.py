@@ -32,7 +32,7 @@ COARSE_FACTOR = 4
 EDGE_PERCENTILE, STRONG_EDGE_PERCENTILE = 90, 98
 """Percentiles of the gradient for usual and for strong edges."""
 STRUCTURE_FACTOR = 2
-"""Reduction at which edges are compared with those of the source."""
+"""Reduction at which edges are compared with the source."""
 SHAPE_DEVIATIONS_PX, TONE_DEVIATION_PX = (3, 8), 10
 """Blurs between which luma shows shapes, and by which it shows tones."""
 MAX_BLACK_LEVEL = 0.1
@@ -50,10 +50,10 @@ class FullSizeMetrics(NamedTuple):
         edge_sharpness: steepness of edges relative to a copy reduced by `COARSE_FACTOR`: 1 for edges that are
             one pixel wide, 1 / `COARSE_FACTOR` for smears.
         edge_height: gradient of strong edges.
-        structure: correlation of the gradients with those of the source, both reduced by `STRUCTURE_FACTOR`.
+        structure: correlation of the gradients with the source, reduced by `STRUCTURE_FACTOR`.
         weakest_structure: the lowest structure of a crop.
-        shapes_kept: correlation of band-passed luma with that of the source; negative for negatives.
-        tones_kept: correlation of blurred luma with that of the source, in the worst crop.
+        shapes_kept: correlation of band-passed luma with the source; negative for negatives.
+        tones_kept: correlation of blurred luma with the source, in the worst crop.
         crop_contrast: standard deviation of luma.
         speckle: mean deviation of luma from its surroundings where the source is flat.
         flatness: share of pixels without a gradient.

@@ -14,7 +14,7 @@ from typing import Literal
 
 from vidstyle.blocks import all_blocks
 from vidstyle.explore.colors import calm_saturation, ensure_contrast, is_pale, palette, shift_color
-from vidstyle.explore.paper.generate import paper_style
+from vidstyle.explore.paper.paper_style import paper_style
 from vidstyle.explore.paper.rules import DEFAULT_STEADY, STYLE_HEIGHT
 from vidstyle.explore.phrases import LAYER_END, Phrase, closed_layer, grammar
 from vidstyle.explore.random_steps import (
