@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from skimage import data
 
-from vidstyle.explore.full_size import NO_FACE, FullSize, FullSizeMetrics
+from vidstyle.explore.full_size import MAX_FACE_LIKENESS, FullSize, FullSizeMetrics
 from vidstyle.explore.gates import DOUBTFUL_FAULT, doubt, fault
 from vidstyle.explore.generate import random_style
 from vidstyle.explore.measure import Original
@@ -55,7 +55,7 @@ def test_a_smear_never_passes(astronaut: FullSize, cat: FullSize, step: Step) ->
 def test_faces_are_lost_when_their_features_are(astronaut: FullSize, cat: FullSize) -> None:
     blots = styled(Step("gaussian", {"sigma": 20}), Step("soft_threshold", {"phi": 0.5, "epsilon": 90}))
     assert astronaut.measure(blots).face < 0.55 < astronaut.measure(load_style("poster")).face
-    assert cat.measure(blots).face == NO_FACE
+    assert cat.measure(blots).face == MAX_FACE_LIKENESS
     measures = astronaut.measure(load_style("poster"))._replace(face=0.3)
     assert fault(measures) == "with lost faces"
 

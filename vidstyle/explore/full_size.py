@@ -40,7 +40,7 @@ FACE_WIDTH_PX, FACE_DEVIATIONS_PX = 64, (1, 4)
 """Width of a face for comparison with the source, and the band of eyes and mouth."""
 MIN_FACE_SIDE_PX, MAX_FACE_COUNT = 24.0, 3
 """Smaller faces have no features to keep; of many faces the largest are compared."""
-NO_FACE = 1.0
+MAX_FACE_LIKENESS = 1.0
 
 
 class FullSizeMetrics(NamedTuple):
@@ -58,7 +58,7 @@ class FullSizeMetrics(NamedTuple):
         speckle: mean deviation of luma from its surroundings where the source is flat.
         flatness: share of pixels without a gradient.
         black: share of pixels darker than `MAX_BLACK_LEVEL`.
-        face: absolute correlation of facial features with the source, for the worst face; `NO_FACE` without
+        face: absolute correlation of facial features with the source, for the worst face; `MAX_FACE_LIKENESS` without
             a face.
     """
 
@@ -91,7 +91,7 @@ class FullSize:
         return means._replace(
             weakest_structure=min(row.structure for row in rows),
             tones_kept=min(row.tones_kept for row in rows),
-            face=min((face.likeness(style) for face in self._faces), default=NO_FACE),
+            face=min((face.likeness(style) for face in self._faces), default=MAX_FACE_LIKENESS),
         )
 
 
@@ -132,7 +132,7 @@ class _Crop:
             speckle=float(np.abs(_band(luma, 0, SPECKLE_DEVIATION_PX))[self._is_flat].mean()),
             flatness=float((gradient < MIN_GRADIENT).mean()),
             black=float((luma < MAX_BLACK_LEVEL).mean()),
-            face=NO_FACE,
+            face=MAX_FACE_LIKENESS,
         )
 
 

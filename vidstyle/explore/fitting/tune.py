@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from vidstyle.explore.tuning_pad import moved_value, sliders_of
 from vidstyle.style import Style, set_values
 
-FIRST_SHARE, ROUNDS = 0.12, 4
+FIRST_SHARE, ROUND_COUNT = 0.12, 4
 """Share of its range by which a value is moved in the first round, halved in each further one."""
 MIN_GAIN = 1e-3
 """Smallest gain of distance for which a value is moved."""
@@ -16,7 +16,7 @@ Distances = Callable[[Sequence[Style]], Sequence[float]]
 """Returns the distance of each style; infinite for styles that are invalid."""
 
 
-def tune_style(style: Style, distances: Distances, rounds: int = ROUNDS) -> tuple[Style, float]:
+def tune_style(style: Style, distances: Distances, rounds: int = ROUND_COUNT) -> tuple[Style, float]:
     """Return the style with values at which its distance is smaller, and this distance.
 
     Each round moves every value in both directions, one at a time. The best move is made, and all moves
