@@ -58,8 +58,8 @@ class FullSizeMetrics(NamedTuple):
         speckle: mean deviation of luma from its surroundings where the source is flat.
         flatness: share of pixels without a gradient.
         black: share of pixels darker than `MAX_BLACK_LEVEL`.
-        face: absolute correlation of facial features with the source, for the worst face; `MAX_FACE_LIKENESS` without
-            a face.
+        face: absolute correlation of facial features with the source, for the worst face;
+            `MAX_FACE_LIKENESS` without a face.
     """
 
     edge_sharpness: float
