@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import CancelledError, Future
 from contextlib import closing
 from dataclasses import replace
@@ -14,8 +14,9 @@ import cv2
 import numpy as np
 import pytest
 from covering import DAY, of_the_day
-from films import RATE, noisy, page, picture
+from films import RATE
 from pictures import same_bits, step, style
+from remembering import FILM, REMEMBERING, film
 from waiting import LONG
 
 from vidstyle.backend import FrameRequest
@@ -27,22 +28,6 @@ from vidstyle.cpu.frame_order import FrameOrder
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.stabilize.stabilizer import Stabilizer
 from vidstyle.style import Style, load_style, style_names
-
-REMEMBERING = replace(
-    style(step("gaussian", sigma=1.5), step("equalize", low=5.0, settle=1.0), steady=0.6),
-    lines=(step("minimum_range", settle=0.5), step("sobel", invert=True)),
-)
-"""Everything that follows a film: two measurements, and stabilization of source and result."""
-
-
-def film(shape: tuple[int, int] = (45, 60)) -> Iterator[Picture]:
-    """Two scenes in which the camera moves, then another size."""
-    for name, size in (("coffee", shape), ("rocket", shape), ("coffee", (shape[0] - 9, shape[1] + 10))):
-        wide = page(size[0], size[1] + 12, name)
-        yield from (picture(noisy(wide[:, 2 * n : 2 * n + size[1]], 3, n)) for n in range(4))
-
-
-FILM = list(film())
 
 
 def started(chosen: Style, threads: int, pictures: list[Picture]) -> list[Future[Picture]]:
@@ -219,7 +204,7 @@ def test_estimated_memory_grows_with_the_picture_and_the_style() -> None:
     for shape in ((45, 60), (90, 120)):
         with CpuRenderer(REMEMBERING, 2) as renderer:
             renderer.begin(FrameRequest(next(film(shape)), 0.0)).result(LONG)
-            (_, schedule), *_ = renderer._lowered.values()
+            (_, schedule, _), *_ = renderer._lowered.values()
             arguments = schedule, shape, FILM[0].encoding, True
             sizes[shape] = frame_memory.frame_bytes(*arguments, renderer._workers(2, FILM[0]))
     assert 3 < sizes[90, 120] / sizes[45, 60] < 5

@@ -40,6 +40,11 @@ def pictures_in_memory(
     return max(1, min(threads, free // each))
 
 
+def processes_in_memory(each: int, most: int) -> int:
+    """Return how many processes that take `each` bytes can be started, from 0 to `most`."""
+    return min(most, frame_memory() // each)
+
+
 def frame_bytes(
     schedule: Schedule, shape: Shape, target: Encoding, is_steady: bool, workers: BandWorkers
 ) -> int:

@@ -11,7 +11,14 @@ import numpy as np
 
 from vidstyle.backend import Backend, FrameRequest, completed_future
 from vidstyle.block import moment_of
-from vidstyle.core.bands import BandWorkers, keep_freed_memory, threads_for, useful_threads
+from vidstyle.core.bands import (
+    MAX_SMALL_BAND_THREADS,
+    ONE_THREAD,
+    BandWorkers,
+    keep_freed_memory,
+    threads_for,
+    useful_threads,
+)
 from vidstyle.core.color.film_colors import FilmPalettes
 from vidstyle.core.kernels.library import rehearsing
 from vidstyle.core.machine.cores import available_cores, single_threaded_opencv
@@ -19,9 +26,20 @@ from vidstyle.core.picture import Encoding, Picture, PictureLayout
 from vidstyle.core.sampling import ExponentialSmoother, small_luma
 from vidstyle.core.scene_cuts import KnownCuts, SceneCutDetector
 from vidstyle.cpu.execute import FrameExecutor
-from vidstyle.cpu.frame_memory import pictures_in_memory
+from vidstyle.cpu.frame_memory import frame_bytes, pictures_in_memory, processes_in_memory
 from vidstyle.cpu.frame_order import FrameOrder
 from vidstyle.cpu.schedule import Schedule, schedule
+from vidstyle.cpu.style_job import StyleJob
+from vidstyle.cpu.style_processes import (
+    MIN_PROCESS_THREADS,
+    PROCESS_BYTES,
+    PROCESS_START_FRAMES,
+    StyleProcesses,
+    borrow_processes,
+    can_share_pictures,
+    return_processes,
+    useful_processes,
+)
 from vidstyle.stabilize.motion import FramePair
 from vidstyle.stabilize.stabilizer import Stabilized, Stabilizer, stabilized_layout
 from vidstyle.stabilize.still import flatten_still
@@ -42,6 +60,7 @@ class _Frame:
         is_cut: whether it begins a scene.
         pair: the picture and the previous one, if its motion is wanted.
         order: its place among the pictures.
+        job: for other processes; None if they cannot restyle it.
     """
 
     request: FrameRequest
@@ -50,6 +69,7 @@ class _Frame:
     order: FrameOrder
     lowered: LoweredStyle
     tasks: Schedule
+    job: bytes | None
 
 
 class CpuRenderer(Backend):
@@ -61,6 +81,9 @@ class CpuRenderer(Backend):
     Each picture that `begin` gets has a separate thread, without bands, so that threads never wait for each
     other; if memory is short of a picture for each thread, several threads share one, in bands. A picture
     that `restyle` gets has as many threads as are useful for its size.
+
+    On many cores, the threads of a film have a process each that runs the style (`StyleProcesses`); what
+    depends on earlier pictures stays here.
 
     Args:
         threads: number of threads. Default: `available_cores`.
@@ -84,12 +107,14 @@ class CpuRenderer(Backend):
         self._fitted: Schedule | None = None
         self._side_by_side = self._threads
         self._started: list[Future[Picture]] = []
+        self._begun = 0
+        self._processes: StyleProcesses | None = None
         self._order = FrameOrder()
         self._cuts = cuts or SceneCutDetector()
         self._shape: tuple[int, int] | None = None
         self._prepared: Style | None = None
         self._steps: dict[str, tuple[ResolvedStep, ...]] = {}
-        self._lowered: dict[object, tuple[LoweredStyle, Schedule]] = {}
+        self._lowered: dict[object, tuple[LoweredStyle, Schedule, bytes | None]] = {}
         self._smoothers: dict[StepKey, ExponentialSmoother] = {}
         self._stabilizer: Stabilizer | None = None
         self._film_palettes = FilmPalettes()
@@ -106,10 +131,15 @@ class CpuRenderer(Backend):
     def cancel(self) -> None:
         """Stop the started pictures after their current bands; their results raise CancelledError."""
         self._cancelled.set()
+        if self._processes is not None:
+            self._processes.kill()
 
     def close(self) -> None:
         """Finish the started pictures, then end the threads."""
         wait(self._started)  # their bands need threads
+        if self._processes is not None:
+            self._processes = None
+            return_processes()
         self._settings.close()
         self._pool.shutdown()
 
@@ -132,6 +162,9 @@ class CpuRenderer(Backend):
         with self._rehearsing(request):
             frame = self._follow(request)
         self._use_memory(frame)
+        self._begun += 1
+        if self._begun == PROCESS_START_FRAMES and can_share_pictures():
+            self._start_processes(frame)
         pending = self._frame_pool.submit(
             self._finish_begun, frame, self._workers(self._side_by_side, request.picture)
         )
@@ -161,10 +194,21 @@ class CpuRenderer(Backend):
         if self._side_by_side > 1:
             self._settings.enter_context(single_threaded_opencv())
 
+    def _start_processes(self, frame: _Frame) -> None:
+        """Start processes, if many pictures are restyled at the same time."""
+        if self._side_by_side < MIN_PROCESS_THREADS:
+            return
+        request = frame.request
+        picture = frame_bytes(frame.tasks, request.picture.shape, request.encoding, False, ONE_THREAD)
+        each = PROCESS_BYTES + picture
+        if count := processes_in_memory(each, useful_processes(self._side_by_side)):
+            self._processes = borrow_processes(count, each)
+
     def _workers(self, frames: int, picture: Picture) -> BandWorkers:
         """Return the threads of a picture, one of `frames` that are restyled at the same time."""
         threads = useful_threads(picture.shape, -(-self._threads // frames))
-        return BandWorkers(self._pool, threads, self._cancelled)
+        seldom_waits = self._threads <= MAX_SMALL_BAND_THREADS
+        return BandWorkers(self._pool, threads, self._cancelled, seldom_waits)
 
     def measured(self, picture: Picture) -> dict[StepKey, np.ndarray]:
         """Return the percentiles that each measured step measures on a single picture."""
@@ -189,13 +233,13 @@ class CpuRenderer(Backend):
         stabilizer, pair = self._stabilizer, None
         is_steady = stabilizer is not None and time is not None
         layout = stabilized_layout(picture) if is_steady else PictureLayout.of(picture)
-        lowered, tasks = self._plan(layout, request.encoding, request.rgb)
+        plan = self._plan(layout, request.encoding, request.rgb)
         remembers = bool(self._smoothers or stabilizer or self._film_palettes)
         is_cut = remembers and self._cuts.is_cut(small_luma(picture), time)
         if stabilizer is not None and time is not None:
             pair = stabilizer.follow(picture, time, is_cut)
         self._order = FrameOrder(self._order)
-        return _Frame(request, is_cut, pair, self._order, lowered, tasks)
+        return _Frame(request, is_cut, pair, self._order, *plan)
 
     def _finish(self, frame: _Frame, workers: BandWorkers) -> Picture:
         with frame.request.measuring():
@@ -247,23 +291,45 @@ class CpuRenderer(Backend):
         self._steps, self._shape, self._prepared = steps, picture.shape, self.style
         self._lowered = {}
 
-    def _plan(self, layout: PictureLayout, target: Encoding, rgb: bool) -> tuple[LoweredStyle, Schedule]:
+    def _plan(
+        self, layout: PictureLayout, target: Encoding, rgb: bool
+    ) -> tuple[LoweredStyle, Schedule, bytes | None]:
         if (layout, target, rgb) not in self._lowered:
             assert self._prepared is not None
             lowered = lower(self._prepared, self._steps, layout, target, rgb)
-            self._lowered[layout, target, rgb] = lowered, schedule(lowered)
+            tasks, job = schedule(lowered), StyleJob(self._prepared, layout, target, rgb)
+            stays_here = tasks.has_network or bool(film_tables(self._steps))
+            self._lowered[layout, target, rgb] = lowered, tasks, None if stays_here else job.packed()
         return self._lowered[layout, target, rgb]
 
     def _restyle(self, frame: _Frame, picture: Picture, workers: BandWorkers) -> Picture:
         time = frame.request.time
+        moment = moment_of(time)
 
-        def follow(measure: PercentileRequest[Node], measured: np.ndarray) -> np.ndarray:
-            smoother = self._smoothers[measure.step]
+        def follow(step: StepKey, time_constant: float, measured: np.ndarray) -> np.ndarray:
+            smoother = self._smoothers[step]
             with frame.order.at(smoother):
                 if frame.is_cut:
                     smoother.restart()
-                own = smoother.follow(measured, time, measure.time_constant)
-            return frame.request.tones_of(measure.step, lambda: own)
+                own = smoother.follow(measured, time, time_constant)
+            return frame.request.tones_of(step, lambda: own)
 
-        executor = FrameExecutor(workers, frame.tasks, picture, follow, moment_of(time))
+        # If a process fails, this thread continues with the numbers that were followed already.
+        known: list[np.ndarray] = []
+
+        def follow_remotely(step: StepKey, time_constant: float, measured: np.ndarray) -> np.ndarray:
+            known.append(follow(step, time_constant, measured))
+            return known[-1]
+
+        if self._processes is not None and frame.job is not None:
+            result = self._processes.restyle(frame.job, picture, moment, follow_remotely)
+            if result is not None:
+                return result
+        earlier = iter(known)
+
+        def follow_here(measure: PercentileRequest[Node], measured: np.ndarray) -> np.ndarray:
+            found = next(earlier, None)
+            return follow(measure.step, measure.time_constant, measured) if found is None else found
+
+        executor = FrameExecutor(workers, frame.tasks, picture, follow_here, moment)
         return executor.picture(frame.lowered)

@@ -81,6 +81,12 @@ class Schedule:
     tasks: tuple[tuple[Task, tuple[Node, ...]], ...]
     output: Sweep
 
+    @property
+    def has_network(self) -> bool:
+        """Whether it runs a network, which has a separate process."""
+        sweeps = [task for task, _ in self.tasks if isinstance(task, Sweep)]
+        return any(node.op == "network" for sweep in sweeps for node in sweep.results)
+
 
 def schedule(lowered: LoweredStyle, kept: Sequence[Node] = ()) -> Schedule:
     """Schedule a lowered style. Nodes that several sweeps would compute are stored by the first.

@@ -174,6 +174,7 @@ class TimedRunner(Runner):
 
     def run(self, picture: Picture, runs: int) -> tuple[float, ...]:
         """Return the median time of each pass for a picture, in seconds."""
+        self._request = FrameRequest(picture)
         weights = {each.sampled.step: 1.0 for each in self.plan.passes if each.sampled}
         total = dict.fromkeys(self.plan.passes, 0.0)
         for job in self._jobs:

@@ -103,6 +103,8 @@ _needs_plain_numba = False
 def _use_plain_numba(error: Exception) -> None:
     """Use it from now on, and report this once."""
     global _needs_plain_numba
+    if _only_stored:
+        raise KernelError(str(error)) from error
     with _lock:
         if _needs_plain_numba:
             return
@@ -164,6 +166,15 @@ def _check_types(compiled: Compiled, kinds: Iterable[ArgumentType]) -> None:
 
 # --- Compilation ---
 
+_only_stored = False
+
+
+def use_stored_kernels_only() -> None:
+    """Raise KernelError from now on where a kernel would have to be compiled."""
+    global _only_stored
+    _only_stored = True
+
+
 _compilers = CompilerPool(store)
 _ordered: dict[str, Future[bytes]] = {}
 """The object files that are being compiled, or have been."""
@@ -171,6 +182,8 @@ _ordered: dict[str, Future[bytes]] = {}
 
 def _order_with_others(name: str, kernel: Kernel) -> None:
     """Order a kernel, then those that will be needed soon; they are compiled in parallel."""
+    if _only_stored:
+        raise KernelError(f"{kernel[0].function.__name__} is not compiled yet")
     missing = {name: kernel}
     for each in _needed_soon():
         other = object_name(*each)

@@ -18,6 +18,7 @@ MIN_MEMORY_BYTES, MAX_MEMORY_BYTES = 1 << 20, 1 << 44
 _UNITS = {"K": 10, "M": 20, "G": 30, "T": 40}
 
 _from_option: int | None = None
+_reserved = 0
 
 
 def parse_memory(text: str) -> int:
@@ -49,13 +50,19 @@ def use_memory(size: int) -> Iterator[None]:
         _from_option = before
 
 
+def reserve_memory(size: int) -> None:
+    """Count these bytes as memory of this process, for other processes; negative: no longer."""
+    global _reserved
+    _reserved += size
+
+
 def frame_memory() -> int:
     """Return the bytes that frames may take in addition to what this process has now.
 
     This is the number of --memory less the memory of the process, otherwise a fraction of the free memory.
     """
     if _from_option is not None:
-        return max(0, _from_option - resident_memory())
+        return max(0, _from_option - resident_memory() - _reserved)
     return free_memory() // DEFAULT_MEMORY_SHARE
 
 

@@ -1,0 +1,183 @@
+"""Pictures restyled in other processes: the same bits, also if a process fails, and no process is left."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from concurrent.futures import CancelledError
+from contextlib import closing, suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from covering import of_the_day
+from films import RATE
+from pictures import same_bits
+from remembering import FILM, REMEMBERING
+from waiting import LONG, eventually
+
+from vidstyle.backend import FrameRequest
+from vidstyle.core.picture import Encoding, Picture
+from vidstyle.cpu import renderer as cpu_renderer
+from vidstyle.cpu import style_processes
+from vidstyle.cpu.renderer import CpuRenderer
+from vidstyle.cpu.shared_pictures import SharedPictures
+from vidstyle.cpu.style_processes import StyleProcess, StyleProcesses, can_share_pictures
+from vidstyle.style import Style, load_style, style_names
+
+pytestmark = pytest.mark.skipif(not can_share_pictures(), reason="needs anonymous shared memory")
+
+THREADS = 8
+
+
+@pytest.fixture
+def used(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Start the processes with the first picture, and note the process of each picture that one restyles."""
+    monkeypatch.setattr(cpu_renderer, "PROCESS_START_FRAMES", 1)
+    monkeypatch.setattr(cpu_renderer, "useful_processes", lambda _: 2)
+    found: list[int] = []
+    restyle = StyleProcess.restyle
+
+    def noted(self: StyleProcess, *arguments: Any) -> Picture:
+        result = restyle(self, *arguments)
+        found.append(self._process.pid)
+        return result
+
+    monkeypatch.setattr(StyleProcess, "restyle", noted)
+    return found
+
+
+def alone(style: Style) -> list[Picture]:
+    with CpuRenderer(style, 1) as renderer:
+        return [renderer.run(each, number / RATE) for number, each in enumerate(FILM)]
+
+
+def wait_for_processes() -> StyleProcesses:
+    shared = style_processes._shared
+    assert shared is not None
+    eventually(lambda: all(each.has_news for each in shared._starting))
+    return shared
+
+
+def side_by_side(style: Style) -> list[Picture]:
+    """Restyle the film; all pictures but the first while processes are ready."""
+    with closing(CpuRenderer(style, THREADS)) as renderer:
+        started = []
+        for number, each in enumerate(FILM):
+            started.append(renderer.begin(FrameRequest(each, number / RATE)))
+            if number == 0:
+                started[0].result(LONG)
+                wait_for_processes()
+        return [each.result(LONG) for each in started]
+
+
+def differing(one: list[Picture], other: list[Picture]) -> list[int]:
+    return [number for number, pair in enumerate(zip(one, other, strict=True)) if not same_bits(*pair)]
+
+
+@pytest.mark.parametrize("name", of_the_day(style_names(), 3))
+def test_processes_give_the_same_bits(name: str, used: list[int]) -> None:
+    for steady in (0.0, 0.5):
+        style = replace(load_style(name), steady=steady)
+        used.clear()
+        assert differing(alone(style), side_by_side(style)) == [], steady
+        # What has no steps is done here, and what follows the colours of the film.
+        assert used or style.is_plain or "film" in str(style.steps)
+    assert style_processes._shared is None
+
+
+def test_a_process_that_ends_within_a_picture_changes_nothing(
+    used: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The percentiles of that picture are followed once."""
+    ask = StyleProcess.restyle
+    killed: list[int] = []
+
+    def restyle(self: StyleProcess, job: bytes, picture: Picture, moment: int, follow: Any) -> Picture:
+        def follow_and_end(*measure: Any) -> np.ndarray:
+            if len(killed) < 2:
+                killed.append(self._process.pid)
+                self.kill()
+            return follow(*measure)  # type: ignore[no-any-return]
+
+        return ask(self, job, picture, moment, follow_and_end)
+
+    monkeypatch.setattr(StyleProcess, "restyle", restyle)
+    assert differing(alone(REMEMBERING), side_by_side(REMEMBERING)) == []
+    assert len(killed) == 2
+
+
+def test_pictures_are_restyled_here_if_kernels_are_not_stored(
+    used: list[int], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Processes compile nothing."""
+    alone(REMEMBERING)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert differing(alone(REMEMBERING), side_by_side(REMEMBERING)) == []
+    assert used == []
+
+
+def test_cancel_ends_pictures_and_processes(used: list[int]) -> None:
+    with closing(CpuRenderer(REMEMBERING, THREADS)) as renderer:
+        renderer.begin(FrameRequest(FILM[0], 0.0)).result(LONG)
+        shared = wait_for_processes()
+        pids = [each._process.pid for each in shared._starting]
+        os.kill(pids[0], signal.SIGSTOP)  # it answers no more
+        os.kill(pids[1], signal.SIGSTOP)
+        started = [renderer.begin(FrameRequest(each, number / RATE)) for number, each in enumerate(FILM[:4])]
+        renderer.cancel()
+        for each in started:
+            with suppress(CancelledError):
+                each.result(LONG)
+    assert len(pids) == 2
+    assert not any(map(is_running, pids))
+
+
+def test_processes_end_with_a_program_that_is_killed() -> None:
+    code = (
+        "from vidstyle.cpu.style_processes import StyleProcess\n"
+        "process = StyleProcess()\nprocess.wait_until_ready()\n"
+        "print(process._process.pid, flush=True)\ninput()"
+    )
+    command = [sys.executable, "-c", code]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as program:
+        assert program.stdout is not None
+        pid = int(program.stdout.readline())
+        assert is_running(pid)
+        program.kill()
+    eventually(lambda: not is_running(pid))
+
+
+def is_running(pid: int) -> bool:
+    try:
+        with open(f"/proc/{pid}/stat", encoding="utf-8") as file:
+            return file.read().rsplit(")", 1)[1].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
+
+
+def test_stored_pictures_are_the_same_and_grow() -> None:
+    chance = np.random.default_rng(5)
+    pictures = SharedPictures(os.memfd_create("test"))
+    try:
+        for height in (3, 40, 9):
+            luma = chance.integers(0, 255, (height, 31), np.uint8)[:, 4:25]
+            blue, red = chance.integers(0, 999, (2, height, 11), np.uint16)
+            masks = {"backdrop": chance.integers(0, 255, (height, 21, 3), np.uint8)}
+            picture = Picture(Encoding(), luma, (blue, red), alpha=luma[:, ::-1], masks=masks)
+            stored, end = pictures.store(picture)
+            second, _ = pictures.store(Picture(Encoding(), luma.T), end)
+            loaded = pictures.load(stored)
+            assert same_bits(loaded, picture)
+            assert same_bits(pictures.load(second), Picture(Encoding(), luma.T))
+            assert loaded.luma is not None and loaded.chroma is not None
+            assert (loaded.masks["backdrop"] == masks["backdrop"]).all()
+            # Kernels are compiled for one or the other.
+            assert not loaded.luma.flags.c_contiguous
+            assert loaded.chroma[0].flags.c_contiguous
+    finally:
+        os.close(pictures.descriptor)

@@ -1,0 +1,95 @@
+"""Pictures in memory that two processes share."""
+
+from __future__ import annotations
+
+import mmap
+import os
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from vidstyle.core.picture import Picture
+
+ALIGNMENT_BYTES = 64
+"""Planes begin at multiples of this, the size of a cache line."""
+ROW_PADDING_PX = 16
+"""Additional width of a plane that is not contiguous."""
+
+
+@dataclass(frozen=True)
+class StoredPlane:
+    """The place of a plane in shared memory.
+
+    Attributes:
+        offset: in bytes.
+        stored: its shape with the padding of its rows.
+        width: its width without padding.
+        dtype: the NumPy type of its samples, as text.
+    """
+
+    offset: int
+    stored: tuple[int, ...]
+    width: int
+    dtype: str
+
+    @classmethod
+    def of(cls, plane: np.ndarray, offset: int) -> StoredPlane:
+        """Return the place of a plane from this offset on.
+
+        Kernels are compiled separately for contiguous planes, so the stored plane is contiguous as well, or
+        not.
+        """
+        padding = 0 if plane.flags.c_contiguous else ROW_PADDING_PX
+        stored = plane.shape[0], plane.shape[1] + padding, *plane.shape[2:]
+        return cls(-(-offset // ALIGNMENT_BYTES) * ALIGNMENT_BYTES, stored, plane.shape[1], plane.dtype.str)
+
+    @property
+    def end(self) -> int:
+        """The offset after its last byte."""
+        return self.offset + int(np.prod(self.stored)) * np.dtype(self.dtype).itemsize
+
+
+class SharedPictures:
+    """Pictures in the memory of a file descriptor; it grows when a picture needs more.
+
+    Args:
+        descriptor: of an anonymous file, open for reading and writing.
+    """
+
+    def __init__(self, descriptor: int) -> None:
+        self.descriptor = descriptor
+        self._memory: mmap.mmap | None = None
+
+    def store(self, picture: Picture, offset: int = 0) -> tuple[Picture, int]:
+        """Copy a picture into the memory.
+
+        Returns:
+            The picture with a `StoredPlane` in place of each plane, and the offset after its last byte.
+        """
+        end = offset
+
+        def place(plane: np.ndarray, _: str) -> Any:
+            nonlocal end
+            stored = StoredPlane.of(plane, end)
+            end = stored.end
+            self._view(stored)[...] = plane
+            return stored
+
+        return picture.map_planes(place), end
+
+    def load(self, stored: Picture) -> Picture:
+        """Return a stored picture, whose planes are views on the memory."""
+        view: Any = self._view
+        return stored.map_planes(lambda plane, _: view(plane))
+
+    def _view(self, plane: StoredPlane) -> np.ndarray:
+        if self._memory is None or len(self._memory) < plane.end:
+            size = os.fstat(self.descriptor).st_size
+            if size < plane.end:
+                size = plane.end
+                os.ftruncate(self.descriptor, size)
+            # Views on the earlier mapping keep it; both have the same content.
+            self._memory = mmap.mmap(self.descriptor, size)
+        rows = np.ndarray(plane.stored, plane.dtype, buffer=self._memory, offset=plane.offset)
+        return rows[:, : plane.width]
