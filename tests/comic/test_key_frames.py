@@ -149,6 +149,16 @@ def test_a_transition_is_chosen_only_if_there_is_nothing_else(six_shots: Path) -
     assert len(choose(replace(survey, candidates=mixed), [], 4)) == 4
 
 
+def test_frames_around_a_candidate_know_the_dissolves_of_the_film(tmp_path: Path) -> None:
+    """Near its end, too little of a dissolve is decoded to find it again."""
+    frames = dissolved(shot(PLACES[0], 3 * RATE), shot(PLACES[1], 4 * RATE), RATE)
+    with open_film(write_film(tmp_path / "film.mp4", frames)) as film:
+        after = [each for each in film.survey().candidates if each.time > 2.5 and not each.in_transition]
+        near = film.around(after[0])
+    mixed = {each.time for each in near if each.in_transition}
+    assert mixed and max(mixed) < after[0].time
+
+
 def test_the_sharpest_nearby_frame_is_chosen(tmp_path: Path) -> None:
     frames = shot(PLACES[0], 10, 0.2)
     film = [cv2.GaussianBlur(frame, (0, 0), 2.5) for frame in frames]

@@ -26,7 +26,7 @@ from vidstyle.comic.analyze.features import (
 )
 from vidstyle.comic.analyze.key_frame_source import STEP_NAME, Film
 from vidstyle.comic.analyze.picture_folder import PictureFolder
-from vidstyle.comic.analyze.shots import KeyShots, ShotFinder
+from vidstyle.comic.analyze.shots import KeyShots, ShotFinder, is_in_transition
 from vidstyle.comic.analyze.subject_motion import SubjectMotion, add_moving_subjects, follow_subject
 from vidstyle.comic.select.choose import default_panels
 from vidstyle.core.convert import to_rgb
@@ -83,6 +83,7 @@ class FilmFile(Film):
         self._limits: DefectLimits | None = None
         self._damaged_spans: list[tuple[float, float]] = []
         self._is_interlaced = False
+        self._transitions: list[tuple[float, float]] = []
 
     def close(self) -> None:
         super().close()
@@ -119,6 +120,8 @@ class FilmFile(Film):
                 motions.append(motion)
         begins = shots.shots()
         shot = bisect_right(begins, candidate.time)
+        # Those of the whole film, too: a part of a long one does not look like one.
+        transitions = [*shots.transitions, *self._transitions]
         masks = subjects.masks() or [None] * len(measured)
         candidates = [
             replace(each.result(), motion=motion) for each, motion in zip(measured, motions, strict=True)
@@ -130,7 +133,7 @@ class FilmFile(Film):
                 replace(
                     each,
                     scene=candidate.scene,
-                    in_transition=shots.is_transition(each.time),
+                    in_transition=is_in_transition(each.time, transitions),
                     action=actions.get(each.time),
                 )
             )
@@ -164,6 +167,7 @@ class FilmFile(Film):
                 last = time
         self.damage = self._sampler.damage
         begins = shots.shots()
+        self._transitions = shots.transitions
         mixed = [
             replace(
                 each,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import cv2
@@ -139,8 +140,7 @@ class ShotFinder:
 
     def is_transition(self, time: float) -> bool:
         """Whether a time is in a dissolve or fade, or close to it."""
-        margin = _TRANSITION_TOLERANCE_SECONDS
-        return any(first - margin <= time <= last + margin for first, last in self.transitions)
+        return is_in_transition(time, self.transitions)
 
     def _check_transition(self, middle: int) -> None:
         """Check whether the recent picture with this index is in a transition."""
@@ -193,6 +193,12 @@ class KeyShots:
         before, self._histogram = self._histogram, histogram
         if before is None or (moved and float(np.minimum(before, histogram).sum()) < _SAME_SCENE_COLOR_SHARE):
             self.scene_starts.append(time)
+
+
+def is_in_transition(time: float, transitions: Sequence[tuple[float, float]]) -> bool:
+    """Whether a time is in one of the transitions, see `ShotFinder`, or close to it."""
+    margin = _TRANSITION_TOLERANCE_SECONDS
+    return any(first - margin <= time <= last + margin for first, last in transitions)
 
 
 def is_dissolve(before: np.ndarray, picture: np.ndarray, after: np.ndarray) -> bool:
