@@ -195,7 +195,7 @@ def test_a_tuning_pad_has_the_style_on_it_and_changes_what_is_seen() -> None:
     assert pad is not None
     assert {re.sub("#[0-9]", "", axis.path) for axis in pad.axes} <= {
         "minimum_range.dynamic_range", "blend.opacity", "scale.factor", "flow_dog.p", "flow_dog.sigma",
-        "lines.soft_threshold.epsilon", "lines.soft_threshold.phi",
+        "lines.soft_threshold.epsilon", "lines.soft_threshold.phi", "lines.scale.factor",
     }  # fmt: skip
     (same,) = looks([pad.style_at(*pad.start)])
     (own, *corners) = looks([style, *(pad.style_at(x, y) for x in (0, 1) for y in (0, 1))])

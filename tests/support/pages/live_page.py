@@ -78,6 +78,7 @@ class Visitor:
         own = f"http://{self.host}" if origin == "" else origin
         with connect(
             f"ws://{self.host}{path}",
+            max_size=None,  # as in browsers: plans of large styles have over a megabyte
             origin=own,  # type: ignore[arg-type]
             additional_headers={"Cookie": self.cookie if cookie is None else cookie},
             open_timeout=LONG,
