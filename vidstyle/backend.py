@@ -27,7 +27,7 @@ class FrameRequest:
         target: encoding of the result's planes; None: as the picture's own.
         rgb: packed RGB of the target's depth is wanted instead of luma and chroma.
         measured: gets the percentiles that are measured on this picture.
-        tones: percentiles to use instead of those of this picture, which is a part of another one.
+        tones: percentiles of a larger picture, which this one is a part of; None: this picture is measured.
     """
 
     picture: Picture

@@ -2,9 +2,9 @@
 
 Usage: python -m tools.explore.score FOLDER KEY.json MARKS.json... [--write]
 
-KEY.json lists what was marked: number, rules, seed, and picture, a path in FOLDER without its suffix. Each
+KEY.json lists the marked styles: number, rules, seed, and picture, a path in FOLDER without its suffix. Each
 MARKS.json holds the marks of one person, {"number": "keep" or "reject"}; the majority counts, and ties are
-left out. Scores are those of models fitted without the picture, and therefore without its styles.
+left out. Scores come from models fitted without the picture, and therefore without its styles.
 """
 
 from __future__ import annotations

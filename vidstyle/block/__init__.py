@@ -71,7 +71,7 @@ Wave = tuple[float, float]
 
 @dataclass(frozen=True)
 class Raster:
-    """Where dots, squares or lines of a block lie on the page.
+    """The positions of the dots, squares or lines of a block on the page.
 
     Attributes:
         waves: waves that begin at the first pixel of the page, and have the same periods.

@@ -53,7 +53,7 @@ def contour(
 
 @compiled(noalias=True)
 def _stand_out(picture, clutter, weights, margin, limits, scratch, out):  # type: ignore[no-untyped-def]
-    """Write all rows but those of the margin.
+    """Write all rows except the rows of the margin.
 
     Args:
         scratch: 3 x (3 W + 6).

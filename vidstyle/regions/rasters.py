@@ -1,4 +1,4 @@
-"""Where dots, squares and lines of a style lie on the page, so that those of patches continue them."""
+"""Positions of the dots, squares and lines of a style, so that patches continue those around them."""
 
 from __future__ import annotations
 

@@ -82,7 +82,7 @@ def _find_background(frames: Sequence[np.ndarray]) -> tuple[np.ndarray, list[tup
     """Return the background of a shot, H x W x 3 float32, and the result of `_subject` for each frame.
 
     It is the median of the frames, or of those that look most like the most typical one, whichever differs
-    less from the frames: somebody who stays at one place most of the time is no background.
+    less from the frames: a person who stays at one place most of the time is no background.
     """
     background = np.median(frames, axis=0)
     matched = np.stack([each / _exposure(each, background) for each in frames])

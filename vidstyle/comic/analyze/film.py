@@ -120,7 +120,7 @@ class FilmFile(Film):
                 motions.append(motion)
         begins = shots.shots()
         shot = bisect_right(begins, candidate.time)
-        # Those of the whole film, too: a part of a long one does not look like one.
+        # Transitions of the whole film, too: a part of a long one does not look like one.
         transitions = [*shots.transitions, *self._transitions]
         masks = subjects.masks() or [None] * len(measured)
         candidates = [
