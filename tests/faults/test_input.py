@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import struct
 import subprocess
@@ -14,9 +13,11 @@ import numpy as np
 import pytest
 from covering import of_the_day
 from faults import (
+    Measured,
     Program,
     cut,
     drop_file_privileges,
+    measure_peak_memory,
     packets,
     remux,
     spoil_packets,
@@ -159,25 +160,17 @@ def huge_png(path: Path, side: int) -> Path:
     return path
 
 
-def peak_memory(*arguments: str | Path) -> tuple[int, str, int]:
-    """Exit code, standard error and the most memory in bytes of the program, run by itself."""
-    command = [sys.executable, "-m", "vidstyle", "render", "--style", "plain", *map(str, arguments)]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
-        assert process.stderr is not None
-        said = process.stderr.read()
-        _, status, usage = os.wait4(process.pid, 0)
-        process.returncode = os.waitstatus_to_exitcode(status)
-    return process.returncode, said, usage.ru_maxrss * 1024
+def render_plain(*arguments: str | Path) -> Measured:
+    return measure_peak_memory([sys.executable, "-m", "vidstyle", "render", "--style", "plain", *arguments])
 
 
 def test_24_a_picture_that_would_fill_memory(program: Program):
-    usual = peak_memory(make_picture(program.folder / "small.png"), program.folder / "small.mp4")
-    assert usual[0] == 0
-    exit_code, said, peak = peak_memory(
-        huge_png(program.folder / "huge.png", 14000), program.folder / "out.png"
-    )
-    assert exit_code == 3 and "larger than the limit of 64 MP" in said and said.count("\n") == 1
-    assert peak - usual[2] < 100 * 2**20
+    usual = render_plain(make_picture(program.folder / "small.png"), program.folder / "small.mp4")
+    assert usual.exit_code == 0
+    huge = render_plain(huge_png(program.folder / "huge.png", 14000), program.folder / "out.png")
+    assert huge.exit_code == 3 and "larger than the limit of 64 MP" in huge.errors
+    assert huge.errors.count("\n") == 1
+    assert huge.peak_bytes - usual.peak_bytes < 100 * 2**20
     assert not (program.folder / "out.png").exists()
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,6 +10,7 @@ import cv2
 import numpy as np
 import onnx_model as onnx
 import pytest
+from faults import MEMORY_UNIT, measure_peak_memory
 from media import photograph
 from pictures import noise
 
@@ -111,12 +111,11 @@ def test_a_photograph_of_12_megapixels_takes_less_than_2_gb(tmp_path: Path) -> N
         "from vidstyle.network import network_process\n"
         "for each in network_process._kept.values(): each.process.close()\n"
         "who = resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN\n"
-        "print(sum(resource.getrusage(each).ru_maxrss for each in who))\n"
+        "used = sum(resource.getrusage(each).ru_maxrss for each in who)\n"
+        f"sys.exit(used * {MEMORY_UNIT} >= 2_000_000_000)\n"
     )
-    command = [sys.executable, "-c", program, str(tmp_path / "net.toml")]
-    unit = 1 if sys.platform == "darwin" else 1024
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert int(done.stdout) * unit < 2_000_000_000
+    measured = measure_peak_memory([sys.executable, "-c", program, tmp_path / "net.toml"])
+    assert measured.exit_code == 0, (measured.errors, measured.peak_bytes)
 
 
 def shrinking() -> bytes:

@@ -7,12 +7,15 @@ import hashlib
 import os
 import re
 import struct
+import subprocess
+import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
+from typing import NamedTuple
 
 import av
 import numpy as np
@@ -234,3 +237,29 @@ def _digests(source: Path) -> str:
         return hashlib.sha256(source.read_bytes()).hexdigest() if source.is_file() else ""
     except (OSError, ValueError):
         return ""
+
+
+_SMALL_PARENT = """
+import resource, subprocess, sys
+code = subprocess.call(sys.argv[1:], stdout=subprocess.DEVNULL)
+print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
+sys.exit(code)
+"""
+"""Runs a command. Until a process has loaded its program, it counts the memory of its parent as its own."""
+MEMORY_UNIT = 1 if sys.platform == "darwin" else 1024
+"""Bytes in a unit of `ru_maxrss`."""
+
+
+class Measured(NamedTuple):
+    """A command that has ended."""
+
+    exit_code: int
+    errors: str
+    peak_bytes: int
+
+
+def measure_peak_memory(command: Sequence[str | Path]) -> Measured:
+    """Run a command; its highest memory does not depend on the process of the tests."""
+    parent = [sys.executable, "-c", _SMALL_PARENT, *map(str, command)]
+    done = subprocess.run(parent, capture_output=True, text=True)
+    return Measured(done.returncode, done.stderr, int(done.stdout) * MEMORY_UNIT)

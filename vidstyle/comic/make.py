@@ -15,7 +15,8 @@ from vidstyle.comic.analyze.saliency import attention_map, box_attention
 from vidstyle.comic.key_frame import KeyFrame
 from vidstyle.comic.layout.fit import center_panels, fit_paper
 from vidstyle.comic.layout.inset import find_insets
-from vidstyle.comic.layout.layout import PageLayout, default_pages, lay_out
+from vidstyle.comic.layout.layout import PageLayout, lay_out
+from vidstyle.comic.layout.pages import default_pages
 from vidstyle.comic.layout.paper import BORDER_POINTS, LayoutKind, paper
 from vidstyle.comic.layout.storyboard import contact_sheet, time_labels
 from vidstyle.comic.lettering.characters import control_character

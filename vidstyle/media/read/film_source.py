@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator
 from fractions import Fraction
 from pathlib import Path
 
 import av
-from av.audio.stream import AudioStream
-from av.stream import Discard, Stream
+from av.stream import Discard
+from av.video.stream import VideoStream
 
 from vidstyle.errors import log
 from vidstyle.media.exif import exif_orientation
@@ -24,22 +24,16 @@ from vidstyle.media.read.gap_detection import GapFinder, HeaderCheck
 from vidstyle.media.read.packet_clock import BROADCAST_FORMATS, PacketClock, start_shift
 from vidstyle.media.read.source import (
     MIN_PLAUSIBLE_RATE,
-    choose_stream,
     frame_rate,
     header_duration,
-    is_attached_picture,
-    is_chapter_track,
     is_picture_format,
     may_be_still,
-    stream_content,
-    video_streams,
 )
+from vidstyle.media.read.stream_selection import select_streams
 
 DEFAULT_FRAME_RATE = Fraction(25)
 UNSORTED_FORMATS = frozenset({"avi"})
 """Formats without presentation times, so that the times of packed B-frames are out of order."""
-SINGLE_VIDEO_FORMATS = frozenset({"flv", "live_flv", "mpeg"})
-"""Formats with one video stream: FFmpeg creates another if the codec of a packet is damaged or changes."""
 SORTING_WINDOW_FRAMES = 2
 MAX_SEEK_ATTEMPTS = 6
 MAX_FAILURES = 8
@@ -77,29 +71,18 @@ class FilmSource:
         self.name = name
         self.damage = damage or DecodeReport()
         self.damage.broken_streams = len(broken)
-        self.stream = choose_stream(container, name, broken)
-        others = [each for each in video_streams(container, broken) if each != self.stream]
-        self.has_other_videos = bool(others)
-        chapters = len(container.chapters())
-        self.copied_streams = [
-            stream
-            for stream in container.streams
-            if (stream.type != "video" or is_attached_picture(stream))
-            and not is_chapter_track(stream, chapters)
-        ]
-        self._continued = _match_continued(self.copied_streams, recording.successors if recording else {})
-        self.copied_streams = [each for each in self.copied_streams if each.index not in self._continued]
+        self._recording = recording or RecordingPart()
+        self._known = {stream.id for stream in container.streams}
+        self._formats, self._file = set(container.format.name.split(",")), file
+        self._streams = select_streams(container, name, broken, self._recording.successors, is_part)
+        self.stream, self.copied_streams = self._streams.video, self._streams.copied
+        self.has_other_videos = self._streams.has_other_videos
         self.rate = frame_rate(self.stream)
-        formats = set(container.format.name.split(","))
-        base = to_fraction(self.stream.time_base or 1 / DEFAULT_FRAME_RATE)
-        self._has_times = base <= 1 / MIN_PLAUSIBLE_RATE
-        base = base if self._has_times else 1 / DEFAULT_FRAME_RATE
-        window = SORTING_WINDOW_FRAMES if formats & UNSORTED_FORMATS else 0
-        clock = FrameClock(base, self.rate or DEFAULT_FRAME_RATE, window)
+        clock, self._has_times = _make_clock(self.stream, self.rate, self._formats)
+        self.time_base = clock.time_base
         self._decoder = Decoder(self.stream, clock, self.damage, max_pixels, not self.has_other_videos)
         self.codec = self._decoder.codec
-        self._packet_clock = PacketClock(start_shift(container), bool(formats & BROADCAST_FORMATS))
-        self.time_base = clock.time_base
+        self._packet_clock = PacketClock(start_shift(container), bool(self._formats & BROADCAST_FORMATS))
         self.sample_aspect = to_fraction(self.stream.sample_aspect_ratio or 0) or None
         self.duration = header_duration(container, self.stream)
         self.frames = self.stream.frames or (
@@ -108,24 +91,16 @@ class FilmSource:
         self.may_be_still = may_be_still(container)
         self.orientation = orientation_of_stream(self.stream)
         self._is_photograph = is_picture_format(container)
-        self._formats, self._file = formats, file
         self._is_one_picture = (
-            file is not None and is_picture_format(container) and is_named_as_picture(file)
-        ) and "apng" not in formats
-        self._recording = recording or RecordingPart()
-        self._known = {stream.id for stream in container.streams}
-        self._header = HeaderCheck(container, self.stream, formats, file)
+            self._is_photograph and file is not None and is_named_as_picture(file)
+        ) and "apng" not in self._formats
+        self._header = HeaderCheck(container, self.stream, self._formats, file)
         self._from_start, self._awaits_key = True, False
         self._key_gap: Fraction | None = None
-        self._lost_streams = others if is_part or formats & SINGLE_VIDEO_FORMATS else []
-        self._others = [*self._lost_streams, *(container.streams[index] for index in self._continued)]
         self.skips_pictures = False
-        read = (self.stream, *self.copied_streams, *self._others)
-        unread = [each for each in container.streams if each not in read]
-        for stream in unread:
-            stream.discard = Discard.all
-        alpha = "alpha_mode" in self.stream.metadata  # stored next to the packets
-        self._gaps = GapFinder(formats, reads_all=not unread and not alpha)
+        has_unread = self._streams.discard_others(container)
+        has_alpha = "alpha_mode" in self.stream.metadata  # stored next to the packets
+        self._gaps = GapFinder(self._formats, reads_all=not has_unread and not has_alpha)
 
     def seek(self, time: Fraction) -> None:
         """Continue at the last key frame that is shown at or before a time in seconds."""
@@ -169,8 +144,8 @@ class FilmSource:
                 self._gaps.inspect(packet)
             # Broadcast streams number their packets; in other formats the file ends within this packet.
             self.damage.cut_off |= packet.is_corrupt and not self._formats & BROADCAST_FORMATS
-            if packet.stream_index in self._continued:
-                packet.stream = self._continued[packet.stream_index]
+            if packet.stream_index in self._streams.continued:
+                packet.stream = self._streams.continued[packet.stream_index]
             if packet.stream_index == self.stream.index and not self._has_times:
                 packet.pts = packet.dts = None
             if self._packet_clock.restamp(packet, self._key_gap):
@@ -178,7 +153,7 @@ class FilmSource:
                 self._decoder.forget_gaps()
             self.damage.clock_jumps = self._packet_clock.forward_jumps
             self._header.count(packet)
-            if packet.stream in self._lost_streams:
+            if packet.stream in self._streams.lost:
                 self.damage.unmatched_packets += packet.size > 0
             elif packet.stream_index != self.stream.index:
                 yield packet
@@ -208,7 +183,7 @@ class FilmSource:
         """Yield every packet that can be read; skip damaged data."""
         assert self.container is not None
         failures = 0
-        wanted = [self.stream, *self.copied_streams, *self._others]
+        wanted = [self.stream, *self.copied_streams, *self._streams.list_hidden(self.container)]
         while failures < MAX_FAILURES:
             try:
                 for packet in self.container.demux(wanted):
@@ -263,15 +238,12 @@ class FilmSource:
                 log.debug("%s: cannot be rewound", self.name)
 
 
-def _match_continued(streams: Sequence[Stream], successors: dict[int, int]) -> dict[int, Stream]:
-    """Return the audio stream that each later one of a recording continues, by the index of the later one."""
-    sounds = [stream for stream in streams if isinstance(stream, AudioStream)]
-    earlier = {stream.id: stream for stream in sounds}
-    found = {stream.index: earlier.get(successors.get(stream.id, -1)) for stream in sounds}
-    # FFmpeg has not probed all streams that start late; their rate is 0.
-    return {
-        stream.index: first
-        for stream in sounds
-        if (first := found[stream.index])
-        and (not stream.rate or stream_content(first) == stream_content(stream))
-    }
+def _make_clock(
+    stream: VideoStream, rate: Fraction | None, formats: Collection[str]
+) -> tuple[FrameClock, bool]:
+    """Return the clock of a stream, and whether its times can be used: some demuxers only count frames."""
+    base = to_fraction(stream.time_base or 1 / DEFAULT_FRAME_RATE)
+    has_times = base <= 1 / MIN_PLAUSIBLE_RATE
+    window = 0 if UNSORTED_FORMATS.isdisjoint(formats) else SORTING_WINDOW_FRAMES
+    clock = FrameClock(base if has_times else 1 / DEFAULT_FRAME_RATE, rate or DEFAULT_FRAME_RATE, window)
+    return clock, has_times
