@@ -66,8 +66,17 @@ def test_details_are_the_reason_for_what_the_tests_do_not_explain(coffee: Photog
         lambda z: cv2.medianBlur((luma_of(z) * 255).astype(np.uint8), 5) / np.float32(255), coffee
     )
     assert list(dependence.reasons(7, 1, True, 0.3)) == [
-        "depends on details within 2 px that no bins distinguish (try --feature)"
+        "depends on details within 2 px that these bins do not distinguish (try --bins auto)"
     ]
+    assert list(dependence.reasons(7, 1, True, 0.3, 12)) == [
+        "depends on details within 2 px that none of the 12 layouts of bins distinguishes"
+    ]
+
+
+def test_colour_matrix_is_not_missing_from_a_bank_that_has_one(coffee: Photograph) -> None:
+    dependence = found(FILTERS["channel"][0], coffee)
+    assert "which luma lacks" in next(dependence.reasons(7, 1, True, 0.3))
+    assert "only a matrix" in next(dependence.reasons(7, 1, True, 0.3, has_matrix=True))
 
 
 def test_reduced_picture_widens_the_reach_of_filters(coffee: Photograph) -> None:

@@ -99,7 +99,26 @@ def style_of_a_clipped_bank(folder: Path) -> Path:
     return folder / "clipped.toml"
 
 
-RICHER_BANKS = [style_of_a_richer_bank, style_of_an_affine_bank, style_of_a_clipped_bank]
+def style_of_a_bank_with_a_matrix(folder: Path) -> Path:
+    """A style whose bank mixes the channels first, runs at half the size, and filters chroma."""
+    random, bins = np.random.default_rng(5), Bins(4, 2, 1)
+    filters = random.normal(0, 0.02, (1, bins.count, 5, 5)).astype(np.float32)
+    filters[:, :, 2, 2] += 1 - filters.sum(axis=(2, 3))
+    filters = (filters + filters[..., ::-1, ::-1]) / 2
+    matrix = np.array([[0.4, 0.7, 0.2, 0.1], [0.3, 0.7, -0.2, 0], [0.9, -0.2, 0.1, 0.05]], np.float32)
+    bank = Bank(bins, 1.5, filters, {"imitates": "nothing"}, filters, scale=0.5, matrix=matrix)
+    save_bank(bank, folder / "matrix.npz")
+    text = 'format = 1\n[[background]]\nblock = "learned"\nbank = "matrix.npz"\namount = 0.9\n'
+    (folder / "matrix.toml").write_text(text)
+    return folder / "matrix.toml"
+
+
+RICHER_BANKS = [
+    style_of_a_richer_bank,
+    style_of_an_affine_bank,
+    style_of_a_clipped_bank,
+    style_of_a_bank_with_a_matrix,
+]
 """Functions of a folder that write a style with a bank of a form that no shipped bank has."""
 
 

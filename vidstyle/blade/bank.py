@@ -45,6 +45,8 @@ class Bank:
         clipped: parts x bins x clips x size x size float32, weights of clipped differences of luma, symmetric
             about the middle; None without clips.
         next: the bank of the second stage, which filters the result; None for a bank of one stage.
+        matrix: 3 x 4 float32, colour matrix applied to RGB 0..1 before the filters, whose last column is
+            added; the result is clipped to 0..1. None for a bank that reads only luma.
         scale: working size relative to the picture, 0..1.
         about: a record of the training, as plain data: "imitates" (the reference filter), "parts" (names),
             "pictures" (names and checksums), "samples" and "residuals" (in levels of 255) of each filter,
@@ -61,6 +63,7 @@ class Bank:
     clips: tuple[float, ...] = ()
     clipped: np.ndarray | None = None
     next: Bank | None = None
+    matrix: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         problem = _problem(self)
@@ -87,9 +90,8 @@ class Bank:
         if self.chroma is None:
             raise ValueError("has no filters for chroma")
         constants = None if self.constants is None else self.constants[..., 1:]
-        return replace(
-            self, filters=self.chroma, chroma=None, constants=constants, clips=(), clipped=None, next=None
-        )
+        of_luma = dict.fromkeys(("chroma", "clipped", "next", "matrix"))
+        return replace(self, filters=self.chroma, constants=constants, clips=(), **of_luma)  # type: ignore[arg-type]
 
     @cached_property
     def packed(self) -> tuple[np.ndarray, ...]:
@@ -192,9 +194,10 @@ def _problem(bank: Bank) -> str:
         or constants.shape[-1] not in ((1, 2) if bank.chroma is None else (3,))
     ):
         return f"has constants of shape {constants.shape}, not parts x bins x planes"
-    if problem := _problem_of_clips(bank) or _problem_of_stages(bank):
+    if problem := _problem_of_clips(bank) or _problem_of_stages(bank) or _problem_of_matrix(bank):
         return problem
-    numbers = [each for each in (filters, bank.chroma, constants, bank.clipped) if each is not None]
+    arrays = filters, bank.chroma, constants, bank.clipped, bank.matrix
+    numbers = [each for each in arrays if each is not None]
     wrong = sum(each.size - np.count_nonzero(np.abs(each) <= MAX_WEIGHT) for each in numbers)
     return f"has {wrong} weights that are NaN or beyond {MAX_WEIGHT:g}" if wrong else ""
 
@@ -203,9 +206,18 @@ def _problem_of_stages(bank: Bank) -> str:
     """Return the defect of the second stage, or an empty text."""
     if bank.next is None:
         return ""
-    if bank.next.next or bank.next.chroma is not None or len(bank.filters) + len(bank.next.filters) > 2:
-        return "has a second stage with filters for chroma, several parts or a further stage"
+    followers = bank.next.next, bank.next.chroma, bank.next.matrix
+    if any(each is not None for each in followers) or len(bank.filters) + len(bank.next.filters) > 2:
+        return "has a second stage with filters for chroma, a matrix, several parts or a further stage"
     return "" if bank.next.scale == bank.scale else "has stages of different scales"
+
+
+def _problem_of_matrix(bank: Bank) -> str:
+    """Return the defect of the colour matrix of a bank, or an empty text."""
+    matrix = bank.matrix
+    if matrix is None or (matrix.shape == (3, 4) and matrix.dtype == np.float32):
+        return ""
+    return f"has a colour matrix of shape {matrix.shape} {matrix.dtype}, not (3, 4) float32"
 
 
 def _problem_of_clips(bank: Bank) -> str:

@@ -6,6 +6,7 @@ import json
 import re
 import zipfile
 import zlib
+from collections.abc import Container
 from dataclasses import replace
 from functools import cache
 from io import BytesIO
@@ -26,6 +27,8 @@ AFFINE_FORMAT_VERSION = 2
 """Version of the file format of banks with constants, which readers of version 1 would leave out."""
 CLIPPED_FORMAT_VERSION = 3
 """Version of the file format of banks with clipped differences or two stages, new to earlier readers."""
+MATRIX_FORMAT_VERSION = 4
+"""Version of the file format of banks with a colour matrix."""
 MAX_BYTES = 64 << 20
 """Maximum size of a file, both compressed and decompressed."""
 MAX_ENTRIES = 64
@@ -33,8 +36,9 @@ MAX_ENTRIES = 64
 MAX_ABOUT = 4 << 20
 """Maximum length of the description of a bank, in bytes."""
 REQUIRED_ARRAYS = {"format", "filters", "bins", "ranges", "rho", "about"}
-OPTIONAL_ARRAYS = {"chroma", "constants", "clipped"}
-"""Names of the optional arrays: filters for chroma, constants, and weights of clipped differences."""
+OPTIONAL_ARRAYS = {"chroma", "constants", "clipped", "matrix"}
+"""Names of the optional arrays: filters for chroma, constants, weights of clipped differences, and the colour
+matrix."""
 SECOND_STAGE = "next"
 """Name of the optional array that holds the file of the bank of the second stage."""
 BINS_ATTRIBUTES = {"curvatures": "curvatures", "step": "pitch"}
@@ -69,33 +73,33 @@ def save_bank(bank: Bank, path: str | Path) -> None:
 
 def _as_npz(bank: Bank) -> bytes:
     """Return the content of the file of a bank."""
+    optional = {name: array for name in sorted(OPTIONAL_ARRAYS) if (array := getattr(bank, name)) is not None}
+    if bank.next is not None:
+        optional[SECOND_STAGE] = np.frombuffer(_as_npz(bank.next), np.uint8)
     arrays = {
-        "format": np.int32(
-            _format_version(bank.constants is not None, bank.clipped is not None, bank.next is not None)
-        ),
+        "format": np.int32(_format_version(optional)),
         "filters": bank.filters,
         "bins": np.array(bank.bins.counts[:3], np.int32),
         "ranges": np.array([bank.bins.strength_range, bank.bins.coherence_range]),
         "rho": np.float64(bank.rho),
         "about": np.frombuffer(json.dumps(_described(bank), sort_keys=True).encode(), np.uint8),
     }
-    arrays |= {name: array for name in sorted(OPTIONAL_ARRAYS) if (array := getattr(bank, name)) is not None}
-    if bank.next is not None:
-        arrays[SECOND_STAGE] = np.frombuffer(_as_npz(bank.next), np.uint8)
     content = BytesIO()
     with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, array in arrays.items():
+        for name, array in (arrays | optional).items():
             # A fixed date, so that equal banks produce equal bytes.
             with archive.open(zipfile.ZipInfo(f"{name}.npy", (1980, 1, 1, 0, 0, 0)), "w") as stream:
                 np.lib.format.write_array(stream, np.asarray(array), allow_pickle=False)
     return content.getvalue()
 
 
-def _format_version(has_constants: bool, has_clipped: bool, has_stages: bool) -> int:
-    """Return the lowest version of the file format that can hold a bank."""
-    if has_clipped or has_stages:
+def _format_version(arrays: Container[str]) -> int:
+    """Return the lowest version of the file format that can hold a bank with these arrays."""
+    if "matrix" in arrays:
+        return MATRIX_FORMAT_VERSION
+    if "clipped" in arrays or SECOND_STAGE in arrays:
         return CLIPPED_FORMAT_VERSION
-    return AFFINE_FORMAT_VERSION if has_constants else FORMAT_VERSION
+    return AFFINE_FORMAT_VERSION if "constants" in arrays else FORMAT_VERSION
 
 
 def _described(bank: Bank) -> dict[str, Any]:
@@ -190,8 +194,7 @@ def _bank_from_arrays(arrays: dict[str, np.ndarray]) -> Bank:
         or about.size > MAX_ABOUT
     ):
         raise ValueError("is not a bank: its arrays have wrong types or shapes")
-    version = _format_version(*(name in arrays for name in ("constants", "clipped", SECOND_STAGE)))
-    if arrays["format"] != version:
+    if arrays["format"] != (version := _format_version(arrays)):
         raise ValueError(f"has format {arrays['format']}; this version reads format {version}")
     try:
         described = json.loads(about.tobytes().decode())

@@ -16,6 +16,7 @@ from vidstyle.blade.choice import choice_radius, choose_filters
 from vidstyle.blade.clipped import pack_clipped
 from vidstyle.blade.filtering import apply_filters
 from vidstyle.blade.simd import pack_filters
+from vidstyle.core.color.deferred_color import Mixed
 from vidstyle.core.picture import RANGES, WIDE_RANGE
 from vidstyle.core.resample import resample, scaled_shape
 
@@ -90,6 +91,14 @@ class BankRun:
     def window(self) -> float:
         """Standard deviation of the structure tensor's window, in pixels."""
         return self.bank.rho if self.rho is None else self.rho
+
+    @cached_property
+    def matrix(self) -> np.ndarray | None:
+        """The colour matrix before the filters, 3 x 4, weighted like the bank; None if it has none."""
+        if self.bank.matrix is None:
+            return None
+        share = np.float32(1 - self.identity)
+        return share * self.bank.matrix + (1 - share) * np.eye(3, 4, dtype=np.float32)
 
     @cached_property
     def sequence(self) -> tuple[BankPass, ...]:
@@ -238,6 +247,10 @@ class BankRun:
             self._constants[0],
             None if clipped is None else (clipped, self.bank.clips),
         )
+
+    def mixed(self, color: np.ndarray) -> np.ndarray:
+        """Return RGB, H x W x 3 float32, after the colour matrix, if the bank has one."""
+        return color if self.matrix is None else Mixed(color, self.matrix).whole()
 
     def whole(self, luma: np.ndarray) -> np.ndarray:
         """Return the result for a picture, including the reduction and enlargement, as in a style."""

@@ -118,19 +118,20 @@ def measure(
     for number, photograph in enumerate(photographs, 1):
         color = photograph.color()
         luma, parts = luma_of(color), reference.apply(color, photograph)
+        given = run.mixed(color)
 
         def mixed(planes: list[np.ndarray], plane: np.ndarray) -> np.ndarray:
             return np.tensordot(np.asarray(weights, np.float32), np.stack(planes), 1) + identity * plane
 
         target = mixed([luma_of(part) for part in parts], luma)
-        result = run.whole(luma)
+        result = run.whole(luma_of(given))
         row = [psnr(result, target), mssim(result, target), psnr(luma, target), mssim(luma, target)]
         if run.bank.chroma is not None:
             planes = chroma_of(color)
             wanted = [
                 mixed(list(each), plane) for plane, *each in zip(planes, *map(chroma_of, parts), strict=True)
             ]
-            found = run.whole_chroma(luma, planes)
+            found = run.whole_chroma(luma_of(given), chroma_of(given))
             row += [psnr(np.stack(each), np.stack(wanted)) for each in (found, planes)]
         rows.append(row)
         errors += float(np.square(result - target).mean())

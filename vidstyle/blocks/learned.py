@@ -44,7 +44,8 @@ def learned(
     or to 0 for differences, or each filter has its own sum and adds a constant; the weight of the smoothness
     of a filter is relative to the energy of its samples; filters may also be selected by the curvature of
     lines, the local mean, the difference from it, or structure at a second scale; they may also weight
-    differences that are clipped, as a bilateral filter does; and a bank may have a second stage.
+    differences that are clipped, as a bilateral filter does; a bank may have a second stage; and a colour
+    matrix may come before all passes.
     """
     weights = tuple(amount * weight for weight in bank.weights_at((first, second, third)))
     return BankRun(bank, weights, 1 - amount, passes=passes, reselect=reselect, scale=bank.scale)

@@ -152,6 +152,8 @@ def _report(
     best = f", the best of {layouts} layouts" if layouts > 1 else ""
     kind = "filters that keep flat areas" if bank.constants is None else "affine filters"
     say(f"{layout_text(bank.bins, bank.clips)}{best}; {kind}")
+    if bank.matrix is not None:
+        say("a colour matrix is applied before the filters")
     if bank.next:
         say(f"second stage: {layout_text(bank.next.bins, bank.next.clips)}")
     fidelity = bank.about.get("fidelity")
@@ -160,7 +162,7 @@ def _report(
     if fidelity:
         say(_fidelity_text(fidelity, held_out))
         if fidelity["explained"] < GOOD_SHARE:
-            say(_rest_text(bank, reference, photograph))
+            say(_rest_text(bank, reference, photograph, layouts))
         elif _leaves_color(bank, reference, photograph):
             say("the filter also changes colour; the bank does not (add --chroma)")
     text = f"{path}: {sum(each.bins.count for each in bank.stages)} filters of {bank.size} x {bank.size}"
@@ -174,7 +176,7 @@ def _leaves_color(bank: Bank, reference: ReferenceFilter, photograph: Photograph
     return bank.chroma is None and reference.is_testable and changes_color(reference, photograph)
 
 
-def _rest_text(bank: Bank, reference: ReferenceFilter, photograph: Photograph) -> str:
+def _rest_text(bank: Bank, reference: ReferenceFilter, photograph: Photograph, layouts: int) -> str:
     """Return why a bank does not reproduce the rest of the change, by tests of the filter."""
     from vidstyle.blade.search.dependence import find_dependence
 
@@ -182,7 +184,8 @@ def _rest_text(bank: Bank, reference: ReferenceFilter, photograph: Photograph) -
         return "the cause of the rest is unknown: pairs of pictures cannot be tested like a filter"
     unexplained = 1 - bank.about["fidelity"]["explained"]
     found = find_dependence(reference, photograph)
-    reasons = found.reasons(bank.size, bank.scale, bank.chroma is not None, unexplained)
+    parts = bank.chroma is not None, unexplained, layouts, bank.matrix is not None
+    reasons = found.reasons(bank.size, bank.scale, *parts)
     return f"the rest: the filter {'; '.join(reasons)}"
 
 

@@ -40,6 +40,9 @@ def per_pixel(node: Node, shape: tuple[int, int], inputs: dict[str, Value], out:
             return _constant(shape, values["level"])
         case "constant_chroma":
             return Tints((), (), values["tint"])
+        case "color_matrix":
+            rows = [values[channel] for channel in ("red", "green", "blue")]
+            return Mixed(inputs["color"], np.array(rows, np.float32))
         case "on_paper":
             return Printed(inputs["color"], values["paper"])
         case "inked_luma":

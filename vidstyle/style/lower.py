@@ -11,6 +11,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from vidstyle.blade.inference import RESAMPLING_METHOD, BankRun
 from vidstyle.block import Block, rgb_from_text
 from vidstyle.core.picture import Encoding, PictureLayout
@@ -292,6 +294,9 @@ class GraphBuilder:
 
     def _run_bank(self, image: ImageValue, run: BankRun) -> ImageValue:
         """Return the picture after a bank, which may run at a smaller size and may bypass chroma."""
+        chroma = self.stored_chroma(image)
+        if run.matrix is not None:
+            image = self._after_matrix(image, run.matrix)
         small = luma = self.luma(image)
         if run.scale != 1:
             small = self.resampled(luma, run.shape_at_scale(luma.shape), RESAMPLING_METHOD)
@@ -300,10 +305,16 @@ class GraphBuilder:
             "filter_bank", "luma", small.shape, {"luma": small}, values={"run": run}, radius=run.radius,
             is_wide=run.is_wide,
         )  # fmt: skip
-        chroma = self.stored_chroma(image)
-        if run.bank.chroma is not None and chroma is not None:
+        if run.bank.chroma is not None and self.chroma(image) is not None:
             chroma = self._run_bank_on_chroma(image, small, run)
         return ImageValue(self.resampled(filtered, luma.shape, RESAMPLING_METHOD), chroma, back=image.back)
+
+    def _after_matrix(self, image: ImageValue, matrix: np.ndarray) -> ImageValue:
+        """Return the picture after a colour matrix, 3 x 4."""
+        values = dict(zip(("red", "green", "blue"), map(tuple, matrix.tolist()), strict=True))
+        inputs = {"color": self.color(image)}
+        color = self.node("color_matrix", "color", image.shape, inputs, values=values)
+        return ImageValue(color=color, back=image.back)
 
     def _run_network(self, image: ImageValue, run: NetworkRun | None) -> ImageValue:
         """Return the picture after a network; itself without one."""

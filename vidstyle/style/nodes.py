@@ -20,6 +20,7 @@ Operations (`Node.op`), with the names of their inputs and values:
 | network          | color                 | run      | the whole picture after a `NetworkRun`               |
 | constant_luma    |                       | level    | the same luma everywhere                             |
 | constant_chroma  |                       | tint     | the same chroma everywhere                           |
+| color_matrix     | color                 | its rows | RGB after a 3 x 4 matrix, clipped to 0..1            |
 | on_paper         | color                 | paper    | color * paper, clipped to 0..1                       |
 | inked_luma       | under, lines          | ink      | lines * under + (1 - lines) * ink                    |
 | inked_chroma     | under, lines          | ink      | the same for chroma                                  |
@@ -54,6 +55,7 @@ Op = Literal[
     "network",
     "constant_luma",
     "constant_chroma",
+    "color_matrix",
     "on_paper",
     "inked_luma",
     "inked_chroma",

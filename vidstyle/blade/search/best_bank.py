@@ -23,13 +23,17 @@ from vidstyle.blade.regression import (
     solve_weights,
     squared_errors,
 )
+from vidstyle.blade.search.color_matrix import find_color_matrix, square_of
 from vidstyle.blade.search.trial import FOLD_COUNT, FilterForm, Trial, best_form
 from vidstyle.blade.training import OnPicture, TrainingReport, description, report
+from vidstyle.core.color.deferred_color import Mixed
 from vidstyle.core.machine.cores import available_cores
 from vidstyle.core.resample import resample, scaled_shape
 
 MIN_STAGE_GAIN = 0.1
 """The part of the error of the first stage that a second one must remove."""
+MATRIX_PICTURES = 6
+"""Maximum number of pictures from which a colour matrix is found; they are in memory at the same time."""
 MIN_REST = 0.05
 """The part of the change that the first stage must leave so that a second one is tried."""
 
@@ -64,7 +68,8 @@ def train_best(
 
     Each layout is trained on two thirds of the pictures and checked on the others, in turn, with filters that
     keep flat areas flat and with affine ones. The best is then trained on all pictures. A second stage is
-    trained in the same way on the results of the first one for pictures from which it has not learned.
+    trained in the same way on the results of the first one for pictures from which it has not learned. If
+    the filter mixes colours, a colour matrix comes first.
 
     Args:
         configs: the layouts, simpler ones first; a later one must be better by `MIN_LAYOUT_GAIN`.
@@ -75,19 +80,26 @@ def train_best(
         UsageError: the reference filter's settings are invalid.
     """
     trials, clipped = [Trial(config, chroma) for config in configs], []
-    stages = min(stages, 1 if len(reference.parts) > 1 else 2)
+    is_single = len(reference.parts) == 1
+    stages = stages if is_single else 1
+    known = _spread(photographs, MATRIX_PICTURES if is_single else 0, reference)
+    matrix = find_color_matrix([(color, targets[0]) for color, targets in known.values()], chroma)
+    changes = np.zeros(2)
     with ThreadPoolExecutor(available_cores()) as pool, TemporaryDirectory() as folder:
         kept = KeptPlanes(Path(folder), configs[0].scale)
         for number, photograph in enumerate(photographs, 1):
-            color = photograph.color()
-            targets = reference.apply(color, photograph)
+            is_known = photograph in known
+            color, targets = known.pop(photograph) if is_known else _filtered(photograph, reference)
             clipped.append(_ends_share(targets[0]) - _ends_share(color))
+            changes[0] += square_of(targets[0], color, chroma)
+            color = color if matrix is None else Mixed(color, matrix).whole()
+            changes[1] += square_of(targets[0], color, chroma)
             for trial in trials:
                 trial.add(number, color, targets, pool)
             if stages > 1:
                 kept.add(number, luma_of(color), luma_of(targets[0]))
             on_picture("learning", number, len(photographs))
-        best, rest = best_form(trials)
+        best, rest = best_form(trials, changes[1] / max(changes[0], 1e-12))
         bank, errors = _bank(best, solve_weights(best[0].config, best[0].total))
         about = description(best[0].config, reference, photographs, best[0].total, errors)
         if stages > 1 and rest > MIN_REST:
@@ -96,7 +108,21 @@ def train_best(
                 bank, next=_second_stage(configs, best[0], kept, len(photographs), pool, on_picture)
             )
     found = replace(report(best[0].total, errors), clipped=float(np.mean(clipped)))
-    return replace(bank, about=about), found
+    return replace(bank, about=about, matrix=matrix), found
+
+
+def _filtered(photograph: Photograph, reference: ReferenceFilter) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Return a picture and the targets of the reference's parts."""
+    color = photograph.color()
+    return color, reference.apply(color, photograph)
+
+
+def _spread(
+    photographs: Sequence[Photograph], count: int, reference: ReferenceFilter
+) -> dict[Photograph, tuple[np.ndarray, list[np.ndarray]]]:
+    """Return some pictures and their targets, evenly spread over all."""
+    numbers = np.linspace(0, len(photographs) - 1, min(count, len(photographs))).astype(int)
+    return {photographs[number]: _filtered(photographs[number], reference) for number in numbers}
 
 
 def _second_stage(

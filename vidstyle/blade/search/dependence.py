@@ -49,12 +49,22 @@ class Dependence:
     draws: bool
     reach: int
 
-    def reasons(self, size: int, scale: float, has_chroma: bool, unexplained: float) -> Iterator[str]:
+    def reasons(
+        self,
+        size: int,
+        scale: float,
+        has_chroma: bool,
+        unexplained: float,
+        layouts: int = 1,
+        has_matrix: bool = False,
+    ) -> Iterator[str]:
         """Yield what a bank with filters of `size` pixels at `scale` cannot reproduce.
 
         Args:
             has_chroma: whether the bank has filters for chroma.
             unexplained: the share of the change that the bank does not reproduce.
+            layouts: number of layouts of bins that were tried.
+            has_matrix: whether the bank has a colour matrix.
         """
         if self.randomness >= MIN_SHARE:
             yield f"is random (two runs differ by {self.randomness:.0%} of the change)"
@@ -68,14 +78,21 @@ class Dependence:
         if self.draws:
             yield "draws on flat areas"
         if self.color >= MIN_SHARE:
-            yield f"depends on colour ({self.color:.0%} of the change of luma), which luma lacks"
+            missing = "of which a bank has only a matrix" if has_matrix else "which luma lacks"
+            yield f"depends on colour ({self.color:.0%} of the change of luma), {missing}"
         if self.far < MIN_SHARE and self.reach * scale > size // 2:
             yield f"depends on pixels up to {self.reach} px away ({_larger(self.reach, size, scale)})"
         elif max(self.far, self.position, self.direction, self.color) < unexplained / 2:
-            near = max(self.reach, 1)
-            yield f"depends on details within {near} px that no bins distinguish (try --feature)"
+            yield f"depends on details within {max(self.reach, 1)} px that {_undistinguished(layouts)}"
         if self.chroma >= MIN_SHARE and not has_chroma:
             yield "also changes colour (add --chroma)"
+
+
+def _undistinguished(layouts: int) -> str:
+    """Return which bins do not distinguish details, and what to do if others may."""
+    if layouts == 1:
+        return "these bins do not distinguish (try --bins auto)"
+    return f"none of the {layouts} layouts of bins distinguishes"
 
 
 def _larger(reach: int, size: int, scale: float) -> str:

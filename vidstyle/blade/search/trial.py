@@ -117,13 +117,17 @@ class Trial:
         return sum(each.energy for each in found)
 
 
-def best_form(trials: Sequence[Trial]) -> tuple[list[FilterForm], float]:
-    """Return the forms of the best layout for luma and chroma, and the share of the change they leave."""
+def best_form(trials: Sequence[Trial], share: float = 1.0) -> tuple[list[FilterForm], float]:
+    """Return the forms of the best layout for luma and chroma, and the share of the change they leave.
+
+    Args:
+        share: the share of the filter's change that is left for the banks, after a colour matrix.
+    """
     best: list[FilterForm] = []
     least = np.inf
     for trial in trials:
         for form, needed in zip(trial.forms(), (MIN_LAYOUT_GAIN, MIN_AFFINE_GAIN), strict=True):
-            unexplained = sum(each.errors for each in form) / max(trial.change, 1e-12)
+            unexplained = share * sum(each.errors for each in form) / max(trial.change, 1e-12)
             if unexplained < least - needed:
                 best, least = form, unexplained
     return best, float(least)
