@@ -22,6 +22,7 @@ from vidstyle.regions.face_tracks import Face, FaceFollower
 from vidstyle.regions.faces import FaceFinder
 from vidstyle.regions.focus import FACE_RATIOS, FocusRenderer
 from vidstyle.regions.masks import face_mask, inner_mask, mask_box
+from vidstyle.regions.patch_blending import patch_mask
 from vidstyle.regions.patch_renderer import PatchRenderer
 from vidstyle.regions.patches import (
     CHANGE_SECONDS,
@@ -29,13 +30,13 @@ from vidstyle.regions.patches import (
     PatchPlanner,
     PatchSet,
     cut_patches,
-    patch_mask,
     patches_shape,
     plane_area,
 )
 from vidstyle.regions.still_faces import KnownFaces
 from vidstyle.renderer import open_renderer, restyle_array, stylize
 from vidstyle.style import Style, load_style, style_from_table
+from vidstyle.style.resolve import resolve
 
 PLACE = FACE.moved(250, 150)
 """The face in `picture_with_face`."""
@@ -73,14 +74,26 @@ def test_a_pale_face_keeps_its_features(name: str) -> None:
 
 
 def test_faces_have_smaller_marks() -> None:
-    """A dithered face changes more often between black and white."""
-    picture, place = cv2.resize(picture_with_face(), None, fx=2, fy=2), PLACE.scaled(2)
-    style, counts = load_style("dither"), []
-    for each in (style, without(style)):
-        luma = stylize(picture, each, "cpu").mean(axis=2)[int(place.top) : int(place.bottom)]
-        face = luma[:, int(place.left) : int(place.right)] > 128
-        counts.append(np.count_nonzero(face[:, 1:] != face[:, :-1]))
-    assert counts[0] > 1.8 * counts[1]
+    """In squares, a face changes more often from pixel to pixel."""
+    table = {"format": 1, "height": 480, "background": [{"block": "pixelate", "size": 8}]}
+    picture, style = picture_with_face(), style_from_table(table, "pixels")
+    inner = PLACE.padded(-0.2 * PLACE.width, -0.2 * PLACE.height, -0.2 * PLACE.height)
+    area = plane_area(Box(*map(round, inner)), (1, 1))
+    faces = (focused_on([PLACE], picture, each)[area] for each in (style, without(style)))
+    counts = [np.count_nonzero((face[:, 1:] != face[:, :-1]).any(axis=2)) for face in faces]
+    assert counts[0] > 1.6 * counts[1]
+
+
+def test_dots_and_grain_keep_their_size() -> None:
+    """While other lengths become finer, each up to its own level of detail."""
+    steps = [
+        {"block": "dither", "cell": 6}, {"block": "noise", "size": 6}, {"block": "pixelate", "size": 6},
+        {"block": "kuwahara", "radius": 6},
+    ]  # fmt: skip
+    style = style_from_table({"format": 1, "height": 480, "background": steps}, "dots")
+    resolved = resolve(replace(style, detail=3.0), 480, 640)["background"]
+    names = "cell", "size", "size", "radius"
+    assert [step.values[name] for step, name in zip(resolved, names, strict=True)] == [6, 6, 3, 2]
 
 
 @pytest.mark.parametrize("name", STYLES)
@@ -247,6 +260,26 @@ def test_masks_are_soft() -> None:
     outside[int(box.top) - 140 : int(box.bottom) - 138, int(box.left) - 280 : int(box.right) - 278] = False
     assert not mask[outside].any()
     assert np.abs(np.diff(mask, axis=0)).max() < 0.2
+
+
+def test_the_edge_of_a_mask_is_sharp_between_black_and_white() -> None:
+    """There half of each would be gray. Where both are alike it is soft; where it is half, it stays half."""
+    window = Box(280, 140, 380, 270)
+    patch, differences = Patch(window, window, Face(0, PLACE)), (0.0, 1.0)
+    soft, sharp = (
+        patch_mask(patch, difference=np.full((130, 100), each, np.float32)) for each in differences
+    )
+    assert np.allclose(soft, patch_mask(patch), atol=1e-6)
+    between = [np.count_nonzero((mask > 0.1) & (mask < 0.9)) for mask in (soft, sharp)]
+    assert 4 * between[1] < between[0]
+    assert np.array_equal(soft > 0.5, sharp > 0.5)
+
+
+def test_a_sharp_edge_fades_like_a_soft_one() -> None:
+    """The opacity of a face that enters is not sharpened."""
+    window = Box(280, 140, 380, 270)
+    mask = patch_mask(Patch(window, window, Face(0, PLACE, 0.2)), difference=np.ones((130, 100), np.float32))
+    assert mask.max() == np.float32(0.2)
 
 
 def plan(

@@ -29,8 +29,8 @@ class Slider(Control):
         power: the power of the picture's size that the value is proportional to, in styles with a `height`: 1
             for the slope of edges and for lengths (implied by "px"); -1 for the width of a ramp of tones.
         grows_if: a switch of the block that must be on for the value to scale.
-        is_screen: whether it is the pitch of dots or lines that need one pitch in the whole picture, which
-            stays where other lengths are finer (focus).
+        max_detail: level of detail (focus) above which a length becomes no finer; 1 for dots, lines and grain
+            that need one size in the whole picture.
     """
 
     low: float
@@ -40,7 +40,7 @@ class Slider(Control):
     explore: tuple[float, float] | None = None
     power: int = 0
     grows_if: str = ""
-    is_screen: bool = False
+    max_detail: float = math.inf
     changes_structure = False
     takes_text = False
 

@@ -19,7 +19,8 @@ from vidstyle.block import Slider, block
 )
 def flow_dog(
     sigma: Annotated[
-        float, Slider(0.5, 24, "width of the lines", "px", explore=(0.5, 8), label="Line width")
+        float,
+        Slider(0.5, 24, "width of the lines", "px", explore=(0.5, 8), label="Line width", max_detail=1.5),
     ] = 1.4,
     p: Annotated[
         float, Slider(0, 60, "how strongly lines stand out", explore=(1, 40), label="Line strength")

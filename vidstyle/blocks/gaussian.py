@@ -39,7 +39,9 @@ def gaussian(
     picture: np.ndarray,
     margin: Margin,
     out: ResultRows,
-    sigma: Annotated[float, Slider(0, 50, "standard deviation", "px", explore=(0.5, 4), label="Blur")] = 2,
+    sigma: Annotated[
+        float, Slider(0, 50, "standard deviation", "px", explore=(0.5, 4), label="Blur", max_detail=2)
+    ] = 2,
 ) -> np.ndarray:
     """Blur: remove noise and small detail.
 

@@ -56,7 +56,16 @@ def noise(
         ),
     ] = "soft",
     size: Annotated[
-        float, Slider(1, 256, "size of a point, or of the largest clouds", "px", (1, 12), label="Grain size")
+        float,
+        Slider(
+            1,
+            256,
+            "size of a point, or of the largest clouds",
+            "px",
+            (1, 12),
+            label="Grain size",
+            max_detail=1,
+        ),
     ] = 1.5,
     stretch: Annotated[
         float, Slider(1, 64, "width relative to height", explore=(1, 6), label="Grain stretch")

@@ -75,7 +75,7 @@ def pattern(
     spacing: Annotated[
         float,
         Slider(
-            3, 64, "distance between strokes", "px", explore=(5, 12), label="Stroke distance", is_screen=True
+            3, 64, "distance between strokes", "px", explore=(5, 12), label="Stroke distance", max_detail=1
         ),
     ] = 7,
     width: Annotated[

@@ -30,7 +30,16 @@ def pixelate(
     place: PageRegion,
     out: ResultRows,
     size: Annotated[
-        float, Slider(1, 64, "side of a square, rounded to whole pixels", "px", (3, 12), label="Pixel size")
+        float,
+        Slider(
+            1,
+            64,
+            "side of a square, rounded to whole pixels",
+            "px",
+            (3, 12),
+            label="Pixel size",
+            max_detail=2,
+        ),
     ] = 6,
 ) -> np.ndarray:
     """Fill squares with their mean colour; the squares are fixed to the page."""

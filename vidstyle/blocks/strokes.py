@@ -50,10 +50,11 @@ def strokes(
         Any, SavedRef("picture that is visible between strokes", label="Picture underneath")
     ] = "source",
     length: Annotated[
-        float, Slider(2, 96, "length of a stroke", "px", explore=(8, 36), label="Stroke length")
+        float,
+        Slider(2, 96, "length of a stroke", "px", explore=(8, 36), label="Stroke length", max_detail=1.5),
     ] = 24,
     width: Annotated[
-        float, Slider(2, 64, "width of a stroke", "px", explore=(4, 12), label="Stroke width")
+        float, Slider(2, 64, "width of a stroke", "px", explore=(4, 12), label="Stroke width", max_detail=1.5)
     ] = 7,
     density: Annotated[
         float,

@@ -14,8 +14,9 @@ from vidstyle.core.picture import Encoding, Picture
 from vidstyle.core.scene_cuts import KnownCuts
 from vidstyle.core.shared_tones import SharedTones
 from vidstyle.regions.face_tracks import Face
+from vidstyle.regions.patch_blending import lay_over, patch_weight
 from vidstyle.regions.patch_renderer import OpenRenderer, PatchRenderer
-from vidstyle.regions.patches import Patch, PatchPlanner, PatchSet, patch_mask, plane_area
+from vidstyle.regions.patches import PatchPlanner, PatchSet, plane_area
 from vidstyle.regions.rasters import NO_RASTER, PageRaster, raster_of
 from vidstyle.stabilize.still import flatten_still
 from vidstyle.style import Style
@@ -51,9 +52,9 @@ class FocusedPicture:
 
     def result(self) -> Picture:
         """The restyled picture; waits for it."""
-        page = self.page.result()
+        page = styled = self.page.result()
         for fine, patches in self.faces:
-            page = _with_faces(page, fine.result(), patches, self.region, self.cell)
+            page = lay_over(page, styled, fine.result(), patches, self.region, self.cell)
         return page
 
 
@@ -150,18 +151,18 @@ class FocusRenderer(Backend):
         whole, region = np.zeros((*picture.shape, 4), np.uint8), _region(picture, self._style)
         if sets := self._plan(request):
             tones = SharedTones()
-            self._page.restyle(replace(request, measured=tones))
-            request = replace(request, tones=tones)
+            page = self._page.restyle(replace(request, measured=tones))
+            request, cell = replace(request, tones=tones), self._raster_on(request).cell
         for patches in sets:
             backend, cut = self._prepare(request, patches)
-            fine = backend.restyle(cut).color
-            assert fine is not None
+            fine = backend.restyle(cut)
+            assert fine.color is not None
             for patch in patches.visible:
-                mask = np.rint(255 * _weight(patch, region, self._raster_on(request).cell)).astype(np.uint8)
+                mask = np.rint(255 * patch_weight(patch, page, fine, region, cell)).astype(np.uint8)
                 area = whole[plane_area(patch.window, (1, 1))]
                 # Where two faces overlap, the one that is nearer shows.
                 shown = mask >= area[..., 3]
-                area[shown] = np.dstack([fine[plane_area(patch.place, (1, 1))], mask])[shown]
+                area[shown] = np.dstack([fine.color[plane_area(patch.place, (1, 1))], mask])[shown]
         return whole if sets else None
 
     def _prepare(self, request: FrameRequest, patches: PatchSet) -> tuple[Backend, FrameRequest]:
@@ -204,47 +205,3 @@ def _region(picture: Picture, style: Style) -> np.ndarray | None:
         kept = cv2.bitwise_not(picture.masks[style.keep])
         inside = kept if inside is None else cv2.multiply(inside, kept, scale=1 / 255)
     return None if inside is None else inside * np.float32(1 / 255)
-
-
-def _weight(patch: Patch, region: np.ndarray | None, cell: tuple[int, int] | None) -> np.ndarray:
-    """Return the weight of a patch at each pixel of its window, H x W float32, 0..1; 0 outside a region."""
-    mask = patch_mask(patch, cell)
-    return mask if region is None else mask * region[plane_area(patch.window, (1, 1))]
-
-
-def _with_faces(
-    page: Picture,
-    faces: Picture,
-    patches: PatchSet,
-    region: np.ndarray | None,
-    cell: tuple[int, int] | None,
-) -> Picture:
-    """Return the restyled picture with the restyled patches laid over it, by the masks of their faces.
-
-    Args:
-        region: where the style applies, H x W float32, 0..1; None: everywhere.
-        cell: see `patch_mask`.
-    """
-    masks = [_weight(patch, region, cell) for patch in patches.visible]
-    fine = [each for each in (faces.luma, *(faces.chroma or ()), faces.color) if each is not None]
-
-    def lay_over(plane: np.ndarray, kind: str) -> np.ndarray:
-        if kind == "alpha":
-            return plane
-        step = page.encoding.subsampling if kind == "chroma" else (1, 1)
-        whole, restyled = plane.copy(), fine.pop(0)
-        for patch, mask in zip(patches.visible, masks, strict=True):
-            area = plane_area(patch.window, step)
-            whole[area] = _blend(whole[area], restyled[plane_area(patch.place, step)], mask)
-        return whole
-
-    return page.map_planes(lay_over)
-
-
-def _blend(under: np.ndarray, over: np.ndarray, mask: np.ndarray) -> np.ndarray:
-    """Blend two planes by a mask for each pixel."""
-    if mask.shape != under.shape[:2]:
-        mask = cv2.resize(mask, under.shape[1::-1], interpolation=cv2.INTER_AREA)
-    weight = mask if under.ndim == 2 else mask[..., None]
-    mixed = under + weight * (over.astype(np.float32) - under)
-    return mixed if under.dtype.kind == "f" else np.rint(mixed).astype(under.dtype)

@@ -20,11 +20,10 @@ from vidstyle.errors import StyleError, UsageError
 from vidstyle.regions.backdrop import Backdrop
 from vidstyle.regions.boxes import Box
 from vidstyle.regions.chosen_files import backdrop_file
-from vidstyle.regions.color_key import color_mask
 from vidstyle.regions.face_tracks import FaceFollower, searched_copy
 from vidstyle.regions.faces import FaceFinder, skin_map
 from vidstyle.regions.mask_edges import refine
-from vidstyle.regions.masks import face_mask
+from vidstyle.regions.masks import color_mask, head_mask
 from vidstyle.regions.people import open_people_network
 from vidstyle.regions.steady_mask import SteadyMask
 from vidstyle.style import Style
@@ -102,7 +101,7 @@ class FrameMasks(Closing):
             whole = np.zeros(picture.shape, np.float32)
             window = Box(0, 0, picture.shape[1], picture.shape[0])
             for face in follower.follow(picture, time):
-                np.maximum(whole, face.opacity * face_mask(face.box, window), out=whole)
+                np.maximum(whole, face.opacity * head_mask(face.box, window), out=whole)
             return _as_bytes(whole)
 
         return make

@@ -6,13 +6,14 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import count
+from typing import NamedTuple
 
 import numpy as np
 
 from vidstyle.core.picture import Picture
 from vidstyle.regions.boxes import Box, Rectangle
 from vidstyle.regions.face_tracks import Face
-from vidstyle.regions.masks import face_mask, mask_box
+from vidstyle.regions.masks import mask_box
 from vidstyle.regions.rasters import NO_RASTER, PageRaster
 
 MIN_MARGIN_RATIO, REST_MARGIN_RATIO, MARGIN_RATIO = 0.15, 0.25, 0.4
@@ -27,8 +28,7 @@ CHANGE_SECONDS = 0.4
 """Time in which the patches of new windows replace earlier ones."""
 
 
-@dataclass(frozen=True)
-class Patch:
+class Patch(NamedTuple):
     """A part of a frame.
 
     Attributes:
@@ -181,33 +181,6 @@ def _matched(windows: _Windows, faces: Sequence[Face]) -> Iterator[tuple[int, Re
     found = {face.track: face for face in faces}
     for track, window in windows.windows.items():
         yield track, window, found.get(track)
-
-
-def patch_mask(patch: Patch, cell: tuple[int, int] | None = None) -> np.ndarray:
-    """Return the weight of a patch with a face at each pixel of its window: H x W float32, 0..1.
-
-    Args:
-        cell: height and width of squares on the page, of which each gets one weight, and no edge is soft.
-    """
-    assert patch.face is not None
-    mask = face_mask(patch.face.box, patch.window)
-    if cell is not None:
-        mask = (mask[_in_cells(patch.window, cell)] >= 0.5).astype(np.float32)
-    mask *= np.float32(patch.face.opacity)
-    # Together with the newer patch, it covers as much as one of them alone.
-    under = 1 - (1 - mask) / np.maximum(1 - patch.cover * mask, np.float32(1e-6)) if patch.cover else mask
-    return np.asarray(patch.weight * under, np.float32)
-
-
-def _in_cells(window: Rectangle, cell: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
-    """Return, for each row and column of a window, those in the middle of the page's cells."""
-    rows, columns = (
-        np.clip(np.arange(first, last) // side * side + side // 2, first, last - 1) - first
-        for first, last, side in (
-            (window.top, window.bottom, cell[0]), (window.left, window.right, cell[1])
-        )
-    )  # fmt: skip
-    return rows[:, None], columns
 
 
 def patches_shape(patches: Sequence[Patch]) -> tuple[int, int]:

@@ -53,8 +53,7 @@ class Style:
         steady: temporal smoothing, 0 to 1.
         strength: how much of the result is mixed with the source, 0 to 1.
         focus: how much finer the detail in small faces is, 0 to 1; needs a `height`.
-        detail: factor by which lengths are shorter, except those of screens (`Slider.is_screen`); style files
-            do not have it.
+        detail: factor by which lengths are shorter, up to `Slider.max_detail`; style files do not have it.
         only: the mask inside which the style applies, or empty for the whole picture.
         keep: a mask inside which the source is kept, or empty.
         masks: the masks that the style declares, by name.

@@ -108,12 +108,13 @@ def _prepare_step(style: Style, step: Step, growth: float, read: _Read) -> Resol
 
 
 def _scaled(control: Control, value: Any, growth: float, detail: float, values: Mapping[str, Any]) -> Any:
-    """Return a value for pictures of this growth; lengths that belong to no screen are finer by `detail`.
+    """Return a value for pictures of this growth; lengths are finer by `detail`, up to their own maximum.
 
     Slopes are not: with others, even areas near a threshold would be brighter or darker.
     """
-    is_finer = isinstance(control, Slider) and control.unit == "px" and not control.is_screen
-    return control.scale(value, growth / detail if is_finer else growth, values)
+    if isinstance(control, Slider) and control.unit == "px":
+        growth /= min(detail, control.max_detail)
+    return control.scale(value, growth, values)
 
 
 def _prepare_value(style: Style, value: Any, block: Block, name: str, read: _Read) -> Any:
