@@ -10,7 +10,7 @@ from vidstyle.regions.boxes import Box, Rectangle
 from vidstyle.regions.masks import face_mask, mask_box
 from vidstyle.regions.patches import Patch, PatchSet, plane_area
 
-EDGE_SHARPNESS = 10
+EDGE_SHARPNESS_FACTOR = 10
 """Factor by which the edge of a mask is narrower where picture and patch are black and white."""
 
 
@@ -78,7 +78,7 @@ def patch_mask(
         mask = (mask[_in_cells(patch.window, cell)] >= 0.5).astype(np.float32)
     elif difference is not None:
         half = np.float32(0.5)
-        mask = np.clip(half + (1 + np.float32(EDGE_SHARPNESS) * difference) * (mask - half), 0, 1)
+        mask = np.clip(half + (1 + np.float32(EDGE_SHARPNESS_FACTOR) * difference) * (mask - half), 0, 1)
     mask *= np.float32(patch.face.opacity)
     # Together with the newer patch, it covers as much as one of them alone.
     under = 1 - (1 - mask) / np.maximum(1 - patch.cover * mask, np.float32(1e-6)) if patch.cover else mask
