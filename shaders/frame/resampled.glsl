@@ -1,8 +1,13 @@
 #include "lib/resampling.glsl"
 
 // A picture resampled to another size, as by OpenCV: pixel areas are mapped, so corners stay corners. Positions are a
-// whole pixel and an exact fraction, as one float would lose the fraction in wide pictures.
-channels resampled(ivec2 at, int method, ivec2 old_size, ivec2 new_size) {
+// whole pixel and an exact fraction, as one float would lose the fraction in wide pictures. `border` pixels on every
+// side of the new picture lie beyond the page, or -`border` of the old one.
+channels resampled(ivec2 at, int method, ivec2 old_size, ivec2 new_size, int border) {
+    int added = max(border, 0), removed = max(-border, 0);
+    at -= added;
+    old_size -= 2 * removed;
+    new_size -= 2 * added;
     if (method == resampled_method_nearest) {
         return picture_at((2 * at + 1) * old_size / (2 * new_size));
     }
@@ -15,9 +20,11 @@ channels resampled(ivec2 at, int method, ivec2 old_size, ivec2 new_size) {
     if (averages) {
         taps = ivec2(ceil(part + scale));
     } else {
-        ivec2 moved = (2 * at + 1) * old_size + new_size;
+        ivec2 whole = added * (old_size / new_size + 1); // division rounds negative numbers up
+        ivec2 moved = (2 * at + 1) * old_size + new_size + 2 * new_size * whole;
         first = moved / (2 * new_size);
         part = vec2(moved - first * 2 * new_size) / vec2(2 * new_size);
+        first += removed - whole;
         taps = ivec2(method == resampled_method_bilinear ? 2 : method == resampled_method_bicubic ? 4 : 8);
         if (method == resampled_method_smooth) {
             taps = 2 * ivec2(ceil(2.0 * stretch));

@@ -48,3 +48,24 @@ def test_codes_become_floats(new: tuple[int, int]) -> None:
         out = resample(codes, new, method)
         assert out.dtype == np.float32
         np.testing.assert_array_equal(out, resample(codes.astype(np.float32), new, method))
+
+
+@pytest.mark.parametrize("method", ["bilinear", "smooth"])
+def test_border_repeats_the_border_of_the_old_plane(method: str) -> None:
+    """Equal to resampling a plane that is extended first."""
+    plane, small = noise(40, 60), noise(26, 36)
+    extended = resample(np.pad(plane, 6, mode="edge"), (26, 36), method)
+    np.testing.assert_array_equal(resample(plane, (26, 36), method, 3), extended)
+    inside = resample(small, (52, 72), method)[6:-6, 6:-6]
+    np.testing.assert_array_equal(resample(small, (40, 60), method, -3), inside)
+
+
+@in_one_test("old", [(33, 47), (1, 1), (200, 31)])
+def test_bands_with_a_border_are_those_of_the_whole(old: tuple[int, int]) -> None:
+    new, plane = (17, 31), noise(*old)
+    whole, resampling = resample(plane, new, "smooth", 3), Resampling(old, new, "smooth", 3)
+    for top in range(0, new[0], 2):
+        bottom = min(top + 2, new[0])
+        first, last = resampling.rows_read(top, bottom)
+        rows = resampling.rows(plane[first:last], first, top, bottom)
+        np.testing.assert_array_equal(rows, whole[top:bottom])

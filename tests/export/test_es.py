@@ -94,6 +94,14 @@ def test_a_bank_works_on_a_single_pixel(shape: tuple[int, int], style_browser: S
     assert np.abs(made - right).max() <= 1
 
 
+def test_a_bank_at_reduced_size_runs_on_pictures_of_another_width(style_browser: StyleBrowser) -> None:
+    """The page computes the size of the reduced picture and its border itself."""
+    look, wide = Style("test", background=(Step("flow_dog", {"sigma": 3.0, "p": 1.0}),)), picture(61, 140)
+    right = vidstyle.stylize(wide, look, "cpu").astype(int)
+    (made,) = style_browser.restyled(es_plan(look, 97, 61), [wide], False)
+    assert (np.abs(made - right) <= 1).mean() > 0.999
+
+
 def test_percentiles_and_smoothing_are_those_of_python(style_browser: StyleBrowser) -> None:
     random = np.random.default_rng(3)
     pictures = [random.normal(0.5, 0.3, count).astype(np.float32) for count in (1, 2, 7, 4000)]
@@ -118,7 +126,7 @@ def test_sizes_and_samples_are_those_of_python(style_browser: StyleBrowser) -> N
     factors = [0.05, 0.125, 0.3333333, 0.5, 0.75, 1.0, 2.5]
     found = style_browser.run(
         """return sizes.map((size) => [
-          factors.map((factor) => vidstyle.scaledSize(size, factor)), vidstyle.sampling(size, 320)]);""",
+          factors.map((factor) => vidstyle.scaledSize(size, factor, 0)), vidstyle.sampling(size, 320)]);""",
         sizes=sizes, factors=factors,
     )  # fmt: skip
     for (width, height), (scaled, sampled) in zip(sizes, found, strict=True):

@@ -22,6 +22,9 @@ from vidstyle.core.resample import resample, scaled_shape
 
 RESAMPLING_METHOD = "smooth"
 """Method for reducing a picture for a bank and enlarging its result; banks are trained with it."""
+REDUCED_BORDER_PX = 3
+"""Pixels on every side of a reduced picture that lie beyond the picture. The reduction reads two pixels of
+its result on each side: the outermost of these shows only the picture's border, as all beyond it would."""
 
 
 @dataclass(frozen=True)
@@ -124,9 +127,15 @@ class BankRun:
         """Approximate number of multiplications per pixel at the working size."""
         return sum(each.work for each in self.sequence)
 
+    @property
+    def border(self) -> int:
+        """Pixels on every side of the working picture that lie beyond the picture."""
+        return 0 if self.scale == 1 else REDUCED_BORDER_PX
+
     def shape_at_scale(self, shape: tuple[int, int]) -> tuple[int, int]:
-        """Return the working height and width for a picture of this size."""
-        return scaled_shape(shape, self.scale)
+        """Return the working height and width for a picture of this size, with the border."""
+        height, width = scaled_shape(shape, self.scale)
+        return height + 2 * self.border, width + 2 * self.border
 
     @cached_property
     def filters(self) -> np.ndarray:
@@ -254,13 +263,17 @@ class BankRun:
 
     def whole(self, luma: np.ndarray) -> np.ndarray:
         """Return the result for a picture, including the reduction and enlargement, as in a style."""
-        return resample(self.run(self._reduced(luma)), (luma.shape[0], luma.shape[1]), RESAMPLING_METHOD)
+        return self._enlarged(self.run(self._reduced(luma)), (luma.shape[0], luma.shape[1]))
 
     def whole_chroma(self, luma: np.ndarray, chroma: Sequence[np.ndarray]) -> list[np.ndarray]:
         """Return the chroma planes of the size of luma, including the reduction and enlargement."""
         shape = luma.shape[0], luma.shape[1]
         filtered = self.run_chroma(self._reduced(luma), tuple(map(self._reduced, chroma)))
-        return [resample(each, shape, RESAMPLING_METHOD) for each in filtered]
+        return [self._enlarged(each, shape) for each in filtered]
 
     def _reduced(self, plane: np.ndarray) -> np.ndarray:
-        return resample(plane, self.shape_at_scale((plane.shape[0], plane.shape[1])), RESAMPLING_METHOD)
+        shape = self.shape_at_scale((plane.shape[0], plane.shape[1]))
+        return resample(plane, shape, RESAMPLING_METHOD, self.border)
+
+    def _enlarged(self, plane: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+        return resample(plane, shape, RESAMPLING_METHOD, -self.border)

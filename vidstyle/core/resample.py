@@ -35,17 +35,22 @@ class Resampling:
     Attributes:
         old, new: height and width.
         method: one of METHODS; of those that `fitting_method` returns.
+        border: pixels on every side of the new plane that lie beyond the picture; if negative, of the old
+            one. Only for interpolation. The picture's border is repeated at the size of the old plane: a
+            reduced plane that is extended afterwards would repeat a mean of the pixels near the border.
     """
 
     old: tuple[int, int]
     new: tuple[int, int]
     method: str
+    border: int = 0
 
     def rows_read(self, top: int, bottom: int) -> tuple[int, int]:
         """Return the old rows that the new rows top..bottom read: the first, and the one after the last."""
-        first, weights = _taps(self.method, self.old[0], self.new[0])
+        first, weights = _taps(self.method, self.old[0], self.new[0], self.border)
         end = int(first[bottom - 1]) + weights.shape[1]
-        return max(int(first[top]), 0), min(end, self.old[0])
+        start = min(max(int(first[top]), 0), self.old[0] - 1)
+        return start, max(min(end, self.old[0]), start + 1)
 
     def rows(
         self, plane: np.ndarray, first: int, top: int, bottom: int, out: np.ndarray | None = None
@@ -56,26 +61,30 @@ class Resampling:
             plane: N x W or N x W x 3, the old rows from `first` on: at least the rows of `rows_read`.
             out: where they are written, but for the method "nearest"; None for a new array.
         """
-        places, weights = (each[top:bottom] for each in _taps(self.method, self.old[0], self.new[0]))
+        taps = _taps(self.method, self.old[0], self.new[0], self.border)
+        places, weights = (each[top:bottom] for each in taps)
         if self.method == "nearest":
-            columns_read, _ = _taps(self.method, self.old[1], self.new[1])
+            columns_read, _ = _taps(self.method, self.old[1], self.new[1], 0)
             return np.ascontiguousarray(plane[places - first][:, columns_read])
         if out is None:
             out = np.empty((bottom - top, self.new[1], *plane.shape[2:]), np.float32)
-        columns = _columns(self.method, self.old[1], self.new[1], plane[0, 0].size)
-        grows = self.new[0] > self.old[0]
+        columns = _columns(self.method, self.old[1], self.new[1], self.border, plane[0, 0].size)
+        grows = self.new[0] - 2 * max(self.border, 0) > self.old[0] + 2 * min(self.border, 0)
         weigh_rows_and_columns(
             interleaved(plane), (places - first, weights), columns, interleaved(out), grows
         )
         return out
 
 
-def resample(plane: np.ndarray, shape: tuple[int, int], method: str) -> np.ndarray:
-    """Return the H x W or H x W x 3 plane at another size, float32; itself if it has this size."""
+def resample(plane: np.ndarray, shape: tuple[int, int], method: str, border: int = 0) -> np.ndarray:
+    """Return the H x W or H x W x 3 plane at another size, float32; itself if it has this size.
+
+    `border` is as in `Resampling`.
+    """
     old = plane.shape[0], plane.shape[1]
-    if old == shape:
+    if old == shape and not border:
         return plane
-    return Resampling(old, shape, fitting_method(method, old, shape)).rows(plane, 0, 0, shape[0])
+    return Resampling(old, shape, fitting_method(method, old, shape), border).rows(plane, 0, 0, shape[0])
 
 
 def scaled_shape(shape: tuple[int, int], factor: float) -> tuple[int, int]:
@@ -99,17 +108,17 @@ def fitting_method(method: str, old: tuple[int, int], new: tuple[int, int]) -> s
 
 
 @lru_cache(maxsize=64)
-def _columns(method: str, old: int, new: int, channels: int) -> Columns:
-    return Columns.of(_taps(method, old, new), old, channels)
+def _columns(method: str, old: int, new: int, border: int, channels: int) -> Columns:
+    return Columns.of(_taps(method, old, new, border), old, channels)
 
 
 @lru_cache(maxsize=64)
-def _taps(method: str, old: int, new: int) -> Taps:
+def _taps(method: str, old: int, new: int, border: int) -> Taps:
     """Return the old samples that each new one reads."""
     if method == "nearest":
         # Not OpenCV's, whose choice at an edge depends on rounding: an edge belongs to the pixel after it.
         return (2 * np.arange(new) + 1) * old // (2 * new), np.ones((new, 1), np.float32)
-    first, weights = _shares(old, new) if method == "area" else _interpolation(method, old, new)
+    first, weights = _shares(old, new) if method == "area" else _interpolation(method, old, new, border)
     return first, weights.astype(np.float32)
 
 
@@ -123,11 +132,13 @@ def _shares(old: int, new: int) -> tuple[np.ndarray, np.ndarray]:
     return first, weights if weights[:, -1].max() > 1e-9 else weights[:, :-1]
 
 
-def _interpolation(method: str, old: int, new: int) -> tuple[np.ndarray, np.ndarray]:
+def _interpolation(method: str, old: int, new: int, border: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the first old pixel that an interpolation reads for each new one, and all weights."""
+    outside, places = max(border, 0), np.arange(new)
+    old, new, inside = old + 2 * min(border, 0), new - 2 * outside, max(-border, 0)
     stretch = max(old / new, 1.0) if method == "smooth" else 1.0
     half = math.ceil(_RADII[method] * stretch)
-    moved = (2 * np.arange(new) + 1) * old + new
+    moved = (2 * (places - outside) + 1) * old + new
     first = moved // (2 * new) - half
     x = abs(first[:, None] + np.arange(1, 2 * half + 1) - moved[:, None] / (2 * new)) / stretch
     if method == "bilinear":
@@ -137,7 +148,7 @@ def _interpolation(method: str, old: int, new: int) -> tuple[np.ndarray, np.ndar
     else:
         near, far = _bicubic(x) if method == "bicubic" else _smooth(x, old >= new)
         weights = np.where(x < 1, near, np.where(x < 2, far, 0))
-    return first, weights / weights.sum(axis=1, keepdims=True)
+    return first + inside, weights / weights.sum(axis=1, keepdims=True)
 
 
 def _bicubic(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -212,7 +212,7 @@ class FrameExecutor:
     def _resample(self, node: Node, top: int, bottom: int, out: Value | None) -> Value:
         """Resample an image of another size for these rows of a node."""
         image, source = node.inputs["image"], self._source
-        resampling = Resampling(image.shape, node.shape, node.values["method"])
+        resampling = Resampling(image.shape, node.shape, **node.values)
         first, last = resampling.rows_read(top, bottom)
         codes = stored_planes(source, image.kind) if image.op == "plane" else ()
         if codes:  # decoded afterwards, as resampling usually reduces a source

@@ -169,8 +169,9 @@ def _side(side: str, plan: dict[str, Any], each: dict[str, Any], factors: Factor
     while page not in pages:
         factor, power = factors[page - 1]
         shorter, length = _shorter(plan)
-        scaled += f" {factor:.9f} *" + (f" {length} * HOOKED.{shorter} /" if power else "")
-        page = plan["pages"][page]
+        grown = f" {length} * HOOKED.{shorter} /" if power else ""
+        border = f" {2 * plan['borders'][page]} +" if plan["borders"][page] else ""
+        page, scaled = plan["pages"][page], f" {factor:.9f} *{grown}{border}{scaled}"
     return pages[page] + scaled
 
 
@@ -214,11 +215,12 @@ class _Source:
         side, length = _shorter(self._plan)
         yield f"#define vidstyle_growth (HOOKED_size.{'x' if side == 'w' else 'y'} / {length}.0)"
         yield "ivec2 vidstyle_page_0() { return ivec2(HOOKED_size + 0.5); }"
-        sizes = zip(self._plan["pages"][1:], self._factors, strict=True)
-        for page, (made_of, (factor, power)) in enumerate(sizes, 1):
+        sizes = zip(self._plan["pages"][1:], self._plan["borders"][1:], self._factors, strict=True)
+        for page, (made_of, border, (factor, power)) in enumerate(sizes, 1):
             growth = " / vidstyle_growth" if power else ""
             scaled = f"vec2(vidstyle_page_{made_of}()) * {factor:.9f}{growth} + 0.5"
-            yield f"ivec2 vidstyle_page_{page}() {{ return max(ivec2({scaled}), 1); }}"
+            added = f" + {2 * border}" if border else ""
+            yield f"ivec2 vidstyle_page_{page}() {{ return max(ivec2({scaled}), 1){added}; }}"
 
     def _lines(self, target: int) -> Iterator[str]:
         for line in self._body:

@@ -22,7 +22,17 @@ from vidstyle.network.network_run import NetworkRun
 from vidstyle.style.limits import excess
 from vidstyle.style.mask_declarations import BACKDROP, PEOPLE
 from vidstyle.style.model import LAYERS, SOURCE, Step, Style
-from vidstyle.style.nodes import Kind, LoweredStyle, Node, Op, PercentileRequest, Shape, StepKey, identity_key
+from vidstyle.style.nodes import (
+    Kind,
+    LoweredStyle,
+    Node,
+    Op,
+    PercentileRequest,
+    ScaledSize,
+    Shape,
+    StepKey,
+    identity_key,
+)
 from vidstyle.style.resolve import ResolvedStep, layers_behind, masks_read
 from vidstyle.style.wiring import START, wiring_of
 
@@ -102,7 +112,7 @@ class GraphBuilder:
     def __init__(self, source: PictureLayout) -> None:
         self.source = source
         self.encoding = source.encoding
-        self.sizes: dict[Shape, tuple[Shape, float]] = {source.shape: (source.shape, 1.0)}
+        self.sizes: dict[Shape, ScaledSize] = {source.shape: ScaledSize(source.shape, 1.0)}
         self._nodes: dict[object, Node] = {}
         self.planes = self._source_planes()
         self.saved: dict[str, ImageValue] = {}
@@ -172,11 +182,15 @@ class GraphBuilder:
             chroma = self.resampled(chroma, shape, method)
         return ImageValue(self.resampled(image.luma, shape, method), chroma)
 
-    def resampled(self, node: Node, shape: Shape, method: str, **grid: Any) -> Node:
-        """Return the node at another size; itself where it has that size and stays on its grid."""
-        if node.shape == shape and not grid:
+    def resampled(self, node: Node, shape: Shape, method: str, border: int = 0, **grid: Any) -> Node:
+        """Return the node at another size; itself where it has that size and stays on its grid.
+
+        `border` is as in `core.resample.Resampling`.
+        """
+        if node.shape == shape and not grid and not border:
             return node
-        values = {"method": fitting_method(method, node.shape, shape)}
+        values: dict[str, Any] = {"method": fitting_method(method, node.shape, shape)}
+        values |= {"border": border} if border else {}
         inputs = {"image": node}
         return self.node("resample", node.kind, shape, inputs, values=values, is_wide=node.is_wide, **grid)
 
@@ -279,10 +293,10 @@ class GraphBuilder:
 
     def _scaled(self, shape: Shape, size: Shape, factor: float) -> Shape:
         """Return the requested size; if the step undoes an earlier scaling, exactly the size before it."""
-        before, earlier = self.sizes[shape]
+        before, earlier, _ = self.sizes[shape]
         if abs(factor * earlier - 1) < UNDONE_TOLERANCE:
             return before
-        self.sizes.setdefault(size, (shape, factor))
+        self.sizes.setdefault(size, ScaledSize(shape, factor))
         return size
 
     def _saved_at_size(self, name: str, shape: Shape, wanted: str, in_color: bool) -> ImageValue:
@@ -299,15 +313,16 @@ class GraphBuilder:
             image = self._after_matrix(image, run.matrix)
         small = luma = self.luma(image)
         if run.scale != 1:
-            small = self.resampled(luma, run.shape_at_scale(luma.shape), RESAMPLING_METHOD)
-            self.sizes.setdefault(small.shape, (luma.shape, run.scale))
+            small = self.resampled(luma, run.shape_at_scale(luma.shape), RESAMPLING_METHOD, run.border)
+            self.sizes.setdefault(small.shape, ScaledSize(luma.shape, run.scale, run.border))
         filtered = self.node(
             "filter_bank", "luma", small.shape, {"luma": small}, values={"run": run}, radius=run.radius,
             is_wide=run.is_wide,
         )  # fmt: skip
         if run.bank.chroma is not None and self.chroma(image) is not None:
             chroma = self._run_bank_on_chroma(image, small, run)
-        return ImageValue(self.resampled(filtered, luma.shape, RESAMPLING_METHOD), chroma, back=image.back)
+        luma = self.resampled(filtered, luma.shape, RESAMPLING_METHOD, -run.border)
+        return ImageValue(luma, chroma, back=image.back)
 
     def _after_matrix(self, image: ImageValue, matrix: np.ndarray) -> ImageValue:
         """Return the picture after a colour matrix, 3 x 4."""
@@ -329,11 +344,12 @@ class GraphBuilder:
         """Its chroma after a bank; luma, at the size at which the bank runs, chooses the filters."""
         chroma = self.chroma(image)
         assert chroma is not None
-        inputs = {"luma": luma, "chroma": self.resampled(chroma, luma.shape, RESAMPLING_METHOD)}
+        small = self.resampled(chroma, luma.shape, RESAMPLING_METHOD, run.border)
+        inputs = {"luma": luma, "chroma": small}
         filtered = self.node(
             "filter_bank", "chroma", luma.shape, inputs, values={"run": run}, radius=run.radius
         )
-        return self.resampled(filtered, chroma.shape, RESAMPLING_METHOD)
+        return self.resampled(filtered, chroma.shape, RESAMPLING_METHOD, -run.border)
 
     def _call(
         self,

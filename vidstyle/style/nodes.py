@@ -14,7 +14,8 @@ Operations (`Node.op`), with the names of their inputs and values:
 | rgb_from_yuv     | luma, chroma          |          | RGB, with `matrix`                                   |
 | rgb_from_gray    | luma                  |          | RGB with three equal channels                        |
 | upsample         | chroma                |          | chroma of a subsampled grid at every pixel, linear   |
-| resample         | image                 | method   | the image at this node's shape, see `core.resample`  |
+| resample         | image                 | method,  | the image at this node's shape, see `core.resample`  |
+|                  |                       | border   |                                                      |
 | block            | image, saved pictures | its own  | the function of `block`                              |
 | filter_bank      | luma, chroma          | run      | all passes of a `BankRun`; without chroma, of luma   |
 | network          | color                 | run      | the whole picture after a `NetworkRun`               |
@@ -33,7 +34,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from functools import cache, cached_property, lru_cache
 from operator import attrgetter
-from typing import Any, Generic, Literal, TypeVar
+from typing import Any, Generic, Literal, NamedTuple, TypeVar
 
 from vidstyle.block import Block
 from vidstyle.core.picture import RANGES, WIDE_RANGE, Encoding, PictureLayout
@@ -151,6 +152,20 @@ class Node:
         return self.op == "filter_bank" or (self.block is not None and self.block.kind == "filter")
 
 
+class ScaledSize(NamedTuple):
+    """How a size follows from another one.
+
+    Attributes:
+        of: the other height and width.
+        factor: by which it is scaled.
+        border: pixels that are then added on every side.
+    """
+
+    of: Shape
+    factor: float
+    border: int = 0
+
+
 @dataclass(frozen=True)
 class LoweredStyle:
     """What a style computes for pictures of one layout.
@@ -162,7 +177,7 @@ class LoweredStyle:
         luma: the result's luma.
         chroma: its chroma: at every pixel, then to be averaged to the target's grid; or on that grid
             already, at most in other codes; or None, which stands for neutral chroma.
-        sizes: for each height and width at which it runs, the size that it is scaled from, and the factor.
+        sizes: for each height and width at which it runs, how it follows from another size.
     """
 
     source: PictureLayout
@@ -170,7 +185,7 @@ class LoweredStyle:
     color: Node | None = None
     luma: Node | None = None
     chroma: Node | None = None
-    sizes: Mapping[Shape, tuple[Shape, float]] = field(default_factory=dict)
+    sizes: Mapping[Shape, ScaledSize] = field(default_factory=dict)
 
     @property
     def luma_untouched(self) -> bool:

@@ -13,10 +13,11 @@ import { percentiles } from "./measured.js";
  * Returns the size of a scaled picture, as in `vidstyle.core.resample.scaled_shape`.
  * @param {Size} size
  * @param {number} factor
+ * @param {number} border pixels that are then added on every side
  * @returns {Size}
  */
-export function scaledSize(size, factor) {
-  return /** @type {Size} */ (size.map((side) => Math.max(1, Math.floor(side * factor + 0.5))));
+export function scaledSize(size, factor, border) {
+  return /** @type {Size} */ (size.map((side) => Math.max(1, Math.floor(side * factor + 0.5)) + 2 * border));
 }
 
 /**
@@ -218,6 +219,8 @@ function countOf(pass) {
  */
 function pagesOf({ plan, values }, size) {
   const pages = [size];
-  plan.pages.slice(1).forEach((madeOf, number) => pages.push(scaledSize(pages[madeOf], values[number])));
+  plan.pages.slice(1).forEach((madeOf, number) => {
+    pages.push(scaledSize(pages[madeOf], values[number], plan.borders[number + 1]));
+  });
   return pages;
 }

@@ -47,6 +47,7 @@ export const FORMAT = 1;
  * @property {string} vertex
  * @property {string[]} shaders
  * @property {number[]} pages
+ * @property {number[]} borders
  * @property {{page: number, kind: "working" | "samples" | "result", components: number}[]} images
  * @property {PlanPass[]} passes
  * @property {{step: string, count: number}[]} measures

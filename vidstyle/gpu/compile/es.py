@@ -5,7 +5,7 @@
 - `samples`: the maximum samples across and down of a measurement.
 - `vertex`, `shaders`: the text of the vertex shader of all passes, and the texts of the fragment shaders.
 - `pages`: for each size of passes, the number of the size that it is derived from; the first is the
-  picture's.
+  picture's. `borders`: the pixels that are then added on every side.
 - `images`: the textures that passes write: `page`, `kind` ("working", "samples" or "result"), `components`.
 - `passes`: in order: `shader`, `page`, `writes` (images), `reads` and `sizes` by uniform, `uniforms`; and
   `measures` if its output is measured.
@@ -44,7 +44,7 @@ from vidstyle.gpu.compile.shader_writer import write_shader
 from vidstyle.gpu.compile.slots import Slots, TexturePool
 from vidstyle.gpu.compile.tiles import jobs_of
 from vidstyle.style import Style
-from vidstyle.style.nodes import PercentileRequest, Shape
+from vidstyle.style.nodes import PercentileRequest, ScaledSize, Shape
 from vidstyle.style.resolve import masks_read
 
 FORMAT_VERSION = 1
@@ -117,10 +117,10 @@ class EsPlan:
         ]
         self._textures: dict[str, AssetTexture] = {}
         # A size of one pixel is its own half.
-        self._sizes = self._sizes_of_choices() | dict(plan.sizes)
+        self._sizes: dict[Shape, ScaledSize] = self._sizes_of_choices() | dict(plan.sizes)
         self._pages: dict[Shape, int] = {plan.source.shape: 0}
         self._factors: list[float] = []
-        self._parents = [0]
+        self._parents, self._borders = [0], [0]
         passes = [self._pass(each, shader) for each, shader in self._shaders.items()]
         images = [self._image(image) for image in self._images]
         self._structure: dict[str, Any] = {
@@ -128,6 +128,7 @@ class EsPlan:
             "size": list(plan.source.shape[::-1]),
             "samples": MAX_SIDE_SAMPLES,
             "pages": self._parents,
+            "borders": self._borders,
             "images": images,
             "passes": passes,
             "measures": [
@@ -158,17 +159,18 @@ class EsPlan:
         self._images.append(_Image(*shape, coding, len(self._images)))
         return self._images[-1]
 
-    def _sizes_of_choices(self) -> dict[Shape, tuple[Shape, float]]:
+    def _sizes_of_choices(self) -> dict[Shape, ScaledSize]:
         nodes = (node for each in self._plan.passes for node in each.nodes if node.kind == "choices")
-        return {node.shape: (node.around.shape, 0.5) for node in nodes if node.around is not None}
+        return {node.shape: ScaledSize(node.around.shape, 0.5) for node in nodes if node.around is not None}
 
     def _page(self, shape: Shape) -> int:
         """Return the number of a size."""
         if shape not in self._pages:
-            made_of, factor = self._sizes[shape]
+            made_of, factor, border = self._sizes[shape]
             parent = self._page(made_of)
             self._pages[shape] = len(self._parents)
             self._parents.append(parent)
+            self._borders.append(border)
             self._factors.append(factor)
         return self._pages[shape]
 

@@ -14,7 +14,7 @@ from vidstyle.gpu.compile.shader_graph import ShaderGraph
 from vidstyle.gpu.compile.shader_nodes import Function, ShaderNode, ShaderPercentileRequest
 from vidstyle.style import Style
 from vidstyle.style.lower import Steps, lower
-from vidstyle.style.nodes import LoweredStyle, Shape, nodes_in_order
+from vidstyle.style.nodes import LoweredStyle, ScaledSize, Shape, nodes_in_order
 from vidstyle.style.resolve import resolve
 
 
@@ -40,7 +40,7 @@ class Plan:
     passes: tuple[Pass, ...]
     luma: Literal["made", "untouched"]
     chroma: Literal["made", "untouched", "gray"]
-    sizes: Mapping[Shape, tuple[Shape, float]]
+    sizes: Mapping[Shape, ScaledSize]
 
     def fits(self, source: PictureLayout, target: Encoding, rgb: bool) -> bool:
         """Whether the plan is valid for these arguments."""

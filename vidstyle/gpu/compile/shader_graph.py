@@ -124,6 +124,7 @@ class ShaderGraph:
             "method": methods.index(node.values["method"]),
             "old_size": image.shape[::-1],
             "new_size": node.shape[::-1],
+            "border": node.values.get("border", 0),
         }
         return self.node(
             ShaderNode(

@@ -121,10 +121,15 @@ def _around(node: ShaderNode, image: ShaderNode, window: Window) -> Window:
         (across, down), (x, y) = node.values["step"], node.values["siting"]
         top, left = floor(window.top * down + y - down), floor(window.left * across + x - across)
         return Window(top, left, ceil(window.bottom * down + y + 1), ceil(window.right * across + x + 1))
-    if node.shape != image.shape:
-        down, across = (old / new for old, new in zip(image.shape, node.shape, strict=True))
-        top, left = floor(window.top * down), floor(window.left * across)
-        mapped = Window(top, left, ceil(window.bottom * down), ceil(window.right * across))
+    border = node.values.get("border", 0)
+    if node.shape != image.shape or border:
+        added, removed = max(border, 0), max(-border, 0)
+        sides = zip(image.shape, node.shape, strict=True)
+        down, across = ((old - 2 * removed) / (new - 2 * added) for old, new in sides)
+        on_page = window.grown((added, -added), (added, -added))
+        top, left = floor(on_page.top * down), floor(on_page.left * across)
+        bottom, right = ceil(on_page.bottom * down), ceil(on_page.right * across)
+        mapped = Window(top, left, bottom, right).grown((-removed, removed), (-removed, removed))
         radius = max(RESAMPLING_RADIUS_PX, node.radius)
         return mapped.grown((radius, radius), (radius, radius))
     return window.grown((node.radius,) * 2, (node.radius,) * 2)
