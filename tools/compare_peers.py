@@ -84,7 +84,7 @@ def _looks() -> Iterator[Job]:
     for look, style in (
         ("stylization", "watercolor"),
         ("pencilSketch", "sketch"),
-        ("edgePreservingFilter", "abstraction"),
+        ("edgePreservingFilter", "cartoon"),
         ("oilPainting", "oil"),
     ):
         yield Job(f"{style} / OpenCV {look}", _vidstyle(style, *STILL, clip="SHORT"), _opencv(look), 1)
@@ -110,7 +110,7 @@ JOBS = [
     Job("halftone / frei0r colorhalftone", _vidstyle("DOTS", *STILL), _frei0r("colorhalftone"), 1 / 8),
     Job("ink / plain", _vidstyle("ink"), _vidstyle("plain"), 2.2),
     Job("comic / plain", _vidstyle("comic"), _vidstyle("plain"), 2.6),
-    Job("paint / plain", _vidstyle("paint"), _vidstyle("plain"), 4),
+    Job("impressionist / plain", _vidstyle("impressionist"), _vidstyle("plain"), 4),
     Job("first frame in ink - nothing", _vidstyle("ink", "--frames", "1"), ("true",), 0.6, seconds=True),
     Job("ink, steady 0.5 - steady 0", _vidstyle("ink"), _vidstyle("ink", *STILL), 0.8, seconds=True),
     *_looks(),

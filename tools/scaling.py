@@ -1,6 +1,6 @@
 """Measures how a film scales with cores, and predicts its time on more cores.
 
-    python tools/scaling.py CLIP --styles plain ink comic paint > scaling.md
+    python tools/scaling.py CLIP --styles plain ink comic oil > scaling.md
     python -m tools.performance scaling.md
 
 Each number of cores is measured in a process of its own with that CPU affinity, after a short film has
@@ -32,7 +32,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))  # also if it is run as a fil
 from tools.replay.film import predicted_seconds  # noqa: E402
 from tools.replay.record import Recording, recording  # noqa: E402
 
-STYLES = ("plain", "ink", "comic", "paint", "oil", "watercolor")
+STYLES = ("plain", "ink", "comic", "impressionist", "oil", "watercolor")
 WARM_UP_FRAMES = 6
 VIRTUAL_CORES = (8, 16, 32)
 HD, RATES, MAX_CORES = (1920, 1080), (30, 60), 128

@@ -1,5 +1,8 @@
 #include "lib/white_noise.glsl"
 
+// Weight of the squared difference of two colours next to the squared distance in sizes of a tile.
+const float COLOR_WEIGHT = 30.0;
+
 // The middle of a tile, in pixels of the page.
 vec2 middle_of_tile(ivec2 tile, float size, float irregularity) {
     ivec2 point = ivec2(3 * tile.x, tile.y);
@@ -7,31 +10,75 @@ vec2 middle_of_tile(ivec2 tile, float size, float irregularity) {
     return (vec2(tile) + 0.5 + irregularity * (random - 0.5)) * size;
 }
 
-// Tiles of one colour each: the Voronoi cells of a random point in each square of a grid. Worley 1996.
-vec3 mosaic(ivec2 at, ivec2 page, float size, float irregularity, float gap, vec3 gap_color, float variation) {
-    vec2 here = vec2(at) + 0.5, own = here;
-    ivec2 square = ivec2(here / size), nearest = square, last = ivec2(ceil(vec2(page) / size)) + 1;
-    float least = 1e9, border = 1e9;
+// The tile of a pixel: the one of nine around it that is nearest in place and colour.
+ivec2 tile_along_edges(ivec2 at, float size, float irregularity, float edges) {
+    vec2 here = vec2(at) + 0.5;
+    vec3 color = clamp(picture_at(at), 0.0, 1.0);
+    ivec2 square = ivec2(here / size), nearest = square;
+    float least = 1e9, scale = 1.0 / (size * size);
     for (int row = -1; row <= 1; row++) {
         for (int column = -1; column <= 1; column++) {
-            vec2 middle = middle_of_tile(square + ivec2(column, row), size, irregularity);
-            float squared = dot(middle - here, middle - here);
-            if (squared < least) {
-                least = squared;
-                own = middle;
-                nearest = square + ivec2(column, row);
+            ivec2 tile = square + ivec2(column, row);
+            vec2 middle = middle_of_tile(tile, size, irregularity), away = middle - here;
+            vec3 difference = color - clamp(picture_at(ivec2(floor(middle))), 0.0, 1.0);
+            float far = scale * dot(away, away) + edges * COLOR_WEIGHT * dot(difference, difference);
+            if (far < least) {
+                least = far;
+                nearest = tile;
             }
         }
     }
-    for (int row = max(nearest.y - 2, -2); row <= min(nearest.y + 2, last.y); row++) {
-        for (int column = max(nearest.x - 2, -2); column <= min(nearest.x + 2, last.x); column++) {
-            ivec2 tile = ivec2(column, row);
-            vec2 away = middle_of_tile(tile, size, irregularity) - own;
-            if (tile != nearest)
-                border = min(border, dot(own + 0.5 * away - here, away) / max(length(away), 1e-6));
+    return nearest;
+}
+
+// The share of a pixel that is gap, as a pixel of another tile is near.
+float gap_along_edges(ivec2 at, ivec2 page, ivec2 own, float size, float irregularity, float gap, float edges) {
+    int reach = int(ceil(gap / 2.0));
+    float cover = 0.0;
+    for (int row = -reach; row <= reach; row++) {
+        for (int column = -reach; column <= reach; column++) {
+            float closer = min(gap / 2.0 + 1.0 - length(vec2(column, row)), min(1.0, gap));
+            ivec2 there = clamp(at + ivec2(column, row), ivec2(0), page - 1);
+            if (closer > cover && there != at && tile_along_edges(there, size, irregularity, edges) != own)
+                cover = closer;
         }
+    }
+    return cover;
+}
+
+// Tiles of one colour each: the Voronoi cells of a random point in each square of a grid. Worley 1996.
+vec3 mosaic(
+    ivec2 at, ivec2 page, float size, float irregularity, float gap, vec3 gap_color, float variation, float edges) {
+    vec2 here = vec2(at) + 0.5, own = here;
+    ivec2 square = ivec2(here / size), nearest = square, last = ivec2(ceil(vec2(page) / size)) + 1;
+    float least = 1e9, border = 1e9, cover = 0.0;
+    if (edges > 0.0) {
+        nearest = tile_along_edges(at, size, irregularity, edges);
+        own = middle_of_tile(nearest, size, irregularity);
+        cover = gap_along_edges(at, page, nearest, size, irregularity, gap, edges);
+    } else {
+        for (int row = -1; row <= 1; row++) {
+            for (int column = -1; column <= 1; column++) {
+                vec2 middle = middle_of_tile(square + ivec2(column, row), size, irregularity);
+                float squared = dot(middle - here, middle - here);
+                if (squared < least) {
+                    least = squared;
+                    own = middle;
+                    nearest = square + ivec2(column, row);
+                }
+            }
+        }
+        for (int row = max(nearest.y - 2, -2); row <= min(nearest.y + 2, last.y); row++) {
+            for (int column = max(nearest.x - 2, -2); column <= min(nearest.x + 2, last.x); column++) {
+                ivec2 tile = ivec2(column, row);
+                vec2 away = middle_of_tile(tile, size, irregularity) - own;
+                if (tile != nearest)
+                    border = min(border, dot(own + 0.5 * away - here, away) / max(length(away), 1e-6));
+            }
+        }
+        cover = clamp(gap / 2.0 - border + 0.5, 0.0, min(1.0, gap));
     }
     float change = variation * (white_noise(ivec2(3 * nearest.x + 2, nearest.y)) - 0.5);
     vec3 color = clamp(picture_at(ivec2(floor(own))) + change, 0.0, 1.0);
-    return mix(color, gap_color, clamp(gap / 2.0 - border + 0.5, 0.0, min(1.0, gap)));
+    return mix(color, gap_color, cover);
 }

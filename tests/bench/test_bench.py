@@ -204,12 +204,12 @@ def test_the_figures_of_the_paper_are_those_of_its_table() -> None:
 
 def test_the_styles_made_after_the_paper_stand_beside_its_figures() -> None:
     beside = {name: figure.style for name in style_names() if (figure := figure_for(name))}
-    assert beside == {"ink": 1, "crayon": 2, "sketch": 3, "abstraction": 4, "paint": 5, "blob": 6}
+    assert beside == {"ink": 1, "crayon": 2, "sketch": 3, "cartoon": 4, "impressionist": 5}
     timed = [
-        Timed(Subject("style", name, style()), (100, 100), 0.001, ()) for name in ("blob", "comic", "ink")
+        Timed(Subject("style", name, style()), (100, 100), 0.001, ()) for name in ("cartoon", "comic", "ink")
     ]
     text = markdown(as_dict(Bench([(100, 100)], [each.subject for each in timed], None, (), 1), timed))
-    told = "Its style 1 is compared with `ink`, 6 with `blob` (`kuwahara` for Flow-XDoG): similar in look"
+    told = "Its style 1 is compared with `ink`, 4 with `cartoon` (`kuwahara` for ETF): similar in look"
     assert told in " ".join(text.split())
 
 

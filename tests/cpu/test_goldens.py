@@ -41,7 +41,7 @@ def test_style_without_golden_is_reported(tmp_path: Path) -> None:
 
 
 def test_faint_global_and_strong_local_changes_are_reported() -> None:
-    kept = golden("blob")
+    kept = golden("poster")
     assert kept is not None
     faint = np.where(kept < 255, kept + 1, kept - 1).astype(np.uint8)
     strong = kept.copy()

@@ -74,7 +74,7 @@ def test_signatures_tell_how_alike_pictures_are(cat: Original) -> None:
 
 
 def test_measures_do_not_depend_on_the_size(cat: Original) -> None:
-    picture = cat.render(load_style("abstraction"))
+    picture = cat.render(load_style("cartoon"))
     small = cat.measure(reduce_picture(picture, MAX_MEASURED_SIDE_PX))
     assert small.tone == pytest.approx(cat.measure(picture).tone, abs=0.02)
 

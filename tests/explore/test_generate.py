@@ -159,5 +159,5 @@ def test_distance_says_how_far() -> None:
 
 def test_note_says_rules_seed_and_parents() -> None:
     style = cross(random_style("7-3"), shipped_styles()[0], 5)
-    for part in ("open rules, seed 7-3", "of abstraction, seed 5"):
+    for part in ("open rules, seed 7-3", "of anime, seed 5"):
         assert part in style.note

@@ -45,7 +45,7 @@ def named_among_three(given: str, tried: str, wanted: list[str], known: list[str
 
 
 def test_finds_the_style_of_a_picture_of_something_else() -> None:
-    known = ["sketch", "poster", "paint", "engraving", "noir"]
+    known = ["sketch", "poster", "impressionist", "engraving", "noir"]
     assert named_among_three("coffee", "chelsea", ["poster"], known) == 1
 
 

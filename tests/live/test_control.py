@@ -58,7 +58,7 @@ def test_variants_are_chosen_by_name():
     assert controls.style.name == "noir"
     controls.choose("ink:green")
     assert (controls.style.ink, controls.style.steady) == (load_style("ink:green").ink, 0.9)
-    for wrong, reason in (("ink:purple", "no variant"), ("paint:x", "not a style"), (":", "not a style")):
+    for wrong, reason in (("ink:purple", "no variant"), ("oil:x", "not a style"), (":", "not a style")):
         with pytest.raises(VidstyleError, match=reason):
             controls.choose(wrong)
     assert controls.style.name == "ink:green"

@@ -15,7 +15,7 @@ from covering import in_one_test
 from vidstyle.block import Asset, block
 from vidstyle.blocks import all_blocks
 from vidstyle.errors import StyleError
-from vidstyle.style import Step, Style, load_style, style_names, table_from_style, user_styles
+from vidstyle.style import Step, Style, load_style, style_file, style_names, table_from_style, user_styles
 from vidstyle.style.resolve import resolve
 
 FIXTURES = sorted((Path(__file__).parents[1] / "fixtures" / "styles").glob("*.toml"))
@@ -51,6 +51,27 @@ def test_a_file_is_read_to_the_letter() -> None:
     assert style.background[0] == Step("", source="source")
     assert style.background[1].values == {"other": "flat", "mode": "multiply", "opacity": 1.0}
     assert [each.block for each in style.lines] == ["to_gray", "soft_threshold", "to_color", "to_gray"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new"), [("abstraction", "cartoon"), ("blob", "poster"), ("paint", "impressionist")]
+)
+def test_a_retired_style_loads_what_replaces_it(old: str, new: str, caplog: pytest.LogCaptureFixture) -> None:
+    assert old not in style_names()
+    assert load_style(old) == load_style(new) and style_file(old) == style_file(new)
+    assert caplog.messages == [f"the style {old} is retired; {new} replaces it"]
+
+
+def test_a_variant_of_a_retired_style_is_that_of_its_replacement() -> None:
+    assert load_style("paint:animated") == load_style("impressionist:animated")
+
+
+def test_a_style_of_the_user_may_have_a_retired_name(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    own = user_styles() / "paint.toml"
+    own.parent.mkdir(parents=True)
+    own.write_text('format = 1\nnote = "mine"\n')
+    assert load_style("paint").note == "mine"
 
 
 @in_one_test("name", style_names())

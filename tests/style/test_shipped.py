@@ -13,7 +13,7 @@ from media import photograph
 from vidstyle.renderer import Renderer, stylize
 from vidstyle.style import PLAIN, load_style, style_names
 
-OF_THE_PAPER = ("ink", "crayon", "sketch", "abstraction", "paint", "blob")
+OF_THE_PAPER = ("ink", "crayon", "sketch", "cartoon", "impressionist")
 STYLES = sorted(set(style_names()) - {PLAIN})
 VARIANTS = [f"{name}:{variant}" for name in STYLES for variant in load_style(name).variants]
 CLEAR = 12 / 255

@@ -40,7 +40,7 @@ def shown_styles() -> dict[str, Style]:
         "source": plain,
         "the mask people": style_from_table(SHOWN_PEOPLE, "people"),
         "-s comic --only people": replace(load_style("comic"), only="people"),
-        "-s paint --only background": replace(load_style("paint"), only="background"),
+        "-s impressionist --only background": replace(load_style("impressionist"), only="background"),
         "-s manga --keep faces": replace(load_style("manga"), keep="faces"),
         "-s ink --background watercolor": replace(ink, behind=style_behind("watercolor")),
         "-s plain --background blur": replace(plain, behind=style_behind("blur")),

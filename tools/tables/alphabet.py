@@ -10,10 +10,13 @@ import numpy as np
 from vidstyle.blocks.glyphs import shipped_alphabets
 
 HEIGHT, WIDTH = 40, 24
+HEIGHT_UNITS = 10
 """Of a glyph; it is drawn on a field 6 wide and 10 high."""
 FINER = 8
 STROKE = 1.15
 """Width of a stroke; a dot is a little wider."""
+STRETCH_RATIO, MIDDLE = 1.22, 4.95
+"""Glyphs are stretched in height about a middle, and fill the field: rows of text become no dark stripes."""
 
 Points = list[tuple[float, float]]
 
@@ -41,13 +44,13 @@ GLYPHS: dict[str, list[Points]] = {
     "c": [ring(3.2, 5.9, 1.9, 2.1, 45, 315)],
     "x": [[(1, 3.8), (5, 8)], [(5, 3.8), (1, 8)]],
     "s": [letter_s(3.6, 8.1)],
-    "O": [ring(3, 4.9, 2.1, 3.3)],
+    "O": [ring(3, 4.9, 2.05, 2.9)],
     "S": [letter_s(1.6, 8.2)],
     "E": [[(5, 1.6), (1.1, 1.6), (1.1, 8.1), (5, 8.1)], [(1.1, 4.8), (4.5, 4.8)]],
     "8": [ring(3, 3.2, 1.75, 1.7), ring(3, 6.5, 2.05, 1.75)],
     "W": [[(0.6, 1.6), (1.7, 8.1), (3, 3), (4.3, 8.1), (5.4, 1.6)]],
-    "#": [[(2.1, 1.3), (1.6, 8.5)], [(4.4, 1.3), (3.9, 8.5)], [(0.5, 3.4), (5.6, 3.4)],
-          [(0.4, 6.4), (5.5, 6.4)]],
+    "#": [[(2.1, 1), (1.6, 8.8)], [(4.4, 1), (3.9, 8.8)], [(0.3, 3.4), (5.8, 3.4)],
+          [(0.2, 6.4), (5.7, 6.4)]],
     "@": [[*ring(3.1, 4.9, 2.4, 3.7, 60, 360), (5.5, 6.6), (4.2, 6.4)], ring(3.2, 5, 1, 1.5)],
 }  # fmt: skip
 
@@ -55,9 +58,10 @@ GLYPHS: dict[str, list[Points]] = {
 def drawn(strokes: list[Points]) -> np.ndarray:
     """A glyph, white on black."""
     large = np.zeros((HEIGHT * FINER, WIDTH * FINER), np.uint8)
-    scale = HEIGHT * FINER / 10
+    scale = HEIGHT * FINER / HEIGHT_UNITS
     for stroke in strokes:
-        places = (np.array(stroke) * scale * 16).round().astype(np.int32)
+        points = np.array(stroke) * (1, STRETCH_RATIO) + (0, HEIGHT_UNITS / 2 - STRETCH_RATIO * MIDDLE)
+        places = (points * scale * 16).round().astype(np.int32)
         if len(stroke) == 1:
             cv2.circle(large, places[0], round(0.65 * STROKE * scale * 16), 255, -1, cv2.LINE_AA, 4)
         cv2.polylines(large, [places], False, 255, round(STROKE * scale), cv2.LINE_AA, 4)

@@ -36,19 +36,19 @@ XEON_ETF_SPEED = 27.1
 MOBILE_FILTER_SPEEDS = (38.21, 223.03)
 """Megapixels per second of learned 5 x 5 filters on the CPU and the GPU of a Pixel 2018 (section 2.4)."""
 
-PAPER_STYLE_NUMBERS = {"ink": 1, "crayon": 2, "sketch": 3, "abstraction": 4, "paint": 5, "blob": 6}
-"""The style of the paper that each style is modelled on: the six that the paper describes (section 6.1).
+PAPER_STYLE_NUMBERS = {"ink": 1, "crayon": 2, "sketch": 3, "cartoon": 4, "impressionist": 5}
+"""The style of the paper that each style resembles: five of the six that the paper describes (section 6.1).
 
 The look is the same, and so are the filters named in the description, except for `OTHER_FILTERS`. The paper
 states neither parameters nor the number of passes, and the styles here adapt to the brightness of the picture
-first, so that speeds compare similar looks, not equal work. Styles 7 to 13 of the paper are only shown as
-pictures and have no counterpart."""
+first, so that speeds compare similar looks, not equal work. Style 6 has no counterpart any more, and styles 7
+to 13 of the paper, which are only shown as pictures, never had one."""
 
 OTHER_FILTERS = {
     "crayon": "`strokes` for the grain",
     "sketch": "`lic` for the hatching",
-    "paint": "`strokes` for the brush of ETF",
-    "blob": "`kuwahara` for Flow-XDoG",
+    "cartoon": "`kuwahara` for ETF",
+    "impressionist": "`strokes` for the brush of ETF",
 }
 """Styles that replace a filter of the paper's style: the filter here, and the one of the paper."""
 

@@ -201,8 +201,8 @@ def _legend(results: Sequence[dict[str, Any]]) -> Iterator[str]:
 def _paper_alike(alike: dict[str, int]) -> str:
     """Which style of the paper each style is compared with.
 
-    >>> _paper_alike({"abstraction": 4, "ink": 1})
-    'Its style 1 is compared with `ink`, 4 with `abstraction`: similar in look, not in the work done.'
+    >>> _paper_alike({"noir": 4, "ink": 1})
+    'Its style 1 is compared with `ink`, 4 with `noir`: similar in look, not in the work done.'
     """
     pairs = sorted((number, name) for name, number in alike.items())
     names = [f"`{name}`{f' ({OTHER_FILTERS[name]})' if name in OTHER_FILTERS else ''}" for _, name in pairs]

@@ -9,15 +9,16 @@ import numpy as np
 
 from vidstyle.block import Color, PageRegion, ResultRows, Slider, block
 from vidstyle.core.kernels import cached, clipped_sum, compiled, interleaved, look_up_at
+from vidstyle.core.kernels.edge_tiles import COLOR_WEIGHT, border_offsets, fill_tiles, find_tiles
 from vidstyle.core.white_noise import white_noise
 
 NEAR_CELLS = 2
 """Squares of the grid on each side that are searched for the nearest tile."""
 
 
-def _radius(size: float) -> int:
-    # The point in the pixel's square is at most a diagonal away.
-    return math.ceil(1.4143 * size) + 1
+def _radius(size: float, gap: float, edges: float) -> int:
+    # The nearest point is at most a diagonal away; that of the most like colour at most two squares.
+    return math.ceil(2 * size + gap / 2 if edges else 1.4143 * size) + 1
 
 
 @block(
@@ -48,13 +49,21 @@ def mosaic(
     variation: Annotated[
         float, Slider(0, 1, "variation of tone between tiles", explore=(0, 0.2), label="Tone variation")
     ] = 0.06,
+    edges: Annotated[
+        float,
+        Slider(0, 1, "how closely sides follow edges; 0 for straight ones", label="Sides along edges"),
+    ] = 0,
 ) -> np.ndarray:
     """Divide the picture into tiles of one colour each, as in stained glass, mosaic or cross stitch.
 
     Each tile is the Voronoi cell of a random point in a square of a grid, which is fixed to the page. It has
     the picture's colour at that point, so smooth the picture first. Worley 1996, "A Cellular Texture Basis
-    Function".
+    Function". With `edges`, pixels belong to the point that is nearest in place and colour: one step of SLIC,
+    Achanta et al. 2012, "SLIC Superpixels Compared to State-of-the-Art Superpixel Methods".
     """
+    if edges:
+        grid, looks = (size, irregularity), (gap, np.float32(gap_color), variation, edges)
+        return _along_edges(picture, place, grid, looks, out)
     tiles, owners, gaps = _tiles(size, irregularity, gap, place.height, place.width)
     top = place.top + place.margin[0]
     bottom, colors = top + len(out), np.empty(tiles.shape, np.float32)
@@ -66,6 +75,47 @@ def mosaic(
     return out
 
 
+def _along_edges(
+    picture: np.ndarray,
+    place: PageRegion,
+    grid: tuple[float, float],
+    looks: tuple[float, np.ndarray, float, float],
+    out: np.ndarray,
+) -> np.ndarray:
+    """Divide the picture into tiles whose sides follow its edges.
+
+    Args:
+        grid: size and irregularity of tiles.
+        looks: gap, its colour, variation and edges.
+    """
+    (size, irregularity), (gap, gap_color, variation, edges) = grid, looks
+    near, rows = border_offsets(gap), interleaved(picture)
+    above, below = (min(math.ceil(gap / 2), each) for each in place.margin)
+    inner = slice(place.margin[0] - above, len(picture) - place.margin[1] + below)
+    top = place.top + inner.start
+    tiles = _points(size, irregularity, place.height, place.width)
+    colors = np.empty(tiles.shape, np.float32)
+    squares = np.arange(top, place.top + inner.stop, dtype=np.float32) + np.float32(0.5)
+    squares = (squares / np.float32(size)).astype(np.int32) + NEAR_CELLS
+    used = slice(squares[0] - 1, squares[-1] + 2)
+    _color_tiles(rows, place.top, tiles[used], np.float32(0), colors[used])
+    owners = np.empty((inner.stop - inner.start, place.width), np.int32)
+    planes, best = np.empty((3, place.width), np.float32), np.empty(place.width, np.float32)
+    scale = np.float32(1 / size**2), np.float32(edges * COLOR_WEIGHT)
+    starts = _first_columns(size, place.width)
+    find_tiles(rows[inner], top, (squares, starts), tiles, colors, scale, planes, best, owners)
+    _color_tiles(rows, place.top, tiles[used], np.float32(variation), colors[used])
+    fill_tiles(owners, above, near, colors.reshape(-1), gap_color, interleaved(out))
+    return out
+
+
+@cached(maxsize=6)
+def _first_columns(size: float, width: int) -> np.ndarray:
+    """Return the first column of each square of the grid, and the end of the last one, int32."""
+    columns = ((np.arange(width, dtype=np.float32) + np.float32(0.5)) / np.float32(size)).astype(np.int32)
+    return np.searchsorted(columns, np.arange(columns[-1] + 2)).astype(np.int32)
+
+
 @cached(maxsize=6)
 def _tiles(size: float, irregularity: float, gap: float, height: int, width: int) -> tuple[np.ndarray, ...]:
     """Return the tiles of a page, cached as they do not move: for three blocks, on the page and on its faces.
@@ -74,6 +124,15 @@ def _tiles(size: float, irregularity: float, gap: float, height: int, width: int
         Column and row of the middle of each tile and its tone, rows x columns x 3; the number of each pixel's
         tile; the share of the pixel that is gap, in 255ths.
     """
+    middles = _points(size, irregularity, height, width)
+    owners, gaps = np.empty((height, width), np.int32), np.empty((height, width), np.uint8)
+    _divide(middles, np.float32(size), np.float32(gap / 2), owners, gaps)
+    return middles, owners, gaps
+
+
+@cached(maxsize=6)
+def _points(size: float, irregularity: float, height: int, width: int) -> np.ndarray:
+    """Return column and row of the middle of each tile of a page, and its tone: rows x columns x 3."""
     count = math.ceil(height / size) + 2 * NEAR_CELLS, math.ceil(width / size) + 2 * NEAR_CELLS
     rows, columns = (np.arange(-NEAR_CELLS, each - NEAR_CELLS) for each in count)
     numbers = white_noise(rows, np.arange(-3 * NEAR_CELLS, 3 * (count[1] - NEAR_CELLS))).reshape(*count, 3)
@@ -86,9 +145,7 @@ def _tiles(size: float, irregularity: float, gap: float, height: int, width: int
         rows[:, None] + np.float32(0.5) + spread * (numbers[..., 1] - np.float32(0.5))
     ) * np.float32(size)
     middles[..., 2] = numbers[..., 2]
-    owners, gaps = np.empty((height, width), np.int32), np.empty((height, width), np.uint8)
-    _divide(middles, np.float32(size), np.float32(gap / 2), owners, gaps)
-    return middles, owners, gaps
+    return middles
 
 
 @compiled(fastmath=True)

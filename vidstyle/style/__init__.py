@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 
 from vidstyle.assets import asset_folder, configuration_folder
-from vidstyle.errors import StyleError, suggest
+from vidstyle.errors import StyleError, log, suggest
 from vidstyle.style.change import apply_variant, expand, override, set_values
 from vidstyle.style.check import style_from_table
 from vidstyle.style.files import read_style_file, save_style, style_text
@@ -44,7 +45,7 @@ def load_style(style: str | Path | Mapping[str, object] | Style) -> Style:
 
     A text that ends in .toml or has a folder in it is a path, as is one that names no style but a file.
     "ink:dark-blue" and "mine.toml:dark-blue" are variants of the styles before the colon. A table may hold
-    no paths, having no folder.
+    no paths, having no folder. The name of a retired style loads the style that replaces it, with a notice.
 
     Raises:
         StyleError: there is no such style or variant, or it has mistakes: all of them are named.
@@ -72,7 +73,7 @@ def style_names() -> list[str]:
 def style_file(style: str) -> Path | None:
     """Return the file that `load_style` reads for a text; None if it reads none."""
     base = _split(style)[0]
-    return base if isinstance(base, Path) else _files().get(base)
+    return base if isinstance(base, Path) else _files().get(base) or _replacements().get(base)
 
 
 def user_styles() -> Path:
@@ -86,15 +87,24 @@ def _files() -> dict[str, Path]:
     return {path.stem: path for folder in folders for path in folder.glob("*.toml")}
 
 
+@cache
+def _replacements() -> dict[str, Path]:
+    """Return the file of the shipped style that replaces each retired one."""
+    shipped = asset_folder("styles").glob("*.toml")
+    return {name: path for path in shipped for name in read_style_file(path).replaces.split()}
+
+
 def _load_named(name: str) -> Style:
     if name == PLAIN:
         return Style(name=PLAIN, note="The unchanged source.")
-    files = _files()
-    if name not in files:
-        if os.path.isfile(name):
-            return read_style_file(Path(name))
-        raise StyleError(name, [f"there is no style '{name}'; {suggest(name, style_names())}"])
-    return read_style_file(files[name])
+    if path := _files().get(name):
+        return read_style_file(path)
+    if os.path.isfile(name):
+        return read_style_file(Path(name))
+    if path := _replacements().get(name):
+        log.warning("the style %s is retired; %s replaces it", name, path.stem, extra={"once": True})
+        return read_style_file(path)
+    raise StyleError(name, [f"there is no style '{name}'; {suggest(name, style_names())}"])
 
 
 def _split(text: str) -> tuple[str | Path, str | None]:

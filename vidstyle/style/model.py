@@ -49,6 +49,8 @@ class Style:
     `lines` is the coverage of the ink over it: lines * background + (1 - lines) * ink.
 
     Attributes:
+        replaces: the names of retired shipped styles, separated by spaces, that load this one; only shipped
+            styles are searched for them.
         height: the picture height for which lengths ("px") are given; None uses them unchanged.
         steady: temporal smoothing, 0 to 1.
         strength: how much of the result is mixed with the source, 0 to 1.
@@ -67,6 +69,7 @@ class Style:
 
     name: str
     note: str = ""
+    replaces: str = ""
     height: float | None = None
     ink: str = "#000000"
     paper: str = "#ffffff"
@@ -164,7 +167,7 @@ def table_from_style(style: Style) -> dict[str, Any]:
     {'format': 1, 'name': 'flat', 'background': [{'block': 'posterize', 'levels': 5}]}
     """
     table: dict[str, Any] = {"format": 1, "name": style.name}
-    values = {name: getattr(style, name) for name in ("note", *FIELDS)}
+    values = {name: getattr(style, name) for name in ("note", "replaces", *FIELDS)}
     table |= {name: value for name, value in values.items() if value != getattr(Style, name)}
     table |= {"knobs": list(style.knobs)} if style.knobs else {}
     table |= {"labels": dict(style.labels)} if style.labels else {}
