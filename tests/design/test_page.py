@@ -543,9 +543,9 @@ def test_a_step_that_only_saves_has_a_name(page: Page) -> None:
 def test_cards_stand_where_the_layout_places_them(page: Page) -> None:
     browser = page.browser
     browser.run(
-        "[...document.querySelectorAll('.tile b')].find((each) => each.textContent === 'Impressionist').click()"
+        "[...document.querySelectorAll('.tile b')].find((each) => each.textContent === 'Oil').click()"
     )
-    steps = len(load_style("impressionist").steps)
+    steps = len(load_style("oil").steps)
     browser.click("#to-diagram")
     browser.until(f"document.querySelectorAll('.card').length === {steps + 2}")
     browser.run("await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
