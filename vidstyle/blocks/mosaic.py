@@ -95,8 +95,8 @@ def _along_edges(
     top = place.top + inner.start
     tiles = _points(size, irregularity, place.height, place.width)
     colors = np.empty(tiles.shape, np.float32)
-    squares = np.arange(top, place.top + inner.stop, dtype=np.float32) + np.float32(0.5)
-    squares = (squares / np.float32(size)).astype(np.int32) + NEAR_CELLS
+    middles = np.arange(top, place.top + inner.stop, dtype=np.float32) + np.float32(0.5)
+    squares = (middles / np.float32(size)).astype(np.int32) + NEAR_CELLS
     used = slice(squares[0] - 1, squares[-1] + 2)
     _color_tiles(rows, place.top, tiles[used], np.float32(0), colors[used])
     owners = np.empty((inner.stop - inner.start, place.width), np.int32)

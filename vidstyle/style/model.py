@@ -49,8 +49,6 @@ class Style:
     `lines` is the coverage of the ink over it: lines * background + (1 - lines) * ink.
 
     Attributes:
-        replaces: the names of retired shipped styles, separated by spaces, that load this one; only shipped
-            styles are searched for them.
         height: the picture height for which lengths ("px") are given; None uses them unchanged.
         steady: temporal smoothing, 0 to 1.
         strength: how much of the result is mixed with the source, 0 to 1.
@@ -65,11 +63,12 @@ class Style:
         variants: for each variant's name the values that it sets, by their paths.
         knobs: the paths of the values that are worth adjusting first.
         labels: what values do in this style, in plain words, by their paths.
+        replaces: the names of retired shipped styles, separated by spaces, that load this one; only shipped
+            styles are searched for them.
     """
 
     name: str
     note: str = ""
-    replaces: str = ""
     height: float | None = None
     ink: str = "#000000"
     paper: str = "#ffffff"
@@ -88,6 +87,7 @@ class Style:
     labels: Mapping[str, str] = field(default_factory=dict)
     masks: Masks = field(default_factory=dict)
     behind: Style | None = None
+    replaces: str = ""
 
     @property
     def summary(self) -> str:
