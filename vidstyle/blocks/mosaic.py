@@ -79,7 +79,7 @@ def _along_edges(
     picture: np.ndarray,
     place: PageRegion,
     grid: tuple[float, float],
-    looks: tuple[float, np.ndarray, float, float],
+    looks: tuple[float, Any, float, float],
     out: np.ndarray,
 ) -> np.ndarray:
     """Divide the picture into tiles whose sides follow its edges.
