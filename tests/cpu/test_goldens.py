@@ -25,12 +25,12 @@ def test_style_matches_golden(name: str, tmp_path: Path) -> None:
 
 
 def test_changed_style_is_reported_with_pictures(tmp_path: Path) -> None:
-    changed = override(load_style("poster"), ["posterize.levels=2"])
-    with pytest.raises(AssertionError, match="poster: .* levels off") as caught:
-        check("poster", drawn(changed), tmp_path)
+    changed = override(load_style("cartoon"), ["luma_posterize.levels=2"])
+    with pytest.raises(AssertionError, match="cartoon: .* levels off") as caught:
+        check("cartoon", drawn(changed), tmp_path)
     paths = sorted(tmp_path.iterdir())
     assert [path.name for path in paths] == [
-        "poster-difference.png", "poster-golden.png", "poster-got.png"
+        "cartoon-difference.png", "cartoon-golden.png", "cartoon-got.png"
     ]  # fmt: skip
     assert all(str(path) in str(caught.value) for path in paths)
 

@@ -8,8 +8,8 @@ from typing import Annotated, Any
 import numpy as np
 
 from vidstyle.block import Color, PageRegion, ResultRows, Slider, block
+from vidstyle.core.edge_tiles import COLOR_WEIGHT, border_offsets, fill_tiles, find_tiles
 from vidstyle.core.kernels import cached, clipped_sum, compiled, interleaved, look_up_at
-from vidstyle.core.kernels.edge_tiles import COLOR_WEIGHT, border_offsets, fill_tiles, find_tiles
 from vidstyle.core.white_noise import white_noise
 
 NEAR_CELLS = 2

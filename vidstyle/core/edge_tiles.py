@@ -6,8 +6,7 @@ import math
 
 import numpy as np
 
-from vidstyle.core.kernels.declare import compiled
-from vidstyle.core.kernels.indices import look_up_at
+from vidstyle.core.kernels import compiled, look_up_at
 
 COLOR_WEIGHT = 30.0
 """Weight of the squared difference of two colours, 0..3, next to the squared distance in sizes of a tile."""
