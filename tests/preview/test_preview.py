@@ -91,7 +91,9 @@ def test_the_page_shows_every_style_the_source_first(
 
 
 def test_the_page_needs_nothing_from_elsewhere() -> None:
-    page = preview_page("in.png", [StyleSample(Style("plain"), picture()), StyleSample(FLAT, picture())])
+    page = preview_page(
+        "in.png", "in.png", [StyleSample(Style("plain"), picture()), StyleSample(FLAT, picture())]
+    )
     for _, attributes in Elements(page).found:
         for name in ("src", "href", "srcset", "action"):
             assert str(attributes.get(name, "data:")).startswith("data:")
@@ -101,8 +103,10 @@ def test_the_page_needs_nothing_from_elsewhere() -> None:
 
 def test_nothing_of_a_stranger_becomes_part_of_the_page() -> None:
     evil = '<script>alert("1")</script>&amp;"\' onerror=x $source'
-    plain = Elements(preview_page("in.png", [StyleSample(Style("plain", note="x"), picture())]))
-    page = Elements(preview_page(evil + "\n\x1b", [StyleSample(Style(evil, note=f"`{evil}`"), picture())]))
+    plain = Elements(preview_page("in.png", "in.png", [StyleSample(Style("plain", note="x"), picture())]))
+    page = Elements(
+        preview_page(evil + "\n\x1b", evil, [StyleSample(Style(evil, note=f"`{evil}`"), picture())])
+    )
     assert [tag for tag, _ in page.found if tag != "code"] == [tag for tag, _ in plain.found if tag != "code"]
     assert [*map(len, page.all("img"))] == [*map(len, plain.all("img"))]
     assert page.all("img")[0]["alt"] == evil

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import replace
@@ -16,7 +17,7 @@ import numpy as np
 
 from vidstyle.core.convert import to_rgb
 from vidstyle.errors import InputError, UsageError, counted, log, printable
-from vidstyle.export import module_text
+from vidstyle.export import join_modules, module_text
 from vidstyle.gallery.style_samples import (
     StyleSample,
     encode_picture,
@@ -36,12 +37,14 @@ MAX_SIDE = 960
 _PREVIEW_SUFFIXES = (".html", ".png", ".jpg")
 
 _FIGURE_TEMPLATE = Template("""\
-<figure>
+<figure data-command="$command">
 <button type="button" aria-label="Enlarge $name"><img src="$picture" alt="$name" width="$width"
  height="$height"></button>
-<figcaption><strong>$name</strong> <span>$note</span></figcaption>
+<figcaption><strong>$name</strong> <span class="about">$about</span>
+<span class="note" hidden>$note</span></figcaption>
 </figure>
 """)
+_SHEET_FOLDER = Path(__file__).with_name("preview_sheet")
 
 
 def write_preview(
@@ -85,26 +88,40 @@ def write_preview(
             samples.append(sample)
             on_step("drawing styles", len(samples), len(styles))
         if suffix == ".html":
-            write(preview_page(heading, samples).encode("utf-8"))
+            write(preview_page(heading, name, samples).encode("utf-8"))
         else:
             sheet = sheet_of_samples([(sample.style.name, sample.picture) for sample in samples])
             write(encode_picture(sheet, suffix))
     return heading
 
 
-def preview_page(heading: str, samples: Sequence[StyleSample]) -> str:
-    """Return a self-contained HTML page with a picture for each sample; `samples` is not empty."""
-    template = Template(Path(__file__).with_name("page.html").read_text(encoding="utf-8"))
-    figures = "".join(map(_figure, samples))
-    style, theme = module_text("components.css"), module_text("theme.js")
-    return template.substitute(heading=escape(printable(heading)), figures=figures, style=style, theme=theme)
+def preview_page(heading: str, name: str, samples: Sequence[StyleSample]) -> str:
+    """Return a self-contained HTML page with a picture for each sample.
+
+    Args:
+        heading: the title of the page.
+        name: the file name of the source, for commands.
+        samples: at least one.
+    """
+    template = Template((_SHEET_FOLDER / "sheet.html").read_text(encoding="utf-8"))
+    return template.substitute(
+        heading=escape(printable(heading)),
+        figures="".join(_figure(name, sample) for sample in samples),
+        style=module_text("components.css"),
+        script=join_modules(_SHEET_FOLDER / "sheet.js"),
+    )
 
 
-def _figure(sample: StyleSample) -> str:
+def _figure(source: str, sample: StyleSample) -> str:
     height, width = sample.picture.shape[:2]
+    name, note = sample.style.name, sample.style.note
+    about, _, _ = note.partition(" Tune ")
+    command = f"vidstyle render {shlex.quote(printable(source))} OUTPUT --style {shlex.quote(name)}"
     return _FIGURE_TEMPLATE.substitute(
-        name=escape(sample.style.name),
-        note=_to_html(sample.style.note),
+        name=escape(name),
+        command=escape(command),
+        about=_to_html(about),
+        note=_to_html(note),
         picture=jpeg_address(sample.picture),
         width=width,
         height=height,

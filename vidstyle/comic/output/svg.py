@@ -17,10 +17,14 @@ from vidstyle.comic.lettering.characters import xml_text
 from vidstyle.comic.lettering.fonts import split_stress, thickness
 from vidstyle.comic.output.raster import JPEG_QUALITY
 from vidstyle.comic.output.sheet import Label, RenderedPanel, Sheet
+from vidstyle.errors import counted
+from vidstyle.export import join_modules, module_text
 from vidstyle.media.picture_bytes import jpeg_bytes
 from vidstyle.regions.boxes import Rectangle
 
-_TEMPLATE_PATH, _SCRIPT_PATH = (Path(__file__).with_name(name) for name in ("strip.html", "edit.js"))
+_TEMPLATE_PATH, _READER_PATH, _EDITOR_PATH = (
+    Path(__file__).with_name(name) for name in ("strip.html", "reader.js", "edit.js")
+)
 
 
 def html(sheets: Iterable[Sheet], title: str, page_file: str) -> bytes:
@@ -40,21 +44,27 @@ def html(sheets: Iterable[Sheet], title: str, page_file: str) -> bytes:
         for number, (sheet, count) in enumerate(zip(drawn, before, strict=False))
     )
     width = max(sheet.width for sheet in drawn)
-    page, code = (
-        Template(_TEMPLATE_PATH.read_text(encoding="utf-8")),
-        _SCRIPT_PATH.read_text(encoding="utf-8"),
-    )
-    digest = b64encode(sha256(code.encode()).digest()).decode("ascii")
+    template = Template(_TEMPLATE_PATH.read_text(encoding="utf-8"))
+    reader = join_modules(_READER_PATH)
+    editor = _EDITOR_PATH.read_text(encoding="utf-8") if page_file else ""
     # JSON in a page must not contain the end tag of its element.
     data = json.dumps(page_file).replace("<", "\\u003c")
-    return page.substitute(
+    return template.substitute(
         title=xml_text(title or "Comic"),
+        count=counted(len(drawn), "page"),
+        style=module_text("components.css"),
         width=width,
         pages="".join(pages),
         data=data,
-        code=code if page_file else "",
-        digest=digest,
+        reader=reader,
+        code=editor,
+        digests=" ".join(map(_digest, (reader, editor))),
     ).encode()
+
+
+def _digest(script: str) -> str:
+    """Return the source of a content security policy that allows only this script."""
+    return f"'sha256-{b64encode(sha256(script.encode()).digest()).decode('ascii')}'"
 
 
 def svg(sheets: Iterable[Sheet], title: str) -> bytes:

@@ -100,6 +100,8 @@ class Output:
             OutputError: one cannot be written.
         """
         kind = self.target.suffix.lower()
+        if kind == _STRIP_SUFFIX:
+            title = title or Path(self._source).stem
         encode = partial(html, page_file=page_file) if kind == _STRIP_SUFFIX else _PAGE_ENCODERS[kind]
         is_single = kind in _MULTI_PAGE_SUFFIXES
         targets = [self.target] if is_single else page_names(self.target, pages)

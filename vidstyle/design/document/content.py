@@ -75,6 +75,12 @@ class Content:
         """Return the label of a value in this style."""
         return self.labels.get(ref, parameter.label)
 
+    def value_of(self, ref: ValueRef, parameter: Parameter) -> Any:
+        """Return a value: its default if it is not set, or if there is no such step."""
+        tables = {step.number: step.table for _, _, step in self.steps}
+        table = self.fields if ref.step is None else tables.get(ref.step, {})
+        return table.get(ref.name, parameter.default)
+
     def with_layer(self, layer: str, steps: tuple[PlacedStep, ...]) -> Content:
         """Return the content with a layer replaced and references to removed steps deleted."""
         layers = {**self.layers, layer: steps}

@@ -34,6 +34,7 @@ class Document:
     Attributes:
         style: the last valid state of the style.
         mistakes: the mistakes in the current content.
+        start: the content as opened or saved.
         revision: the number of changes.
         folder: the base folder of relative paths; None forbids paths.
     """
@@ -44,6 +45,7 @@ class Document:
         self._numbers = itertools.count(1)
         content = content_of(style, self._new_number)
         self._history = History("open" if content.steps else "new", content)
+        self.start = content
         self._saved = content.table()
         self._snapshots: dict[str, Content] = {}
         self.revision = revision
@@ -132,6 +134,7 @@ class Document:
 
     def mark_saved(self, folder: Path | None) -> None:
         """Mark the current content as saved to a file in `folder`."""
+        self.start = self.content
         self._saved = self.content.table()
         self.folder = folder
         self._check()

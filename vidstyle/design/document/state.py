@@ -32,7 +32,7 @@ def state_of(document: Document) -> dict[str, Any]:
         "dirty": document.is_changed,
         "name": content.fields.get("name", ""),
         "note": content.fields.get("note", ""),
-        "variants": list(content.variants),
+        "variants": [_swatch(content, name) for name in content.variants],
         "variant": next((name for name in content.variants if _is_chosen(content, name)), ""),
         "strength": content.fields.get("strength", FIELDS["strength"].default),
         "fields": fields,
@@ -58,7 +58,7 @@ class _Describer:
     """Describes steps and fields."""
 
     def __init__(self, document: Document) -> None:
-        self._content = document.content
+        self._content, self._start = document.content, document.start
         self._path_of = self._content.paths()
         self._errors: dict[int | None, str] = {}
         for each in document.mistakes:
@@ -109,6 +109,7 @@ class _Describer:
             "path": self._path_of(ref),
             "value": value,
             "default": parameter.default,
+            "start": self._start.value_of(ref, parameter),
             "knob": ref in self._content.knobs,
         }
 
@@ -125,6 +126,12 @@ class _Describer:
                 shown = f"{value:g}" if isinstance(value, float) else str(value).lower()
                 return f"{shown} {entry['label'].lower()}"
         return ""
+
+
+def _swatch(content: Content, name: str) -> dict[str, str]:
+    """Return the name of a variant, and the colours of its ink and paper."""
+    varied = content.fields | {ref.name: value for ref, value in content.variants[name] if ref.step is None}
+    return {"name": name} | {color: varied.get(color, FIELDS[color].default) for color in ("ink", "paper")}
 
 
 def _is_chosen(content: Content, name: str) -> bool:

@@ -4,8 +4,12 @@ import { get, icon, make, title } from "./elements.js";
 
 /** @typedef {import("./types.js").StyleInfo} StyleInfo */
 
-/** The names of other pages on buttons. @type {Record<string, string>} */
-const OTHER_PAGES = { explore: "Explore new looks", comic: "Make comic pages", live: "Live camera" };
+/** The other pages: icon, name, purpose. @type {Record<string, [string, string, string]>} */
+const OTHER_PAGES = {
+  explore: ["styles", "Explore new looks", "Choose from random styles on your own picture"],
+  comic: ["panels", "Make comic pages", "The key frames of your film, laid out as a comic"],
+  live: ["camera", "Live camera", "Restyle a webcam while you watch"],
+};
 
 /** The server accepts no larger files. */
 const MAX_UPLOAD_BYTES = 2 ** 31;
@@ -15,6 +19,8 @@ export class Start {
   /** @type {HTMLImageElement[]} */
   #pictures = [];
   #fresh = false;
+  /** The tile of a new style. @type {HTMLElement | null} */
+  #new = null;
   #name = "";
   /** The address of the unchanged film. */
   #source = "";
@@ -29,6 +35,10 @@ export class Start {
     this.mayLeave = mayLeave;
     this.opened = opened;
     this.root = get("start");
+    this.finder = /** @type {HTMLInputElement} */ (get("find-look"));
+    this.finder.addEventListener("input", () => this.#filter());
+    // The first tile has the focus at once; its ring would look like a choice before a key is pressed.
+    addEventListener("keydown", () => document.body.classList.add("keys"));
     get("back").addEventListener("click", () => this.show(false));
     const picker = /** @type {HTMLInputElement} */ (get("file"));
     for (const button of document.querySelectorAll(".choose-file")) button.addEventListener("click", () => picker.click());
@@ -52,8 +62,9 @@ export class Start {
   /** @param {boolean} open */
   show(open) {
     this.root.hidden = !open;
-    get("app").inert = open;
-    get("back").hidden = !this.session.state;
+    for (const id of ["work", "panel"]) get(id).inert = open;
+    document.body.classList.toggle("starting", open);
+    get("back").hidden = !open || !this.session.state;
     if (!open) return;
     if (!this.#fresh) this.session.ask("start");
     this.#fresh = true;
@@ -64,7 +75,8 @@ export class Start {
   #film(clip) {
     this.#name = clip.name.split(/[\\/]/).at(-1) ?? "";
     this.#fresh = false;
-    get("previews").textContent = `Looks of ${this.#name}`;
+    get("previews").textContent = "";
+    get("source-name").textContent = this.#name;
     for (const picture of this.#pictures) picture.classList.add("waiting");
     if (this.isOpen) this.show(true);
   }
@@ -73,6 +85,7 @@ export class Start {
   #fill(styles) {
     const fresh = this.#tile("New style", "Start from the unchanged film and add steps.", () => this.open("new", {}));
     fresh.classList.add("new");
+    this.#new = fresh;
     fresh.prepend(make("span", { className: "blank" }, icon("plus")));
     this.#pictures = [];
     const tiles = styles.map(({ name, note }) => {
@@ -82,7 +95,16 @@ export class Start {
       tile.prepend(shown);
       return tile;
     });
-    get("tiles").replaceChildren(fresh, ...tiles);
+    get("tiles").replaceChildren(...(document.body.classList.contains("front") ? [...tiles, fresh] : [fresh, ...tiles]));
+    this.#filter();
+  }
+
+  /** Shows the looks with all the words that are typed. */
+  #filter() {
+    const words = this.finder.value.toLowerCase().split(/\s+/);
+    const tiles = /** @type {HTMLElement[]} */ ([...get("tiles").children]);
+    for (const tile of tiles) tile.hidden = !words.every((word) => String(tile.textContent).toLowerCase().includes(word));
+    get("no-look").hidden = tiles.some((tile) => !tile.hidden);
   }
 
   /** @param {string} name @param {string} text @param {() => void} chosen */
@@ -105,6 +127,9 @@ export class Start {
     if (!this.isOpen) return;
     const before = this.#source;
     this.#source = URL.createObjectURL(file);
+    const shown = /** @type {HTMLImageElement} */ (get("source-picture"));
+    shown.src = this.#source;
+    shown.hidden = false;
     for (const picture of this.#pictures) if (picture.classList.contains("waiting")) picture.src = this.#source;
     if (before) URL.revokeObjectURL(before);
   }
@@ -117,17 +142,25 @@ export class Start {
 
   /** Says how many previews are made. @param {{done: number, total: number}} made */
   #report({ done, total }) {
-    get("previews").textContent = done < total ? `Preparing looks of ${this.#name}: ${done} of ${total}` : `All looks show ${this.#name}.`;
+    get("previews").textContent = done < total ? `Rendering previews: ${done} of ${total}` : `on ${this.#name}`;
   }
 
   /** Turns the screen into the front page. @param {{pages: string[], reveal: boolean}} front */
   #welcome({ pages }) {
     get("start-title").textContent = "Restyle a film or photograph";
-    get("start-about").textContent = "Open a file, choose a look, adjust it, and press Render. Nothing leaves this computer.";
+    get("start-about").textContent = "Open a file, choose a look, adjust it, render. Nothing leaves this computer.";
     document.body.classList.add("front");
-    const others = pages.filter((kind) => kind in OTHER_PAGES).map((kind) => make("button", { type: "button", textContent: OTHER_PAGES[kind], onclick: () => this.#leave(kind) }));
+    if (this.#new) get("tiles").append(this.#new);
+    const others = pages.filter((kind) => kind in OTHER_PAGES).map((kind) => this.#door(kind));
     get("other-pages").replaceChildren(...others);
     get("other-pages").hidden = !others.length;
+  }
+
+  /** Returns the button that opens another page. @param {string} kind */
+  #door(kind) {
+    const [image, name, purpose] = OTHER_PAGES[kind];
+    const words = make("span", {}, make("b", { textContent: name }), make("span", { className: "quiet", textContent: purpose }));
+    return make("button", { type: "button", onclick: () => this.#leave(kind) }, icon(image), words);
   }
 
   /** Opens another page in a new tab. @param {string} kind */
@@ -155,7 +188,7 @@ export class Start {
     const discard = make("button", { type: "button", textContent: "Discard" });
     accept.addEventListener("click", () => this.open("draft", { accept: true }).then(() => (offer.hidden = true)));
     discard.addEventListener("click", () => this.session.ask("draft", { accept: false }).then(() => (offer.hidden = true)));
-    offer.replaceChildren(make("p", { textContent: `“${draft.name}” has unsaved changes from ${new Date(draft.when).toLocaleString()}.` }), accept, discard);
+    offer.replaceChildren(make("p", { textContent: `“${title(draft.name)}” has unsaved changes from ${new Date(draft.when).toLocaleString([], { dateStyle: "medium", timeStyle: "short" })}.` }), accept, discard);
   }
 
   /** @param {DragEvent} event */

@@ -2,6 +2,7 @@
 
 import { make, press } from "./elements.js";
 import { ValueList } from "./values.js";
+import { variantChip } from "./variant_chip.js";
 
 /** @typedef {import("./types.js").State} State */
 
@@ -44,12 +45,12 @@ export class StylePanel {
     this.about.textContent = about;
     this.errors.replaceChildren(...state.errors.map((text) => make("p", { textContent: text })));
     this.errors.hidden = !state.errors.length;
-    this.variants.replaceChildren(...state.variants.map((name) => {
-      const chip = make("button", { type: "button", textContent: name });
-      press(chip, name === state.variant);
-      chip.addEventListener("click", () => this.session.edit("variant", { name }));
+    this.variants.replaceChildren(...state.variants.map((variant) => {
+      const chip = variantChip(variant, () => this.session.edit("variant", { name: variant.name }));
+      press(chip, variant.name === state.variant);
       return chip;
     }));
+    this.variants.hidden = !state.variants.length;
     this.knobs.show(state.knobs);
     this.none.hidden = state.knobs.length > 0;
     /** @param {import("./types.js").Entry} entry */

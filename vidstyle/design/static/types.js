@@ -12,6 +12,7 @@ import { title } from "./elements.js";
  * @property {"slider" | "switch" | "color" | "choice"} kind
  * @property {any} value
  * @property {any} default
+ * @property {any} start the value when the style was opened or saved
  * @property {boolean} knob whether it is pinned to the style panel
  * @property {string} help
  * @property {number} [low]
@@ -54,7 +55,7 @@ import { title } from "./elements.js";
  * @property {string} file the file of the style; "" if it has none yet
  * @property {string} name
  * @property {string} note
- * @property {string[]} variants
+ * @property {import("./variant_chip.js").Variant[]} variants
  * @property {string} variant the current variant, or ""
  * @property {Entry[]} fields
  * @property {Entry[]} knobs

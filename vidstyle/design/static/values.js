@@ -45,7 +45,7 @@ export class ValueList {
   #row(entry) {
     const id = `value-${this.pins ? "" : "knob-"}${entry.path}`;
     const shown = control(entry, id, (value) => this.#set(entry, value));
-    const label = make("label", { htmlFor: id, textContent: entry.label, title: `${entry.path}\nDouble-click to reset: ${entry.default ?? "not set"}` });
+    const label = make("label", { htmlFor: id, textContent: entry.label, title: `${entry.path}\nDouble-click to reset: ${entry.start ?? "not set"}` });
     const pin = this.pins ? this.#pin(entry) : null;
     const button = pin ?? (entry.knob ? this.#rename(entry, label) : null);
     const top = make("div", { className: "top" }, label, ...(button ? [button] : []), make("div", { className: "number" }, ...shown.inline));
@@ -58,11 +58,11 @@ export class ValueList {
     return { box, pin, shown, entry };
   }
 
-  /** Returns a slider with a mark at the default. @param {Entry} entry @param {HTMLElement[]} inside */
+  /** Returns a slider with a mark at the value of the style as opened. @param {Entry} entry @param {HTMLElement[]} inside */
   #track(entry, inside) {
     const track = make("div", { className: "track" }, ...inside);
     const scale = scaleOf(entry);
-    if (entry.default !== null) track.style.setProperty("--default", String(scale.place(entry.default) / scale.notches));
+    if (entry.start !== null) track.style.setProperty("--default", String(scale.place(entry.start) / scale.notches));
     return track;
   }
 
@@ -85,8 +85,8 @@ export class ValueList {
 
   /** @param {Entry} entry */
   #reset(entry) {
-    this.#rows.get(entry.path)?.shown.show(entry.default);
-    this.#set(entry, entry.default);
+    this.#rows.get(entry.path)?.shown.show(entry.start);
+    this.#set(entry, entry.start);
   }
 
   /** @param {Entry} entry @param {any} value */
@@ -96,7 +96,7 @@ export class ValueList {
 
   /** @param {Row} row @param {Entry} entry */
   #update(row, entry) {
-    row.box.classList.toggle("changed", entry.value !== entry.default);
+    row.box.classList.toggle("changed", entry.value !== entry.start);
     press(row.pin, entry.knob);
     const typing = row.box.contains(document.activeElement) && document.activeElement?.matches("input[type=number]");
     if (this.#held === entry.path || this.session.isBusy(entry.path) || typing) return;

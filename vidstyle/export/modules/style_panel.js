@@ -3,6 +3,7 @@
 import { control, isShort } from "./controls.js";
 import { get, make, press } from "./elements.js";
 import { addressedStyle, addressedValues } from "./shared_link.js";
+import { variantChip } from "./variant_chip.js";
 
 /** @typedef {import("./plan_values.js").Entry} Entry */
 /** @typedef {import("./viewer.js").StyleData} StyleData */
@@ -58,7 +59,7 @@ export class StylePanel {
       this.#changed();
     });
     const label = make("label", { htmlFor: `value-${path}`, textContent: entry.label });
-    const row = make("div", { className: "control", title: help }, label, make("div", { className: "value" }, ...shown.inline), ...(shown.below ?? []));
+    const row = make("div", { className: "control" }, label, make("div", { className: "value" }, ...shown.inline), ...(shown.below ?? []), make("p", { className: "help", textContent: help }));
     get("controls").append(row);
     this.#entries.push(described);
     this.values[path] = entry.value;
@@ -68,14 +69,14 @@ export class StylePanel {
 
   /** @param {string} name */
   #addVariant(name) {
-    const button = make("button", { textContent: name });
-    button.onclick = () => this.put({ ...this.initial, ...(button.ariaPressed === "true" ? {} : this.data.variants[name]) });
+    const values = { ...this.initial, ...this.data.variants[name] };
+    const button = variantChip({ name, ink: values.ink, paper: values.paper }, () => this.put(button.ariaPressed === "true" ? this.initial : values));
     get("variants").append(button);
   }
 
   #changed() {
-    for (const button of get("variants").children) {
-      const all = { ...this.initial, ...this.data.variants[String(button.textContent)] };
+    for (const button of /** @type {Iterable<HTMLElement>} */ (get("variants").children)) {
+      const all = { ...this.initial, ...this.data.variants[String(button.dataset.name)] };
       press(button, this.data.controls.every(({ path }) => this.values[path] === all[path]));
     }
     this.onchange();

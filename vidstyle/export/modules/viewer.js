@@ -102,8 +102,7 @@ export class Viewer {
 
   /** @param {StyleData} data */
   #facts({ fixed, plans }) {
-    const facts = [`Rendered on ${this.runner.device}.`];
-    if (this.runner.isSoftware) facts.push("Software rendering: this will be slow.");
+    const facts = [this.runner.isSoftware ? "Rendered without a GPU, so this will be slow." : `Rendered on ${this.runner.device}.`];
     if (fixed.length) facts.push(`Fixed in this file: ${fixed.join(", ")}.`);
     if (plans[0].plan.server.includes("steady")) facts.push("Temporal smoothing is only available in vidstyle render.");
     if (plans[0].plan.server.includes("masks")) facts.push("Masks are only available in vidstyle: here, people fill the picture.");

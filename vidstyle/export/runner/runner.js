@@ -149,9 +149,13 @@ export class Runner {
     this.context = new Context(gl, this.half);
   }
 
-  /** The vendor and name of the GPU, as reported by the browser. */
+  /** The name of the GPU, as reported by the browser, without API, numbers and vendor. */
   get device() {
-    return this.renderer.replace(/^ANGLE \((.*)\)$/, "$1").split(",").slice(0, 2).join(",");
+    const [vendor, name] = this.renderer.replace(/^ANGLE \((.*)\)$/, "$1").split(", ");
+    return (name ?? vendor)
+      .replace(/^Vulkan [\d.]+ \((.*)\)$/, "$1")
+      .replace(/^ANGLE .*?: /, "")
+      .replace(/ \(0x[0-9a-f]+\)| Direct3D.*$/gi, "");
   }
 
   /** @private */

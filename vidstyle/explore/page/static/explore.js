@@ -87,7 +87,7 @@ function takeClip(next) {
   document.title = `${next.name}: vidstyle explore`;
   const [width, height] = next.size;
   document.documentElement.style.setProperty("--aspect", `${width} / ${height}`);
-  get("moment").hidden = next.frames.length === next.count || next.count < 2;
+  get("position").hidden = next.frames.length === next.count || next.count < 2;
   tiles.fit(width / height);
   painter.keep(new Set());
   source.open(next, inPage ? tileSide() : null);

@@ -6,7 +6,10 @@ import { fetchPicture } from "./source_frames.js";
 /** @typedef {import("./explore_types.js").Tile} Tile */
 /** @typedef {import("./painters.js").Subject} Subject */
 
-const COLUMN_COUNT = 3;
+const TILE_COUNT = 9;
+/** A narrower stage has two columns and scrolls. */
+const MIN_WIDTH_PX = 560;
+const GAP_PX = 12;
 
 /** Returns the name of a style without the suffix of its variation. @param {string} name */
 export function rootOf(name) {
@@ -30,12 +33,14 @@ export function origin({ kind, parents }) {
     case "tuned":
       return `${one}, tuned`;
     default:
-      return "wild card";
+      return "random";
   }
 }
 
 /** The grid of tiles. */
 export class Tiles {
+  /** The number of columns. */
+  columns = 3;
   /** The tiles by position. @type {Tile[]} */
   shown = [];
 
@@ -48,17 +53,18 @@ export class Tiles {
    */
   constructor(element, { ontake, onstar, onenlarge }) {
     this.element = element;
-    this.cells = Array.from({ length: COLUMN_COUNT * COLUMN_COUNT }, (_, place) => {
+    this.cells = Array.from({ length: TILE_COUNT }, (_, place) => {
       const canvas = make("canvas", { width: 16, height: 9 });
       const take = make("button", { className: "take", disabled: true, onclick: () => ontake(place) }, canvas);
       take.setAttribute("aria-keyshortcuts", String(place + 1));
       take.setAttribute("aria-label", `Tile ${place + 1}, not ready`);
       const star = make("button", { title: "Keep (S)", disabled: true, onclick: () => onstar(place) }, icon("star"));
-      const enlarge = make("button", { title: "Enlarge (L)", disabled: true, onclick: () => onenlarge(place) }, icon("enlarge"));
+      const enlarge = make("button", { title: "Enlarge: fine tuning, save, render (Z)", disabled: true, onclick: () => onenlarge(place) }, icon("enlarge"));
       const tools = make("div", { className: "tools" }, enlarge, star);
       const kind = make("span", { className: "kind" });
       const number = make("span", { className: "number", textContent: String(place + 1) });
-      const cell = make("div", { className: "tile waiting" }, take, number, kind, tools);
+      const caption = make("div", { className: "caption" }, number, kind, tools);
+      const cell = make("div", { className: "tile waiting" }, take, caption);
       element.append(cell);
       return { cell, canvas, take, star, enlarge, kind };
     });
@@ -108,9 +114,13 @@ export class Tiles {
   /** Fits the tiles into the available space. @param {number} aspect width by height */
   fit(aspect) {
     const { clientWidth, clientHeight } = /** @type {HTMLElement} */ (this.element.parentElement);
-    const [gap, edge] = [7, 22];
-    const width = Math.floor(Math.min((clientWidth - edge - 2 * gap) / 3, ((clientHeight - edge - 2 * gap) / 3) * aspect));
+    this.columns = clientWidth < MIN_WIDTH_PX ? 2 : 3;
+    const caption = /** @type {HTMLElement} */ (this.element.querySelector(".caption")).offsetHeight;
+    const across = (clientWidth - GAP_PX * (this.columns + 1)) / this.columns;
+    const down = this.columns < 3 ? Infinity : ((clientHeight - 4 * GAP_PX) / 3 - caption) * aspect;
+    const width = Math.floor(Math.min(across, down));
     this.size = [Math.max(40, width), Math.max(40, Math.floor(width / aspect))];
+    this.element.style.setProperty("--columns", String(this.columns));
     this.element.style.setProperty("--width", `${this.size[0]}px`);
     this.element.style.setProperty("--height", `${this.size[1]}px`);
   }
@@ -124,15 +134,15 @@ export class Tiles {
   /** Moves the focus. @param {string} key the arrow key */
   go(key) {
     const now = this.current;
-    const last = COLUMN_COUNT - 1;
-    let [row, column] = now < 0 ? [1, 1] : [Math.floor(now / COLUMN_COUNT), now % COLUMN_COUNT];
-    if (now >= 0) {
-      if (key === "ArrowLeft") column = Math.max(0, column - 1);
-      if (key === "ArrowRight") column = Math.min(last, column + 1);
-      if (key === "ArrowUp") row = Math.max(0, row - 1);
-      if (key === "ArrowDown") row = Math.min(last, row + 1);
-    }
-    this.cells[row * COLUMN_COUNT + column].take.focus();
+    const { columns } = this;
+    const column = now % columns;
+    let to = now;
+    if (now < 0) to = 4;
+    else if (key === "ArrowLeft" && column > 0) to -= 1;
+    else if (key === "ArrowRight" && column < columns - 1) to += 1;
+    else if (key === "ArrowUp") to -= columns;
+    else if (key === "ArrowDown") to += columns;
+    (this.cells[to] ?? this.cells[now]).take.focus();
   }
 
   /** Moves the chosen tile to the middle and fades the others. @param {number} place */

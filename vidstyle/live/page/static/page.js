@@ -1,7 +1,7 @@
 // The page of a live session: the picture, the status line, buttons and keyboard shortcuts.
 
 import { announce } from "./announce.js";
-import { get, make, press, resize } from "./elements.js";
+import { get, make, press, resize, title } from "./elements.js";
 import { LostNotice } from "./lost.js";
 import { Panel } from "./panel.js";
 import { SHARED_KEYS } from "./shared_keys.js";
@@ -110,7 +110,6 @@ function rate() {
 /** @param {Status} now */
 function showStatus(now) {
   const facts = [
-    [now.style, "style"],
     [now.size.join("×"), "width and height of the picture"],
     [`${rate().toFixed(0)} fps`, `frames shown per second on this page; restyled: ${now.rate.toFixed(1)}`],
     [`${now.shown_ms.toFixed(0)} ms`, "median latency from capture to this page"],
@@ -119,12 +118,13 @@ function showStatus(now) {
     ...now.targets.filter(([name]) => name !== "page").map((target) => [target.join(": "), "another target"]),
   ];
   get("line").replaceChildren(...facts.filter(([text]) => text).map(([textContent, title]) => make("span", { textContent, title })));
+  get("style-name").textContent = title(now.style);
   press(get("bypass"), now.bypass);
   press(get("record"), now.recording);
   get("badge").hidden = !now.bypass;
   if (now.message !== (status?.message ?? "")) say(now.message);
   status = now;
-  document.title = `${now.style} · vidstyle live`;
+  document.title = `${title(now.style)} · vidstyle live`;
   note();
 }
 

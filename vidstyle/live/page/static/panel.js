@@ -1,7 +1,8 @@
 // The panel next to the picture, built from the parameters of the style.
 
 import { control, isShort, short } from "./controls.js";
-import { get, make, press } from "./elements.js";
+import { get, make, press, title } from "./elements.js";
+import { variantChip } from "./variant_chip.js";
 
 /**
  * A parameter, as described by `vidstyle.style.panel`.
@@ -54,7 +55,9 @@ export class Panel {
     get("styles").replaceChildren(...names.map((name) => {
       const picture = make("img", { src: `thumbnail.jpg?of=${encodeURIComponent(name)}`, alt: "", width: 240, height: 135 });
       const onclick = () => this.choose("choose", { style: name });
-      return make("button", { title: name, onclick }, picture, make("span", { textContent: name }));
+      const button = make("button", { title: name, onclick }, picture, make("span", { textContent: title(name) }));
+      button.dataset.name = name;
+      return button;
     }));
     if (this.#last) this.#press(this.#last);
   }
@@ -100,25 +103,26 @@ export class Panel {
   /** @param {PanelState} panel */
   #press(panel) {
     const full = fullName(panel);
-    const styles = [...get("styles").children];
+    const styles = /** @type {HTMLElement[]} */ ([...get("styles").children]);
     // A session that was started with a variant lists it among the styles.
-    const pressed = styles.some((button) => button.textContent === full) ? full : panel.name;
+    const pressed = styles.some((button) => button.dataset.name === full) ? full : panel.name;
     for (const button of styles) {
-      const chosen = button.textContent === pressed;
-      if (chosen && button.ariaPressed !== "true") this.#scrollTo(/** @type {HTMLElement} */ (button));
+      const chosen = button.dataset.name === pressed;
+      if (chosen && button.ariaPressed !== "true") this.#scrollTo(button);
       press(button, chosen);
     }
-    for (const button of get("variants").children)
-      press(button, button.textContent === panel.variant);
+    for (const button of /** @type {Iterable<HTMLElement>} */ (get("variants").children))
+      press(button, button.dataset.name === panel.variant);
   }
 
   /**
-   * Scrolls to a style. In a narrow window the styles are one long row; scrollIntoView would scroll the page too.
+   * Scrolls to a style in the list or, in a narrow window, the row; scrollIntoView would scroll the page too.
    * @param {HTMLElement} button
    */
   #scrollTo(button) {
     const row = get("styles");
-    row.scrollTo({ left: button.offsetLeft - (row.clientWidth - button.clientWidth) / 2, behavior: "smooth" });
+    const [left, top] = [button.offsetLeft - (row.clientWidth - button.clientWidth) / 2, button.offsetTop - (row.clientHeight - button.clientHeight) / 2];
+    row.scrollTo({ left, top, behavior: "smooth" });
   }
 
   /** @param {PanelState} panel */
@@ -126,11 +130,9 @@ export class Panel {
     this.#rows = {};
     const [about] = panel.note.split(" Tune ");
     get("about").textContent = about || "The unchanged picture.";
-    get("variants").replaceChildren(...panel.variants.map(({ name, ink, paper }) => {
-      const swatch = make("span", { className: "swatch" });
-      swatch.style.background = `linear-gradient(${paper} 50%, ${ink} 50%)`;
-      const onclick = () => this.choose("choose", { style: fullName({ name: panel.name, variant: name }) });
-      return make("button", { onclick }, swatch, name);
+    get("variants").replaceChildren(...panel.variants.map((variant) => {
+      const style = fullName({ name: panel.name, variant: variant.name });
+      return variantChip(variant, () => this.choose("choose", { style }));
     }));
     const main = panel.entries.filter((entry) => entry.main);
     main.sort((one, other) => Number(other.path === "steady") - Number(one.path === "steady"));
