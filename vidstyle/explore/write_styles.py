@@ -114,7 +114,7 @@ def _write_sheets(
     for sample in samples_of(shown, [candidate.style for candidate in candidates]):
         samples.append(sample)
         on_step("drawing the sheet", len(samples), len(candidates))
-    _write(folder / PAGE_FILE, preview_page(heading, samples).encode("utf-8"))
+    _write(folder / PAGE_FILE, preview_page(heading, "INPUT", samples, ".toml").encode("utf-8"))
     sheet = sheet_of_samples(
         [(each.style.name, reduce_picture(each.picture, MAX_DRAWN_SIDE_PX // 2)) for each in samples]
     )

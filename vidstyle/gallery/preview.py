@@ -95,28 +95,29 @@ def write_preview(
     return heading
 
 
-def preview_page(heading: str, name: str, samples: Sequence[StyleSample]) -> str:
+def preview_page(heading: str, source: str, samples: Sequence[StyleSample], ending: str = "") -> str:
     """Return a self-contained HTML page with a picture for each sample.
 
     Args:
         heading: the title of the page.
-        name: the file name of the source, for commands.
+        source: the file name of the source, for commands.
         samples: at least one.
+        ending: of the files of the styles; empty for styles that have a name only.
     """
     template = Template((_SHEET_FOLDER / "sheet.html").read_text(encoding="utf-8"))
     return template.substitute(
         heading=escape(printable(heading)),
-        figures="".join(_figure(name, sample) for sample in samples),
+        figures="".join(_figure(source, ending, sample) for sample in samples),
         style=module_text("components.css"),
         script=join_modules(_SHEET_FOLDER / "sheet.js"),
     )
 
 
-def _figure(source: str, sample: StyleSample) -> str:
+def _figure(source: str, ending: str, sample: StyleSample) -> str:
     height, width = sample.picture.shape[:2]
     name, note = sample.style.name, sample.style.note
     about, _, _ = note.partition(" Tune ")
-    command = f"vidstyle render {shlex.quote(printable(source))} OUTPUT --style {shlex.quote(name)}"
+    command = f"vidstyle render {shlex.quote(printable(source))} OUTPUT --style {shlex.quote(name + ending)}"
     return _FIGURE_TEMPLATE.substitute(
         name=escape(name),
         command=escape(command),

@@ -130,7 +130,9 @@ class _Describer:
 
 def _swatch(content: Content, name: str) -> dict[str, str]:
     """Return the name of a variant, and the colours of its ink and paper."""
-    varied = content.fields | {ref.name: value for ref, value in content.variants[name] if ref.step is None}
+    varied = {**content.fields} | {
+        ref.name: value for ref, value in content.variants[name] if ref.step is None
+    }
     return {"name": name} | {color: varied.get(color, FIELDS[color].default) for color in ("ink", "paper")}
 
 
