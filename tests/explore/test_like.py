@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -75,8 +76,18 @@ def test_search_comes_nearer(monkeypatch: pytest.MonkeyPatch) -> None:
     wanted = restyle_picture(photograph("coffee"), load_style({"format": 1, "ink": "#303080", "lines": [
         {"block": "flow_xdog", "sigma": 3.0, "p": 12}]}))  # fmt: skip
     known = rank_styles(wanted, photograph("chelsea"), [load_style("ink:blue")])
-    found = search_styles(wanted, photograph("chelsea"), known)
+    found = search_styles(wanted, photograph("chelsea"), known)[0]
     assert found.distance < known[0].distance
+
+
+def test_a_variation_that_cannot_be_rendered_comes_last() -> None:
+    """A working size of eight times the picture is refused."""
+    large = style_with(levels=4, saturation=1.0)
+    large = replace(large, background=(Step("scale", {"factor": 8.0}), *large.background))
+    wanted, given = photograph("coffee"), photograph("chelsea")
+    ranked = rank_styles(wanted, given, [large, load_style("poster")])
+    assert [each.style.name for each in ranked] == ["poster", "test"]
+    assert ranked[1].distance == float("inf")
 
 
 def test_tuning_finds_values_one_by_one() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import random
 import re
@@ -17,19 +18,20 @@ import pytest
 from browser import Browser
 from browser import browser as browser
 from live_page import Visitor, Window
-from media import make_clip
+from media import make_clip, photograph
 from waiting import eventually
 from websockets.exceptions import ConnectionClosed
 
 from vidstyle.cli.explore import designer_until
 from vidstyle.errors import UsageError
-from vidstyle.explore import chooser
+from vidstyle.explore import chooser, like
 from vidstyle.explore.look import MAX_LOOK_SIDE_PX
 from vidstyle.explore.page import exploration as exploration_file
 from vidstyle.explore.page import explore_server
-from vidstyle.explore.page.exploration import Exploration
+from vidstyle.explore.page.exploration import MATCH_SIDE_PX, Exploration
 from vidstyle.explore.page.explore_server import STATIC_FOLDER, ExploreConnection, ExploreServer
 from vidstyle.explore.page.saving import save_style_of_user
+from vidstyle.gallery.style_samples import restyle_picture
 from vidstyle.gpu.compile.es import es_plan
 from vidstyle.preview.clip import open_clip
 from vidstyle.style import load_style, user_styles
@@ -144,6 +146,52 @@ def test_a_click_is_answered_and_all_browsers_see_it(page: ExploreServer, visito
         assert "error" not in answer(one, "lock", name="colors", on=False)
         assert "error" not in answer(one, "near", part=0.5)
         assert page.state()["near"] == 0.5
+
+
+def quick_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Search fewer styles for the look of a picture, and tune none."""
+    names = ["poster", "noir", "ink", "paint", "neon", "riso", "sketch", "watercolor", "cartoon", "oil"]
+    monkeypatch.setattr(like, "known_styles", lambda: [load_style(name) for name in names])
+    for name, value in {"SEARCH_ROUNDS": 1, "PARENT_COUNT": 1, "CHILD_COUNT": 1, "TUNED_COUNT": 0}.items():
+        monkeypatch.setattr(like, name, value)
+
+
+def reference_in(style: str) -> bytes:
+    """A picture of something else in a style, as PNG."""
+    drawn = restyle_picture(photograph("coffee")[:300, :400], load_style(style))
+    return bytes(cv2.imencode(".png", drawn[..., ::-1])[1])
+
+
+def send_file(window: Window, name: str, content: bytes) -> dict[str, Any]:
+    """Upload a file in parts; return the answer after the last one."""
+    first = answer(window, "upload", name=name, size=len(content))
+    assert "error" not in first
+    for start in range(0, len(content), 50_000):
+        window.socket.send(content[start : start + 50_000])
+    return window.answer_to(first["answer"])
+
+
+def test_a_reference_picture_gives_the_styles_most_like_it(
+    page: ExploreServer, window: Window, visitor: Visitor, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    quick_search(monkeypatch)
+    before = window.news("state")
+    assert before["reference"] == 0 and visitor.ask("/reference.jpg?number=0")[0] == 404
+    assert "error" not in send_file(window, "poster.png", reference_in("poster"))
+    state = page.state()
+    assert [tile["kind"] for tile in state["tiles"]] == ["match"] * 9
+    assert state["tiles"][0]["name"].startswith("poster")
+    found = [float(tile["likeness"].partition(",")[0]) for tile in state["tiles"]]
+    assert found[0] < min(found[1:])
+    assert picture(visitor, "/reference.jpg?number=0").shape == (270, MATCH_SIDE_PX, 3)
+    assert "error" not in answer(window, "jump", screen=0)
+
+
+def test_a_file_that_is_no_picture_is_refused_by_its_name(page: ExploreServer, window: Window) -> None:
+    before = page.state()
+    error = send_file(window, "notes.png", b"not a picture" * 20)["error"]
+    assert error.startswith("notes.png: ")
+    assert page.state() == before and page.error is None
 
 
 def test_a_tuned_style_is_that_of_the_point_and_is_saved_as_it_is_shown(
@@ -361,6 +409,29 @@ def test_by_keyboard_alone_a_look_is_found_kept_compared_and_saved(
     press(opened, "?")
     assert opened.run("return document.getElementById('help').open")
     opened.run("document.getElementById('help').close()")
+
+
+def test_a_picture_that_is_dropped_on_the_page_is_matched(
+    opened: Browser, page: ExploreServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    quick_search(monkeypatch)
+    count = len(page.exploration.references)
+    opened.run(
+        """const bytes = Uint8Array.from(atob(content), (each) => each.charCodeAt(0));
+        const dataTransfer = new DataTransfer();
+        dataTransfer.items.add(new File([bytes], "wanted.png", { type: "image/png" }));
+        const drop = new DragEvent("drop", { dataTransfer, bubbles: true, cancelable: true });
+        document.body.dispatchEvent(drop);""",
+        content=base64.b64encode(reference_in("noir")).decode(),
+    )
+    eventually(lambda: page.state()["tiles"][0]["kind"] == "match")
+    assert page.state()["tiles"][0]["name"].startswith("noir")
+    opened.until("document.querySelector('[aria-label^=\"1: noir\"]')")
+    shown = "const shown = document.getElementById('reference-picture'); return shown.naturalWidth"
+    eventually(lambda: opened.run(shown) == MATCH_SIDE_PX)
+    assert len(page.exploration.references) == count + 1
+    press(opened, "1", "Digit1")
+    opened.until("document.querySelector('[aria-label^=\"5: your choice\"]')")
 
 
 def test_the_pages_own_renderer_draws_a_tile_as_the_server_does(opened: Browser, page: ExploreServer) -> None:

@@ -39,7 +39,7 @@ def print_like(picture: str, source: str | None, options: Mapping[str, Any], as_
     with display(options["progress"]) as show:
         step = StepProgress(show)
         nearest = rank_styles(wanted, photograph, known_styles(), step)
-        best = search_styles(wanted, photograph, nearest, step) if output is not None else None
+        best = search_styles(wanted, photograph, nearest, step)[0] if output is not None else None
     rows = [{"name": each.style.name, "distance": round(each.distance, 3)} for each in nearest]
     lines = [f"{each.style.name:20} {each.words}" for each in nearest[:MAX_SHOWN_STYLES]]
     if output is not None and best is not None:

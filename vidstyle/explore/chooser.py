@@ -41,14 +41,16 @@ class Tile:
     """A style on a screen.
 
     Attributes:
-        kind: how it was generated: "chosen", "values", "step", "cross", "wild" or "shipped".
+        kind: how it was generated: "chosen", "values", "step", "cross", "wild", "shipped" or "match".
         parents: the names of the styles that it is derived from.
+        likeness: the distance to a reference picture in words, or "".
     """
 
     style: Style
     kind: str
     look: Look
     parents: tuple[str, ...] = ()
+    likeness: str = ""
 
 
 @dataclass(eq=False)
@@ -114,6 +116,25 @@ class Chooser:
     def new_screen(self) -> TileScreen:
         """Show nine new tiles: mutants of shipped styles, and wild cards."""
         return self._show(self._fill(FIRST_SCREEN_KINDS, [], self._first_draws), None)
+
+    def show_matches(self, styles: Sequence[tuple[Style, str]]) -> TileScreen:
+        """Show the first nine styles that differ, most like a reference picture first.
+
+        Args:
+            styles: at least nine, with their likeness in words.
+        """
+        looks = self.looks([style for style, _ in styles])
+        found = [
+            Tile(style, "match", look, (), words)
+            for (style, words), look in zip(styles, looks, strict=True)
+            if look is not None
+        ]
+        chosen: list[Tile] = []
+        for tile in found:
+            if _is_apart(tile, chosen) and len(chosen) < len(SCREEN_KINDS):
+                chosen.append(tile)
+        chosen += [tile for tile in found if tile not in chosen]
+        return self._show(tuple(chosen[: len(SCREEN_KINDS)]), None)
 
     def more_like(self, place: int) -> TileScreen:
         """Choose a tile of the screen, and show similar ones."""
@@ -320,6 +341,10 @@ class Chooser:
         if self._taste is None:
             self._taste = Taste(np.eye(1, len(features))[0])
         return self._taste
+
+
+def _is_apart(tile: Tile, others: Sequence[Tile]) -> bool:
+    return float(nearest([tile.look], [each.look for each in others])[0]) >= MIN_TILE_DISTANCE
 
 
 def _arrange(kinds: Sequence[str], tiles: Sequence[Tile]) -> tuple[Tile, ...]:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 
 from vidstyle.core.machine.cores import available_cores
+from vidstyle.errors import StyleError
 from vidstyle.explore.appearance import appearance_distance, appearance_of
 from vidstyle.explore.fitting.tune import tune_style
 from vidstyle.explore.generate import alter, cross, mutate
@@ -74,17 +76,30 @@ def rank_styles(
 ) -> list[Likeness]:
     """Return styles sorted by the distance of their rendering of `photograph` to `wanted`, nearest first.
 
+    Styles that cannot render the photograph come last, with an infinite distance.
+
     Args:
         wanted, photograph: H x W x 3 uint8.
     """
     target, styles = appearance_of(wanted), list(styles)
     found: list[Likeness] = []
-    with ThreadPoolExecutor(available_cores(), thread_name_prefix="vidstyle-explore") as pool:
-        drawn = pool.map(lambda each: appearance_of(restyle_picture(photograph, each)), styles)
-        for style, numbers in zip(styles, drawn, strict=True):
-            found.append(Likeness(style, appearance_distance(numbers, target)))
-            on_step("comparing looks", len(found), len(styles))
+    for style, distance in zip(styles, _distances(photograph, target, styles), strict=True):
+        found.append(Likeness(style, distance))
+        on_step("comparing looks", len(found), len(styles))
     return sorted(found, key=lambda each: each.distance)
+
+
+def _distances(photograph: np.ndarray, target: np.ndarray, styles: Iterable[Style]) -> Iterator[float]:
+    """Yield the distance of each style's rendering to an appearance, using all cores."""
+
+    def distance(style: Style) -> float:
+        try:
+            return appearance_distance(appearance_of(restyle_picture(photograph, style)), target)
+        except StyleError:  # a variation that needs too large a working size for this photograph
+            return inf
+
+    with ThreadPoolExecutor(available_cores(), thread_name_prefix="vidstyle-explore") as pool:
+        yield from pool.map(distance, styles)
 
 
 def search_styles(
@@ -92,10 +107,16 @@ def search_styles(
     photograph: np.ndarray,
     known: list[Likeness],
     on_step: ProgressCallback = ignore_progress,
-) -> Likeness:
-    """Search variations of known styles for the nearest one, and tune its values.
+) -> list[Likeness]:
+    """Search variations of known styles for nearer ones, and tune the values of the nearest.
 
     Each round starts from the best styles so far.
+
+    Args:
+        known: from `rank_styles`.
+
+    Returns:
+        The best styles, at most `PARENT_COUNT + TUNED_COUNT`, nearest first.
     """
     best = known[:PARENT_COUNT]
     for turn in range(SEARCH_ROUNDS):
@@ -108,20 +129,27 @@ def search_styles(
         best += rank_styles(wanted, photograph, children)
         best = sorted(best, key=lambda each: each.distance)[:PARENT_COUNT]
         on_step("searching", turn + 1, SEARCH_ROUNDS)
-    tuned = [_tuned(each, wanted, photograph) for each in best[:TUNED_COUNT]]
-    return min([*tuned, best[0]], key=lambda each: each.distance)
+    tuned = [_tuned(each, wanted, photograph, on_step) for each in best[:TUNED_COUNT]]
+    return sorted([*tuned, *best], key=lambda each: each.distance)
 
 
-def _tuned(found: Likeness, wanted: np.ndarray, photograph: np.ndarray) -> Likeness:
+def match_styles(
+    wanted: np.ndarray, photograph: np.ndarray, on_step: ProgressCallback = ignore_progress
+) -> list[Likeness]:
+    """Return known styles and variations found by `search_styles`, nearest first."""
+    known = rank_styles(wanted, photograph, known_styles(), on_step)
+    found = [*search_styles(wanted, photograph, known, on_step), *known]
+    return sorted({repr(each.style): each for each in found}.values(), key=lambda each: each.distance)
+
+
+def _tuned(
+    found: Likeness, wanted: np.ndarray, photograph: np.ndarray, on_step: ProgressCallback
+) -> Likeness:
     """Return the style with values at which its rendering is nearer to the wanted look."""
     target = appearance_of(wanted)
-
-    def distances(styles: Sequence[Style]) -> list[float]:
-        with ThreadPoolExecutor(available_cores(), thread_name_prefix="vidstyle-explore") as pool:
-            drawn = pool.map(lambda each: appearance_of(restyle_picture(photograph, each)), styles)
-            return [appearance_distance(numbers, target) for numbers in drawn]
-
-    return Likeness(*tune_style(found.style, distances))
+    return Likeness(
+        *tune_style(found.style, lambda styles: list(_distances(photograph, target, styles)), on_step=on_step)
+    )
 
 
 def _children(style: Style, best: Style, seed: str, reach: float) -> list[Style]:

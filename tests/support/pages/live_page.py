@@ -130,7 +130,10 @@ class Window:
 
     def answer(self, **message: Any) -> dict[str, Any]:
         """Send a message and wait for its answer."""
-        id = self.say(**message)
+        return self.answer_to(self.say(**message))
+
+    def answer_to(self, id: int) -> dict[str, Any]:
+        """Wait for the next answer to the message of this number."""
         found = self._next(lambda data: isinstance(data, str) and json.loads(data).get("answer") == id)
         return dict(json.loads(found))
 

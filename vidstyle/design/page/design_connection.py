@@ -15,10 +15,10 @@ from vidstyle.design.document.step_text import text_of_step
 from vidstyle.design.page.design_server import DesignServer
 from vidstyle.design.page.design_view import DesignView
 from vidstyle.design.page.frames import PictureType
-from vidstyle.design.page.uploads import FileUpload
 from vidstyle.errors import StyleError, UsageError
 from vidstyle.preview.encode import encode
 from vidstyle.preview.outputs import ExportKind
+from vidstyle.preview.uploads import FileUpload
 from vidstyle.style import Style, load_style, style_names, table_from_style
 from vidstyle.style.knobs import knobs_of
 from vidstyle.style.model import FIELDS

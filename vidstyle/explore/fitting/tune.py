@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from vidstyle.explore.tuning_pad import moved_value, sliders_of
+from vidstyle.pipeline.progress import ProgressCallback, ignore_progress
 from vidstyle.style import Style, set_values
 
 FIRST_SHARE, ROUND_COUNT = 0.12, 4
@@ -16,7 +17,12 @@ Distances = Callable[[Sequence[Style]], Sequence[float]]
 """Returns the distance of each style; infinite for styles that are invalid."""
 
 
-def tune_style(style: Style, distances: Distances, rounds: int = ROUND_COUNT) -> tuple[Style, float]:
+def tune_style(
+    style: Style,
+    distances: Distances,
+    rounds: int = ROUND_COUNT,
+    on_step: ProgressCallback = ignore_progress,
+) -> tuple[Style, float]:
     """Return the style with values at which its distance is smaller, and this distance.
 
     Each round moves every value in both directions, one at a time. The best move is made, and all moves
@@ -24,7 +30,7 @@ def tune_style(style: Style, distances: Distances, rounds: int = ROUND_COUNT) ->
     """
     (nearest,) = distances([style])
     share = FIRST_SHARE
-    for _ in range(rounds):
+    for number in range(rounds):
         moves = [
             (slider["path"], value)
             for slider in sliders_of(style)
@@ -42,4 +48,5 @@ def tune_style(style: Style, distances: Distances, rounds: int = ROUND_COUNT) ->
                 (found[0][0], 0, best), (distances([together])[0], 1, together), key=lambda each: each[:2]
             )
         share /= 2
+        on_step("tuning values", number + 1, rounds)
     return style, nearest

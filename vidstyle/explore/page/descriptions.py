@@ -40,6 +40,7 @@ def describe_state(exploration: Exploration) -> dict[str, Any]:
         "near": chooser.near,
         "locks": sorted(chooser.locks),
         "history": [_face(exploration, each.tiles) for each in chooser.screens],
+        "reference": len(exploration.references),
         "stars": [_describe(exploration, tile) for tile in chooser.stars],
     }
 
@@ -54,6 +55,7 @@ def _describe(exploration: Exploration, tile: Tile) -> dict[str, Any]:
         "name": tile.style.name,
         "kind": tile.kind,
         "parents": tile.parents,
+        "likeness": tile.likeness,
         "layers": {layer: blocks for layer, blocks in layers.items() if blocks},
         "ink": tile.style.ink,
         "paper": tile.style.paper,

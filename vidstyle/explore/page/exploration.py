@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import threading
 from collections import OrderedDict
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Future
 from dataclasses import replace
 from functools import cached_property
@@ -17,11 +17,14 @@ from vidstyle.core.closing import Closing
 from vidstyle.errors import UsageError
 from vidstyle.explore.chooser import Chooser, Tile
 from vidstyle.explore.full_size import MAX_SIDE_PX, FullSize
+from vidstyle.explore.like import match_styles
 from vidstyle.explore.look import MAX_LOOK_SIDE_PX, Look, look_of
+from vidstyle.explore.measure import reduce_picture
 from vidstyle.explore.phrases import shipped_styles
 from vidstyle.explore.tuning_pad import TuningPad, tuning_pad_of
 from vidstyle.explore.workers import Workers
 from vidstyle.gallery.style_samples import restyle_picture, sheet_of
+from vidstyle.pipeline.progress import ProgressCallback, ignore_progress
 from vidstyle.preview.clip import Clip
 from vidstyle.preview.encode import encode
 from vidstyle.preview.plans import plan_message
@@ -36,6 +39,8 @@ LIKELY_CHOICE_COUNT = 4
 MAX_CACHED_LOOKS = 1000
 EXCERPT_SECONDS, MAX_EXCERPT_RATE = 3.0, 15.0
 """Length of the excerpt that plays in the tiles, and its maximum frame rate."""
+MATCH_SIDE_PX, MATCH_COUNT = 360, 30
+"""Side at which looks are compared with a reference, and how many of the nearest styles may become tiles."""
 PAD_GRID_SIZE = 5
 """Rows and columns of the samples on a tuning pad."""
 
@@ -45,7 +50,8 @@ class Exploration(Closing):
 
     Attributes:
         chooser: screens and favourites; read it only between choices.
-        on_progress: is called with the numbers of finished and of all candidates while a screen is made.
+        on_progress: receives progress while a screen is made.
+        references: the pictures whose looks the user wanted, as JPEG, the latest last.
         frames: the frame numbers of the excerpt.
         rate: the frame rate of the excerpt.
         glance: the first of these frames in approximate colours, as JPEG, before any kernel is compiled.
@@ -62,7 +68,8 @@ class Exploration(Closing):
         self._faces, self._searching = StillFaces(), threading.Lock()
         self._change = itertools.count()
         self._latest, self._is_closed = -1, False
-        self.on_progress: Callable[[int, int], None] = lambda done, total: None
+        self.on_progress: ProgressCallback = ignore_progress
+        self.references: list[bytes] = []
         self._ahead: list[tuple[str, Future[Look | None]]] = []
         self.move_to(0.4)
         self.glance = encode(clip.glance(self.frames[0], MAX_LOOK_SIDE_PX), "jpeg")
@@ -115,6 +122,26 @@ class Exploration(Closing):
     def new_screen(self) -> None:
         """Show nine new styles."""
         self._choose(self.chooser.new_screen)
+
+    def match(self, wanted: np.ndarray) -> None:
+        """Show the styles that are most like a reference picture, H x W x 3 uint8.
+
+        Raises:
+            UsageError: the exploration was closed.
+        """
+        photograph = np.ascontiguousarray(self.clip.frame(self.frames[0], MATCH_SIDE_PX))
+        self.references.append(encode(reduce_picture(wanted, MATCH_SIDE_PX), "jpeg"))
+
+        def show() -> None:
+            found = match_styles(wanted, photograph, self._report_unless_closed)
+            self.chooser.show_matches([(each.style, each.words) for each in found[:MATCH_COUNT]])
+
+        self._choose(show)
+
+    def _report_unless_closed(self, step: str, done: float, total: float) -> None:
+        if self._is_closed:
+            raise UsageError("the explorer", "is closed")
+        self.on_progress(step, done, total)
 
     def more_like(self, number: int) -> None:
         """Show styles similar to a tile."""
@@ -173,7 +200,7 @@ class Exploration(Closing):
         futures = [self._request_look(style, NOW)[1] for style in styles]
 
         def report(_: object = None) -> None:
-            self.on_progress(sum(each.done() for each in futures), len(futures))
+            self.on_progress("trying styles", sum(each.done() for each in futures), len(futures))
 
         report()
         for future in futures:

@@ -17,16 +17,19 @@ from vidstyle.explore.page.pictures import PICTURE_SIDES_PX, picture_handlers
 from vidstyle.explore.page.saving import save_style_of_user
 from vidstyle.export.export_style import export_style
 from vidstyle.preview.outputs import ExportKind, JobSlot, file_of, output_path
+from vidstyle.preview.uploads import FileUpload
 from vidstyle.style import Style
 from vidstyle.web.connection import PageConnection
-from vidstyle.web.messages import Answer, FractionField, message, one_of
+from vidstyle.web.messages import Answer, FractionField, MessageError, integer_between, message, one_of
 from vidstyle.web.page_server import PageServer
 
 STATIC_FOLDER = Path(__file__).with_name("static")
 MAX_BROWSERS = 4
+MAX_REFERENCE_BYTES = 1 << 28
 FILM_SUFFIX, PICTURE_SUFFIX = ".mp4", ".png"
 
 PictureSide = Annotated[int, one_of(PICTURE_SIDES_PX)]
+ReferenceSize = Annotated[int, integer_between(1, MAX_REFERENCE_BYTES)]
 LockName = Annotated[str, one_of(LOCKS)]
 
 OpenDesigner = Callable[[str | None, Style], str]
@@ -40,7 +43,7 @@ class ExploreServer(PageServer["ExploreConnection"]):
         exploration: the exploration; closed with the server.
         designer: opens the designer, if available.
         job: the film that is rendered, if any.
-        tried: the numbers of finished and of all candidates for the screen that is being made.
+        tried: the progress of the screen that is being made: its step, how much is done, and of how much.
     """
 
     def __init__(self, exploration: Exploration, port: int = 0, designer: OpenDesigner | None = None) -> None:
@@ -57,8 +60,8 @@ class ExploreServer(PageServer["ExploreConnection"]):
             "page", lambda: ExploreConnection(self), picture_handlers(exploration),
             STATIC_FOLDER, "explore.html", most=MAX_BROWSERS, port=port,
         )  # fmt: skip
-        self.tried = {"done": 0, "total": 0}
-        exploration.on_progress = lambda done, total: self.submit(self._report, done, total)
+        self.tried: dict[str, Any] = {"step": "trying styles", "done": 0, "total": 0}
+        exploration.on_progress = lambda step, done, total: self.submit(self._report, step, done, total)
         threading.Thread(target=self._begin, name="vidstyle first screen", daemon=True).start()
 
     def close(self) -> None:
@@ -67,8 +70,8 @@ class ExploreServer(PageServer["ExploreConnection"]):
         self.exploration.close()
         super().close()
 
-    async def _report(self, done: int, total: int) -> None:
-        self.tried = {"done": done, "total": total}
+    async def _report(self, step: str, done: float, total: float) -> None:
+        self.tried = {"step": step, "done": done, "total": total}
         await self.tell({"tried": self.tried})
 
     def _begin(self) -> None:
@@ -108,6 +111,7 @@ class ExploreConnection(PageConnection):
         super().__init__(fail=server.fail)
         self._server, self._exploration = server, server.exploration
         self._sent: set[str] = set()
+        self._upload: FileUpload | None = None
 
     async def greet(self) -> None:
         """Send the clip and the state."""
@@ -115,8 +119,35 @@ class ExploreConnection(PageConnection):
         await self.tell({"state": self._server.state()})
         await self.tell({"tried": self._server.tried})
 
+    def leave(self) -> None:
+        """Drop the upload."""
+        if self._upload is not None:
+            self._upload.drop()
+
     def _style(self, tile: int) -> Style:
         return self._exploration.tile(tile).style
+
+    # A reference picture
+
+    @message
+    async def upload(self, id: int, name: str, size: ReferenceSize) -> None:
+        """Announce a reference picture, which follows in binary messages; the last one is answered too."""
+        if self._upload is not None:
+            raise MessageError("upload: another upload is in progress")
+        self._upload = FileUpload(id, name, size)
+
+    async def take_bytes(self, data: bytes) -> None:
+        """Take a chunk of the reference; show matching styles after the last one, and answer the upload."""
+        upload = self._upload
+        if upload is None:
+            raise MessageError("a chunk without an upload")
+        await asyncio.to_thread(upload.write, data)
+        if upload.is_complete:
+            self._upload = None
+            self.tasks.begin(self.answer(upload.id, lambda: self._match(upload)))
+
+    async def _match(self, upload: FileUpload) -> None:
+        await self._server.choose(self._exploration.match, await asyncio.to_thread(upload.read_picture))
 
     # Choices, after which all browsers get the new state
 

@@ -28,6 +28,7 @@ def picture_handlers(exploration: Exploration) -> dict[str, Handler]:
         "/look.jpg": pictures.look,
         "/pad.jpg": pictures.pad,
         "/tuned.jpg": pictures.tuned,
+        "/reference.jpg": pictures.reference,
     }
 
 
@@ -37,6 +38,10 @@ class _Pictures:
 
     async def glance(self, request: web.Request) -> web.StreamResponse:
         return jpeg_response(self._exploration.glance)
+
+    async def reference(self, request: web.Request) -> web.StreamResponse:
+        references = self._exploration.references
+        return jpeg_response(references[_number(request, "number", len(references))])
 
     async def frame(self, request: web.Request) -> web.StreamResponse:
         frame = _number(request, "frame", self._exploration.clip.count)

@@ -21,12 +21,14 @@ const LOCK_LABELS = { lines: "Lines", background: "Background", colors: "Colours
 const TILE_SIDES = [180, 270, 360, 540];
 /** Time for drawing in each screen refresh. */
 const MAX_DRAW_MS = 12;
+/** Maximum size of a reference picture; the server accepts no larger ones. */
+const MAX_REFERENCE_BYTES = 2 ** 28;
 
 const options = new URLSearchParams(location.search);
 /** @type {Clip | null} */
 let clip = null;
 /** @type {State} */
-let state = { at: 0, tiles: [], taken: null, back: false, forward: false, near: 0.4, locks: [], history: [], stars: [] };
+let state = { at: 0, tiles: [], taken: null, back: false, forward: false, near: 0.4, locks: [], history: [], stars: [], reference: 0 };
 /** The first of two tiles to compare. @type {Tile | null} */
 let compared = null;
 /** Whether a new screen is being made. */
@@ -106,11 +108,11 @@ async function showSource() {
   picture.close();
 }
 
-/** Says how many styles are tried for the next screen. @param {{done: number, total: number}} tried */
-function showTried({ done, total }) {
+/** Shows the progress of the next screen. @param {{step: string, done: number, total: number}} tried */
+function showTried({ step, done, total }) {
   const isWaiting = (done < total && busy) || !state.tiles.length;
   get("trying").hidden = !isWaiting;
-  if (isWaiting) get("trying").textContent = `Trying styles on ${clip?.name ?? "your picture"}${total ? `: ${done} of ${total}` : ""}…`;
+  if (isWaiting) get("trying").textContent = `${step[0].toUpperCase()}${step.slice(1)} on ${clip?.name ?? "your picture"}${total ? `: ${done} of ${total}` : ""}…`;
 }
 
 /** @param {State} next */
@@ -127,7 +129,8 @@ function takeState(next) {
   for (const name of Object.keys(LOCK_LABELS)) press(get(`lock-${name}`), next.locks.includes(name));
   showHistory();
   showKept();
-  if (isNew && next.tiles.length) say(`Screen ${next.at + 1}: ${next.tiles[4].kind === "chosen" ? `nine like ${rootOf(next.tiles[4].name)}` : "nine styles"}`, false);
+  showReference();
+  if (isNew && next.tiles.length) say(`Screen ${next.at + 1}: ${next.tiles[4].kind === "chosen" ? `nine like ${rootOf(next.tiles[4].name)}` : next.tiles[4].kind === "match" ? "nine like your picture" : "nine styles"}`, false);
 }
 
 function prepare() {
@@ -162,6 +165,12 @@ function showKept() {
     return button;
   });
   get("kept").replaceChildren(...buttons);
+}
+
+function showReference() {
+  get("reference").hidden = !state.reference;
+  const address = `reference.jpg?number=${state.reference - 1}`;
+  if (state.reference) /** @type {HTMLImageElement} */ (get("reference-picture")).src = address;
 }
 
 // Drawing
@@ -221,18 +230,37 @@ const connection = new Connection({
   onchange: (loss) => lost.show(loss),
 });
 
-/** Requests another screen, one at a time. @param {string} kind @param {object} [fields] */
-async function ask(kind, fields) {
+/** Requests another screen. @param {string} kind @param {object} [fields] */
+const ask = (kind, fields) => change(() => connection.ask(kind, fields));
+
+/** Makes another screen, one at a time. @param {() => Promise<any>} request */
+async function change(request) {
   if (busy) return;
   busy = true;
   get("tiles").setAttribute("aria-busy", "true");
   try {
-    await connection.ask(kind, fields);
+    await request();
   } catch (error) {
     say(/** @type {Error} */ (error).message);
   }
   get("tiles").setAttribute("aria-busy", "false");
+  get("trying").hidden = true;
   busy = false;
+}
+
+/** Shows the styles that are most like a picture. @param {File} file */
+function match(file) {
+  if (!file.size) return say(`${file.name}: the file is empty.`);
+  if (file.size > MAX_REFERENCE_BYTES) return say(`${file.name}: too large to upload; choose a smaller copy.`);
+  change(() => connection.upload(file, () => {}));
+}
+
+/** Takes a dropped file as reference picture. @param {DragEvent} event */
+function dropReference(event) {
+  if (!event.dataTransfer?.types.includes("Files")) return;
+  event.preventDefault();
+  document.body.classList.toggle("over", event.type === "dragover");
+  if (event.type === "drop" && event.dataTransfer.files[0]) match(event.dataTransfer.files[0]);
 }
 
 /** @param {number} place */
@@ -306,6 +334,14 @@ get("moment").addEventListener("change", async () => {
 get("back").onclick = () => ask("back");
 get("forward").onclick = () => ask("forward");
 get("fresh").onclick = () => ask("fresh");
+const referenceFile = /** @type {HTMLInputElement} */ (get("reference-file"));
+get("match").onclick = () => referenceFile.click();
+referenceFile.onchange = () => {
+  const [file] = referenceFile.files ?? [];
+  if (file) match(file);
+  referenceFile.value = "";
+};
+for (const kind of /** @type {const} */ (["dragover", "dragleave", "drop"])) addEventListener(kind, dropReference);
 const help = /** @type {HTMLDialogElement} */ (get("help"));
 get("ask").onclick = () => help.showModal();
 get("renderer").textContent = inPage ? `Rendered by this browser on ${runner?.device}.` : "Rendered by vidstyle: this browser cannot use a GPU.";
@@ -320,6 +356,7 @@ const KEYS = {
   Backspace: () => ask("back"),
   ".": () => ask("forward"),
   [SHARED_KEYS.next]: () => ask("fresh"),
+  m: () => referenceFile.click(),
   a: () => state.tiles[4]?.kind === "chosen" && ask("again"),
   [SHARED_KEYS.save]: () => star(tiles.current),
   [SHARED_KEYS.zoom]: () => enlarge(tiles.current),

@@ -16,8 +16,9 @@
  * @typedef {object} Tile
  * @property {number} tile its number
  * @property {string} name
- * @property {"chosen" | "values" | "step" | "cross" | "wild" | "shipped" | "tuned"} kind how it was generated
+ * @property {"chosen" | "values" | "step" | "cross" | "wild" | "shipped" | "tuned" | "match"} kind how it was generated
  * @property {string[]} parents
+ * @property {string} likeness the distance to the reference picture in words, or ""
  * @property {Object<string, string[]>} layers the blocks of each layer
  * @property {string} ink
  * @property {string} paper
@@ -34,6 +35,7 @@
  * @property {string[]} locks
  * @property {number[][]} history for each screen the tiles that represent it
  * @property {Tile[]} stars
+ * @property {number} reference the number of reference pictures so far, of which the last one is shown
  */
 
 /** @typedef {{kind: string, title: string, help: string}} Target a format for other programs */

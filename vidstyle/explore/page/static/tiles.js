@@ -17,7 +17,7 @@ export function rootOf(name) {
 }
 
 /** Describes how a tile was generated. @param {Tile} tile */
-export function origin({ kind, parents }) {
+export function origin({ kind, parents, name, likeness }) {
   const [one, other] = parents.map(rootOf);
   switch (kind) {
     case "chosen":
@@ -30,6 +30,8 @@ export function origin({ kind, parents }) {
       return `crossed with ${other ?? one}`;
     case "shipped":
       return `near ${one}`;
+    case "match":
+      return `${rootOf(name)}: ${likeness}`;
     case "tuned":
       return `${one}, tuned`;
     default:

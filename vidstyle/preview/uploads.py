@@ -9,7 +9,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import numpy as np
+
 from vidstyle.errors import InputError, OutputError, VidstyleError, output_error, printable
+from vidstyle.gallery.preview import read_still
 from vidstyle.preview.clip import Clip, FilmClip
 from vidstyle.style.files import read_style_text
 from vidstyle.web.messages import MessageError
@@ -82,29 +85,37 @@ class FileUpload:
         Raises:
             VidstyleError: the file could not be written, or is invalid. It has been removed.
         """
+        with self._finished():
+            if not self._name.lower().endswith(".toml"):
+                return UploadedClip(self._path, self._name, self._folder)
+            text = read_style_text(self._path)
+        self.drop()
+        return self._name, text
+
+    def read_picture(self) -> np.ndarray:
+        """Return the complete file as a picture, H x W x 3 uint8, of a film a frame of its middle; remove it.
+
+        Raises:
+            VidstyleError: the file could not be written, or is invalid. It has been removed.
+        """
+        with self._finished():
+            picture = read_still(self._path)
+        self.drop()
+        return picture
+
+    @contextmanager
+    def _finished(self) -> Iterator[None]:
+        """Close the file; on errors, remove it and name the file of the user instead of the temporary one."""
         try:
             if self._error is not None:
                 raise self._error
             self._file.close()
-            with self._with_user_name():
-                if not self._name.lower().endswith(".toml"):
-                    return UploadedClip(self._path, self._name, self._folder)
-                text = read_style_text(self._path)
-        except BaseException:
-            self.drop()
-            raise
-        self.drop()
-        return self._name, text
-
-    @contextmanager
-    def _with_user_name(self) -> Iterator[None]:
-        """Report errors under the file name of the user instead of the temporary one."""
-        try:
             yield
-        except VidstyleError as error:
-            if error.subject != printable(self._path):
-                raise
-            raise InputError(self._name, error.reason, error.remedy) from error
+        except BaseException as error:
+            self.drop()
+            if isinstance(error, VidstyleError) and error.subject == printable(self._path):
+                raise InputError(self._name, error.reason, error.remedy) from error
+            raise
 
 
 class UploadedClip(FilmClip):
