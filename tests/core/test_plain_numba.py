@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from covering import of_the_day
 
+from vidstyle.blade.clipped_simd import add_clipped_block, pack_clipped
 from vidstyle.blade.simd import filter_pixel_block, pack_filters
 from vidstyle.core.kernels import Compiled, compiled
 from vidstyle.core.kernels.declare import Intrinsic
@@ -198,6 +199,11 @@ def call_filter_pixel_block(bank, bins, luma, row, column, sides, low, high, out
     filter_pixel_block(bank, bins, luma, row, column, sides, low, high, out)
 
 
+@compiled
+def call_add_clipped_block(bank, selected, lines, column, sides, clips, out):
+    add_clipped_block(bank, selected, lines, column, sides, clips, out)
+
+
 def agree(
     call: Compiled, intrinsic: Intrinsic, *arguments: object, out: np.ndarray, rest: tuple = ()
 ) -> None:
@@ -261,3 +267,15 @@ def test_filtered_blocks_are_nearly_equal(size, shared):
     sides = (0,) * size, (0,) * shared, (0,) * together
     ends = np.float32(-0.5), np.float32(1.5)
     agree(call_filter_pixel_block, filter_pixel_block, bank, bins, luma, 2, 8, sides, *ends, out=out)
+
+
+@pytest.mark.parametrize(
+    ("size", "clips"), [(3, (8.0,)), (7, (1.0, 4.0, 16.0)), (9, (8.0, 32.0)), (15, (8.0,))]
+)
+def test_clipped_blocks_are_nearly_equal(size, clips):
+    draw = np.random.default_rng(1)
+    bank = pack_clipped(draw.random((5, len(clips), size, size), np.float32) - np.float32(0.4))
+    selected = draw.integers(0, 5, 32).astype(np.int32)
+    lines, out = draw.random((size, 64), np.float32), draw.random(24, np.float32)
+    sides, limits = ((0,) * size, (0,) * len(clips)), np.array(clips, np.float32) / 255
+    agree(call_add_clipped_block, add_clipped_block, bank, selected, lines, 8, sides, limits, out=out)

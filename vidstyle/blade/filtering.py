@@ -72,7 +72,7 @@ def apply_filters(
         needed = slice(margin[0], height - margin[1])
         inside = result if result is out else result[needed]
         if clipped is not None:
-            add_clipped(inside, luma, margin[0], selected[needed], *clipped)
+            add_clipped(inside, luma, margin[0], selected[needed], clipped[0], size, clipped[1])
         added = np.zeros(len(packed), np.float32) if constants is None else constants
         _add_constants(inside, selected[needed], added, np.float32(limits[0]), np.float32(limits[1]))
     return result

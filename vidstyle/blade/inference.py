@@ -13,7 +13,7 @@ import numpy as np
 
 from vidstyle.blade.bank import Bank
 from vidstyle.blade.choice import choice_radius, choose_filters
-from vidstyle.blade.clipped import pack_clipped
+from vidstyle.blade.clipped_simd import pack_clipped
 from vidstyle.blade.filtering import apply_filters
 from vidstyle.blade.simd import pack_filters
 from vidstyle.core.color.deferred_color import Mixed

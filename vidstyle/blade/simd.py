@@ -92,7 +92,70 @@ def _clip(value, low, high):  # type: ignore[no-untyped-def]
     return above if above < high else high
 
 
-class _BlockEmitter(VectorEmitter):
+class FilterEmitter(VectorEmitter):
+    """Emits what linear filters and clipped differences have in common; addresses are in bytes.
+
+    Subclasses set `_bank`, the address of the first filter, `_filter_bytes`, the length of one, and `_lanes`,
+    the numbers of a row that are loaded as vectors.
+    """
+
+    _bank: Any
+    _filter_bytes: int
+    _lanes: int
+
+    def _rows(self, array: Any, first: Any, count: int) -> Iterator[Any]:
+        """Yield the addresses of an array's rows, from the first one on and wrapping around at the end."""
+        stride = self.builder.extract_value(array.strides, 0)
+        for number in range(count):
+            row = self.builder.add(first, self.index(number))
+            row = self.builder.urem(row, self.index(count))
+            yield self._at(self._bytes(array), self._times(row, stride))
+
+    def _filter_start(self, bins: Any, place: int) -> Any:
+        """Return the address of the filter whose index is stored there."""
+        number = self.load(bins, place, self.ir.IntType(32))
+        chosen = self.builder.sext(number, self.ir.IntType(64))
+        return self._at(self._bank, self._times(chosen, self._filter_bytes))
+
+    def _reduce(self, vector: Any) -> Any:
+        """Reduce a vector of several registers to eight numbers."""
+        starts = range(0, self._lanes, VECTOR_LANES)
+        parts = (self.permute(vector, vector, list(range(start, start + VECTOR_LANES))) for start in starts)
+        return reduce(self._sum, parts)
+
+    def _total_of_each(self, vectors: list[Any]) -> Any:
+        """Return the sums of eight vectors, as a vector.
+
+        Adds adjacent numbers, pairs of vectors together, within halves of registers; then adds the halves.
+        """
+        adjacent = [[0, 2, 8, 10, 4, 6, 12, 14], [1, 3, 9, 11, 5, 7, 13, 15]]
+        halves = [[0, 1, 2, 3, 8, 9, 10, 11], [4, 5, 6, 7, 12, 13, 14, 15]]
+        for orders in (adjacent, adjacent, halves):
+            pairs = zip(vectors[::2], vectors[1::2], strict=True)
+            vectors = [
+                self._sum(*(self.permute(one, other, order) for order in orders)) for one, other in pairs
+            ]
+        return vectors[0]
+
+    def _product(self, one: Any, other: Any) -> Any:
+        return self.builder.fmul(one, other, flags=["contract"])
+
+    def _sum(self, one: Any, other: Any) -> Any:
+        return self.builder.fadd(one, other, flags=["contract"])
+
+    def _bytes(self, array: Any) -> Any:
+        """Return the address of the first number of an array."""
+        return self.builder.bitcast(array.data, self.ir.IntType(8).as_pointer())
+
+    def _at(self, address: Any, number: Any) -> Any:
+        """Return the address this number of bytes further."""
+        return self.builder.gep(address, [self.index(number)])
+
+    def _times(self, number: Any, factor: Any) -> Any:
+        return self.builder.mul(number, self.index(factor))
+
+
+class _BlockEmitter(FilterEmitter):
     """Emits the vector instructions; addresses are in bytes."""
 
     def __init__(
@@ -150,24 +213,10 @@ class _BlockEmitter(VectorEmitter):
         sums = [self._sum(*each) for each in zip(sums, map(self._of_column, starts, column), strict=True)]
         return self._sum(self._total_of_each(sums), self._times_corner(starts, down))
 
-    def _rows(self, array: Any, first: Any, count: int) -> Iterator[Any]:
-        """Yield the addresses of an array's rows, from the first one on and wrapping around at the end."""
-        stride = self.builder.extract_value(array.strides, 0)
-        for number in range(count):
-            row = self.builder.add(first, self.index(number))
-            row = self.builder.urem(row, self.index(count))
-            yield self._at(self._bytes(array), self._times(row, stride))
-
     def _filter_starts(self, bins: Any) -> list[Any]:
         """Return the addresses of the filters of eight pixels of a row."""
         first = self._at(bins, self.builder.udiv(self._column, self.index(self._shared)))
         return [self._filter_start(first, 4 * (pixel // self._shared)) for pixel in range(VECTOR_LANES)]
-
-    def _filter_start(self, bins: Any, place: int) -> Any:
-        """Return the address of the filter whose index is stored there."""
-        number = self.load(bins, place, self.ir.IntType(32))
-        chosen = self.builder.sext(number, self.ir.IntType(64))
-        return self._at(self._bank, self._times(chosen, self._filter_bytes))
 
     def _filter_row(self, start: Any, row: int) -> Any:
         """Return a row of a filter, without a last column that follows the rows."""
@@ -207,47 +256,10 @@ class _BlockEmitter(VectorEmitter):
                 rows[number], rows[number + step] = (self.permute(*pair, order) for order in (low, high))
         return rows
 
-    def _reduce(self, vector: Any) -> Any:
-        """Reduce a vector of several registers to eight numbers."""
-        starts = range(0, self._lanes, VECTOR_LANES)
-        parts = (self.permute(vector, vector, list(range(start, start + VECTOR_LANES))) for start in starts)
-        return reduce(self._sum, parts)
-
-    def _total_of_each(self, vectors: list[Any]) -> Any:
-        """Return the sums of eight vectors, as a vector.
-
-        Adds adjacent numbers, pairs of vectors together, within halves of registers; then adds the halves.
-        """
-        adjacent = [[0, 2, 8, 10, 4, 6, 12, 14], [1, 3, 9, 11, 5, 7, 13, 15]]
-        halves = [[0, 1, 2, 3, 8, 9, 10, 11], [4, 5, 6, 7, 12, 13, 14, 15]]
-        for orders in (adjacent, adjacent, halves):
-            pairs = zip(vectors[::2], vectors[1::2], strict=True)
-            vectors = [
-                self._sum(*(self.permute(one, other, order) for order in orders)) for one, other in pairs
-            ]
-        return vectors[0]
-
     def _choose(self, relation: str, vector: Any, number: Any) -> Any:
         """Keep each element that has this relation to a number, else use the number; also for NaN."""
         limit = self.spread(number, vector.type)
         return self.builder.select(self.builder.fcmp_ordered(relation, vector, limit), vector, limit)
-
-    def _product(self, one: Any, other: Any) -> Any:
-        return self.builder.fmul(one, other, flags=["contract"])
-
-    def _sum(self, one: Any, other: Any) -> Any:
-        return self.builder.fadd(one, other, flags=["contract"])
-
-    def _bytes(self, array: Any) -> Any:
-        """Return the address of the first number of an array."""
-        return self.builder.bitcast(array.data, self.ir.IntType(8).as_pointer())
-
-    def _at(self, address: Any, number: Any) -> Any:
-        """Return the address this number of bytes further."""
-        return self.builder.gep(address, [self.index(number)])
-
-    def _times(self, number: Any, factor: Any) -> Any:
-        return self.builder.mul(number, self.index(factor))
 
 
 filter_pixel_block: Any = PixelBlockIntrinsic(_filter_pixel_block)
