@@ -53,7 +53,7 @@ def sample_plane(plane: np.ndarray, most: int = MAX_SIDE_SAMPLES) -> np.ndarray:
     return plane[top :: sampling.stride, left :: sampling.stride]
 
 
-def sampled_values(picture: Picture) -> np.ndarray:
+def sampled_values(picture: Picture, most: int = MAX_SIDE_SAMPLES) -> np.ndarray:
     """Return the small copy of a picture's luma or RGB, float32 with black at 0 and white at 1.
 
     Without kernels, so that a dry run of them has it too.
@@ -62,12 +62,12 @@ def sampled_values(picture: Picture) -> np.ndarray:
     plane = picture.luma if picture.color is None else picture.color
     assert plane is not None
     span = white - black
-    return np.asarray(sample_plane(plane) * np.float32(1 / span) - np.float32(black / span))
+    return np.asarray(sample_plane(plane, most) * np.float32(1 / span) - np.float32(black / span))
 
 
-def small_luma(picture: Picture) -> np.ndarray:
-    """Return a small copy of a picture's luma, float32."""
-    values = sampled_values(picture)
+def small_luma(picture: Picture, most: int = MAX_SIDE_SAMPLES) -> np.ndarray:
+    """Return a small copy of a picture's luma, float32, of at most `most` pixels on a side."""
+    values = sampled_values(picture, most)
     return values if picture.color is None else luma_from_rgb(values, picture.encoding)
 
 

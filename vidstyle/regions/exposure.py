@@ -16,8 +16,8 @@ import numpy as np
 
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.core.sampling import ExponentialSmoother, percentiles, small_luma
-from vidstyle.regions.boxes import Box
-from vidstyle.regions.masks import inner_mask
+from vidstyle.regions.boxes import Box, Rectangle
+from vidstyle.regions.masks import inner_box, inner_mask
 from vidstyle.regions.patches import Patch, plane_area
 
 FACE_LUMA_RANGE = 0.08, 0.8
@@ -48,6 +48,8 @@ FEATURE_RADIUS_RATIO = 0.125
 """Standard deviation of the Gaussian of the local mean, relative to the face's height."""
 MIN_BLUR_SIGMA_PX = 4.0
 """Standard deviation of this Gaussian on a reduced copy, in pixels of the copy."""
+MAX_PAGE_SAMPLES = 128
+"""Largest side of the copy of the page that is measured, in pixels."""
 TIME_CONSTANT_SECONDS = 1.0
 """Time constant for smoothing the measured tones of a face in a film."""
 _EDGE_RATIO = 0.1
@@ -72,15 +74,19 @@ class Exposure:
             time: presentation time in seconds; None for a single picture.
             amount: strength of the change, 0..1.
         """
-        range_ = self._smoothed(None, small_luma(page), PAGE_QUANTILES, time)
+        range_ = self._smoothed(None, small_luma(page, MAX_PAGE_SAMPLES), PAGE_QUANTILES, time)
         for patch, face in ((each, each.face) for each in patches if each.face):
-            area = plane_area(patch.place, (1, 1))
+            box = Box(*map(round, inner_box(face.box).padded(1, 1, 1))).intersection(patch.window)
+            if not box.area:
+                continue
+            right, down = patch.place.left - patch.window.left, patch.place.top - patch.window.top
+            area = plane_area(box.moved(right, down), (1, 1))
             plane = picture.color if picture.luma is None else picture.luma
             assert plane is not None
             values = _decoded(plane[area], picture.encoding)
             luma = values if values.ndim == 2 else values @ picture.encoding.weights
-            tones = self._smoothed(face.track, _inside_face(luma, face.box, patch), FACE_QUANTILES, time)
-            inner, stretch = inner_mask(face.box, patch.window), Stretch.of(*range_.tolist())
+            tones = self._smoothed(face.track, _inside_face(luma, face.box, box), FACE_QUANTILES, time)
+            inner, stretch = inner_mask(face.box, box), Stretch.of(*range_.tolist())
             skin = (inner > SKIN_LEVEL).astype(np.float32)
             change = amount * inner * (expose_face(luma, tones, skin, face.box.height, stretch) - luma)
             values = values + (change if values.ndim == 2 else change[..., None])
@@ -147,25 +153,34 @@ def expose_face(
 
 def _shading(luma: np.ndarray, skin: np.ndarray, height: float) -> np.ndarray:
     """Return light and shadow on a face: its luma without features; around it, that of the skin nearby."""
-    sigma = SHADING_RADIUS_RATIO * height
-    weight = skin + np.float32(1e-3)
-    return np.asarray(_blurred(luma * weight, sigma) / _blurred(weight, sigma))
+    sigma, weight = SHADING_RADIUS_RATIO * height, skin + np.float32(1e-3)
+    light, area = (_reduced_blur(each, sigma) for each in (luma * weight, weight))
+    return _enlarged(light / area, luma.shape)
 
 
 def _blurred(luma: np.ndarray, sigma: float) -> np.ndarray:
     """Return luma after a Gaussian; a wide one runs on a reduced copy, which differs by about a code."""
+    return _enlarged(_reduced_blur(luma, sigma), luma.shape)
+
+
+def _reduced_blur(luma: np.ndarray, sigma: float) -> np.ndarray:
+    """Return luma after a Gaussian, in a copy in which that has about `MIN_BLUR_SIGMA_PX`."""
     factor = max(1, int(sigma / MIN_BLUR_SIGMA_PX))
     height, width = luma.shape
     size = -(-width // factor), -(-height // factor)
     small = luma if factor == 1 else cv2.resize(luma, size, interpolation=cv2.INTER_AREA)
-    small = cv2.GaussianBlur(small, (0, 0), sigma * size[0] / width, sigmaY=sigma * size[1] / height)
-    return small if factor == 1 else cv2.resize(small, (width, height), interpolation=cv2.INTER_CUBIC)
+    return cv2.GaussianBlur(small, (0, 0), sigma * size[0] / width, sigmaY=sigma * size[1] / height)
 
 
-def _inside_face(luma: np.ndarray, box: Box[float], patch: Patch) -> np.ndarray:
-    """Return the centre of the face in the luma of its patch; the whole patch if the face is outside."""
-    inner = box.padded(-_EDGE_RATIO * box.width, -_EDGE_RATIO * box.height, -_EDGE_RATIO * box.height)
-    inner = inner.moved(-patch.window.left, -patch.window.top)
+def _enlarged(luma: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    same = luma.shape == shape
+    return luma if same else cv2.resize(luma, shape[1::-1], interpolation=cv2.INTER_CUBIC)
+
+
+def _inside_face(luma: np.ndarray, face: Box[float], area: Rectangle) -> np.ndarray:
+    """Return the centre of the face in the luma of an area; the whole area if the face is outside."""
+    inner = face.padded(-_EDGE_RATIO * face.width, -_EDGE_RATIO * face.height, -_EDGE_RATIO * face.height)
+    inner = inner.moved(-area.left, -area.top)
     place = Box(*map(round, inner)).intersection(Box(0, 0, luma.shape[1], luma.shape[0]))
     return luma[plane_area(place, (1, 1))] if place.area else luma
 

@@ -25,12 +25,12 @@ LUMA_WEIGHT = 0.25
 
 def mask_box(face: Box[float]) -> Box[float]:
     """Return the box outside of which `face_mask` is 0."""
-    across, down = _center(face)
-    wide, high = (
-        ratio * (1 + EDGE_WIDTH_RATIO) * side
-        for ratio, side in zip(FACE_RADIUS_RATIOS, (face.width, face.height), strict=True)
-    )
-    return Box(across - wide, down - high, across + wide, down + high)
+    return _ellipse_box(face, 1 + EDGE_WIDTH_RATIO)
+
+
+def inner_box(face: Box[float]) -> Box[float]:
+    """Return the box outside of which `inner_mask` is 0."""
+    return _ellipse_box(face, 1.0)
 
 
 def face_mask(face: Box[float], window: Box[int]) -> np.ndarray:
@@ -50,6 +50,12 @@ def head_mask(face: Box[float], window: Box[int]) -> np.ndarray:
 def inner_mask(face: Box[float], window: Box[int]) -> np.ndarray:
     """Return a mask that is 1 in the middle of a face, and 0 where `face_mask` is 0.5, H x W float32."""
     return _smoothstep((1 - _distance(face, window, FACE_RADIUS_RATIOS)) / INNER_EDGE_RATIO)
+
+
+def _ellipse_box(face: Box[float], scale: float) -> Box[float]:
+    across, down = _center(face)
+    wide, high = scale * FACE_RADIUS_RATIOS[0] * face.width, scale * FACE_RADIUS_RATIOS[1] * face.height
+    return Box(across - wide, down - high, across + wide, down + high)
 
 
 def _soft_ellipse(distance: np.ndarray) -> np.ndarray:
