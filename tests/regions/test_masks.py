@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 import pytest
 from covering import in_one_test
-from face_network import brightness_judge, red_people
+from face_network import brightness_judge, red_people, remembering_people
 from films import page, picture
 from media import make_clip, photograph
 from pictures import FLOAT, SOURCES, VIDEO, codes, noise, picture_with_face, same_bits
@@ -305,7 +305,7 @@ def panned(count: int, pixels: int) -> Iterator[Picture]:
 def test_a_mask_moves_with_the_picture_between_searches() -> None:
     calls: list[Picture] = []
 
-    def find(shown: Picture) -> np.ndarray:
+    def find(shown: Picture, _: bool) -> np.ndarray:
         calls.append(shown)
         return bright_half(shown)
 
@@ -323,13 +323,13 @@ def test_a_mask_moves_with_the_picture_between_searches() -> None:
 def test_a_mask_does_not_flicker_and_starts_again_at_a_cut() -> None:
     random = np.random.default_rng(1)
     shown = picture(page(180, 320))
-    mask = SteadyMask(lambda _: random.uniform(0.4, 0.6, (36, 64)).astype(np.float32))
+    mask = SteadyMask(lambda *_: random.uniform(0.4, 0.6, (36, 64)).astype(np.float32))
     frames = [mask.follow(shown, number / 25, False) for number in range(41)]
     raw = 0.2 / 3  # the mean difference of two numbers of that range
     assert (
         np.mean([np.abs(one - two).mean() for one, two in zip(frames, frames[2:], strict=False)]) < 0.6 * raw
     )
-    empty = SteadyMask(bright_half)
+    empty = SteadyMask(lambda shown, _: bright_half(shown))
     dark = Picture(VIDEO, luma=np.full((180, 320), 16, np.uint8))
     empty.follow(shown, 0.0, True)
     assert not empty.follow(dark, 0.04, True).any(), "no ghost after a cut"
@@ -383,6 +383,11 @@ def test_wrong_models_are_refused_in_one_line(tmp_path: Path, monkeypatch: pytes
         "cut.onnx": good[:150],
         "judge.onnx": brightness_judge(1),
         "empty.tflite": b"",
+        "lost-state.onnx": remembering_people(("r1i", "memory")),
+        "other-state.onnx": remembering_people(state_shape=[1, 1, 1, 1]),
+        "vast-state.onnx": remembering_people(state_shape=[1, 1, 1 << 20, 1 << 20]),
+        "narrow.onnx": remembering_people(size=(16, 8)),
+        "wide.onnx": remembering_people(size=(4096, 64)),
     }.items():
         path = tmp_path / name
         if content is not None:
@@ -404,6 +409,33 @@ def test_a_model_that_crashes_is_reported(red_model: Path) -> None:
     with pytest.raises(InputError, match="red.onnx: crashes the program that runs it") as caught:
         network.find(color)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("state", "result"),
+    [(("r1i", "r1o"), "pha"), (("state_in", "state_out"), "people"), (("past", "present"), "a")],
+)
+def test_a_model_may_remember_earlier_pictures(state: tuple[str, str], result: str, tmp_path: Path) -> None:
+    """Its inputs and outputs are found by their names, and what it remembers ends with a scene."""
+    path = tmp_path / "matting.onnx"
+    path.write_bytes(remembering_people(state, result))
+    network, color = PeopleNetwork(path), np.zeros((144, 256, 3), np.uint8)
+    color[...] = 250, 10, 10
+    found = [network.find(color, is_first).mean() for is_first in (True, False, False, True)]
+    assert np.allclose(found, [0.5, 0.75, 0.875, 0.5], atol=0.01)
+
+
+def test_what_a_model_remembers_ends_at_a_cut(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "matting.onnx"
+    path.write_bytes(remembering_people())
+    monkeypatch.setenv(MODEL_VARIABLE, str(path))
+    frames, results = [Picture.from_array(gray_and_red())] * 6, []
+    for first in (0, 3):
+        masks = FrameMasks(load_style(table(only="people")), KnownCuts([0.0, 3 / 25]))
+        results.append([masks.of(frames[n], n / 25)["people"] for n in range(first, 6)])
+        masks.close()
+    assert results[0][2].mean() > 1.2 * results[0][0].mean()
+    assert all(map(np.array_equal, results[0][3:], results[1]))
 
 
 @pytest.mark.skipif(people_model() is None, reason="no model that finds people is installed")

@@ -76,15 +76,47 @@ def red_people(size: tuple[int, int] = (256, 144)) -> bytes:
     return _model(b"people", nodes, tensors, ("picture", shape), [("people", [1, 1, *size[::-1]])])
 
 
+def remembering_people(
+    state: tuple[str, str] = ("r1i", "r1o"),
+    result: str = "pha",
+    size: tuple[int, int] = (256, 144),
+    state_shape: list[int] | None = None,
+) -> bytes:
+    """A model like `red_people` that adds half of its last result, as video matting networks do.
+
+    Args:
+        state: names of the input and output of what it remembers.
+        result: name of the probability of people.
+        size: width and height.
+        state_shape: the shape of the state that it declares; None: 1 x 1 x height x width.
+    """
+    shape = [1, 1, *size[::-1]]
+    tensors = [
+        _tensor("weights", np.array([20, -10, -10], np.float32).reshape(1, 3, 1, 1)),
+        _tensor("biases", np.array([-8], np.float32)),
+        _tensor("half", np.full((1, 1, 1, 1), 0.5, np.float32)),
+    ]
+    nodes = [
+        _node("Conv", ["src", "weights", "biases"], "raw"),
+        _node("Sigmoid", ["raw"], "now"),
+        _node("Add", ["now", state[0]], "sum"),
+        _node("Mul", ["sum", "scale"], "scaled"),
+        _node("Mul", ["scaled", "half"], result),
+        _node("Identity", [result], state[1]),
+    ]
+    inputs = [("src", [1, 3, *size[::-1]]), (state[0], state_shape or shape), ("scale", [1])]
+    return _model(b"matting", nodes, tensors, inputs, [(result, shape), (state[1], shape)])
+
+
 def _model(
     name: bytes,
     nodes: list[bytes],
     tensors: list[bytes],
-    given: tuple[str, list[int]],
+    given: tuple[str, list[int]] | list[tuple[str, list[int]]],
     outputs: list[tuple[str, list[int]]],
 ) -> bytes:
     graph = [_field(1, node) for node in nodes] + [_field(2, name)] + [_field(5, each) for each in tensors]
-    graph.append(_field(11, _value(*given)))
+    graph += [_field(11, _value(*each)) for each in (given if isinstance(given, list) else [given])]
     graph += [_field(12, _value(*each)) for each in outputs]
     return _field(1, 7) + _field(8, _field(1, b"") + _field(2, 11)) + _field(7, b"".join(graph))
 

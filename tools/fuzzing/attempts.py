@@ -32,6 +32,7 @@ from vidstyle.cues.cue_file import read_cue_file
 from vidstyle.errors import UsageError, VidstyleError
 from vidstyle.media.options import ReadOptions
 from vidstyle.pipeline.render import render
+from vidstyle.regions.chosen_files import MODEL_VARIABLE, use_file
 from vidstyle.renderer import Renderer, stylize
 from vidstyle.style import load_style, save_style, style_names
 
@@ -129,6 +130,15 @@ def _try_network(path: Path, folder: Path, choice: int) -> None:
     _try_style(style, folder, choice)
 
 
+def _try_people(path: Path, folder: Path, choice: int) -> None:
+    """Three frames in a style that reads people, with the model, as `--model` chooses it."""
+    model = shutil.copy(path, folder / f"model{path.suffix}")
+    style = load_style({"format": 1, "only": "people", "background": [{"block": "posterize"}]})
+    with use_file(MODEL_VARIABLE, model), Renderer(style, device="cpu") as renderer:
+        for picture in moving_frames(3, SIZE):
+            renderer(picture)
+
+
 def _try_cues(path: Path, folder: Path, choice: int) -> None:
     """A film of three pictures with the cues."""
     cues, target = folder / "case.toml", folder / TARGETS[choice % len(TARGETS)]
@@ -187,6 +197,8 @@ ATTEMPTS: dict[str, Callable[[Path, Path, int], None]] = {
     ".toml": _try_style,
     ".npz": _try_bank,
     ".onnx": _try_network,
+    ".people.onnx": _try_people,
+    ".people.tflite": _try_people,
     ".page.toml": _try_page,
     ".cues.toml": _try_cues,
     ".config.toml": _try_config,

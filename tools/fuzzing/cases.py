@@ -14,6 +14,7 @@ from tools.fuzzing.film_times import TIMED, joined, with_jump
 from tools.fuzzing.formats import FAMILIES
 from tools.fuzzing.metadata import PLACERS, with_metadata
 from tools.fuzzing.pages import config_case, cue_case, page_case
+from tools.fuzzing.people_models import people_case
 from tools.fuzzing.restructure import restructured
 from tools.fuzzing.styles import style_case
 from tools.fuzzing.subtitles import subtitle_case
@@ -84,6 +85,7 @@ KINDS: dict[str, Callable[..., tuple[str, bytes]]] = {
     "page": page_case,
     "cue": cue_case,
     "network": network_case,
+    "people": people_case,
     "config": config_case,
     "cache": cache_case,
 }

@@ -9,6 +9,7 @@ import threading
 import weakref
 from collections import OrderedDict
 from contextlib import suppress
+from dataclasses import asdict
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from vidstyle.core.file_checks import read_regular_file
 from vidstyle.core.machine.cores import available_cores
 from vidstyle.network.network_program import THREADS_VARIABLE, receive, send
 from vidstyle.network.onnx_file import MAX_FILE_BYTES, read_layout
+from vidstyle.network.recurrent_ports import RecurrentPorts
 
 MAX_SECONDS = 120.0
 """Time after which a network that has not answered is ended."""
@@ -49,24 +51,31 @@ class NetworkProcess:
         """Whether requests can be answered."""
         return self._end.alive
 
-    def open(self, content: bytes, kind: str = "onnx") -> None:
+    def open(self, content: bytes, kind: str = "onnx", ports: RecurrentPorts | None = None) -> None:
         """Use the network of a file from now on.
 
         Args:
+            content: of the file.
             kind: "onnx" or "tflite".
+            ports: inputs and outputs of a network that remembers earlier pictures.
 
         Raises:
             ValueError: it cannot be read, or crashes the process.
         """
-        self._ask({"kind": kind}, content, 0)
+        self._ask({"kind": kind, "ports": ports and asdict(ports)}, content, 0)
 
-    def run(self, batch: np.ndarray) -> np.ndarray:
+    def run(self, batch: np.ndarray, is_first: bool = True) -> np.ndarray:
         """Return the network's result for a batch of pictures, float32.
+
+        Args:
+            batch: of one picture.
+            is_first: whether to forget earlier pictures.
 
         Raises:
             ValueError: the network fails, or crashes the process.
         """
-        header, content = self._ask({"shape": batch.shape}, batch.tobytes(), 16 * batch.nbytes)
+        request = {"shape": batch.shape, "is_first": is_first}
+        header, content = self._ask(request, batch.tobytes(), 16 * batch.nbytes)
         return np.frombuffer(content, np.float32).reshape(header["shape"])
 
     def close(self) -> None:

@@ -7,6 +7,7 @@ of onnx.proto3. Everything else is left to the library that runs the network, in
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import count
 
@@ -48,6 +49,31 @@ class NetworkLayout:
     width: int
 
 
+@dataclass(frozen=True)
+class Port:
+    """An input or output; the sizes in its shape are 0 where they are free.
+
+    An output without a known shape of floats has none.
+    """
+
+    name: str
+    shape: tuple[int, ...]
+
+
+def read_ports(content: bytes) -> tuple[list[Port], list[Port]]:
+    """Return the inputs and outputs of a network.
+
+    Raises:
+        ValueError: the content is no ONNX file, refers to other files, or takes other numbers than floats.
+    """
+    try:
+        graph = _last(_fields(_Message(memoryview(content), count())), 7)
+        inputs, outputs = _ports(graph)
+        return [Port(_name(each), tuple(_shape(each))) for each in inputs], [*map(_output_port, outputs)]
+    except (IndexError, UnicodeDecodeError):
+        raise ValueError("is not an ONNX file") from None
+
+
 def read_layout(content: bytes) -> NetworkLayout:
     """Return the layout of a network that maps one RGB picture to another.
 
@@ -62,14 +88,30 @@ def read_layout(content: bytes) -> NetworkLayout:
 
 def _input_shape(graph: _Value) -> list[int]:
     """Return the shape of the only input of a graph; 0 for a free size."""
+    inputs, outputs = _ports(graph)
+    if len(inputs) != 1 or len(outputs) != 1:
+        raise ValueError(f"has {len(inputs)} inputs and {len(outputs)} outputs; a style needs one of each")
+    return _shape(inputs[0])
+
+
+def _ports(graph: _Value) -> tuple[list[_Value], list[_Value]]:
+    """Return the inputs of a graph that are no weights, and its outputs."""
     _refuse_other_files(graph, 0)
     fields = list(_fields(graph))
     weights = {_text(each, 8) for number, each in fields if number == 5}
     inputs = [each for number, each in fields if number == 11 and _text(each, 1) not in weights]
-    outputs = [each for number, each in fields if number == 12]
-    if len(inputs) != 1 or len(outputs) != 1:
-        raise ValueError(f"has {len(inputs)} inputs and {len(outputs)} outputs; a style needs one of each")
-    return _shape(inputs[0])
+    return list(inputs), [each for number, each in fields if number == 12]
+
+
+def _name(value: _Value) -> str:
+    return _text(value, 1).decode()
+
+
+def _output_port(value: _Value) -> Port:
+    shape: list[int] = []
+    with suppress(ValueError, IndexError):
+        shape = _shape(value)
+    return Port(_name(value), tuple(shape))
 
 
 def _layout(shape: list[int]) -> NetworkLayout:

@@ -110,9 +110,9 @@ class FrameMasks(Closing):
 def _people() -> MaskMaker:
     network = open_people_network()
 
-    def find(picture: Picture) -> np.ndarray:
+    def find(picture: Picture, is_first: bool) -> np.ndarray:
         color = searched_copy(picture, 2 * min(network.size))
-        return network.find(cv2.resize(color, network.size, interpolation=cv2.INTER_AREA))
+        return network.find(cv2.resize(color, network.size, interpolation=cv2.INTER_AREA), is_first)
 
     mask = SteadyMask(find)
     return lambda picture, time, is_cut: _refined(mask.follow(picture, time, is_cut), picture)

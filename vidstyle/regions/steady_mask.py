@@ -24,10 +24,11 @@ class SteadyMask:
     A scene cut, a pause and another size start again.
 
     Args:
-        find: returns the mask of a picture, h x w float32, 0..1; h and w are always the same.
+        find: returns the mask of a picture, h x w float32, 0..1; h and w are always the same. Its second
+            argument is whether the picture begins a scene or stands alone.
     """
 
-    def __init__(self, find: Callable[[Picture], np.ndarray]) -> None:
+    def __init__(self, find: Callable[[Picture, bool], np.ndarray]) -> None:
         self._find = find
         self._motion = MotionEstimator(0.0, False)
         self._mask: np.ndarray | None = None
@@ -36,14 +37,14 @@ class SteadyMask:
     def follow(self, picture: Picture, time: float | None, is_cut: bool) -> np.ndarray:
         """Return the mask of the next frame; `time`: in seconds, None for a picture that stands alone."""
         if time is None:
-            return self._find(picture)
+            return self._find(picture, True)
         pair = self._motion.follow(picture, time, is_cut)
         if pair is None or self._mask is None:
-            self._mask, self._age = self._find(picture), 0
+            self._mask, self._age = self._find(picture, True), 0
             return self._mask
         moved = _moved(self._mask, pair.warp().flow, picture.shape)
         self._age += 1
-        self._mask = moved if self._age % FRAMES_PER_SEARCH else _approach(moved, self._find(picture))
+        self._mask = moved if self._age % FRAMES_PER_SEARCH else _approach(moved, self._find(picture, False))
         return self._mask
 
 
