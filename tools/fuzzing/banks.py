@@ -1,4 +1,4 @@
-"""Banks of learned filters and ONNX networks with odd numbers or shapes, or damaged as files."""
+"""Banks of learned filters, ONNX networks and models that find people, with odd numbers or shapes, or damaged as files."""
 
 from __future__ import annotations
 
@@ -7,11 +7,18 @@ import zipfile
 from random import Random
 
 import numpy as np
+from face_network import red_people, remembering_people
 from onnx_model import convolution, layered, negative
 
 from tools.fuzzing.arrays import array_bytes, odd_array
 from tools.fuzzing.damage import ODD_FLOATS, ODD_NUMBERS, damaged, random_slice
 from vidstyle.blade.bank_file import shipped_banks
+from vidstyle.regions.chosen_files import people_model
+
+MODEL_SIDES = 0, 1, 31, 32, 144, 256, 4097, 2**31, 2**63
+"""Sizes that models may declare."""
+PORT_NAMES = "r1i", "r1o", "r2i", "state_in", "state_out", "src", "pha", "", "i", "o" * 300, "past", "present"
+"""Names of inputs and outputs, of which some belong together."""
 
 
 def bank_case(random: Random) -> tuple[str, bytes]:
@@ -67,6 +74,26 @@ def network_case(random: Random) -> tuple[str, bytes]:
         shape = tuple(random.choice((1, 3, *sides)) for _ in range(random.choice((0, 3, 4, 4, 4, 400))))
     padding = random.choice((1, 5, 2**31, 2**63 - 1)) if kind == "padding" else None
     return ".onnx", convolution(kernel, [0.0] * 3, shape, padding)
+
+
+def people_case(random: Random) -> tuple[str, bytes]:
+    """A model of one input or with a state, or the installed model; two thirds damaged as files."""
+    installed = people_model()
+    if installed is not None and random.random() < 0.3:
+        return ".people.tflite", damaged(random, installed.read_bytes())
+    model = red_people() if random.random() < 0.3 else remembering_people(**_odd_state(random))
+    return ".people.onnx", damaged(random, model) if random.random() < 0.6 else model
+
+
+def _odd_state(random: Random) -> dict[str, object]:
+    """Return arguments of `remembering_people`, half of them usual."""
+    odd: dict[str, object] = {
+        "state": (random.choice(PORT_NAMES), random.choice(PORT_NAMES)),
+        "result": random.choice(PORT_NAMES),
+        "size": (random.choice(MODEL_SIDES[1:6]), random.choice(MODEL_SIDES[1:6])),
+        "state_shape": [random.choice(MODEL_SIDES) for _ in range(random.choice((0, 1, 4, 4, 5)))],
+    }
+    return {name: value for name, value in odd.items() if random.random() < 0.4}
 
 
 def _with_odd_numbers(random: Random, array: np.ndarray) -> np.ndarray:

@@ -8,13 +8,12 @@ from random import Random
 from typing import NamedTuple
 
 from tools.fuzzing.arrays import array_case
-from tools.fuzzing.banks import bank_case, network_case
+from tools.fuzzing.banks import bank_case, network_case, people_case
 from tools.fuzzing.damage import damaged
 from tools.fuzzing.film_times import TIMED, joined, with_jump
 from tools.fuzzing.formats import FAMILIES
 from tools.fuzzing.metadata import PLACERS, with_metadata
 from tools.fuzzing.pages import config_case, cue_case, page_case
-from tools.fuzzing.people_models import people_case
 from tools.fuzzing.restructure import restructured
 from tools.fuzzing.styles import style_case
 from tools.fuzzing.subtitles import subtitle_case
