@@ -1,4 +1,4 @@
-"""Banks of learned filters, ONNX networks and models that find people, with odd numbers or shapes, or damaged as files."""
+"""Banks of learned filters, networks and models of people: odd numbers and shapes, or damaged as files."""
 
 from __future__ import annotations
 
