@@ -77,7 +77,8 @@ def test_slow_program_becomes_block(
     program.write_text(BILATERAL)
     bank = tmp_path / "bilateral.npz"
     command = shlex.join([sys.executable, str(program), "{in}", "{out}"])
-    arguments = ["train", str(bank), "--images", str(photographs), "--command", command, "--hold-out", "1"]
+    options = ["--hold-out", "1", "--bins", "16x3x3"]
+    arguments = ["train", str(bank), "--images", str(photographs), "--command", command, *options]
     assert main(arguments) == 0
     said = capfd.readouterr().err
     assert "0.00 dB" not in said and "on 1 held-out pictures" in said and "not local" not in said
