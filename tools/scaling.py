@@ -4,11 +4,15 @@
     python -m tools.performance scaling.md
 
 Each number of cores is measured in a process of its own with that CPU affinity, after a short film has
-loaded all that is needed. *Used* is processor time divided by time. *Busy* is the share of the time in which
-each core had work, also of other programs. *Switches* are voluntary and involuntary context switches per
-frame. *Predicted* is the replay: the processor times of all tasks, measured on one core, on virtual cores.
-It is within 10 % on one core, but 20 to 50 % too low on four: compare it with the measured rows before you
-believe the virtual ones. Styles without steps have no tasks to replay.
+loaded all that is needed. *Used* is processor time divided by time. *Others* are cores that other programs
+used meanwhile: of several runs, the one with the least counts. *Busy* is the share of the time in which
+each core had work. *Switches* are voluntary and involuntary context switches per frame.
+
+*Predicted* is the replay: the processor times of all tasks, measured on one core, on virtual cores. They are
+longer by the factor by which tasks take longer while all measured cores have the same tasks. A thread that
+waits for Python's lock goes on after the time that this machine needs to wake a thread on another core. From
+eight cores on, pictures are restyled in processes. Compare it with the measured rows before you believe the
+virtual ones. Styles without steps have no tasks to replay.
 
 The last table has the processor time of a frame of 1920x1080, the part outside kernels, which is at most the
 time with Python's lock, and the fewest virtual cores for 30 and 60 frames a second. Needs Linux.
@@ -17,26 +21,25 @@ time with Python's lock, and the fewest virtual cores for 30 and 60 frames a sec
 from __future__ import annotations
 
 import argparse
-import json
 import os
-import subprocess
 import sys
-import tempfile
-import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parents[1]))  # also if it is run as a file
 
-from tools.replay.film import predicted_seconds  # noqa: E402
-from tools.replay.record import Recording, recording  # noqa: E402
+from tools.replay.film import Machine, predicted_seconds  # noqa: E402
+from tools.replay.film_job import FilmJob, film_times, recorded  # noqa: E402
+from tools.replay.machine import wake_up_seconds  # noqa: E402
+from tools.replay.record import Recording  # noqa: E402
 
 STYLES = ("plain", "ink", "comic", "impressionist", "oil", "watercolor")
-WARM_UP_FRAMES = 6
-VIRTUAL_CORES = (8, 16, 32)
+VIRTUAL_CORES = (4, 8, 16, 32)
 HD, RATES, MAX_CORES = (1920, 1080), (30, 60), 128
-COLUMNS = ("style", "cores", "s", "frames/s", "speed-up", "used", "busy, %", "switches", "predicted, s")
+COLUMNS = (
+    *("style", "cores", "s", "frames/s", "speed-up", "used", "others", "busy, %", "switches"),
+    *("predicted frames/s", "off, %"),
+)
 
 
 def main() -> None:
@@ -47,130 +50,71 @@ def main() -> None:
     parser.add_argument("clip")
     parser.add_argument("--styles", nargs="+", default=STYLES)
     parser.add_argument("--frames", type=int, default=144)
-    parser.add_argument("--rounds", type=int, default=3, help="the median of so many runs counts")
-    parser.add_argument("--job", help=argparse.SUPPRESS)
+    parser.add_argument("--rounds", type=int, default=3)
     arguments = parser.parse_args()
-    if arguments.job:
-        print(json.dumps(_run_job(arguments.clip, json.loads(arguments.job))))
-        return
+    os.environ["PYTHONPATH"] = os.pathsep.join(sys.path)  # for processes that measure a film
     cores = sorted(os.sched_getaffinity(0))
-    numbers = sorted({*(2**n for n in range(8) if 2**n <= len(cores)), len(cores)})
+    wake_up = wake_up_seconds(cores)
     print(_row(COLUMNS), _row(["---", *["---:"] * (len(COLUMNS) - 1)]), sep="\n")
     for style in arguments.styles:
-        _measure(arguments, style, [cores[:number] for number in numbers])
-    _print_needs(arguments, cores[:1])
+        _print_speeds(FilmJob(arguments.clip, style, arguments.frames, cores), arguments.rounds, wake_up)
+    _print_needs(arguments, cores, wake_up)
 
 
-def _measure(arguments: argparse.Namespace, style: str, choices: Sequence[list[int]]) -> None:
+def _print_speeds(job: FilmJob, rounds: int, wake_up: float) -> None:
     """Print the rows of a style, all numbers of cores in turn."""
-    jobs = [{"style": style, "frames": arguments.frames, "cores": cores} for cores in choices]
-    record = _recording(arguments.clip, jobs[0])
-    rounds = [[_started(arguments.clip, job) for job in jobs] for _ in range(arguments.rounds)]
-    alone = 0.0
-    for place, cores in enumerate(choices):
-        runs = sorted((each[place] for each in rounds), key=lambda run: run["seconds"])
-        run, frames = runs[len(runs) // 2], arguments.frames
-        alone = alone or run["seconds"]
-        switches = f"{run['voluntary'] / frames:.0f}, {run['involuntary'] / frames:.0f}"
-        cells = (f"{run['seconds']:.2f}", f"{frames / run['seconds']:.1f}", f"{alone / run['seconds']:.2f}",
-                 f"{run['processor'] / run['seconds']:.2f}", " ".join(f"{each:.0f}" for each in run["busy"]),
-                 switches, f"{predicted_seconds(record, len(cores)):.2f}")  # fmt: skip
-        print(_row([style, len(cores), *cells]), flush=True)
+    numbers = sorted({*(2**n for n in range(8) if 2**n <= len(job.cores)), len(job.cores)})
+    record, slowdown = recorded(job, rounds)
+    jobs = [FilmJob(job.clip, job.style, job.frames, job.cores[:number]) for number in numbers]
+    runs = [[film_times(each) for each in jobs] for _ in range(rounds)]
+    machine, alone = Machine(slowdown, wake_up), 0.0
+    for place, number in enumerate(numbers):
+        run = min((each[place] for each in runs), key=lambda run: run.others)
+        alone = alone or run.seconds
+        speed = job.frames / run.seconds
+        busy = " ".join(f"{100 * each / run.seconds:.0f}" for each in run.busy)
+        cells = (f"{run.seconds:.2f}", f"{speed:.1f}", f"{alone / run.seconds:.2f}",
+                 f"{run.processor / run.seconds:.2f}", f"{run.others:.2f}", busy,
+                 f"{run.voluntary / job.frames:.0f}, {run.involuntary / job.frames:.0f}")  # fmt: skip
+        if record.finished:
+            predicted = frames_per_second(record, number, machine)
+            cells += f"{predicted:.1f}", f"{100 * (predicted / speed - 1):+.0f}"
+        print(_row([job.style, number, *cells, *[""] * (len(COLUMNS) - 2 - len(cells))]), flush=True)
     if not record.finished:
         return
-    single = predicted_seconds(record, 1)
+    single = frames_per_second(record, 1, machine)
     for number in VIRTUAL_CORES:
-        seconds = predicted_seconds(record, number)
-        speed_up = f"{single / seconds:.1f}"
-        frames_per_second = f"{len(record.finished) / seconds:.0f}"
-        print(
-            _row([style, f"{number} virtual", "", frames_per_second, speed_up, "", "", "", f"{seconds:.2f}"])
-        )
+        speed = frames_per_second(record, number, machine)
+        cells = ("", "", f"{speed / single:.1f}", "", "", "", "", f"{speed:.0f}", "")
+        print(_row([job.style, f"{number} virtual", *cells]))
 
 
-def _print_needs(arguments: argparse.Namespace, core: list[int]) -> None:
+def frames_per_second(record: Recording, cores: int, machine: Machine) -> float:
+    """Return the predicted rate of a film, start excluded."""
+    return len(record.reading) / predicted_seconds(record, cores, machine)
+
+
+def _print_needs(arguments: argparse.Namespace, cores: Sequence[int], wake_up: float) -> None:
     heads = [f"cores for {HD[1]}p{rate}" for rate in RATES]
     print("", _row(["style", "ms", "of it Python", *heads]), _row(["---", *["---:"] * 4]), sep="\n")
     for style in arguments.styles:
-        job = {"style": style, "frames": max(arguments.frames // 2, 24), "cores": core, "size": HD}
-        record = _recording(arguments.clip, job)
+        record, slowdown = recorded(
+            FilmJob(arguments.clip, style, max(arguments.frames // 2, 24), cores, HD), 1
+        )
         if not record.finished:
             continue
         frames = len(record.reading)
         parts = [f"{1000 * each / frames:.1f}" for each in (record.seconds, record.python_seconds)]
-        print(_row([style, *parts, *(cores_for(record, rate) for rate in RATES)]), flush=True)
+        machine = Machine(slowdown, wake_up)
+        print(_row([style, *parts, *(cores_for(record, rate, machine) for rate in RATES)]), flush=True)
 
 
-def cores_for(record: Recording, rate: float) -> str:
+def cores_for(record: Recording, rate: float, machine: Machine) -> str:
     """Return the fewest cores with this number of frames per second, start excluded."""
-    frames = len(record.reading)
     for number in range(1, MAX_CORES + 1):
-        if frames / predicted_seconds(record, number) >= rate:
+        if frames_per_second(record, number, machine) >= rate:
             return str(number)
     return f"over {MAX_CORES}"
-
-
-def _recording(clip: str, job: dict[str, Any]) -> Recording:
-    return Recording(**_started(clip, {**job, "record": True}))
-
-
-def _started(clip: str, job: dict[str, Any]) -> dict[str, Any]:
-    """Run a job in a process of its own."""
-    command = [sys.executable, __file__, clip, "--job", json.dumps(job)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    if done.returncode:
-        sys.exit(done.stderr)
-    return json.loads(done.stdout.splitlines()[-1])  # type: ignore[no-any-return]
-
-
-def _run_job(clip: str, job: dict[str, Any]) -> dict[str, Any]:
-    """Render on some cores; return the times of the film, or of all its tasks."""
-    os.sched_setaffinity(0, job["cores"])  # before the program counts them
-    from vidstyle.media.options import ReadOptions, WriteOptions
-    from vidstyle.pipeline.render import render
-
-    read = ReadOptions(size=tuple(job["size"]) if "size" in job else None)
-    with tempfile.TemporaryDirectory() as folder:
-
-        def run(frames: int) -> None:
-            write = WriteOptions(preset="veryfast", crf=20, overwrite=True)
-            target = f"{folder}/out.mp4"
-            render(clip, target, job["style"], read=read, write=write, device="cpu", frames=frames)
-
-        if job.get("record"):
-            with recording() as made:
-                run(WARM_UP_FRAMES)
-                made.clear()
-                run(job["frames"])
-            return vars(made)
-        run(WARM_UP_FRAMES)
-        return _timed(lambda: run(job["frames"]), job["cores"])
-
-
-def _timed(run: Any, cores: list[int]) -> dict[str, Any]:
-    import resource
-
-    before, busy, began = resource.getrusage(resource.RUSAGE_SELF), _core_times(cores), time.perf_counter()
-    run()
-    seconds, after = time.perf_counter() - began, resource.getrusage(resource.RUSAGE_SELF)
-    shares = [
-        100 * (1 - (idle - old_idle) / max(total - old_total, 1))
-        for (total, idle), (old_total, old_idle) in zip(_core_times(cores), busy, strict=True)
-    ]
-    return {
-        "seconds": seconds,
-        "processor": after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime,
-        "voluntary": after.ru_nvcsw - before.ru_nvcsw,
-        "involuntary": after.ru_nivcsw - before.ru_nivcsw,
-        "busy": shares,
-    }
-
-
-def _core_times(cores: Sequence[int]) -> list[tuple[int, int]]:
-    """Return the whole time and the idle time of each core since the start of the machine."""
-    lines = (line.split() for line in Path("/proc/stat").read_text(encoding="ascii").splitlines())
-    times = {line[0]: [*map(int, line[1:9])] for line in lines if line and line[0].startswith("cpu")}
-    return [(sum(times[f"cpu{core}"]), sum(times[f"cpu{core}"][3:5])) for core in cores]
 
 
 def _row(cells: Sequence[object]) -> str:

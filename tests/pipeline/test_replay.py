@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 from media import make_clip
 
-from tools.replay.film import predicted_seconds
+from tools.replay.film import Machine, predicted_seconds
+from tools.replay.machine import slowdown
 from tools.replay.record import Recording, recording
 from tools.replay.virtual_cores import MAX_SLICE_SECONDS, Give, Operation, Semaphore, Take, Work, run
 from tools.scaling import cores_for
@@ -15,6 +16,7 @@ from vidstyle.core.machine.cores import use_threads
 from vidstyle.pipeline.render import render
 
 FRAMES = 40
+IDEAL = Machine()
 
 
 def film(finished: list[tuple[str, float]], reading: float = 0, writing: float = 0) -> Recording:
@@ -60,8 +62,32 @@ def test_decoding_is_done_by_one_thread_and_encoding_by_several() -> None:
 
 
 def test_the_fewest_cores_for_a_rate() -> None:
-    assert [cores_for(film([("native", 0.1)]), rate) for rate in (5, 35)] == ["1", "4"]
-    assert cores_for(film([("python", 0.1)]), 11).startswith("over")
+    assert [cores_for(film([("native", 0.1)]), rate, IDEAL) for rate in (5, 35)] == ["1", "4"]
+    assert cores_for(film([("python", 0.1)]), 11, IDEAL).startswith("over")
+
+
+def test_tasks_take_longer_while_other_cores_are_in_use() -> None:
+    made, machine = film([("native", 0.1)]), Machine(slowdown=1.5)
+    assert predicted_seconds(made, 1, machine) == pytest.approx(FRAMES * 0.1, rel=0.01)
+    assert predicted_seconds(made, 2, machine) == pytest.approx(FRAMES * 0.1 * 1.5 / 2, rel=0.01)
+    assert slowdown([film([("native", each)]) for each in (3, 2)], [made, film([("native", 3)])]) == 1
+    assert slowdown([film([("native", 2)])], [film([("native", 3)])]) == pytest.approx(1.5)
+
+
+def test_a_waiting_thread_gets_the_lock_late_and_a_running_one_first() -> None:
+    lock = Semaphore(1, wake_up_seconds=0.5)
+    late = [Take(lock), Work(1), Give(lock)]
+    assert run([iter([*late]), iter([*late])], 2) == pytest.approx(2.5)
+    # The first thread takes the lock again before the second one wakes up.
+    assert run([iter([*late, Work(0.1), *late]), iter([*late])], 2) == pytest.approx(3.6, abs=0.01)
+
+
+def test_processes_need_no_lock_for_the_style() -> None:
+    made = film([("style", 0.01), ("python", 0.07), ("styled", 0)])
+    with_lock, without = (predicted_seconds(made, 16, Machine(has_processes=each)) for each in (False, True))
+    assert with_lock == pytest.approx(FRAMES * 0.07, rel=0.02)
+    # Twelve processes take four rounds; pictures for which none is free wait for the lock.
+    assert 3 * 0.08 <= without <= 4 * 0.08 + 0.07
 
 
 def test_a_film_is_recorded(tmp_path: Path) -> None:
@@ -70,9 +96,12 @@ def test_a_film_is_recorded(tmp_path: Path) -> None:
         render(clip, tmp_path / "first.mp4", "ink", device="cpu")
         made.clear()
         render(clip, tmp_path / "out.mp4", "ink", device="cpu")
-    assert [len(each) for each in vars(made).values()] == [6] * 4
-    kinds = {kind for frame in made.finished for kind, _ in frame}
-    assert kinds == {"python", "native", "enter", "leave"}
+    assert [len(each) for each in (made.reading, made.writing, made.begun, made.finished)] == [6] * 4
+    assert made.stages.keys() == {"read", "style", "write"}
+    assert len(made.ending) == 1
+    kinds = [kind for kind, _ in made.finished[-1]]
+    assert set(kinds) == {"python", "native", "enter", "leave", "style", "styled"}
+    assert kinds.index("style") < kinds.index("styled")
     assert 0 < made.python_seconds < made.seconds
     assert predicted_seconds(made, 1) == pytest.approx(made.seconds, rel=0.01)
     assert made.seconds / 4 < predicted_seconds(made, 4) < made.seconds

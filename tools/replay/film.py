@@ -3,16 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 from tools.replay.record import Event, Recording
 from tools.replay.virtual_cores import Give, Semaphore, Take, Thread, Work, run
 from vidstyle.cpu.renderer import WAITING_FRAMES
+from vidstyle.cpu.style_processes import MIN_PROCESS_THREADS, useful_processes
 from vidstyle.pipeline.stages import MAX_QUEUED_BATCHES
 
 
-def predicted_seconds(recording: Recording, cores: int) -> float:
+@dataclass(frozen=True)
+class Machine:
+    """What limits a film besides the times of its tasks on one core.
+
+    Attributes:
+        slowdown: times of tasks while all cores are in use, divided by those on one core, as caches, memory
+            and clock are shared.
+        wake_up_seconds: time until a thread that waits for Python's lock goes on.
+        has_processes: whether pictures are restyled in processes, on as many cores as in `vidstyle render`.
+    """
+
+    slowdown: float = 1.0
+    wake_up_seconds: float = 0.0
+    has_processes: bool = True
+
+
+def predicted_seconds(recording: Recording, cores: int, machine: Machine = Machine()) -> float:
     """Return the time of the recorded film on a number of cores, with a frame per thread."""
-    return run(_Film(recording, cores).threads(), cores)
+    return run(_Film(recording, cores, machine).threads(), cores)
 
 
 class _Queue:
@@ -29,10 +47,15 @@ class _Queue:
 
 
 class _Film:
-    def __init__(self, recording: Recording, cores: int) -> None:
+    def __init__(self, recording: Recording, cores: int, machine: Machine) -> None:
         self._recording, self._cores = recording, cores
+        self._slowdown = machine.slowdown if cores > 1 else 1.0
         self._count = min(map(len, (recording.reading, recording.writing, recording.finished)))
-        self._lock = Semaphore(1)  # Python's
+        self._between = {name: each / self._count for name, each in recording.between.items()}
+        self._encoding = [each + sum(recording.ending) / self._count for each in recording.writing]
+        self._lock = Semaphore(1, machine.wake_up_seconds)  # Python's
+        has_processes = machine.has_processes and cores >= MIN_PROCESS_THREADS
+        self._processes = Semaphore(useful_processes(cores) if has_processes else 0)
         self._read, self._result = _Queue(MAX_QUEUED_BATCHES), _Queue(MAX_QUEUED_BATCHES)
         self._encoder = _Queue(cores * 3 // 2 or 1)  # as many frames as x264 has threads
         self._begun = Semaphore()
@@ -47,7 +70,8 @@ class _Film:
 
     def _reader(self) -> Thread:
         for seconds in self._recording.reading[: self._count]:
-            yield Work(seconds)
+            yield self._work_of(seconds)
+            yield from self._hold_lock("read")
             yield from self._read.put()
 
     def _style(self) -> Thread:
@@ -55,6 +79,7 @@ class _Film:
         for number in range(self._count):
             yield from self._read.get()
             yield from self._events(number, self._recording.begun[number])
+            yield from self._hold_lock("style")
             yield Give(self._begun)
             if number >= in_flight:
                 yield from self._pass_on(number - in_flight)
@@ -79,6 +104,7 @@ class _Film:
     def _writer(self) -> Thread:
         for _ in range(self._count):
             yield from self._result.get()
+            yield from self._hold_lock("write")
             yield Take(self._encoder.places)
             yield Give(self._encoder.items)
         for _ in range(self._cores * 2):
@@ -90,21 +116,41 @@ class _Film:
             number = next(self._encoded, None)
             if number is None:
                 return
-            yield Work(self._recording.writing[number])
+            yield self._work_of(self._encoding[number])
             yield Give(self._encoder.places)
 
+    def _work_of(self, seconds: float) -> Work:
+        return Work(seconds * self._slowdown)
+
     def _events(self, number: int, events: list[Event]) -> Thread:
+        is_here = True  # not in a process
         for kind, value in events:
             if kind == "enter":
                 yield Take(self._turn(value, number))
             elif kind == "leave":
                 yield Give(self._turn(value, number + 1))
-            elif kind == "python":
-                yield Take(self._lock)
-                yield Work(value)
-                yield Give(self._lock)
+            elif kind == "style":
+                is_here = not self._processes.permits
+                if not is_here:
+                    yield Take(self._processes)
+                    yield self._work_of(value)
+            elif kind == "styled":
+                if not is_here:
+                    yield Give(self._processes)
+                is_here = True
+            elif kind == "python" and is_here:
+                yield from self._locked(value)
             else:
-                yield Work(value)
+                yield self._work_of(value)
+
+    def _hold_lock(self, stage: str) -> Thread:
+        """What a stage does between its tasks."""
+        yield from self._locked(self._between.get(stage, 0.0))
+
+    def _locked(self, seconds: float) -> Thread:
+        yield Take(self._lock)
+        yield self._work_of(seconds)
+        yield Give(self._lock)
 
     def _turn(self, memory: float | int, number: int) -> Semaphore:
         """Return the right of a frame to use what earlier frames have left."""

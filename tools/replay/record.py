@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from types import BuiltinFunctionType
 from typing import Any
 from unittest.mock import patch
@@ -14,14 +15,19 @@ from unittest.mock import patch
 import cv2
 
 from vidstyle.core.kernels import library
+from vidstyle.core.kernels.arguments import MIN_UNLOCKED_NUMBERS
+from vidstyle.core.picture import Picture
 from vidstyle.cpu.frame_order import FrameOrder
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import Reader
 from vidstyle.media.write.film_writer import FilmWriter
+from vidstyle.pipeline.stages import Stages
 
 Event = tuple[str, float | int]
-"""("python" or "native", seconds), or ("enter" or "leave", number of the memory of earlier frames)."""
+"""("python" or "native", seconds) of work with and without Python's lock, ("enter" or "leave", number of the
+memory of earlier frames), or, around what another process can do, ("style", seconds of copying its pictures)
+and ("styled", 0)."""
 
 
 @dataclass
@@ -31,23 +37,41 @@ class Recording:
     Attributes:
         reading, writing: of each frame; with one thread, writing includes encoding.
         begun, finished: of each frame, its events while it is begun, and while it is restyled.
+        ending: of the frames that the encoder still has after the last one was written.
+        stages: of the whole threads that read, restyle and write; with one thread, they do all tasks.
     """
 
     reading: list[float] = field(default_factory=list)
     writing: list[float] = field(default_factory=list)
     begun: list[list[Event]] = field(default_factory=list)
     finished: list[list[Event]] = field(default_factory=list)
+    ending: list[float] = field(default_factory=list)
+    stages: dict[str, float] = field(default_factory=dict)
 
     def clear(self) -> None:
         """Forget the tasks, such as those of a film that has loaded all that is needed."""
-        for frames in (self.reading, self.writing, self.begun, self.finished):
-            frames.clear()
+        for each in vars(self).values():
+            each.clear()
 
     @property
     def seconds(self) -> float:
         """Processor time of all tasks."""
+        return sum((*self.reading, *self.writing, *self.ending, self._restyling)) + sum(self.between.values())
+
+    @property
+    def between(self) -> dict[str, float]:
+        """Processor time of each stage between its tasks."""
+        tasks = {
+            "read": sum(self.reading),
+            "style": self._restyling,
+            "write": sum(self.writing) + sum(self.ending),
+        }
+        return {name: max(0.0, seconds - tasks[name]) for name, seconds in self.stages.items()}
+
+    @property
+    def _restyling(self) -> float:
         events = (each for frame in (*self.begun, *self.finished) for each in frame)
-        return sum(self.reading) + sum(self.writing) + sum(time for kind, time in events if kind in TIMED)
+        return sum(time for kind, time in events if kind in TIMED)
 
     @property
     def python_seconds(self) -> float:
@@ -91,14 +115,20 @@ def recording() -> Iterator[Recording]:
         _note(("leave", number))
 
     def timed_entry(*arguments: Any) -> Callable[..., object]:
-        return _native(entry(*arguments))
+        return _native(entry(*arguments), _is_unlocked)
 
     patches = {
         (CpuRenderer, "_follow"): _recorded(CpuRenderer._follow, made.begun),
         (CpuRenderer, "_finish"): _recorded(CpuRenderer._finish, made.finished),
+        (CpuRenderer, "_restyle"): _movable(CpuRenderer._restyle),
         (FrameOrder, "at"): ordered,
         (Reader, "__iter__"): _timed_frames(Reader.__iter__, made.reading),
         (FilmWriter, "write"): _timed_writes(FilmWriter.write, made.writing),
+        (FilmWriter, "finish"): _timed(FilmWriter.finish, made.ending.append),
+        **{
+            (Stages, f"_{name}"): _timed(getattr(Stages, f"_{name}"), partial(made.stages.__setitem__, name))
+            for name in ("read", "style", "write")
+        },
         (library, "entry"): timed_entry,
         **{
             (cv2, name): _native(each)
@@ -118,13 +148,44 @@ def _note(event: Event) -> None:
         _marks.events.append(event)
 
 
-def _native(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a function whose time counts as time without Python's lock."""
+def _native(
+    function: Callable[..., Any], is_unlocked: Callable[..., bool] = lambda *_, **__: True
+) -> Callable[..., Any]:
+    """Return a function whose time counts as time without Python's lock, if its arguments are such."""
 
     def call(*arguments: Any, **named: Any) -> Any:
         _marks.mark("python")
         result = function(*arguments, **named)
-        _marks.mark("native")
+        if is_unlocked(*arguments, **named):
+            _marks.mark("native")
+        return result
+
+    return call
+
+
+def _is_unlocked(arguments: tuple[Any, ...]) -> bool:
+    """Whether a kernel with these arguments releases Python's lock."""
+    return _numbers(arguments) > MIN_UNLOCKED_NUMBERS
+
+
+def _numbers(value: Any) -> int:
+    return sum(map(_numbers, value)) if isinstance(value, tuple) else getattr(value, "size", 0)
+
+
+def _movable(restyle: Callable[..., Picture]) -> Callable[..., Picture]:
+    """Mark the part that another process can do, with the time of two copies of each picture."""
+
+    def call(renderer: CpuRenderer, frame: Any, picture: Picture, *others: Any) -> Picture:
+        _note(("style", 0.0))
+        place = len(_marks.events or ())
+        result = restyle(renderer, frame, picture, *others)
+        _note(("styled", 0))
+        if _marks.events is not None:
+            began = time.thread_time()
+            for each in (picture, picture, result, result):
+                each.map_planes(lambda plane, _: plane.copy())
+            _marks.last = time.thread_time()
+            _marks.events[place - 1] = ("style", _marks.last - began)
         return result
 
     return call
@@ -144,6 +205,15 @@ def _recorded(method: Callable[..., Any], frames: list[list[Event]]) -> Callable
             _marks.events = None
 
     return call
+
+
+def _timed(method: Callable[..., None], note: Callable[[float], None]) -> Callable[..., None]:
+    def timed(*arguments: Any) -> None:
+        began = time.thread_time()
+        method(*arguments)
+        note(time.thread_time() - began)
+
+    return timed
 
 
 def _timed_frames(iterate: Callable[..., Any], seconds: list[float]) -> Callable[..., Any]:

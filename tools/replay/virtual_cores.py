@@ -14,9 +14,15 @@ MAX_SLICE_SECONDS = 0.002
 
 @dataclass(eq=False)
 class Semaphore:
-    """A number of permits; `waiting` threads get the next ones in their order."""
+    """A number of permits; threads that wait for one get it in their order.
+
+    Attributes:
+        wake_up_seconds: time until a waiting thread can take a permit that is given back; until then, a
+            thread that does not wait may take it. With 0, no thread can.
+    """
 
     permits: int = 0
+    wake_up_seconds: float = 0.0
     waiting: deque[Thread] = field(default_factory=deque)
 
 
@@ -51,46 +57,73 @@ def run(threads: list[Thread], cores: int) -> float:
     Raises:
         RuntimeError: some threads wait for each other.
     """
-    now, numbers = 0.0, count()
-    ready: deque[tuple[Thread, float]] = deque()
-    running: list[tuple[float, int, Thread, float]] = []
-    ended = 0
-
-    def go_on(thread: Thread) -> int:
-        """Run a thread until it needs a core or a permit; return how many threads have ended."""
-        going, over = deque([thread]), 0
-        while going:
-            each = going.popleft()
-            operation = next(each, None)
-            if operation is None:
-                over += 1
-            elif isinstance(operation, Work):
-                ready.append((each, operation.seconds))
-            elif isinstance(operation, Give):
-                going.append(each)
-                if operation.semaphore.waiting:
-                    going.append(operation.semaphore.waiting.popleft())
-                else:
-                    operation.semaphore.permits += 1
-            elif operation.semaphore.permits:
-                operation.semaphore.permits -= 1
-                going.append(each)
-            else:
-                operation.semaphore.waiting.append(each)
-        return over
-
+    machine = _Machine(cores)
     for thread in threads:
-        ended += go_on(thread)
-    while ready or running:
-        while ready and len(running) < cores:
-            thread, left = ready.popleft()
-            part = min(left, MAX_SLICE_SECONDS)
-            heapq.heappush(running, (now + part, next(numbers), thread, left - part))
-        now, _, thread, left = heapq.heappop(running)
-        if left > 0:
-            ready.append((thread, left))
-        else:
-            ended += go_on(thread)
-    if ended < len(threads):
-        raise RuntimeError(f"{len(threads) - ended} threads wait for each other")
-    return now
+        machine.go_on(thread)
+    machine.run()
+    if machine.ended < len(threads):
+        raise RuntimeError(f"{len(threads) - machine.ended} threads wait for each other")
+    return machine.now
+
+
+class _Machine:
+    """The threads at a moment: `ready` ones wait for a core, `busy` ones have one or are being woken."""
+
+    def __init__(self, cores: int) -> None:
+        self.now, self.ended = 0.0, 0
+        self._free, self._numbers = cores, count()
+        self._ready: deque[tuple[Thread, float]] = deque()
+        self._busy: list[tuple[float, int, Thread, float | Semaphore]] = []
+
+    def run(self) -> None:
+        while self._ready or self._busy:
+            while self._ready and self._free:
+                thread, left = self._ready.popleft()
+                self._free -= 1
+                part = min(left, MAX_SLICE_SECONDS)
+                self._until(self.now + part, thread, left - part)
+            self.now, _, thread, left = heapq.heappop(self._busy)
+            if isinstance(left, Semaphore):
+                self.go_on(thread, Take(left))
+                continue
+            self._free += 1
+            if left > 0:
+                self._ready.append((thread, left))
+            else:
+                self.go_on(thread)
+
+    def _until(self, moment: float, thread: Thread, left: float | Semaphore) -> None:
+        heapq.heappush(self._busy, (moment, next(self._numbers), thread, left))
+
+    def go_on(self, thread: Thread, operation: Operation | None = None) -> None:
+        """Run a thread, and those that get a permit from it, until they need a core or a permit."""
+        going = deque([(thread, operation)])
+        while going:
+            each, operation = going.popleft()
+            operation = operation or next(each, None)
+            if operation is None:
+                self.ended += 1
+            elif isinstance(operation, Work):
+                self._ready.append((each, operation.seconds))
+            elif isinstance(operation, Take):
+                if operation.semaphore.permits:
+                    operation.semaphore.permits -= 1
+                    going.append((each, None))
+                else:
+                    operation.semaphore.waiting.append(each)
+            else:
+                going.append((each, None))
+                if woken := self._give(operation.semaphore):
+                    going.append((woken, None))
+
+    def _give(self, semaphore: Semaphore) -> Thread | None:
+        """Return the thread that has the permit now, if any."""
+        if not semaphore.waiting:
+            semaphore.permits += 1
+            return None
+        woken = semaphore.waiting.popleft()
+        if not semaphore.wake_up_seconds:
+            return woken
+        semaphore.permits += 1
+        self._until(self.now + semaphore.wake_up_seconds, woken, semaphore)
+        return None

@@ -1,0 +1,131 @@
+"""Renders a film on some cores in a process of its own, and returns the times of the film or of its tasks.
+
+`python -m tools.replay.film_job CLIP JSON` is what the functions here start.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from tools.replay.machine import slowdown
+from tools.replay.record import Recording, recording
+
+WARM_UP_FRAMES = 6
+
+
+@dataclass(frozen=True)
+class FilmJob:
+    """What to render: the first `frames` of a clip, at `size` if given, on these cores."""
+
+    clip: str
+    style: str
+    frames: int
+    cores: Sequence[int]
+    size: tuple[int, int] | None = None
+    records: bool = False
+
+
+@dataclass(frozen=True)
+class FilmTimes:
+    """Times of a film in seconds.
+
+    Attributes:
+        processor: of all threads.
+        busy: of each core, also with other programs.
+        voluntary, involuntary: context switches.
+    """
+
+    seconds: float
+    processor: float
+    busy: tuple[float, ...]
+    voluntary: int
+    involuntary: int
+
+    @property
+    def others(self) -> float:
+        """Cores that other programs used at the same time."""
+        return max(0.0, (sum(self.busy) - self.processor) / self.seconds)
+
+
+def film_times(job: FilmJob) -> FilmTimes:
+    """Render a film after a short one that loads what is needed."""
+    return FilmTimes(**_started(job))
+
+
+def recorded(job: FilmJob, rounds: int) -> tuple[Recording, float]:
+    """Return the tasks of a film on the first of some cores, and `slowdown` for all of them."""
+    alone, together = [], []
+    jobs = [FilmJob(**{**asdict(job), "cores": (core,), "records": True}) for core in job.cores]
+    with ThreadPoolExecutor(len(jobs)) as pool:
+        for _ in range(rounds):
+            alone.append(Recording(**_started(jobs[0])))
+            if len(jobs) > 1:
+                together += [Recording(**each) for each in pool.map(_started, jobs)]
+    least = min(alone, key=lambda each: each.seconds)
+    return least, slowdown(alone, together or alone)
+
+
+def _started(job: FilmJob) -> dict[str, Any]:
+    command = [sys.executable, "-m", "tools.replay.film_job", json.dumps(asdict(job))]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode:
+        sys.exit(done.stderr)
+    return json.loads(done.stdout.splitlines()[-1])  # type: ignore[no-any-return]
+
+
+def _run(job: FilmJob) -> dict[str, Any]:
+    os.sched_setaffinity(0, job.cores)  # before the program counts them
+    from vidstyle.media.options import ReadOptions, WriteOptions
+    from vidstyle.pipeline.render import render
+
+    read = ReadOptions(size=None if job.size is None else (job.size[0], job.size[1]))
+    with tempfile.TemporaryDirectory() as folder:
+
+        def run(frames: int) -> None:
+            write = WriteOptions(preset="veryfast", crf=20, overwrite=True)
+            target = f"{folder}/out.mp4"
+            render(job.clip, target, job.style, read=read, write=write, device="cpu", frames=frames)
+
+        if job.records:
+            with recording() as made:
+                run(WARM_UP_FRAMES)
+                made.clear()
+                run(job.frames)
+            return vars(made)
+        run(WARM_UP_FRAMES)
+        return asdict(_timed(lambda: run(job.frames), job.cores))
+
+
+def _timed(run: Callable[[], None], cores: Sequence[int]) -> FilmTimes:
+    before, idle, began = resource.getrusage(resource.RUSAGE_SELF), _idle_seconds(cores), time.perf_counter()
+    run()
+    seconds, after = time.perf_counter() - began, resource.getrusage(resource.RUSAGE_SELF)
+    return FilmTimes(
+        seconds,
+        after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime,
+        tuple(seconds - new + old for new, old in zip(_idle_seconds(cores), idle, strict=True)),
+        after.ru_nvcsw - before.ru_nvcsw,
+        after.ru_nivcsw - before.ru_nivcsw,
+    )
+
+
+def _idle_seconds(cores: Sequence[int]) -> list[float]:
+    """Return the idle time of each core since the start of the machine."""
+    lines = (line.split() for line in Path("/proc/stat").read_text(encoding="ascii").splitlines())
+    times = {line[0]: [*map(int, line[4:6])] for line in lines if line and line[0].startswith("cpu")}
+    return [sum(times[f"cpu{core}"]) / os.sysconf("SC_CLK_TCK") for core in cores]
+
+
+if __name__ == "__main__":
+    print(json.dumps(_run(FilmJob(**json.loads(sys.argv[1])))))

@@ -1,0 +1,53 @@
+"""What limits a film on several cores of this machine besides the times of its tasks on one core."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections.abc import Sequence
+
+from tools.replay.record import Recording
+
+PASSES, BATCHES = 20, 200
+
+
+def slowdown(alone: Sequence[Recording], together: Sequence[Recording]) -> float:
+    """Return the time of tasks while all cores are in use, divided by their time on one core.
+
+    Args:
+        alone: recordings of a film on one core, one after another.
+        together: recordings of the same film on a core each, at the same time, several times.
+    """
+    least, shared = (min(each.seconds for each in recordings) for recordings in (alone, together))
+    return max(1.0, shared / least)
+
+
+def wake_up_seconds(cores: Sequence[int]) -> float:
+    """Return the time until a thread on the second core goes on that waits for one on the first.
+
+    With one core it is 0. It is the least of several means, as other programs delay threads.
+    """
+    return min(_mean_pass(cores) for _ in range(BATCHES)) if len(cores) > 1 else 0.0
+
+
+def _mean_pass(cores: Sequence[int]) -> float:
+    """Return the mean time in which two threads hand over to each other."""
+    permits = threading.Semaphore(0), threading.Semaphore(0)
+
+    def play(own: int, first: bool) -> None:
+        os.sched_setaffinity(0, cores[own : own + 1])  # of this thread
+        for _ in range(PASSES):
+            if first:
+                permits[1 - own].release()
+            permits[own].acquire()
+            if not first:
+                permits[1 - own].release()
+
+    threads = [threading.Thread(target=play, args=(own, own == 0)) for own in (0, 1)]
+    began = time.perf_counter()
+    for each in threads:
+        each.start()
+    for each in threads:
+        each.join()
+    return (time.perf_counter() - began) / (2 * PASSES)
