@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import signal
 import subprocess
@@ -10,7 +11,7 @@ from concurrent.futures import CancelledError
 from contextlib import closing, suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -21,12 +22,13 @@ from remembering import FILM, REMEMBERING
 from waiting import LONG, eventually
 
 from vidstyle.backend import FrameRequest
-from vidstyle.core.picture import Encoding, Picture
-from vidstyle.cpu import renderer as cpu_renderer
-from vidstyle.cpu import style_processes
+from vidstyle.core.picture import Encoding, Picture, PictureLayout
+from vidstyle.cpu import remote_style, style_processes
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.cpu.shared_pictures import SharedPictures
-from vidstyle.cpu.style_processes import StyleProcess, StyleProcesses, can_share_pictures
+from vidstyle.cpu.style_job import StyleJob, blank_picture
+from vidstyle.cpu.style_process import StyleProcess
+from vidstyle.cpu.style_processes import StyleProcesses, can_share_pictures
 from vidstyle.style import Style, load_style, style_names
 
 pytestmark = pytest.mark.skipif(not can_share_pictures(), reason="needs anonymous shared memory")
@@ -37,14 +39,14 @@ THREADS = 8
 @pytest.fixture
 def used(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """Start the processes with the first picture, and note the process of each picture that one restyles."""
-    monkeypatch.setattr(cpu_renderer, "PROCESS_START_FRAMES", 1)
-    monkeypatch.setattr(cpu_renderer, "useful_processes", lambda _: 2)
+    monkeypatch.setattr(CpuRenderer, "frames_in_flight", 0)
+    monkeypatch.setattr(remote_style, "useful_processes", lambda _: 2)
     found: list[int] = []
     restyle = StyleProcess.restyle
 
     def noted(self: StyleProcess, *arguments: Any) -> Picture:
         result = restyle(self, *arguments)
-        found.append(self._process.pid)
+        found.append(self.number)
         return result
 
     monkeypatch.setattr(StyleProcess, "restyle", noted)
@@ -100,8 +102,8 @@ def test_a_process_that_ends_within_a_picture_changes_nothing(
     def restyle(self: StyleProcess, job: bytes, picture: Picture, moment: int, follow: Any) -> Picture:
         def follow_and_end(*measure: Any) -> np.ndarray:
             if len(killed) < 2:
-                killed.append(self._process.pid)
-                self.kill()
+                killed.append(self.number)
+                os.kill(self.number, signal.SIGKILL)
             return follow(*measure)  # type: ignore[no-any-return]
 
         return ask(self, job, picture, moment, follow_and_end)
@@ -121,11 +123,34 @@ def test_pictures_are_restyled_here_if_kernels_are_not_stored(
     assert used == []
 
 
+def test_a_failure_is_reported_once_in_plain_words(
+    used: list[int], monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def fail(self: StyleProcess, *_: Any) -> Picture:
+        raise EOFError
+
+    monkeypatch.setattr(StyleProcess, "restyle", fail)
+    with caplog.at_level(logging.INFO, "vidstyle"):
+        side_by_side(REMEMBERING)
+    [text, *others] = [each for each in caplog.records if "process" in each.message]
+    assert text.message == "a process for frames failed (it has ended); threads restyle its frames"
+    assert all(vars(each)["once"] and each.message == text.message for each in [text, *others])
+
+
+@pytest.mark.parametrize("planes", ["gray", "chroma", "color"])
+def test_processes_are_prepared_with_a_picture_of_the_layout(
+    planes: Literal["gray", "chroma", "color"],
+) -> None:
+    layout = PictureLayout(Encoding(), (35, 51), planes)
+    job = StyleJob(load_style("ink"), layout, Encoding(), False)
+    assert PictureLayout.of(blank_picture(job.packed())) == layout
+
+
 def test_cancel_ends_pictures_and_processes(used: list[int]) -> None:
     with closing(CpuRenderer(REMEMBERING, THREADS)) as renderer:
         renderer.begin(FrameRequest(FILM[0], 0.0)).result(LONG)
         shared = wait_for_processes()
-        pids = [each._process.pid for each in shared._starting]
+        pids = pids_of(shared)
         os.kill(pids[0], signal.SIGSTOP)  # it answers no more
         os.kill(pids[1], signal.SIGSTOP)
         started = [renderer.begin(FrameRequest(each, number / RATE)) for number, each in enumerate(FILM[:4])]
@@ -134,14 +159,14 @@ def test_cancel_ends_pictures_and_processes(used: list[int]) -> None:
             with suppress(CancelledError):
                 each.result(LONG)
     assert len(pids) == 2
-    assert not any(map(is_running, pids))
+    eventually(lambda: not any(map(is_running, pids)))
 
 
 def test_processes_end_with_a_program_that_is_killed() -> None:
     code = (
-        "from vidstyle.cpu.style_processes import StyleProcess\n"
-        "process = StyleProcess()\nprocess.wait_until_ready()\n"
-        "print(process._process.pid, flush=True)\ninput()"
+        "from vidstyle.cpu.style_processes import StyleProcesses\n"
+        "shared = StyleProcesses(1, 0, b'')\n[process] = shared._starting\nprocess.wait_until_ready()\n"
+        "print(process.number, flush=True)\ninput()"
     )
     command = [sys.executable, "-c", code]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as program:
@@ -150,6 +175,12 @@ def test_processes_end_with_a_program_that_is_killed() -> None:
         assert is_running(pid)
         program.kill()
     eventually(lambda: not is_running(pid))
+
+
+def pids_of(shared: StyleProcesses) -> list[int]:
+    assert shared._parent is not None
+    pid = shared._parent.pid
+    return [*map(int, Path(f"/proc/{pid}/task/{pid}/children").read_text(encoding="ascii").split())]
 
 
 def is_running(pid: int) -> bool:

@@ -26,20 +26,11 @@ from vidstyle.core.picture import Encoding, Picture, PictureLayout
 from vidstyle.core.sampling import ExponentialSmoother, small_luma
 from vidstyle.core.scene_cuts import KnownCuts, SceneCutDetector
 from vidstyle.cpu.execute import FrameExecutor
-from vidstyle.cpu.frame_memory import frame_bytes, pictures_in_memory, processes_in_memory
+from vidstyle.cpu.frame_memory import frame_bytes, pictures_in_memory
 from vidstyle.cpu.frame_order import FrameOrder
+from vidstyle.cpu.remote_style import RemoteStyle
 from vidstyle.cpu.schedule import Schedule, schedule
 from vidstyle.cpu.style_job import StyleJob
-from vidstyle.cpu.style_processes import (
-    MIN_PROCESS_THREADS,
-    PROCESS_BYTES,
-    PROCESS_START_FRAMES,
-    StyleProcesses,
-    borrow_processes,
-    can_share_pictures,
-    return_processes,
-    useful_processes,
-)
 from vidstyle.stabilize.motion import FramePair
 from vidstyle.stabilize.stabilizer import Stabilized, Stabilizer, stabilized_layout
 from vidstyle.stabilize.still import flatten_still
@@ -82,7 +73,7 @@ class CpuRenderer(Backend):
     other; if memory is short of a picture for each thread, several threads share one, in bands. A picture
     that `restyle` gets has as many threads as are useful for its size.
 
-    On many cores, the threads of a film have a process each that runs the style (`StyleProcesses`); what
+    On many cores, the threads of a film have a process each that runs the style (`RemoteStyle`); what
     depends on earlier pictures stays here.
 
     Args:
@@ -108,7 +99,7 @@ class CpuRenderer(Backend):
         self._side_by_side = self._threads
         self._started: list[Future[Picture]] = []
         self._begun = 0
-        self._processes: StyleProcesses | None = None
+        self._remote = RemoteStyle()
         self._order = FrameOrder()
         self._cuts = cuts or SceneCutDetector()
         self._shape: tuple[int, int] | None = None
@@ -131,15 +122,12 @@ class CpuRenderer(Backend):
     def cancel(self) -> None:
         """Stop the started pictures after their current bands; their results raise CancelledError."""
         self._cancelled.set()
-        if self._processes is not None:
-            self._processes.kill()
+        self._remote.kill()
 
     def close(self) -> None:
         """Finish the started pictures, then end the threads."""
         wait(self._started)  # their bands need threads
-        if self._processes is not None:
-            self._processes = None
-            return_processes()
+        self._remote.close()
         self._settings.close()
         self._pool.shutdown()
 
@@ -163,7 +151,7 @@ class CpuRenderer(Backend):
             frame = self._follow(request)
         self._use_memory(frame)
         self._begun += 1
-        if self._begun == PROCESS_START_FRAMES and can_share_pictures():
+        if self._begun > self.frames_in_flight:  # the first one is finished, so all kernels are stored
             self._start_processes(frame)
         pending = self._frame_pool.submit(
             self._finish_begun, frame, self._workers(self._side_by_side, request.picture)
@@ -195,14 +183,11 @@ class CpuRenderer(Backend):
             self._settings.enter_context(single_threaded_opencv())
 
     def _start_processes(self, frame: _Frame) -> None:
-        """Start processes, if many pictures are restyled at the same time."""
-        if self._side_by_side < MIN_PROCESS_THREADS:
-            return
-        request = frame.request
-        picture = frame_bytes(frame.tasks, request.picture.shape, request.encoding, False, ONE_THREAD)
-        each = PROCESS_BYTES + picture
-        if count := processes_in_memory(each, useful_processes(self._side_by_side)):
-            self._processes = borrow_processes(count, each)
+        """Start processes once, if many pictures are restyled at the same time."""
+        if self._remote.may_start(frame.job, self._side_by_side):
+            request = frame.request
+            picture = frame_bytes(frame.tasks, request.picture.shape, request.encoding, False, ONE_THREAD)
+            self._remote.start(frame.job, self._side_by_side, picture)
 
     def _workers(self, frames: int, picture: Picture) -> BandWorkers:
         """Return the threads of a picture, one of `frames` that are restyled at the same time."""
@@ -314,22 +299,11 @@ class CpuRenderer(Backend):
                 own = smoother.follow(measured, time, time_constant)
             return frame.request.tones_of(step, lambda: own)
 
-        # If a process fails, this thread continues with the numbers that were followed already.
-        known: list[np.ndarray] = []
+        result, follow_here = self._remote.restyle(frame.job, picture, moment, follow)
+        if result is not None:
+            return result
 
-        def follow_remotely(step: StepKey, time_constant: float, measured: np.ndarray) -> np.ndarray:
-            known.append(follow(step, time_constant, measured))
-            return known[-1]
+        def smoothed(measure: PercentileRequest[Node], measured: np.ndarray) -> np.ndarray:
+            return follow_here(measure.step, measure.time_constant, measured)
 
-        if self._processes is not None and frame.job is not None:
-            result = self._processes.restyle(frame.job, picture, moment, follow_remotely)
-            if result is not None:
-                return result
-        earlier = iter(known)
-
-        def follow_here(measure: PercentileRequest[Node], measured: np.ndarray) -> np.ndarray:
-            found = next(earlier, None)
-            return follow(measure.step, measure.time_constant, measured) if found is None else found
-
-        executor = FrameExecutor(workers, frame.tasks, picture, follow_here, moment)
-        return executor.picture(frame.lowered)
+        return FrameExecutor(workers, frame.tasks, picture, smoothed, moment).picture(frame.lowered)

@@ -6,7 +6,9 @@ import pickle
 from dataclasses import dataclass
 from functools import lru_cache
 
-from vidstyle.core.picture import Encoding, PictureLayout
+import numpy as np
+
+from vidstyle.core.picture import Encoding, Picture, PictureLayout
 from vidstyle.cpu.schedule import Schedule, schedule
 from vidstyle.style import Style
 from vidstyle.style.lower import lower
@@ -38,3 +40,16 @@ def plan(packed: bytes) -> tuple[LoweredStyle, Schedule]:
     steps = resolve(job.style, *job.layout.shape)
     lowered = lower(job.style, steps, job.layout, job.target, job.rgb)
     return lowered, schedule(lowered)
+
+
+def blank_picture(packed: bytes) -> Picture:
+    """Return a picture of zeros in the layout of a job."""
+    job: StyleJob = pickle.loads(packed)
+    (height, width), encoding = job.layout.shape, job.layout.encoding
+    if job.layout.planes == "color":
+        return Picture(encoding, color=np.zeros((height, width, 3), encoding.dtype))
+    luma = np.zeros((height, width), encoding.dtype)
+    if job.layout.planes == "gray":
+        return Picture(encoding, luma)
+    blue, red = np.zeros((2, *encoding.chroma_shape(height, width)), encoding.dtype)
+    return Picture(encoding, luma, (blue, red))

@@ -1,4 +1,7 @@
-"""The program of a process that restyles pictures for a renderer in another process.
+"""The program of the processes that restyle pictures for a renderer in another process.
+
+It prepares a first job, and forks a process for each pair of descriptors, which begins at once and shares the
+memory of what is loaded. No thread may run before that.
 
 A request is a packed `StyleJob`, a stored picture, the offset after it, and the `FrameTime`. The answer is
 ("measured", step, time constant, percentiles) for each measurement, to which the renderer replies with the
@@ -7,7 +10,10 @@ smoothed percentiles, and then ("picture", stored picture) or ("error", text).
 
 from __future__ import annotations
 
+import gc
+import os
 import sys
+from collections.abc import Sequence
 from contextlib import suppress
 from multiprocessing.connection import Connection
 from typing import Any
@@ -18,10 +24,18 @@ from vidstyle.core.bands import BandWorkers, CallingThread, keep_freed_memory
 from vidstyle.core.kernels.library import use_stored_kernels_only
 from vidstyle.cpu.execute import FrameExecutor
 from vidstyle.cpu.shared_pictures import SharedPictures
-from vidstyle.cpu.style_job import plan
+from vidstyle.cpu.style_job import blank_picture, plan
 from vidstyle.style.nodes import Node, PercentileRequest
 
 WORKERS = BandWorkers(CallingThread(), 1, seldom_waits=True)
+
+
+def _prepare(job: bytes) -> None:
+    """Load what a job needs, by restyling a blank picture."""
+    with suppress(Exception), np.errstate(all="ignore"):  # the first picture raises it again
+        lowered, tasks = plan(job)
+        executor = FrameExecutor(WORKERS, tasks, blank_picture(job), lambda _, measured: measured, 0)
+        executor.picture(lowered)
 
 
 def _answer(connection: Connection, pictures: SharedPictures) -> None:
@@ -38,24 +52,46 @@ def _answer(connection: Connection, pictures: SharedPictures) -> None:
     except (EOFError, OSError):
         raise
     except Exception as error:  # the renderer restyles the picture itself, and raises its own error
-        connection.send(("error", repr(error)))
+        connection.send(("error", str(error) or repr(error)))
     else:
         connection.send(("picture", result))
 
 
-def main() -> None:
+def _serve(connection: Connection, pictures: SharedPictures) -> None:
     """Answer requests until the other process closes the connection, or ends."""
-    import cv2
-
-    connection, pictures = Connection(int(sys.argv[1])), SharedPictures(int(sys.argv[2]))
-    keep_freed_memory()
-    cv2.setNumThreads(1)
-    use_stored_kernels_only()
     with suppress(EOFError, OSError):
-        connection.send(("ready",))
+        connection.send(os.getpid())
         while True:
             _answer(connection, pictures)
 
 
+def main(job: int, descriptors: Sequence[int]) -> None:
+    """Fork a process for each connection and its memory, and wait until all have ended."""
+    import cv2
+
+    keep_freed_memory()
+    cv2.setNumThreads(1)
+    use_stored_kernels_only()
+    with open(job, "rb") as file:
+        file.seek(0)
+        _prepare(file.read())
+    gc.freeze()  # collections in a process would copy the memory that they share
+    for place in range(0, len(descriptors), 2):
+        if os.fork() == 0:
+            own = descriptors[place : place + 2]
+            _close(each for each in descriptors if each not in own)
+            _serve(Connection(own[0]), SharedPictures(own[1]))
+            os._exit(0)
+    _close(descriptors)
+    with suppress(ChildProcessError):
+        while True:
+            os.wait()
+
+
+def _close(descriptors: Any) -> None:
+    for each in descriptors:
+        os.close(each)
+
+
 if __name__ == "__main__":
-    main()
+    main(int(sys.argv[1]), [*map(int, sys.argv[2:])])

@@ -1,0 +1,87 @@
+"""The part of a film's restyling that other processes do."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vidstyle.core.picture import Picture
+from vidstyle.cpu.frame_memory import processes_in_memory
+from vidstyle.cpu.style_process import Follow
+from vidstyle.cpu.style_processes import (
+    MIN_PROCESS_THREADS,
+    PROCESS_BYTES,
+    StyleProcesses,
+    borrow_processes,
+    can_share_pictures,
+    return_processes,
+    useful_processes,
+)
+from vidstyle.style.nodes import StepKey
+
+
+class RemoteStyle:
+    """Restyles pictures of a film in processes, after `start`, if one is free."""
+
+    def __init__(self) -> None:
+        self._processes: StyleProcesses | None = None
+        self._may_start = can_share_pictures()
+
+    def may_start(self, job: bytes | None, threads: int) -> bool:
+        """Whether processes are not started yet, and useful for this job and number of threads."""
+        return self._may_start and job is not None and threads >= MIN_PROCESS_THREADS
+
+    def start(self, job: bytes | None, threads: int, frame_bytes: int) -> None:
+        """Start as many processes as are useful and fit into memory.
+
+        Args:
+            frame_bytes: memory that a picture takes.
+        """
+        self._may_start = False
+        each = PROCESS_BYTES + frame_bytes
+        count = processes_in_memory(each, useful_processes(threads))
+        if job is not None and count:
+            self._processes = borrow_processes(count, each, job)
+
+    def restyle(
+        self, job: bytes | None, picture: Picture, moment: int, follow: Follow
+    ) -> tuple[Picture | None, Follow]:
+        """Restyle a picture; see `StyleProcesses.restyle`.
+
+        Returns:
+            The picture, or None and a function in place of `follow` for restyling it here: it continues with
+            the percentiles that were already followed.
+        """
+        if self._processes is None or job is None:
+            return None, follow
+        known: list[np.ndarray] = []
+        result = self._processes.restyle(job, picture, moment, _noted(follow, known))
+        return result, _continued(follow, known)
+
+    def kill(self) -> None:
+        """End the processes at once; pictures in progress become None."""
+        if self._processes is not None:
+            self._processes.kill()
+
+    def close(self) -> None:
+        """End the processes if no other renderer uses them; no thread may use them any more."""
+        if self._processes is not None:
+            self._processes = None
+            return_processes()
+
+
+def _noted(follow: Follow, known: list[np.ndarray]) -> Follow:
+    def noted(step: StepKey, time_constant: float, measured: np.ndarray) -> np.ndarray:
+        known.append(follow(step, time_constant, measured))
+        return known[-1]
+
+    return noted
+
+
+def _continued(follow: Follow, known: list[np.ndarray]) -> Follow:
+    earlier = iter(known)
+
+    def continued(step: StepKey, time_constant: float, measured: np.ndarray) -> np.ndarray:
+        found = next(earlier, None)
+        return follow(step, time_constant, measured) if found is None else found
+
+    return continued
