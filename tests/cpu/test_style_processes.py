@@ -73,6 +73,7 @@ def side_by_side(style: Style) -> list[Picture]:
             started.append(renderer.begin(FrameRequest(each, number / RATE)))
             if number == 0:
                 started[0].result(LONG)
+            if number == 0 and style_processes._shared is not None:
                 wait_for_processes()
         return [each.result(LONG) for each in started]
 
