@@ -15,6 +15,16 @@ _MIN_EDGE_LEVELS, _MIN_EDGE_SHARE = 8, 0.74
 _BOTH_FACTOR = 4
 """Broken edges of both directions count at most this multiple of the rarer direction."""
 
+# Corners of broken blocks, which remain if a damaged film was scaled and encoded again.
+_CORNER_BLUR_DEVIATION_PX = 0.6
+"""Standard deviation of the Gaussian under which straight edges are found."""
+_MIN_STRAIGHT_LEVELS, _MIN_STRAIGHT_LENGTH_PX = 12, 6
+"""Minimum step across a straight edge, of 255, and its minimum length."""
+_MAX_ALONG_RATIO, _MIN_THIN_RATIO = 0.15, 1.6
+"""Maximum step along a straight edge, and minimum one relative to both sides of it, of the step across it."""
+_CORNER_REACH_PX = 5
+"""Side of the square in which edges of both directions form a corner."""
+
 # Combs: rows that alternate between two fields.
 _MIN_COMB_LEVELS, _MAX_COMBED_SHARE = 10, 0.003
 """Minimum difference of neighbouring rows in a comb, and the share of pixels from which a frame is combed.
@@ -75,6 +85,43 @@ def _count_broken_edges(luma: np.ndarray) -> np.ndarray:
     on_grid, off_grid = shares[:, side - 2 :: side], shares[:, side // 2 - 2 :: side]
     count = min(on_grid.shape[1], off_grid.shape[1])
     return on_grid[:, :count].astype(np.float32) - off_grid[:, :count]
+
+
+def count_block_corners(luma: np.ndarray) -> int:
+    """Count the places where straight edges along both axes meet, H x W uint8.
+
+    The edges are as hard as the edges of blocks, at any place: the grid of a scaled film is not known.
+    """
+    smooth = cv2.GaussianBlur(luma, (0, 0), _CORNER_BLUR_DEVIATION_PX).astype(np.int16)
+    across, down = (np.abs(each) for each in _central_steps(smooth))
+    upright = _straight_edges(across, down)
+    level = _straight_edges(np.ascontiguousarray(down.T), np.ascontiguousarray(across.T)).T
+    reach = np.ones((_CORNER_REACH_PX, _CORNER_REACH_PX), np.uint8)
+    both = cv2.min(cv2.dilate(upright, reach), cv2.dilate(np.ascontiguousarray(level), reach))
+    return int(cv2.connectedComponents(both)[0]) - 1
+
+
+def _central_steps(smooth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the differences of the pixels on both sides, across and down; 0 at the edges."""
+    across, down = np.zeros_like(smooth), np.zeros_like(smooth)
+    across[:, 1:-1] = smooth[:, 2:] - smooth[:, :-2]
+    down[1:-1] = smooth[2:] - smooth[:-2]
+    return across, down
+
+
+def _straight_edges(across: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """Return the mask of upright edges that are thin and long, H x W uint8, 0 or 1."""
+    beside = np.zeros_like(across)
+    beside[:, 2:] = across[:, :-2]
+    beside[:, :-2] = np.maximum(beside[:, :-2], across[:, 2:])
+    found = (
+        (across > _MIN_STRAIGHT_LEVELS)
+        & (along < _MAX_ALONG_RATIO * across)
+        & (across > _MIN_THIN_RATIO * beside)
+    )
+    return cv2.morphologyEx(
+        found.astype(np.uint8), cv2.MORPH_OPEN, np.ones((_MIN_STRAIGHT_LENGTH_PX, 1), np.uint8)
+    )
 
 
 def is_combed(luma: np.ndarray) -> bool:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from vidstyle.comic.analyze.defects import Blockiness, is_test_picture
+from vidstyle.comic.analyze.defects import Blockiness, count_block_corners, is_test_picture
 from vidstyle.comic.analyze.saliency import find_blobs, saliency_map, salient_box
 from vidstyle.comic.analyze.similarity import make_thumbnail
 from vidstyle.comic.key_frame import KeyFrame
@@ -95,6 +95,7 @@ class Candidate(KeyFrame):
         histogram: shares of 64 colours, float32, of sum 1.
         eyes: contrast around the eyes of the largest face, higher with open eyes; 0 without a face.
         motion: see `ShotFinder.push`; 0 if only key frames were decoded.
+        flow: how far each part moves during an exposure, see `FlowMeter`; None if it is not known.
         action: the moving subject in front of a still camera; None if the camera moves, or nothing does.
         in_transition: whether it shows a blend of two shots, or a fade.
         damaged: whether it shows errors of decoding.
@@ -102,6 +103,7 @@ class Candidate(KeyFrame):
         combed: whether it mixes two interlaced fields.
         test_picture: whether it shows the bars of a test picture.
         blockiness: see `measure_blockiness`.
+        block_corners: see `count_block_corners`.
         key_run: the number of key frames up to it; frames of one run are predicted from each other.
         forced: whether it was requested by its time.
         small: a small copy without letterbox bars, as long as subjects may still be detected in it.
@@ -114,6 +116,7 @@ class Candidate(KeyFrame):
     histogram: np.ndarray
     eyes: float = 0.0
     motion: float = 0.0
+    flow: np.ndarray | None = None
     action: Foreground | None = None
     in_transition: bool = False
     damaged: bool = False
@@ -121,6 +124,7 @@ class Candidate(KeyFrame):
     combed: bool = False
     test_picture: bool = False
     blockiness: Blockiness = Blockiness()
+    block_corners: int = 0
     key_run: int = 0
     forced: bool = False
     small: np.ndarray | None = None
@@ -184,6 +188,7 @@ def extract_features(
         test_picture=is_test_picture(color),
         light=float(luma.mean()) / 255,
         damaged=is_smeared(luma),
+        block_corners=count_block_corners(luma),
         thumbnail=make_thumbnail(color),
         histogram=color_histogram(color),
         small=color,

@@ -25,6 +25,7 @@ from vidstyle.comic.analyze.features import (
     extract_features,
 )
 from vidstyle.comic.analyze.key_frame_source import STEP_NAME, Film
+from vidstyle.comic.analyze.motion_blur import FlowMeter, mark_fast_faces
 from vidstyle.comic.analyze.picture_folder import PictureFolder
 from vidstyle.comic.analyze.shots import KeyShots, ShotFinder, is_in_transition
 from vidstyle.comic.analyze.subject_motion import SubjectMotion, add_moving_subjects, follow_subject
@@ -107,24 +108,26 @@ class FilmFile(Film):
         reach = self._search_seconds
         context = _KEY_CONTEXT_SECONDS if reach == _KEY_SEARCH_SECONDS else _CONTEXT_SECONDS
         shots, measured, motions = ShotFinder(), list[Future[Candidate]](), list[float]()
-        subjects = SubjectMotion()
+        subjects, meter, flows = SubjectMotion(), FlowMeter(), list[np.ndarray | None]()
         start, end = candidate.time - reach - context, candidate.time + (reach + context)
         for sample in self._sampler.frames(Fraction(max(0.0, start)), Fraction(end)):
             time = float(sample.time)
             luma, is_near = small_luma(sample.picture(_SHOT_SIDE_PX)), abs(time - candidate.time) <= reach
-            motion = shots.push(time, luma)
+            motion, flow = shots.push(time, luma), meter.push(time, luma, is_near)
             if candidate.action:
                 subjects.push(time, luma, is_near)
             if is_near:
                 measured.append(self._measure(sample))
                 motions.append(motion)
+                flows.append(flow)
         begins = shots.shots()
         shot = bisect_right(begins, candidate.time)
         # Transitions of the whole film, too: a part of a long one does not look like one.
         transitions = [*shots.transitions, *self._transitions]
         masks = subjects.masks() or [None] * len(measured)
         candidates = [
-            replace(each.result(), motion=motion) for each, motion in zip(measured, motions, strict=True)
+            replace(each.result(), motion=motion, flow=flow)
+            for each, motion, flow in zip(measured, motions, flows, strict=True)
         ]
         followed = follow_subject(candidate.action, candidates, masks) if candidate.action else []
         actions = {each.time: each.action for each in followed}
@@ -153,16 +156,18 @@ class FilmFile(Film):
     def _survey_whole(self, gap: float, on_time: Callable[[float], None]) -> Survey:
         shots, measured, motions, time, last = ShotFinder(), _MeasuredCandidates(), list[float](), 0.0, -gap
         runs, run, subjects = list[int](), 0, SubjectMotion()
+        meter, flows = FlowMeter(), list[np.ndarray | None]()
         for sample in self._sampler.frames():
             time = float(sample.time)
             on_time(time)
             luma, is_candidate = small_luma(sample.picture(_SHOT_SIDE_PX)), time - last >= gap - 1e-3
-            motion = shots.push(time, luma)
+            motion, flow = shots.push(time, luma), meter.push(time, luma, is_candidate)
             subjects.push(time, luma, is_candidate)
             run += sample.is_key
             if is_candidate:
                 measured.append(time, partial(self._measure, sample))
                 motions.append(motion)
+                flows.append(flow)
                 runs.append(run)
                 last = time
         self.damage = self._sampler.damage
@@ -172,10 +177,11 @@ class FilmFile(Film):
             replace(
                 each,
                 motion=motion,
+                flow=flow,
                 key_run=run,
                 in_transition=shots.is_transition(each.time),
             )
-            for each, motion, run in zip(measured.candidates(), motions, runs, strict=True)
+            for each, motion, flow, run in zip(measured.candidates(), motions, flows, runs, strict=True)
         ]
         placed = _mark_cut_frames(self._assign_scenes(mixed, begins), begins)
         moving = dict(zip((each.time for each in placed), subjects.masks(), strict=True))
@@ -186,7 +192,7 @@ class FilmFile(Film):
             for shot in [list(group)]
             for each in add_moving_subjects(shot, [moving[other.time] for other in shot])
         ]
-        return Survey(measured.fill_missing_faces(tracked), begins, time)
+        return Survey(mark_fast_faces(measured.fill_missing_faces(tracked)), begins, time)
 
     def _survey_keys(self, gap: float, on_time: Callable[[float], None]) -> Survey:
         shots, measured, lumas, time = KeyShots(), _MeasuredCandidates(), list[np.ndarray](), 0.0

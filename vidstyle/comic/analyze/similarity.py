@@ -57,6 +57,14 @@ def similarity(copies: Sequence[np.ndarray]) -> np.ndarray:
     return np.asarray(sum(parts) / len(parts), np.float32)
 
 
+def color_similarity(one: np.ndarray, other: np.ndarray) -> float:
+    """Return the histogram intersection of two pictures of any sizes, H x W x 3 uint8: 0..1."""
+    first, second = (
+        _histogram(cv2.cvtColor(each, cv2.COLOR_RGB2LAB).astype(np.float32)) for each in (one, other)
+    )
+    return float(np.minimum(first, second).sum())
+
+
 def make_thumbnail(color: np.ndarray) -> np.ndarray:
     """Return the copy of a picture, H x W x 3 uint8, that is compared."""
     return cv2.resize(color, THUMBNAIL_SIZE, interpolation=cv2.INTER_AREA)

@@ -18,6 +18,7 @@ _CONTAINER = (
     '<rootfile full-path="comic.opf" media-type="application/oebps-package+xml"/></rootfiles></container>'
 )
 _PAGE_STYLE = "html,body{margin:0;padding:0}img{display:block;width:100%;height:100%}"
+_SENTENCE_ENDINGS = tuple(".!?…")
 _MODIFIED = "2000-01-01T00:00:00Z"
 """The required time of the last change: constant, so that the file is reproducible."""
 
@@ -48,13 +49,18 @@ def _write(archive: ZipFile, name: str, content: str) -> None:
 
 
 def _page(sheet: Sheet, name: str, title: str) -> str:
-    said = " ".join(f"{panel.note}." for panel in sheet.panels if panel.note) or title
+    said = " ".join(_end_sentence(panel.note) for panel in sheet.panels if panel.note) or title
     return _document(
         title,
         f'<meta name="viewport" content="width={sheet.width}, height={sheet.height}"/>'
         f"<style>{_PAGE_STYLE}</style>",
         f'<img src="{name}.jpg" alt="{xml_text(said)}"/>',
     )
+
+
+def _end_sentence(text: str) -> str:
+    """Return the text with a full stop, unless it ends in a mark."""
+    return text if text.endswith(_SENTENCE_ENDINGS) else f"{text}."
 
 
 def _contents(names: list[str], title: str) -> str:

@@ -136,7 +136,7 @@ def choose(
     values += _SEED_SCORE * random.random(len(pool)) if seed else 0.0
     kept = _keep_best_per_part(pool, values, survey, max(MAX_POOL_CANDIDATES, 2 * (panels or 0)))
     pool, values = [pool[number] for number in kept], values[kept]
-    like, places = _likeness(pool, len(survey.scene_starts)), _places(pool, survey)
+    like, places = likeness(pool, len(survey.scene_starts)), _places(pool, survey)
     wanted = _count_panels(survey, like, len(forced), panels, min_panels)
     if seed and panels is None and not survey.is_folder:
         varied = wanted + int(random.integers(-_MAX_SEED_PANELS, _MAX_SEED_PANELS, endpoint=True))
@@ -198,7 +198,7 @@ def _is_in_spans(time: float, spans: Sequence[tuple[float, float]]) -> bool:
     return any(start <= time <= end for start, end in spans)
 
 
-def _likeness(pool: Sequence[Candidate], scenes: int) -> np.ndarray:
+def likeness(pool: Sequence[Candidate], scenes: int) -> np.ndarray:
     """Return the similarity of frames, N x N; lower for a still camera whose subject is in another place."""
     like = similarity([each.thumbnail for each in pool])
     weight = _MOVED_SUBJECT_WEIGHT if scenes == 1 else _MOVED_SUBJECT_SCENES_WEIGHT

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from vidstyle.comic.analyze.action import add_actions
 from vidstyle.comic.analyze.features import Candidate, Survey
 from vidstyle.comic.analyze.key_frame_source import Film
+from vidstyle.comic.analyze.motion_blur import MAX_PICTURE_FLOW, subject_flow
 from vidstyle.comic.analyze.similarity import DIFFERENT_SIMILARITY, similarity
 from vidstyle.comic.key_frame import KeyFrame
 from vidstyle.comic.select.choose import (
@@ -20,6 +21,7 @@ from vidstyle.comic.select.choose import (
     usable_candidates,
 )
 from vidstyle.comic.select.framing import alternate_framing, merge_equal, remove_repeats
+from vidstyle.comic.select.prune import prune
 from vidstyle.errors import InputError, UsageError
 from vidstyle.pipeline.progress import ProgressCallback, ignore_progress
 
@@ -29,7 +31,8 @@ MAX_PANELS = 300
 """Maximum number of panels that can be requested."""
 _MAX_FACE_CANDIDATES = 3
 """Number of frames near a chosen one in which faces are detected: the best by all other features."""
-_CLARITY_WEIGHT, _MOTION_WEIGHT, _ACTION_WEIGHT, _EYES_WEIGHT, _FACES_WEIGHT = 0.8, 0.5, 0.5, 0.5, 0.3
+_CLARITY_WEIGHT, _MOTION_WEIGHT, _FLOW_WEIGHT = 0.8, 0.5, 0.5
+_ACTION_WEIGHT, _EYES_WEIGHT, _FACES_WEIGHT = 0.5, 0.5, 0.3
 """Weights of the features by which frames of one shot are compared, relative to sharpness."""
 
 
@@ -102,10 +105,12 @@ def find_key_frames(
     weighted = [replace(each, importance=weight) for each, weight in zip(better, weights, strict=True)]
     if survey.is_folder:
         return list(weighted)
-    if options.panels is not None or options.min_panels:
-        return list(alternate_framing(weighted))
-    distinct = remove_repeats(alternate_framing(weighted))
-    return list(merge_equal(distinct))
+    framed = alternate_framing(weighted)
+    if options.panels is not None:
+        return list(framed)
+    if options.min_panels:
+        return list(prune(framed, options.min_panels))
+    return list(merge_equal(prune(remove_repeats(framed), len(forced))))
 
 
 def _find_requested(film: Film, survey: Survey, options: KeyFrameOptions) -> list[Candidate]:
@@ -201,6 +206,7 @@ def _score_relative_to(nearby: Sequence[Candidate]) -> Callable[[Candidate], flo
         each.sharpness / sharpest
         + _CLARITY_WEIGHT * each.clarity / clearest
         - _MOTION_WEIGHT * min(1.0, each.motion)
+        - _FLOW_WEIGHT * min(1.0, subject_flow(each) / MAX_PICTURE_FLOW)
         + (
             _ACTION_WEIGHT * (each.action.share - _CUT_FACTOR * each.action.cut)
             if each.action and not each.faces

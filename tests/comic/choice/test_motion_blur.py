@@ -1,0 +1,93 @@
+"""Motion blur is predicted from the flow of the part that counts; corners of blocks tell damage."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+from media import photograph
+from stories import small_luma
+
+from vidstyle.comic.analyze.defect_limits import DefectLimits
+from vidstyle.comic.analyze.defects import count_block_corners
+from vidstyle.comic.analyze.features import Candidate, extract_features
+from vidstyle.comic.analyze.motion_blur import FlowMeter, mark_fast_faces, region_flow
+from vidstyle.regions.boxes import Box
+
+STILL = cv2.resize(photograph("chelsea"), (640, 360))
+
+
+def moved(pixels: int) -> np.ndarray:
+    return np.roll(STILL, pixels, axis=1)
+
+
+def seen(flow: np.ndarray | None, **values: object) -> Candidate:
+    found = extract_features(STILL, 1.0, STILL.shape[:2])
+    return replace(found, flow=flow, **values)  # type: ignore[arg-type]
+
+
+def flow_of(before: np.ndarray, after: np.ndarray, seconds: float = 1 / 24) -> np.ndarray | None:
+    meter = FlowMeter()
+    assert meter.push(0.0, small_luma(before), True) is None
+    return meter.push(seconds, small_luma(after), True)
+
+
+@pytest.mark.parametrize(("seconds", "flow"), [(1 / 24, 0.025), (1 / 60, 0.025), (1 / 10, 0.0104)])
+def test_flow_is_relative_to_the_width_and_the_exposure(seconds: float, flow: float) -> None:
+    assert region_flow(seen(flow_of(STILL, moved(16), seconds))) == pytest.approx(flow, rel=0.15)
+
+
+def test_flow_of_a_region_is_its_own() -> None:
+    """The left half moves; the right one stands still, as what is behind a runner."""
+    after = np.hstack([moved(20)[:, :320], STILL[:, 320:]])
+    left, right = Box(40, 60, 240, 300), Box(420, 60, 600, 300)
+    found = seen(flow_of(STILL, after))
+    assert region_flow(found, left) > 0.02 > 0.005 > region_flow(found, right)
+    fast, slow = mark_fast_faces([replace(found, faces=(left,)), replace(found, faces=(right,))])
+    assert fast.blurred and not slow.blurred
+
+
+def test_a_fast_picture_is_blurred_unless_it_is_as_sharp_as_the_film() -> None:
+    calm, fast = (seen(np.full((9, 16), flow, np.float32)) for flow in (0.001, 0.03))
+    limits = DefectLimits.of([calm] * 5)
+    softer = replace(fast, sharpness=0.9 * calm.sharpness)
+    marked = [limits.mark(each).blurred for each in (calm, fast, softer)]
+    assert marked == [False, False, True]
+
+
+def test_unknown_flow_is_none() -> None:
+    assert region_flow(seen(None)) == 0.0
+    meter = FlowMeter()
+    assert meter.push(0, np.zeros((2, 2), np.float32), True) is None
+    assert meter.push(1, np.zeros((2, 2), np.float32), True) is None
+
+
+def broken(color: np.ndarray, count: int) -> np.ndarray:
+    """Blocks of a film, taken from elsewhere in it, as decoders show them after an error."""
+    random, shown = np.random.default_rng(4), color.copy()
+    for _ in range(count):
+        rows, columns, other = random.integers(0, 20), random.integers(0, 38), random.integers(0, 38)
+        block = color[16 * rows : 16 * rows + 16, 16 * other : 16 * other + 16]
+        shown[16 * rows : 16 * rows + 16, 16 * columns : 16 * columns + 16] = block
+    return shown
+
+
+def test_corners_of_blocks_remain_in_a_scaled_and_encoded_film() -> None:
+    counts = []
+    for color in (STILL, broken(STILL, 120)):
+        scaled = cv2.resize(color, (500, 282), interpolation=cv2.INTER_AREA)
+        encoded = cv2.imdecode(cv2.imencode(".jpg", scaled, [cv2.IMWRITE_JPEG_QUALITY, 70])[1], 0)
+        counts.append(count_block_corners(encoded))
+    assert counts[0] <= 3 and counts[1] > 20
+
+
+def test_damage_spreads_to_frames_nearby_in_the_scene_only() -> None:
+    clear = [seen(None, time=float(time)) for time in range(6)]
+    strong = seen(None, time=6.0, block_corners=40)
+    limits = DefectLimits.of([*clear, strong])
+    weak = replace(strong, block_corners=8)
+    times = {time: limits.mark(replace(weak, time=time)).damaged for time in (5.0, 6.5)}
+    assert limits.mark(strong).damaged and times == {5.0: False, 6.5: True}
+    assert not limits.mark(replace(weak, scene=1)).damaged

@@ -1,0 +1,72 @@
+"""Panels that tell nothing new are removed: twins, further views of a place, and murk."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+from media import photograph
+from stories import PLACES, view
+
+from vidstyle.comic.analyze.action import Foreground
+from vidstyle.comic.analyze.features import Candidate, extract_features
+from vidstyle.comic.select.prune import prune
+from vidstyle.regions.boxes import Box
+
+HALL = view(PLACES[2], 0, 0, (320, 180))
+"""A picture in which nothing is a subject."""
+
+
+def key_frame(picture: np.ndarray, time: float, **values: object) -> Candidate:
+    found = extract_features(picture, time, picture.shape[:2])
+    return replace(found, **{"importance": 0.5, "clarity": 1.0} | values)  # type: ignore[arg-type]
+
+
+def person(time: float, shift: int, size: float = 1.0, **values: object) -> Candidate:
+    """A woman before a wall, further to the right by pixels, in a size of shot."""
+    still = cv2.resize(photograph("astronaut"), None, fx=size, fy=size)[:180]
+    color = np.full((180, 320 + abs(shift), 3), (70, 90, 110), np.uint8)
+    left = 40 + shift
+    still = still[:, : min(still.shape[1], color.shape[1] - left)]
+    color[: len(still), left : left + still.shape[1]] = still
+    # The face of that photograph, 512 x 512.
+    face = Box(175, 65, 275, 200).scaled(size).moved(left, 0)
+    return key_frame(color[:, :320], time, faces=(face,), **values)
+
+
+def test_a_person_comes_back_only_in_another_size_of_shot() -> None:
+    one, turned, close = person(0, 0, 0.5), person(3, 50, 0.5, importance=0.4), person(6, 20, 0.8)
+    assert prune([one, turned, close], 0) == [one, close]
+    assert prune([one, turned, close], 3) == [one, turned, close]
+    requested = replace(turned, forced=True)
+    assert prune([one, requested, close], 0) == [requested, close]
+
+
+def test_other_people_in_other_places_stay() -> None:
+    one = person(0, 0, 0.5)
+    other = key_frame(view(PLACES[3], 0, 0, (320, 180)), 3, faces=(Box(100, 40, 160, 110),))
+    assert prune([one, other], 0) == [one, other]
+
+
+def test_a_film_of_one_place_without_a_subject_has_two_panels() -> None:
+    views = [key_frame(np.roll(HALL, 50 * step, axis=1), step, importance=1 - step / 9) for step in range(4)]
+    assert len(prune(views, 0)) == 2
+    assert len(prune(views, 4)) == 4
+
+
+def test_one_view_of_a_place_is_kept_next_to_subjects() -> None:
+    places = np.zeros((32, 48), bool)
+    places[8:24, 10:30] = True
+    moving = Foreground(places, Box(60, 40, 200, 130), 1.0, 0.0, False)
+    subject = key_frame(view(PLACES[3], 0, 0, (320, 180)), 0, action=moving)
+    views = [key_frame(np.roll(HALL, 12 * step, axis=1), 1 + step) for step in range(3)]
+    assert len(prune([subject, *views], 0)) == 2
+
+
+@pytest.mark.parametrize(("light", "kept"), [(0.2, 3), (0.8, 4)])
+def test_a_dark_panel_without_forms_is_murk(light: float, kept: int) -> None:
+    clear = [key_frame(view(PLACES[number], 0, 0, (320, 180)), number, scene=number) for number in range(3)]
+    unclear = key_frame(view(PLACES[5], 0, 0, (320, 180)), 3, clarity=0.3, light=light, scene=3)
+    assert len(prune([*clear, unclear], 0)) == kept
