@@ -70,7 +70,7 @@ def test_a_pale_face_keeps_its_features(name: str) -> None:
     """As by flash: much of what is lost without focus is there with it."""
     picture, style = (picture_with_face() * 0.3 + 150).astype(np.uint8), load_style(name)
     focused, plain = (likeness(picture, stylize(picture, each, "cpu")) for each in (style, without(style)))
-    assert 1 - focused < 0.6 * (1 - plain)
+    assert 1 - focused < 0.7 * (1 - plain)
 
 
 def test_faces_have_smaller_marks() -> None:
@@ -84,15 +84,15 @@ def test_faces_have_smaller_marks() -> None:
     assert counts[0] > 1.6 * counts[1]
 
 
-def test_dots_and_grain_keep_their_size() -> None:
+def test_blurs_and_grain_keep_their_size() -> None:
     """While other lengths become finer, each up to its own level of detail."""
     steps = [
-        {"block": "dither", "cell": 6}, {"block": "noise", "size": 6}, {"block": "pixelate", "size": 6},
+        {"block": "gaussian", "sigma": 6}, {"block": "noise", "size": 6}, {"block": "pixelate", "size": 6},
         {"block": "kuwahara", "radius": 6},
     ]  # fmt: skip
     style = style_from_table({"format": 1, "height": 480, "background": steps}, "dots")
     resolved = resolve(replace(style, detail=3.0), 480, 640)["background"]
-    names = "cell", "size", "size", "radius"
+    names = "sigma", "size", "size", "radius"
     assert [step.values[name] for step, name in zip(resolved, names, strict=True)] == [6, 6, 3, 2]
 
 

@@ -29,8 +29,8 @@ class Slider(Control):
         power: the power of the picture's size that the value is proportional to, in styles with a `height`: 1
             for the slope of edges and for lengths (implied by "px"); -1 for the width of a ramp of tones.
         grows_if: a switch of the block that must be on for the value to scale.
-        max_detail: level of detail (focus) above which a length becomes no finer; 1 for dots, lines and grain
-            that need one size in the whole picture.
+        max_detail: level of detail (focus) above which a length becomes no finer; 1 for dots, lines, grain
+            and blurs that need one size in the whole picture.
     """
 
     low: float

@@ -64,7 +64,9 @@ def dither(
     ] = 0.25,
     cell: Annotated[
         float,
-        Slider(1, 64, "size of a dot, rounded to whole pixels", "px", (1, 4), label="Dot size", max_detail=1),
+        Slider(
+            1, 64, "size of a dot, rounded to whole pixels", "px", (1, 4), label="Dot size", max_detail=1.3
+        ),
     ] = 1,
 ) -> np.ndarray:
     """Add a fixed pattern, so that a following quantizer mixes its tones.

@@ -40,7 +40,7 @@ def gaussian(
     margin: Margin,
     out: ResultRows,
     sigma: Annotated[
-        float, Slider(0, 50, "standard deviation", "px", explore=(0.5, 4), label="Blur", max_detail=2)
+        float, Slider(0, 50, "standard deviation", "px", explore=(0.5, 4), label="Blur", max_detail=1)
     ] = 2,
 ) -> np.ndarray:
     """Blur: remove noise and small detail.

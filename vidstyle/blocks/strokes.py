@@ -51,10 +51,10 @@ def strokes(
     ] = "source",
     length: Annotated[
         float,
-        Slider(2, 96, "length of a stroke", "px", explore=(8, 36), label="Stroke length", max_detail=1.5),
+        Slider(2, 96, "length of a stroke", "px", explore=(8, 36), label="Stroke length", max_detail=2),
     ] = 24,
     width: Annotated[
-        float, Slider(2, 64, "width of a stroke", "px", explore=(4, 12), label="Stroke width", max_detail=1.5)
+        float, Slider(2, 64, "width of a stroke", "px", explore=(4, 12), label="Stroke width", max_detail=2)
     ] = 7,
     density: Annotated[
         float,
