@@ -34,16 +34,14 @@ def mosaic(
     place: PageRegion,
     out: ResultRows,
     size: Annotated[
-        float, Slider(3, 96, "size of a tile", "px", explore=(8, 32), label="Tile size", max_detail=1.25)
+        float, Slider(3, 96, "size of a tile", "px", explore=(8, 32), label="Tile size", max_detail=3)
     ] = 16,
     irregularity: Annotated[
         float, Slider(0, 1, "irregularity of the tiles; 0 for squares", label="Irregularity")
     ] = 0.8,
     gap: Annotated[
         float,
-        Slider(
-            0, 16, "width of the gap between tiles", "px", explore=(0, 3), label="Gap width", max_detail=2
-        ),
+        Slider(0, 16, "width of the gap between tiles", "px", explore=(0, 3), label="Gap width"),
     ] = 1.5,
     gap_color: Annotated[Any, Color("colour of the gap", label="Gap colour")] = "#1a1a1e",
     variation: Annotated[
