@@ -71,7 +71,7 @@ def test_pools_and_codecs_of_a_film_use_the_number(tmp_path: Path, monkeypatch: 
     monkeypatch.setattr(VideoPlan, "configure", noted_encoder)
     monkeypatch.setattr(decoder, "_open_context", noted_decoder)
     film = media.make_clip(tmp_path / "film.mp4", frames=2)
-    arguments = ["render", film, tmp_path / "out.mp4", "-s", "poster", "--threads", number]
+    arguments = ["render", film, tmp_path / "out.mp4", "-s", "cartoon", "--threads", number]
     assert cli.main([str(each) for each in arguments]) == 0
     assert number in pools and encoders and decoders
     assert set(encoders) == set(decoders) == {number}
@@ -101,7 +101,7 @@ def test_the_doctor_says_the_number_and_its_reason(
 
 def test_memory_limits_the_frames_of_a_film(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     film, target = str(media.make_clip(tmp_path / "film.mp4", frames=2)), str(tmp_path / "out.mp4")
-    arguments = ["render", film, target, "-s", "poster", "-d", "cpu", "--threads", "2", "--progress", "none"]
+    arguments = ["render", film, target, "-s", "cartoon", "-d", "cpu", "--threads", "2", "--progress", "none"]
     assert cli.main([*arguments, "--memory", "1T"]) == 0
     assert capfd.readouterr().err == ""
     assert cli.main([*arguments, "-y", "--memory", "1M"]) == 0
@@ -114,7 +114,7 @@ def test_memory_limits_the_frames_of_a_film(tmp_path: Path, capfd: pytest.Captur
 def test_the_configuration_file_sets_the_memory(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     film, config = media.make_clip(tmp_path / "film.mp4", frames=2), tmp_path / "config.toml"
     config.write_text('[render]\nmemory = "1M"\n')
-    arguments = ["render", film, tmp_path / "out.mp4", "-s", "poster", "-d", "cpu", "--progress", "none"]
+    arguments = ["render", film, tmp_path / "out.mp4", "-s", "cartoon", "-d", "cpu", "--progress", "none"]
     assert cli.main(["--config", str(config), *map(str, arguments)]) == 0
     assert "--memory: a frame of " in capfd.readouterr().err
 
