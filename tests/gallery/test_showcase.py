@@ -25,7 +25,7 @@ from vidstyle.export.page import page_data
 from vidstyle.gallery.showcase import TILE_SIDE_PX, ExamplePicture, write_showcase
 from vidstyle.style import load_style, override, style_from_table, style_names
 
-NAMES = ("dither", "riso")
+NAMES = ("dither", "watercolor")
 
 
 def data_of(folder: Path, path: str) -> Any:
@@ -115,7 +115,7 @@ def test_a_visitor_sees_all_looks_of_a_photograph_and_takes_one(
         tile = cv2.imdecode(np.frombuffer(base64.b64decode(text), np.uint8), cv2.IMREAD_COLOR)[..., ::-1]
         right = vidstyle.stylize(source, replace(load_style(name), steady=0.0, focus=0.0), "cpu").astype(int)
         assert (np.abs(tile - right) > 2).mean() <= 0.002, name
-    browser.click("a[href='#riso']")
+    browser.click("a[href='#watercolor']")
     until(browser, "document.getElementById('command').textContent")
     browser.run(
         """const levels = document.querySelector("input[type=number][max='32']");
@@ -130,8 +130,8 @@ def test_a_visitor_sees_all_looks_of_a_photograph_and_takes_one(
         document.getElementById("style-file").click();
         return await made;"""
     )
-    saved = style_from_table(tomllib.loads(text), "riso", "riso", folder=load_style("riso").folder)
-    assert saved == override(load_style("riso"), ["posterize.levels=7"])
+    saved = style_from_table(tomllib.loads(text), "watercolor", "watercolor", folder=load_style("watercolor").folder)
+    assert saved == override(load_style("watercolor"), ["luma_posterize.levels=7"])
     browser.click("#close")
     until(browser, "!document.getElementById('viewer').open && !location.hash")
     asked = [
@@ -144,8 +144,8 @@ def test_a_visitor_sees_all_looks_of_a_photograph_and_takes_one(
 
 def test_an_address_opens_a_look_before_anything_is_loaded(folder: Path, browser: Browser) -> None:
     browser.open("about:blank")
-    browser.open(f"{(folder / 'index.html').as_uri()}#riso")
-    browser.run("location.hash = '#dither'; location.hash = '#riso'; location.hash = '#dither';")
+    browser.open(f"{(folder / 'index.html').as_uri()}#watercolor")
+    browser.run("location.hash = '#dither'; location.hash = '#watercolor'; location.hash = '#dither';")
     until(browser, "document.getElementById('facts').textContent")
     until(browser, "document.querySelector('#viewer h2, #viewer h1').textContent === 'dither'")
     assert not [event for event in browser.events if event["method"] == "Runtime.exceptionThrown"]
