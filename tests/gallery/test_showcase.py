@@ -130,7 +130,9 @@ def test_a_visitor_sees_all_looks_of_a_photograph_and_takes_one(
         document.getElementById("style-file").click();
         return await made;"""
     )
-    saved = style_from_table(tomllib.loads(text), "watercolor", "watercolor", folder=load_style("watercolor").folder)
+    saved = style_from_table(
+        tomllib.loads(text), "watercolor", "watercolor", folder=load_style("watercolor").folder
+    )
     assert saved == override(load_style("watercolor"), ["luma_posterize.levels=7"])
     browser.click("#close")
     until(browser, "!document.getElementById('viewer').open && !location.hash")

@@ -83,7 +83,7 @@ def palette(
 ) -> np.ndarray:
     """Replace each colour by the nearest of a palette of 2 to 64 colours, in OKLab.
 
-    Put `dither` before it to mix colours. The palettes "film-8", "film-12", "film-16" and "film-32" are the
+    Put `dither` before it to mix colours. The palettes "film-8", "film-16" and "film-32" are the
     main colours of the unstyled film. Ottosson 2020, "A perceptual color space for image processing".
     """
     (table,) = colors
