@@ -109,7 +109,7 @@ def test_a_knob_and_a_variant_follow_their_step() -> None:
 
 
 def test_steps_are_copied_from_one_style_and_pasted_into_another() -> None:
-    ink, poster = Document(load_style("ink")), Document(load_style("poster"))
+    ink, poster = Document(load_style("ink")), Document(Style("s", lines=(Step("posterize", {"levels": 5}),)))
     lines = ink.content.layers["lines"]
     count = len(poster.content.layers["lines"])
     text = text_of_step(ink.content, lines[0].number, whole=True)

@@ -9,7 +9,7 @@ from vidstyle.block import Block, Parameter, distinct_labels
 from vidstyle.blocks import all_blocks
 from vidstyle.design.document.content import Content, PlacedStep, ValueRef
 from vidstyle.design.document.document import Document
-from vidstyle.design.document.edits import label_of
+from vidstyle.design.document.edit_values import label_of
 from vidstyle.style import LAYERS, SOURCE
 from vidstyle.style.model import FIELDS, step_from_table
 from vidstyle.style.wiring import WiredStep, wire_layers

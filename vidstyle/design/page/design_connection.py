@@ -10,7 +10,8 @@ from typing import Annotated, Any, Literal
 from vidstyle.block.search import find_blocks, find_values
 from vidstyle.blocks import all_blocks
 from vidstyle.design.document.document import SNAPSHOT_SLOTS
-from vidstyle.design.document.edits import EDITS, EditResult
+from vidstyle.design.document.edit_values import EditResult
+from vidstyle.design.document.edits import EDITS
 from vidstyle.design.document.step_text import text_of_step
 from vidstyle.design.page.design_server import DesignServer
 from vidstyle.design.page.design_view import DesignView
