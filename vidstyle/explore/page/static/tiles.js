@@ -35,7 +35,7 @@ export function origin({ kind, parents, name, likeness }) {
     case "tuned":
       return `${one}, tuned`;
     default:
-      return "random";
+      return "random style";
   }
 }
 
