@@ -119,7 +119,7 @@ def test_steps_are_copied_from_one_style_and_pasted_into_another() -> None:
     assert first == pasted[0].number and len(pasted) == count + len(lines)
     assert [step.table for step in pasted[: len(lines)]] == [step.table for step in lines]
     assert poster.history.entries[-1].label == f"Paste {len(lines)} steps"
-    assert "'gray'" in poster.mistakes[0].text  # which a step of ink's base has saved
+    assert "no step before it saves" in poster.mistakes[0].text  # what a step of ink's base has saved
     poster.undo()
     assert poster.mistakes == [] and not poster.is_changed
 

@@ -90,6 +90,24 @@ def test_labels_say_what_values_do_in_this_style(tmp_path: Path) -> None:
     assert shown["lines.posterize#2.levels"] == "Number of tones"
 
 
+def test_a_label_may_go_on_with_its_own_help() -> None:
+    labels = {"posterize.levels": "Shades: fewer of them look flatter", "posterize.softness": "Mist"}
+    style = made(labels=labels, lines=[{"block": "posterize"}])
+    entries = {entry["path"]: entry for entry in panel(style, style)["entries"]}
+    shades, mist = entries["posterize.levels"], entries["posterize.softness"]
+    assert (shades["label"], shades["help"]) == ("Shades", "fewer of them look flatter")
+    assert (mist["label"], mist["help"]) == ("Mist", "share of each step that is a ramp; reduces flicker")
+    with pytest.raises(StyleError, match="at most 120 of help after a colon"):
+        made(labels={"posterize.levels": "Shades: " + 121 * "x"}, lines=[{"block": "posterize"}])
+
+
+@pytest.mark.parametrize("name", style_names())
+def test_the_help_of_a_labelled_knob_is_not_that_of_its_block(name: str) -> None:
+    style = load_style(name)
+    shown = [entry["help"] for entry in panel(style, style)["entries"] if entry["main"]]
+    assert not [help for help in shown if help.startswith("how much the picture on top")]
+
+
 def test_equal_labels_of_knobs_are_numbered() -> None:
     knobs = ["posterize#1.levels", "posterize#2.levels"]
     style = made(knobs=knobs, lines=[{"block": "posterize"}] * 2)

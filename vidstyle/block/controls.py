@@ -150,9 +150,14 @@ class Parameter:
         """Its name in plain words."""
         return self.control.label or label_of_name(self.name)
 
-    def named(self, label: str) -> Parameter:
-        """Return the parameter with another label."""
-        return replace(self, control=replace(self.control, label=label))  # type: ignore[type-var]
+    def named(self, label: str, help: str = "") -> Parameter:
+        """Return the parameter with another label, and other help if it is given."""
+        control = replace(
+            self.control,  # type: ignore[type-var]
+            label=label,
+            help=help or self.control.help,  # type: ignore[call-arg]
+        )
+        return replace(self, control=control)
 
     def check(self, value: object) -> Any:
         """Return the value in its proper type.

@@ -1,7 +1,8 @@
 """The knobs of a style, and its own labels of values.
 
 A knob is a value to adjust first. A label says what a value does in this style where the label of its
-parameter is too general: "Solid ink" for the amount of a blend.
+parameter is too general: "Solid ink" for the amount of a blend. After a colon it may go on with its own help:
+"Solid ink: how dark the regions are that become solid".
 """
 
 from __future__ import annotations
@@ -17,7 +18,10 @@ from vidstyle.style.values import to_text
 
 MAX_KNOBS = 16
 MAX_LABELS = 64
-MAX_LABEL_LENGTH = 40
+MAX_LABEL_LENGTH, MAX_HELP_LENGTH = 40, 120
+LABEL_END = ": "
+"""Separates a label from its help."""
+MAX_LABEL_TEXT_LENGTH = MAX_LABEL_LENGTH + len(LABEL_END) + MAX_HELP_LENGTH
 
 
 def read_knobs(style: Style, given: object, mistakes: list[str]) -> tuple[str, ...]:
@@ -46,7 +50,8 @@ def read_labels(style: Style, given: object, mistakes: list[str]) -> dict[str, s
         mistakes.append(f"labels: a style has at most {MAX_LABELS} labels")
         return {}
     mistakes += [
-        f"labels: {to_text(label)} is not a text of 1 to {MAX_LABEL_LENGTH} characters"
+        f"labels: {to_text(label)} is not a text of 1 to {MAX_LABEL_LENGTH} characters, with at most"
+        f" {MAX_HELP_LENGTH} of help after a colon"
         for label in given.values()
         if not is_label(label)
     ]
@@ -55,10 +60,21 @@ def read_labels(style: Style, given: object, mistakes: list[str]) -> dict[str, s
 
 
 def is_label(label: object) -> bool:
-    """Whether a value is a text on one line that fits beside a slider."""
+    """Whether a value is a text on one line that fits beside a slider, with or without help."""
     if not isinstance(label, str) or not label.isprintable():
         return False
-    return label == label.strip() and 0 < len(label) <= MAX_LABEL_LENGTH
+    words, help = split_label(label)
+    return label == label.strip() and 0 < len(words) <= MAX_LABEL_LENGTH and len(help) <= MAX_HELP_LENGTH
+
+
+def split_label(text: str) -> tuple[str, str]:
+    """Return a label without its help, and the help or "".
+
+    >>> split_label("Solid ink: how dark it is"), split_label("Solid ink")
+    (('Solid ink', 'how dark it is'), ('Solid ink', ''))
+    """
+    words, _, help = text.partition(LABEL_END)
+    return words, help
 
 
 def knobs_of(style: Style, table: dict[str, Any]) -> dict[str, Parameter]:
@@ -80,7 +96,8 @@ def labelled_values(style: Style, table: dict[str, Any]) -> dict[str, Parameter]
 
 def _labelled(style: Style, table: dict[str, Any]) -> dict[str, Parameter]:
     found = _declarations(table, style.labels).items()
-    return {path: each.named(label) for (path, each), label in zip(found, style.labels.values(), strict=True)}
+    labels = map(split_label, style.labels.values())
+    return {path: each.named(*label) for (path, each), label in zip(found, labels, strict=True)}
 
 
 def _declarations(table: dict[str, Any], paths: Iterable[str]) -> dict[str, Parameter]:

@@ -62,7 +62,7 @@ class Style:
         folder: the folder to which paths in the style are relative; None where paths are not allowed.
         variants: for each variant's name the values that it sets, by their paths.
         knobs: the paths of the values that are worth adjusting first.
-        labels: what values do in this style, in plain words, by their paths.
+        labels: what values do in this style, by their paths, see `knobs`.
         replaces: the names of retired shipped styles, separated by spaces, that load this one; only shipped
             styles are searched for them.
     """

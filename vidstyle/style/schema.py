@@ -7,7 +7,7 @@ from typing import Any
 from vidstyle.block import NAME_PATTERN, Block
 from vidstyle.blocks import all_blocks
 from vidstyle.style.check import FORMAT_VERSION, MAX_STEPS, NOT_BEHIND, TEXTS
-from vidstyle.style.knobs import MAX_KNOBS, MAX_LABEL_LENGTH, MAX_LABELS
+from vidstyle.style.knobs import MAX_KNOBS, MAX_LABEL_TEXT_LENGTH, MAX_LABELS
 from vidstyle.style.mask_declarations import BACKDROP, MASK_VALUES, MAX_MASKS, REGIONS
 from vidstyle.style.model import FIELDS, LAYERS, Step, Style, table_from_style
 from vidstyle.style.variants import MAX_VARIANTS, VARIANT_PATTERN
@@ -38,9 +38,13 @@ def style_schema() -> dict[str, Any]:
             },
             "labels": {
                 "type": "object",
-                "description": "What values do in this style, in plain words, by their paths.",
+                "description": 'What values do in this style, by their paths: "Label", or "Label: help".',
                 "maxProperties": MAX_LABELS,
-                "additionalProperties": {"type": "string", "minLength": 1, "maxLength": MAX_LABEL_LENGTH},
+                "additionalProperties": {
+                    "type": "string",
+                    "minLength": 1,
+                    "maxLength": MAX_LABEL_TEXT_LENGTH,
+                },
             },
             **_field_schemas(),
             "masks": _masks_schema(),

@@ -171,7 +171,7 @@ def knob(model: Model, choose: Random) -> Fields:
 
 def label(model: Model, choose: Random) -> Fields:
     made = set_value(model, choose)
-    texts = ["Solid ink", "", "Sun  and moon", "x" * 41, "\x00"]
+    texts = ["Solid ink", "", "Sun  and moon", "Tone: how dark it is", "x" * 41, "\x00"]
     return {"step": made["step"], "name": made["name"], "text": choose.choice(texts)}
 
 
@@ -226,9 +226,11 @@ def apply(model: Model, kind: str, new: int | None, fields: Fields) -> None:
         model.knobs = [each for each in model.knobs if each != ref] if not fields["on"] else model.knobs
         model.knobs += [ref] * (fields["on"] and ref not in model.knobs)
     elif kind == "label":
-        model.labels.pop((fields["step"], fields["name"]), None)
+        _, colon, own_help = model.labels.pop((fields["step"], fields["name"]), "").partition(": ")
         if fields["text"]:
-            model.labels[fields["step"], fields["name"]] = " ".join(fields["text"].split())
+            text = " ".join(fields["text"].split())
+            kept = colon + own_help if ": " not in text else ""
+            model.labels[fields["step"], fields["name"]] = text + kept
     else:
         layer, place, step = model.find(fields["step"])
         if kind == "move":

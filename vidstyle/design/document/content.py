@@ -9,6 +9,7 @@ from typing import Any
 from vidstyle.block import Parameter
 from vidstyle.errors import UsageError
 from vidstyle.style import LAYERS, Style, table_from_style
+from vidstyle.style.knobs import split_label
 from vidstyle.style.paths import find_value, steps_by_path
 
 
@@ -73,7 +74,11 @@ class Content:
 
     def label_of(self, ref: ValueRef, parameter: Parameter) -> str:
         """Return the label of a value in this style."""
-        return self.labels.get(ref, parameter.label)
+        return self.declared(ref, parameter).label
+
+    def declared(self, ref: ValueRef, parameter: Parameter) -> Parameter:
+        """Return the parameter of a value with its label and help in this style."""
+        return parameter.named(*split_label(self.labels[ref])) if ref in self.labels else parameter
 
     def value_of(self, ref: ValueRef, parameter: Parameter) -> Any:
         """Return a value: its default if it is not set, or if there is no such step."""

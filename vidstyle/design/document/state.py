@@ -101,8 +101,10 @@ class _Describer:
 
     def _values(self, step: int | None, parameter: Parameter, value: Any) -> dict[str, Any]:
         ref = ValueRef(step, parameter.name)
+        declared = self._content.declared(ref, parameter)
         return {
-            "label": self._content.label_of(ref, parameter),
+            "label": declared.label,
+            "help": declared.control.help,
             "step": step,
             "about": "" if step is None else label_of(self._content.place_of(step)[2]),
             "name": parameter.name,

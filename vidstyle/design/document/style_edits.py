@@ -17,7 +17,14 @@ from vidstyle.design.document.edit_values import (
 )
 from vidstyle.errors import UsageError, suggest
 from vidstyle.style.check import TEXTS
-from vidstyle.style.knobs import MAX_KNOBS, MAX_LABEL_LENGTH, MAX_LABELS, is_label
+from vidstyle.style.knobs import (
+    LABEL_END,
+    MAX_KNOBS,
+    MAX_LABEL_LENGTH,
+    MAX_LABELS,
+    is_label,
+    split_label,
+)
 from vidstyle.style.model import FIELDS
 from vidstyle.web.messages import AnyValue, TextOrEmpty, text_between
 
@@ -49,10 +56,16 @@ def knob(content: Content, new: NewNumber, step: int | None, name: str, on: bool
 
 
 def label(content: Content, new: NewNumber, step: int | None, name: str, text: TextOrEmpty) -> EditResult:
-    """Set what a value is called in this style; an empty text restores the label of its parameter."""
+    """Set what a value is called in this style; an empty text restores the label of its parameter.
+
+    Its own help, if any, stays under the new label.
+    """
     ref = ValueRef(step, name)
     parameter = declaration_of(content, ref)
     text = " ".join(text.split())
+    _, own_help = split_label(content.labels.get(ref, ""))
+    if text and own_help and LABEL_END not in text:
+        text += LABEL_END + own_help
     if text and not is_label(text):
         raise UsageError("label", f"is not a text of at most {MAX_LABEL_LENGTH} characters")
     labels = {each: old for each, old in content.labels.items() if each != ref}
@@ -60,7 +73,8 @@ def label(content: Content, new: NewNumber, step: int | None, name: str, text: T
         labels[ref] = text
     if len(labels) > MAX_LABELS:
         raise UsageError("labels", f"are at most {MAX_LABELS}", "remove one first")
-    return EditResult(replace(content, labels=labels), f"Rename {parameter.label}: {text or parameter.label}")
+    shown = split_label(text)[0] or parameter.label
+    return EditResult(replace(content, labels=labels), f"Rename {parameter.label}: {shown}")
 
 
 def variant(content: Content, new: NewNumber, name: str) -> EditResult:
