@@ -33,6 +33,7 @@ from vidstyle.style import Step, Style, load_style, override, style_names
 
 SHARES = {False: 0.001, True: 0.002}
 """The share of samples that may be off by more than one code, in float32 and in half floats."""
+FILM_PALETTE = Step("palette", {"colors": "film-8"})
 SAMPLES_AROUND_A_CHOICE = 27
 """Samples of 3 x 3 pixels: where one pixel takes another filter of a bank, a second bank spreads that. In
 small pictures these are more than the share above."""
@@ -139,6 +140,13 @@ def test_sizes_and_samples_are_those_of_python(style_browser: StyleBrowser) -> N
         )  # fmt: skip
 
 
+@pytest.mark.parametrize("shape", [(181, 243), (240, 320), (100, 601), (2, 300)])
+def test_colors_of_a_larger_picture_are_taken_as_on_the_cpu(
+    shape: tuple[int, int], style_browser: StyleBrowser
+) -> None:
+    assert fault(style_browser, Style("test", background=(FILM_PALETTE,)), shape, False) == ""
+
+
 def test_noise_is_drawn_anew_as_on_the_cpu(style_browser: StyleBrowser) -> None:
     chosen = Style("test", background=(Step("noise", {"amount": 1.0, "rate": 12}),))
     times = [0.0, 0.04, 0.16, 7200.04]
@@ -151,7 +159,7 @@ def test_noise_is_drawn_anew_as_on_the_cpu(style_browser: StyleBrowser) -> None:
 
 @pytest.mark.parametrize(
     "taken",
-    [Step("equalize", {"settle": 0.3}), Step("palette", {"colors": "film-8"})],
+    [Step("equalize", {"settle": 0.3}), FILM_PALETTE],
     ids=lambda step: step.block,
 )
 def test_what_is_taken_of_a_film_follows_it_as_on_the_cpu(taken: Step, style_browser: StyleBrowser) -> None:

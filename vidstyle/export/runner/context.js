@@ -110,9 +110,16 @@ export class Context {
     return texture;
   }
 
-  /** Returns the texels of a reduced copy of a picture. @param {WebGLTexture} picture @param {Size} size @param {Size} small */
-  shrunk(picture, size, small) {
+  /**
+   * Returns the sampled texels of a picture.
+   * @param {WebGLTexture} picture @param {{stride: number, first: Size, size: Size}} sampling
+   */
+  sampled(picture, { stride, first, size: small }) {
     const gl = this.gl;
+    // A copied texel is the one in the middle of its part of the picture. With an even stride the middle is a border
+    // of two texels: parts that are a little narrower have it within the first of them.
+    const [left, top] = first.map((each) => each - Math.floor((stride - 1) / 2));
+    const [width, height] = small.map((count) => stride * count - ((stride + 1) % 2));
     const copy = this.newTexture(gl.TEXTURE_2D);
     gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGBA8, ...small);
     const [from, into] = [gl.createFramebuffer(), gl.createFramebuffer()];
@@ -120,7 +127,7 @@ export class Context {
     gl.framebufferTexture2D(gl.READ_FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, picture, 0);
     gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, into);
     gl.framebufferTexture2D(gl.DRAW_FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, copy, 0);
-    gl.blitFramebuffer(0, 0, ...size, 0, 0, ...small, gl.COLOR_BUFFER_BIT, gl.NEAREST);
+    gl.blitFramebuffer(left, top, left + width, top + height, 0, 0, ...small, gl.COLOR_BUFFER_BIT, gl.NEAREST);
     gl.bindFramebuffer(gl.FRAMEBUFFER, into);
     const texels = new Uint8Array(4 * small[0] * small[1]);
     gl.readPixels(0, 0, ...small, gl.RGBA, gl.UNSIGNED_BYTE, texels);

@@ -115,8 +115,7 @@ export class Frame {
   takeColors(style, time) {
     const gl = this.context.gl;
     for (const [name, colors] of style.films) {
-      const [width, height] = sampling(this.size, colors.film.side).size;
-      const texels = this.context.shrunk(this.source, this.size, [width, height]);
+      const texels = this.context.sampled(this.source, sampling(this.size, colors.film.side));
       gl.bindTexture(gl.TEXTURE_2D_ARRAY, this.context.texture(name, style.plan));
       gl.texSubImage3D(gl.TEXTURE_2D_ARRAY, 0, 0, 0, 0, colors.count, 6, 1, gl.RED, gl.FLOAT, colors.follow(texels, time));
     }
