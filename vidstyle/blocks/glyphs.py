@@ -88,7 +88,13 @@ def glyphs(
     cell: Annotated[
         float,
         Slider(
-            3, 64, "width of a glyph, rounded to whole pixels", "px", explore=(5, 12), label="Letter size"
+            3,
+            64,
+            "width of a glyph, rounded to whole pixels",
+            "px",
+            explore=(5, 12),
+            label="Letter size",
+            max_detail=1.5,
         ),
     ] = 8,
     invert: Annotated[bool, Switch("dark glyphs on white", label="Dark letters on white")] = False,
