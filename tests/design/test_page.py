@@ -349,7 +349,7 @@ def test_the_server_renders_styles_with_masks(page: Page, tmp_path: Path) -> Non
     page.browser.until("document.getElementById('who').textContent === 'Software'")
     page.drop(file)
     page.browser.until("document.getElementById('name').value === 'keyed'")
-    page.browser.until("document.getElementById('who').textContent === 'Server'")
+    page.browser.until("document.getElementById('who').textContent === 'Preview by vidstyle'")
     page.is_drawn()
 
 

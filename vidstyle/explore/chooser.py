@@ -293,7 +293,7 @@ class Chooser:
         for kind in [*wanted.elements(), *[""] * wanted.total()]:
             if len(chosen) == wanted.total():
                 break
-            of_kind = [each for each in left if kind in ("", each.kind)]
+            of_kind = [each for each in left if kind in ("", each.kind) and not _is_near_same(each, chosen)]
             # Wild cards weigh preference less, to show something unexpected.
             best = self._best(of_kind, [*tiles, *chosen], 0.6 if kind == "wild" and tiles else 1.0)
             if best is not None:
@@ -341,6 +341,11 @@ class Chooser:
         if self._taste is None:
             self._taste = Taste(np.eye(1, len(features))[0])
         return self._taste
+
+
+def _is_near_same(tile: Tile, others: Sequence[Tile]) -> bool:
+    """Whether a tile is near the same shipped style as one of the others."""
+    return tile.kind == "shipped" and any(each.parents == tile.parents for each in others)
 
 
 def _is_apart(tile: Tile, others: Sequence[Tile]) -> bool:

@@ -1,7 +1,7 @@
 // The page of an exported style. `vidstyle.export.page` joins it with the modules that it imports.
 
 import { announce } from "./announce.js";
-import { get } from "./elements.js";
+import { get, title } from "./elements.js";
 import { missing, Runner } from "./runner.js";
 import { Viewer } from "./viewer.js";
 
@@ -25,6 +25,7 @@ async function start() {
   document.body.classList.toggle("bare", options.has("bare"));
   const viewer = new Viewer(new Runner({ onrestored: () => viewer.redraw() }));
   const data = readData();
+  for (const heading of document.querySelectorAll("h1")) heading.textContent = title(data.name);
   const wanted = data.plans.find(({ side }) => String(side) === options.get("side"));
   await viewer.show(data, wanted?.side);
   if (options.has("camera")) await viewer.source.openCamera(options.get("camera") ?? "");

@@ -96,6 +96,7 @@ def page_data(style: Style, sides: Sequence[int] = WORKING_SIDES_PX) -> dict[str
         "shaders": texts,
         "textures": textures,
         "controls": shown,
+        "focus": bool(style.focus and style.height),
         "fixed": [control["path"] for control in controls if control not in shown],
         "variants": _variants(style, shown),
     }

@@ -105,7 +105,7 @@ export class Bar {
       menu.replaceChildren(...sides.map((each) => new Option(each === own ? `${each} lines (film size)` : `${each} lines`, String(each))));
     menu.value = String(sides.reduce((best, each) => (each <= side ? each : best), sides[0]));
     /** @type {HTMLSelectElement} */ (get("where")).value = where;
-    get("who").textContent = where === "server" ? "Server" : restyler.isFast ? "GPU" : "Software";
+    get("who").textContent = where === "server" ? "Preview by vidstyle" : restyler.isFast ? "Preview on the GPU" : "Preview in software";
     get("device").textContent = where === "page" ? restyler.runner?.device ?? "" : "vidstyle renders on this computer and sends the frames.";
   }
 

@@ -1,6 +1,6 @@
 // The start screen: all styles, previewed on the user's picture.
 
-import { get, icon, make, title } from "./elements.js";
+import { clock, get, icon, make, press, title } from "./elements.js";
 
 /** @typedef {import("./types.js").StyleInfo} StyleInfo */
 
@@ -11,14 +11,35 @@ const OTHER_PAGES = {
   live: ["camera", "Live camera", "Restyle a webcam while you watch"],
 };
 
+/** Kinds of looks: what their descriptions say. @type {Record<string, RegExp>} */
+const GROUPS = {
+  All: /^/,
+  Drawn: /drawing|sketch|engraving|woodcut|crayon|cartoon|animated|manga|blueprint/i,
+  Painted: /paint|watercolour|glass/i,
+  Printed: /\bprint|engraving|woodcut|manga/i,
+  "On a screen": /screen\b|screens\b|pixel|tape|camera|neon/i,
+};
+/** The film of `vidstyle open` before one is opened. */
+const EXAMPLE = "demo";
+
 /** The server accepts no larger files. */
 const MAX_UPLOAD_BYTES = 2 ** 31;
+
+/** A part of a description that is shorter says nothing that the name does not say. */
+const MIN_SUMMARY_LENGTH = 20;
+
+/** Returns the part of a description that says most in a few words. @param {string} note */
+function summary(note) {
+  const [first, second] = note.split(/[:.;]\s/);
+  return first.length < MIN_SUMMARY_LENGTH && second ? title(second.split(/, (?:with|as|and|denser)\b/)[0]) : first;
+}
 
 /** Opens a shipped style, a new style, a draft or a file. */
 export class Start {
   /** @type {HTMLImageElement[]} */
   #pictures = [];
   #fresh = false;
+  #group = "All";
   /** The tile of a new style. @type {HTMLElement | null} */
   #new = null;
   #name = "";
@@ -37,6 +58,8 @@ export class Start {
     this.root = get("start");
     this.finder = /** @type {HTMLInputElement} */ (get("find-look"));
     this.finder.addEventListener("input", () => this.#filter());
+    for (const name of Object.keys(GROUPS)) get("groups").append(make("button", { type: "button", textContent: name, onclick: () => this.#choose(name) }));
+    this.#choose("All");
     // The first tile has the focus at once; its ring would look like a choice before a key is pressed.
     addEventListener("keydown", () => document.body.classList.add("keys"));
     get("back").addEventListener("click", () => this.show(false));
@@ -76,7 +99,12 @@ export class Start {
     this.#name = clip.name.split(/[\\/]/).at(-1) ?? "";
     this.#fresh = false;
     get("previews").textContent = "";
-    get("source-name").textContent = this.#name;
+    const isExample = this.#name === EXAMPLE;
+    get("source-name").textContent = isExample ? "An example" : this.#name;
+    const size = clip.size.join(" × ");
+    get("source-facts").textContent = clip.live ? "camera" : clip.count > 1 ? `${clock(clip.count / clip.fps)}, ${size}` : size;
+    for (const button of document.querySelectorAll(".choose-file")) button.textContent = isExample ? "Open a film or photograph…" : "Open another…";
+    document.body.classList.toggle("opened", !isExample);
     for (const picture of this.#pictures) picture.classList.add("waiting");
     if (this.isOpen) this.show(true);
   }
@@ -91,19 +119,30 @@ export class Start {
     const tiles = styles.map(({ name, note }) => {
       const shown = make("img", { alt: "", className: "waiting", width: 320, height: 180 });
       this.#pictures.push(shown);
-      const tile = this.#tile(title(name), note.split(/(?<=\.)\s/)[0], () => this.open("open", { style: name }));
+      const tile = this.#tile(title(name), summary(note), () => this.open("open", { style: name }));
       tile.prepend(shown);
+      tile.dataset.note = note.split(" Tune ")[0];
       return tile;
     });
     get("tiles").replaceChildren(...(document.body.classList.contains("front") ? [...tiles, fresh] : [fresh, ...tiles]));
     this.#filter();
   }
 
-  /** Shows the looks with all the words that are typed. */
+  /** Shows the looks of one kind. @param {string} name */
+  #choose(name) {
+    this.#group = name;
+    for (const button of get("groups").children) press(button, button.textContent === name);
+    this.#filter();
+  }
+
+  /** Shows the looks of the chosen kind with all the words that are typed. */
   #filter() {
     const words = this.finder.value.toLowerCase().split(/\s+/);
     const tiles = /** @type {HTMLElement[]} */ ([...get("tiles").children]);
-    for (const tile of tiles) tile.hidden = !words.every((word) => String(tile.textContent).toLowerCase().includes(word));
+    for (const tile of tiles) {
+      const text = `${tile.textContent} ${tile.dataset.note ?? ""}`;
+      tile.hidden = !GROUPS[this.#group].test(text) || !words.every((word) => text.toLowerCase().includes(word));
+    }
     get("no-look").hidden = tiles.some((tile) => !tile.hidden);
   }
 
@@ -142,7 +181,7 @@ export class Start {
 
   /** Says how many previews are made. @param {{done: number, total: number}} made */
   #report({ done, total }) {
-    get("previews").textContent = done < total ? `Rendering previews: ${done} of ${total}` : `on ${this.#name}`;
+    get("previews").textContent = done < total ? `Rendering previews: ${done} of ${total}` : this.#name === EXAMPLE ? "on an example" : `on ${this.#name}`;
   }
 
   /** Turns the screen into the front page. @param {{pages: string[], reveal: boolean}} front */

@@ -18,6 +18,7 @@ def describe_clip(exploration: Exploration, has_designer: bool) -> dict[str, Any
         "size": exploration.clip.size,
         "frames": list(exploration.frames),
         "rate": exploration.rate,
+        "fps": float(exploration.clip.fps),
         "count": exploration.clip.count,
         "render": not exploration.clip.live,
         "design": has_designer,

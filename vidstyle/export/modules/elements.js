@@ -64,8 +64,14 @@ export function download(blob, name) {
 /** Replaces underscores with spaces. @param {string} name */
 export const words = (name) => name.replaceAll("_", " ");
 
+/** Names that are abbreviations. */
+const ABBREVIATIONS = /^(ascii|crt|vhs)\b/;
+
 /** Returns a name as words that start with a capital letter. @param {string} text */
-export const title = (text) => words(text).replace(/^\w/, (letter) => letter.toUpperCase());
+export const title = (text) => words(text).replace(ABBREVIATIONS, (name) => name.toUpperCase()).replace(/^\w/, (letter) => letter.toUpperCase());
+
+/** Returns a time as minutes and seconds. @param {number} seconds */
+export const clock = (seconds) => `${Math.floor(seconds / 60)}:${String(Math.floor(seconds % 60)).padStart(2, "0")}`;
 
 const SVG_NAMESPACE = "http://www.w3.org/2000/svg";
 

@@ -21,6 +21,7 @@ import { switchTheme } from "./theme.js";
  * @property {SizedPlan[]} plans
  * @property {import("./plan_values.js").Entry[]} controls
  * @property {string[]} fixed paths of parameters without a control
+ * @property {boolean} focus whether the style has finer detail in faces elsewhere
  * @property {Record<string, Record<string, any>>} variants
  */
 
@@ -101,10 +102,11 @@ export class Viewer {
   }
 
   /** @param {StyleData} data */
-  #facts({ fixed, plans }) {
+  #facts({ fixed, focus, plans }) {
     const facts = [this.runner.isSoftware ? "Rendered without a GPU, so this will be slow." : `Rendered on ${this.runner.device}.`];
     if (fixed.length) facts.push(`Fixed in this file: ${fixed.join(", ")}.`);
-    if (plans[0].plan.server.includes("steady")) facts.push("Temporal smoothing is only available in vidstyle render.");
+    const missing = [...(plans[0].plan.server.includes("steady") ? ["temporal smoothing"] : []), ...(focus ? ["finer detail in faces"] : [])];
+    if (missing.length) facts.push(`Only in vidstyle itself: ${missing.join(", ")}.`);
     if (plans[0].plan.server.includes("masks")) facts.push("Masks are only available in vidstyle: here, people fill the picture.");
     return facts;
   }

@@ -1,6 +1,6 @@
 // The page of a preview sheet. `vidstyle.gallery.preview` joins it with the modules that it imports.
 
-import { get, press } from "./elements.js";
+import { get, press, title } from "./elements.js";
 import { SHARED_KEYS } from "./shared_keys.js";
 import { switchTheme } from "./theme.js";
 
@@ -20,7 +20,7 @@ function show(number) {
   const { alt, src } = pictureOf(shown);
   before.src = pictureOf(0).src;
   Object.assign(after, { src, alt });
-  for (const id of ["name", "tag"]) get(id).textContent = alt;
+  for (const id of ["name", "tag"]) get(id).textContent = title(alt);
   get("count").textContent = shown ? `${shown} of ${figures.length - 1}` : "";
   const note = figures[shown].querySelector(".note")?.cloneNode(true);
   get("note").replaceChildren(...(note?.childNodes ?? []));
@@ -65,7 +65,10 @@ const KEYS = {
   [SHARED_KEYS.zoom]: () => large.close(),
 };
 
-for (const [number, figure] of figures.entries()) figure.querySelector("button")?.addEventListener("click", () => show(number));
+for (const [number, figure] of figures.entries()) {
+  figure.querySelector("button")?.addEventListener("click", () => show(number));
+  figure.querySelector("strong")?.replaceChildren(title(pictureOf(number).alt));
+}
 get("previous").addEventListener("click", () => show(shown - 1));
 get("next").addEventListener("click", () => show(shown + 1));
 get("split").addEventListener("click", () => split(!isSplit));

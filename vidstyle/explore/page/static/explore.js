@@ -3,7 +3,7 @@
 import { announce } from "./announce.js";
 import { Lightbox } from "./lightbox.js";
 import { LostNotice } from "./lost.js";
-import { get, make, makeSvg, press, resize } from "./elements.js";
+import { clock, get, make, makeSvg, press, resize } from "./elements.js";
 import { LoadedPlans, PagePainter, ServerPainter } from "./painters.js";
 import { missing, Runner } from "./runner.js";
 import { Connection } from "./socket.js";
@@ -90,6 +90,7 @@ function takeClip(next) {
   const [width, height] = next.size;
   document.documentElement.style.setProperty("--aspect", `${width} / ${height}`);
   get("position").hidden = next.frames.length === next.count || next.count < 2;
+  get("moment-time").textContent = clock(next.frames[0] / next.fps);
   tiles.fit(width / height);
   painter.keep(new Set());
   source.open(next, inPage ? tileSide() : null);
@@ -345,7 +346,7 @@ for (const kind of /** @type {const} */ (["dragover", "dragleave", "drop"])) add
 const help = /** @type {HTMLDialogElement} */ (get("help"));
 get("ask").onclick = () => help.showModal();
 get("renderer").textContent = inPage ? `Rendered by this browser on ${runner?.device}.` : "Rendered by vidstyle: this browser cannot use a GPU.";
-get("where").textContent = inPage ? "Rendered by this browser, on your GPU" : "Rendered by vidstyle";
+get("where").textContent = inPage ? "Preview by this browser, on your GPU" : "Preview by vidstyle";
 get("switch").textContent = inPage ? "Render with vidstyle" : "Render in this browser";
 get("switch").hidden = !runner;
 get("switch").onclick = () => location.replace(`?where=${inPage ? "server" : "page"}`);

@@ -6,6 +6,7 @@
  * @property {[number, number]} size width and height
  * @property {number[]} frames the numbers of the frames of the excerpt
  * @property {number} rate the frame rate of the excerpt
+ * @property {number} fps the frame rate of the film
  * @property {number} count the number of all frames; 1 for a photograph
  * @property {boolean} render whether it can be rendered
  * @property {boolean} design whether the designer can be opened

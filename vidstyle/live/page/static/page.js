@@ -113,7 +113,7 @@ function showStatus(now) {
     [now.size.join("×"), "width and height of the picture"],
     [`${rate().toFixed(0)} fps`, `frames shown per second on this page; restyled: ${now.rate.toFixed(1)}`],
     [`${now.shown_ms.toFixed(0)} ms`, "median latency from capture to this page"],
-    [`${now.dropped} dropped`, `of ${now.frames + now.dropped} captured frames`],
+    [now.dropped ? `${now.dropped} skipped to stay live` : "", `of ${now.frames + now.dropped} captured frames`],
     [now.degraded, "reduced to keep the frame rate"],
     ...now.targets.filter(([name]) => name !== "page").map((target) => [target.join(": "), "another target"]),
   ];
