@@ -209,7 +209,7 @@ def test_a_style_file_holds_what_the_options_change_and_the_comments(tmp_path: P
     mine, ink = load_style(target), load_style("ink:dark-blue")
     assert (mine.name, mine.ink, mine.steady, mine.height) == ("mine", ink.ink, 0.2, 1080)
     assert mine.steps == override(ink, ["flow_dog.p=22"]).steps
-    assert "# Low contrast would give blank paper." in target.read_text()
+    assert "# Faint grain and texture are flattened before contrast is r" in target.read_text()
 
 
 def test_an_export_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
