@@ -23,7 +23,7 @@ from vidstyle.errors import UsageError
 if TYPE_CHECKING:
     from vidstyle.batch.batch import BatchOptions
     from vidstyle.batch.batch_film import BatchFilm
-    from vidstyle.batch.planner import FilmLook, Settings
+    from vidstyle.batch.planner import FilmLook, Planner, Settings
     from vidstyle.batch.processes import Executor
 
 MAX_JOBS = 1024
@@ -87,23 +87,12 @@ def batch(
     with one name per line. Finished films are skipped, unless their source, style or options have changed. A
     film that fails is reported, and the others continue. --threads is per film.
     """
-    from vidstyle.batch.batch import BatchOptions, FilmBatch
-    from vidstyle.batch.division import check_options
     from vidstyle.batch.film_checks import preview
     from vidstyle.batch.inputs import find_sources
     from vidstyle.batch.planner import Planner
     from vidstyle.batch.report import exit_code
-    from vidstyle.batch.resources import shared_cores
-    from vidstyle.batch.watch import WatchedFolder
-    from vidstyle.cli.terminal.batch_display import batch_display
-    from vidstyle.pipeline.stopping import stop_on_signals
 
-    watched: Path | None = options["watch"]
-    if options["segment"] is not None:
-        check_options(options)
-    _check(inputs, template, watched, as_json and as_csv)
-    if options["address"]:
-        _check_cluster(options)
+    _check(inputs, template, options, as_json and as_csv)
     planner = Planner(str(template), _looks({**options, "style_name": style_name}))
     films = planner.films(find_sources(inputs))
     if options["segment"] is not None:
@@ -113,37 +102,65 @@ def batch(
             preview(film, overwrite)
         _print(films, as_json, as_csv)
         return exit_code(films)
-    is_open, every = watched is not None, options["segment"]
     processes = _processes(options["address"])
-    most = MAX_JOBS if is_open or every else len(films)
+    work = _share_cores(context, options, processes, len(films))
+    if options["emit"]:
+        click.echo(_job(films, work, options["emit"]))
+        return exit_code(films)
+    code, films = _run(planner, films, work, processes, options["watch"], progress)
+    _print(films, as_json, as_csv)
+    return code
+
+
+def _share_cores(
+    context: click.Context, options: dict[str, Any], processes: Executor, films: int
+) -> BatchOptions:
+    """Decide how many films are rendered at the same time, and with how many threads each."""
+    from vidstyle.batch.batch import BatchOptions
+    from vidstyle.batch.resources import shared_cores
+
+    every = options["segment"]
+    most = MAX_JOBS if options["watch"] or every else films
     jobs, threads = shared_cores(options["jobs"], most, processes.room)
     if every and core_count().reason != "--threads":
         threads = 1  # the packets of an encoder depend on its number of threads
     words = given_words(context, (film_option_names() | {"by", "seed"}) - {"threads"})
     every_text = every and f"{float(every):g}"
-    work_options = BatchOptions(jobs, threads, words, overwrite, options["retry"], every_text)
-    if options["emit"]:
-        click.echo(_job(films, work_options, options["emit"]))
-        return exit_code(films)
+    return BatchOptions(jobs, threads, words, context.params["overwrite"], options["retry"], every_text)
+
+
+def _run(
+    planner: Planner,
+    films: list[BatchFilm],
+    options: BatchOptions,
+    processes: Executor,
+    watched: Path | None,
+    progress: str,
+) -> tuple[int, list[BatchFilm]]:
+    """Render all films, and those that come into the watched folder; return the exit code and all films."""
+    from vidstyle.batch.batch import FilmBatch
+    from vidstyle.batch.report import exit_code
+    from vidstyle.batch.watch import WatchedFolder
+    from vidstyle.cli.terminal.batch_display import batch_display
+    from vidstyle.pipeline.stopping import stop_on_signals
+
     began = time.monotonic()
     with stop_on_signals() as stop, batch_display(progress) as show:
-        work = FilmBatch(
-            films,
-            work_options,
-            processes,
-            show.notice,
-            lambda film: show.end(film, work.films),
-        )
+        work = FilmBatch(films, options, processes, show.notice, lambda film: show.end(film, work.films))
         folder = None if watched is None else WatchedFolder(watched)
         more = None if folder is None else lambda: planner.films(folder.complete_sources(), work.films)
         work.run(stop, lambda: show.update(work.films, time.monotonic() - began), more)
     event("summary", {"films": [film.as_dict() for film in work.films]})
-    _print(work.films, as_json, as_csv)
-    return stop.exit_code or exit_code(work.films)
+    return stop.exit_code or exit_code(work.films), work.films
 
 
-def _check(inputs: tuple[str, ...], template: str | None, watched: Path | None, both: bool) -> None:
-    """Raise UsageError if an argument is missing, or two contradict each other."""
+def _check(inputs: tuple[str, ...], template: str | None, options: dict[str, Any], both: bool) -> None:
+    """Raise UsageError if an argument is missing or cannot be used, or two contradict each other."""
+    from vidstyle.batch.division import check_options
+
+    watched: Path | None = options["watch"]
+    if options["segment"] is not None:
+        check_options(options)
     if not inputs and watched is None:
         raise click.UsageError("INPUT is missing")
     if template is None:
@@ -155,6 +172,8 @@ def _check(inputs: tuple[str, ...], template: str | None, watched: Path | None, 
         raise UsageError("--csv", "contradicts --json", "remove one of them")
     if watched is not None and not watched.is_dir():
         raise UsageError("--watch", f"{watched} is not a folder")
+    if options["address"]:
+        _check_cluster(options)
 
 
 def _check_local(template: str, films: list[BatchFilm]) -> None:
