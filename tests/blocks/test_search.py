@@ -11,6 +11,15 @@ from vidstyle.style.model import FIELDS
 
 WORDS = """
 contrast: equalize minimum_range
+more contrast: equalize minimum_range
+washed out: saturation minimum_range
+b&w: to_gray soft_threshold
+smoothing: gaussian tvf kuwahara detail
+brushes: strokes etf kuwahara
+pen and ink: flow_xdog flow_dog
+colored pencil: pattern lic flow_xdog
+hand drawn: flow_xdog pattern
+skin smoothing: tvf kuwahara
 brightness: brightness
 lighten: brightness
 darken: brightness

@@ -8,8 +8,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from vidstyle.block import CATEGORIES, Block, Parameter
 from vidstyle.errors import suggest
 
-SPELLINGS = {"colour": "color", "grey": "gray", "-": " ", "_": " "}
+SPELLINGS = {"b&w": "black and white", "&": "and", "colour": "color", "grey": "gray", "-": " ", "_": " "}
 """Spellings that are the same in a search."""
+FILLERS = frozenset("a an and by in it less like look make more much of on the to very with".split())
+"""Words that say nothing about a block, unless there is no other word."""
+ENDINGS = re.compile(r"(?:ness|(?<=[sc]h)es|s|ier|ing|ish|er|ed|ly|y)$")
+"""Endings that a search ignores."""
+MIN_STEM_LENGTH = 3
+LAST_NAME_RANK = 3
+"""The last rank of a match in the label, name or aliases of a block."""
 
 
 def find_blocks(text: str, blocks: Mapping[str, Block]) -> list[str]:
@@ -68,7 +75,29 @@ def _ranked(text: str, texts: dict[str, tuple[str, ...]]) -> list[str]:
     asked = _normal(text).strip()
     ranks = {name: _rank(asked, each) for name, each in texts.items()}
     found = {name: rank for name, rank in ranks.items() if rank is not None}
+    if min(found.values(), default=LAST_NAME_RANK + 1) > LAST_NAME_RANK:
+        found = _ranked_by_word(asked, texts) | found
     return sorted(found, key=lambda name: (found[name], name))
+
+
+def _ranked_by_word(asked: str, texts: Mapping[str, Sequence[str]]) -> dict[str, int]:
+    """Rank the names whose texts have any of the words, or words of the same stem: most words first."""
+    words = [word for word in asked.split() if word not in FILLERS] or asked.split()
+    stems = [stem for stem in map(_stem, words) if len(stem) >= MIN_STEM_LENGTH]
+    counts = {name: sum(_rank(stem, each) is not None for stem in stems) for name, each in texts.items()}
+    return {name: LAST_NAME_RANK + 1 - count for name, count in counts.items() if count}
+
+
+def _stem(word: str) -> str:
+    """Return a word without its ending.
+
+    >>> [_stem(word) for word in ("smoothing", "brighter", "blurry", "brushes", "lines", "ink")]
+    ['smooth', 'bright', 'blur', 'brush', 'line', 'ink']
+    """
+    stem = ENDINGS.sub("", word)
+    if len(stem) < MIN_STEM_LENGTH:
+        return word
+    return stem[:-1] if stem != word and stem[-1] == stem[-2] else stem
 
 
 def _rank(asked: str, texts: Sequence[str]) -> int | None:

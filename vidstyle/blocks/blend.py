@@ -119,7 +119,10 @@ def _burn(below, above):  # type: ignore[no-untyped-def]
     on="channels",
     label="Blend pictures",
     category="combine",
-    aliases="mix, overlay, multiply, screen, merge, layer, double exposure, opacity, glow, bloom, mask",
+    aliases=(
+        "mix, overlay, multiply, screen, merge, layer, double exposure, opacity, glow, bloom, "
+        "mask, dreamy, shine, light leak"
+    ),
 )
 def blend(
     picture: np.ndarray,

@@ -15,7 +15,7 @@ from vidstyle.blocks.equalize import stretch
     on="luma",
     label="Brightness",
     category="tone",
-    aliases="exposure, lighten, lighter, darken, darker, gain, light, shadows, highlights, gamma",
+    aliases="exposure, lighten, lighter, darken, darker, gain, light, shadows, highlights, gamma, gloomy",
 )
 def brightness(
     luma: np.ndarray,

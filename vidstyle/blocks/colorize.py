@@ -18,7 +18,8 @@ from vidstyle.core.kernels import compiled, gray_or_interleaved, interleaved
     label="Tint",
     category="color",
     aliases=(
-        "sepia, monochrome, one colour, toned, duotone, old photograph, cyanotype, warm, cold, recolor, tint"
+        "sepia, monochrome, one colour, toned, duotone, old photograph, cyanotype, warm, "
+        "cold, recolor, tint, brown"
     ),
 )
 def colorize(

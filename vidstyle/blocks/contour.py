@@ -19,7 +19,7 @@ MIN_SQUARE = np.float32(1e-12)
     radius=lambda: 1,
     label="Faint edges",
     category="parts",
-    aliases="silhouette, pale on pale, white on white, dark on dark",
+    aliases="silhouette, pale on pale, white on white, dark on dark, borders",
 )
 def contour(
     picture: np.ndarray,

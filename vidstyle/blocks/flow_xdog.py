@@ -18,7 +18,7 @@ _LINE_PARAMETERS, _INK_PARAMETERS = flow_dog.parameters, soft_threshold.paramete
     category="lines",
     aliases=(
         "outlines, contour, pen, pencil, sketch, drawing, line art, cartoon, comic, manga, edge "
-        "detection, XDoG, coloring book, woodcut, linocut"
+        "detection, XDoG, coloring book, woodcut, linocut, hand drawn, ballpoint, quill"
     ),
 )
 def flow_xdog(

@@ -32,7 +32,7 @@ def _radius(sigma: float) -> int:
     category="smooth",
     aliases=(
         "soften, smooth, soft focus, out of focus, depth of field, denoise, noise reduction, glow, "
-        "bloom, haze"
+        "bloom, haze, tilt shift, dreamy, misty, fog"
     ),
 )
 def gaussian(

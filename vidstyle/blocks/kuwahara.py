@@ -58,7 +58,7 @@ def _radius(radius: float, stretch: float) -> int:
     category="paint",
     aliases=(
         "painting, brush, brush strokes, flat, flatten, simplify, abstract, anime, cartoon, toon, "
-        "watercolor, watercolour, smooth, denoise, artistic"
+        "watercolor, watercolour, smooth, denoise, artistic, acrylic, gouache, wash"
     ),
 )
 def kuwahara(

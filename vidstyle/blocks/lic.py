@@ -29,7 +29,7 @@ def _radius(length: float, size: float) -> int:
     category="paint",
     aliases=(
         "pencil, crayon, charcoal, chalk, pastel, hatching, fur, brush marks, wood grain, canvas, "
-        "line integral convolution, texture"
+        "line integral convolution, texture, graphite"
     ),
 )
 def lic(

@@ -16,7 +16,7 @@ from vidstyle.blocks.equalize import MIN_RANGE, stretch
     percentiles=lambda: (5, 95),
     label="Contrast boost",
     category="tone",
-    aliases="dynamic range, dull pictures, haze, fade, levels, shadows, highlights",
+    aliases="dynamic range, dull pictures, haze, fade, levels, shadows, highlights, washed out, punchy",
 )
 def minimum_range(
     luma: np.ndarray,

@@ -27,7 +27,9 @@ def _radius(size: float, gap: float, edges: float) -> int:
     radius=_radius,
     label="Mosaic",
     category="print",
-    aliases="stained glass, tiles, cells, voronoi, cross stitch, crystal, polygons, low poly",
+    aliases=(
+        "stained glass, tiles, cells, voronoi, cross stitch, crystal, polygons, low poly, lego, patchwork"
+    ),
 )
 def mosaic(
     picture: np.ndarray,

@@ -39,7 +39,7 @@ KEPT_BYTES = 1 << 28
     category="texture",
     aliases=(
         "film grain, noise, paper, texture, canvas, old film, dust, analog, clouds, speckle, "
-        "watercolor, watercolour"
+        "watercolor, watercolour, linen, vintage, scratches"
     ),
 )
 def noise(

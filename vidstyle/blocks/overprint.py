@@ -18,7 +18,7 @@ _INKS = separate.parameters
     on="color",
     label="Print in spot inks",
     category="print",
-    aliases="riso, screen print, spot colours, plates, ink",
+    aliases="riso, screen print, spot colours, plates, ink, risograph",
 )
 def overprint(
     picture: np.ndarray,

@@ -65,7 +65,7 @@ def _table(lines: list[str]) -> tuple[np.ndarray]:
     category="color",
     aliases=(
         "few colours, limited colours, reduce colours, quantize, duotone, 8-bit, pixel art, retro, "
-        "recolor, posterize"
+        "recolor, posterize, two tone, game console"
     ),
 )
 def palette(

@@ -64,7 +64,10 @@ def _raster(spacing: float, angle: float, layout: str, wobble: float) -> Raster 
     chroma="dropped",
     label="Hatching",
     category="lines",
-    aliases="crosshatch, cross-hatching, pencil, sketch, pen, shading, drawing, engraving",
+    aliases=(
+        "crosshatch, cross-hatching, pencil, sketch, pen, shading, drawing, engraving, "
+        "hand drawn, scribble, graphite"
+    ),
 )
 def pattern(
     luma: np.ndarray,

@@ -23,7 +23,10 @@ def whole_side(size: float | np.float32) -> int:
     raster=lambda size: Raster.of_cells(whole_side(size), whole_side(size)),
     label="Pixels",
     category="print",
-    aliases="pixel art, 8-bit, blocks, censor, mosaic, tiles, retro, video game, low resolution",
+    aliases=(
+        "pixel art, 8-bit, blocks, censor, mosaic, tiles, retro, video game, low resolution, "
+        "minecraft, gameboy"
+    ),
 )
 def pixelate(
     picture: np.ndarray,

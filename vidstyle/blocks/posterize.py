@@ -17,7 +17,7 @@ from vidstyle.core.kernels import TIE_LIFT, compiled, interleaved
     category="color",
     aliases=(
         "flat, poster, fewer colours, few colours, screen print, pop art, tones, simplify, levels, "
-        "bands, steps"
+        "bands, steps, warhol, vector, cut paper"
     ),
 )
 def posterize(

@@ -19,7 +19,7 @@ from vidstyle.core.kernels import compiled
     chroma="dropped",
     label="Relief",
     category="texture",
-    aliases="emboss, bump, light, 3d, impasto, plaster, canvas, texture",
+    aliases="emboss, bump, light, 3d, impasto, plaster, canvas, texture, linen, carving",
 )
 def relief(
     luma: np.ndarray,

@@ -18,7 +18,7 @@ from vidstyle.core.color.deferred_color import Mixed
     category="color",
     aliases=(
         "saturation, vibrance, vivid, vibrant, desaturate, muted, pale, colourful, colorful, gray, "
-        "black and white"
+        "black and white, washed out, punchy, dull, colourless, rainbow"
     ),
 )
 def saturation(

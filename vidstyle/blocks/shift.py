@@ -36,7 +36,8 @@ def _radius(y: float, x: float, jitter: float) -> int:
     category="texture",
     aliases=(
         "chromatic aberration, glitch, vhs, misregistration, colour fringe, rgb split, wobble, "
-        "jitter, offset, move, tape, anaglyph, old television, old tv"
+        "jitter, offset, move, tape, anaglyph, old television, old tv, shaky, wavy, ghosting, "
+        "3d glasses, double vision, broken television, red and blue"
     ),
 )
 def shift(

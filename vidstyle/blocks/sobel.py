@@ -17,7 +17,7 @@ from vidstyle.core.kernels import compiled
     chroma="dropped",
     label="Edge detection",
     category="lines",
-    aliases="edges, find edges, outline, outlines, contour, neon, glow, gradient",
+    aliases="edges, find edges, outline, outlines, contour, neon, glow, gradient, borders",
 )
 def sobel(
     luma: np.ndarray,

@@ -26,7 +26,9 @@ SLOPE_CONTROL = Slider(
     on="channels",
     label="Black and white",
     category="tone",
-    aliases="threshold, ink, stencil, silhouette, high contrast, photocopy, noir, woodcut, linocut, binary",
+    aliases=(
+        "threshold, ink, stencil, silhouette, high contrast, photocopy, noir, woodcut, linocut, binary, stamp"
+    ),
 )
 def soft_threshold(
     picture: np.ndarray,

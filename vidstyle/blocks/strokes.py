@@ -35,7 +35,7 @@ def _radius(length: float, width: float) -> int:
     category="paint",
     aliases=(
         "painting, brush, impressionist, pointillism, points, dots, van gogh, painterly, stippling, "
-        "crayon, pastel, oil painting, daubs"
+        "crayon, pastel, oil painting, daubs, wax, acrylic, gouache"
     ),
 )
 def strokes(

@@ -24,7 +24,7 @@ step."""
     category="smooth",
     aliases=(
         "denoise, noise reduction, remove grain, smooth, soften, skin, flat, simplify, cartoon, "
-        "abstract, watercolor, watercolour"
+        "abstract, watercolor, watercolour, wash, bleed"
     ),
 )
 def tvf(
