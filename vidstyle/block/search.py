@@ -15,7 +15,7 @@ FILLERS = frozenset("a an and by in it less like look make more much of on the t
 ENDINGS = re.compile(r"(?:ness|(?<=[sc]h)es|s|ier|ing|ish|er|ed|ly|y)$")
 """Endings that a search ignores."""
 MIN_STEM_LENGTH = 3
-LAST_NAME_RANK = 3
+MAX_NAME_RANK = 3
 """The last rank of a match in the label, name or aliases of a block."""
 
 
@@ -75,7 +75,7 @@ def _ranked(text: str, texts: dict[str, tuple[str, ...]]) -> list[str]:
     asked = _normal(text).strip()
     ranks = {name: _rank(asked, each) for name, each in texts.items()}
     found = {name: rank for name, rank in ranks.items() if rank is not None}
-    if min(found.values(), default=LAST_NAME_RANK + 1) > LAST_NAME_RANK:
+    if min(found.values(), default=MAX_NAME_RANK + 1) > MAX_NAME_RANK:
         found = _ranked_by_word(asked, texts) | found
     return sorted(found, key=lambda name: (found[name], name))
 
@@ -85,7 +85,7 @@ def _ranked_by_word(asked: str, texts: Mapping[str, Sequence[str]]) -> dict[str,
     words = [word for word in asked.split() if word not in FILLERS] or asked.split()
     stems = [stem for stem in map(_stem, words) if len(stem) >= MIN_STEM_LENGTH]
     counts = {name: sum(_rank(stem, each) is not None for stem in stems) for name, each in texts.items()}
-    return {name: LAST_NAME_RANK + 1 - count for name, count in counts.items() if count}
+    return {name: MAX_NAME_RANK + 1 - count for name, count in counts.items() if count}
 
 
 def _stem(word: str) -> str:
