@@ -114,6 +114,8 @@ def test_a_tile_is_drawn_by_the_server_as_the_style_draws_it(page: ExploreServer
     source = picture(visitor, f"/frame.jpg?frame={frame}&side=180")
     assert np.abs(source.astype(float) - drawn).mean() > 8
     assert picture(visitor, f"/look.jpg?tile={tile}").shape[:2] == look.shape[:2]
+    assert 0 < len(page.exploration.tries) <= 9, "candidates are seen before the first screen is chosen"
+    assert picture(visitor, "/tried.jpg?number=0").shape[:2] == look.shape[:2]
 
 
 def test_a_plan_is_sent_once_and_then_its_values(page: ExploreServer, visitor: Visitor) -> None:
@@ -247,7 +249,7 @@ def test_a_shipped_style_keeps_its_name(name: str, folder: Path) -> None:
      "/tile.jpg?tile=99999&frame=0&side=180", "/tile.jpg?tile=-1&frame=0&side=180",
      "/frame.jpg?frame=0&side=99999",
      "/frame.jpg?frame=1e3&side=180", "/look.jpg?tile=٣", "/look.jpg?tile=../../x", "/pad.jpg?tile=99999",
-     "/tuned.jpg?tile=0&x=2&y=0&frame=0&side=180", "/tuned.jpg?tile=0&x=nan&y=0&frame=0&side=180",
+     "/tried.jpg?number=9", "/tuned.jpg?tile=0&x=2&y=0&frame=0&side=180", "/tuned.jpg?tile=0&x=nan&y=0&frame=0&side=180",
      "/exploration.py", "/explore.html"],
 )  # fmt: skip
 def test_no_other_picture_is_to_be_had(visitor: Visitor, path: str) -> None:

@@ -41,6 +41,8 @@ EXCERPT_SECONDS, MAX_EXCERPT_RATE = 3.0, 15.0
 """Length of the excerpt that plays in the tiles, and its maximum frame rate."""
 MATCH_SIDE_PX, MATCH_COUNT = 360, 30
 """Side at which looks are compared with a reference, and how many of the nearest styles may become tiles."""
+MAX_TRIES = 9
+"""Number of candidates that are shown before there is a screen."""
 PAD_GRID_SIZE = 5
 """Rows and columns of the samples on a tuning pad."""
 
@@ -51,6 +53,7 @@ class Exploration(Closing):
     Attributes:
         chooser: screens and favourites; read it only between choices.
         on_progress: receives progress while a screen is made.
+        tries: pictures of candidates for the first screen, as JPEG, to be seen until there is one.
         references: the pictures whose looks the user wanted, as JPEG, the latest last.
         frames: the frame numbers of the excerpt.
         rate: the frame rate of the excerpt.
@@ -70,6 +73,7 @@ class Exploration(Closing):
         self._latest, self._is_closed = -1, False
         self.on_progress: ProgressCallback = ignore_progress
         self.references: list[bytes] = []
+        self.tries: list[bytes] = []
         self._ahead: list[tuple[str, Future[Look | None]]] = []
         self.move_to(0.4)
         self.glance = encode(clip.glance(self.frames[0], MAX_LOOK_SIDE_PX), "jpeg")
@@ -197,15 +201,28 @@ class Exploration(Closing):
     # Looks
 
     def _looks_of(self, styles: Sequence[Style]) -> list[Look | None]:
-        futures = [self._request_look(style, NOW)[1] for style in styles]
+        # Styles with few steps first: if no kernel is compiled yet, something is seen early.
+        order = sorted(range(len(styles)), key=lambda place: len(styles[place].steps))
+        futures = {place: self._request_look(styles[place], NOW)[1] for place in order}
 
-        def report(_: object = None) -> None:
-            self.on_progress("trying styles", sum(each.done() for each in futures), len(futures))
+        def report(finished: Future[Look | None] | None = None) -> None:
+            if finished is not None:
+                self._keep_try(finished)
+            self.on_progress("trying styles", sum(each.done() for each in futures.values()), len(futures))
 
         report()
-        for future in futures:
+        for future in futures.values():
             future.add_done_callback(report)
-        return [each.result() for each in futures]
+        return [futures[place].result() for place in range(len(styles))]
+
+    def _keep_try(self, finished: Future[Look | None]) -> None:
+        """Keep the picture of a candidate until there is a first screen."""
+        is_wanted = not self.chooser.screens and len(self.tries) < MAX_TRIES
+        if not is_wanted or finished.cancelled() or finished.exception():
+            return
+        look = finished.result()
+        if look is not None and not look.fault:
+            self.tries.append(encode(look.picture, "jpeg"))
 
     @cached_property
     def _picture(self) -> np.ndarray:

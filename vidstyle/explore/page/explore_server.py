@@ -43,7 +43,8 @@ class ExploreServer(PageServer["ExploreConnection"]):
         exploration: the exploration; closed with the server.
         designer: opens the designer, if available.
         job: the film that is rendered, if any.
-        tried: the progress of the screen that is being made: its step, how much is done, and of how much.
+        tried: the progress of the screen that is being made: its step, how much is done, of how much, and
+            the number of candidates to be seen.
     """
 
     def __init__(self, exploration: Exploration, port: int = 0, designer: OpenDesigner | None = None) -> None:
@@ -60,7 +61,7 @@ class ExploreServer(PageServer["ExploreConnection"]):
             "page", lambda: ExploreConnection(self), picture_handlers(exploration),
             STATIC_FOLDER, "explore.html", most=MAX_BROWSERS, port=port,
         )  # fmt: skip
-        self.tried: dict[str, Any] = {"step": "trying styles", "done": 0, "total": 0}
+        self.tried: dict[str, Any] = {"step": "trying styles", "done": 0, "total": 0, "shown": 0}
         exploration.on_progress = lambda step, done, total: self.submit(self._report, step, done, total)
         threading.Thread(target=self._begin, name="vidstyle first screen", daemon=True).start()
 
@@ -71,7 +72,8 @@ class ExploreServer(PageServer["ExploreConnection"]):
         super().close()
 
     async def _report(self, step: str, done: float, total: float) -> None:
-        self.tried = {"step": step, "done": done, "total": total}
+        shown = len(self.exploration.tries)
+        self.tried = {"step": step, "done": done, "total": total, "shown": shown}
         await self.tell({"tried": self.tried})
 
     def _begin(self) -> None:

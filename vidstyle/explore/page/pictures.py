@@ -28,6 +28,7 @@ def picture_handlers(exploration: Exploration) -> dict[str, Handler]:
         "/look.jpg": pictures.look,
         "/pad.jpg": pictures.pad,
         "/tuned.jpg": pictures.tuned,
+        "/tried.jpg": pictures.tried,
         "/reference.jpg": pictures.reference,
     }
 
@@ -42,6 +43,10 @@ class _Pictures:
     async def reference(self, request: web.Request) -> web.StreamResponse:
         references = self._exploration.references
         return jpeg_response(references[_number(request, "number", len(references))])
+
+    async def tried(self, request: web.Request) -> web.StreamResponse:
+        tries = self._exploration.tries
+        return jpeg_response(tries[_number(request, "number", len(tries))])
 
     async def frame(self, request: web.Request) -> web.StreamResponse:
         frame = _number(request, "frame", self._exploration.clip.count)

@@ -109,8 +109,24 @@ async function showSource() {
   picture.close();
 }
 
-/** Shows the progress of the next screen. @param {{step: string, done: number, total: number}} tried */
-function showTried({ step, done, total }) {
+/** The number of candidates that are shown. */
+let shownTries = 0;
+
+/** Shows candidates, dimmed, until the first screen is chosen from them. @param {number} count */
+async function showTries(count) {
+  while (shownTries < count && !state.tiles.length) {
+    const { canvas } = tiles.cells[shownTries];
+    const picture = await fetchPicture(`tried.jpg?number=${shownTries++}`).catch(() => null);
+    if (!picture || state.tiles.length) return;
+    resize(canvas, [picture.width, picture.height]);
+    canvas.getContext("2d")?.drawImage(picture, 0, 0);
+    picture.close();
+  }
+}
+
+/** Shows the progress of the next screen. @param {{step: string, done: number, total: number, shown: number}} tried */
+function showTried({ step, done, total, shown }) {
+  showTries(shown);
   const isWaiting = (done < total && busy) || !state.tiles.length;
   get("trying").hidden = !isWaiting;
   if (isWaiting) get("trying").textContent = `${step[0].toUpperCase()}${step.slice(1)} on ${clip?.name ?? "your picture"}${total ? `: ${done} of ${total}` : ""}…`;
