@@ -249,7 +249,8 @@ def test_a_shipped_style_keeps_its_name(name: str, folder: Path) -> None:
      "/tile.jpg?tile=99999&frame=0&side=180", "/tile.jpg?tile=-1&frame=0&side=180",
      "/frame.jpg?frame=0&side=99999",
      "/frame.jpg?frame=1e3&side=180", "/look.jpg?tile=٣", "/look.jpg?tile=../../x", "/pad.jpg?tile=99999",
-     "/tried.jpg?number=9", "/tuned.jpg?tile=0&x=2&y=0&frame=0&side=180", "/tuned.jpg?tile=0&x=nan&y=0&frame=0&side=180",
+     "/tried.jpg?number=9",
+     "/tuned.jpg?tile=0&x=2&y=0&frame=0&side=180", "/tuned.jpg?tile=0&x=nan&y=0&frame=0&side=180",
      "/exploration.py", "/explore.html"],
 )  # fmt: skip
 def test_no_other_picture_is_to_be_had(visitor: Visitor, path: str) -> None:
