@@ -29,6 +29,8 @@ from vidstyle.blade.regression import (
     solve_weights,
     squared_errors,
 )
+from vidstyle.blade.search import best_bank
+from vidstyle.blade.search.trial import Trial
 from vidstyle.blade.symmetry import SYMMETRIES
 from vidstyle.cli import main
 from vidstyle.style import load_style
@@ -224,6 +226,23 @@ def test_smoothing_that_keeps_edges_selects_clipped_differences(
     assert "differences also clipped to" in capfd.readouterr().err
     linear = trained(folder, "bilateral", monkeypatch, "--size", "5", "--bins", "8x20x4")
     assert not linear.clips and linear.about["fidelity"]["explained"] < 0.8
+
+
+def test_large_filters_are_learned_for_the_best_layout_of_small_ones(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tried = []
+
+    class Recorded(Trial):
+        def __init__(self, config: TrainingConfig, chroma: bool) -> None:
+            tried.append((config.size, config.clips))
+            super().__init__(config, chroma)
+
+    monkeypatch.setattr(best_bank, "Trial", Recorded)
+    monkeypatch.setattr(best_bank, "MAX_SEARCH_SIZE_PX", 3)
+    bank = trained(folder, "bilateral", monkeypatch, "--size", "5", "--stages", "1")
+    assert [each for each in tried if each[0] != 3] == [(5, bank.clips)]
+    assert len(tried) > 2 and bank.size == 5
 
 
 def test_second_stage_is_trained_if_it_gains(

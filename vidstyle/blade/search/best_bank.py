@@ -30,6 +30,8 @@ from vidstyle.core.color.deferred_color import Mixed
 from vidstyle.core.machine.cores import available_cores
 from vidstyle.core.resample import resample, scaled_shape
 
+MAX_SEARCH_SIZE_PX = 7
+"""Size of filters above which only the layouts that are best at this size are trained."""
 MIN_STAGE_GAIN = 0.1
 """The part of the error of the first stage that a second one must remove."""
 MATRIX_PICTURES = 6
@@ -69,7 +71,8 @@ def train_best(
     Each layout is trained on two thirds of the pictures and checked on the others, in turn, with filters that
     keep flat areas flat and with affine ones. The best is then trained on all pictures. A second stage is
     trained in the same way on the results of the first one for pictures from which it has not learned. If
-    the filter mixes colours, a colour matrix comes first.
+    the filter mixes colours, a colour matrix comes first. Layouts of large filters are compared with smaller
+    ones: the time of training grows with the square of their area.
 
     Args:
         configs: the layouts, simpler ones first; a later one must be better by `MIN_LAYOUT_GAIN`.
@@ -79,6 +82,11 @@ def train_best(
         InputError: a picture cannot be read, or the reference filter fails.
         UsageError: the reference filter's settings are invalid.
     """
+    if len(configs) > 1 and configs[0].size > MAX_SEARCH_SIZE_PX:
+        small = [replace(each, size=MAX_SEARCH_SIZE_PX) for each in configs]
+        bank, _ = train_best(small, reference, photographs, on_picture, chroma, stages)
+        layouts = [(each.bins, each.clips) for each in bank.stages]
+        configs = [each for each in configs if (each.bins, each.clips) in layouts]
     trials, clipped = [Trial(config, chroma) for config in configs], []
     is_single = len(reference.parts) == 1
     stages = stages if is_single else 1
