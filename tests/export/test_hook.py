@@ -168,8 +168,12 @@ def test_what_is_measured_and_the_size_are_those_of_a_film(
 
 
 def test_a_hook_says_what_each_number_is_and_what_is_left_out() -> None:
-    text = text_of(load_style("blueprint"), 1280, 720, picture(36, 64))
-    assert re.search(r"const float epsilon_\d+ = 88.0; // soft_threshold.epsilon: threshold: ", text)
+    style = load_style("blueprint")
+    text = text_of(style, 1280, 720, picture(36, 64))
+    epsilon = next(step.values["epsilon"] for step in style.lines if step.block == "flow_xdog")
+    assert re.search(
+        rf"const float epsilon_\d+ = {epsilon:.1f}; // soft_threshold.epsilon: threshold: ", text
+    )
     assert re.search(r"#define spacing_\d+ max\(36.0 \* vidstyle_growth, 3.0\) // pattern.spacing:", text)
     assert f"a style of vidstyle {vidstyle.__version__}" in text
     assert "Not included: temporal smoothing." in text
