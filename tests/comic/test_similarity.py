@@ -70,7 +70,7 @@ def test_no_view_is_repeated_while_there_are_others(tmp_path: Path) -> None:
     path = write_film(tmp_path / "film.mp4", film)
     for panels in (None, 4):
         scenes = [each.scene for each in key_frames_of(path, panels)]
-        assert len(scenes) == 4
+        assert len(scenes) == 4 if panels else len(scenes) >= 3  # without a request, murk is left out
         assert not {0, 2} <= set(scenes), scenes
 
 

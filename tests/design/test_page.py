@@ -318,7 +318,7 @@ def test_the_browser_restyles_and_a_dragged_value_compiles_nothing(page: Page) -
         where.value = "page";
         where.dispatchEvent(new Event("change"));"""
     )
-    browser.until("document.getElementById('who').textContent === 'Software'")
+    browser.until("document.getElementById('who').textContent === 'Preview in software'")
     page.add("[data-layer=background]", "pattern", "Hatching")
     page.is_drawn()
     before = browser.run("return [compiled, document.getElementById('picture').toDataURL()]")
@@ -346,7 +346,7 @@ def test_the_server_renders_styles_with_masks(page: Page, tmp_path: Path) -> Non
         where.value = "page";
         where.dispatchEvent(new Event("change"));"""
     )
-    page.browser.until("document.getElementById('who').textContent === 'Software'")
+    page.browser.until("document.getElementById('who').textContent === 'Preview in software'")
     page.drop(file)
     page.browser.until("document.getElementById('name').value === 'keyed'")
     page.browser.until("document.getElementById('who').textContent === 'Preview by vidstyle'")
@@ -456,7 +456,7 @@ def test_a_knob_is_renamed_by_keyboard(page: Page) -> None:
     browser.until("document.activeElement.matches('.rename')")
     browser.type("Shadows")
     browser.press("Enter")
-    page.undone("Rename Blend amount: Shadows")
+    page.undone("Rename Amount of black: Shadows")
     browser.until("document.querySelector('[aria-label=\"Rename Shadows\"]')")
     assert "Shadows" in page.server.designer.opened.style.labels.values()
     browser.press("Ctrl+z")

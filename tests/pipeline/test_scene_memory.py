@@ -94,7 +94,7 @@ def in_one_run(film: SegmentedFilm) -> list[tuple[float, bytes]]:
 @pytest.mark.parametrize(
     ("name", "clip", "style", "read"),
     [
-        ("measured.mp4", {"options": {"bf": "3", "sc_threshold": "0"}}, "poster", ReadOptions()),
+        ("measured.mp4", {"options": {"bf": "3", "sc_threshold": "0"}}, "watercolor", ReadOptions()),
         ("redrawn.mkv", {"times": UNEVEN}, "vhs", ReadOptions()),
         ("deep.mkv", {"pix_fmt": "yuv420p10le", "codec": "libx265"}, "comic", ReadOptions()),
         ("rate.mp4", {}, "sketch", ReadOptions(fps=Fraction(25), start=Fraction(1, 5))),

@@ -77,7 +77,9 @@ def mutate(style: Style, seed: int | str, distance: float = 0.4, locks: Iterable
     spread = 0.7 * distance
     layers = {
         layer: tuple(
-            step if _is_kept(step, locks) else step_near(random, _fill_in_defaults(step), spread)
+            step
+            if _is_kept(step, locks) or not spread
+            else step_near(random, _fill_in_defaults(step), spread)
             for step in steps
         )
         if layer in _open_layers(locks)
