@@ -61,7 +61,8 @@ export class Steps {
       if (!answer || !state) return;
       const added = answer.step ?? stepsOf(state).find(({ step }) => !known.has(step))?.step;
       if (added !== undefined) this.select(added);
-      this.say(`${title(block)} added to ${layer}, position ${index + 1} of ${state.layers[layer].length}.`);
+      const name = this.step ? nameOf(this.step) : title(block);
+      this.say(`${name} added to ${layer}, position ${index + 1} of ${state.layers[layer].length}.`);
     });
   }
 
