@@ -203,10 +203,11 @@ function drawTiles() {
   const began = performance.now();
   if (stale) drawnFrames.fill(-1);
   stale = false;
+  // Looks are compared by the same frame: all play once each has all of its frames.
+  const due = source.due(Math.min(...state.tiles.map(({ tile }) => painter.count(subjectOf(tile)))));
   for (let each = 0; each < 9 && performance.now() - began < MAX_DRAW_MS; each++) {
     const place = (next + each) % 9;
     const subject = subjectOf(state.tiles[place].tile);
-    const due = source.due(painter.count(subject));
     if (due === drawnFrames[place]) continue;
     const { canvas } = tiles.cells[place];
     if (isHeld ? drawSource(due, canvas) : painter.draw(subject, due, canvas)) {
