@@ -121,8 +121,9 @@ def test_by_keyboard_a_film_is_opened_restyled_adjusted_and_rendered(
     browser.open(server.url)
     browser.until("document.getElementById('start-title').textContent.startsWith('Restyle')")
     browser.until("document.activeElement.matches('.tile')")
-    tiles = "[...document.querySelectorAll('.tile')]"
-    browser.run(f"{tiles}.find((each) => each.textContent.startsWith('Sketch')).focus()")
+    browser.press("/")
+    browser.until("document.activeElement.id === 'find-look'")
+    browser.type("sketch")
     browser.press("Enter")
     browser.until("document.getElementById('start').hidden && document.querySelector('.style-panel .value')")
     browser.run("document.querySelector('.style-panel input[type=number]').select()")

@@ -387,6 +387,8 @@ def test_by_keyboard_alone_a_look_is_found_kept_compared_and_saved(
     chosen = "return !!document.querySelector('[aria-label^=\"5: your choice\"]')"
     eventually(lambda: len(chooser.screens) == at + 1 and opened.run(chosen) and opened.run(READY))
     opened.run("document.activeElement.blur()")
+    press(opened, "z")
+    assert "No tile has the focus" in opened.run("return document.getElementById('message').textContent")
     press(opened, "ArrowRight")
     assert focused(opened).startswith("5: your choice")
     press(opened, "ArrowRight")

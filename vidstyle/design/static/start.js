@@ -58,10 +58,19 @@ export class Start {
     this.root = get("start");
     this.finder = /** @type {HTMLInputElement} */ (get("find-look"));
     this.finder.addEventListener("input", () => this.#filter());
+    this.finder.addEventListener("keydown", ({ key }) => {
+      const found = /** @type {HTMLElement | null} */ (get("tiles").querySelector(".tile:not([hidden])"));
+      if (key === "Enter" && this.finder.value.trim()) found?.click();
+    });
     for (const name of Object.keys(GROUPS)) get("groups").append(make("button", { type: "button", textContent: name, onclick: () => this.#choose(name) }));
     this.#choose("All");
     // The first tile has the focus at once; its ring would look like a choice before a key is pressed.
-    addEventListener("keydown", () => document.body.classList.add("keys"));
+    addEventListener("keydown", (event) => {
+      document.body.classList.add("keys");
+      if (event.key !== "/" || !this.isOpen || /** @type {HTMLElement} */ (event.target).matches("input")) return;
+      event.preventDefault();
+      this.finder.focus();
+    });
     get("back").addEventListener("click", () => this.show(false));
     const picker = /** @type {HTMLInputElement} */ (get("file"));
     for (const button of document.querySelectorAll(".choose-file")) button.addEventListener("click", () => picker.click());

@@ -300,6 +300,12 @@ async function toggleStar(tile) {
   return on;
 }
 
+/** Does something with the tile that has the focus. @param {(place: number) => void} action */
+function withFocused(action) {
+  if (state.tiles[tiles.current]) action(tiles.current);
+  else say("No tile has the focus: move to one with the arrow keys.");
+}
+
 /** @param {number} place */
 function star(place) {
   if (state.tiles[place]) toggleStar(state.tiles[place].tile).catch((error) => say(error.message));
@@ -376,9 +382,9 @@ const KEYS = {
   [SHARED_KEYS.next]: () => ask("fresh"),
   m: () => referenceFile.click(),
   a: () => state.tiles[4]?.kind === "chosen" && ask("again"),
-  [SHARED_KEYS.save]: () => star(tiles.current),
-  [SHARED_KEYS.zoom]: () => enlarge(tiles.current),
-  [SHARED_KEYS.compare]: () => compare(tiles.current),
+  [SHARED_KEYS.save]: () => withFocused(star),
+  [SHARED_KEYS.zoom]: () => withFocused(enlarge),
+  [SHARED_KEYS.compare]: () => withFocused(compare),
   [SHARED_KEYS.original]: () => hold(true),
   [SHARED_KEYS.play]: () => (source.playing = !source.playing),
   [SHARED_KEYS.help]: () => help.showModal(),
