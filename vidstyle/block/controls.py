@@ -187,4 +187,4 @@ class Parameter:
 
     def draw_near(self, random: Random, value: Any, spread: float) -> Any:
         """Return a random value near another one; `spread`: the standard deviation relative to it."""
-        return self.control.draw_near(random, value, spread, self.is_integer)
+        return self.control.draw_near(random, value, spread, self.is_integer) if spread else value

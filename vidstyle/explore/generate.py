@@ -77,9 +77,7 @@ def mutate(style: Style, seed: int | str, distance: float = 0.4, locks: Iterable
     spread = 0.7 * distance
     layers = {
         layer: tuple(
-            step
-            if _is_kept(step, locks) or not spread
-            else step_near(random, _fill_in_defaults(step), spread)
+            step if _is_kept(step, locks) else step_near(random, step, spread, _randomizable(step))
             for step in steps
         )
         if layer in _open_layers(locks)
@@ -196,13 +194,11 @@ def _is_kept(step: Step, locks: Iterable[str]) -> bool:
     return not step.block or ("colors" in locks and step.block in ("colorize", "hue", "saturation"))
 
 
-def _fill_in_defaults(step: Step) -> Step:
-    """Return the step with the defaults of randomizable values filled in."""
+def _randomizable(step: Step) -> Iterable[str]:
+    """Return the names of the step's values and of those that random styles set."""
     parameters = all_blocks()[step.block].parameters
-    shown = {
-        name: each.default for name, each in parameters.items() if getattr(each.control, "explore", None)
-    }
-    return replace(step, values=shown | step.values)
+    shown = [name for name, each in parameters.items() if getattr(each.control, "explore", None)]
+    return dict.fromkeys([*shown, *step.values])
 
 
 def _recolor(random: Random, style: Style, distance: float) -> Style:

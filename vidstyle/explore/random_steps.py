@@ -31,9 +31,10 @@ def random_value(random: Random, parameter: Parameter, ends: tuple[float, float]
     return parameter.draw(random)
 
 
-def step_near(random: Random, step: Step, spread: float) -> Step:
-    """Return a step with values near its current ones."""
-    return _with(step, lambda parameter, value: parameter.draw_near(random, value, spread), step.values)
+def step_near(random: Random, step: Step, spread: float, names: Iterable[str] | None = None) -> Step:
+    """Return a step with values near its current ones: those of `names`, or all that it has."""
+    varied = step.values if names is None else names
+    return _with(step, lambda parameter, value: parameter.draw_near(random, value, spread), varied)
 
 
 def random_step(random: Random, block: str, ends: Mapping[str, tuple[float, float]] | None = None) -> Step:
