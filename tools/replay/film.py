@@ -19,8 +19,8 @@ class Machine:
     Attributes:
         slowdown: times of tasks while all cores are in use, divided by those on one core, as caches, memory
             and clock are shared.
-        wake_up_seconds: time until a thread that waits for Python's lock goes on.
-        has_processes: whether pictures are restyled in processes, on as many cores as in `vidstyle render`.
+        wake_up_seconds: time until a thread that waits for Python's lock continues.
+        has_processes: whether pictures are restyled in processes, see `useful_processes`.
     """
 
     slowdown: float = 1.0

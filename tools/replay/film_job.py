@@ -1,4 +1,4 @@
-"""Renders a film on some cores in a process of its own, and returns the times of the film or of its tasks.
+"""Renders a film on some cores in a separate process, and returns the times of the film or of its tasks.
 
 `python -m tools.replay.film_job CLIP JSON` is what the functions here start.
 """
@@ -59,7 +59,7 @@ class FilmTimes:
 
 
 def film_times(job: FilmJob) -> FilmTimes:
-    """Render a film after a short one that loads what is needed."""
+    """Render a film after a short one that loads modules and kernels."""
     return FilmTimes(**_started(job))
 
 

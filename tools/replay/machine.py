@@ -24,7 +24,7 @@ def slowdown(alone: Sequence[Recording], together: Sequence[Recording]) -> float
 
 
 def wake_up_seconds(cores: Sequence[int]) -> float:
-    """Return the time until a thread on the second core goes on that waits for one on the first.
+    """Return the time until a thread on the second core continues that waits for one on the first.
 
     With one core it is 0. It is the least of several means, as other programs delay threads.
     """
@@ -32,7 +32,7 @@ def wake_up_seconds(cores: Sequence[int]) -> float:
 
 
 def _mean_pass(cores: Sequence[int]) -> float:
-    """Return the mean time in which two threads hand over to each other."""
+    """Return the mean time in which control passes between two threads."""
     permits = threading.Semaphore(0), threading.Semaphore(0)
 
     def play(own: int, first: bool) -> None:

@@ -17,7 +17,7 @@ NEAR_CELLS = 2
 
 
 def _radius(size: float, gap: float, edges: float) -> int:
-    # The nearest point is at most a diagonal away; that of the most like colour at most two squares.
+    # The nearest point is at most a diagonal away; the point of the most similar colour at most two squares.
     return math.ceil(2 * size + gap / 2 if edges else 1.4143 * size) + 1
 
 

@@ -33,7 +33,8 @@ class FlowMeter:
         """Add the next frame: seconds, and a small copy of its luma, H x W float32, 0..1.
 
         Returns:
-            Rows x columns float32, in widths of the frame; None if it is not wanted, or nothing is known.
+            Rows x columns float32, in widths of the frame; None if it is not wanted, or no frame of its size
+            precedes it.
         """
         picture = cv2.convertScaleAbs(luma, alpha=255)
         before, self._before = self._before, (time, picture)
@@ -68,7 +69,7 @@ def subject_flow(candidate: Candidate) -> float:
 
 
 def mark_fast_faces(candidates: Sequence[Candidate]) -> list[Candidate]:
-    """Mark the candidates as blurred whose largest face moves fast; what is behind it may be sharp."""
+    """Mark the candidates as blurred whose largest face moves fast; the background may be sharp."""
     return [
         replace(each, blurred=True) if each.faces and subject_flow(each) > _MAX_FACE_FLOW else each
         for each in candidates

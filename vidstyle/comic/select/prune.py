@@ -14,7 +14,7 @@ from vidstyle.regions.boxes import Box
 
 # Twins: the same picture or person again on a page, in the same size of shot.
 _TWIN_SIMILARITY = 0.7
-"""Similarity, reduced by what has moved, from which two panels of one framing are twins."""
+"""Similarity, reduced by moved subjects, from which two panels of one framing are twins."""
 _MIN_TWIN_FACE_RATIO, _MAX_TWIN_SIZE_RATIO = 0.12, 1.4
 """Minimum height of a face that tells a person, relative to the picture's, and maximum ratio of two."""
 _MIN_PERSON_SIMILARITY, _MIN_ROOM_SIMILARITY = 0.5, 0.15
