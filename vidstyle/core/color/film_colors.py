@@ -22,8 +22,13 @@ MIN_COLOR_DIFFERENCE = 0.008
 """A colour changes only by at least this distance in OKLab; a visible difference is about 0.02."""
 CHROMA_WEIGHT = 2.0
 """Weight of a difference in hue or saturation relative to one in lightness, for clusters."""
+SKIN_CHROMA, SKIN_CHROMA_RADIUS = (0.045, 0.05), 0.03
+"""The chroma of skin of any tone in OKLab, a and b, and the distance from it at which colours count as half skin."""
+SKIN_WEIGHT = 2.5
+"""What the weight of skin is multiplied by: faces are small, and walls in the shade have nearly their colours."""
 CONSTANTS = {
     "chroma": CHROMA_WEIGHT,
+    "skin": [*SKIN_CHROMA, SKIN_CHROMA_RADIUS, SKIN_WEIGHT],
     "side": MAX_SIDE_PX,
     "bins": LIGHTNESS_BINS,
     "rounds": [FIRST_ROUNDS, NEXT_ROUNDS],
@@ -40,7 +45,7 @@ class FilmColors:
     """Follows the main colours of a film.
 
     k-means in OKLab (Lloyd 1982) over the colours of a small copy, each weighted by the square root of its
-    area, so that a wide sky does not dominate. It starts from the clusters of the previous picture, so each
+    area, so that a wide sky does not dominate, and more if it is like skin. It starts from the clusters of the previous picture, so each
     colour keeps its index; `restart` discards them. The result depends only on the pictures, not on threads.
     """
 
@@ -109,7 +114,9 @@ def _binned(lab: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         (lightness * 3 * LIGHTNESS_BINS + a) * 3 * LIGHTNESS_BINS + b, return_inverse=True, return_counts=True
     )
     sums = np.stack([np.bincount(cubes.reshape(-1), part) for part in lab], axis=1)
-    return sums / counts[:, None], np.sqrt(counts)
+    means = sums / counts[:, None]
+    away = np.square((means[:, 1:] - SKIN_CHROMA) / SKIN_CHROMA_RADIUS).sum(axis=1)
+    return means, np.sqrt(counts) * (1 + (SKIN_WEIGHT - 1) * 0.5**away)
 
 
 def _seeds(colors: np.ndarray, weights: np.ndarray, count: int) -> np.ndarray:

@@ -112,7 +112,7 @@ export class FilmColors {
 
   /** @private @param {Uint8Array} texels @returns {{lab: number[], weight: number}[]} */
   binned(texels) {
-    const { bins } = this.film;
+    const { bins, skin: [red, yellow, radius, most] } = this.film;
     /** @type {Map<number, number[]>} */
     const found = new Map();
     for (let at = 0; at < texels.length; at += 4) {
@@ -125,7 +125,8 @@ export class FilmColors {
     const cubes = [...found.keys()].sort((one, other) => one - other);
     return cubes.map((cube) => {
       const [lightness, a, b, count] = /** @type {number[]} */ (found.get(cube));
-      return { lab: [lightness / count, a / count, b / count], weight: Math.sqrt(count) };
+      const away = ((a / count - red) ** 2 + (b / count - yellow) ** 2) / radius ** 2;
+      return { lab: [lightness / count, a / count, b / count], weight: Math.sqrt(count) * (1 + (most - 1) * 0.5 ** away) };
     });
   }
 

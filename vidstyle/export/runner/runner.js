@@ -59,6 +59,7 @@ export const FORMAT = 1;
 /**
  * @typedef {object} Film the constants of `vidstyle.core.film_colors`
  * @property {number} chroma
+ * @property {[number, number, number, number]} skin
  * @property {number} side
  * @property {number} bins
  * @property {[number, number]} rounds

@@ -1,0 +1,84 @@
+"""Local exposure: brightens shadows and darkens lights, relative to their surroundings."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import numpy as np
+
+from vidstyle.block import Limits, ResultRows, SavedRef, Slider, block
+from vidstyle.core.kernels import compiled, interleaved
+
+MAX_LIFT_LUMA = np.float32(0.8)
+"""Largest value of lift times shade: shadows become at most five times as bright."""
+
+
+@block(
+    "pixel",
+    on="channels",
+    label="Brighten shadows",
+    category="tone",
+    aliases=(
+        "fill light, shadows and highlights, backlit face, dodge and burn, tone mapping, HDR, exposure, "
+        "local contrast, recover shadows, relight"
+    ),
+)
+def local_exposure(
+    picture: np.ndarray,
+    out: ResultRows,
+    limits: Limits,
+    near: Annotated[
+        Any,
+        SavedRef("brightness near each pixel, smoothed up to edges", on="luma", label="Brightness nearby"),
+    ] = "source",
+    wide: Annotated[
+        Any, SavedRef("brightness of the wide surroundings, blurred", on="luma", label="Brightness around")
+    ] = "source",
+    lift: Annotated[
+        float,
+        Slider(
+            0,
+            2,
+            "how much shadows are brightened; only what is darker than its surroundings is a shadow",
+            explore=(0.6, 1.4),
+            label="Brighter shadows",
+        ),
+    ] = 1.2,
+    even: Annotated[
+        float,
+        Slider(
+            0,
+            1,
+            "how much dark regions are brightened and light ones darkened, wherever they are",
+            explore=(0.2, 0.8),
+            label="Even light",
+        ),
+    ] = 0.5,
+) -> np.ndarray:
+    """Brighten shadows and darken lights, so that both have detail.
+
+    With n and w the luma of `near` and `wide`, the picture is first divided by 1 - lift max(w - n, 0): a face
+    in the shade becomes brighter, and a picture of a night stays dark. The negative of n is then laid over
+    the result in soft light, with opacity `even`.
+    """
+    ends = np.float32(limits[0]), np.float32(limits[1])
+    light = np.ascontiguousarray(near), np.ascontiguousarray(wide)
+    _expose(interleaved(picture), *light, np.float32(lift), np.float32(even), ends, interleaved(out))
+    return out
+
+
+@compiled(fastmath=True)
+def _expose(picture, near, wide, lift, even, ends, out):  # type: ignore[no-untyped-def]
+    """Write each row; `near` and `wide` are H x W, and `picture` has 1 or 3 numbers for each pixel."""
+    zero, one, two = np.float32(0), np.float32(1), np.float32(2)
+    channels = out.shape[1] // near.shape[1]
+    for row in range(out.shape[0]):
+        for x in range(near.shape[1]):
+            light = near[row, x]
+            gain = one / (one - min(lift * max(wide[row, x] - light, zero), MAX_LIFT_LUMA))
+            dark = two * (one - light)
+            for i in range(channels * x, channels * x + channels):
+                value = picture[row, i]
+                value = min(value * gain, max(value, one))
+                softened = value * (dark + value * (one - dark))
+                out[row, i] = min(max(value + even * (softened - value), ends[0]), ends[1])
