@@ -67,18 +67,27 @@ def local_exposure(
     return out
 
 
-@compiled(fastmath=True)
+@compiled(fastmath=True, noalias=True)
 def _expose(picture, near, wide, lift, even, ends, out):  # type: ignore[no-untyped-def]
     """Write each row; `near` and `wide` are H x W, and `picture` has 1 or 3 numbers for each pixel."""
-    zero, one, two = np.float32(0), np.float32(1), np.float32(2)
-    channels = out.shape[1] // near.shape[1]
     for row in range(out.shape[0]):
-        for x in range(near.shape[1]):
-            light = near[row, x]
-            gain = one / (one - min(lift * max(wide[row, x] - light, zero), MAX_LIFT_LUMA))
-            dark = two * (one - light)
-            for i in range(channels * x, channels * x + channels):
-                value = picture[row, i]
-                value = min(value * gain, max(value, one))
-                softened = value * (dark + value * (one - dark))
-                out[row, i] = min(max(value + even * (softened - value), ends[0]), ends[1])
+        given, light, around, made = picture[row], near[row], wide[row], out[row]
+        if made.size == light.size:
+            for x in range(light.size):
+                made[x] = _exposed(given[x], light[x], around[x], lift, even, ends)
+        else:
+            for x in range(light.size):
+                i, j, k = 3 * x, 3 * x + 1, 3 * x + 2
+                made[i] = _exposed(given[i], light[x], around[x], lift, even, ends)
+                made[j] = _exposed(given[j], light[x], around[x], lift, even, ends)
+                made[k] = _exposed(given[k], light[x], around[x], lift, even, ends)
+
+
+@compiled(fastmath=True)
+def _exposed(value, light, around, lift, even, ends):  # type: ignore[no-untyped-def]
+    zero, one, two = np.float32(0), np.float32(1), np.float32(2)
+    gain = one / (one - min(lift * max(around - light, zero), MAX_LIFT_LUMA))
+    dark = two * (one - light)
+    lifted = min(value * gain, max(value, one))
+    softened = lifted * (dark + lifted * (one - dark))
+    return min(max(lifted + even * (softened - lifted), ends[0]), ends[1])

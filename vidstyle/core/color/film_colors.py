@@ -22,13 +22,13 @@ MIN_COLOR_DIFFERENCE = 0.008
 """A colour changes only by at least this distance in OKLab; a visible difference is about 0.02."""
 CHROMA_WEIGHT = 2.0
 """Weight of a difference in hue or saturation relative to one in lightness, for clusters."""
-SKIN_CHROMA, SKIN_CHROMA_RADIUS = (0.045, 0.05), 0.03
-"""The chroma of skin of any tone in OKLab, a and b, and the distance from it at which colours count as half skin."""
+SKIN_COLOR, SKIN_HALF_DISTANCE = (0.045, 0.05), 0.03
+"""Chroma of skin of any tone, a and b of OKLab, and the distance at which a colour counts half as skin."""
 SKIN_WEIGHT = 2.5
-"""What the weight of skin is multiplied by: faces are small, and walls in the shade have nearly their colours."""
+"""Weight of skin relative to other colours: faces are small, and shaded walls have nearly their colours."""
 CONSTANTS = {
     "chroma": CHROMA_WEIGHT,
-    "skin": [*SKIN_CHROMA, SKIN_CHROMA_RADIUS, SKIN_WEIGHT],
+    "skin": [*SKIN_COLOR, SKIN_HALF_DISTANCE, SKIN_WEIGHT],
     "side": MAX_SIDE_PX,
     "bins": LIGHTNESS_BINS,
     "rounds": [FIRST_ROUNDS, NEXT_ROUNDS],
@@ -45,8 +45,9 @@ class FilmColors:
     """Follows the main colours of a film.
 
     k-means in OKLab (Lloyd 1982) over the colours of a small copy, each weighted by the square root of its
-    area, so that a wide sky does not dominate, and more if it is like skin. It starts from the clusters of the previous picture, so each
-    colour keeps its index; `restart` discards them. The result depends only on the pictures, not on threads.
+    area, so that a wide sky does not dominate, and more if it is like skin. It starts from the clusters of
+    the previous picture, so each colour keeps its index; `restart` discards them. The result depends only on
+    the pictures, not on threads.
     """
 
     def __init__(self) -> None:
@@ -115,7 +116,7 @@ def _binned(lab: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     )
     sums = np.stack([np.bincount(cubes.reshape(-1), part) for part in lab], axis=1)
     means = sums / counts[:, None]
-    away = np.square((means[:, 1:] - SKIN_CHROMA) / SKIN_CHROMA_RADIUS).sum(axis=1)
+    away = np.square((means[:, 1:] - SKIN_COLOR) / SKIN_HALF_DISTANCE).sum(axis=1)
     return means, np.sqrt(counts) * (1 + (SKIN_WEIGHT - 1) * 0.5**away)
 
 
