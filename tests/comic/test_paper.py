@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import pytest
 
 from vidstyle.comic.key_frame import KeyFrame
-from vidstyle.comic.layout.fit import MIN_SOURCE_DPI, center_panels, fit_paper
+from vidstyle.comic.layout.fit import MIN_SOURCE_DPI, fit_paper, place_panels
 from vidstyle.comic.layout.layout import PageLayout, lay_out
 from vidstyle.comic.layout.paper import PAPER_SIZES_MM, Paper, paper
 from vidstyle.errors import UsageError
@@ -81,9 +81,9 @@ def key_frames_of(count: int, width: int, height: int) -> list[KeyFrame]:
     return [KeyFrame(float(number), (height, width), 0.5, whole, (), number) for number in range(count)]
 
 
-def pages_of(key_frames: Sequence[KeyFrame], page: Paper) -> PageLayout:
+def pages_of(key_frames: Sequence[KeyFrame], page: Paper, is_trimmed: bool = False) -> PageLayout:
     fitted = fit_paper(page, key_frames, [1.0] * len(key_frames))
-    return center_panels(lay_out(key_frames, fitted), fitted, page)
+    return place_panels(lay_out(key_frames, fitted), fitted, page, is_trimmed, is_trimmed)
 
 
 @pytest.mark.parametrize("count", [1, 2])
@@ -99,6 +99,17 @@ def test_a_small_film_gets_small_panels_in_the_middle_of_the_page(count: int) ->
         (max, [panel.rectangle.right for panel in layout.panels]),
     ))  # fmt: skip
     assert abs(left - (page.width - right)) <= 2
+
+
+def test_a_trimmed_page_has_the_height_of_its_panels_and_equal_margins() -> None:
+    page = paper()
+    layout = pages_of(key_frames_of(2, 1920, 1080), page, is_trimmed=True)
+    ((width, height),) = layout.sizes
+    ((small_width, _),) = pages_of(key_frames_of(2, 320, 240), page, is_trimmed=True).sizes
+    assert width == page.width > small_width
+    assert height < 0.9 * page.height
+    assert min(each.rectangle.top for each in layout.panels) == page.margin
+    assert height - max(each.rectangle.bottom for each in layout.panels) == pytest.approx(page.margin, abs=1)
 
 
 def test_a_single_large_picture_has_its_own_shape() -> None:

@@ -13,7 +13,7 @@ from vidstyle.comic.analyze.film import open_film
 from vidstyle.comic.analyze.key_frame_source import Film
 from vidstyle.comic.analyze.saliency import attention_map, box_attention
 from vidstyle.comic.key_frame import KeyFrame
-from vidstyle.comic.layout.fit import center_panels, fit_paper
+from vidstyle.comic.layout.fit import fit_paper, place_panels
 from vidstyle.comic.layout.inset import find_insets
 from vidstyle.comic.layout.layout import PageLayout, lay_out
 from vidstyle.comic.layout.pages import default_pages
@@ -294,7 +294,12 @@ class _Job:
             area_scales=area_scales,
             insets=insets,
         )
-        layout = center_panels(layout, fitted, sheet)
+        trims = options.size is None and not self._output.is_printed
+        layout = place_panels(
+            *(layout, fitted, sheet),
+            trims_width=trims and not self._title_height,
+            trims_height=trims,
+        )
         return (
             move_below_title(layout, key_frames, self._paper, self._title_height)
             if self._title_height

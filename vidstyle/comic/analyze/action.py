@@ -30,6 +30,9 @@ _MAX_USUAL_SUBJECT_SHARE = 0.25
 """Maximum median share of the picture that the subject covers; if it is larger, the camera moves."""
 _MIN_SUBJECT_SHARE = 0.006
 """Minimum share of the picture that the subject covers in at least one frame."""
+_MIN_OFTEN_SHARE, _MIN_CONTOUR_RATIO = 0.5, 1.3
+"""Share of the frames with a large change in which a place has changed, and how much stronger edges around
+these places are in the picture that shows the subject."""
 _SUBJECT_BOX_SHARE = 0.95
 """Share of the subject that its box contains; the subject may be in several places."""
 _FULL_DIFFERENCE_SHARE = 0.03
@@ -50,7 +53,7 @@ def add_actions(frames: Sequence[Candidate], shot: Sequence[Candidate]) -> list[
     if len(shot) < _MIN_SHOT_FRAMES:
         return list(frames)
     shown = [each.thumbnail.astype(np.float32) for each in shot[:: -(-len(shot) // _MAX_SHOT_FRAMES)]]
-    background, usual = _find_background(shown)
+    background, usual = _remove_resting_subject(shown, *_find_background(shown))
     areas = np.array([float((change > 0).mean()) for change, _ in usual])
     most = float(np.percentile(areas, 80))
     if (
@@ -91,6 +94,37 @@ def _find_background(frames: Sequence[np.ndarray]) -> tuple[np.ndarray, list[tup
     tried = [np.median(each, axis=0) for each in (matched, matched[emptiest])]
     found = [(each, [_subject(frame, each) for frame in frames]) for each in tried]
     return min(found, key=lambda each: sum(float((change > 0).mean()) for change, _ in each[1]))
+
+
+def _remove_resting_subject(
+    frames: Sequence[np.ndarray], background: np.ndarray, found: list[tuple[np.ndarray, float]]
+) -> tuple[np.ndarray, list[tuple[np.ndarray, float]]]:
+    """Return background and subjects after removing a subject that rests in most frames.
+
+    What differs from the background is then the empty place. A subject has a contour, where the empty
+    picture has none.
+    """
+    areas = np.array([float((change > 0).mean()) for change, _ in found])
+    changed = [
+        number for number, area in enumerate(areas) if area > _MIN_OFTEN_SHARE * np.percentile(areas, 80)
+    ]
+    if areas.max() < _MIN_SUBJECT_SHARE or not changed:
+        return background, found
+    places = np.mean([found[number][0] > 0 for number in changed], axis=0) > _MIN_OFTEN_SHARE
+    other = np.median([frames[number] / _exposure(frames[number], background) for number in changed], axis=0)
+    around = cv2.dilate(places.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+    contour = around & (cv2.erode(places.astype(np.uint8), np.ones((3, 3), np.uint8)) == 0)
+    if not contour.any() or _slope_at(background, contour) < _MIN_CONTOUR_RATIO * _slope_at(other, contour):
+        return background, found
+    empty = np.where(around[..., np.newaxis], other, background)
+    return empty, [_subject(frame, empty) for frame in frames]
+
+
+def _slope_at(color: np.ndarray, places: np.ndarray) -> float:
+    """Return the mean slope of a picture, H x W x 3, at some places."""
+    luma = color.astype(np.float32).mean(axis=2)
+    slopes = np.hypot(cv2.Sobel(luma, cv2.CV_32F, 1, 0), cv2.Sobel(luma, cv2.CV_32F, 0, 1))
+    return float(slopes[places].mean())
 
 
 def _differing_shares(matched: np.ndarray) -> np.ndarray:

@@ -9,6 +9,8 @@ import numpy as np
 
 from vidstyle.comic.analyze.features import Candidate
 from vidstyle.comic.analyze.motion_blur import MAX_PICTURE_FLOW, region_flow
+from vidstyle.comic.analyze.sharpness import lacks_detail
+from vidstyle.comic.analyze.similarity import SAME_SIMILARITY, similarity
 
 # Damage that the decoder does not report.
 _BLOCKINESS_FACTOR, _BLOCKINESS_TOLERANCE, _MIN_BLOCKINESS_LIMIT = 1.2, 0.06, 0.27
@@ -61,6 +63,7 @@ class DefectLimits:
         sharpness: of the film's sharp frames.
         by_scene: time and sharpness of the candidates of each scene, without scenes in which something moves
             before a still camera: there, sharpness changes with the subject, and the rest is not blurred.
+        clear: the candidates without defects, with whose detail others are compared.
     """
 
     blockiness: float
@@ -68,6 +71,7 @@ class DefectLimits:
     broken: list[tuple[int, float]]
     sharpness: float
     by_scene: dict[int, list[tuple[float, float]]]
+    clear: list[Candidate]
 
     @classmethod
     def of(cls, candidates: Sequence[Candidate]) -> DefectLimits:
@@ -81,14 +85,14 @@ class DefectLimits:
         broken = [(each.scene, each.time) for each in candidates if each.block_corners > corners]
         clear = [each for each in candidates if not replace(each, combed=False).is_flawed]
         if len(clear) < _MIN_SHARPNESS_COUNT:
-            return cls(blockiness, corners, broken, 0.0, {})
+            return cls(blockiness, corners, broken, 0.0, {}, clear)
         by_scene: dict[int, list[tuple[float, float]]] = {}
         still = {each.scene for each in candidates if each.action}
         for each in clear:
             if each.scene not in still:
                 by_scene.setdefault(each.scene, []).append((each.time, each.sharpness))
         sharp = float(np.percentile([each.sharpness for each in clear], _SHARP_PERCENTILE))
-        return cls(blockiness, corners, broken, sharp, by_scene)
+        return cls(blockiness, corners, broken, sharp, by_scene, clear)
 
     def mark(self, candidate: Candidate) -> Candidate:
         """Return a candidate that is marked if it is damaged or blurred."""
@@ -98,13 +102,24 @@ class DefectLimits:
             or candidate.block_corners > self.corners
             or (candidate.block_corners >= _MIN_NEARBY_CORNERS and self._is_near_broken(candidate))
         )
-        return replace(candidate, damaged=damaged, blurred=self._is_blurred(candidate))
+        blurred = self._is_blurred(candidate) or self._lacks_detail(candidate)
+        return replace(candidate, damaged=damaged, blurred=blurred)
 
     def _is_near_broken(self, candidate: Candidate) -> bool:
         return any(
             scene == candidate.scene and abs(time - candidate.time) <= _MAX_SPREAD_SECONDS
             for scene, time in self.broken
         )
+
+    def _lacks_detail(self, candidate: Candidate) -> bool:
+        around = [
+            each
+            for each in self.clear
+            if each.detail is not None and abs(each.time - candidate.time) <= _NEARBY_SECONDS
+        ]
+        near = [each.detail for each in _of_same_view(candidate, around) if each.detail is not None]
+        known = candidate.detail
+        return known is not None and len(near) >= _MIN_SHARPNESS_COUNT and lacks_detail(known, near)
 
     def _is_blurred(self, candidate: Candidate) -> bool:
         if candidate.scene not in self.by_scene:
@@ -123,6 +138,14 @@ class DefectLimits:
         if region_flow(candidate) > MAX_PICTURE_FLOW:
             limit = max(limit, self.sharpness)
         return candidate.sharpness < limit
+
+
+def _of_same_view(candidate: Candidate, others: Sequence[Candidate]) -> list[Candidate]:
+    """Return the frames of the same scene or with a similar picture: sudden blur looks like a cut."""
+    same = [each for each in others if each.scene == candidate.scene]
+    apart = [each for each in others if each.scene != candidate.scene]
+    like = similarity([each.thumbnail for each in (candidate, *apart)])[0, 1:] if apart else ()
+    return [*same, *(each for each, value in zip(apart, like, strict=True) if value > SAME_SIMILARITY)]
 
 
 def spread_damage(candidates: Sequence[Candidate]) -> list[Candidate]:

@@ -7,6 +7,13 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
+# Damage: decoders repeat the last good rows downwards.
+_SMEAR_HEIGHT_PX, _MIN_SMEAR_LEVELS = 12, 6.0
+"""Height of a smear, and minimum mean difference between neighbouring pixels of its rows, of 255."""
+_MAX_SMEARED_SHARE = 0.03
+"""A picture is damaged if a larger share of it is smeared."""
+
+
 # Damage that the decoder does not report: blocks that do not continue their neighbours.
 _BLOCK_SIDE_PX, _AREA_SIDE_COUNT = 8, 6
 """Side of a block, and side in blocks of the areas in which broken edges are counted."""
@@ -122,6 +129,15 @@ def _straight_edges(across: np.ndarray, along: np.ndarray) -> np.ndarray:
     return cv2.morphologyEx(
         found.astype(np.uint8), cv2.MORPH_OPEN, np.ones((_MIN_STRAIGHT_LENGTH_PX, 1), np.uint8)
     )
+
+
+def is_smeared(luma: np.ndarray) -> bool:
+    """Whether rows of the picture, H x W uint8, are repeated downwards, as in incompletely decoded frames."""
+    if min(luma.shape) <= 2 * _SMEAR_HEIGHT_PX:
+        return False
+    steps = cv2.blur(cv2.absdiff(luma[1:, 1:], luma[1:, :-1]), (9, 1))
+    down = cv2.dilate(cv2.absdiff(luma[1:, 1:], luma[:-1, 1:]), np.ones((_SMEAR_HEIGHT_PX, 3), np.uint8))
+    return bool(np.mean((down <= 1) & (steps >= _MIN_SMEAR_LEVELS)) > _MAX_SMEARED_SHARE)
 
 
 def is_combed(luma: np.ndarray) -> bool:

@@ -17,11 +17,11 @@ import numpy as np
 from vidstyle.comic.analyze.action import add_actions
 from vidstyle.comic.analyze.defect_limits import DefectLimits, damaged_spans, spread_damage
 from vidstyle.comic.analyze.defects import is_combed, measure_blockiness
+from vidstyle.comic.analyze.face_search import add_faces
 from vidstyle.comic.analyze.features import (
     MEASURED_SIDE_PX,
     Candidate,
     Survey,
-    add_faces,
     extract_features,
 )
 from vidstyle.comic.analyze.key_frame_source import STEP_NAME, Film

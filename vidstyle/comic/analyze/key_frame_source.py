@@ -8,10 +8,10 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
+from vidstyle.comic.analyze.face_search import add_faces
 from vidstyle.comic.analyze.features import (
     Candidate,
     Survey,
-    add_faces,
     add_saliency,
 )
 from vidstyle.core.closing import Closing

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
+from vidstyle.comic.analyze.face_search import add_faces
 from vidstyle.comic.analyze.features import (
     MEASURED_SIDE_PX,
     Candidate,
     Survey,
-    add_faces,
     add_saliency,
     extract_features,
 )

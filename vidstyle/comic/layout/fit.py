@@ -1,4 +1,4 @@
-"""Pages that few or small pictures do not fill: their panels are not enlarged beyond what suits them."""
+"""Pages that few or small pictures do not fill: panels are not enlarged beyond what suits them."""
 
 from __future__ import annotations
 
@@ -57,13 +57,20 @@ def _panel_area(key_frame: KeyFrame, width: float, scale: float) -> float:
     return width * width / min(_ASPECT_RANGE[1], max(_ASPECT_RANGE[0], wide / height)) * scale
 
 
-def center_panels(layout: PageLayout, fitted: Paper, paper: Paper) -> PageLayout:
-    """Return the layout of a part of a page in the middle of the page."""
+def place_panels(
+    layout: PageLayout, fitted: Paper, paper: Paper, trims_width: bool = False, trims_height: bool = False
+) -> PageLayout:
+    """Return the layout of a part of a page in the middle of the page.
+
+    `trims_width`, `trims_height`: whether the page has only the width or height of its panels.
+    """
     if fitted == paper:
         return layout
-    across, down = (paper.width - fitted.width) // 2, (paper.height - fitted.height) // 2
+    width = fitted.width if trims_width else paper.width
+    height = fitted.height if trims_height else paper.height
+    across, down = (width - fitted.width) // 2, (height - fitted.height) // 2
     panels = tuple(_moved(each, across, down) for each in layout.panels)
-    return replace(layout, panels=panels, sizes=((paper.width, paper.height),) * len(layout.sizes))
+    return replace(layout, panels=panels, sizes=((width, height),) * len(layout.sizes))
 
 
 def _moved(panel: Panel, across: int, down: int) -> Panel:

@@ -17,6 +17,7 @@ from vidstyle.comic.layout.layout import PageLayout
 from vidstyle.comic.layout.paper import MM_PER_INCH
 from vidstyle.comic.layout.storyboard import format_timecode
 from vidstyle.comic.lettering.fonts import Letters, remove_stress
+from vidstyle.comic.output.compression_noise import smooth_compression_noise
 from vidstyle.comic.output.sheet import Label, RenderedPanel, Sheet
 from vidstyle.comic.output.write import Frames
 from vidstyle.core.closing import Closing
@@ -78,7 +79,8 @@ class PanelRenderer(Closing):
         Returns:
             H x W x 3 uint8, of the size of `picture`.
         """
-        shown, style = cut_out(color, window, picture.width, picture.height), next(self._styles)
+        style = next(self._styles)
+        shown = cut_out(color, window, picture.width, picture.height, is_cleaned=not style.is_plain)
         if style.is_plain:
             return shown
         style = scale_to_paper(style, picture.height, picture.width, self._dpi)
@@ -89,8 +91,11 @@ class PanelRenderer(Closing):
         return restyle_array(self._backend, shown)
 
 
-def cut_out(color: np.ndarray, window: Box, width: int, height: int) -> np.ndarray:
-    """Return a part of a picture, H x W x 3 uint8, at another size."""
+def cut_out(color: np.ndarray, window: Box, width: int, height: int, is_cleaned: bool = False) -> np.ndarray:
+    """Return a part of a picture, H x W x 3 uint8, at another size.
+
+    `is_cleaned`: whether compression noise is removed from a part that is enlarged.
+    """
     tall, wide = color.shape[:2]
     # With an extreme aspect of pixels, the window can lie outside: the last row or column is shown.
     left = min(max(0, math.floor(window.left)), wide - 1)
@@ -98,8 +103,9 @@ def cut_out(color: np.ndarray, window: Box, width: int, height: int) -> np.ndarr
     right, bottom = min(wide, math.ceil(window.right)), min(tall, math.ceil(window.bottom))
     part = color[top : max(bottom, top + 1), left : max(right, left + 1)]
     shrinks = width <= part.shape[1] and height <= part.shape[0]
+    part = np.ascontiguousarray(part) if shrinks or not is_cleaned else smooth_compression_noise(part)
     method = cv2.INTER_AREA if shrinks else cv2.INTER_CUBIC
-    return cv2.resize(np.ascontiguousarray(part), (max(1, width), max(1, height)), interpolation=method)
+    return cv2.resize(part, (max(1, width), max(1, height)), interpolation=method)
 
 
 @dataclass(frozen=True)

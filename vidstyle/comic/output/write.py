@@ -55,6 +55,7 @@ class Output:
     Attributes:
         target: its name.
         is_strip: whether the format suits one long page, which can be edited.
+        is_printed: whether the format is for print, on paper of a fixed size.
         dpi: default resolution, pixels per inch.
     """
 
@@ -69,7 +70,8 @@ class Output:
             remedy = f"end its name in {', '.join(list(_PAGE_ENCODERS)[:-1])} or {list(_PAGE_ENCODERS)[-1]}"
             raise UsageError(target, "cannot be a comic page", remedy)
         self.is_strip = target.suffix.lower() == _STRIP_SUFFIX
-        self.dpi = PRINT_DPI if target.suffix.lower() == _PRINT_SUFFIX else DEFAULT_DPI
+        self.is_printed = target.suffix.lower() == _PRINT_SUFFIX
+        self.dpi = PRINT_DPI if self.is_printed else DEFAULT_DPI
         self.target, self._source, self._overwrite = target, source, overwrite
         if not is_numbered(target.name):
             with atomic_file(target, source, overwrite):

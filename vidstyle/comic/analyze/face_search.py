@@ -1,0 +1,105 @@
+"""Faces of candidate key frames: detected, or followed from other frames of their shot."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import cv2
+import numpy as np
+
+from vidstyle.comic.analyze.features import Candidate
+from vidstyle.regions.boxes import Box, Point
+from vidstyle.regions.faces import (
+    LARGE_FACE_HEIGHT_RATIO,
+    MIN_FACE_HEIGHT_RATIO,
+    SEARCHED_HEIGHT_RATIO,
+    FaceFinder,
+)
+
+_FOLLOW_RANGE_RATIO, _MIN_FOLLOW_CORRELATION = 0.6, 0.6
+"""Search range in heights of the face, and minimum correlation of the match."""
+
+
+def add_faces(
+    candidate: Candidate, faces: FaceFinder, only_large: bool = False, others: Sequence[Candidate] = ()
+) -> Candidate:
+    """Return the candidate with the faces detected in its small copy, if it has one.
+
+    Args:
+        candidate: a frame.
+        faces: detects them.
+        only_large: whether small faces are ignored.
+        others: other frames of its shot with their large faces. With two or more of them, a large face counts
+            only if it is near one of theirs, and a face that two of them have in common is followed.
+    """
+    color = candidate.small
+    if color is None:
+        return candidate
+    searched = SEARCHED_HEIGHT_RATIO if only_large else MIN_FACE_HEIGHT_RATIO
+    mouths, factor = faces.find(color, searched), candidate.shape[1] / color.shape[1]
+    if len(others) > 1:
+        least, seen = (
+            LARGE_FACE_HEIGHT_RATIO * color.shape[0],
+            [face.scaled(1 / factor) for each in others for face in each.faces],
+        )
+        mouths = {face: mouths[face] for face in mouths if face.height < least or _overlaps(face, seen)}
+        for face, mouth in follow_faces(candidate, others).items():
+            if not _overlaps(face, list(mouths)):
+                mouths[face] = mouth
+    found = sorted(mouths, key=lambda face: -face.area)
+    luma = cv2.cvtColor(color, cv2.COLOR_RGB2GRAY)
+    eyes = eye_contrast(luma, found[0]) if found else 0.0
+    scaled = {face.scaled(factor): (mouths[face][0] * factor, mouths[face][1] * factor) for face in found}
+    return replace(candidate, faces=tuple(scaled), mouths=scaled, eyes=eyes)
+
+
+def follow_faces(candidate: Candidate, frames: Sequence[Candidate]) -> dict[Box, Point]:
+    """Find faces of other frames again in the small copy of a candidate.
+
+    Two of the frames must have a face in the same place, so that a single error is not followed.
+
+    Returns:
+        The faces and their mouths, in pixels of the small copy.
+    """
+    found = dict[Box, Point]()
+    for each in frames:
+        others = [face for other in frames if other is not each for face in other.faces]
+        for face in each.faces:
+            if _overlaps(face, others) and not _overlaps(face, [*candidate.faces, *found]):
+                found |= _follow_face(candidate, each, face)
+    return found
+
+
+def _follow_face(candidate: Candidate, other: Candidate, face: Box) -> dict[Box, Point]:
+    if candidate.small is None or other.small is None or candidate.small.shape != other.small.shape:
+        return {}
+    factor = candidate.small.shape[1] / candidate.shape[1]
+    height, width = candidate.small.shape[:2]
+    place = Box(*map(round, face.scaled(factor))).intersection(Box(0, 0, width, height))
+    reach = round(_FOLLOW_RANGE_RATIO * place.height)
+    around = place.padded(reach, reach, reach).intersection(Box(0, 0, width, height))
+    seen, template = (
+        np.ascontiguousarray(picture[box.top : box.bottom, box.left : box.right])
+        for picture, box in ((candidate.small, around), (other.small, place))
+    )
+    _, likeness, _, (right, down) = cv2.minMaxLoc(cv2.matchTemplate(seen, template, cv2.TM_CCOEFF_NORMED))
+    if likeness < _MIN_FOLLOW_CORRELATION:
+        return {}
+    moved = around.left + right - place.left, around.top + down - place.top
+    across, low = other.mouth(face)
+    return {place.moved(*moved): (across * factor + moved[0], low * factor + moved[1])}
+
+
+def _overlaps(face: Box, others: Sequence[Box]) -> bool:
+    return any(face.intersection(other).area > 0 for other in others)
+
+
+def eye_contrast(luma: np.ndarray, face: Box) -> float:
+    """Return the vertical contrast in the band of a face that contains the eyes, 0..1."""
+    top, bottom = round(face.top + 0.25 * face.height), round(face.top + 0.5 * face.height)
+    left, right = round(face.left + 0.15 * face.width), round(face.right - 0.15 * face.width)
+    band = luma[max(0, top) : bottom, max(0, left) : right].astype(np.float32)
+    if band.shape[0] < 3 or band.shape[1] < 3:
+        return 0.0
+    return float(np.abs(np.diff(band, axis=0)).mean()) / 255

@@ -1,0 +1,37 @@
+"""The area of a picture inside its black bars."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+_MAX_BAR_LEVEL, _MAX_BAR_RANGE = 30, 12
+"""Lightest pixel of a bar, and largest difference within one of its lines, of 255."""
+_MIN_BAR_SHARE, _MAX_BAR_SHARE = 0.02, 0.35
+"""Range of the share of the picture's side that a bar takes."""
+
+
+def content_area(color: np.ndarray, is_photograph: bool = False) -> tuple[slice, slice]:
+    """Return the rows and columns of a picture inside its black bars; all of them if there are no bars.
+
+    Args:
+        color: H x W x 3 uint8.
+        is_photograph: whether each side may have its own bar. The bars of a film are equal at opposite sides,
+            and a dark side is not one.
+    """
+    red, green, blue = cv2.split(color)
+    luma = cv2.max(cv2.max(red, green), blue)
+    return _find_content_span(luma, 1, is_photograph), _find_content_span(luma, 0, is_photograph)
+
+
+def _find_content_span(luma: np.ndarray, axis: int, is_photograph: bool) -> slice:
+    brightest, darkest = (
+        cv2.reduce(luma, axis, kind).ravel().astype(int) for kind in (cv2.REDUCE_MAX, cv2.REDUCE_MIN)
+    )
+    shown = np.flatnonzero((brightest > _MAX_BAR_LEVEL) | (brightest - darkest > _MAX_BAR_RANGE))
+    count = len(brightest)
+    bars = (int(shown[0]), count - 1 - int(shown[-1])) if len(shown) else (0, 0)
+    bars = bars if is_photograph else (min(bars),) * 2
+    # One more line, as scaling has mixed bar and picture there.
+    first, last = (bar + 1 if _MIN_BAR_SHARE * count <= bar <= _MAX_BAR_SHARE * count else 0 for bar in bars)
+    return slice(first, count - last)

@@ -1,0 +1,92 @@
+"""Sharpness of a picture, and the fine detail that blur takes from a frame but not from its neighbours."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+
+_FINE_DEVIATION_PX, _COARSE_DEVIATION_PX = 0.7, 2.5
+"""Standard deviations of the two Gaussians under which edges are compared."""
+_STRONG_EDGE_SHARE = 0.03
+"""Share of pixels, those with the strongest edges, on which sharpness is measured."""
+
+
+# Detail that other frames have.
+DETAIL_ROWS, DETAIL_COLUMNS = 9, 16
+"""Size of the grid on which detail is kept."""
+_USUAL_PERCENTILE = 80
+"""Percentile of the detail of neighbouring frames that a sharp frame has."""
+_MIN_FINE_LEVELS, _MIN_TEXTURED_PARTS = 1.0, 12
+"""Mean fine slope of a part with texture, of 255, and the number of such parts that can be compared."""
+_MAX_DETAIL_RATIO, _MAX_FINENESS_RATIO = 0.8, 0.85
+"""A blurred frame has less than these fractions of the usual detail and of the usual fineness.
+
+They were tuned on seven films with blurred intervals, of known direction or of averaged frames, and on the
+whole of five films: blurred frames have at most 0.76 and 0.83, of 900 others one has less.
+"""
+
+
+def measure_sharpness(luma: np.ndarray) -> tuple[float, np.ndarray]:
+    """Measure the sharpness of a picture, H x W uint8.
+
+    Returns:
+        Its sharpness, 0 blurred, 1 perfectly sharp, see `_edge_sharpness`; and its detail: the mean slope of
+        each part under a narrow and a wide Gaussian, across and down, 2 x 2 x rows x columns float16.
+    """
+    fine, coarse = (_slopes(luma, deviation) for deviation in (_FINE_DEVIATION_PX, _COARSE_DEVIATION_PX))
+    size = DETAIL_COLUMNS, DETAIL_ROWS
+    parts = [cv2.resize(each, size, interpolation=cv2.INTER_AREA) for each in (*fine, *coarse)]
+    detail = np.array(parts, np.float16).reshape(2, 2, DETAIL_ROWS, DETAIL_COLUMNS)
+    return _edge_sharpness(fine, coarse), detail
+
+
+def _edge_sharpness(fine: Sequence[np.ndarray], coarse: Sequence[np.ndarray]) -> float:
+    """Return the sharpness by the width of the strongest edges, 0..1.
+
+    The slope of an edge under a narrow Gaussian, divided by its slope under a wide one, gives its width
+    independent of its height. A pan blurs the edges of one direction only, so the wider direction counts.
+    """
+    number = max(1, round(_STRONG_EDGE_SHARE * fine[0].size))
+    heights, widths = [], []
+    for thin, wide in zip(fine, coarse, strict=True):
+        strongest = np.argpartition(wide.ravel(), -number)[-number:]
+        heights.append(float(wide.ravel()[strongest].mean()))
+        widths.append(float(thin.ravel()[strongest].mean()) / max(heights[-1], 1e-6))
+    # If all edges have one direction, the other direction contains only noise.
+    counted = [width for width, height in zip(widths, heights, strict=True) if height > 0.3 * max(heights)]
+    best = _COARSE_DEVIATION_PX / _FINE_DEVIATION_PX
+    return float(np.clip((min(counted, default=0) - 1) / (best - 1), 0, 1))
+
+
+def _slopes(luma: np.ndarray, deviation: float) -> tuple[np.ndarray, np.ndarray]:
+    smooth = cv2.GaussianBlur(luma.astype(np.float32), (0, 0), deviation)
+    return np.abs(cv2.Sobel(smooth, -1, 1, 0, ksize=1)), np.abs(cv2.Sobel(smooth, -1, 0, 1, ksize=1))
+
+
+def lacks_detail(detail: np.ndarray, near: Sequence[np.ndarray]) -> bool:
+    """Whether a frame lacks detail, along one axis, that most frames near it in its scene have.
+
+    Both the fine slopes and their ratio to the coarse ones must be lower: if the content of the picture
+    changes, both kinds of slopes change.
+
+    Args:
+        detail: of the frame, see `measure_sharpness`.
+        near: of the frames near it, with the frame itself.
+    """
+    others = np.stack(list(near)).astype(np.float32)
+    usual = np.percentile(others[:, 0], _USUAL_PERCENTILE, axis=0)
+    sums = others.sum(axis=(3, 4)) + 1e-3
+    most = np.percentile(sums[:, 0], _USUAL_PERCENTILE, axis=0)
+    finest = np.percentile(sums[:, 0] / sums[:, 1], _USUAL_PERCENTILE, axis=0)
+    own = detail.sum(axis=(2, 3), dtype=np.float32) + 1e-3
+    for axis in range(2):
+        textured = usual[axis] > _MIN_FINE_LEVELS
+        if textured.sum() < _MIN_TEXTURED_PARTS:
+            continue
+        parts = float(np.median(detail[0, axis][textured] / usual[axis][textured]))
+        fineness = own[0, axis] / own[1, axis] / finest[axis]
+        if max(parts, own[0, axis] / most[axis]) < _MAX_DETAIL_RATIO and fineness < _MAX_FINENESS_RATIO:
+            return True
+    return False
