@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from stories import PLACES, RATE, Place, dissolved, flashed, shot, small_luma, view, whipped
 
-from vidstyle.comic.analyze.exposure import color_histogram
+from vidstyle.comic.analyze.picture_contrast import color_histogram
 from vidstyle.comic.analyze.shots import KeyShots, ShotFinder
 
 CUT_TOLERANCE_SECONDS, DISSOLVE_TOLERANCE_SECONDS = 0.06, 0.25

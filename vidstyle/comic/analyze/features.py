@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 
 from vidstyle.comic.analyze.defects import Blockiness, count_block_corners, is_smeared, is_test_picture
-from vidstyle.comic.analyze.exposure import color_histogram, is_blank, measure_exposure, measure_forms
 from vidstyle.comic.analyze.letterbox import content_area
+from vidstyle.comic.analyze.picture_contrast import color_histogram, is_blank, measure_exposure, measure_forms
 from vidstyle.comic.analyze.saliency import find_blobs, saliency_map, salient_box
 from vidstyle.comic.analyze.sharpness import measure_sharpness
 from vidstyle.comic.analyze.similarity import make_thumbnail
