@@ -13,12 +13,16 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
 from scipy import ndimage
+
+if TYPE_CHECKING:
+    from vidstyle.blade.reference_filter import ReferenceFilter
 
 FFMPEG = "ffmpeg -loglevel error -y -i {in} -vf %s {out}"
 TIMED_SHAPE = (720, 1280)
@@ -185,12 +189,9 @@ def main() -> None:
 def row(arguments: argparse.Namespace, source: str, bank: Path) -> str:
     """Train one bank, and return its columns of the table."""
     count = sum(each.is_file() for each in arguments.images.iterdir())
-    how = "--command" if "{in}" in source else "--function"
-    words = [arguments.program, "train", bank, "--images", arguments.images, how, source, "-y"]
-    words += ["--hold-out", str(count // 2), "--progress", "none", *arguments.options]
-    path = os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
+    options = ["--hold-out", str(count // 2), *arguments.options]
     begun = time.monotonic()
-    run = subprocess.run(words, capture_output=True, text=True, env=os.environ | {"PYTHONPATH": path})
+    run = train_bank(arguments.program, bank, arguments.images, source, options)
     seconds = time.monotonic() - begun
     if run.returncode:
         return run.stderr.strip()
@@ -207,19 +208,34 @@ def row(arguments: argparse.Namespace, source: str, bank: Path) -> str:
     )
 
 
+def train_bank(
+    program: Path, bank: Path, images: Path, source: str, options: Sequence[str]
+) -> subprocess.CompletedProcess[str]:
+    """Run `vidstyle train` on a filter: a function, or a command with {in} and {out}."""
+    how = "--command" if "{in}" in source else "--function"
+    words = [program, "train", bank, "--images", images, how, source, "-y", "--progress", "none", *options]
+    path = os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
+    return subprocess.run(words, capture_output=True, text=True, env=os.environ | {"PYTHONPATH": path})
+
+
+def reference_of(source: str) -> ReferenceFilter:
+    """Return the filter that a function or command is."""
+    from vidstyle.blade.program_filter import reference_by_command
+    from vidstyle.blade.reference_filter import reference_by_function
+
+    return reference_by_command(source) if "{in}" in source else reference_by_function(source)
+
+
 def times(source: str, bank: Path) -> str:
     """Return the milliseconds of a filter, and of its bank for luma, at 1280 x 720."""
     from vidstyle.blade.bank_file import load_bank
     from vidstyle.blade.inference import BankRun
     from vidstyle.blade.photographs import Photograph
-    from vidstyle.blade.program_filter import reference_by_command
-    from vidstyle.blade.reference_filter import reference_by_function
 
     noise = np.random.default_rng(1).random(TIMED_SHAPE, np.float32)
     luma = cv2.GaussianBlur(noise, (0, 0), 3)
     color = np.repeat(luma[..., None], 3, axis=2)
-    make = reference_by_command if "{in}" in source else reference_by_function
-    reference, run, photograph = make(source), BankRun(load_bank(bank)), Photograph(Path("timed"))
+    reference, run, photograph = reference_of(source), BankRun(load_bank(bank)), Photograph(Path("timed"))
     theirs, ours = _ms(lambda: reference.apply(color, photograph)), _ms(lambda: run.whole(luma))
     return f"{theirs:.0f} ms | {ours:.1f} ms"
 

@@ -43,9 +43,9 @@ def coffee(tmp_path_factory: pytest.TempPathFactory) -> Photograph:
     return Photograph(path)
 
 
-def found(function: Callable[[np.ndarray], np.ndarray], picture: Photograph) -> Dependence:
+def found(function: Callable[[np.ndarray], np.ndarray], *pictures: Photograph) -> Dependence:
     reference = ReferenceFilter("a test", lambda color, _: [np.asarray(function(color), np.float32)])
-    return find_dependence(reference, picture)
+    return find_dependence(reference, pictures)
 
 
 @pytest.mark.parametrize("name", FILTERS)
@@ -71,6 +71,25 @@ def test_details_are_the_reason_for_what_the_tests_do_not_explain(coffee: Photog
     assert list(dependence.reasons(7, 1, True, 0.3, 12)) == [
         "depends on details within 2 px that none of the 12 layouts of bins distinguishes"
     ]
+
+
+def test_small_effect_of_distant_pixels_is_not_the_only_reason(coffee: Photograph) -> None:
+    def mixed(z: np.ndarray, share: float) -> np.ndarray:
+        details = np.sign(luma_of(z) - cv2.blur(luma_of(z), (3, 3))) / 30
+        return luma_of(z) + details + share * (cv2.blur(luma_of(z), (13, 13)) - luma_of(z))
+
+    small, large = (
+        list(found(lambda z, s=share: mixed(z, s), coffee).reasons(7, 1, True, 0.5)) for share in (0.1, 0.9)
+    )
+    assert "depends on pixels up to" in small[0] and "depends on details within" in small[1]
+    assert "depends on pixels up to" in large[0] and len(large) == 1
+
+
+def test_picture_without_details_has_no_weight(coffee: Photograph, tmp_path: Path) -> None:
+    flat = Photograph(tmp_path / "flat.png")
+    assert cv2.imwrite(str(flat.path), np.full((192, 192, 3), 90, np.uint8))
+    alone, both = (found(FILTERS["wide"][0], *pictures) for pictures in ((coffee,), (flat, coffee)))
+    assert both.by_distance[0] < 3 * alone.by_distance[0]
 
 
 def test_colour_matrix_is_not_missing_from_a_bank_that_has_one(coffee: Photograph) -> None:

@@ -118,7 +118,7 @@ def _train(path: Path, options: dict[str, Any]) -> None:
         bank.about["sliders"] = [list(slider) for slider in sliders]
         _measure(bank, reference, pictures[len(pictures) - held_out :], on_picture)
     save_bank(bank, path)
-    _report(bank, report, held_out, reference, pictures[0], path, len(configs))
+    _report(bank, report, held_out, reference, pictures, path, len(configs))
 
 
 def _measure(
@@ -141,7 +141,7 @@ def _report(
     report: TrainingReport,
     held_out: int,
     reference: ReferenceFilter,
-    photograph: Photograph,
+    pictures: list[Photograph],
     path: Path,
     layouts: int,
 ) -> None:
@@ -162,8 +162,8 @@ def _report(
     if fidelity:
         say(_fidelity_text(fidelity, held_out))
         if fidelity["explained"] < GOOD_SHARE:
-            say(_rest_text(bank, reference, photograph, layouts))
-        elif _leaves_color(bank, reference, photograph):
+            say(_rest_text(bank, reference, pictures, layouts))
+        elif _leaves_color(bank, reference, pictures[0]):
             say("the filter also changes colour; the bank does not (add --chroma)")
     text = f"{path}: {sum(each.bins.count for each in bank.stages)} filters of {bank.size} x {bank.size}"
     say(text, {"files": [str(path)], "filters": bank.bins.count, "fidelity": fidelity})
@@ -176,14 +176,14 @@ def _leaves_color(bank: Bank, reference: ReferenceFilter, photograph: Photograph
     return bank.chroma is None and reference.is_testable and changes_color(reference, photograph)
 
 
-def _rest_text(bank: Bank, reference: ReferenceFilter, photograph: Photograph, layouts: int) -> str:
+def _rest_text(bank: Bank, reference: ReferenceFilter, pictures: list[Photograph], layouts: int) -> str:
     """Return why a bank does not reproduce the rest of the change, by tests of the filter."""
     from vidstyle.blade.search.dependence import find_dependence
 
     if not reference.is_testable:
         return "the cause of the rest is unknown: pairs of pictures cannot be tested like a filter"
     unexplained = 1 - bank.about["fidelity"]["explained"]
-    found = find_dependence(reference, photograph)
+    found = find_dependence(reference, pictures)
     parts = bank.chroma is not None, unexplained, layouts, bank.matrix is not None
     reasons = found.reasons(bank.size, bank.scale, *parts)
     return f"the rest: the filter {'; '.join(reasons)}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +13,8 @@ from vidstyle.blade.reference_filter import ReferenceFilter
 
 TEST_SIDE_PX = 192
 """Maximum side of the part of a photograph that is tested, in pixels."""
+TEST_PICTURES = 2
+"""Maximum number of photographs on which a filter is tested: one alone may lack what it depends on."""
 MIN_SHARE = 0.02
 """Differences below this share of the filter's change are ignored."""
 FAR_PX = 48
@@ -37,7 +39,7 @@ class Dependence:
         color: the difference after removing the colour of the picture.
         chroma: the change of the chroma planes; 0 for a filter that returns luma only.
         draws: whether the result of a flat picture is not flat.
-        reach: greatest distance in pixels at which a change of the picture changes the result.
+        by_distance: the difference at 1, 2, 3 and more pixels from a change of the picture.
     """
 
     randomness: float
@@ -47,7 +49,13 @@ class Dependence:
     color: float
     chroma: float
     draws: bool
-    reach: int
+    by_distance: tuple[float, ...]
+
+    @property
+    def reach(self) -> int:
+        """Return the greatest distance in pixels at which a change of the picture changes the result."""
+        reached = [number for number, share in enumerate(self.by_distance, 1) if share >= MIN_SHARE]
+        return reached[-1] if reached else 0
 
     def reasons(
         self,
@@ -82,7 +90,8 @@ class Dependence:
             yield f"depends on colour ({self.color:.0%} of the change of luma), {missing}"
         if self.far < MIN_SHARE and self.reach * scale > size // 2:
             yield f"depends on pixels up to {self.reach} px away ({_larger(self.reach, size, scale)})"
-        elif max(self.far, self.position, self.direction, self.color) < unexplained / 2:
+        beyond = max(self.by_distance[round(size // 2 / scale) :], default=0.0)
+        if max(self.far, self.position, self.direction, self.color, beyond) < unexplained / 2:
             yield f"depends on details within {max(self.reach, 1)} px that {_undistinguished(layouts)}"
         if self.chroma >= MIN_SHARE and not has_chroma:
             yield "also changes colour (add --chroma)"
@@ -103,12 +112,31 @@ def _larger(reach: int, size: int, scale: float) -> str:
     return f"{text}; try --scale {scale / 2:g}"
 
 
-def find_dependence(reference: ReferenceFilter, photograph: Photograph) -> Dependence:
-    """Run a filter on a part of a photograph and on changed copies of it.
+def find_dependence(reference: ReferenceFilter, photographs: Sequence[Photograph]) -> Dependence:
+    """Run a filter on parts of some photographs and on changed copies of them.
+
+    Returns:
+        The shares of the change of all tested parts, so that a part without details has little weight.
 
     Raises:
-        InputError: the picture cannot be read, or the filter fails.
+        InputError: a picture cannot be read, or the filter fails.
     """
+    tested = photographs[:: max(1, -(-len(photographs) // TEST_PICTURES))]
+    changes, found = zip(*(_test(reference, each) for each in tested), strict=True)
+
+    def mean(values: Iterable[float]) -> float:
+        return float(np.average(list(values), weights=changes))
+
+    names = ("randomness", "position", "direction", "far", "color", "chroma")
+    return Dependence(
+        **{name: mean(getattr(each, name) for each in found) for name in names},
+        draws=any(each.draws for each in found),
+        by_distance=tuple(map(mean, zip(*(each.by_distance for each in found), strict=False))),
+    )
+
+
+def _test(reference: ReferenceFilter, photograph: Photograph) -> tuple[float, Dependence]:
+    """Return the change of the middle of a photograph by a filter, and on what it depends."""
     color = _middle(photograph.color())
 
     def apply(picture: np.ndarray) -> np.ndarray:
@@ -118,18 +146,17 @@ def find_dependence(reference: ReferenceFilter, photograph: Photograph) -> Depen
     plain = luma_of(result)
     change = max(_square(plain - luma), 1e-9)
     profile = _profile(color, plain, apply) / change
-    far, reached = min(FAR_PX, len(profile) - 1), np.flatnonzero(profile >= MIN_SHARE)
     gray = np.repeat(luma[..., None], 3, axis=2)
     flat = luma_of(apply(np.full_like(color, 0.5)))
-    return Dependence(
+    return change, Dependence(
         randomness=_square(luma_of(apply(color)) - plain) / change,
         position=_square(_moved(color, plain, apply)) / change,
         direction=_square(_inside(luma_of(apply(np.rot90(color))) - np.rot90(plain))) / change,
-        far=float(profile[far:].mean()),
+        far=float(profile[min(FAR_PX, len(profile) - 1) :].mean()),
         color=_square(luma_of(apply(gray)) - plain) / change,
         chroma=_chroma_change(color, result) / change,
         draws=float(np.ptp(_inside(flat))) > FLAT_LEVELS,
-        reach=int(reached[-1]) + 1 if reached.size else 0,
+        by_distance=tuple(map(float, profile)),
     )
 
 

@@ -1,0 +1,100 @@
+"""Draws filters of other programs and their banks: `python -m tools.pictures.own_filters_sheet`.
+
+The banks are trained on photographs of scikit-image, the last of which is held out and drawn. It needs the
+program `ffmpeg`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import cv2
+import numpy as np
+import skimage.data
+
+from tools import foreign_filters
+from tools.foreign_filters import reference_of, train_bank
+from vidstyle.blade.bank_file import load_bank
+from vidstyle.blade.photographs import Photograph
+from vidstyle.gallery.style_samples import encode_picture, label_picture, sheet_of
+from vidstyle.renderer import stylize
+from vidstyle.style import Step, Style
+
+PHOTOGRAPHS = (
+    "astronaut",
+    "brick",
+    "camera",
+    "coffee",
+    "grass",
+    "gravel",
+    "hubble_deep_field",
+    "rocket",
+    "chelsea",
+)
+"""The last is held out."""
+CROP = np.s_[20:260, 130:370]
+"""The part of the held-out photograph that is drawn."""
+NAMES = (
+    "scipy morphological_gradient",
+    "ffmpeg cas=1",
+    "cv2.edgePreservingFilter",
+    "cv2.stylization",
+    "Kuwahara 7",
+    "cv2.xphoto.oilPainting 4, 1",
+)
+"""Filters of `foreign_filters`."""
+GAIN = 4
+"""Factor of the drawn differences."""
+
+
+def main() -> None:
+    """Train, draw, and say where."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("-o", "--output", type=Path, default=Path("docs/own-filters.jpg"))
+    output = parser.parse_args().output
+    sys.path.insert(
+        0, str(Path(foreign_filters.__file__).parent)
+    )  # the functions are named without a package
+    sources = {name: source for kind in foreign_filters.FILTERS.values() for name, source in kind.items()}
+    with TemporaryDirectory() as folder:
+        images = Path(folder) / "photographs"
+        images.mkdir()
+        for number, name in enumerate(PHOTOGRAPHS):
+            picture = getattr(skimage.data, name)()
+            cv2.imwrite(
+                str(images / f"{number}-{name}.png"), picture[..., ::-1] if picture.ndim == 3 else picture
+            )
+        cells = [cell for name in NAMES for cell in _row(name, sources[name], images)]
+    output.write_bytes(encode_picture(sheet_of(cells, 4), ".jpg"))
+    print(output)
+
+
+def _row(name: str, source: str, images: Path) -> Iterator[np.ndarray]:
+    """Yield the labelled pictures of a filter: source, filter, bank, difference."""
+    photograph = Photograph(max(images.iterdir()))
+    bank = images.parent / "own.npz"
+    run = train_bank(
+        Path(sys.executable).with_name("vidstyle"), bank, images, source, ["--chroma", "--hold-out", "1"]
+    )
+    if run.returncode:
+        raise SystemExit(run.stderr)
+    explained = load_bank(bank).about["fidelity"]["explained"]
+    color = photograph.color()
+    (filtered,) = reference_of(source).apply(color, photograph)
+    levels = [np.uint8(np.clip(each * 255 + 0.5, 0, 255)) for each in (color, filtered)]
+    look = Style("own", background=(Step("learned", {"bank": bank.name}),), folder=bank.parent)
+    learned = stylize(levels[0], look)
+    difference = np.abs(learned.astype(int) - levels[1])
+    print(f"{name}: {explained:.1%}, mean difference {difference.mean():.2f} levels", flush=True)
+    yield label_picture(levels[0][CROP], "source")
+    yield label_picture(levels[1][CROP], name)
+    yield label_picture(learned[CROP], f"bank: explains {explained:.0%}")
+    yield label_picture((GAIN * difference).clip(0, 255).astype(np.uint8)[CROP], f"difference x {GAIN}")
+
+
+if __name__ == "__main__":
+    main()
