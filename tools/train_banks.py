@@ -94,6 +94,12 @@ PLANS = (
         {"times": TIMES},
         long_side=768,
     ),
+    Plan(
+        "tvf_flat_clipped",
+        TrainingConfig(Bins(4, 12, 2, (0.0, 40.0), (0.1, 0.9)), 1.55, 9, clips=(4.0, 16.0)),
+        (_teacher("tv_flow", *FLOWS),),
+        {"times": TIMES},
+    ),
     _lines("flow_dog_fine", TrainingConfig(Bins(24, 1, 1, curvatures=9), 2.0, 9), 0.5, 0.7, 1.0),
     # The reference enlarges the tensor of a reduced picture, which widens its window a little.
     _lines(
@@ -105,6 +111,11 @@ PLANS = (
     Plan(
         "detail",
         TrainingConfig(Bins(16, 8, 3, (10.0, 58.0)), 1.5, 9),
+        (_teacher("detail_base", *LAYERS),),
+    ),
+    Plan(
+        "detail_clipped",
+        TrainingConfig(Bins(2, 16, 1, (0.0, 60.0)), 1.5, 9, clips=(16.0, 64.0)),
         (_teacher("detail_base", *LAYERS),),
     ),
 )

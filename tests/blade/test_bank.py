@@ -27,9 +27,10 @@ from vidstyle.blade.regression import (
     NormalEquations,
     TrainingConfig,
     accumulate,
+    as_filters,
     before_enlarging,
-    residuals,
-    solve,
+    solve_weights,
+    squared_errors,
 )
 from vidstyle.blade.simd import pack_filters
 from vidstyle.blade.structure_tensor import select_filters, window_radius, window_weights
@@ -74,7 +75,7 @@ def learned(config: TrainingConfig, pictures: list[np.ndarray], apply: object) -
     with ThreadPoolExecutor(2) as pool:
         for luma in pictures:
             sums.add(accumulate(config, luma, apply(luma), pool))  # type: ignore[operator]
-    return solve(config, sums)
+    return as_filters(config, solve_weights(config, sums))
 
 
 @pytest.mark.parametrize("rho", [0.3, 0.5, 1.0, 1.5, 2.3, 4.0])
@@ -319,10 +320,10 @@ def test_residuals_equal_error_on_samples(curvatures: int) -> None:
     target = cv2.bilateralFilter(luma, 9, 0.1, 3)
     with ThreadPoolExecutor(2) as pool:
         sums = accumulate(config, luma, [target], pool)
-    filters = solve(config, sums)
-    bank = Bank(config.bins, 1.5, filters)
+    weights = solve_weights(config, sums)
+    bank = Bank(config.bins, 1.5, as_filters(config, weights))
     error = (BankRun(bank).run(luma) - target)[5:-5, 5:-5]
-    mean = (residuals(config, sums, filters)[0] * sums.samples).sum() / sums.samples.sum()
+    mean = squared_errors(sums, weights)[0].sum() / sums.samples.sum()
     assert mean == pytest.approx(float(np.mean(error.astype(np.float64) ** 2)), rel=0.05)
 
 

@@ -211,6 +211,17 @@ def test_shipped_bank_is_close_to_reference_on_unseen_picture(name: str) -> None
     assert psnr(result, target) > psnr(luma, target) + 5
 
 
+def test_several_passes_and_enhanced_detail_are_as_close_as_clipped_differences_allow() -> None:
+    luma = luma_of("astronaut")[::2, ::2]
+    enhanced = {"delta": 60, "fine": 1, "middle": 0, "coarse": 0}
+    for block, values, target, gain in (
+        ("tvf", {"flow": "variation", "passes": 4, "time": 6}, tv_flow(luma, 24.0, 0), 14),
+        ("detail", enhanced, luma + 3 * (luma - detail_base(luma, CONTRAST_LEVELS[0])), 10),
+    ):
+        result = all_blocks()[block](**values).whole(luma)
+        assert psnr(result, target) > psnr(luma, target) + gain
+
+
 @pytest.mark.parametrize("sigma", of_the_day([0.5, 0.6, 0.7, 1.0, 1.2, 1.4, 2.0, 5.6], 4))
 def test_flow_lines_sharpen_like_reference(sigma: float) -> None:
     luma = luma_of("coffee")[:300, :400]

@@ -65,10 +65,10 @@ def styled(picture: np.ndarray, block: str, values: dict[str, Any]) -> np.ndarra
     return stylize(picture, Style("sheet", background=(Step(block, values),)))
 
 
-def cropped(picture: np.ndarray) -> np.ndarray:
-    """The middle, as RGB."""
-    top, left = ((side - SIDE) // 2 for side in picture.shape[:2])
-    middle = np.ascontiguousarray(picture[top : top + SIDE, left : left + SIDE])
+def cropped(picture: np.ndarray, most: int = SIDE) -> np.ndarray:
+    """Return the middle of a picture, at most `most` pixels on each side, as RGB."""
+    top, left = (max(side - most, 0) // 2 for side in picture.shape[:2])
+    middle = np.ascontiguousarray(picture[top : top + most, left : left + most])
     return middle if middle.ndim == 3 else cv2.cvtColor(middle, cv2.COLOR_GRAY2RGB)
 
 

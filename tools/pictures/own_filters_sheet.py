@@ -18,6 +18,7 @@ import skimage.data
 
 from tools import foreign_filters
 from tools.foreign_filters import reference_of, train_bank
+from tools.pictures.filters_sheet import cropped
 from vidstyle.blade.bank_file import load_bank
 from vidstyle.blade.photographs import Photograph
 from vidstyle.gallery.style_samples import encode_picture, label_picture, sheet_of
@@ -36,7 +37,9 @@ PHOTOGRAPHS = (
     "chelsea",
 )
 """The last is held out."""
-CROP = np.s_[20:260, 130:370]
+TRAINED_PX, DRAWN_PX = 320, 240
+"""Sides of the middle of a photograph that is trained on, and of the part that is drawn."""
+CROP = np.s_[20 : 20 + DRAWN_PX, 40 : 40 + DRAWN_PX]
 """The part of the held-out photograph that is drawn."""
 NAMES = (
     "scipy morphological_gradient",
@@ -64,10 +67,8 @@ def main() -> None:
         images = Path(folder) / "photographs"
         images.mkdir()
         for number, name in enumerate(PHOTOGRAPHS):
-            picture = getattr(skimage.data, name)()
-            cv2.imwrite(
-                str(images / f"{number}-{name}.png"), picture[..., ::-1] if picture.ndim == 3 else picture
-            )
+            picture = cropped(getattr(skimage.data, name)(), TRAINED_PX)
+            cv2.imwrite(str(images / f"{number}-{name}.png"), picture[..., ::-1])
         cells = [cell for name in NAMES for cell in _row(name, sources[name], images)]
     output.write_bytes(encode_picture(sheet_of(cells, 4), ".jpg"))
     print(output)

@@ -17,7 +17,7 @@ import numpy as np
 from vidstyle.blade.bins import Bins
 from vidstyle.blade.choice import choice_radius, choose_filters
 from vidstyle.blade.inference import RESAMPLING_METHOD
-from vidstyle.blade.symmetry import pair_weights, pixel_pairs, symmetrize
+from vidstyle.blade.symmetry import pixel_pairs, symmetrize
 from vidstyle.core.kernels import compiled
 from vidstyle.core.resample import resample, scaled_shape
 
@@ -193,11 +193,6 @@ def _inverse_of_enlarging(small: int, large: int) -> np.ndarray:
     return np.linalg.solve(enlarging.T @ enlarging, enlarging.T)
 
 
-def solve(config: TrainingConfig, sums: NormalEquations) -> np.ndarray:
-    """Return the filters: parts x bins x size x size float32."""
-    return as_filters(config, solve_weights(config, sums))
-
-
 def solve_weights(config: TrainingConfig, sums: NormalEquations) -> np.ndarray:
     """Return the unknowns: parts x bins x unknowns."""
     unknowns = sums.matrices.shape[1]
@@ -235,12 +230,6 @@ def _energies(config: TrainingConfig, matrices: np.ndarray) -> np.ndarray:
         np.stack([squares[:, groups == each].mean(axis=1) for each in range(1 + len(config.clips))], 1)
         + 1e-12
     )
-
-
-def residuals(config: TrainingConfig, sums: NormalEquations, filters: np.ndarray) -> np.ndarray:
-    """Return the mean squared error of each part and bin on the training samples; NaN for empty bins."""
-    with np.errstate(invalid="ignore"):
-        return squared_errors(sums, pair_weights(filters, config.bins.curvatures > 1)) / sums.samples
 
 
 def squared_errors(sums: NormalEquations, weights: np.ndarray) -> np.ndarray:

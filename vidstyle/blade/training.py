@@ -14,7 +14,15 @@ from vidstyle.blade.bank import Bank
 from vidstyle.blade.inference import BankRun
 from vidstyle.blade.photographs import Photograph, chroma_of, luma_of
 from vidstyle.blade.reference_filter import ReferenceFilter
-from vidstyle.blade.regression import NormalEquations, TrainingConfig, accumulate, residuals, solve
+from vidstyle.blade.regression import (
+    NormalEquations,
+    TrainingConfig,
+    accumulate,
+    as_filters,
+    clipped_of,
+    solve_weights,
+    squared_errors,
+)
 from vidstyle.core.machine.cores import available_cores
 
 SSIM_WINDOW_PX = 11
@@ -64,10 +72,15 @@ def train(
             targets = reference.apply(color, photograph)
             sums.add(accumulate(config, luma_of(color), [luma_of(each) for each in targets], pool))
             on_picture("learning", number, len(photographs))
-    filters = solve(config, sums)
-    errors = 255 * np.sqrt(np.maximum(np.nan_to_num(residuals(config, sums, filters)), 0))
+    weights = solve_weights(config, sums)
+    mean = squared_errors(sums, weights) / np.maximum(sums.samples, 1)
+    errors = 255 * np.sqrt(np.maximum(mean, 0))
     about = description(config, reference, photographs, sums, errors)
-    return Bank(config.bins, config.rho, filters, about), report(sums, errors)
+    clipped = clipped_of(config, weights)
+    bank = Bank(
+        config.bins, config.rho, as_filters(config, weights), about, clips=config.clips, clipped=clipped
+    )
+    return bank, report(sums, errors)
 
 
 def description(

@@ -59,12 +59,13 @@ def tvf(
 
     Learned. `curvature` is total variation flow in the form of Marquina and Osher, which the paper trains:
     mean curvature motion. A single pass runs in three steps, which is more accurate. `variation` is the true
-    flow: a disc of radius r loses 2 time / r levels in each pass. Paper, sections 4.2 C and 5.4.1.
+    flow: a disc of radius r loses 2 time / r levels in each pass. Several passes use filters with clipped
+    differences, which keep edges sharp and take longer. Paper, sections 4.2 C and 5.4.1.
     """
     if flow == "curvature":
         part, passes = (1, STEPS_PER_PASS) if passes == 1 else (0, passes)
         return BankRun(shipped_parts("tvf", part, part + 1), (amount,), 1 - amount, passes=passes)
-    bank = shipped_bank("tvf_flat")
+    bank = shipped_bank("tvf_flat" if passes == 1 else "tvf_flat_clipped")
     times = (0.0, *bank.about["times"])
     identity, *weights = (float(np.interp(time, times, row)) for row in np.eye(len(times)))
     return BankRun(
