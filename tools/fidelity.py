@@ -26,7 +26,7 @@ from vidstyle.blade.references import (
 )
 from vidstyle.blade.training import mssim, psnr
 from vidstyle.blocks import all_blocks
-from vidstyle.blocks.detail import CONTRAST_LEVELS
+from vidstyle.blocks.detail import CONTRAST_LEVELS, FULL_DELTA
 
 README = Path(__file__).parent.parent / "filters_bank" / "README.md"
 HELD_OUT = 10
@@ -87,10 +87,13 @@ def cases() -> Iterator[Case]:
     yield Case("tvf", {"passes": 2}, lambda z: second_order_tv_flow(z, 4.0), ("paper's scheme",), "tvf")
     for passes, time in ((1, 3), (2, 6), (4, 6), (4, 12), (8, 12)):
         values = {"flow": "variation", "passes": passes, "time": time}
-        yield Case("tvf", values, lambda z, t=passes * time: tv_flow(z, t, 0), paper="tvf")
+        for accurate in ({}, {"accurate": True}) if passes > 1 else ({},):
+            yield Case("tvf", values | accurate, lambda z, t=passes * time: tv_flow(z, t, 0), paper="tvf")
     for delta in (-100, -60, -20, 20, 60, 100):
         paper = f"detail {delta:+d}" if abs(delta) == 20 else ""
-        yield Case("detail", {"delta": delta}, lambda z, d=delta: detailed(z, d), paper=paper)
+        for accurate in ({}, {"accurate": True}) if delta > FULL_DELTA else ({},):
+            values = {"delta": delta} | accurate
+            yield Case("detail", values, lambda z, d=delta: detailed(z, d), paper=paper)
     for sigma in (0.5, 0.7, 1, 1.4, 2, 2.8, 4, 5.6, 8):
         shown = ("linear", "clipped", "threshold")
         yield Case("flow_dog", {"sigma": sigma, "p": P}, lambda z, s=sigma: lines(z, s), shown)

@@ -166,8 +166,9 @@ def cases() -> Iterator[tuple[fidelity.Case, str, Callable[[Picture], Picture]]]
     curvature = fidelity.Case("tvf", {"passes": 1}, lambda z: tv_flow(z, 2))
     yield curvature, "central differences", lambda z: curvature_flow(z, 2)
     yield curvature, "medians of circles", lambda z: circle_median_flow(z, 2)
-    for delta in (-20, 20):
-        case = fidelity.Case("detail", {"delta": delta}, lambda z, d=delta: fidelity.detailed(z, d))
+    for values in ({"delta": -20}, {"delta": 20}, {"delta": 20, "accurate": True}):
+        delta = values["delta"]
+        case = fidelity.Case("detail", dict(values), lambda z, d=delta: fidelity.detailed(z, d))
         yield case, "", lambda z, d=delta: detail(z, d)
     for sigma in (1, 1.4, 2, 4):
         shown = ("clipped", "threshold")

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from vidstyle.blade.bank_file import shipped_bank
 from vidstyle.blade.inference import BankRun
-from vidstyle.block import Slider, block
+from vidstyle.block import Slider, Switch, block
 
 CONTRAST_LEVELS = (40.0, 57.0, 80.0)
 """Contrasts, in levels of 255, below which the smoothing of each layer removes detail. The kernels are powers
@@ -38,6 +38,9 @@ def detail(
     coarse: Annotated[
         float, Slider(0, 2, "share of detail of high contrast", explore=(0.2, 0.5), label="Coarse detail")
     ] = 0.2,
+    accurate: Annotated[
+        bool, Switch("closer to the reference filter where detail is enhanced; slower", label="More accurate")
+    ] = False,
 ) -> BankRun:
     """Remove or enhance detail, layer by layer.
 
@@ -45,9 +48,8 @@ def detail(
     times the layer's factor, but at least -1, which removes the layer: at -100 all layers are removed. Layers
     are differences between edge-preserving smoothings for contrasts of 40, 57 and 80 levels. Paper, sections
     4.2 C and 5.4.4; Talebi and Milanfar 2016, without their S-curves and mask of structure, so that the
-    result stays linear in each factor. Above 20, where errors are enhanced too, filters with clipped
-    differences are used, which are more accurate and take longer.
+    result stays linear in each factor. `accurate` uses filters with clipped differences.
     """
-    bank = shipped_bank("detail_clipped" if delta > FULL_DELTA else "detail")
+    bank = shipped_bank("detail_clipped" if accurate else "detail")
     first, second, third = (max(delta / FULL_DELTA * factor, -1.0) for factor in (fine, middle, coarse))
     return BankRun(bank, (second - first, third - second, -third), 1 + first)

@@ -8,7 +8,7 @@ import numpy as np
 
 from vidstyle.blade.bank_file import shipped_bank, shipped_parts
 from vidstyle.blade.inference import BankRun
-from vidstyle.block import Choice, Slider, block
+from vidstyle.block import Choice, Slider, Switch, block
 
 PASS_TIME = 2.0
 """Time of a pass of curvature flow, in pixels^2."""
@@ -54,18 +54,22 @@ def tvf(
             label="Flatness of a pass",
         ),
     ] = 6,
+    accurate: Annotated[
+        bool,
+        Switch("variation keeps edges sharper, above all in several passes; slower", label="More accurate"),
+    ] = False,
 ) -> BankRun:
     """Flatten texture and preserve edges.
 
     Learned. `curvature` is total variation flow in the form of Marquina and Osher, which the paper trains:
     mean curvature motion. A single pass runs in three steps, which is more accurate. `variation` is the true
-    flow: a disc of radius r loses 2 time / r levels in each pass. Several passes use filters with clipped
-    differences, which keep edges sharp and take longer. Paper, sections 4.2 C and 5.4.1.
+    flow: a disc of radius r loses 2 time / r levels in each pass; `accurate` gives it filters with clipped
+    differences. Paper, sections 4.2 C and 5.4.1.
     """
     if flow == "curvature":
         part, passes = (1, STEPS_PER_PASS) if passes == 1 else (0, passes)
         return BankRun(shipped_parts("tvf", part, part + 1), (amount,), 1 - amount, passes=passes)
-    bank = shipped_bank("tvf_flat" if passes == 1 else "tvf_flat_clipped")
+    bank = shipped_bank("tvf_flat_clipped" if accurate else "tvf_flat")
     times = (0.0, *bank.about["times"])
     identity, *weights = (float(np.interp(time, times, row)) for row in np.eye(len(times)))
     return BankRun(
