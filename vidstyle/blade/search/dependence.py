@@ -13,7 +13,7 @@ from vidstyle.blade.reference_filter import ReferenceFilter
 
 TEST_SIDE_PX = 192
 """Maximum side of the part of a photograph that is tested, in pixels."""
-TEST_PICTURES = 2
+MAX_TEST_PICTURES = 2
 """Maximum number of photographs on which a filter is tested: one alone may lack what it depends on."""
 MIN_SHARE = 0.02
 """Differences below this share of the filter's change are ignored."""
@@ -121,7 +121,7 @@ def find_dependence(reference: ReferenceFilter, photographs: Sequence[Photograph
     Raises:
         InputError: a picture cannot be read, or the filter fails.
     """
-    tested = photographs[:: max(1, -(-len(photographs) // TEST_PICTURES))]
+    tested = photographs[:: max(1, -(-len(photographs) // MAX_TEST_PICTURES))]
     changes, found = zip(*(_test(reference, each) for each in tested), strict=True)
 
     def mean(values: Iterable[float]) -> float:
