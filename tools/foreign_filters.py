@@ -229,6 +229,7 @@ def reference_of(source: str) -> ReferenceFilter:
 def times(source: str, bank: Path) -> str:
     """Return the milliseconds of a filter, and of its bank for luma, at 1280 x 720."""
     from vidstyle.blade.bank_file import load_bank
+    from vidstyle.blade.before.luma_steps import prepare
     from vidstyle.blade.inference import BankRun
     from vidstyle.blade.photographs import Photograph
 
@@ -236,7 +237,8 @@ def times(source: str, bank: Path) -> str:
     luma = cv2.GaussianBlur(noise, (0, 0), 3)
     color = np.repeat(luma[..., None], 3, axis=2)
     reference, run, photograph = reference_of(source), BankRun(load_bank(bank)), Photograph(Path("timed"))
-    theirs, ours = _ms(lambda: reference.apply(color, photograph)), _ms(lambda: run.whole(luma))
+    theirs = _ms(lambda: reference.apply(color, photograph))
+    ours = _ms(lambda: run.whole(prepare(luma, run.luma_steps)))
     return f"{theirs:.0f} ms | {ours:.1f} ms"
 
 

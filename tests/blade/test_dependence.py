@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -10,6 +11,8 @@ import numpy as np
 import pytest
 from media import photograph
 
+from vidstyle.blade.bank import Bank
+from vidstyle.blade.bins import Bins
 from vidstyle.blade.photographs import Photograph, luma_of
 from vidstyle.blade.reference_filter import ReferenceFilter
 from vidstyle.blade.search.dependence import Dependence, find_dependence
@@ -17,6 +20,9 @@ from vidstyle.blade.search.dependence import Dependence, find_dependence
 RANDOM = np.random.default_rng(5)
 LIGHT = np.array([[-1, 0, 0], [0, 0, 0], [0, 0, 1]], np.float32)
 VIGNETTE = np.linspace(0.3, 1, 192, dtype=np.float32)[:, None, None]
+
+BANK = Bank(Bins(2, 1, 1), 1.5, np.zeros((1, 2, 7, 7), np.float32))
+COLOR_BANK = replace(BANK, chroma=BANK.filters)
 
 FILTERS: dict[str, tuple[Callable[[np.ndarray], np.ndarray], str]] = {
     "random": (lambda z: z + RANDOM.normal(0, 0.1, z.shape).astype(np.float32), "is random (two runs differ"),
@@ -30,6 +36,10 @@ FILTERS: dict[str, tuple[Callable[[np.ndarray], np.ndarray], str]] = {
         "depends on the position",
     ),
     "hatched": (lambda z: z * (np.indices(z.shape[:2]).sum(0) % 8 < 4)[..., None], "draws on flat areas"),
+    "unstable": (
+        lambda z: np.where((z * 255 + 0.5).astype(int) % 2, z + 0.1, z).astype(np.float32),
+        "reacts to noise of one level",
+    ),
     "channel": (lambda z: np.repeat(z[..., 2:], 3, axis=2), "depends on colour"),
     "vivid": (lambda z: z * np.float32([1.2, 1, 0.5]), "also changes colour (add --chroma)"),
 }
@@ -51,24 +61,24 @@ def found(function: Callable[[np.ndarray], np.ndarray], *pictures: Photograph) -
 @pytest.mark.parametrize("name", FILTERS)
 def test_reason_is_found(name: str, coffee: Photograph) -> None:
     function, reason = FILTERS[name]
-    reasons = "; ".join(found(function, coffee).reasons(7, 1, False, 0))
+    reasons = "; ".join(found(function, coffee).reasons(BANK, 0))
     assert reason in reasons
     assert ("not local" in reasons) == ("not local" in reason)
 
 
 def test_local_filter_of_gray_has_no_reason(coffee: Photograph) -> None:
     dependence = found(lambda z: cv2.blur(luma_of(z), (5, 5)), coffee)
-    assert not list(dependence.reasons(7, 1, False, 0)) and dependence.reach == 2
+    assert not list(dependence.reasons(BANK, 0)) and dependence.reach == 2
 
 
 def test_details_are_the_reason_for_what_the_tests_do_not_explain(coffee: Photograph) -> None:
     dependence = found(
         lambda z: cv2.medianBlur((luma_of(z) * 255).astype(np.uint8), 5) / np.float32(255), coffee
     )
-    assert list(dependence.reasons(7, 1, True, 0.3)) == [
+    assert list(dependence.reasons(COLOR_BANK, 0.3)) == [
         "depends on details within 2 px that these bins do not distinguish (try --bins auto)"
     ]
-    assert list(dependence.reasons(7, 1, True, 0.3, 12)) == [
+    assert list(dependence.reasons(COLOR_BANK, 0.3, 12)) == [
         "depends on details within 2 px that none of the 12 layouts of bins distinguishes"
     ]
 
@@ -94,14 +104,18 @@ def test_picture_without_details_has_no_weight(coffee: Photograph, tmp_path: Pat
 
 def test_colour_matrix_is_not_missing_from_a_bank_that_has_one(coffee: Photograph) -> None:
     dependence = found(FILTERS["channel"][0], coffee)
-    assert "which luma lacks" in next(dependence.reasons(7, 1, True, 0.3))
-    assert "only a matrix" in next(dependence.reasons(7, 1, True, 0.3, has_matrix=True))
+    mixing = replace(COLOR_BANK, matrix=np.eye(3, 4, dtype=np.float32))
+    assert "which luma lacks" in next(dependence.reasons(COLOR_BANK, 0.3))
+    assert "only a matrix" in next(dependence.reasons(mixing, 0.3))
 
 
 def test_reduced_picture_widens_the_reach_of_filters(coffee: Photograph) -> None:
     dependence = found(lambda z: cv2.blur(z, (21, 21)), coffee)
-    assert not list(dependence.reasons(7, 0.25, True, 0)) and list(dependence.reasons(7, 0.5, True, 0))
-    assert list(dependence.reasons(15, 1, True, 0)) == [
+    quarter, half = (replace(COLOR_BANK, scale=scale) for scale in (0.25, 0.5))
+    assert not list(dependence.reasons(quarter, 0)) and list(dependence.reasons(half, 0))
+    filters = np.zeros((1, 2, 15, 15), np.float32)
+    wide = replace(BANK, filters=filters, chroma=filters)
+    assert list(dependence.reasons(wide, 0)) == [
         "depends on pixels up to 9 px away (filters reach 7 px; try --scale 0.5)"
     ]
 

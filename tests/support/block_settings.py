@@ -113,11 +113,26 @@ def style_of_a_bank_with_a_matrix(folder: Path) -> Path:
     return folder / "matrix.toml"
 
 
+def style_of_a_bank_with_luma_steps(folder: Path) -> Path:
+    """A style whose bank has a tone curve through percentiles and a local mode before its filters."""
+    random, bins = np.random.default_rng(6), Bins(4, 2, 1)
+    filters = random.normal(0, 0.02, (1, bins.count, 5, 5)).astype(np.float32)
+    filters[:, :, 2, 2] += 1 - filters.sum(axis=(2, 3))
+    filters = (filters + filters[..., ::-1, ::-1]) / 2
+    curve = np.array([[3, 0.1], [40, 0.3], [60, 0.7], [95, 0.9]], np.float32)
+    mode = np.array([2, 4], np.int32)
+    save_bank(Bank(bins, 1.5, filters, {"imitates": "nothing"}, curve=curve, mode=mode), folder / "steps.npz")
+    text = 'format = 1\n[[background]]\nblock = "learned"\nbank = "steps.npz"\namount = 0.9\n'
+    (folder / "steps.toml").write_text(text)
+    return folder / "steps.toml"
+
+
 RICHER_BANKS = [
     style_of_a_richer_bank,
     style_of_an_affine_bank,
     style_of_a_clipped_bank,
     style_of_a_bank_with_a_matrix,
+    style_of_a_bank_with_luma_steps,
 ]
 """Functions of a folder that write a style with a bank of a form that no shipped bank has."""
 

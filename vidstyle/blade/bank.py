@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from vidstyle.blade.before.local_mode import MAX_EXPONENT, MAX_MODE_RADIUS
+from vidstyle.blade.before.percentile_curve import MAX_LEVEL
 from vidstyle.blade.bins import Bins
 from vidstyle.blade.symmetry import pair_weights
 
@@ -47,6 +49,9 @@ class Bank:
         next: the bank of the second stage, which filters the result; None for a bank of one stage.
         matrix: 3 x 4 float32, colour matrix applied to RGB 0..1 before the filters, whose last column is
             added; the result is clipped to 0..1. None for a bank that reads only luma.
+        curve: percentages and levels of a `percentile_curve` of luma before the filters, 4 x 2 float32, or
+            2 x 2 for a straight line between two percentiles; None without.
+        mode: radius and exponent, int32, of a `local_mode` of luma before the filters, or None.
         scale: working size relative to the picture, 0..1.
         about: a record of the training, as plain data: "imitates" (the reference filter), "parts" (names),
             "pictures" (names and checksums), "samples" and "residuals" (in levels of 255) of each filter,
@@ -64,6 +69,8 @@ class Bank:
     clipped: np.ndarray | None = None
     next: Bank | None = None
     matrix: np.ndarray | None = None
+    curve: np.ndarray | None = None
+    mode: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         problem = _problem(self)
@@ -90,7 +97,7 @@ class Bank:
         if self.chroma is None:
             raise ValueError("has no filters for chroma")
         constants = None if self.constants is None else self.constants[..., 1:]
-        of_luma = dict.fromkeys(("chroma", "clipped", "next", "matrix"))
+        of_luma = dict.fromkeys(("chroma", "clipped", "next", "matrix", "curve", "mode"))
         return replace(self, filters=self.chroma, constants=constants, clips=(), **of_luma)  # type: ignore[arg-type]
 
     @cached_property
@@ -194,8 +201,9 @@ def _problem(bank: Bank) -> str:
         or constants.shape[-1] not in ((1, 2) if bank.chroma is None else (3,))
     ):
         return f"has constants of shape {constants.shape}, not parts x bins x planes"
-    if problem := _problem_of_clips(bank) or _problem_of_stages(bank) or _problem_of_matrix(bank):
-        return problem
+    for find_problem in (_problem_of_clips, _problem_of_stages, _problem_of_matrix, _problem_of_luma_steps):
+        if problem := find_problem(bank):
+            return problem
     arrays = filters, bank.chroma, constants, bank.clipped, bank.matrix
     numbers = [each for each in arrays if each is not None]
     wrong = sum(each.size - np.count_nonzero(np.abs(each) <= MAX_WEIGHT) for each in numbers)
@@ -206,9 +214,9 @@ def _problem_of_stages(bank: Bank) -> str:
     """Return the defect of the second stage, or an empty text."""
     if bank.next is None:
         return ""
-    followers = bank.next.next, bank.next.chroma, bank.next.matrix
+    followers = bank.next.next, bank.next.chroma, bank.next.matrix, bank.next.curve, bank.next.mode
     if any(each is not None for each in followers) or len(bank.filters) + len(bank.next.filters) > 2:
-        return "has a second stage with filters for chroma, a matrix, several parts or a further stage"
+        return "has a second stage with filters for chroma, earlier steps, several parts or a further stage"
     return "" if bank.next.scale == bank.scale else "has stages of different scales"
 
 
@@ -218,6 +226,25 @@ def _problem_of_matrix(bank: Bank) -> str:
     if matrix is None or (matrix.shape == (3, 4) and matrix.dtype == np.float32):
         return ""
     return f"has a colour matrix of shape {matrix.shape} {matrix.dtype}, not (3, 4) float32"
+
+
+def _problem_of_luma_steps(bank: Bank) -> str:
+    """Return the defect of the steps that change luma before the filters, or an empty text."""
+    curve, mode = bank.curve, bank.mode
+    if curve is not None:
+        if curve.shape not in ((2, 2), (4, 2)) or curve.dtype != np.float32:
+            return f"has a tone curve of shape {curve.shape} {curve.dtype}, not (2 or 4, 2) float32"
+        percentages, levels = curve.T
+        ordered = (np.diff([0, *percentages, 100]) >= 0).all()
+        if not (ordered and (np.abs(levels) <= MAX_LEVEL).all()):
+            return (
+                f"has a tone curve {curve.tolist()}, not increasing percentages and levels up to {MAX_LEVEL}"
+            )
+    if mode is not None:
+        is_pair = mode.shape == (2,) and mode.dtype == np.int32
+        if not (is_pair and 1 <= mode[0] <= MAX_MODE_RADIUS and 1 <= mode[1] <= MAX_EXPONENT):
+            return f"has a local mode {mode.tolist()}, not a radius and an exponent of 1 to 8"
+    return ""
 
 
 def _problem_of_clips(bank: Bank) -> str:

@@ -29,6 +29,8 @@ CLIPPED_FORMAT_VERSION = 3
 """Version of the file format of banks with clipped differences or two stages, new to earlier readers."""
 MATRIX_FORMAT_VERSION = 4
 """Version of the file format of banks with a colour matrix."""
+STEP_FORMAT_VERSION = 5
+"""Version of the file format of banks with a tone curve through percentiles or a local mode."""
 MAX_BYTES = 64 << 20
 """Maximum size of a file, both compressed and decompressed."""
 MAX_ENTRIES = 64
@@ -36,9 +38,9 @@ MAX_ENTRIES = 64
 MAX_ABOUT = 4 << 20
 """Maximum length of the description of a bank, in bytes."""
 REQUIRED_ARRAYS = {"format", "filters", "bins", "ranges", "rho", "about"}
-OPTIONAL_ARRAYS = {"chroma", "constants", "clipped", "matrix"}
-"""Names of the optional arrays: filters for chroma, constants, weights of clipped differences, and the colour
-matrix."""
+OPTIONAL_ARRAYS = {"chroma", "constants", "clipped", "matrix", "curve", "mode"}
+"""Names of the optional arrays: filters for chroma, constants, weights of clipped differences, and the steps
+before the filters."""
 SECOND_STAGE = "next"
 """Name of the optional array that holds the file of the bank of the second stage."""
 BINS_ATTRIBUTES = {"curvatures": "curvatures", "step": "pitch"}
@@ -95,6 +97,8 @@ def _as_npz(bank: Bank) -> bytes:
 
 def _format_version(arrays: Container[str]) -> int:
     """Return the lowest version of the file format that can hold a bank with these arrays."""
+    if "curve" in arrays or "mode" in arrays:
+        return STEP_FORMAT_VERSION
     if "matrix" in arrays:
         return MATRIX_FORMAT_VERSION
     if "clipped" in arrays or SECOND_STAGE in arrays:

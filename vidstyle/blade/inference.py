@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from vidstyle.blade.bank import Bank
+from vidstyle.blade.before.luma_steps import LumaStep, luma_steps
 from vidstyle.blade.choice import choice_radius, choose_filters
 from vidstyle.blade.clipped_simd import pack_clipped
 from vidstyle.blade.filtering import apply_filters
@@ -102,6 +103,11 @@ class BankRun:
             return None
         share = np.float32(1 - self.identity)
         return share * self.bank.matrix + (1 - share) * np.eye(3, 4, dtype=np.float32)
+
+    @cached_property
+    def luma_steps(self) -> tuple[LumaStep, ...]:
+        """Blocks that change luma before the filters, and their values, weighted like the bank."""
+        return luma_steps(self.bank.curve, self.bank.mode, 1 - self.identity)
 
     @cached_property
     def sequence(self) -> tuple[BankPass, ...]:

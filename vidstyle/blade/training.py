@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 
 from vidstyle.blade.bank import Bank
+from vidstyle.blade.before.luma_steps import prepare
 from vidstyle.blade.inference import BankRun
 from vidstyle.blade.photographs import Photograph, chroma_of, luma_of
 from vidstyle.blade.reference_filter import ReferenceFilter
@@ -132,19 +133,20 @@ def measure(
         color = photograph.color()
         luma, parts = luma_of(color), reference.apply(color, photograph)
         given = run.mixed(color)
+        prepared = prepare(luma_of(given), run.luma_steps)
 
         def mixed(planes: list[np.ndarray], plane: np.ndarray) -> np.ndarray:
             return np.tensordot(np.asarray(weights, np.float32), np.stack(planes), 1) + identity * plane
 
         target = mixed([luma_of(part) for part in parts], luma)
-        result = run.whole(luma_of(given))
+        result = run.whole(prepared)
         row = [psnr(result, target), mssim(result, target), psnr(luma, target), mssim(luma, target)]
         if run.bank.chroma is not None:
             planes = chroma_of(color)
             wanted = [
                 mixed(list(each), plane) for plane, *each in zip(planes, *map(chroma_of, parts), strict=True)
             ]
-            found = run.whole_chroma(luma_of(given), chroma_of(given))
+            found = run.whole_chroma(prepared, chroma_of(given))
             row += [psnr(np.stack(each), np.stack(wanted)) for each in (found, planes)]
         rows.append(row)
         errors += float(np.square(result - target).mean())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -65,7 +66,7 @@ MAX_CLIPPED_SHARE = 0.01
 @option("--rho", type=number(MIN_RHO, 8), default=1.5, group=Group.FILTERS,
         help="Standard deviation of the structure tensor's window, in pixels.")  # fmt: skip
 @option("--stages", type=number(1, 2, whole=True), default=2, group=Group.FILTERS,
-        help="Maximum number of stages; the second filters the result of the first.")  # fmt: skip
+        help="Maximum number of stages; 1 also prevents a local mode before the bank.")  # fmt: skip
 @option("--scale", type=number(0.05, 1), default=1, group=Group.FILTERS,
         help="Size of the picture at which the bank runs; below 1 for wide filters.")  # fmt: skip
 @option("--hold-out", type=number(0, whole=True), default=2, group=Group.REFERENCE,
@@ -152,8 +153,8 @@ def _report(
     best = f", the best of {layouts} layouts" if layouts > 1 else ""
     kind = "filters that keep flat areas" if bank.constants is None else "affine filters"
     say(f"{layout_text(bank.bins, bank.clips)}{best}; {kind}")
-    if bank.matrix is not None:
-        say("a colour matrix is applied before the filters")
+    for step in _steps_before(bank):
+        say(f"{step} is applied before the filters")
     if bank.next:
         say(f"second stage: {layout_text(bank.next.bins, bank.next.clips)}")
     fidelity = bank.about.get("fidelity")
@@ -167,6 +168,18 @@ def _report(
             say("the filter also changes colour; the bank does not (add --chroma)")
     text = f"{path}: {sum(each.bins.count for each in bank.stages)} filters of {bank.size} x {bank.size}"
     say(text, {"files": [str(path)], "filters": bank.bins.count, "fidelity": fidelity})
+
+
+def _steps_before(bank: Bank) -> Iterator[str]:
+    """Yield the steps before the filters of a bank, as text."""
+    if bank.matrix is not None:
+        yield "a colour matrix"
+    if bank.curve is not None:
+        percentages = ", ".join(f"{each:.3g}" for each in bank.curve[:, 0])
+        yield f"a tone curve through the percentiles {percentages} of each picture"
+    if bank.mode is not None:
+        side = 2 * bank.mode[0] + 1
+        yield f"a local mode of {side} x {side} pixels, with exponent {bank.mode[1]},"
 
 
 def _leaves_color(bank: Bank, reference: ReferenceFilter, photograph: Photograph) -> bool:
@@ -184,9 +197,7 @@ def _rest_text(bank: Bank, reference: ReferenceFilter, pictures: list[Photograph
         return "the cause of the rest is unknown: pairs of pictures cannot be tested like a filter"
     unexplained = 1 - bank.about["fidelity"]["explained"]
     found = find_dependence(reference, pictures)
-    parts = bank.chroma is not None, unexplained, layouts, bank.matrix is not None
-    reasons = found.reasons(bank.size, bank.scale, *parts)
-    return f"the rest: the filter {'; '.join(reasons)}"
+    return f"the rest: the filter {'; '.join(found.reasons(bank, unexplained, layouts))}"
 
 
 def _show(path: Path, target: Path) -> None:

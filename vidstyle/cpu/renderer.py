@@ -264,7 +264,7 @@ class CpuRenderer(Backend):
                 (layer, number): ExponentialSmoother()
                 for layer, each in steps.items()
                 for number, step in enumerate(each)
-                if step.block is not None and step.block.kind == "measured"
+                if step.settle is not None
             }
         if not needs_stabilizer:
             self._stabilizer = None

@@ -29,7 +29,7 @@ from vidstyle.regions.chosen_files import backdrop_file, people_model
 from vidstyle.style import Style, expand
 from vidstyle.style.mask_declarations import BACKDROP, BACKGROUND, PEOPLE
 from vidstyle.style.model import FIELDS
-from vidstyle.style.resolve import masks_read
+from vidstyle.style.resolve import masks_read, resolve
 from vidstyle.style.values import asset_path
 from vidstyle.version import __version__
 
@@ -37,6 +37,8 @@ HARMLESS_OPTIONS = ("allow_url", "max_pixels", "overwrite", "new_sound")
 """Options that change no picture."""
 STABLE_FRAMES = 100
 """Frames after which a style with temporal smoothing gives the same pictures, wherever it began."""
+NOMINAL_SHAPE = 720, 1280
+"""Height and width of a picture for which the steps of a style are resolved, where its size is irrelevant."""
 SETTLED_FACTOR = 7
 """Time constants after which smoothed measurements of a film differ by less than a thousandth."""
 
@@ -96,8 +98,8 @@ def warm_up_frames(style: Style | CueList, rate: float) -> int:
     """
     if any(map(masks_read, styles_of(style))):
         return sys.maxsize  # masks follow people from the beginning of a scene
-    steps = [step for each in styles_of(style) for step in expand(each).steps]
-    settle = max((_arguments(step.block, step.values).get("settle") or 0 for step in steps), default=0)
+    layers = (layer for each in styles_of(style) for layer in resolve(each, *NOMINAL_SHAPE).values())
+    settle = max((step.settle or 0 for layer in layers for step in layer), default=0)
     return STABLE_FRAMES + round(SETTLED_FACTOR * settle * rate)
 
 

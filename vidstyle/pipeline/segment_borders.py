@@ -200,9 +200,4 @@ def warm_up_frames(steps: Mapping[str, tuple[ResolvedStep, ...]], rate: float) -
 
 def _settle_times(steps: Mapping[str, tuple[ResolvedStep, ...]]) -> list[float]:
     """Return the time constants of all measured steps, in seconds."""
-    return [
-        float(step.values.get("settle", 0))
-        for each in steps.values()
-        for step in each
-        if step.block is not None and step.block.kind == "measured"
-    ]
+    return [step.settle for each in steps.values() for step in each if step.settle is not None]

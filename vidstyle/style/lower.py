@@ -270,7 +270,7 @@ class GraphBuilder:
             )
             return replace(self.at_size(image, size, step.values["method"]), back=step.values["back"])
         if block.kind == "learned":
-            return self._run_bank(image, block.function(**step.values))
+            return self._run_bank(image, block.function(**step.values), key)
         if block.kind == "network":
             return self._run_network(image, block.function(**step.values))
         measure = None
@@ -306,12 +306,12 @@ class GraphBuilder:
             image = ImageValue(self.luma(image), self.stored_chroma(image) if wanted == "chroma" else None)
         return self.at_size(image, shape, "bilinear")
 
-    def _run_bank(self, image: ImageValue, run: BankRun) -> ImageValue:
+    def _run_bank(self, image: ImageValue, run: BankRun, key: StepKey) -> ImageValue:
         """Return the picture after a bank, which may run at a smaller size and may bypass chroma."""
         chroma = self.stored_chroma(image)
         if run.matrix is not None:
             image = self._after_matrix(image, run.matrix)
-        small = luma = self.luma(image)
+        small = luma = self._before_filters(self.luma(image), run, key)
         if run.scale != 1:
             small = self.resampled(luma, run.shape_at_scale(luma.shape), RESAMPLING_METHOD, run.border)
             self.sizes.setdefault(small.shape, ScaledSize(luma.shape, run.scale, run.border))
@@ -323,6 +323,17 @@ class GraphBuilder:
             chroma = self._run_bank_on_chroma(image, small, run)
         luma = self.resampled(filtered, luma.shape, RESAMPLING_METHOD, -run.border)
         return ImageValue(luma, chroma, back=image.back)
+
+    def _before_filters(self, luma: Node, run: BankRun, key: StepKey) -> Node:
+        """Return luma after the steps that a bank has before its filters."""
+        for block, values in run.luma_steps:
+            percentages = block.percentiles_for(values)
+            request = PercentileRequest(luma, percentages, values["settle"], key) if percentages else None
+            luma = self.node(
+                "block", "luma", luma.shape, {"image": luma}, values=values, block=block,
+                radius=block.radius_for(values), measure=request,
+            )  # fmt: skip
+        return luma
 
     def _after_matrix(self, image: ImageValue, matrix: np.ndarray) -> ImageValue:
         """Return the picture after a colour matrix, 3 x 4."""

@@ -11,6 +11,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from vidstyle.blade.bank import Bank
+from vidstyle.blade.before.percentile_curve import SETTLE_SECONDS
 from vidstyle.block import Asset, Block, Control, PageRegion, Slider
 from vidstyle.core.color.film_colors import FilmTable
 from vidstyle.errors import StyleError
@@ -37,6 +39,15 @@ class ResolvedStep:
     @property
     def block(self) -> Block | None:
         return self.wiring.block
+
+    @property
+    def settle(self) -> float | None:
+        """Time constant in seconds of the percentiles that it measures; None if it measures none."""
+        bank = self.values.get("bank")
+        if isinstance(bank, Bank):
+            return None if bank.curve is None else SETTLE_SECONDS
+        is_measured = self.block is not None and self.block.kind == "measured"
+        return float(self.values.get("settle", 0)) if is_measured else None
 
 
 def has_fixed_marks(layers: Mapping[str, tuple[ResolvedStep, ...]]) -> bool:
@@ -144,7 +155,9 @@ def structure_key(style: Style) -> tuple[object, ...]:
 
 def measurement_key(layers: Mapping[str, tuple[ResolvedStep, ...]]) -> tuple[object, ...]:
     """Return a key of resolved steps without their values: while it is equal, measurements remain valid."""
-    return tuple((layer, *(step.wiring for step in steps)) for layer, steps in layers.items())
+    return tuple(
+        (layer, *((step.wiring, step.settle is None) for step in steps)) for layer, steps in layers.items()
+    )
 
 
 def _structural_values(step: Step) -> Iterator[object]:

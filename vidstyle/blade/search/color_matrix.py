@@ -67,11 +67,10 @@ def find_color_matrix(
     return _solved(means) if 0 < MIN_MATRIX_GAIN * change <= gain else None
 
 
-def square_of(target: np.ndarray, color: np.ndarray, chroma: bool) -> float:
-    """Return the mean squared difference of two pictures: of luma, and with `chroma` also of both planes."""
-    planes = [luma_of(target) - luma_of(color)]
-    if chroma:
-        planes += [new - old for new, old in zip(chroma_of(target), chroma_of(color), strict=True)]
+def square_of(target: np.ndarray, luma: np.ndarray, chroma: Sequence[np.ndarray]) -> float:
+    """Return the mean squared difference of a picture from luma, and from both chroma planes if given."""
+    planes = [luma_of(target) - luma]
+    planes += [new - old for new, old in zip(chroma_of(target), chroma, strict=False)]
     return float(sum(np.square(each, dtype=np.float64).mean() for each in planes))
 
 
@@ -81,7 +80,9 @@ def _means(color: np.ndarray, target: np.ndarray, chroma: bool) -> _Means:
     ends = ((target <= 0) | (target >= 1)).any(axis=2).astype(np.float32)
     blocks = [resample(np.ascontiguousarray(each), shape, "area") for each in (color, target, ends)]
     flat = [each.reshape(-1, *each.shape[2:]) for each in blocks]
-    return _Means(flat[0], flat[1], flat[2] > 0, square_of(target, color, chroma))
+    return _Means(
+        flat[0], flat[1], flat[2] > 0, square_of(target, luma_of(color), chroma_of(color) if chroma else [])
+    )
 
 
 def _solved(means: Sequence[_Means]) -> np.ndarray | None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vidstyle.blade.bank import FILTER_SIZES
+from vidstyle.blade.bank import FILTER_SIZES, Bank
 from vidstyle.blade.photographs import Photograph, chroma_of, luma_of
 from vidstyle.blade.reference_filter import ReferenceFilter
 
@@ -23,6 +23,8 @@ BORDER_PX = 24
 """Width of the border that is ignored where the test moves pixels over it."""
 MOVE_PX = 47, 43
 """Rows and columns by which the picture is moved: primes, thus no multiples of the period of a pattern."""
+MIN_AMPLIFICATION = 16
+"""Factor of the energy of noise from which a filter reacts to noise, not only sharpens it."""
 FLAT_LEVELS = 2 / 255
 """Maximum difference between pixels of a result that counts as flat."""
 
@@ -35,6 +37,7 @@ class Dependence:
         randomness: the difference of two runs.
         position: the difference after moving the picture.
         direction: the difference after rotating the picture by 90 degrees.
+        instability: the difference after adding noise of one level of 255, if the filter amplifies it.
         far: the mean difference more than `FAR_PX` from a change of the picture.
         color: the difference after removing the colour of the picture.
         chroma: the change of the chroma planes; 0 for a filter that returns luma only.
@@ -45,6 +48,7 @@ class Dependence:
     randomness: float
     position: float
     direction: float
+    instability: float
     far: float
     color: float
     chroma: float
@@ -57,43 +61,39 @@ class Dependence:
         reached = [number for number, share in enumerate(self.by_distance, 1) if share >= MIN_SHARE]
         return reached[-1] if reached else 0
 
-    def reasons(
-        self,
-        size: int,
-        scale: float,
-        has_chroma: bool,
-        unexplained: float,
-        layouts: int = 1,
-        has_matrix: bool = False,
-    ) -> Iterator[str]:
-        """Yield what a bank with filters of `size` pixels at `scale` cannot reproduce.
+    def reasons(self, bank: Bank, unexplained: float, layouts: int = 1) -> Iterator[str]:
+        """Yield what a bank cannot reproduce.
 
         Args:
-            has_chroma: whether the bank has filters for chroma.
             unexplained: the share of the change that the bank does not reproduce.
             layouts: number of layouts of bins that were tried.
-            has_matrix: whether the bank has a colour matrix.
         """
         if self.randomness >= MIN_SHARE:
             yield f"is random (two runs differ by {self.randomness:.0%} of the change)"
             return  # other tests would find the same difference
         if self.far >= MIN_SHARE:
-            yield f"is not local (a change more than {FAR_PX} px away changes the result)"
+            part = "" if bank.curve is None else ", of which a bank has only percentiles"
+            yield f"is not local (a change more than {FAR_PX} px away changes the result){part}"
         elif self.position >= MIN_SHARE:
             yield f"depends on the position in the picture ({self.position:.0%} of the change)"
         elif self.direction >= MIN_SHARE:
             yield f"prefers a direction ({self.direction:.0%} of the change differ in a rotated picture)"
         if self.draws:
             yield "draws on flat areas"
-        if self.color >= MIN_SHARE:
-            missing = "of which a bank has only a matrix" if has_matrix else "which luma lacks"
-            yield f"depends on colour ({self.color:.0%} of the change of luma), {missing}"
-        if self.far < MIN_SHARE and self.reach * scale > size // 2:
-            yield f"depends on pixels up to {self.reach} px away ({_larger(self.reach, size, scale)})"
-        beyond = max(self.by_distance[round(size // 2 / scale) :], default=0.0)
-        if max(self.far, self.position, self.direction, self.color, beyond) < unexplained / 2:
+        if self.instability >= MIN_SHARE:
+            part = f"{self.instability:.0%} of the change"
+            yield f"reacts to noise of one level ({part}), which a bank averages"
+        if self.color - self.instability >= MIN_SHARE:  # a gray copy also differs by rounding
+            missing = "which luma lacks" if bank.matrix is None else "of which a bank has only a matrix"
+            yield f"depends on colour ({self.color - self.instability:.0%} of the change of luma), {missing}"
+        before = 0 if bank.mode is None else int(bank.mode[0])
+        if self.far < MIN_SHARE and (self.reach - before) * bank.scale > bank.size // 2:
+            yield f"depends on pixels up to {self.reach} px away ({_larger(self.reach - before, bank)})"
+        beyond = max(self.by_distance[before + round(bank.size // 2 / bank.scale) :], default=0.0)
+        found = self.far, self.position, self.direction, self.color, self.instability, beyond
+        if max(found) < unexplained / 2:
             yield f"depends on details within {max(self.reach, 1)} px that {_undistinguished(layouts)}"
-        if self.chroma >= MIN_SHARE and not has_chroma:
+        if self.chroma >= MIN_SHARE and bank.chroma is None:
             yield "also changes colour (add --chroma)"
 
 
@@ -104,12 +104,12 @@ def _undistinguished(layouts: int) -> str:
     return f"none of the {layouts} layouts of bins distinguishes"
 
 
-def _larger(reach: int, size: int, scale: float) -> str:
-    """Return how far filters reach, and what makes them reach farther."""
-    text, largest = f"filters reach {round(size // 2 / scale)} px", FILTER_SIZES[-1]
-    if size < largest:
-        return f"{text}; try --size {min(max(2 * round(reach * scale) + 1, size + 2), largest)}"
-    return f"{text}; try --scale {scale / 2:g}"
+def _larger(reach: int, bank: Bank) -> str:
+    """Return how far filters reach, and what makes them reach `reach` pixels."""
+    text, largest = f"filters reach {round(bank.size // 2 / bank.scale)} px", FILTER_SIZES[-1]
+    if bank.size < largest:
+        return f"{text}; try --size {min(max(2 * round(reach * bank.scale) + 1, bank.size + 2), largest)}"
+    return f"{text}; try --scale {bank.scale / 2:g}"
 
 
 def find_dependence(reference: ReferenceFilter, photographs: Sequence[Photograph]) -> Dependence:
@@ -127,7 +127,7 @@ def find_dependence(reference: ReferenceFilter, photographs: Sequence[Photograph
     def mean(values: Iterable[float]) -> float:
         return float(np.average(list(values), weights=changes))
 
-    names = ("randomness", "position", "direction", "far", "color", "chroma")
+    names = ("randomness", "position", "direction", "instability", "far", "color", "chroma")
     return Dependence(
         **{name: mean(getattr(each, name) for each in found) for name in names},
         draws=any(each.draws for each in found),
@@ -152,6 +152,7 @@ def _test(reference: ReferenceFilter, photograph: Photograph) -> tuple[float, De
         randomness=_square(luma_of(apply(color)) - plain) / change,
         position=_square(_moved(color, plain, apply)) / change,
         direction=_square(_inside(luma_of(apply(np.rot90(color))) - np.rot90(plain))) / change,
+        instability=_instability(color, plain, apply) / change,
         far=float(profile[min(FAR_PX, len(profile) - 1) :].mean()),
         color=_square(luma_of(apply(gray)) - plain) / change,
         chroma=_chroma_change(color, result) / change,
@@ -192,6 +193,13 @@ def _profile(color: np.ndarray, plain: np.ndarray, apply: Callable[[np.ndarray],
     changed[:, :middle] = 1 - color[::-1, middle - 1 :: -1]
     difference = luma_of(apply(changed)) - plain
     return np.square(difference[:, middle:], dtype=np.float64).mean(axis=0)
+
+
+def _instability(color: np.ndarray, plain: np.ndarray, apply: Callable[[np.ndarray], np.ndarray]) -> float:
+    """Return the squared difference after adding noise of -1, 0 or 1 level, or 0 for little amplification."""
+    noise = np.random.default_rng(1).integers(-1, 2, plain.shape).astype(np.float32) / 255
+    square = _square(luma_of(apply(np.clip(color + noise[..., None], 0, 1))) - plain)
+    return square if square > MIN_AMPLIFICATION * _square(noise) else 0.0
 
 
 def _moved(color: np.ndarray, plain: np.ndarray, apply: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:

@@ -88,13 +88,20 @@ class Trial:
             for each in configs
         ]
 
-    def add(self, number: int, color: np.ndarray, targets: Sequence[np.ndarray], pool: Executor) -> None:
-        """Add a picture, RGB, with its number, and the target of each part."""
+    def add(
+        self,
+        number: int,
+        luma: np.ndarray,
+        chroma: Sequence[np.ndarray],
+        targets: Sequence[np.ndarray],
+        pool: Executor,
+    ) -> None:
+        """Add the planes of a picture with its number, H x W float32, and the target of each part."""
         of_luma, *of_chroma = self._affine
-        luma, wanted, fold = luma_of(color), [luma_of(each) for each in targets], number % FOLD_COUNT
+        wanted, fold = [luma_of(each) for each in targets], number % FOLD_COUNT
         of_luma.folds[fold].add(accumulate(of_luma.config, luma, wanted, pool))
         for each in of_chroma:
-            planes = zip(chroma_of(color), *map(chroma_of, targets), strict=True)
+            planes = zip(chroma, *map(chroma_of, targets), strict=True)
             for place, (plane, *wanted) in enumerate(planes):
                 each.folds[fold].add(accumulate(each.config, luma, wanted, pool, plane, place))
 
