@@ -45,7 +45,7 @@ def learned(
     of a filter is relative to the energy of its samples; filters may also be selected by the curvature of
     lines, the local mean, the difference from it, or structure at a second scale; they may also weight
     differences that are clipped, as a bilateral filter does; a bank may have a second stage; and a colour
-    matrix may come before all passes.
+    matrix, a tone curve through percentiles or a local mode may come before all passes.
     """
     weights = tuple(amount * weight for weight in bank.weights_at((first, second, third)))
     return BankRun(bank, weights, 1 - amount, passes=passes, reselect=reselect, scale=bank.scale)
