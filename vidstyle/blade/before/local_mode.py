@@ -51,7 +51,7 @@ def _filter(luma, first, values, columns, window, out):  # type: ignore[no-untyp
 
     Args:
         columns: scratch, zeros: counts and sums of tones of each column of the window.
-        window: scratch for the same of the window.
+        window: scratch for the counts and sums of the window.
     """
     (radius, exponent, amount), last = values, luma.shape[0] - 1
     for row in range(-radius, radius):

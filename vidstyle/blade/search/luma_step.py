@@ -11,9 +11,9 @@ from vidstyle.blade.before.luma_steps import luma_steps, prepare
 from vidstyle.blade.before.percentile_curve import MAX_LEVEL, knots
 from vidstyle.core.sampling import percentiles, sample_plane
 
-Planes = tuple[np.ndarray, np.ndarray]
+LumaPair = tuple[np.ndarray, np.ndarray]
 """Luma of a picture and of the filter's result, H x W float32."""
-Step = dict[str, np.ndarray]
+StepNumbers = dict[str, np.ndarray]
 """`curve` or `mode` of a bank."""
 
 PERCENTAGES = ((0, 33, 67, 100), (1, 34, 66, 99), (2, 25, 75, 98), (5, 35, 65, 95), (0, 100))
@@ -24,7 +24,7 @@ MIN_FREE_SHARE = 0.1
 """The share of pixels that must not be black or white in the result, so that a tone curve is found."""
 
 
-def find_luma_step(pictures: Sequence[Planes], with_modes: bool = True) -> tuple[Step, float]:
+def find_luma_step(pictures: Sequence[LumaPair], with_modes: bool = True) -> tuple[StepNumbers, float]:
     """Return the step that is nearest to a filter, and the share of the change that it leaves.
 
     A linear function of the step's result is compared: the bank after the step learns more than that.
@@ -36,7 +36,7 @@ def find_luma_step(pictures: Sequence[Planes], with_modes: bool = True) -> tuple
     return best, error / max(change, 1e-12)
 
 
-def _modes(pictures: Sequence[Planes]) -> Iterator[Step]:
+def _modes(pictures: Sequence[LumaPair]) -> Iterator[StepNumbers]:
     """Yield local modes of the radius that is best with one exponent."""
     radii = (_mode(radius, SEARCH_EXPONENT) for radius in range(1, MAX_MODE_RADIUS + 1))
     nearest = min(radii, key=lambda step: _error(step, pictures))["mode"][0]
@@ -44,11 +44,11 @@ def _modes(pictures: Sequence[Planes]) -> Iterator[Step]:
         yield _mode(nearest, exponent)
 
 
-def _mode(radius: int, exponent: int) -> Step:
+def _mode(radius: int, exponent: int) -> StepNumbers:
     return {"mode": np.array([radius, exponent], np.int32)}
 
 
-def _error(step: Step, pictures: Sequence[Planes]) -> float:
+def _error(step: StepNumbers, pictures: Sequence[LumaPair]) -> float:
     """Return the sum of mean squared errors of the best linear function of a step's results."""
     steps = luma_steps(step.get("curve"), step.get("mode"))
     moments = np.zeros((3, 3))
@@ -61,7 +61,7 @@ def _error(step: Step, pictures: Sequence[Planes]) -> float:
     return float(wanted - means[1] ** 2 * moments[2, 2] - covariance**2 / max(spread, 1e-12))
 
 
-def _curves(pictures: Sequence[Planes]) -> Iterator[Step]:
+def _curves(pictures: Sequence[LumaPair]) -> Iterator[StepNumbers]:
     """Yield tone curves through percentiles, fitted by least squares where the result is not clipped."""
     measured = [ends for luma, target in pictures if (ends := _ends(luma, target)) is not None]
     own = [tuple(np.median(measured, axis=0).tolist())] if measured else []
@@ -83,7 +83,7 @@ def _ends(luma: np.ndarray, target: np.ndarray) -> tuple[float, float] | None:
     return (black, white) if black < white else None
 
 
-def _levels(percentages: Sequence[float], pictures: Sequence[Planes]) -> np.ndarray | None:
+def _levels(percentages: Sequence[float], pictures: Sequence[LumaPair]) -> np.ndarray | None:
     """Return the levels of percentiles by which a curve comes nearest to the targets."""
     count = len(percentages)
     matrix, vector = 1e-6 * np.eye(count), np.zeros(count)
