@@ -89,7 +89,7 @@ def test_small_effect_of_distant_pixels_is_not_the_only_reason(coffee: Photograp
         return luma_of(z) + details + share * (cv2.blur(luma_of(z), (13, 13)) - luma_of(z))
 
     small, large = (
-        list(found(lambda z, s=share: mixed(z, s), coffee).reasons(7, 1, True, 0.5)) for share in (0.1, 0.9)
+        list(found(lambda z, s=share: mixed(z, s), coffee).reasons(COLOR_BANK, 0.5)) for share in (0.1, 0.9)
     )
     assert "depends on pixels up to" in small[0] and "depends on details within" in small[1]
     assert "depends on pixels up to" in large[0] and len(large) == 1

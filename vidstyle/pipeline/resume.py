@@ -37,7 +37,7 @@ HARMLESS_OPTIONS = ("allow_url", "max_pixels", "overwrite", "new_sound")
 """Options that change no picture."""
 STABLE_FRAMES = 100
 """Frames after which a style with temporal smoothing gives the same pictures, wherever it began."""
-NOMINAL_SHAPE = 720, 1280
+NOMINAL_SIZE_PX = 720, 1280
 """Height and width of a picture for which the steps of a style are resolved, where its size is irrelevant."""
 SETTLED_FACTOR = 7
 """Time constants after which smoothed measurements of a film differ by less than a thousandth."""
@@ -98,7 +98,7 @@ def warm_up_frames(style: Style | CueList, rate: float) -> int:
     """
     if any(map(masks_read, styles_of(style))):
         return sys.maxsize  # masks follow people from the beginning of a scene
-    layers = (layer for each in styles_of(style) for layer in resolve(each, *NOMINAL_SHAPE).values())
+    layers = (layer for each in styles_of(style) for layer in resolve(each, *NOMINAL_SIZE_PX).values())
     settle = max((step.settle or 0 for layer in layers for step in layer), default=0)
     return STABLE_FRAMES + round(SETTLED_FACTOR * settle * rate)
 
