@@ -85,7 +85,7 @@ def test_details_are_the_reason_for_what_the_tests_do_not_explain(coffee: Photog
 
 def test_small_effect_of_distant_pixels_is_not_the_only_reason(coffee: Photograph) -> None:
     def mixed(z: np.ndarray, share: float) -> np.ndarray:
-        details = np.sign(luma_of(z) - cv2.blur(luma_of(z), (3, 3))) / 30
+        details = np.tanh(20 * (luma_of(z) - cv2.blur(luma_of(z), (3, 3)))) / 10
         return luma_of(z) + details + share * (cv2.blur(luma_of(z), (13, 13)) - luma_of(z))
 
     small, large = (

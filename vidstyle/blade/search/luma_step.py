@@ -16,7 +16,7 @@ LumaPair = tuple[np.ndarray, np.ndarray]
 StepNumbers = dict[str, np.ndarray]
 """`curve` or `mode` of a bank."""
 
-CURVE_POINT_PERCENT = ((0, 33, 67, 100), (1, 34, 66, 99), (2, 25, 75, 98), (5, 35, 65, 95), (0, 100))
+CURVE_PERCENTILE_POSITIONS = ((0, 33, 67, 100), (1, 34, 66, 99), (2, 25, 75, 98), (5, 35, 65, 95), (0, 100))
 """Percentages of the tone curves that are tried, in addition to the measured black and white point."""
 SEARCH_EXPONENT = 4
 """The exponent with which radii of the local mode are compared, and the smallest: lower ones only blur."""
@@ -65,7 +65,7 @@ def _curves(pictures: Sequence[LumaPair]) -> Iterator[StepNumbers]:
     """Yield tone curves through percentiles, fitted by least squares where the result is not clipped."""
     measured = [ends for luma, target in pictures if (ends := _ends(luma, target)) is not None]
     own = [tuple(np.median(measured, axis=0).tolist())] if measured else []
-    for percentages in (*CURVE_POINT_PERCENT, *own):
+    for percentages in (*CURVE_PERCENTILE_POSITIONS, *own):
         levels = _levels(percentages, pictures)
         if levels is not None:
             yield {"curve": np.column_stack([percentages, levels]).astype(np.float32)}
