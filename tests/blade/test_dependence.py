@@ -19,6 +19,7 @@ from vidstyle.blade.search.dependence import Dependence, find_dependence
 
 RANDOM = np.random.default_rng(5)
 LIGHT = np.array([[-1, 0, 0], [0, 0, 0], [0, 0, 1]], np.float32)
+SHARP = np.array([[0, -2, 0], [-2, 9, -2], [0, -2, 0]], np.float32)
 VIGNETTE = np.linspace(0.3, 1, 192, dtype=np.float32)[:, None, None]
 
 BANK = Bank(Bins(2, 1, 1), 1.5, np.zeros((1, 2, 7, 7), np.float32))
@@ -64,6 +65,11 @@ def test_reason_is_found(name: str, coffee: Photograph) -> None:
     reasons = "; ".join(found(function, coffee).reasons(BANK, 0))
     assert reason in reasons
     assert ("not local" in reasons) == ("not local" in reason)
+
+
+def test_strong_sharpening_is_not_taken_for_a_reaction_to_noise(coffee: Photograph) -> None:
+    dependence = found(lambda z: cv2.filter2D(z, -1, SHARP), coffee)
+    assert dependence.instability == 0
 
 
 def test_local_filter_of_gray_has_no_reason(coffee: Photograph) -> None:

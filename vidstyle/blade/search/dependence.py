@@ -23,8 +23,8 @@ BORDER_PX = 24
 """Width of the border that is ignored where the test moves pixels over it."""
 MOVE_PX = 47, 43
 """Rows and columns by which the picture is moved: primes, thus no multiples of the period of a pattern."""
-MIN_AMPLIFICATION = 16
-"""Factor of the energy of noise from which a filter reacts to noise, not only sharpens it."""
+MIN_AMPLIFICATION = 4
+"""Factor of the energy of noise above which its effect is not only rounding."""
 FLAT_LEVELS = 2 / 255
 """Maximum difference between pixels of a result that counts as flat."""
 
@@ -37,7 +37,7 @@ class Dependence:
         randomness: the difference of two runs.
         position: the difference after moving the picture.
         direction: the difference after rotating the picture by 90 degrees.
-        instability: the difference after adding noise of one level of 255, if the filter amplifies it.
+        instability: the difference after adding noise of one level of 255, without what is linear in it.
         far: the mean difference more than `FAR_PX` from a change of the picture.
         color: the difference after removing the colour of the picture.
         chroma: the change of the chroma planes; 0 for a filter that returns luma only.
@@ -196,9 +196,14 @@ def _profile(color: np.ndarray, plain: np.ndarray, apply: Callable[[np.ndarray],
 
 
 def _instability(color: np.ndarray, plain: np.ndarray, apply: Callable[[np.ndarray], np.ndarray]) -> float:
-    """Return the squared difference after adding noise of -1, 0 or 1 level, or 0 for little amplification."""
-    noise = np.random.default_rng(1).integers(-1, 2, plain.shape).astype(np.float32) / 255
-    square = _square(luma_of(apply(np.clip(color + noise[..., None], 0, 1))) - plain)
+    """Return the squared difference after adding noise of -1, 0 or 1 level, or 0 for little amplification.
+
+    A filter that sharpens amplifies noise linearly, as a bank does. Therefore it is the effect that noise and
+    its negative have in common; if both change the result at random, it is the mean of their effects.
+    """
+    noise = np.random.default_rng(1).integers(-1, 2, (*plain.shape, 1)).astype(np.float32) / 255
+    more, less = (luma_of(apply(np.clip(color + each, 0, 1))) for each in (noise, -noise))
+    square = _square(more + less - 2 * plain) / 2
     return square if square > MIN_AMPLIFICATION * _square(noise) else 0.0
 
 
