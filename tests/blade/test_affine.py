@@ -5,6 +5,7 @@ from __future__ import annotations
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -29,7 +30,7 @@ from vidstyle.blade.regression import (
     with_sums,
 )
 from vidstyle.blade.search.layouts import AUTOMATIC_LAYOUTS
-from vidstyle.blade.search.trial import FilterForm
+from vidstyle.blade.search.trial import FilterForm, best_form
 from vidstyle.cli import main
 from vidstyle.style import load_style
 
@@ -212,3 +213,22 @@ def test_invalid_affine_bank_is_refused(name: str, tmp_path: Path) -> None:
         np.savez(tmp_path / "wrong.npz", **({each: found[each] for each in found.files} | WRONG[name]))
     with pytest.raises(ValueError, match="format|constants|NaN|scale"):
         load_bank(tmp_path / "wrong.npz")
+
+
+def test_later_affine_layout_needs_no_more_gain_than_other_layouts() -> None:
+    """Only the change from filters that keep flat areas to affine ones needs a larger gain."""
+
+    def trial(kept: float, affine: float) -> SimpleNamespace:
+        config = TrainingConfig(Bins(2, 1, 1), 1.5, 3)
+        forms = [
+            SimpleNamespace(config=replace(config, affine=is_affine), errors=errors)
+            for is_affine, errors in ((False, kept), (True, affine))
+        ]
+        return SimpleNamespace(forms=lambda: [[each] for each in forms], change=1.0)
+
+    def least(*trials: SimpleNamespace) -> float:
+        return best_form(trials)[1]  # type: ignore[arg-type]
+
+    assert least(trial(0.5, 0.49)) == 0.5 and least(trial(0.5, 0.47)) == 0.47
+    assert least(trial(0.5, 0.47), trial(0.5, 0.46)) == 0.46
+    assert least(trial(0.5, 0.47), trial(0.5, 0.467)) == 0.47

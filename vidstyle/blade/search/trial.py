@@ -133,7 +133,9 @@ def best_form(trials: Sequence[Trial], share: float = 1.0) -> tuple[list[FilterF
     best: list[FilterForm] = []
     least = np.inf
     for trial in trials:
-        for form, needed in zip(trial.forms(), (MIN_LAYOUT_GAIN, MIN_AFFINE_GAIN), strict=True):
+        for form in trial.forms():
+            begins_affine = form[0].config.affine and not (best and best[0].config.affine)
+            needed = MIN_AFFINE_GAIN if begins_affine else MIN_LAYOUT_GAIN
             unexplained = share * sum(each.errors for each in form) / max(trial.change, 1e-12)
             if unexplained < least - needed:
                 best, least = form, unexplained
