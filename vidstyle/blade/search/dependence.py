@@ -83,9 +83,10 @@ class Dependence:
         if self.instability >= MIN_SHARE:
             part = f"{self.instability:.0%} of the change"
             yield f"reacts to noise of one level ({part}), which a bank averages"
-        if self.color - self.instability >= MIN_SHARE:  # a gray copy also differs by rounding
+        by_color = self.color - self.instability  # a gray copy also differs by rounding
+        if by_color >= max(MIN_SHARE, self.instability / 2):
             missing = "which luma lacks" if bank.matrix is None else "of which a bank has only a matrix"
-            yield f"depends on colour ({self.color - self.instability:.0%} of the change of luma), {missing}"
+            yield f"depends on colour ({by_color:.0%} of the change of luma), {missing}"
         before = 0 if bank.mode is None else int(bank.mode[0])
         if self.far < MIN_SHARE and (self.reach - before) * bank.scale > bank.size // 2:
             yield f"depends on pixels up to {self.reach} px away ({_larger(self.reach - before, bank)})"
@@ -198,12 +199,13 @@ def _profile(color: np.ndarray, plain: np.ndarray, apply: Callable[[np.ndarray],
 def _instability(color: np.ndarray, plain: np.ndarray, apply: Callable[[np.ndarray], np.ndarray]) -> float:
     """Return the squared difference after adding noise of -1, 0 or 1 level, or 0 for little amplification.
 
-    A filter that sharpens amplifies noise linearly, as a bank does. Therefore it is the effect that noise and
-    its negative have in common; if both change the result at random, it is the mean of their effects.
+    A filter that sharpens amplifies noise linearly, as a bank does. Therefore only the effect that noise and
+    its negative have in common is measured. If the three results differ at random, a third of its square is
+    the mean squared difference of two of them.
     """
     noise = np.random.default_rng(1).integers(-1, 2, (*plain.shape, 1)).astype(np.float32) / 255
     more, less = (luma_of(apply(np.clip(color + each, 0, 1))) for each in (noise, -noise))
-    square = _square(more + less - 2 * plain) / 2
+    square = _square(more + less - 2 * plain) / 3
     return square if square > MIN_AMPLIFICATION * _square(noise) else 0.0
 
 
