@@ -19,6 +19,7 @@ from vidstyle.comic.analyze.features import Candidate, extract_features
 from vidstyle.comic.analyze.film import open_film
 from vidstyle.comic.select.choose import choose
 from vidstyle.comic.select.key_frames import KeyFrameOptions, find_key_frames
+from vidstyle.errors import InputError
 from vidstyle.media.read.sampler import FilmSampler
 
 LARGE = (640, 360)
@@ -146,7 +147,7 @@ def test_frames_at_a_cut_are_not_chosen(tmp_path: Path) -> None:
 
 FLAWS: dict[str, Callable[[Candidate], Candidate]] = {
     name: lambda each, name=name: replace(each, **{name: True})  # type: ignore[misc]
-    for name in ("damaged", "blurred", "combed", "in_transition", "blank", "test_picture")
+    for name in ("damaged", "blurred", "combed", "in_transition", "broken", "blank", "test_picture")
 }
 
 
@@ -158,7 +159,18 @@ def test_flawed_frames_are_chosen_only_if_a_film_has_no_others(flaw: str, tmp_pa
     partly = [FLAWS[flaw](each) if each.scene == 1 else each for each in survey.candidates]
     assert {each.scene for each in choose(replace(survey, candidates=partly), [], 5)} == {0, 2}
     wholly = choose(replace(survey, candidates=list(map(FLAWS[flaw], survey.candidates))), [], 2)
-    assert len(wholly) == (0 if flaw in ("blank", "test_picture") else 2)
+    assert len(wholly) == (2 if flaw in ("damaged", "blurred", "combed") else 0)
+
+
+def test_a_film_without_a_printable_frame_gets_no_page(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    film = open_film(write_film(tmp_path / "film.mp4", story(2, 20)))
+    survey = film.survey()
+    broken = [FLAWS["broken"](each) for each in survey.candidates]
+    monkeypatch.setattr(film, "_found", replace(survey, candidates=broken))
+    with film, pytest.raises(InputError, match=r"film.mp4 holds no frame without damage.*--at SECONDS$"):
+        find_key_frames(film)
 
 
 def test_an_interlaced_film_without_the_flag_is_deinterlaced(tmp_path: Path) -> None:

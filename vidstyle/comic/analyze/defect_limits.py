@@ -96,14 +96,14 @@ class DefectLimits:
 
     def mark(self, candidate: Candidate) -> Candidate:
         """Return a candidate that is marked if it is damaged or blurred."""
-        damaged = (
-            candidate.damaged
+        broken = (
+            candidate.broken
             or candidate.blockiness.on_grid > self.blockiness
             or candidate.block_corners > self.corners
             or (candidate.block_corners >= _MIN_NEARBY_CORNERS and self._is_near_broken(candidate))
         )
         blurred = self._is_blurred(candidate) or self._lacks_detail(candidate)
-        return replace(candidate, damaged=damaged, blurred=blurred)
+        return replace(candidate, damaged=candidate.damaged or broken, broken=broken, blurred=blurred)
 
     def _is_near_broken(self, candidate: Candidate) -> bool:
         return any(

@@ -59,7 +59,8 @@ class Candidate(KeyFrame):
         flow: how far each part moves during an exposure, see `FlowMeter`; None if it is not known.
         action: the moving subject in front of a still camera; None if the camera moves, or nothing does.
         in_transition: whether it shows a blend of two shots, or a fade.
-        damaged: whether it shows errors of decoding.
+        damaged: whether it may show errors of decoding: the decoder reported some, or they are visible.
+        broken: whether errors of decoding are visible.
         blurred: whether it is blurred by motion, compared with the film.
         combed: whether it mixes two interlaced fields.
         test_picture: whether it shows the bars of a test picture.
@@ -82,6 +83,7 @@ class Candidate(KeyFrame):
     action: Foreground | None = None
     in_transition: bool = False
     damaged: bool = False
+    broken: bool = False
     blurred: bool = False
     combed: bool = False
     test_picture: bool = False
@@ -137,6 +139,7 @@ def extract_features(
     color = np.ascontiguousarray(color[rows, columns])
     luma = cv2.cvtColor(color, cv2.COLOR_RGB2GRAY)
     sharpness, detail = measure_sharpness(luma)
+    smeared = is_smeared(luma)
     return Candidate(
         time,
         inner,
@@ -151,7 +154,8 @@ def extract_features(
         blank=is_blank(luma),
         test_picture=is_test_picture(color),
         light=float(luma.mean()) / 255,
-        damaged=is_smeared(luma),
+        damaged=smeared,
+        broken=smeared,
         block_corners=count_block_corners(luma),
         thumbnail=make_thumbnail(color),
         histogram=color_histogram(color),

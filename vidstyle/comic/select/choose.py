@@ -59,8 +59,6 @@ _CLARITY_WEIGHT, _FACE_WEIGHT, _SCENE_WEIGHT = 0.6, 0.25, 0.3
 """Weights of clarity, of the largest face and of the value of the scene."""
 _MIN_GROUP_INTERSECTION = 0.65
 """Scenes with a higher histogram intersection form a group, such as the shots of a speaker in a dialogue."""
-_TRANSITION_COST = 1.0
-"""Cost of a blend of two shots."""
 _MAX_BLUR_COST = 0.5
 """Maximum cost of blur."""
 _MIN_SHARPNESS_RATIO, _MIN_SOFT_SCENE_RATIO = 0.8, 0.4
@@ -173,13 +171,19 @@ def _attempts(wanted: int, beats: int, usual: int) -> list[tuple[int, float]]:
 def usable_candidates(candidates: Sequence[Candidate]) -> list[Candidate]:
     """Return the candidates that panels may show: without defects, if the film has any.
 
-    A film without a single good frame shows combed, then blurred or mixed ones, and one that is damaged
-    everywhere shows damaged ones, but never blank or test pictures.
+    A film without a single good frame shows combed ones, then those in which the decoder reported errors
+    that are not visible, then blurred ones. Blank and test pictures, visible damage and blends of two shots
+    are never shown.
     """
-    shown = [each for each in candidates if not (each.blank or each.test_picture)]
+    shown = [
+        each
+        for each in candidates
+        if not (each.blank or each.test_picture or each.broken or each.in_transition)
+    ]
     whole = [each for each in shown if not each.damaged]
-    steady = [each for each in whole if not (each.blurred or each.in_transition)]
-    return [each for each in steady if not each.combed] or steady or whole or shown
+    steady = [each for each in whole if not each.blurred]
+    sharp = [each for each in shown if not each.blurred]
+    return [each for each in steady if not each.combed] or steady or sharp or shown
 
 
 def _with_whole_subjects(candidates: Sequence[Candidate]) -> list[Candidate]:
@@ -360,7 +364,6 @@ def scores(pool: Sequence[Candidate], scenes: np.ndarray) -> np.ndarray:
         + _SCENE_WEIGHT * np.sqrt(scenes[[each.scene for each in pool]])
         - _MAX_MOTION_COST * np.minimum(1, [each.motion / _MAX_COST_MOTION for each in pool])
         + np.array([_action_value(each) for each in pool])
-        - _TRANSITION_COST * np.array([each.in_transition for each in pool])
         - _MAX_BLUR_COST * (1 - sharp / np.maximum(wanted, 1e-6)).clip(0, 0.5) * 2
     )
 

@@ -84,7 +84,7 @@ def find_key_frames(
     There are fewer than requested if the film does not have that many frames.
 
     Raises:
-        InputError: the film cannot be read, or contains only blank frames.
+        InputError: the film cannot be read, or contains no frame that can be printed.
         UsageError: the options contradict each other or the film.
     """
     options = options or KeyFrameOptions()
@@ -98,7 +98,7 @@ def find_key_frames(
     chosen = choose(seen, forced, options.panels, options.min_panels, options.spoken, options.seed)
     if not chosen:
         if left:
-            raise InputError(film.name, "holds only blank frames")
+            raise InputError(film.name, *_describe_unusable(left))
         raise UsageError("--skip", "leaves no frame of the film")
     better = _refine(film, chosen, survey, options, on_step)
     weights = importance(better, survey)
@@ -111,6 +111,13 @@ def find_key_frames(
     if options.min_panels:
         return list(prune(framed, options.min_panels))
     return list(merge_equal(prune(remove_repeats(framed), len(forced))))
+
+
+def _describe_unusable(candidates: Sequence[Candidate]) -> tuple[str, ...]:
+    """Explain why no frame of a film can be printed, and what helps."""
+    if all(each.blank or each.test_picture for each in candidates):
+        return ("holds only blank frames",)
+    return "holds no frame without damage, a dissolve or a fade", "print one nevertheless with --at SECONDS"
 
 
 def _find_requested(film: Film, survey: Survey, options: KeyFrameOptions) -> list[Candidate]:
