@@ -50,9 +50,9 @@ def test_other_people_in_other_places_stay() -> None:
     assert prune([one, other], 0) == [one, other]
 
 
-def test_a_film_of_one_place_without_a_subject_has_two_panels() -> None:
+def test_a_film_of_one_place_without_a_subject_has_one_panel() -> None:
     views = [key_frame(np.roll(HALL, 50 * step, axis=1), step, importance=1 - step / 9) for step in range(4)]
-    assert len(prune(views, 0)) == 2
+    assert len(prune(views, 0)) == 1
     assert len(prune(views, 4)) == 4
 
 
@@ -63,6 +63,40 @@ def test_one_view_of_a_place_is_kept_next_to_subjects() -> None:
     subject = key_frame(view(PLACES[3], 0, 0, (320, 180)), 0, action=moving)
     views = [key_frame(np.roll(HALL, 12 * step, axis=1), 1 + step) for step in range(3)]
     assert len(prune([subject, *views], 0)) == 2
+
+
+def with_slopes(candidate: Candidate, levels: float, sharpness: float = 0.2) -> Candidate:
+    return replace(candidate, detail=np.full((2, 2, 9, 16), levels, np.float16), sharpness=sharpness)
+
+
+def test_clutter_and_soft_pictures_are_removed() -> None:
+    """A large face is kept in clutter, and so are the last two panels."""
+    calm = [
+        with_slopes(key_frame(view(PLACES[number], 0, 0, (320, 180)), number, scene=number), 2)
+        for number in range(3)
+    ]
+    other = key_frame(view(PLACES[4], 0, 0, (320, 180)), 3, scene=3)
+    face = replace(other, faces=(Box(100, 20, 200, 140),))
+    assert prune([*calm, with_slopes(other, 6)], 0) == calm
+    assert len(prune([*calm, with_slopes(face, 6)], 0)) == 4
+    assert len(prune([with_slopes(each, 6) for each in calm], 0)) == 2
+    assert prune([*calm, with_slopes(other, 2, sharpness=0.1)], 0) == calm
+
+
+def test_one_place_is_enough_next_to_three_people() -> None:
+    people = [
+        replace(
+            key_frame(view(PLACES[number], 0, 0, (320, 180)), number, scene=number),
+            faces=(Box(9, 9, 19, 21),),
+        )
+        for number in range(3)
+    ]
+    places = [
+        key_frame(view(PLACES[number], 0, 0, (320, 180)), number, scene=number, importance=number / 9)
+        for number in (3, 4, 5)
+    ]
+    calm = [with_slopes(each, 2) for each in (*people, *places)]
+    assert prune(calm, 0) == [*calm[:3], calm[5]]
 
 
 @pytest.mark.parametrize(("light", "kept"), [(0.2, 3), (0.8, 4)])

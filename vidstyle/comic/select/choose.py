@@ -9,7 +9,15 @@ import numpy as np
 
 from vidstyle.comic.analyze.action import subject_difference
 from vidstyle.comic.analyze.features import Candidate, Survey
-from vidstyle.comic.analyze.similarity import DIFFERENT_SIMILARITY, SAME_SIMILARITY, similarity
+from vidstyle.comic.analyze.similarity import SAME_SIMILARITY, similarity
+from vidstyle.comic.select.best_path import (
+    FORCED_SCORE,
+    film_places,
+    find_best_path,
+    pair_steps,
+    similarity_costs,
+)
+from vidstyle.comic.select.frame_scores import scene_values, scores
 
 # The number of panels, and of candidates among which they are chosen.
 MIN_DEFAULT_PANELS, MAX_DEFAULT_PANELS = 1, 40
@@ -27,68 +35,20 @@ _MOMENT_SIMILARITY, _BEAT_SIMILARITY = 0.62, 0.8
 _MIN_FILM_MOTION = 0.02
 """Motion above which a film is not still."""
 
-# Costs of pairs of panels, relative to the scores of frames, which are 0..1.
-_FORCED_SCORE, _TOO_CLOSE_COST = 1000.0, 50.0
-"""Score of a requested frame, and cost of two frames too close together in time.
-
-Each outweighs the sum of all terms after it.
-"""
-_MIN_PANEL_SECONDS = 0.4
-"""Minimum time between two panels."""
-_SIMILAR_COST, _EQUAL_COST = 2.0, 20.0
-"""Costs of two neighbours that look nearly the same, and of two equal ones.
-
-As scores are 0..1, such neighbours are chosen only if there are no other frames.
-"""
-LOOKBACK_PANELS = 12
-"""Number of preceding panels with which each one is compared: two pages."""
-_SIMILAR_HALF_PANELS = 3
-"""Distance in panels at which the cost of similarity is half as high."""
-_SAME_SCENE_COST, _UNEVEN_PACE_WEIGHT = 0.2, 0.25
-"""Cost of staying in a scene, and weight of an uneven pace."""
 _MOVED_SUBJECT_WEIGHT, _MOVED_SUBJECT_SCENES_WEIGHT = 0.5, 0.2
 """How much less alike two frames of a scene are whose subject has moved elsewhere.
 
 The first value is for a film of one scene, which has nothing else to tell.
 """
 
-# Scores of frames.
-_FILM_RANK_WEIGHT, _SCENE_RANK_WEIGHT = 0.15, 0.25
-"""Weights of the rank of a frame's sharpness in the film and in its scene."""
-_CLARITY_WEIGHT, _FACE_WEIGHT, _SCENE_WEIGHT = 0.6, 0.25, 0.3
-"""Weights of clarity, of the largest face and of the value of the scene."""
-_MIN_GROUP_INTERSECTION = 0.65
-"""Scenes with a higher histogram intersection form a group, such as the shots of a speaker in a dialogue."""
-_MAX_BLUR_COST = 0.5
-"""Maximum cost of blur."""
-_MIN_SHARPNESS_RATIO, _MIN_SOFT_SCENE_RATIO = 0.8, 0.4
-"""A frame is blurred below this fraction of the median sharpness; the second value is for soft scenes.
-
-The fractions are below 1 as close-ups of faces have few edges.
-"""
-_MIN_CLARITY = 0.35
-"""Clarity below which sharpness counts less, as there is little to see."""
-_MAX_MOTION_COST, _MAX_COST_MOTION = 0.5, 0.6
-"""Maximum cost of motion, and the motion that has it: motion blur beyond what edges show."""
 _SPEAKER_SCORE = 0.4
 """Score of a frame with a face while someone speaks."""
-_ACTION_SCORE, _MAX_CUT_SUBJECT_COST = 0.3, 0.8
-"""Score of a moving subject, and maximum cost of one that the picture's edge cuts off."""
 _SEED_SCORE = 0.3
 """Maximum that a seed adds to the score of a frame: less than speech with a face in a close-up."""
 _MAX_SEED_PANELS = 1
 """Maximum number of panels that a seed adds to the default number, or takes from it."""
-# The importance of chosen frames.
-_SUBJECT_WEIGHT, _SCENE_SHARE_WEIGHT, _QUALITY_WEIGHT, _FORCED_WEIGHT = 0.8, 0.3, 0.25, 0.25
-"""Weights of the subject, of the frame's share of its scene, of its quality, and of a request."""
-_FACE_SUBJECT_SCORE, _ACTION_SUBJECT_SCORE, _SALIENT_SUBJECT_SCORE = 0.6, 0.8, 0.4
-"""Strength of a small face, of something that moves, and of the smallest salient area."""
-_MAX_SUBJECT_AREA_SHARE = 0.5
-"""Share of the picture from which a salient area is no subject."""
 _MAX_SUBJECT_CUT_SHARE = 0.6
 """Maximum part of a moving subject that the edge may cut off, while its scene has other frames."""
-_FULL_SCORE_FACE_SHARE = 0.12
-"""Share of the picture from which a larger face scores no higher."""
 
 
 def default_panels(scenes: int, seconds: float) -> int:
@@ -128,13 +88,13 @@ def choose(
     pool = sorted([*forced, *(each for each in seen if each.time not in times)], key=lambda each: each.time)
     if not pool:
         return []
-    values = scores(pool, scene_values(survey)) + [_FORCED_SCORE * each.forced for each in pool]
+    values = scores(pool, scene_values(survey)) + [FORCED_SCORE * each.forced for each in pool]
     values += [_SPEAKER_SCORE * bool(each.faces and _is_in_spans(each.time, spoken)) for each in pool]
     random = np.random.default_rng(seed)
     values += _SEED_SCORE * random.random(len(pool)) if seed else 0.0
     kept = _keep_best_per_part(pool, values, survey, max(MAX_POOL_CANDIDATES, 2 * (panels or 0)))
     pool, values = [pool[number] for number in kept], values[kept]
-    like, places = likeness(pool, len(survey.scene_starts)), _places(pool, survey)
+    like, places = likeness(pool, len(survey.scene_starts)), film_places(pool, survey)
     wanted = _count_panels(survey, like, len(forced), panels, min_panels)
     if seed and panels is None and not survey.is_folder:
         varied = wanted + int(random.integers(-_MAX_SEED_PANELS, _MAX_SEED_PANELS, endpoint=True))
@@ -146,8 +106,8 @@ def choose(
     for count, limit in tried:
         if count < len(forced):
             break
-        steps = _steps(pool, places, count)
-        chosen = _find_best_path(values, steps, _similarity_costs(like), places, count)
+        steps = pair_steps(pool, places, count)
+        chosen = find_best_path(values, steps, similarity_costs(like), places, count)
         if not _has_repeats(like, chosen, limit):
             break
     return [pool[number] for number in chosen]
@@ -239,174 +199,14 @@ def _has_repeats(like: np.ndarray, chosen: Sequence[int], limit: float) -> bool:
     return bool((like[np.ix_(chosen, chosen)] > limit)[near].any())
 
 
-def _places(pool: Sequence[Candidate], survey: Survey) -> np.ndarray:
-    """Return positions in the film, 0..1: the mean of time and scene, so that short scenes count too."""
-    times = np.array([each.time for each in pool]) / max(survey.seconds, 1e-6)
-    scenes = np.array([each.scene + 0.5 for each in pool]) / len(survey.scene_starts)
-    return np.clip((times + (scenes if len(survey.scene_starts) > 1 else times)) / 2, 0, 1)
-
-
 def _keep_best_per_part(
     pool: Sequence[Candidate], values: np.ndarray, survey: Survey, most: int
 ) -> np.ndarray:
     """Return the indices of the candidates considered: the best of each part of the film."""
-    parts = np.minimum((_places(pool, survey) * most / 2).astype(int), most // 2 - 1)
+    parts = np.minimum((film_places(pool, survey) * most / 2).astype(int), most // 2 - 1)
     kept: dict[int, list[int]] = {}
     for number in np.argsort(-values, kind="stable"):
         part = kept.setdefault(int(parts[number]), [])
         if len(part) < 2 or pool[number].forced:
             part.append(int(number))
     return np.array(sorted(number for part in kept.values() for number in part))
-
-
-def _find_best_path(
-    values: np.ndarray, steps: np.ndarray, prices: np.ndarray, places: np.ndarray, wanted: int
-) -> list[int]:
-    """Return the indices of the best `wanted` candidates, by dynamic programming over time.
-
-    Maximizes the sum of values and steps minus the prices of pairs. As prices depend on several earlier
-    choices, this is a beam search that keeps the best path to each candidate; its result is nearly optimal.
-
-    Args:
-        values: the score of each candidate.
-        steps: the score of going from one candidate (row) to a later one (column).
-        prices: the cost of two candidates as neighbours.
-        places: see `_places`.
-        wanted: number of candidates to choose.
-    """
-    totals = values - _UNEVEN_PACE_WEIGHT * (2 * wanted * places - 1).clip(-2, 2) ** 2 / 4
-    ways = np.arange(len(values))[:, np.newaxis]
-    for _ in range(wanted - 1):
-        reached = totals[:, np.newaxis] + steps
-        for back, shown in enumerate(ways[:, : -LOOKBACK_PANELS - 1 : -1].T):
-            reached -= prices[shown] / (1 + back / _SIMILAR_HALF_PANELS)
-        last = reached.argmax(axis=0)
-        totals = reached.max(axis=0) + values
-        ways = np.hstack([ways[last], np.arange(len(values))[:, np.newaxis]])
-    totals = totals - _UNEVEN_PACE_WEIGHT * (2 * wanted * (1 - places) - 1).clip(-2, 2) ** 2 / 4
-    return [int(number) for number in ways[totals.argmax()]]
-
-
-def _similarity_costs(like: np.ndarray) -> np.ndarray:
-    """Return the cost of showing pictures next to each other, by their similarity: N x N."""
-    nearly = ((like - DIFFERENT_SIMILARITY) / (SAME_SIMILARITY - DIFFERENT_SIMILARITY)).clip(0, 1)
-    quite = ((like - SAME_SIMILARITY) / (1 - SAME_SIMILARITY)).clip(0, 1)
-    return _SIMILAR_COST * nearly**2 + (_EQUAL_COST - _SIMILAR_COST) * quite**2
-
-
-def _steps(pool: Sequence[Candidate], places: np.ndarray, wanted: int) -> np.ndarray:
-    """Return the score of going from one candidate (row) to a later one (column); others are -infinity."""
-    times = np.array([each.time for each in pool])
-    scenes = np.array([each.scene for each in pool])
-    gap = min(_MIN_PANEL_SECONDS, (times[-1] - times[0]) / (2 * wanted))
-    pace = ((places[np.newaxis] - places[:, np.newaxis]) * wanted - 1).clip(-2, 2)
-    scores = (
-        -_TOO_CLOSE_COST * (times[np.newaxis] - times[:, np.newaxis] < gap)
-        - _SAME_SCENE_COST * (scenes[np.newaxis] == scenes[:, np.newaxis])
-        - _UNEVEN_PACE_WEIGHT * pace**2
-    )
-    return np.where(np.triu(np.ones(scores.shape, bool), 1), scores, -np.inf)
-
-
-def scene_values(survey: Survey) -> np.ndarray:
-    """Return the importance of each scene, 0..1, the most important one 1; high for long and rare scenes.
-
-    L log(1/W), where L is the length of the scene and W the share of its group of scenes in the film
-    (Uchihashi et al. 1999).
-    """
-    count = len(survey.scene_starts)
-    ends = [*survey.scene_starts[1:], max(survey.seconds, survey.scene_starts[-1])]
-    lengths = np.maximum(np.array(ends) - survey.scene_starts, 1e-3)
-    kinds = _scene_groups(survey.candidates, count)
-    shares = np.bincount(kinds, lengths, count)[kinds] / lengths.sum()
-    values = lengths * np.log(1 / np.minimum(shares, 1))
-    return values / values.max() if values.max() > 1e-6 else np.ones(count)
-
-
-def _scene_groups(candidates: Sequence[Candidate], count: int) -> np.ndarray:
-    """Return, for each scene, the index of the first scene that looks like it."""
-    histograms = np.zeros((count, len(candidates[0].histogram)) if candidates else (count, 1), np.float32)
-    for each in candidates:
-        histograms[each.scene] += each.histogram
-    histograms /= np.maximum(histograms.sum(axis=1, keepdims=True), 1e-6)
-    kinds = np.arange(count)
-    for scene in range(1, count):
-        shared = np.minimum(histograms[:scene], histograms[scene]).sum(axis=1)
-        if shared.max() > _MIN_GROUP_INTERSECTION:
-            kinds[scene] = kinds[int(shared.argmax())]
-    return kinds
-
-
-def scores(pool: Sequence[Candidate], scenes: np.ndarray) -> np.ndarray:
-    """Return the score of each frame, mostly 0..1.
-
-    Args:
-        pool: the frames.
-        scenes: the value of each scene, 0..1.
-    """
-    sharp = np.array([each.sharpness for each in pool])
-    clarity = np.array([each.clarity for each in pool])
-    is_clear = clarity >= min(_MIN_CLARITY, float(clarity.max()))
-    median = float(np.median(sharp[is_clear]))
-    sharpest_by_scene = {
-        scene: max(each.sharpness for each in pool if each.scene == scene)
-        for scene in {each.scene for each in pool}
-    }
-    sharpest = np.array([sharpest_by_scene[each.scene] for each in pool])
-    scene_rank = sharp / np.maximum(sharpest, 1e-6)
-    wanted = np.minimum(_MIN_SHARPNESS_RATIO * median, np.maximum(sharpest, _MIN_SOFT_SCENE_RATIO * median))
-    film_rank = sharp.argsort(kind="stable").argsort(kind="stable") / max(len(pool) - 1, 1)
-    return (
-        (_FILM_RANK_WEIGHT * film_rank + _SCENE_RANK_WEIGHT * scene_rank)
-        * np.minimum(1, clarity / _MIN_CLARITY)
-        + _CLARITY_WEIGHT * clarity
-        + _FACE_WEIGHT * np.array([face_share(each) for each in pool])
-        + _SCENE_WEIGHT * np.sqrt(scenes[[each.scene for each in pool]])
-        - _MAX_MOTION_COST * np.minimum(1, [each.motion / _MAX_COST_MOTION for each in pool])
-        + np.array([_action_value(each) for each in pool])
-        - _MAX_BLUR_COST * (1 - sharp / np.maximum(wanted, 1e-6)).clip(0, 0.5) * 2
-    )
-
-
-def _action_value(candidate: Candidate) -> float:
-    if candidate.action is None or candidate.faces:
-        return _ACTION_SCORE / 2
-    return _ACTION_SCORE * candidate.action.share - _MAX_CUT_SUBJECT_COST * candidate.action.cut
-
-
-def face_share(candidate: Candidate) -> float:
-    """Return the area of the largest face relative to a face in a close-up, 0..1."""
-    if not candidate.faces:
-        return 0.0
-    height, width = candidate.shape
-    return min(1.0, candidate.faces[0].area / (height * width) / _FULL_SCORE_FACE_SHARE)
-
-
-def subject_strength(candidate: Candidate) -> float:
-    """Return how clearly a frame shows a subject, 0..1: a face, a moving object, or a small salient area."""
-    if candidate.faces:
-        return _FACE_SUBJECT_SCORE + (1 - _FACE_SUBJECT_SCORE) * face_share(candidate)
-    if candidate.action and not candidate.action.is_gone:
-        return _ACTION_SUBJECT_SCORE * candidate.action.share * (1 - candidate.action.cut)
-    height, width = candidate.shape
-    compact = 1 - candidate.saliency.area / (_MAX_SUBJECT_AREA_SHARE * height * width)
-    return _SALIENT_SUBJECT_SCORE * max(0.0, compact)
-
-
-def importance(chosen: Sequence[Candidate], survey: Survey) -> list[float]:
-    """Return the importance of each chosen frame, 0..1, the most important one 1.
-
-    Subjects count most, so that people and what moves are shown large and places small. The value of a scene
-    is divided among its frames. Requested frames are more important.
-    """
-    scenes = scene_values(survey)
-    counts = np.bincount([each.scene for each in chosen], minlength=len(scenes))
-    shown = [
-        _SUBJECT_WEIGHT * subject_strength(each)
-        + _SCENE_SHARE_WEIGHT * float(scenes[each.scene]) / counts[each.scene]
-        + _QUALITY_WEIGHT * each.clarity * min(1.0, 2 * each.sharpness)
-        + _FORCED_WEIGHT * each.forced
-        for each in chosen
-    ]
-    most = max(shown, default=0.0)
-    return [float(each / most) if most > 0 else 1.0 for each in shown]

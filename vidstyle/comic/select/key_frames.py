@@ -13,13 +13,13 @@ from vidstyle.comic.analyze.key_frame_source import Film
 from vidstyle.comic.analyze.motion_blur import MAX_PICTURE_FLOW, subject_flow
 from vidstyle.comic.analyze.similarity import DIFFERENT_SIMILARITY, similarity
 from vidstyle.comic.key_frame import KeyFrame
+from vidstyle.comic.select.best_path import LOOKBACK_PANELS
 from vidstyle.comic.select.choose import (
-    LOOKBACK_PANELS,
     MAX_DEFAULT_PANELS,
     choose,
-    importance,
     usable_candidates,
 )
+from vidstyle.comic.select.frame_scores import importance
 from vidstyle.comic.select.framing import alternate_framing, merge_equal, remove_repeats
 from vidstyle.comic.select.prune import prune
 from vidstyle.errors import InputError, UsageError

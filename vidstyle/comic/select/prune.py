@@ -1,4 +1,4 @@
-"""Removal of chosen frames that tell nothing new: twins of another panel, places without a subject, murk."""
+"""Removal of chosen frames that tell nothing new: twins, places without a subject, clutter and murk."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ import numpy as np
 
 from vidstyle.comic.analyze.features import Candidate
 from vidstyle.comic.analyze.similarity import SAME_SIMILARITY, color_similarity
-from vidstyle.comic.select.choose import DISTINCT_PANELS, likeness, subject_strength
+from vidstyle.comic.select.choose import DISTINCT_PANELS, likeness
+from vidstyle.comic.select.frame_scores import clutter, face_share, has_figure, subject_strength
 from vidstyle.regions.boxes import Box
 
 # Twins: the same picture or person again on a page, in the same size of shot.
@@ -31,11 +32,23 @@ _MIN_SUBJECT_STRENGTH = 0.1
 """Strength from which a frame has a subject, see `subject_strength`."""
 _MIN_SCENE_SIMILARITY = 0.25
 """Similarity above which two frames of one scene, in which the camera may travel, show the same place."""
-_MAX_PLACE_PANELS = 2
+_MAX_PLACE_PANELS = 1
 """Maximum number of panels of a film of one place in which nothing is a subject."""
 
+_FIGURES_PER_PLACE, _MIN_FIGURES = 4, 3
+"""From the second number of panels with a face or a mover on, one place is kept for each first number."""
+
+# Clutter.
+_MAX_CLUTTER, _MIN_CLOSE_FACE_SHARE, _MIN_CALM_PANELS = 0.5, 0.15, 2
+"""Clutter from which a panel is removed, unless a face covers this share of a close-up's; the third value
+is the number of panels that are left at least."""
+
+# Soft pictures.
+_MIN_SHARPNESS_RATIO = 0.6
+"""Sharpness relative to the median of the panels below which one is soft."""
+
 # Murk.
-_MIN_CLARITY_RATIO, _MAX_MURK_LIGHT, _MIN_CLEAR_PANELS = 0.5, 0.45, 3
+_MIN_CLARITY_RATIO, _MAX_MURK_LIGHT, _MIN_CLEAR_PANELS = 0.5, 0.45, 2
 """Clarity relative to the median, and mean luma, below which a panel without a subject is murk.
 
 The third value is the number of panels that are left at least.
@@ -43,7 +56,7 @@ The third value is the number of panels that are left at least.
 
 
 def prune(key_frames: Sequence[Candidate], least: int) -> list[Candidate]:
-    """Return the frames without twins, without further views of places, and without murk.
+    """Return the frames without twins, further views of places, surplus places, clutter and murk.
 
     Of each pair, the more important one is kept; requested frames always are.
 
@@ -52,7 +65,7 @@ def prune(key_frames: Sequence[Candidate], least: int) -> list[Candidate]:
         least: number of frames to keep at least.
     """
     kept = list(key_frames)
-    for find in (_find_twin, _find_repeated_place, _find_murk):
+    for find in _FINDERS:
         while len(kept) > max(1, least):
             surplus = find(kept)
             if surplus is None:
@@ -123,6 +136,36 @@ def _is_same_place(key_frames: Sequence[Candidate], pair: tuple[int, int], like:
     return like > (_MIN_SCENE_SIMILARITY if one.scene == other.scene else SAME_SIMILARITY)
 
 
+def _find_clutter(key_frames: Sequence[Candidate]) -> int | None:
+    """Return the most cluttered frame without a large face, if enough others are left."""
+    if len(key_frames) <= _MIN_CALM_PANELS:
+        return None
+    cluttered = [
+        number
+        for number, each in enumerate(key_frames)
+        if not each.forced and clutter(each) > _MAX_CLUTTER and face_share(each) < _MIN_CLOSE_FACE_SHARE
+    ]
+    return max(cluttered, key=lambda number: clutter(key_frames[number]), default=None)
+
+
+def _find_surplus_place(key_frames: Sequence[Candidate]) -> int | None:
+    """Return the least important place of a story that has enough people and movers without it."""
+    places = [number for number, each in enumerate(key_frames) if not has_figure(each)]
+    figures = len(key_frames) - len(places)
+    if figures < _MIN_FIGURES or len(places) <= max(1, figures // _FIGURES_PER_PLACE):
+        return None
+    return _weakest(key_frames, places)
+
+
+def _find_soft(key_frames: Sequence[Candidate]) -> int | None:
+    """Return the softest frame if the others are much sharper, and enough are left."""
+    if len(key_frames) <= _MIN_CALM_PANELS:
+        return None
+    limit = _MIN_SHARPNESS_RATIO * float(np.median([each.sharpness for each in key_frames]))
+    soft = [number for number, each in enumerate(key_frames) if each.sharpness < limit and not each.forced]
+    return min(soft, key=lambda number: key_frames[number].sharpness, default=None)
+
+
 def _find_murk(key_frames: Sequence[Candidate]) -> int | None:
     if len(key_frames) <= _MIN_CLEAR_PANELS:
         return None
@@ -140,3 +183,6 @@ def _find_murk(key_frames: Sequence[Candidate]) -> int | None:
 
 def _has_subject(candidate: Candidate) -> bool:
     return subject_strength(candidate) >= _MIN_SUBJECT_STRENGTH
+
+
+_FINDERS = _find_twin, _find_repeated_place, _find_clutter, _find_soft, _find_surplus_place, _find_murk

@@ -1,0 +1,168 @@
+"""Scores of single frames relative to their film, and the importance of the chosen ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vidstyle.comic.analyze.features import Candidate, Survey
+from vidstyle.comic.analyze.sharpness import measure_clutter
+
+_FILM_RANK_WEIGHT, _SCENE_RANK_WEIGHT = 0.15, 0.25
+"""Weights of the rank of a frame's sharpness in the film and in its scene."""
+_CLARITY_WEIGHT, _FACE_WEIGHT, _SCENE_WEIGHT = 0.6, 0.25, 0.3
+"""Weights of clarity, of the largest face and of the value of the scene."""
+_MIN_GROUP_INTERSECTION = 0.65
+"""Scenes with a higher histogram intersection form a group, such as the shots of a speaker in a dialogue."""
+_MAX_BLUR_COST = 0.5
+"""Maximum cost of blur."""
+_MIN_SHARPNESS_RATIO, _MIN_SOFT_SCENE_RATIO = 0.8, 0.4
+"""A frame is blurred below this fraction of the median sharpness; the second value is for soft scenes.
+
+The fractions are below 1 as close-ups of faces have few edges.
+"""
+_MIN_CLARITY = 0.35
+"""Clarity below which sharpness counts less, as there is little to see."""
+_MAX_MOTION_COST, _MAX_COST_MOTION = 0.5, 0.6
+"""Maximum cost of motion, and the motion that has it: motion blur beyond what edges show."""
+_ACTION_SCORE, _MAX_CUT_SUBJECT_COST = 0.3, 0.8
+"""Score of a moving subject, and maximum cost of one that the picture's edge cuts off."""
+_CLUTTER_COST = 0.4
+"""Cost of a picture that is nothing but edges, in which style and reader lose the subject."""
+# The importance of chosen frames.
+_SUBJECT_WEIGHT, _SCENE_SHARE_WEIGHT, _QUALITY_WEIGHT, _FORCED_WEIGHT = 0.8, 0.3, 0.25, 0.25
+"""Weights of the subject, of the frame's share of its scene, of its quality, and of a request."""
+_FACE_SUBJECT_SCORE, _ACTION_SUBJECT_SCORE, _SALIENT_SUBJECT_SCORE = 0.6, 0.8, 0.4
+"""Strength of a small face, of something that moves, and of the smallest salient area."""
+_MAX_SUBJECT_AREA_SHARE = 0.5
+"""Share of the picture from which a salient area is no subject."""
+_FULL_SCORE_FACE_SHARE = 0.12
+"""Share of the picture from which a larger face scores no higher."""
+
+_MIN_LEGIBLE_SHARE, _FULL_CLARITY = 0.3, 0.8
+"""Share of its importance that an illegible picture keeps, and clarity of a legible one."""
+
+
+def scene_values(survey: Survey) -> np.ndarray:
+    """Return the importance of each scene, 0..1, the most important one 1; high for long and rare scenes.
+
+    L log(1/W), where L is the length of the scene and W the share of its group of scenes in the film
+    (Uchihashi et al. 1999).
+    """
+    count = len(survey.scene_starts)
+    ends = [*survey.scene_starts[1:], max(survey.seconds, survey.scene_starts[-1])]
+    lengths = np.maximum(np.array(ends) - survey.scene_starts, 1e-3)
+    kinds = _scene_groups(survey.candidates, count)
+    shares = np.bincount(kinds, lengths, count)[kinds] / lengths.sum()
+    values = lengths * np.log(1 / np.minimum(shares, 1))
+    return values / values.max() if values.max() > 1e-6 else np.ones(count)
+
+
+def _scene_groups(candidates: Sequence[Candidate], count: int) -> np.ndarray:
+    """Return, for each scene, the index of the first scene that looks like it."""
+    histograms = np.zeros((count, len(candidates[0].histogram)) if candidates else (count, 1), np.float32)
+    for each in candidates:
+        histograms[each.scene] += each.histogram
+    histograms /= np.maximum(histograms.sum(axis=1, keepdims=True), 1e-6)
+    kinds = np.arange(count)
+    for scene in range(1, count):
+        shared = np.minimum(histograms[:scene], histograms[scene]).sum(axis=1)
+        if shared.max() > _MIN_GROUP_INTERSECTION:
+            kinds[scene] = kinds[int(shared.argmax())]
+    return kinds
+
+
+def scores(pool: Sequence[Candidate], scenes: np.ndarray) -> np.ndarray:
+    """Return the score of each frame, mostly 0..1.
+
+    Args:
+        pool: the frames.
+        scenes: the value of each scene, 0..1.
+    """
+    sharp = np.array([each.sharpness for each in pool])
+    clarity = np.array([each.clarity for each in pool])
+    is_clear = clarity >= min(_MIN_CLARITY, float(clarity.max()))
+    median = float(np.median(sharp[is_clear]))
+    sharpest_by_scene = {
+        scene: max(each.sharpness for each in pool if each.scene == scene)
+        for scene in {each.scene for each in pool}
+    }
+    sharpest = np.array([sharpest_by_scene[each.scene] for each in pool])
+    scene_rank = sharp / np.maximum(sharpest, 1e-6)
+    wanted = np.minimum(_MIN_SHARPNESS_RATIO * median, np.maximum(sharpest, _MIN_SOFT_SCENE_RATIO * median))
+    film_rank = sharp.argsort(kind="stable").argsort(kind="stable") / max(len(pool) - 1, 1)
+    return (
+        (_FILM_RANK_WEIGHT * film_rank + _SCENE_RANK_WEIGHT * scene_rank)
+        * np.minimum(1, clarity / _MIN_CLARITY)
+        + _CLARITY_WEIGHT * clarity
+        + _FACE_WEIGHT * np.array([face_share(each) for each in pool])
+        + _SCENE_WEIGHT * np.sqrt(scenes[[each.scene for each in pool]])
+        - _MAX_MOTION_COST * np.minimum(1, [each.motion / _MAX_COST_MOTION for each in pool])
+        + np.array([_action_value(each) for each in pool])
+        - _CLUTTER_COST * np.array([clutter(each) for each in pool])
+        - _MAX_BLUR_COST * (1 - sharp / np.maximum(wanted, 1e-6)).clip(0, 0.5) * 2
+    )
+
+
+def _action_value(candidate: Candidate) -> float:
+    if candidate.action is None or candidate.faces:
+        return _ACTION_SCORE / 2
+    return _ACTION_SCORE * candidate.action.share - _MAX_CUT_SUBJECT_COST * candidate.action.cut
+
+
+def face_share(candidate: Candidate) -> float:
+    """Return the area of the largest face relative to a face in a close-up, 0..1."""
+    if not candidate.faces:
+        return 0.0
+    height, width = candidate.shape
+    return min(1.0, candidate.faces[0].area / (height * width) / _FULL_SCORE_FACE_SHARE)
+
+
+def subject_strength(candidate: Candidate) -> float:
+    """Return how clearly a frame shows a subject, 0..1: a face, a moving object, or a small salient area."""
+    if candidate.faces:
+        return _FACE_SUBJECT_SCORE + (1 - _FACE_SUBJECT_SCORE) * face_share(candidate)
+    if candidate.action and not candidate.action.is_gone:
+        return _ACTION_SUBJECT_SCORE * candidate.action.share * (1 - candidate.action.cut)
+    height, width = candidate.shape
+    compact = 1 - candidate.saliency.area / (_MAX_SUBJECT_AREA_SHARE * height * width)
+    return _SALIENT_SUBJECT_SCORE * max(0.0, compact)
+
+
+def clutter(candidate: Candidate) -> float:
+    """Return how much a frame consists of edges, 0..1; 0 if it is not known."""
+    return 0.0 if candidate.detail is None else measure_clutter(candidate.detail)
+
+
+def has_figure(candidate: Candidate) -> bool:
+    """Whether a frame shows a face or something that moves."""
+    return bool(candidate.faces) or (candidate.action is not None and not candidate.action.is_gone)
+
+
+def legibility(candidate: Candidate) -> float:
+    """Return the factor on the importance of a frame for clutter and lack of clarity: 0.3..1."""
+    clear = min(1.0, candidate.clarity / _FULL_CLARITY) * (1 - clutter(candidate))
+    return _MIN_LEGIBLE_SHARE + (1 - _MIN_LEGIBLE_SHARE) * clear
+
+
+def importance(chosen: Sequence[Candidate], survey: Survey) -> list[float]:
+    """Return the importance of each chosen frame, 0..1, the most important one 1.
+
+    Subjects count most, so that people and what moves are shown large and places small. The value of a scene
+    is divided among its frames. Requested frames are more important, and illegible ones less.
+    """
+    scenes = scene_values(survey)
+    counts = np.bincount([each.scene for each in chosen], minlength=len(scenes))
+    shown = [
+        legibility(each)
+        * (
+            _SUBJECT_WEIGHT * subject_strength(each)
+            + _SCENE_SHARE_WEIGHT * float(scenes[each.scene]) / counts[each.scene]
+            + _QUALITY_WEIGHT * each.clarity * min(1.0, 2 * each.sharpness)
+            + _FORCED_WEIGHT * each.forced
+        )
+        for each in chosen
+    ]
+    most = max(shown, default=0.0)
+    return [float(each / most) if most > 0 else 1.0 for each in shown]
