@@ -148,10 +148,12 @@ def _set_picture(panel: Panel, picture: Rectangle, key_frame: KeyFrame) -> Panel
 def _find_calmest(panel: Panel, text: PanelText, style: TextStyle) -> tuple[float, Panel] | None:
     """Return the first window whose bubbles cover only calm parts, or else the calmest window.
 
+    A window in which fewer balloons lack a tail comes first, as readers cannot tell who speaks.
+
     Returns:
         The highest attention under a bubble, and the panel; None if the text does not fit.
     """
-    least: tuple[float, Panel] | None = None
+    least: tuple[tuple[int, float], Panel] | None = None
     windows = panel.crop, *shift_window(panel.crop, text.key_frame)
     for size in (style.size, round(style.size * _SMALL_FONT_RATIO)):
         for window in windows:
@@ -161,11 +163,12 @@ def _find_calmest(panel: Panel, text: PanelText, style: TextStyle) -> tuple[floa
             seen = crop_attention(text.attention, text.key_frame, window)
             boxes = np.array([bubble.box for bubble in bubbles])
             covered = float(mean_under(seen, panel.picture, boxes).max())
-            if least is None or covered < least[0]:
-                least = covered, replace(panel, crop=window, bubbles=tuple(bubbles))
-            if covered <= _CALM_ATTENTION_LEVEL:
-                return least
-    return least
+            cost = sum(each.kind == "balloon" and each.tip is None for each in bubbles), covered
+            if least is None or cost < least[0]:
+                least = cost, replace(panel, crop=window, bubbles=tuple(bubbles))
+            if cost <= (0, _CALM_ATTENTION_LEVEL):
+                return covered, least[1]
+    return (least[0][1], least[1]) if least else None
 
 
 def _add_fitting_text(panel: Panel, text: PanelText, style: TextStyle) -> Panel:

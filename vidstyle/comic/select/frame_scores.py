@@ -31,7 +31,7 @@ _ACTION_SCORE, _MAX_CUT_SUBJECT_COST = 0.3, 0.8
 _CLUTTER_COST = 0.4
 """Cost of a picture that is nothing but edges, in which style and reader lose the subject."""
 # The importance of chosen frames.
-_SUBJECT_WEIGHT, _SCENE_SHARE_WEIGHT, _QUALITY_WEIGHT, _FORCED_WEIGHT = 0.8, 0.3, 0.25, 0.25
+_SUBJECT_WEIGHT, _SCENE_SHARE_WEIGHT, _QUALITY_WEIGHT, _FORCED_WEIGHT = 0.8, 0.15, 0.25, 0.25
 """Weights of the subject, of the frame's share of its scene, of its quality, and of a request."""
 _FACE_SUBJECT_SCORE, _ACTION_SUBJECT_SCORE, _SALIENT_SUBJECT_SCORE = 0.6, 0.8, 0.4
 """Strength of a small face, of something that moves, and of the smallest salient area."""
@@ -40,8 +40,8 @@ _MAX_SUBJECT_AREA_SHARE = 0.5
 _FULL_SCORE_FACE_SHARE = 0.12
 """Share of the picture from which a larger face scores no higher."""
 
-_MIN_LEGIBLE_SHARE, _FULL_CLARITY = 0.3, 0.8
-"""Share of its importance that an illegible picture keeps, and clarity of a legible one."""
+_MIN_LEGIBLE_SHARE, _FULL_CLARITY, _FULL_LIGHT = 0.3, 0.8, 0.35
+"""Share of its importance that an illegible picture keeps, and clarity and mean luma of a legible one."""
 
 
 def scene_values(survey: Survey) -> np.ndarray:
@@ -131,8 +131,9 @@ def subject_strength(candidate: Candidate) -> float:
 
 
 def clutter(candidate: Candidate) -> float:
-    """Return how much a frame consists of edges, 0..1; 0 if it is not known."""
-    return 0.0 if candidate.detail is None else measure_clutter(candidate.detail)
+    """Return how much a frame consists of edges, 0..1, less for a large face; 0 if it is not known."""
+    found = 0.0 if candidate.detail is None else measure_clutter(candidate.detail)
+    return found * (1 - face_share(candidate))
 
 
 def has_figure(candidate: Candidate) -> bool:
@@ -141,8 +142,9 @@ def has_figure(candidate: Candidate) -> bool:
 
 
 def legibility(candidate: Candidate) -> float:
-    """Return the factor on the importance of a frame for clutter and lack of clarity: 0.3..1."""
-    clear = min(1.0, candidate.clarity / _FULL_CLARITY) * (1 - clutter(candidate))
+    """Return the factor on the importance of a frame for clutter, darkness and lack of clarity: 0.3..1."""
+    clear = min(1.0, candidate.clarity / _FULL_CLARITY) * min(1.0, candidate.light / _FULL_LIGHT)
+    clear *= 1 - clutter(candidate)
     return _MIN_LEGIBLE_SHARE + (1 - _MIN_LEGIBLE_SHARE) * clear
 
 

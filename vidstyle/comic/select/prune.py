@@ -10,7 +10,7 @@ import numpy as np
 from vidstyle.comic.analyze.features import Candidate
 from vidstyle.comic.analyze.similarity import SAME_SIMILARITY, color_similarity
 from vidstyle.comic.select.choose import DISTINCT_PANELS, likeness
-from vidstyle.comic.select.frame_scores import clutter, face_share, has_figure, subject_strength
+from vidstyle.comic.select.frame_scores import clutter, has_figure, subject_strength
 from vidstyle.regions.boxes import Box
 
 # Twins: the same picture or person again on a page, in the same size of shot.
@@ -39,16 +39,15 @@ _FIGURES_PER_PLACE, _MIN_FIGURES = 4, 3
 """From the second number of panels with a face or a mover on, one place is kept for each first number."""
 
 # Clutter.
-_MAX_CLUTTER, _MIN_CLOSE_FACE_SHARE, _MIN_CALM_PANELS = 0.5, 0.15, 2
-"""Clutter from which a panel is removed, unless a face covers this share of a close-up's; the third value
-is the number of panels that are left at least."""
+_MAX_CLUTTER, _MIN_CALM_PANELS = 0.5, 2
+"""Clutter above which a panel is removed, and the number of panels that are left at least."""
 
 # Soft pictures.
 _MIN_SHARPNESS_RATIO = 0.6
 """Sharpness relative to the median of the panels below which one is soft."""
 
 # Murk.
-_MIN_CLARITY_RATIO, _MAX_MURK_LIGHT, _MIN_CLEAR_PANELS = 0.5, 0.45, 2
+_MIN_CLARITY_RATIO, _MAX_MURK_LIGHT, _MIN_CLEAR_PANELS = 0.5, 0.4, 1
 """Clarity relative to the median, and mean luma, below which a panel without a subject is murk.
 
 The third value is the number of panels that are left at least.
@@ -137,13 +136,11 @@ def _is_same_place(key_frames: Sequence[Candidate], pair: tuple[int, int], like:
 
 
 def _find_clutter(key_frames: Sequence[Candidate]) -> int | None:
-    """Return the most cluttered frame without a large face, if enough others are left."""
+    """Return the most cluttered frame, if enough others are left."""
     if len(key_frames) <= _MIN_CALM_PANELS:
         return None
     cluttered = [
-        number
-        for number, each in enumerate(key_frames)
-        if not each.forced and clutter(each) > _MAX_CLUTTER and face_share(each) < _MIN_CLOSE_FACE_SHARE
+        number for number, each in enumerate(key_frames) if not each.forced and clutter(each) > _MAX_CLUTTER
     ]
     return max(cluttered, key=lambda number: clutter(key_frames[number]), default=None)
 
