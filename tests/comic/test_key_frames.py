@@ -92,7 +92,7 @@ def test_options_are_followed(six_shots: Path) -> None:
 
 
 def test_a_seed_varies_the_frames_reproducibly(six_shots: Path) -> None:
-    """The number of panels differs by at most two, one for the seed and one that is pruned, unless requested."""
+    """The number of panels differs by at most two: one by the seed, one pruned."""
     with open_film(six_shots) as film:
         found = [find_key_frames(film, KeyFrameOptions(seed=seed)) for seed in (0, *range(9))]
         fixed = [find_key_frames(film, KeyFrameOptions(panels=4, seed=seed)) for seed in range(4)]
@@ -261,8 +261,8 @@ def test_numbered_pictures_and_animations_are_films(tmp_path: Path) -> None:
     for number, picture in enumerate(pictures):
         picture.save(tmp_path / f"{number:03d}.png")
     pictures[0].save(tmp_path / "film.gif", save_all=True, append_images=pictures[1:], duration=200)
-    assert [each.scene for each in key_frames_of(tmp_path / "%03d.png", 3)] == [0, 1, 2]
-    assert [each.scene for each in key_frames_of(tmp_path / "film.gif", 3)] == [0, 1, 2]
+    assert [each.scene for each in key_frames_of(tmp_path / "%03d.png", panels=3)] == [0, 1, 2]
+    assert [each.scene for each in key_frames_of(tmp_path / "film.gif", panels=3)] == [0, 1, 2]
 
 
 def test_only_key_frames_of_a_long_film_are_decoded(six_shots: Path, monkeypatch: pytest.MonkeyPatch) -> None:

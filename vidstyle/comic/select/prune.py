@@ -47,7 +47,7 @@ _MIN_SHARPNESS_RATIO = 0.6
 """Sharpness relative to the median of the panels below which one is soft."""
 
 # Murk.
-_MIN_CLARITY_RATIO, _MAX_MURK_LIGHT, _MIN_CLEAR_PANELS = 0.5, 0.4, 1
+_MIN_CLARITY_RATIO, _MAX_MURK_LIGHT, _MIN_CLEAR_PANELS = 0.5, 0.4, 2
 """Clarity relative to the median, and mean luma, below which a panel without a subject is murk.
 
 The third value is the number of panels that are left at least.
