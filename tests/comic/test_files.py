@@ -228,7 +228,7 @@ def test_a_missing_folder_is_reported_at_once(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("height", "width", "millimetres"), [(20, 30, 0.35), (70, 90, 0.385), (120, 180, 0.4375)]
+    ("height", "width", "millimetres"), [(20, 30, 0.3), (70, 90, 0.33), (120, 180, 0.375)]
 )
 def test_dots_have_the_same_size_on_paper_at_every_resolution(
     height: int, width: int, millimetres: float

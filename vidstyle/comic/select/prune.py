@@ -35,7 +35,7 @@ _MIN_SCENE_SIMILARITY = 0.25
 _MAX_PLACE_PANELS = 1
 """Maximum number of panels of a film of one place in which nothing is a subject."""
 
-_FIGURES_PER_PLACE, _MIN_FIGURES = 4, 3
+_MIN_FIGURE_RATIO, _MIN_FIGURES = 4, 3
 """From the second number of panels with a face or a mover on, one place is kept for each first number."""
 
 # Clutter.
@@ -149,7 +149,7 @@ def _find_surplus_place(key_frames: Sequence[Candidate]) -> int | None:
     """Return the least important place of a story that has enough people and movers without it."""
     places = [number for number, each in enumerate(key_frames) if not has_figure(each)]
     figures = len(key_frames) - len(places)
-    if figures < _MIN_FIGURES or len(places) <= max(1, figures // _FIGURES_PER_PLACE):
+    if figures < _MIN_FIGURES or len(places) <= max(1, figures // _MIN_FIGURE_RATIO):
         return None
     return _weakest(key_frames, places)
 
