@@ -105,6 +105,12 @@ def test_step_is_found() -> None:
     assert rest < 0.01
 
 
+def test_step_must_help_with_half_of_the_pictures() -> None:
+    pictures = [luma(name) for name in NAMES]
+    (first, *others), steps = pictures, luma_steps(STRAIGHT, None)
+    assert find_luma_step([(first, prepare(first, steps)), *zip(others, others, strict=True)])[0] == {}
+
+
 @pytest.mark.parametrize(
     ("function", "step", "least"), [("stretch", "curve", 0.9), ("oil", "mode", 0.6), ("soft", "", 0.5)]
 )

@@ -27,13 +27,26 @@ MIN_FREE_SHARE = 0.1
 def find_luma_step(pictures: Sequence[LumaPair], with_modes: bool = True) -> tuple[StepNumbers, float]:
     """Return the step that is nearest to a filter, and the share of the change that it leaves.
 
-    A linear function of the step's result is compared: the bank after the step learns more than that.
+    A linear function of the step's result is compared: the bank after the step learns more than that. There
+    is no step, and the share is infinite, if it helps with less than half of the pictures.
     """
     change = sum(_mean_square(target - luma) for luma, target in pictures)
     found = [(step, _error(step, pictures)) for step in _curves(pictures)]
     found += [(step, _error(step, pictures)) for step in (_modes(pictures) if with_modes else ())]
     best, error = min(found, key=lambda each: each[1], default=({}, np.inf))
+    if not _helps_most(best, pictures):
+        return {}, np.inf  # the change of a single picture may outweigh all others
     return best, error / max(change, 1e-12)
+
+
+def _helps_most(step: StepNumbers, pictures: Sequence[LumaPair]) -> bool:
+    """Whether a step comes nearer to the filter than no change does, for at least half of the pictures."""
+    steps = luma_steps(step.get("curve"), step.get("mode"))
+    errors = [
+        (_mean_square(target - prepare(luma, steps)), _mean_square(target - luma))
+        for luma, target in pictures
+    ]
+    return 2 * sum(after < before for after, before in errors) >= len(errors)
 
 
 def _modes(pictures: Sequence[LumaPair]) -> Iterator[StepNumbers]:
