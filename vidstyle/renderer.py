@@ -111,13 +111,13 @@ def _with_masks(
 def _with_focus(
     style: Style, device: Device | None, cuts: KnownCuts | None, faces: FaceSource | None
 ) -> Backend:
-    """Open a renderer that restyles faces in finer detail, if they can be found."""
-    if faces is None and not _face_finder().has_model:
-        return _opened(style, device, cuts)
+    """Open a renderer that keeps writing, and restyles faces in finer detail, if they can be found."""
     from vidstyle.regions.face_tracks import FaceFollower
     from vidstyle.regions.focus import FocusRenderer
+    from vidstyle.regions.still_faces import NO_FACES
 
-    faces = faces or FaceFollower(_face_finder(), cuts)
+    if faces is None:
+        faces = FaceFollower(_face_finder(), cuts) if _face_finder().has_model else NO_FACES
     return FocusRenderer(style, lambda style, cuts: _opened(style, device, cuts), faces, cuts)
 
 
@@ -146,7 +146,7 @@ def announce_device(style: Style | CueList, device: str) -> None:
     if notice := _choice(style, device).notice:
         log.info(notice, extra={"once": True})
     if style.focus and not style.is_plain and not _face_finder().has_model:
-        log.info("focus is off: install vidstyle[comic] to detect faces", extra={"once": True})
+        log.info("focus on faces is off: install vidstyle[comic] to detect them", extra={"once": True})
 
 
 def _choice(style: Style | CueList, device: str) -> DeviceChoice:

@@ -43,6 +43,8 @@ PLACE = FACE.moved(250, 150)
 SKIN = np.ones((80, 80), np.float32)
 STYLES = ("comic", "engraving", "ink")
 
+pytestmark = pytest.mark.usefixtures("faces_alone")
+
 
 def without(style: Style) -> Style:
     return replace(style, focus=0.0)

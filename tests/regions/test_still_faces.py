@@ -25,6 +25,8 @@ from vidstyle.style import Style, load_style
 PLACE = FACE.moved(250, 150)
 """The face in `picture_with_face`."""
 
+pytestmark = pytest.mark.usefixtures("faces_alone")
+
 
 @pytest.fixture
 def searches(monkeypatch: pytest.MonkeyPatch) -> list[int]:

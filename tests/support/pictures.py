@@ -133,6 +133,16 @@ def picture_with_face(left: float | None = 250, top: float = 150) -> np.ndarray:
     return cv2.warpAffine(person, place, _FACE_SHAPE[::-1], table, borderMode=cv2.BORDER_TRANSPARENT)
 
 
+def picture_with_writing(dark: bool = True) -> np.ndarray:
+    """Return two lines of thin letters, on a sheet on a table, H x W x 3 uint8; or the negative."""
+    sheet = np.repeat(np.linspace(215, 235, 640, dtype=np.float32)[None, :, None], 480, axis=0)
+    picture = np.repeat(sheet, 3, axis=2).astype(np.uint8)
+    picture[330:], picture[360:420, 200:440] = (60, 50, 40), (250, 250, 245)
+    for top, words in ((130, "the quick brown fox"), (180, "jumps over 13 dogs")):
+        cv2.putText(picture, words, (140, top), cv2.FONT_HERSHEY_COMPLEX, 0.6, (30, 30, 40), 1, cv2.LINE_AA)
+    return picture if dark else 255 - picture
+
+
 def film_with_face(place: Callable[[int], float | None], frames: int) -> list[tuple[Picture, float]]:
     """Return frames, 25 a second, with their times; `place`: the face's `left` by the number of the frame."""
     return [(Picture.from_array(picture_with_face(place(number))), number / 25) for number in range(frames)]

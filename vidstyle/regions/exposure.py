@@ -14,7 +14,8 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from vidstyle.core.picture import Encoding, Picture
+from vidstyle.core.picture import Picture
+from vidstyle.core.plain_codes import codes_from_values, values_from_codes
 from vidstyle.core.sampling import ExponentialSmoother, percentiles, small_luma
 from vidstyle.regions.boxes import Box, Rectangle
 from vidstyle.regions.masks import inner_box, inner_mask
@@ -83,14 +84,14 @@ class Exposure:
             area = plane_area(box.moved(right, down), (1, 1))
             plane = picture.color if picture.luma is None else picture.luma
             assert plane is not None
-            values = _decoded(plane[area], picture.encoding)
+            values = values_from_codes(plane[area], "luma", picture.encoding)
             luma = values if values.ndim == 2 else values @ picture.encoding.weights
             tones = self._smoothed(face.track, _inside_face(luma, face.box, box), FACE_QUANTILES, time)
             inner, stretch = inner_mask(face.box, box), Stretch.of(*range_.tolist())
             skin = (inner > SKIN_LEVEL).astype(np.float32)
             change = amount * inner * (expose_face(luma, tones, skin, face.box.height, stretch) - luma)
             values = values + (change if values.ndim == 2 else change[..., None])
-            plane[area] = _encoded(values, picture.encoding)
+            plane[area] = codes_from_values(values, "luma", picture.encoding)
 
     def _smoothed(
         self, track: int | None, luma: np.ndarray, quantiles: tuple[float, float], time: float | None
@@ -183,14 +184,3 @@ def _inside_face(luma: np.ndarray, face: Box[float], area: Rectangle) -> np.ndar
     inner = inner.moved(-area.left, -area.top)
     place = Box(*map(round, inner)).intersection(Box(0, 0, luma.shape[1], luma.shape[0]))
     return luma[plane_area(place, (1, 1))] if place.area else luma
-
-
-def _decoded(codes: np.ndarray, encoding: Encoding) -> np.ndarray:
-    black, white = encoding.luma_levels
-    return (codes - np.float32(black)) / np.float32(white - black)
-
-
-def _encoded(values: np.ndarray, encoding: Encoding) -> np.ndarray:
-    black, white = encoding.luma_levels
-    codes = np.clip(values, 0, 1) * np.float32(white - black) + np.float32(black)
-    return codes if encoding.depth == 0 else np.rint(codes).astype(encoding.dtype)

@@ -1,4 +1,4 @@
-"""Focus: restyles faces in finer detail, and blends them over the rest of the picture."""
+"""Focus: restyles faces in finer detail and keeps writing, over the rest of the picture."""
 
 from __future__ import annotations
 
@@ -14,10 +14,12 @@ from vidstyle.core.picture import Encoding, Picture
 from vidstyle.core.scene_cuts import KnownCuts
 from vidstyle.core.shared_tones import SharedTones
 from vidstyle.regions.face_tracks import Face
-from vidstyle.regions.patch_blending import lay_over, patch_weight
+from vidstyle.regions.patch_blending import lay_over, patch_mask
 from vidstyle.regions.patch_renderer import OpenRenderer, PatchRenderer
 from vidstyle.regions.patches import PatchPlanner, PatchSet, plane_area
 from vidstyle.regions.rasters import NO_RASTER, PageRaster, raster_of
+from vidstyle.regions.writing.lifting import Strokes, lift_writing
+from vidstyle.regions.writing.stroke_drawing import draw_writing
 from vidstyle.stabilize.still import flatten_still
 from vidstyle.style import Style
 
@@ -38,15 +40,18 @@ class FaceSource(Protocol):
 
 @dataclass(frozen=True)
 class FocusedPicture:
-    """A picture that is being restyled, and its faces in finer detail; see `PendingPicture`.
+    """A picture that is being restyled, its faces in finer detail, and its writing; see `PendingPicture`.
 
     Attributes:
+        writing: the strokes that are drawn over it, in the ink of the style.
         region: where the style applies, H x W float32, 0..1; None: everywhere.
         cell: height and width of squares that are not divided; see `patch_mask`.
     """
 
     page: PendingPicture
     faces: Sequence[tuple[PendingPicture, PatchSet]]
+    writing: Sequence[Strokes]
+    style: Style
     region: np.ndarray | None
     cell: tuple[int, int] | None
 
@@ -55,14 +60,27 @@ class FocusedPicture:
         page = styled = self.page.result()
         for fine, patches in self.faces:
             page = lay_over(page, styled, fine.result(), patches, self.region, self.cell)
+        if self.writing:
+            page = draw_writing(page, self.writing, self.style, self.region, self.cell)
         return page
+
+    def covers(self, shape: tuple[int, int]) -> np.ndarray:
+        """Return where focus may change a picture of this shape, H x W bool."""
+        whole = np.zeros(shape, bool)
+        for _, patches in self.faces:
+            for patch in patches.visible:
+                whole[plane_area(patch.window, (1, 1))] |= patch_mask(patch, self.cell) > 0
+        for strokes in self.writing:
+            whole[plane_area(strokes.window, (1, 1))] = True
+        return whole
 
 
 class FocusRenderer(Backend):
     """Restyles pictures, and their faces a second time in finer detail.
 
-    Only the parts of the picture around faces are restyled twice, side by side in one picture. If there is no
-    face, the result is the same as without focus.
+    Only the parts of the picture around faces are restyled twice, side by side in one picture. Writing is
+    taken off the picture before, and drawn over the result. Without a face and writing, the result is the
+    same as without focus.
 
     Args:
         style: the style; its `focus` and `height` decide about the detail.
@@ -124,16 +142,19 @@ class FocusRenderer(Backend):
     def _start(
         self, request: FrameRequest, start: Callable[[Backend, FrameRequest], PendingPicture]
     ) -> PendingPicture:
-        request = flatten_still(request, self._style.steady)
+        request, style = flatten_still(request, self._style.steady), self._style
         sets, tones = self._plan(request), SharedTones()
+        writing: Sequence[Strokes] = ()
+        if self._is_focused:
+            picture, writing = lift_writing(request.picture, style.focus)
+            request = replace(request, picture=picture)
         page = start(self._page, replace(request, measured=tones) if sets else request)
         request = replace(request, tones=tones)
         faces = [(start(*self._prepare(request, patches)), patches) for patches in sets]
-        if not faces:
+        if not faces and not writing:
             return page
-        return FocusedPicture(
-            page, faces, _region(request.picture, self._style), self._raster_on(request).cell
-        )
+        cell = self._raster_on(request).cell
+        return FocusedPicture(page, faces, writing, style, _region(request.picture, style), cell)
 
     def skip(self, request: FrameRequest) -> None:
         """Follow faces and their tones through a picture that is not restyled."""
@@ -141,29 +162,25 @@ class FocusRenderer(Backend):
             self._patches_of(patches).cut(request, patches, self._style.focus)
 
     def overlay(self, picture: Picture) -> np.ndarray | None:
-        """Return the faces of a single picture alone, to be laid over it by other means.
+        """Return what focus changes in a single picture, to be laid over it by other means.
 
         Returns:
-            H x W x 4 uint8, RGB with the mask as alpha; None without a face.
+            H x W x 4 uint8, RGB with the changed parts as alpha; None if there are none.
         """
         target = Encoding(full_range=True, subsampling=(1, 1))
-        request = FrameRequest(picture, None, target, rgb=True)
-        whole, region = np.zeros((*picture.shape, 4), np.uint8), _region(picture, self._style)
-        if sets := self._plan(request):
-            tones = SharedTones()
-            page = self._page.restyle(replace(request, measured=tones))
-            request, cell = replace(request, tones=tones), self._raster_on(request).cell
-        for patches in sets:
-            backend, cut = self._prepare(request, patches)
-            fine = backend.restyle(cut)
-            assert fine.color is not None
-            for patch in patches.visible:
-                mask = np.rint(255 * patch_weight(patch, page, fine, region, cell)).astype(np.uint8)
-                area = whole[plane_area(patch.window, (1, 1))]
-                # Where two faces overlap, the one that is nearer shows.
-                shown = mask >= area[..., 3]
-                area[shown] = np.dstack([fine.color[plane_area(patch.place, (1, 1))], mask])[shown]
-        return whole if sets else None
+        focused = self._start(
+            FrameRequest(picture, None, target, rgb=True),
+            lambda backend, each: completed_future(backend.restyle(each)),
+        )
+        if not isinstance(focused, FocusedPicture):
+            return None
+        color = focused.result().color
+        assert color is not None
+        return np.dstack([color, 255 * focused.covers(picture.shape).astype(np.uint8)])
+
+    @property
+    def _is_focused(self) -> bool:
+        return bool(self._style.focus) and self._style.height is not None and not self._style.is_plain
 
     def _prepare(self, request: FrameRequest, patches: PatchSet) -> tuple[Backend, FrameRequest]:
         return self._patches_of(patches).prepare(request, patches, self._style)
@@ -173,8 +190,8 @@ class FocusRenderer(Backend):
 
     def _plan(self, request: FrameRequest) -> list[PatchSet]:
         """Return the patches for the faces that need finer detail."""
-        style, picture = self._style, request.picture
-        if not style.focus or style.height is None or style.is_plain:
+        picture = request.picture
+        if not self._is_focused:
             return []
         side = min(picture.shape)
         small = [_limited(face, side) for face in self._source.follow(picture, request.time)]

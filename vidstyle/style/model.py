@@ -52,7 +52,8 @@ class Style:
         height: the picture height for which lengths ("px") are given; None uses them unchanged.
         steady: temporal smoothing, 0 to 1.
         strength: how much of the result is mixed with the source, 0 to 1.
-        focus: how much finer the detail in small faces is, 0 to 1; needs a `height`.
+        focus: how much finer the detail in small faces is, and how much writing is drawn, 0 to 1; needs a
+            `height`.
         detail: factor by which lengths are shorter, up to `Slider.max_detail`; style files do not have it.
         only: the mask inside which the style applies, or empty for the whole picture.
         keep: a mask inside which the source is kept, or empty.
@@ -137,9 +138,9 @@ _CONTROLS: dict[str, Control] = {
     "focus": Slider(
         0,
         1,
-        "finer detail in small faces, from 0 (off) to 1",
+        "finer detail in small faces, and legible writing, from 0 (off) to 1",
         label="Detail in faces",
-        aliases=("face", "portrait", "people", "eyes"),
+        aliases=("face", "portrait", "people", "eyes", "text", "letters", "handwriting"),
     ),
     "only": MaskRef(
         "mask inside which the style applies",

@@ -1,0 +1,98 @@
+"""Writing: thin strokes are found on even ground, taken off, and drawn over the result."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import av
+import cv2
+import numpy as np
+import pytest
+from media import photograph
+from pictures import noise, picture_with_writing
+
+from vidstyle.core.picture import Picture
+from vidstyle.media.frame import picture_from_frame
+from vidstyle.regions.boxes import Box
+from vidstyle.regions.writing.finding import find_writing
+from vidstyle.regions.writing.lifting import lift_writing, luma_in
+from vidstyle.renderer import stylize
+from vidstyle.style import load_style
+
+WORDS = np.s_[90:210, 120:380]
+"""Where `picture_with_writing` has its words."""
+
+
+def likeness(one: np.ndarray, other: np.ndarray) -> float:
+    """Correlation of what is thinner than a letter is wide, without regard to which is darker."""
+    details = []
+    for picture in (one, other):
+        luma = cv2.GaussianBlur(picture[WORDS].mean(axis=2), (0, 0), 1)
+        details.append((luma - cv2.GaussianBlur(luma, (0, 0), 6)).ravel())
+    return abs(float(np.corrcoef(*details)[0, 1]))
+
+
+@pytest.mark.parametrize("name", ["blueprint", "comic", "ink", "mosaic", "oil", "pixel", "poster"])
+@pytest.mark.parametrize("dark", [True, False])
+def test_words_stay_legible(name: str, dark: bool) -> None:
+    picture, style = picture_with_writing(dark), replace(load_style(name), steady=0.0)
+    focused, plain = (
+        likeness(picture, stylize(picture, replace(style, focus=each), "cpu")) for each in (1, 0)
+    )
+    assert focused > 0.4 and 1 - focused < 0.85 * (1 - plain), (focused, plain)
+
+
+@pytest.mark.parametrize("format", ["yuv420p", "yuv422p10le", "gray", "rgb24", "yuva420p"])
+def test_writing_is_taken_off_every_layout_of_planes(format: str) -> None:
+    """At odd sizes, too; what is left is the ground, and the source is only read."""
+    frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture_with_writing()[:479, :639]), "rgb24")
+    picture = picture_from_frame(frame.reformat(format=format))
+    page = Box(0, 0, 639, 479)
+    before = luma_in(picture, page).copy()
+    lifted, writing = lift_writing(picture, 1.0)
+    after = luma_in(lifted, page)
+    assert writing and lifted.encoding == picture.encoding
+    assert np.array_equal(luma_in(picture, page), before)
+    assert np.ptp(before[WORDS]) > 0.5 and np.ptp(after[WORDS]) < 0.12
+    assert np.array_equal(before[250:], after[250:])
+
+
+def test_half_of_the_focus_leaves_half_of_the_strokes() -> None:
+    picture = Picture.from_array(picture_with_writing())
+    (half, some), (_, all_) = (lift_writing(picture, amount) for amount in (0.5, 1.0))
+    assert np.allclose(2 * some[0].dark, all_[0].dark)
+    assert 0.2 < np.ptp(luma_in(half, Box(0, 0, 640, 480))[WORDS]) < 0.5
+
+
+@pytest.mark.parametrize("name", ["noise", "blobs", "lines", "coffee", "rocket"])
+def test_textures_and_edges_are_no_writing(name: str) -> None:
+    """Noise of two sizes; parallel lines; wood and porcelain; a night sky."""
+    grain = noise(480, 640, seed=3)
+    gray = {
+        "noise": grain,
+        "blobs": cv2.normalize(cv2.GaussianBlur(grain, (0, 0), 2), None, 0, 1, cv2.NORM_MINMAX),
+        "lines": np.where(np.arange(480)[:, None] % 24 < 3, 0.2, 0.9) + np.zeros((1, 640)),
+        "rocket": photograph("rocket")[200:, 240:400] / 255.0,
+        "coffee": photograph("coffee")[:90] / 255.0,
+    }[name]
+    picture = Picture.from_array(np.asarray(gray, np.float32))
+    assert find_writing(picture) == []
+    assert lift_writing(picture, 1.0)[0] is picture
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (3, 700), (40, 2)])
+def test_tiny_pictures(shape: tuple[int, int]) -> None:
+    picture = Picture.from_array(np.ascontiguousarray(picture_with_writing()[: shape[0], : shape[1]]))
+    assert lift_writing(picture, 1.0)[0] is picture
+
+
+def test_a_word_is_drawn_in_the_colours_of_the_style() -> None:
+    """In its ink; where the ground has that colour, in its paper."""
+    picture = picture_with_writing()
+    for name, is_dark in (("ink", True), ("blueprint", False), ("neon", False)):
+        style = replace(load_style(name), steady=0.0)
+        words = stylize(picture, style, "cpu")[WORDS].mean(axis=2)
+        rest = stylize(picture, replace(style, focus=0.0), "cpu")[230:300].mean()
+        strokes = picture[WORDS].mean(axis=2) < 60
+        assert (words[strokes].mean() < rest - 60) == is_dark
+        assert (words[strokes].mean() > rest + 60) == (not is_dark)

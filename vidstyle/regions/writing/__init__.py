@@ -1,0 +1,1 @@
+"""Writing: thin strokes that a style would lose, drawn over its result."""
