@@ -48,13 +48,13 @@ mean weights from which they are either."""
 REST_CONTRAST_RANGE = 0.5, 0.75
 """Contrast of the rest of the picture relative to the whole, in the same way: on bare paper, a stretch of
 contrast would show the rest alone."""
-TONE_PERCENTILES = 0.5, 99.5
-"""Percentiles of the darkest and the brightest tone."""
+TONE_QUANTILES = 0.005, 0.995
+"""Quantiles of luma that count as the darkest and the brightest tone."""
 REACH_RATIO = 3
 """Distance from writing within which every stroke counts, relative to the thickness: ends of words."""
 
 MAX_PARTS = 16
-"""Where there are more parts, they are one."""
+"""If there are more parts, they become one."""
 
 
 class Writing(NamedTuple):
@@ -136,7 +136,9 @@ def _rest_contrast(small: np.ndarray, weights: np.ndarray) -> np.ndarray:
     rest = samples[weights.max(axis=0) == 0]
     if not rest.size:
         return np.zeros(1, np.float32)
-    (dark, bright), (darkest, brightest) = (percentiles(each, TONE_PERCENTILES) for each in (rest, samples))
+    (dark, bright), (darkest, brightest) = (
+        percentiles(each, [100 * share for share in TONE_QUANTILES]) for each in (rest, samples)
+    )
     return np.array([(bright - dark + 1) / (brightest - darkest + 1)], np.float32)
 
 
