@@ -80,6 +80,16 @@ def test_textures_and_edges_are_no_writing(name: str) -> None:
     assert lift_writing(picture, 1.0)[0] is picture
 
 
+def test_a_word_with_an_outline_has_one_polarity() -> None:
+    """Bright letters close to each other, with dark outlines, on gray: the letters are drawn."""
+    picture = picture_with_writing()
+    picture[80:220, 100:500] = 110
+    for shade, width in ((20, 9), (230, 3)):
+        cv2.putText(picture, "SINGING BEE", (140, 160), cv2.FONT_HERSHEY_SIMPLEX, 0.7, (shade,) * 3, width)
+    (found,) = find_writing(Picture.from_array(picture))
+    assert found.light.max() == 1 and found.dark.max() == 0
+
+
 @pytest.mark.parametrize("shape", [(1, 1), (3, 700), (40, 2)])
 def test_tiny_pictures(shape: tuple[int, int]) -> None:
     picture = Picture.from_array(np.ascontiguousarray(picture_with_writing()[: shape[0], : shape[1]]))

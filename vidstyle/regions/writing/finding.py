@@ -44,7 +44,9 @@ WINDOW_RATIO, AGREEMENT_WINDOW_RATIO = 4, 9
 """Windows of these shares, relative to the thickness."""
 WORD_RATIO, SIDE_DIFFERENCE = 13, 0.04
 """Side of the window of a word, in the same way, in which strokes are dark or light; and the difference of
-mean weights from which they are either."""
+mean weights from which they are either. Below it, both are left to the style."""
+ISLAND_RATIO, MIN_GROUND_WEIGHT = 5, 0.1
+"""Height of a bright word in a dark outline, in the same way; and the least weight of its outline."""
 REST_CONTRAST_RANGE = 0.5, 0.75
 """Contrast of the rest of the picture relative to the whole, in the same way: on bare paper, a stretch of
 contrast would show the rest alone."""
@@ -78,26 +80,51 @@ def thickness_of(shape: tuple[int, int]) -> int:
 def find_writing(picture: Picture) -> list[Writing]:
     """Return the parts of a picture with writing, which do not overlap."""
     small = _small_luma(picture)
-    dark, light = writing_weights(small), writing_weights(cv2.bitwise_not(small))
-    # Between light letters the ground looks like dark strokes, and the other way round.
+    (dark, on_paper), (light, on_dark) = (_side(each) for each in (small, cv2.bitwise_not(small)))
+    # Between light letters the ground looks like dark strokes, and the other way round: a word has one side.
     word = _cells(WORD_RATIO * thickness_of(small.shape))
-    side = _ramp(_mean(dark - light, word), (-SIDE_DIFFERENCE, SIDE_DIFFERENCE))
-    weights = np.stack([dark * side, light * (1 - side)])
+    side = _mean(dark * on_paper - light * on_dark, word) / SIDE_DIFFERENCE
+    weights = np.maximum(dark, light) * np.stack([_ramp(side, (0, 1)), _ramp(-side, (0, 1))])
     weights *= _ramp(_rest_contrast(small, weights), REST_CONTRAST_RANGE)
     return [_writing(weights, box, picture) for box in _boxes(weights)]
 
 
-def writing_weights(small: np.ndarray) -> np.ndarray:
-    """Return the weight of dark strokes in each cell of a luma plane: h x w float32, 0..1.
+def _side(small: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the weight of dark strokes in each cell of a luma plane, and how far their ground continues.
 
     Args:
         small: H x W uint8.
+
+    Returns:
+        Two planes of h x w float32, 0..1. The second is low if the ground is only as large as a word.
     """
     thick = thickness_of(small.shape)
-    closed, wide = _closed(small, thick), _closed(small, _odd(2 * thick))
+    closed = _closed(small, thick)
     strokes = cv2.subtract(closed, small)
-    bright = cv2.subtract(closed, cv2.morphologyEx(closed, cv2.MORPH_OPEN, _square(thick)))
     peaks = cv2.blur(cv2.dilate(strokes, _square(thick)), (thick, thick))
+    weight = _writing_weights(small, closed, strokes, peaks)
+    if not weight.any():
+        return weight, weight
+    near = _cells(WINDOW_RATIO * thick)
+    island = cv2.subtract(closed, cv2.morphologyEx(closed, cv2.MORPH_OPEN, _square(ISLAND_RATIO * thick)))
+    share = _mean(_in_cells(island), near) / (_mean(_in_cells(peaks), near) + 1)
+    return weight, np.maximum(1 - share, np.float32(MIN_GROUND_WEIGHT))
+
+
+def _writing_weights(
+    small: np.ndarray, closed: np.ndarray, strokes: np.ndarray, peaks: np.ndarray
+) -> np.ndarray:
+    """Return the weight of dark strokes in each cell, h x w float32, 0..1.
+
+    Args:
+        small: luma.
+        closed: luma without thin dark strokes.
+        strokes: their difference.
+        peaks: its maximum nearby.
+    """
+    thick = thickness_of(small.shape)
+    wide = _closed(small, _odd(2 * thick))
+    bright = cv2.subtract(closed, cv2.morphologyEx(closed, cv2.MORPH_OPEN, _square(thick)))
     limit = cv2.convertScaleAbs(peaks, alpha=EVEN_LEVEL_RATIO, beta=EVEN_LEVEL)
     even = cv2.compare(cv2.subtract(wide, small), limit, cv2.CMP_LT)
     near = _cells(WINDOW_RATIO * thick)

@@ -21,6 +21,8 @@ CALM_WEIGHT = 0.6
 """Weight of the mean nearby in the ground around strokes: dots, tiles and letters there would hide them."""
 MIN_CONTRAST = 0.25
 """Difference in luma from the ground below which writing has the other colour, ink or paper."""
+GROUND_RATIO = 6
+"""Side of the square around a pixel whose mean is its ground, relative to the thickness of strokes."""
 MAX_DOT_PX_RATIO = 2 / 720
 """Largest side of the squares that writing consists of in styles of squares, relative to the picture's
 shorter side."""
@@ -90,7 +92,7 @@ def _covers(
     Args:
         tones: luma of ink and of paper.
     """
-    size = 2 * thickness_of(page.shape)
+    size = GROUND_RATIO * thickness_of(page.shape)
     ground = cv2.blur(luma_in(page, strokes.window), (size, size))
     ink, paper = (np.abs(ground - np.float32(tone)) for tone in tones)
     dark, light = (_in_dots(each, strokes, page.shape, cell) for each in (strokes.dark, strokes.light))
