@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import resource
 import subprocess
 import sys
 import tempfile
@@ -227,7 +228,7 @@ def reference_of(source: str) -> ReferenceFilter:
 
 
 def times(source: str, bank: Path) -> str:
-    """Return the milliseconds of a filter, and of its bank for luma, at 1280 x 720."""
+    """Return the processor time of a filter, and of its bank for luma, at 1280 x 720, in milliseconds."""
     from vidstyle.blade.bank_file import load_bank
     from vidstyle.blade.before.luma_steps import prepare
     from vidstyle.blade.inference import BankRun
@@ -244,9 +245,19 @@ def times(source: str, bank: Path) -> str:
 
 def _ms(call: Callable[[], object]) -> float:
     call()
-    begun = time.perf_counter()
+    return min(_processor_ms(call) for _ in range(3))
+
+
+def _processor_ms(call: Callable[[], object]) -> float:
+    """Return the processor time of a call, with that of the programs which it runs."""
+
+    def used() -> float:
+        own = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+        return sum(each.ru_utime + each.ru_stime for each in own)
+
+    begun = used()
     call()
-    return 1000 * (time.perf_counter() - begun)
+    return 1000 * (used() - begun)
 
 
 if __name__ == "__main__":
