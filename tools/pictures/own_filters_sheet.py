@@ -47,7 +47,6 @@ NAMES = (
     "cv2.edgePreservingFilter",
     "cv2.stylization",
     "Kuwahara 7",
-    "cv2.xphoto.oilPainting 4, 1",
 )
 """Filters of `foreign_filters`."""
 GAIN = 4
