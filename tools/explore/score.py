@@ -1,10 +1,11 @@
 """Fits the score of `vidstyle explore` to marks of people, and says how well it agrees with them.
 
-Usage: python -m tools.explore.score FOLDER KEY.json MARKS.json... [--write]
+Usage: python -m tools.explore.score PICTURES CROPS KEY.json MARKS.json... [--write]
 
-KEY.json lists the marked styles: number, rules, seed, and picture, a path in FOLDER without its suffix. Each
-MARKS.json holds the marks of one person, {"number": "keep" or "reject"}; the majority counts, and ties are
-left out. Scores come from models fitted without the picture, and therefore without its styles.
+KEY.json lists the marked crops as `tools/explore/marking.py` writes them: number, rules, and the picture, a
+path in PICTURES without its suffix, with the box of the crop. CROPS holds what people saw, as NUMBER.png.
+Each MARKS.json holds the marks of one person, {"number": "keep" or "reject"}; the majority counts, and ties
+are left out. Scores come from models fitted without the picture, and therefore without its styles.
 """
 
 from __future__ import annotations
@@ -21,15 +22,13 @@ from typing import Any
 import cv2
 import numpy as np
 
-from vidstyle.explore.full_size import FullSize, FullSizeMetrics
+from tools.explore.marking import shown_picture
+from vidstyle.explore.crop_measures import ComparedCrop, FullSizeMetrics
+from vidstyle.explore.full_size import faces_of
 from vidstyle.explore.gates import MIN_SCORE, fault
-from vidstyle.explore.generate import random_style
-from vidstyle.explore.score import MAX_SPREADS, MODEL_FILE, comparable, log_odds
-from vidstyle.gallery.preview import read_still
+from vidstyle.explore.score import MAX_SPREADS, MEASURES, MODEL_FILE, log_odds
 
-HEIGHT = 1080
-"""Height at which pictures are shown."""
-LINEAR_DECAY, SQUARE_DECAY, STEPS = 1.0, 3.0, 30
+LINEAR_DECAY, SQUARE_DECAY, STEPS = 3.0, 8.0, 25
 """What squared weights add to the loss, and steps of Newton's method."""
 BEST_SHARE = 0.12
 """Of the styles, whose precision is reported: the best dozen of a hundred."""
@@ -38,43 +37,42 @@ BEST_SHARE = 0.12
 def main() -> None:
     """See the top of the file."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("folder", type=Path)
+    parser.add_argument("pictures", type=Path)
+    parser.add_argument("crops", type=Path)
     parser.add_argument("key", type=Path)
     parser.add_argument("marks", type=Path, nargs="+")
     parser.add_argument("--write", action="store_true", help=f"write {MODEL_FILE.name}")
     options = parser.parse_args()
     people = [json.loads(path.read_text(encoding="utf-8")) for path in options.marks]
     print_agreement(people)
-    key = [
-        each
-        for each in json.loads(options.key.read_text(encoding="utf-8"))
-        if majority(people, each["number"])
-    ]
-    rows, kept = (
-        measured(options.folder, key),
-        np.array([majority(people, each["number"]) > 0 for each in key]),
-    )
-    pictures, rules = (np.array([each[name] for each in key]) for name in ("picture", "rules"))
-    scores = held_out(rows, kept, pictures)
-    passes = np.array([not fault(FullSizeMetrics(*row)) for row in rows])
-    passes &= scores >= np.log(MIN_SCORE / (1 - MIN_SCORE))
-    print(f"{len(kept)} styles on {len(set(pictures))} pictures, {kept.mean():.0%} kept: ", end="")
-    print(f"AUC {area(scores, kept):.3f}")
-    for name in sorted(set(rules)):
-        of = rules == name
-        best = np.argsort(-scores[of])[: round(BEST_SHARE * of.sum())]
-        print(f"  {name}: AUC {area(scores[of], kept[of]):.3f}, {kept[of].mean():.0%} kept,"
-              f" {kept[of & passes].mean():.0%} of the {(of & passes).sum()} that pass,"
-              f" {kept[of][best].mean():.0%} of the best {len(best)}")  # fmt: skip
+    key = json.loads(options.key.read_text(encoding="utf-8"))
+    key = [each for each in key if majority(people, each["number"])]
+    metrics = measured(options.pictures, options.crops, key)
+    models = {}
+    for rules, names in MEASURES.items():
+        here = [place for place, each in enumerate(key) if each["rules"] == rules]
+        kept = np.array([majority(people, key[place]["number"]) > 0 for place in here])
+        pictures = np.array([key[place]["picture"] for place in here])
+        rows = np.array([[getattr(metrics[place], name) for name in names] for place in here])
+        report(rules, held_out(rows, kept, pictures), kept, [metrics[place] for place in here])
+        models[rules] = {name: np.vectorize(lambda x: float(f"{x:.4g}"))(each).tolist()
+                         for name, each in fitted(rows, kept).items()}  # fmt: skip
     if options.write:
-        model = {name: np.vectorize(lambda x: float(f"{x:.4g}"))(each).tolist()
-                 for name, each in fitted(rows, kept).items()}  # fmt: skip
-        MODEL_FILE.write_text(
-            json.dumps({"measures": FullSizeMetrics._fields, **model}) + "\n", encoding="utf-8"
-        )
+        MODEL_FILE.write_text(json.dumps(models) + "\n", encoding="utf-8")
 
 
-def majority(people: Sequence[dict[str, str]], number: int) -> int:
+def report(rules: str, scores: np.ndarray, kept: np.ndarray, metrics: Sequence[FullSizeMetrics]) -> None:
+    """Print how well scores of unseen pictures agree with marks."""
+    passes = np.array([not fault(each) for each in metrics]) & (scores >= np.log(MIN_SCORE / (1 - MIN_SCORE)))
+    best = np.argsort(-scores)[: round(BEST_SHARE * len(scores))]
+    print(
+        f"{rules}: AUC {area(scores, kept):.3f}, {kept.mean():.0%} of {len(kept)} kept, "
+        f"{kept[passes].mean():.0%} of the {passes.sum()} that pass, "
+        f"{kept[best].mean():.0%} of the best {len(best)}"
+    )
+
+
+def majority(people: Sequence[dict[str, str]], number: str) -> int:
     """Marks to keep minus marks to reject."""
     marks = [each[str(number)] for each in people if str(number) in each]
     return marks.count("keep") - marks.count("reject")
@@ -85,25 +83,26 @@ def print_agreement(people: Sequence[dict[str, str]]) -> None:
     for one, other in combinations(people, 2):
         both = one.keys() & other.keys()
         same = sum(one[number] == other[number] for number in both)
-        print(f"agreement: {same} of {len(both)}")
+        if both:
+            print(f"agreement: {same} of {len(both)}")
 
 
-def measured(folder: Path, key: Sequence[dict[str, Any]]) -> np.ndarray:
-    """The full-size metrics of each style on its picture."""
+def measured(pictures: Path, crops: Path, key: Sequence[dict[str, Any]]) -> list[FullSizeMetrics]:
+    """The metrics of each crop that people saw."""
 
     @cache
-    def crops(name: str) -> FullSize:
-        picture = read_still(next(folder.glob(f"{name}.*")))
-        size = round(picture.shape[1] * HEIGHT / picture.shape[0]), HEIGHT
-        return FullSize(cv2.resize(picture, size, interpolation=cv2.INTER_AREA))
+    def compared(name: str, box: tuple[int, ...]) -> ComparedCrop:
+        left, top, right, bottom = box
+        picture = shown_picture(pictures, name)
+        faces = [face.moved(-left, -top) for face in faces_of(picture)]
+        return ComparedCrop(np.ascontiguousarray(picture[top:bottom, left:right]), faces)
 
-    for name in sorted({each["picture"] for each in key}):
-        crops(name)
+    def measure(each: dict[str, Any]) -> FullSizeMetrics:
+        seen = cv2.imread(str(crops / f"{each['number']}.png"))
+        return compared(each["picture"], tuple(each["box"])).measure(np.ascontiguousarray(seen[..., ::-1]))
+
     with ThreadPoolExecutor() as pool:
-        rows = pool.map(
-            lambda each: crops(each["picture"]).measure(random_style(each["seed"], each["rules"])), key
-        )
-        return np.array(list(rows))
+        return list(pool.map(measure, key))
 
 
 def held_out(rows: np.ndarray, kept: np.ndarray, pictures: np.ndarray) -> np.ndarray:
@@ -117,9 +116,8 @@ def held_out(rows: np.ndarray, kept: np.ndarray, pictures: np.ndarray) -> np.nda
 
 def fitted(rows: np.ndarray, kept: np.ndarray) -> dict[str, np.ndarray]:
     """The model of `log_odds`: logistic regression on measures and their squares, by Newton's method."""
-    numbers = comparable(rows)
-    middle, spread = numbers.mean(axis=0), numbers.std(axis=0) + 1e-9
-    normal = np.clip((numbers - middle) / spread, -MAX_SPREADS, MAX_SPREADS)
+    middle, spread = rows.mean(axis=0), rows.std(axis=0) + 1e-9
+    normal = np.clip((rows - middle) / spread, -MAX_SPREADS, MAX_SPREADS)
     inputs = np.hstack([normal, normal * normal - 1, np.ones((len(rows), 1))])
     count = rows.shape[1]
     decay = np.repeat([LINEAR_DECAY, SQUARE_DECAY, 1e-6], [count, count, 1])

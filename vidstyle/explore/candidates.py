@@ -12,7 +12,8 @@ from threading import Event
 import numpy as np
 
 from vidstyle.core.machine.cores import available_cores
-from vidstyle.explore.full_size import FullSize, FullSizeMetrics
+from vidstyle.explore.crop_measures import FullSizeMetrics
+from vidstyle.explore.full_size import FullSize
 from vidstyle.explore.gates import (
     DUPLICATE_FAULT,
     MAX_UNSTEADY,
@@ -22,8 +23,9 @@ from vidstyle.explore.gates import (
     is_like_another,
     prune,
 )
-from vidstyle.explore.generate import Rules, random_style
+from vidstyle.explore.generate import random_style
 from vidstyle.explore.measure import Original, PictureMetrics
+from vidstyle.explore.paper.rules import Rules
 from vidstyle.explore.score import score, spread_out
 from vidstyle.pipeline.progress import ProgressCallback, ignore_progress
 from vidstyle.style import Style
@@ -71,8 +73,12 @@ class Found:
         return self.faults.total()
 
 
-def examine(original: Original, crops: FullSize, style: Style) -> RandomStyle:
-    """Render the original in a style, and return it with metrics, fault and score."""
+def examine(original: Original, crops: FullSize, style: Style, rules: Rules = "open") -> RandomStyle:
+    """Render the original in a style, and return it with metrics, fault and score.
+
+    Args:
+        rules: the rules of the style.
+    """
     picture = original.render(style)
     measures = original.measure(picture)
     signature = original.signature(picture, measures)
@@ -80,7 +86,8 @@ def examine(original: Original, crops: FullSize, style: Style) -> RandomStyle:
     if result.fault:
         return result
     large = crops.measure(style)
-    result = replace(result, full_size=large, score=score(large), fault=fault(large) or doubt(score(large)))
+    worth = score(large, rules)
+    result = replace(result, full_size=large, score=worth, fault=fault(large) or doubt(worth))
     if result.fault:
         return result
     steadiness = original.steadiness(style, picture)
@@ -137,7 +144,9 @@ def _examine_all(original: Original, seed: int, rules: Rules, tries: int) -> Ite
         while tries > 0:
             batch = [next(numbers) for _ in range(min(2 * available_cores(), tries))]
             tries -= len(batch)
-            yield from pool.map(lambda n: examine(original, crops, random_style(f"{seed}-{n}", rules)), batch)
+            yield from pool.map(
+                lambda n: examine(original, crops, random_style(f"{seed}-{n}", rules), rules), batch
+            )
 
 
 def _ranks(scores: list[float]) -> np.ndarray:

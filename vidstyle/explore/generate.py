@@ -10,12 +10,11 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from hashlib import sha256
 from random import Random
-from typing import Literal
 
 from vidstyle.blocks import all_blocks
 from vidstyle.explore.colors import calm_saturation, ensure_contrast, is_pale, palette, shift_color
 from vidstyle.explore.paper.paper_style import paper_style
-from vidstyle.explore.paper.rules import DEFAULT_STEADY, STYLE_HEIGHT
+from vidstyle.explore.paper.rules import DEFAULT_STEADY, STYLE_HEIGHT, Rules
 from vidstyle.explore.phrases import LAYER_END, Phrase, closed_layer, grammar
 from vidstyle.explore.random_steps import (
     is_valid,
@@ -29,7 +28,6 @@ from vidstyle.explore.random_steps import (
 )
 from vidstyle.style import LAYERS, Step, Style
 
-Rules = Literal["open", "paper"]
 LOCKS = ("lines", "background", "colors", "steps")
 """Parts that a variation can keep: a layer with the base; ink, paper and tints; the list of steps."""
 

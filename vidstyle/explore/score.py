@@ -11,12 +11,18 @@ import cv2
 import numpy as np
 
 from vidstyle.errors import InputError
-from vidstyle.explore.full_size import FullSizeMetrics
+from vidstyle.explore.crop_measures import FullSizeMetrics
+from vidstyle.explore.paper.rules import Rules
 
 MODEL_FILE = Path(__file__).with_name("score.json")
-"""The model fitted by `tools/explore/score.py`."""
-RATIO_MEASURES, MIN_RATIO = ("edge_sharpness", "edge_height", "speckle"), 0.003
-"""Measures that are compared by their logarithm, and what is added to them."""
+"""The models fitted by `tools/explore/score.py`, by rules."""
+MEASURES: dict[Rules, tuple[str, ...]] = {
+    "paper": ("detail_kept", "fineness", "bright_shapes", "mark_strength"),
+    "open": (
+        "bright_marks", "edge_hardness", "coarse_contrast", "chroma", "mark_width", "detail_kept",
+    ),
+}  # fmt: skip
+"""What a model reads, of `FullSizeMetrics`: those that agree best with people on unseen pictures."""
 MAX_SPREADS = 3.0
 """Spreads from the middle beyond which a measure counts no more."""
 
@@ -26,36 +32,34 @@ JUDGE_MEAN_LEVEL, JUDGE_LEVEL_DEVIATION = np.array([0.485, 0.456, 0.406]), np.ar
 CLASS_COUNT = 10
 
 
-def score(measures: FullSizeMetrics) -> float:
-    """Return the probability that people keep a style, 0..1: a logistic regression, fitted to marks."""
-    return float(1 / (1 + np.exp(-log_odds(np.array(measures), _model()))))
+def score(measures: FullSizeMetrics, rules: Rules = "open") -> float:
+    """Return the probability that people keep a style, 0..1: a logistic regression, fitted to marks.
+
+    Args:
+        rules: the rules of the style, each with a model of its own.
+    """
+    return float(1 / (1 + np.exp(-log_odds(_read(measures, rules), _models()[rules]))))
 
 
-def reasons(measures: FullSizeMetrics) -> dict[str, float]:
+def reasons(measures: FullSizeMetrics, rules: Rules = "open") -> dict[str, float]:
     """Return what each measure adds to the log-odds of the score: positive numbers speak for the style."""
-    parts = contributions(np.array(measures), _model())
-    return {name: float(part) for name, part in zip(measures._fields, parts, strict=True)}
+    parts = contributions(_read(measures, rules), _models()[rules])
+    return {name: float(part) for name, part in zip(MEASURES[rules], parts, strict=True)}
 
 
-def log_odds(measures: np.ndarray, model: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Return the log-odds of the score for `FullSizeMetrics` along the last axis.
+def log_odds(numbers: np.ndarray, model: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Return the log-odds of the score for measures along the last axis.
 
     Args:
         model: "middle" and "spread" of the measures, the weights "linear" and "square", and "bias".
     """
-    return np.asarray(contributions(measures, model).sum(axis=-1) + model["bias"])
+    return np.asarray(contributions(numbers, model).sum(axis=-1) + model["bias"])
 
 
-def contributions(measures: np.ndarray, model: Mapping[str, np.ndarray]) -> np.ndarray:
+def contributions(numbers: np.ndarray, model: Mapping[str, np.ndarray]) -> np.ndarray:
     """Return what each measure adds to the log-odds: a parabola, as too much may be as bad as too little."""
-    normal = np.clip((comparable(measures) - model["middle"]) / model["spread"], -MAX_SPREADS, MAX_SPREADS)
+    normal = np.clip((numbers - model["middle"]) / model["spread"], -MAX_SPREADS, MAX_SPREADS)
     return np.asarray(normal * model["linear"] + (normal * normal - 1) * model["square"])
-
-
-def comparable(measures: np.ndarray) -> np.ndarray:
-    """Return `FullSizeMetrics` along the last axis, logarithms of those where ratios matter."""
-    is_ratio = np.isin(FullSizeMetrics._fields, RATIO_MEASURES)
-    return np.where(is_ratio, np.log(measures * is_ratio + MIN_RATIO), measures)
 
 
 def spread_out(signatures: np.ndarray, scores: np.ndarray, count: int) -> list[int]:
@@ -115,7 +119,13 @@ class Judge:
         return np.asarray(self._net.forward()).reshape(-1)
 
 
+def _read(measures: FullSizeMetrics, rules: Rules) -> np.ndarray:
+    return np.array([getattr(measures, name) for name in MEASURES[rules]])
+
+
 @cache
-def _model() -> dict[str, np.ndarray]:
-    model = json.loads(MODEL_FILE.read_text(encoding="utf-8"))
-    return {name: np.array(values) for name, values in model.items() if name != "measures"}
+def _models() -> dict[str, dict[str, np.ndarray]]:
+    models = json.loads(MODEL_FILE.read_text(encoding="utf-8"))
+    return {
+        rules: {name: np.array(values) for name, values in model.items()} for rules, model in models.items()
+    }

@@ -12,8 +12,8 @@ import numpy as np
 
 from vidstyle.errors import InputError, UsageError
 from vidstyle.explore.candidates import Found, RandomStyle, search
-from vidstyle.explore.generate import Rules
 from vidstyle.explore.measure import Original, reduce_picture
+from vidstyle.explore.paper.rules import Rules
 from vidstyle.explore.score import Judge, reasons
 from vidstyle.gallery.preview import preview_page, read_still
 from vidstyle.gallery.style_samples import StyleSample, encode_picture, samples_of, sheet_of_samples
@@ -78,20 +78,20 @@ def explore_to_folder(
     return found
 
 
-def _table(found: Found) -> dict[str, Any]:
+def _table(found: Found, rules: Rules) -> dict[str, Any]:
     passed = found.faults[""]
     return {
         "tried": found.tried,
         "passed": passed,
         "discarded": {reason: number for reason, number in found.faults.most_common() if reason},
-        "styles": [_row(candidate) for candidate in found.chosen],
+        "styles": [_row(candidate, rules) for candidate in found.chosen],
     }
 
 
-def _row(candidate: RandomStyle) -> dict[str, Any]:
+def _row(candidate: RandomStyle, rules: Rules) -> dict[str, Any]:
     assert candidate.full_size is not None
     measures = candidate.measures._asdict() | candidate.full_size._asdict()
-    parts = sorted(reasons(candidate.full_size).items(), key=lambda part: -abs(part[1]))
+    parts = sorted(reasons(candidate.full_size, rules).items(), key=lambda part: -abs(part[1]))
     return {
         "name": candidate.style.name,
         "file": f"{candidate.style.name}.toml",

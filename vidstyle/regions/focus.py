@@ -87,6 +87,8 @@ class FocusRenderer(Backend):
         open_backend: opens a renderer for a style and scene cuts; called again at the first face.
         faces: finds the faces of pictures; closed with the renderer.
         cuts: scene cuts of the film; None: they are detected.
+        side_ratio: the shorter side of the whole picture relative to the pictures to restyle, where those are
+            parts of it: decides how small a face is.
 
     Attributes:
         device_kind: see `Backend`.
@@ -98,8 +100,9 @@ class FocusRenderer(Backend):
         open_backend: OpenRenderer,
         faces: FaceSource,
         cuts: KnownCuts | None = None,
+        side_ratio: float = 1.0,
     ) -> None:
-        self._style = style
+        self._style, self._side_ratio = style, side_ratio
         self._page = open_backend(style, cuts)
         # Two sets of patches, while one replaces the other.
         self._patches = PatchRenderer(open_backend), PatchRenderer(open_backend)
@@ -193,12 +196,13 @@ class FocusRenderer(Backend):
         picture = request.picture
         if not self._is_focused:
             return []
-        side = min(picture.shape)
+        side = self._side_ratio * min(picture.shape)
         small = [_limited(face, side) for face in self._source.follow(picture, request.time)]
         across, down = map(max, picture.encoding.subsampling, request.encoding.subsampling)
         faces = [face for face in small if face.opacity > 0]
         raster = self._raster_on(request) if faces else NO_RASTER
-        return self._planner.plan(faces, picture.shape, (across, down), request.time, raster)
+        sets = self._planner.plan(faces, picture.shape, (across, down), request.time, raster)
+        return [replace(each, least=each.least / self._side_ratio) for each in sets]
 
     def _raster_on(self, request: FrameRequest) -> PageRaster:
         """Return the rasters of the style on the page."""
@@ -208,7 +212,7 @@ class FocusRenderer(Backend):
         return self._raster[1]
 
 
-def _limited(face: Face, side: int) -> Face:
+def _limited(face: Face, side: float) -> Face:
     """Return the face with less opacity the larger it is in a picture with this shorter side."""
     small, large = FACE_RATIOS
     share = (large - face.box.height / side) / (large - small)

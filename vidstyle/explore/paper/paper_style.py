@@ -7,11 +7,15 @@ from random import Random
 
 from vidstyle.blocks import all_blocks
 from vidstyle.explore.paper.rules import (
+    CUT_BLOCK,
     FILTER_COUNT_RANGE,
     FILTER_RULES,
     GRAY_RULE,
     GRAY_SHARE,
     LINE_BLOCK,
+    MAX_TOTAL_P,
+    PAPER_HEIGHT,
+    RANGE_BLOCK,
     THRESHOLD_BLOCKS,
     FilterRule,
 )
@@ -23,12 +27,28 @@ def paper_style(random: Random, style: Style) -> Style:
     """Return the style with a random background by the rules of the paper."""
     count = random.randint(*FILTER_COUNT_RANGE)
     is_gray = random.random() < GRAY_SHARE
-    rules: list[FilterRule] = []
-    while len(rules) < count - is_gray:
-        rules.append(random.choice([rule for rule in FILTER_RULES if rule.repeats or rule not in rules]))
+    rules = _filters(random, count - is_gray)
+    while not _has_marks(rules):
+        rules = _filters(random, count - is_gray)
     if is_gray:
         rules.insert(random.randint(0, len(rules)), GRAY_RULE)
-    return replace(style, background=tuple(_enlarged([_step(random, rule) for rule in rules])))
+    steps = _limited(_ordered([_step(random, rule) for rule in rules]))
+    steps = [Step(RANGE_BLOCK), *_on_luma(_enlarged(steps))]
+    return replace(style, height=PAPER_HEIGHT, background=tuple(steps))
+
+
+def _filters(random: Random, count: int) -> list[FilterRule]:
+    """Return random filters; only some repeat."""
+    rules: list[FilterRule] = []
+    while len(rules) < count:
+        rules.append(random.choice([rule for rule in FILTER_RULES if rule.repeats or rule not in rules]))
+    return rules
+
+
+def _has_marks(rules: list[FilterRule]) -> bool:
+    """Whether there are lines or flat tones, and a threshold only with lines."""
+    blocks = {rule.block for rule in rules}
+    return LINE_BLOCK in blocks or (bool(blocks & set(THRESHOLD_BLOCKS)) and CUT_BLOCK not in blocks)
 
 
 def _step(random: Random, rule: FilterRule) -> Step:
@@ -37,6 +57,28 @@ def _step(random: Random, rule: FilterRule) -> Step:
     return Step(
         rule.block, {name: random_value(random, parameters[name], rule.ends.get(name)) for name in names}
     )
+
+
+def _ordered(steps: list[Step]) -> list[Step]:
+    """Return the steps with thresholds after the last lines."""
+    last = _last([step.block for step in steps], (LINE_BLOCK,))
+    if last is None:
+        return steps
+    before = [step for step in steps[:last] if step.block in THRESHOLD_BLOCKS]
+    kept = [step for step in steps[:last] if step.block not in THRESHOLD_BLOCKS]
+    return [*kept, steps[last], *before, *steps[last + 1 :]]
+
+
+def _limited(steps: list[Step]) -> list[Step]:
+    """Return the steps with strengths of lines that add up to at most `MAX_TOTAL_P`."""
+    total = sum(step.values["p"] for step in steps if step.block == LINE_BLOCK)
+    share = min(1.0, MAX_TOTAL_P / total) if total else 1.0
+    return [
+        replace(step, values=step.values | {"p": max(1.0, round(step.values["p"] * share, 1))})
+        if step.block == LINE_BLOCK
+        else step
+        for step in steps
+    ]
 
 
 def _enlarged(steps: list[Step]) -> list[Step]:
@@ -49,17 +91,30 @@ def _enlarged(steps: list[Step]) -> list[Step]:
     if "scale" not in blocks:
         return steps
     size = blocks.index("scale")
-    full = _last(blocks[size:], THRESHOLD_BLOCKS) or _last(blocks[size:], (LINE_BLOCK,))
+    full = _last_marks(blocks[size:])
     if full is None:
-        before = _last(blocks, THRESHOLD_BLOCKS)
-        before = _last(blocks, (LINE_BLOCK,)) if before is None else before
-        if before is None:
-            return steps
+        before = _last_marks(blocks)
+        assert before is not None  # all styles have marks
         steps = [*steps[:before], steps[size], *steps[before:size], *steps[size + 1 :]]
         size, full = before, 1
     factor = scale_factor(1 / steps[size].values["factor"])
     enlarge = Step("scale", {"factor": factor, "method": "smooth"})
     return [*steps[: size + full], enlarge, *steps[size + full :]]
+
+
+def _on_luma(steps: list[Step]) -> list[Step]:
+    """Return the steps with the threshold on luma only, with the colours restored after it."""
+    blocks = [step.block for step in steps]
+    cut = _last(blocks, (CUT_BLOCK,))
+    if cut is None or GRAY_RULE.block in blocks[:cut]:
+        return steps
+    return [*steps[:cut], Step(GRAY_RULE.block), steps[cut], Step("to_color"), *steps[cut + 1 :]]
+
+
+def _last_marks(blocks: list[str]) -> int | None:
+    """Return the place of the last threshold, or of the last lines if there is none."""
+    last = _last(blocks, THRESHOLD_BLOCKS)
+    return _last(blocks, (LINE_BLOCK,)) if last is None else last
 
 
 def _last(blocks: list[str], wanted: tuple[str, ...]) -> int | None:

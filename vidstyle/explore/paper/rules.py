@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
+from typing import Literal
+
+Rules = Literal["open", "paper"]
 
 STYLE_HEIGHT = 720
 """The height of random styles, to which lengths refer; same as in the shipped styles."""
 DEFAULT_STEADY = 0.5
 """Temporal smoothing of random styles; same as in the shipped styles."""
 
+PAPER_HEIGHT = 1080
+"""The height to which the paper's lengths refer: full HD, the size at which it shows its filters in real time
+on a phone."""
 FULL_SIZE = 300
 """The paper's size that stands for the size of the picture."""
 PAPER_SECTION = "paper, section 6.2"
@@ -42,10 +49,12 @@ GRAY_RULE = FilterRule("to_gray", source=f"{PAPER_SECTION}: To GrayScale (20 % p
 FILTER_RULES = (
     FilterRule(
         "flow_dog",
-        ("sigma", "p"),
+        ("p",),
+        ends={"sigma": (math.sqrt(0.5), math.sqrt(8))},
         repeats=True,
-        source=f"{PAPER_SECTION}: XDoG (sigma 0.5 to 8, p 1 to 40). Its threshold is a "
-        "separate filter, as in section 4.2 C, where Flow-XDoG has no other parameters",
+        source=f"{PAPER_SECTION}: XDoG (sigma 0.5 to 8, p 1 to 40). Section 4.2 C calls sigma the variance "
+        "of the Gaussian, and 7 x 7 filters hold no deviation of 8 pixels, so our deviation is its root. The "
+        "threshold is a separate filter, as in section 4.2 C, where Flow-XDoG has no other parameters",
     ),
     FilterRule("tvf", repeats=True, source=f"{PAPER_SECTION}: TVF, without parameters"),
     FilterRule(
@@ -65,6 +74,14 @@ FILTER_RULES = (
 )
 """Filters of random styles; all that are still allowed are equally likely."""
 
-THRESHOLD_BLOCKS, LINE_BLOCK = ("soft_threshold", "luma_posterize"), "flow_dog"
+RANGE_BLOCK = "equalize"
+"""The first step of each style: section 4.2 D usually places a histogram operator first, as XDoG of a hazy,
+too bright or too dark picture is almost entirely white."""
+MAX_TOTAL_P = 40.0
+"""Limit for the sum of p of all XDoG filters of a style: each multiplies contrast, and the paper's range ends
+there."""
+THRESHOLD_BLOCKS, LINE_BLOCK, CUT_BLOCK = ("soft_threshold", "luma_posterize"), "flow_dog", "soft_threshold"
 """Filters that are applied at the size of the picture if they come last of their kind: their edges are then
-sharp although the filters before them used a smaller size."""
+sharp although the filters before them used a smaller size. Thresholds follow the last XDoG, which would
+outline the edges of flat tones otherwise. Soft Threshold is the second stage of XDoG, on luma, as in
+section 5.4.3: it is not used without XDoG, where it would only whiten the picture."""
