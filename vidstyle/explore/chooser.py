@@ -268,7 +268,7 @@ class Chooser:
             if len(chosen) == wanted.total() and not (missing and number == 0):
                 break
         else:
-            for number in range(MAX_ROUNDS, 2 * MAX_ROUNDS):
+            for number in range(MAX_ROUNDS, 4 * MAX_ROUNDS):
                 if len(chosen) == wanted.total() or self.locks:
                     break
                 found += self._render(self._first_draws(number))  # all that is near the choice looks alike

@@ -12,7 +12,7 @@ from vidstyle.errors import VidstyleError
 from vidstyle.explore.full_size import FullSize
 from vidstyle.explore.gates import doubt, fault
 from vidstyle.explore.measure import METRIC_DEVIATIONS, Original, oklab_thumbnail, reduce_picture
-from vidstyle.explore.score import score
+from vidstyle.explore.score import score, verdict
 from vidstyle.style import Style
 
 MAX_LOOK_SIDE_PX = 200
@@ -31,12 +31,14 @@ class Look:
         features: the features for learning taste: similarity to shipped styles, metrics, mean colour and its
             deviation.
         fault: why it is rejected, or "".
+        verdict: its score, and what speaks for and against it, in a line; "" if it was not measured.
     """
 
     picture: np.ndarray
     signature: np.ndarray
     features: np.ndarray
     fault: str = ""
+    verdict: str = ""
 
 
 NewLooks = Callable[[Sequence[Style]], Sequence[Look | None]]
@@ -62,7 +64,8 @@ def look_of(picture: np.ndarray, style: Style, crops: FullSize | None = None) ->
     chance = min(max(worth, 0.01), 0.99)
     features = [np.log(chance / (1 - chance)) / LOG_ODDS_DEVIATION, *np.array(measures) / METRIC_DEVIATIONS]
     features += [*colors.mean(axis=0) / COLOR_DEVIATION, *colors.std(axis=0) / COLOR_DEVIATION]
-    return Look(drawn, original.signature(drawn), np.array(features), reason)
+    said = verdict(large) if large else ""
+    return Look(drawn, original.signature(drawn), np.array(features), reason, said)
 
 
 @lru_cache(2)

@@ -23,6 +23,20 @@ MEASURES: dict[Rules, tuple[str, ...]] = {
     ),
 }  # fmt: skip
 """What a model reads, of `FullSizeMetrics`: those that agree best with people on unseen pictures."""
+WORDS = {
+    "detail_kept": "detail of the picture",
+    "fineness": "crispness",
+    "bright_shapes": "form in the lights",
+    "mark_strength": "strength of lines",
+    "bright_marks": "form in the lights",
+    "edge_hardness": "hard edges",
+    "coarse_contrast": "contrast of shapes",
+    "chroma": "amount of colour",
+    "mark_width": "width of lines",
+}
+"""The measures that models read, in plain words."""
+MIN_SHOWN_REASON = 0.2
+"""Log-odds from which a measure is named in a verdict."""
 MAX_SPREADS = 3.0
 """Spreads from the middle beyond which a measure counts no more."""
 
@@ -45,6 +59,17 @@ def reasons(measures: FullSizeMetrics, rules: Rules = "open") -> dict[str, float
     """Return what each measure adds to the log-odds of the score: positive numbers speak for the style."""
     parts = contributions(_read(measures, rules), _models()[rules])
     return {name: float(part) for name, part in zip(MEASURES[rules], parts, strict=True)}
+
+
+def verdict(measures: FullSizeMetrics, rules: Rules = "open") -> str:
+    """Return the score in a line, and which measures speak for and against the style."""
+    parts = sorted(reasons(measures, rules).items(), key=lambda part: -abs(part[1]))
+    sides = {
+        "for it": [WORDS[name] for name, part in parts if part >= MIN_SHOWN_REASON],
+        "against it": [WORDS[name] for name, part in parts if part <= -MIN_SHOWN_REASON],
+    }
+    said = [f"{side}: {', '.join(names)}" for side, names in sides.items() if names]
+    return "; ".join([f"Score {100 * score(measures, rules):.0f} of 100", *said])
 
 
 def log_odds(numbers: np.ndarray, model: Mapping[str, np.ndarray]) -> np.ndarray:

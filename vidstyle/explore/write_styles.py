@@ -14,7 +14,7 @@ from vidstyle.errors import InputError, UsageError
 from vidstyle.explore.candidates import Found, RandomStyle, search
 from vidstyle.explore.measure import Original, reduce_picture
 from vidstyle.explore.paper.rules import Rules
-from vidstyle.explore.score import Judge, reasons
+from vidstyle.explore.score import Judge, reasons, verdict
 from vidstyle.gallery.preview import preview_page, read_still
 from vidstyle.gallery.style_samples import StyleSample, encode_picture, samples_of, sheet_of_samples
 from vidstyle.media.read.reader import ReadOptions
@@ -71,7 +71,7 @@ def explore_to_folder(
     for candidate in found.chosen:
         save_style(candidate.style, folder / f"{candidate.style.name}.toml")
     facts = {"input": Path(source).name, "seed": seed, "rules": rules, "judge": judge and judge.name}
-    _write(folder / TABLE_FILE, (json.dumps(facts | _table(found), indent=1) + "\n").encode())
+    _write(folder / TABLE_FILE, (json.dumps(facts | _table(found, rules), indent=1) + "\n").encode())
     _write_sheets(
         folder, f"{len(found.chosen)} styles of {Path(source).name}", picture, found.chosen, on_step
     )
@@ -97,6 +97,7 @@ def _row(candidate: RandomStyle, rules: Rules) -> dict[str, Any]:
         "file": f"{candidate.style.name}.toml",
         "score": round(candidate.score, 4),
         "steadiness": round(candidate.steadiness, 3),
+        "verdict": verdict(candidate.full_size, rules),
         "reasons": {name: round(part, 2) for name, part in parts},
         "measures": {name: round(value, 4) for name, value in measures.items()},
     }

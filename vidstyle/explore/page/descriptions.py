@@ -57,6 +57,7 @@ def _describe(exploration: Exploration, tile: Tile) -> dict[str, Any]:
         "kind": tile.kind,
         "parents": tile.parents,
         "likeness": tile.likeness,
+        "verdict": tile.look.verdict,
         "layers": {layer: blocks for layer, blocks in layers.items() if blocks},
         "ink": tile.style.ink,
         "paper": tile.style.paper,

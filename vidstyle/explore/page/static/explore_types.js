@@ -20,6 +20,7 @@
  * @property {"chosen" | "values" | "step" | "cross" | "wild" | "shipped" | "tuned" | "match"} kind how it was generated
  * @property {string[]} parents
  * @property {string} likeness the distance to the reference picture in words, or ""
+ * @property {string} verdict its score, and what speaks for and against it, or ""
  * @property {Object<string, string[]>} layers the blocks of each layer
  * @property {string} ink
  * @property {string} paper

@@ -88,6 +88,7 @@ export class Tiles {
       }
       cell.classList.toggle("chosen", tile.kind === "chosen");
       kind.textContent = origin(tile);
+      kind.title = tile.verdict;
       for (const button of [take, star, enlarge]) button.disabled = false;
       take.setAttribute("aria-label", `${place + 1}: ${origin(tile)}`);
       press(star, kept.has(tile.tile));
