@@ -26,6 +26,7 @@ from tools.explore.marking import shown_picture
 from vidstyle.explore.crop_measures import ComparedCrop, FullSizeMetrics
 from vidstyle.explore.full_size import faces_of
 from vidstyle.explore.gates import MIN_SCORE, fault
+from vidstyle.explore.paper.rules import Rules
 from vidstyle.explore.score import MAX_SPREADS, MEASURES, MODEL_FILE, log_odds
 
 LINEAR_DECAY, SQUARE_DECAY, STEPS = 3.0, 8.0, 25
@@ -61,9 +62,11 @@ def main() -> None:
         MODEL_FILE.write_text(json.dumps(models) + "\n", encoding="utf-8")
 
 
-def report(rules: str, scores: np.ndarray, kept: np.ndarray, metrics: Sequence[FullSizeMetrics]) -> None:
+def report(rules: Rules, scores: np.ndarray, kept: np.ndarray, metrics: Sequence[FullSizeMetrics]) -> None:
     """Print how well scores of unseen pictures agree with marks."""
-    passes = np.array([not fault(each) for each in metrics]) & (scores >= np.log(MIN_SCORE / (1 - MIN_SCORE)))
+    passes = np.array([not fault(each, rules) for each in metrics]) & (
+        scores >= np.log(MIN_SCORE / (1 - MIN_SCORE))
+    )
     best = np.argsort(-scores)[: round(BEST_SHARE * len(scores))]
     print(
         f"{rules}: AUC {area(scores, kept):.3f}, {kept.mean():.0%} of {len(kept)} kept, "

@@ -87,7 +87,7 @@ def examine(original: Original, crops: FullSize, style: Style, rules: Rules = "o
         return result
     large = crops.measure(style)
     worth = score(large, rules)
-    result = replace(result, full_size=large, score=worth, fault=fault(large) or doubt(worth))
+    result = replace(result, full_size=large, score=worth, fault=fault(large, rules) or doubt(worth))
     if result.fault:
         return result
     steadiness = original.steadiness(style, picture)

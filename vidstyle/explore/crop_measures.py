@@ -8,6 +8,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
+from vidstyle.explore.debris import SourceAreas
 from vidstyle.explore.measure import correlation, gradient_of, luma_of_codes
 from vidstyle.regions.boxes import Box
 
@@ -50,6 +51,9 @@ class FullSizeMetrics(NamedTuple):
         coarse_contrast: strength of detail of 8 to 16 pixels.
         chroma: mean difference of the largest and the smallest colour channel.
         burnt: share of pixels that are nearly white or black, less that of the source.
+        debris: mean height of structure where the source is smooth.
+        patchiness: deviation of that height between places: a regular screen has little, worms have much.
+        halo: mean height of bright rims beside edges.
         face: absolute correlation of facial features with the source; `NO_FACE_LIKENESS` without a face.
     """
 
@@ -64,6 +68,9 @@ class FullSizeMetrics(NamedTuple):
     coarse_contrast: float
     chroma: float
     burnt: float
+    debris: float
+    patchiness: float
+    halo: float
     face: float
 
 
@@ -71,7 +78,7 @@ class ComparedCrop:
     """A crop of the source, H x W x 3 uint8, and the faces in it, the largest first."""
 
     def __init__(self, source: np.ndarray, faces: Sequence[Box[float]]) -> None:
-        self._whole = _Region(source)
+        self._whole, self._areas = _Region(source), SourceAreas(luma_of_codes(source))
         parts = [part for face in faces if (part := _part(face, source.shape)) is not None]
         self._faces = [(part, _Region(source[part])) for part in parts[:MAX_FACE_COUNT]]
 
@@ -82,7 +89,8 @@ class ComparedCrop:
 
     def measure(self, result: np.ndarray) -> FullSizeMetrics:
         """Return the metrics of the crop in a style, H x W x 3 uint8."""
-        whole = self._whole.measure(result)
+        added = self._areas.added(luma_of_codes(result))._asdict()
+        whole = self._whole.measure(result)._replace(**added)
         faces = [region.measure(result[part]) for part, region in self._faces]
         if not faces:
             return whole._replace(face=NO_FACE_LIKENESS)
@@ -98,6 +106,7 @@ class ComparedCrop:
             coarse_contrast=low.coarse_contrast,
             chroma=whole.chroma,
             burnt=high.burnt,
+            **added,
         )
 
 
@@ -128,6 +137,9 @@ class _Region:
             coarse_contrast=float(_band(luma, *COARSE_BAND_PX).std()),
             chroma=float((result.max(axis=2) - result.min(axis=2)).mean() / 255),
             burnt=_extreme_share(luma) - self._extreme,
+            debris=0,
+            patchiness=0,
+            halo=0,
             face=abs(correlation(_features(luma), self._features)),
         )
 

@@ -17,7 +17,7 @@ from vidstyle.explore.paper.rules import Rules
 MODEL_FILE = Path(__file__).with_name("score.json")
 """The models fitted by `tools/explore/score.py`, by rules."""
 MEASURES: dict[Rules, tuple[str, ...]] = {
-    "paper": ("detail_kept", "fineness", "bright_shapes", "mark_strength"),
+    "paper": ("detail_kept", "fineness", "bright_shapes", "mark_strength", "patchiness"),
     "open": (
         "bright_marks", "edge_hardness", "coarse_contrast", "chroma", "mark_width", "detail_kept",
     ),
@@ -33,6 +33,7 @@ WORDS = {
     "coarse_contrast": "contrast of shapes",
     "chroma": "amount of colour",
     "mark_width": "width of lines",
+    "patchiness": "debris in smooth areas",
 }
 """The measures that models read, in plain words."""
 MIN_SHOWN_REASON = 0.2
