@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from skimage import data
 
-from vidstyle.explore.crop_measures import NO_FACE_LIKENESS, FullSizeMetrics
-from vidstyle.explore.full_size import Crop, FullSize, faces_of, tones_of
+from vidstyle.explore.crops.crop_measures import NO_FACE_LIKENESS, FullSizeMetrics
+from vidstyle.explore.crops.full_size import Crop, FullSize, faces_of, tones_of
 from vidstyle.explore.gates import DOUBTFUL_FAULT, doubt, fault
 from vidstyle.explore.generate import random_style
 from vidstyle.explore.measure import Original, reduce_picture

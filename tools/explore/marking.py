@@ -26,7 +26,7 @@ import numpy as np
 
 from vidstyle.core.machine.cores import available_cores
 from vidstyle.explore.candidates import examine
-from vidstyle.explore.full_size import FullSize
+from vidstyle.explore.crops.full_size import FullSize
 from vidstyle.explore.generate import random_style
 from vidstyle.explore.measure import Original
 from vidstyle.explore.paper.rules import Rules

@@ -23,8 +23,8 @@ import cv2
 import numpy as np
 
 from tools.explore.marking import shown_picture
-from vidstyle.explore.crop_measures import ComparedCrop, FullSizeMetrics
-from vidstyle.explore.full_size import faces_of
+from vidstyle.explore.crops.crop_measures import ComparedCrop, FullSizeMetrics
+from vidstyle.explore.crops.full_size import faces_of
 from vidstyle.explore.gates import MIN_SCORE, fault
 from vidstyle.explore.paper.rules import Rules
 from vidstyle.explore.score import MAX_SPREADS, MEASURES, MODEL_FILE, log_odds

@@ -12,8 +12,8 @@ from threading import Event
 import numpy as np
 
 from vidstyle.core.machine.cores import available_cores
-from vidstyle.explore.crop_measures import FullSizeMetrics
-from vidstyle.explore.full_size import FullSize
+from vidstyle.explore.crops.crop_measures import FullSizeMetrics
+from vidstyle.explore.crops.full_size import FullSize
 from vidstyle.explore.gates import (
     DUPLICATE_FAULT,
     MAX_UNSTEADY,

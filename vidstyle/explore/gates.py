@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vidstyle.explore.crop_measures import FullSizeMetrics
+from vidstyle.explore.crops.crop_measures import FullSizeMetrics
 from vidstyle.explore.measure import Original, PictureMetrics
 from vidstyle.explore.paper.rules import Rules
 from vidstyle.explore.random_steps import is_valid, with_layers, without_idle_steps
@@ -60,7 +60,7 @@ FULL_SIZE_GATES = (
 """The gates for crops at full size. All but those for blur let 96 % of the styles pass that people kept."""
 
 PAPER_GATES = (Gate("debris", 0, 0.025, "with debris in smooth areas"),)
-"""Further gates for styles by the paper's rules, which have no texture of their own."""
+"""Further gates for styles by the paper's rules, which have no texture."""
 
 MAX_UNSTEADY = 2.5
 """Maximum amplification of film grain; `ink` has 2.15."""

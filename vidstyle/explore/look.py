@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from vidstyle.errors import VidstyleError
-from vidstyle.explore.full_size import FullSize
+from vidstyle.explore.crops.full_size import FullSize
 from vidstyle.explore.gates import doubt, fault
 from vidstyle.explore.measure import METRIC_DEVIATIONS, Original, oklab_thumbnail, reduce_picture
 from vidstyle.explore.score import score, verdict

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 
 from vidstyle.errors import InputError
-from vidstyle.explore.crop_measures import FullSizeMetrics
+from vidstyle.explore.crops.crop_measures import FullSizeMetrics
 from vidstyle.explore.paper.rules import Rules
 
 MODEL_FILE = Path(__file__).with_name("score.json")
@@ -51,7 +51,7 @@ def score(measures: FullSizeMetrics, rules: Rules = "open") -> float:
     """Return the probability that people keep a style, 0..1: a logistic regression, fitted to marks.
 
     Args:
-        rules: the rules of the style, each with a model of its own.
+        rules: the rules of the style, each with a separate model.
     """
     return float(1 / (1 + np.exp(-log_odds(_read(measures, rules), _models()[rules]))))
 

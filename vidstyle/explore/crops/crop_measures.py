@@ -8,7 +8,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from vidstyle.explore.debris import SourceAreas
+from vidstyle.explore.crops.debris import SourceAreas
 from vidstyle.explore.measure import correlation, gradient_of, luma_of_codes
 from vidstyle.regions.boxes import Box
 

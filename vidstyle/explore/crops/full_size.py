@@ -18,7 +18,7 @@ from vidstyle.core.picture import Encoding, Picture
 from vidstyle.core.scene_cuts import KnownCuts
 from vidstyle.core.shared_tones import SharedTones
 from vidstyle.cpu.renderer import CpuRenderer
-from vidstyle.explore.crop_measures import ComparedCrop, FullSizeMetrics
+from vidstyle.explore.crops.crop_measures import ComparedCrop, FullSizeMetrics
 from vidstyle.explore.measure import MAX_DRAWN_SIDE_PX, gradient_of, luma_of_codes, reduce_picture
 from vidstyle.regions.boxes import Box
 from vidstyle.regions.focus import FocusRenderer

@@ -1,0 +1,1 @@
+"""Measures of styles at the size that people see."""
