@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from skimage import data
 
-from vidstyle.explore.crops.crop_measures import NO_FACE_LIKENESS, FullSizeMetrics
+from vidstyle.explore.crops.crop_measures import MAX_FACE_LIKENESS, FullSizeMetrics
 from vidstyle.explore.crops.full_size import Crop, FullSize, faces_of, tones_of
 from vidstyle.explore.gates import DOUBTFUL_FAULT, doubt, fault
 from vidstyle.explore.generate import random_style
@@ -62,7 +62,7 @@ def test_a_smear_never_passes(astronaut: FullSize, cat: FullSize, step: Step) ->
 def test_faces_are_lost_when_their_features_are(astronaut: FullSize, cat: FullSize) -> None:
     blots = styled(Step("gaussian", {"sigma": 20}), Step("soft_threshold", {"phi": 0.5, "epsilon": 90}))
     assert astronaut.measure(blots).face < 0.66 < astronaut.measure(load_style("poster")).face
-    assert cat.measure(blots).face == NO_FACE_LIKENESS
+    assert cat.measure(blots).face == MAX_FACE_LIKENESS
     measures = astronaut.measure(load_style("poster"))._replace(face=0.3)
     assert fault(measures) == "with lost faces"
 

@@ -93,15 +93,15 @@ def test_paper_rules_keep_to_what_the_paper_says() -> None:
     }  # fmt: skip
 
 
-def test_paper_styles_have_marks_and_cut_lines_only() -> None:
-    """Flat tones are not outlined, and a threshold does not whiten a picture without lines."""
+def test_paper_styles_have_thresholds_after_lines() -> None:
+    """Lines are no halos, flat tones are not outlined, and no threshold whitens a picture without lines."""
     for seed in range(200):
         style = random_style(seed, "paper")
         blocks = blocks_of(style)
-        assert blocks[0] == "equalize" and {"flow_dog", "luma_posterize"} & set(blocks)
+        assert blocks[0] == "equalize"
         lines = [place for place, block in enumerate(blocks) if block == "flow_dog"]
         cuts = [place for place, block in enumerate(blocks) if block in ("soft_threshold", "luma_posterize")]
-        assert not lines or all(cut > lines[-1] for cut in cuts)
+        assert cuts and (not lines or all(cut > lines[-1] for cut in cuts))
         assert lines or "soft_threshold" not in blocks
         strengths = [step.values["p"] for step in style.steps if step.block == "flow_dog"]
         assert all(1 <= p <= 40 for p in strengths) and sum(strengths) < 41
@@ -118,21 +118,18 @@ def test_paper_values_are_even_between_the_ends_of_the_paper() -> None:
         assert chi_square([counts[n] for n in range(bins)], [1 / bins] * bins) < CRITICAL[bins - 1], name
 
 
-def marks(blocks: list[str]) -> set[str]:
-    """What draws the edges at full size: thresholds, or lines if there are none."""
-    return ({"soft_threshold", "luma_posterize"} & set(blocks)) or {"flow_dog"}
-
-
 def test_paper_styles_end_at_the_size_of_the_picture() -> None:
-    """Their last threshold, or their last lines, are drawn there, so that edges are sharp."""
+    """Their last threshold is applied there, so that edges are sharp."""
     for seed in range(200):
         steps = random_style(seed, "paper").steps
         blocks = [step.block for step in steps]
         if "scale" in blocks:
             small, full = (place for place, block in enumerate(blocks) if block == "scale")
             assert steps[small].values["factor"] * steps[full].values["factor"] == pytest.approx(1, abs=0.01)
-            assert blocks[full + 1] in ("flow_dog", "to_gray", "luma_posterize", "soft_threshold")
-            last = max(place for place, block in enumerate(blocks) if block in marks(blocks))
+            assert blocks[full + 1] in ("to_gray", "luma_posterize", "soft_threshold")
+            last = max(
+                place for place, block in enumerate(blocks) if block in ("soft_threshold", "luma_posterize")
+            )
             assert last - full <= (2 if blocks[full + 1] == "to_gray" else 1)
 
 

@@ -28,7 +28,7 @@ FACE_WIDTH_PX, FACE_BAND_PX = 64, (1, 4)
 """Width of a face for comparison with the source, and the band of eyes and mouth."""
 MAX_FACE_COUNT, MIN_FACE_SHARE = 3, 0.7
 """Of many faces in a crop, the largest are compared, if this share of their height and width is in it."""
-NO_FACE_LIKENESS = 1.0
+MAX_FACE_LIKENESS = 1.0
 
 
 class FullSizeMetrics(NamedTuple):
@@ -54,7 +54,7 @@ class FullSizeMetrics(NamedTuple):
         debris: mean height of structure where the source is smooth.
         patchiness: deviation of that height between places: a regular screen has little, worms have much.
         halo: mean height of bright rims beside edges.
-        face: absolute correlation of facial features with the source; `NO_FACE_LIKENESS` without a face.
+        face: absolute correlation of facial features with the source; `MAX_FACE_LIKENESS` without a face.
     """
 
     fine_kept: float
@@ -93,7 +93,7 @@ class ComparedCrop:
         whole = self._whole.measure(result)._replace(**added)
         faces = [region.measure(result[part]) for part, region in self._faces]
         if not faces:
-            return whole._replace(face=NO_FACE_LIKENESS)
+            return whole._replace(face=MAX_FACE_LIKENESS)
         face, low, high = (
             FullSizeMetrics(*of(rows, axis=0).tolist())
             for of, rows in ((np.min, faces), (np.min, [whole, *faces]), (np.max, [whole, *faces]))

@@ -46,9 +46,9 @@ def _filters(random: Random, count: int) -> list[FilterRule]:
 
 
 def _has_marks(rules: list[FilterRule]) -> bool:
-    """Whether there are lines or flat tones, and a threshold only with lines."""
+    """Whether there is a threshold, and Soft Threshold only with lines."""
     blocks = {rule.block for rule in rules}
-    return LINE_BLOCK in blocks or (bool(blocks & set(THRESHOLD_BLOCKS)) and CUT_BLOCK not in blocks)
+    return bool(blocks & set(THRESHOLD_BLOCKS)) and (LINE_BLOCK in blocks or CUT_BLOCK not in blocks)
 
 
 def _step(random: Random, rule: FilterRule) -> Step:
@@ -82,19 +82,19 @@ def _limited(steps: list[Step]) -> list[Step]:
 
 
 def _enlarged(steps: list[Step]) -> list[Step]:
-    """Return the steps with the picture enlarged to its size before the last threshold, else the last lines.
+    """Return the steps with the picture enlarged to its size before the last threshold.
 
     Without it, everything after the working size would be shown enlarged, and therefore blurred. A working
-    size with neither thresholds nor lines after it comes before the last of them instead.
+    size without a threshold after it comes before the last threshold instead.
     """
     blocks = [step.block for step in steps]
     if "scale" not in blocks:
         return steps
     size = blocks.index("scale")
-    full = _last_marks(blocks[size:])
+    full = _last(blocks[size:], THRESHOLD_BLOCKS)
     if full is None:
-        before = _last_marks(blocks)
-        assert before is not None  # all styles have marks
+        before = _last(blocks, THRESHOLD_BLOCKS)
+        assert before is not None  # all styles have a threshold
         steps = [*steps[:before], steps[size], *steps[before:size], *steps[size + 1 :]]
         size, full = before, 1
     factor = scale_factor(1 / steps[size].values["factor"])
@@ -109,12 +109,6 @@ def _on_luma(steps: list[Step]) -> list[Step]:
     if cut is None or GRAY_RULE.block in blocks[:cut]:
         return steps
     return [*steps[:cut], Step(GRAY_RULE.block), steps[cut], Step("to_color"), *steps[cut + 1 :]]
-
-
-def _last_marks(blocks: list[str]) -> int | None:
-    """Return the place of the last threshold, or of the last lines if there is none."""
-    last = _last(blocks, THRESHOLD_BLOCKS)
-    return _last(blocks, (LINE_BLOCK,)) if last is None else last
 
 
 def _last(blocks: list[str], wanted: tuple[str, ...]) -> int | None:

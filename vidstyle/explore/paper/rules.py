@@ -81,7 +81,7 @@ MAX_TOTAL_P = 40.0
 """Limit for the sum of p of all XDoG filters of a style: each multiplies contrast, and the paper's range ends
 there."""
 THRESHOLD_BLOCKS, LINE_BLOCK, CUT_BLOCK = ("soft_threshold", "luma_posterize"), "flow_dog", "soft_threshold"
-"""Filters that are applied at the size of the picture if they come last of their kind: their edges are then
-sharp although the filters before them used a smaller size. Thresholds follow the last XDoG, which would
-outline the edges of flat tones otherwise. Soft Threshold is the second stage of XDoG, on luma, as in
-section 5.4.3: it is not used without XDoG, where it would only whiten the picture."""
+"""Thresholds are applied at the size of the picture if they come last: their edges are then sharp although
+filters before them used a smaller size. XDoG is lines and a threshold (section 5.4.3), so a threshold follows
+the last lines: without it, lines are halos; before them, its flat tones would be outlined. Soft Threshold
+works on luma, and is not used without lines, where it would only whiten the picture."""
