@@ -17,6 +17,7 @@ from vidstyle.explore.crops.full_size import FullSize
 from vidstyle.explore.gates import (
     DUPLICATE_FAULT,
     MAX_UNSTEADY,
+    NO_FAULT,
     UNSTEADY_FAULT,
     doubt,
     fault,
@@ -87,7 +88,8 @@ def examine(original: Original, crops: FullSize, style: Style, rules: Rules = "o
         return result
     large = crops.measure(style)
     worth = score(large, rules)
-    result = replace(result, full_size=large, score=worth, fault=fault(large, rules) or doubt(worth))
+    reason = (fault(large, rules) or doubt(worth)) if crops.is_large else NO_FAULT
+    result = replace(result, full_size=large, score=worth, fault=reason)
     if result.fault:
         return result
     steadiness = original.steadiness(style, picture)

@@ -52,14 +52,15 @@ def look_of(picture: np.ndarray, style: Style, crops: FullSize | None = None) ->
         crops: of the picture at its full size; by default of `picture`.
     """
     original, own_crops = _original(picture.tobytes(), picture.shape)
+    crops = crops or own_crops
     try:
         drawn = original.render(style)
         measures = original.measure(drawn)
-        large = None if fault(measures) else (crops or own_crops).measure(style)
+        large = None if fault(measures) else crops.measure(style)
     except VidstyleError:
         return None
     worth = score(large) if large else 0.0
-    reason = (fault(large) or doubt(worth)) if large else fault(measures)
+    reason = (fault(large) or doubt(worth)) if large and crops.is_large else fault(measures)
     colors = oklab_thumbnail(drawn).reshape(-1, 3)
     chance = min(max(worth, 0.01), 0.99)
     features = [np.log(chance / (1 - chance)) / LOG_ODDS_DEVIATION, *np.array(measures) / METRIC_DEVIATIONS]

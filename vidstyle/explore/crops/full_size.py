@@ -39,10 +39,15 @@ RGB_ENCODING = Encoding(full_range=True, subsampling=(1, 1))
 
 
 class FullSize:
-    """Crops of a picture, H x W x 3 uint8, on which styles are measured."""
+    """Crops of a picture, H x W x 3 uint8, on which styles are measured.
+
+    Attributes:
+        is_large: whether the picture is larger than a crop: gates at full size suit only such pictures.
+    """
 
     def __init__(self, picture: np.ndarray) -> None:
         picture = reduce_picture(picture, MAX_SIDE_PX)
+        self.is_large = picture.shape[0] > CROP_HEIGHT_PX and picture.shape[1] > CROP_WIDTH_PX
         self._small = reduce_picture(picture, MAX_DRAWN_SIDE_PX)
         faces = faces_of(picture)
         crops = [Crop(picture, box, faces) for box in _crop_boxes(picture, faces)]

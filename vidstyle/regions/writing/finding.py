@@ -78,8 +78,10 @@ def thickness_of(shape: tuple[int, int]) -> int:
 
 
 def find_writing(picture: Picture) -> list[Writing]:
-    """Return the parts of a picture with writing, which do not overlap."""
+    """Return the parts of a picture with writing, which do not overlap; none in a picture below a cell."""
     small = _small_luma(picture)
+    if min(small.shape) < CELL_PX:
+        return []
     (dark, on_paper), (light, on_dark) = (_side(each) for each in (small, cv2.bitwise_not(small)))
     # Between light letters the ground looks like dark strokes, and the other way round: a word has one side.
     word = _cells(WORD_RATIO * thickness_of(small.shape))
