@@ -111,6 +111,24 @@ def wire_layers(layers: Mapping[str, tuple[Step, ...]], masks: Iterable[str] = (
         ends[layer] = current
 
 
+def main_path(layers: Mapping[str, tuple[Step, ...]], masks: Iterable[str] = ()) -> frozenset[int]:
+    """Return the indices of the steps whose picture becomes the result, among the steps of all layers.
+
+    Other steps make masks and pictures that are blended in; `layers` and `masks` as for `wire_layers`.
+    """
+    wired = list(wire_layers(layers, masks))
+    path: set[int] = set()
+    ends = {each.layer: index for index, each in enumerate(wired)}
+    if len(ends) > 1:
+        ends.pop("base", None)  # it feeds the others
+    for end in ends.values():
+        at: int | None = end
+        while at is not None and at not in path:
+            path.add(at)
+            at = wired[at].start
+    return frozenset(path)
+
+
 def rename_pictures(step: Step, names: Mapping[str, str]) -> Step:
     """Return the step with other names for the saved pictures that it reads."""
     renamed = {key: names[name] for key, name in wiring_of(step).reads.items() if name in names}

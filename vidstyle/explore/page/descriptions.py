@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from vidstyle.blocks import all_blocks
-from vidstyle.explore.chooser import Tile
+from vidstyle.explore.chooser import CHOSEN_KIND, Tile
 from vidstyle.explore.page.exploration import Exploration
+from vidstyle.explore.wording import name_blocks, name_step_changes, name_visible_changes
 from vidstyle.export.export_targets import describe_targets
 
 
@@ -34,7 +35,7 @@ def describe_state(exploration: Exploration) -> dict[str, Any]:
     screen = chooser.screen
     return {
         "at": chooser.at,
-        "tiles": [_describe(exploration, tile) for tile in screen.tiles],
+        "tiles": [_describe(exploration, tile, _chosen(screen.tiles)) for tile in screen.tiles],
         "taken": screen.taken,
         "back": screen.before is not None,
         "forward": screen.after is not None,
@@ -46,7 +47,7 @@ def describe_state(exploration: Exploration) -> dict[str, Any]:
     }
 
 
-def _describe(exploration: Exploration, tile: Tile) -> dict[str, Any]:
+def _describe(exploration: Exploration, tile: Tile, chosen: Tile | None = None) -> dict[str, Any]:
     layers = {
         layer: [all_blocks()[step.block].label for step in steps if step.block]
         for layer, steps in tile.style.layers.items()
@@ -58,14 +59,32 @@ def _describe(exploration: Exploration, tile: Tile) -> dict[str, Any]:
         "parents": tile.parents,
         "likeness": tile.likeness,
         "verdict": tile.look.verdict,
+        "blocks": name_blocks(tile.style),
+        **_differences(tile, chosen),
         "layers": {layer: blocks for layer, blocks in layers.items() if blocks},
         "ink": tile.style.ink,
         "paper": tile.style.paper,
     }
 
 
+def _chosen(tiles: tuple[Tile, ...]) -> Tile | None:
+    """Return the tile in the middle if the others are derived from it."""
+    middle = tiles[len(tiles) // 2]
+    return middle if middle.kind == CHOSEN_KIND else None
+
+
+def _differences(tile: Tile, chosen: Tile | None) -> dict[str, str]:
+    """Return in words what distinguishes a tile from the one that it is derived from."""
+    if chosen is None or tile is chosen:
+        return {"steps": "", "changes": ""}
+    return {
+        "steps": name_step_changes(tile.style, chosen.style),
+        "changes": name_visible_changes(tile.look.picture, chosen.look.picture),
+    }
+
+
 def _face(exploration: Exploration, tiles: tuple[Tile, ...]) -> list[int]:
     """Return the tiles that represent a screen: the chosen one, or four of a first screen."""
-    middle = tiles[len(tiles) // 2]
-    shown = (middle,) if middle.kind == "chosen" else tiles[:4]
+    chosen = _chosen(tiles)
+    shown = (chosen,) if chosen else tiles[:4]
     return [exploration.number(tile) for tile in shown]

@@ -10,7 +10,7 @@ import { Connection } from "./socket.js";
 import { SHARED_KEYS } from "./shared_keys.js";
 import { fetchPicture, SourceFrames } from "./source_frames.js";
 import { switchTheme } from "./theme.js";
-import { origin, rootOf, Tiles } from "./tiles.js";
+import { nameOf, Tiles } from "./tiles.js";
 
 /** @typedef {import("./explore_types.js").Clip} Clip */
 /** @typedef {import("./explore_types.js").State} State */
@@ -56,6 +56,7 @@ function redraw() {
 }
 
 const source = new SourceFrames(redraw);
+source.playing = inPage;
 /** @type {Lightbox | undefined} */
 let lightbox;
 const painter = painterOf(source);
@@ -89,11 +90,13 @@ function takeClip(next) {
   document.title = `${next.name}: vidstyle explore`;
   const [width, height] = next.size;
   document.documentElement.style.setProperty("--aspect", `${width} / ${height}`);
-  get("position").hidden = next.frames.length === next.count || next.count < 2;
+  get("position").hidden = next.count < 2;
+  press(get("play"), source.playing);
   get("moment-time").textContent = clock(next.frames[0] / next.fps);
   tiles.fit(width / height);
   painter.keep(new Set());
   source.open(next, inPage ? tileSide() : null);
+  due = 0;
   prepare();
   if (!state.tiles.length) showSource();
 }
@@ -124,17 +127,33 @@ async function showTries(count) {
   }
 }
 
+/** What the page asks the user, and what follows, by the kind of the tile in the middle. @param {State} shown */
+function leadOf({ tiles: [first, , , , middle] }) {
+  if (!first) return ["Finding nine looks…", "They appear one by one."];
+  if (middle.kind === "chosen") return ["More like your choice", "Your choice is in the middle. Click the best again to come closer, or open one to fine-tune, save or render it."];
+  if (first.kind === "match") return ["Looks nearest to your picture", "The nearest comes first. Click one for nine more like it, or open it to save or render it."];
+  return ["Which look do you like best?", "Click it, and nine more like it follow. Or open one to fine-tune, save or render it."];
+}
+
+/** Shows what to do, or what is being made. @param {string[]} [lead] a heading and a sentence */
+function showLead([heading, more] = leadOf(state)) {
+  get("hint").textContent = heading;
+  get("hint-more").textContent = more;
+  get("screen-progress").hidden = !busy && state.tiles.length > 0;
+}
+
 /** Shows the progress of the next screen. @param {{step: string, done: number, total: number, shown: number}} tried */
 function showTried({ step, done, total, shown }) {
   showTries(shown);
-  const isWaiting = (done < total && busy) || !state.tiles.length;
-  get("trying").hidden = !isWaiting;
-  if (isWaiting) get("trying").textContent = `${step[0].toUpperCase()}${step.slice(1)} on ${clip?.name ?? "your picture"}${total ? `: ${done} of ${total}` : ""}…`;
+  if (!busy && state.tiles.length) return;
+  const bar = /** @type {HTMLProgressElement} */ (get("screen-progress"));
+  if (total && done < total) Object.assign(bar, { max: total, value: done });
+  else bar.removeAttribute("value");
+  get("hint-more").textContent = `${step[0].toUpperCase()}${step.slice(1)} on ${clip?.name ?? "your picture"}${total ? `: ${done} of ${total}` : ""}…`;
 }
 
 /** @param {State} next */
 function takeState(next) {
-  if (next.tiles.length) get("trying").hidden = true;
   const isNew = next.at !== state.at || !state.tiles.length;
   state = next;
   tiles.show(next.tiles, new Set(next.stars.map(({ tile }) => tile)));
@@ -144,10 +163,13 @@ function takeState(next) {
   /** @type {HTMLButtonElement} */ (get("forward")).disabled = !next.forward;
   /** @type {HTMLInputElement} */ (get("near")).value = String(next.near);
   for (const name of Object.keys(LOCK_LABELS)) press(get(`lock-${name}`), next.locks.includes(name));
+  isLeaving = false;
   showHistory();
   showKept();
   showReference();
-  if (isNew && next.tiles.length) say(`Screen ${next.at + 1}: ${next.tiles[4].kind === "chosen" ? `nine like ${rootOf(next.tiles[4].name)}` : next.tiles[4].kind === "match" ? "nine like your picture" : "nine styles"}`, false);
+  if (!next.tiles.length) return;
+  showLead();
+  if (isNew) say(`Screen ${next.at + 1}: ${leadOf(next)[0]}`, false);
 }
 
 function prepare() {
@@ -177,8 +199,8 @@ function showHistory() {
 function showKept() {
   get("none").hidden = state.stars.length > 0;
   const buttons = state.stars.map((tile) => {
-    const button = make("button", { title: `Enlarge ${rootOf(tile.name)}`, onclick: () => clip && lightbox?.open(tile, clip) }, thumbnail(tile.tile));
-    button.setAttribute("aria-label", `Kept: ${rootOf(tile.name)}, ${origin(tile)}`);
+    const button = make("button", { title: `Open: ${nameOf(tile)}`, onclick: () => clip && lightbox?.open(tile, clip) }, thumbnail(tile.tile));
+    button.setAttribute("aria-label", `Kept: ${nameOf(tile)}`);
     return button;
   });
   get("kept").replaceChildren(...buttons);
@@ -194,28 +216,36 @@ function showReference() {
 
 /** The frame that each tile shows. @type {number[]} */
 const drawnFrames = Array(9).fill(-1);
-let next = 0;
+/** Whether the tiles fade until the next ones are found. */
+let isLeaving = false;
+/** The frame that all tiles are to show. */
+let due = 0;
 
 function drawTiles() {
   requestAnimationFrame(drawTiles);
   if (lightbox?.isOpen) return lightbox.draw();
-  if (!state.tiles.length || document.hidden) return;
-  const began = performance.now();
+  if (!state.tiles.length || document.hidden || isLeaving) return;
   if (stale) drawnFrames.fill(-1);
   stale = false;
-  // Looks are compared by the same frame: all play once each has all of its frames.
-  const due = source.due(Math.min(...state.tiles.map(({ tile }) => painter.count(subjectOf(tile)))));
-  for (let each = 0; each < 9 && performance.now() - began < MAX_DRAW_MS; each++) {
-    const place = (next + each) % 9;
-    const subject = subjectOf(state.tiles[place].tile);
-    if (due === drawnFrames[place]) continue;
-    const { canvas } = tiles.cells[place];
-    if (isHeld ? drawSource(due, canvas) : painter.draw(subject, due, canvas)) {
-      drawnFrames[place] = due;
-      tiles.ready(place);
-    }
-    next = place + 1;
-  }
+  // Looks are compared by the same frame: the next one is due when all tiles have drawn this one.
+  if (drawnFrames.every((each) => each === due)) due = source.due(Math.min(...state.tiles.map(({ tile }) => painter.count(subjectOf(tile)))));
+  const began = performance.now();
+  for (let place = 0; place < 9 && (!inPage || performance.now() - began < MAX_DRAW_MS); place++) drawTile(place);
+}
+
+/** @param {number} place */
+function drawTile(place) {
+  const { canvas } = tiles.cells[place];
+  if (drawnFrames[place] === due || !(isHeld ? drawSource(due, canvas) : painter.draw(subjectOf(state.tiles[place].tile), due, canvas))) return;
+  drawnFrames[place] = due;
+  tiles.ready(place);
+}
+
+function togglePlay() {
+  source.playing = !source.playing;
+  press(get("play"), source.playing);
+  painter.resume();
+  if (source.playing && !inPage) say("The tiles play as soon as all frames are rendered.");
 }
 
 /** Whether the tiles show the original. */
@@ -236,7 +266,7 @@ function drawSource(due, canvas) {
 
 // Requests
 
-const lost = new LostNotice("vidstyle explore", [get("bar"), get("stage"), get("rail"), get("panel")], "Styles that you have saved are kept.");
+const lost = new LostNotice("vidstyle explore", [get("stage"), get("rail"), get("panel")], "Styles that you have saved are kept.");
 const connection = new Connection({
   onmessage(message) {
     if (message.clip) takeClip(message.clip);
@@ -248,13 +278,14 @@ const connection = new Connection({
   onchange: (loss) => lost.show(loss),
 });
 
-/** Requests another screen. @param {string} kind @param {object} [fields] */
-const ask = (kind, fields) => change(() => connection.ask(kind, fields));
+/** Requests another screen. @param {string} kind @param {object} [fields] @param {string} [heading] what is being made */
+const ask = (kind, fields, heading) => change(() => connection.ask(kind, fields), heading);
 
-/** Makes another screen, one at a time. @param {() => Promise<any>} request */
-async function change(request) {
+/** Makes another screen, one at a time. @param {() => Promise<any>} request @param {string} [heading] what is being made */
+async function change(request, heading = "One moment…") {
   if (busy) return;
   busy = true;
+  showLead([heading, "The present looks stay until the next ones are found."]);
   get("tiles").setAttribute("aria-busy", "true");
   try {
     await request();
@@ -262,15 +293,16 @@ async function change(request) {
     say(/** @type {Error} */ (error).message);
   }
   get("tiles").setAttribute("aria-busy", "false");
-  get("trying").hidden = true;
-  busy = false;
+  busy = isLeaving = false;
+  redraw();
+  showLead();
 }
 
 /** Shows the styles that are most like a picture. @param {File} file */
 function match(file) {
   if (!file.size) return say(`${file.name}: the file is empty.`);
   if (file.size > MAX_REFERENCE_BYTES) return say(`${file.name}: too large to upload; choose a smaller copy.`);
-  change(() => connection.upload(file, () => {}));
+  change(() => connection.upload(file, () => {}), `Finding the looks nearest to ${file.name}…`);
 }
 
 /** Takes a dropped file as reference picture. @param {DragEvent} event */
@@ -281,12 +313,15 @@ function dropReference(event) {
   if (event.type === "drop" && event.dataTransfer.files[0]) match(event.dataTransfer.files[0]);
 }
 
+const MORE = "Finding nine more like it…";
+const fresh = () => ask("fresh", {}, "Finding nine new looks…");
+
 /** @param {number} place */
 function take(place) {
   if (busy || !state.tiles.length) return;
   tiles.leave(place);
-  drawnFrames.fill(-2);
-  ask("like", { tile: state.tiles[place].tile });
+  isLeaving = true;
+  ask("like", { tile: state.tiles[place].tile }, MORE);
 }
 
 /** @param {number} tile */
@@ -296,14 +331,13 @@ const isKept = (tile) => state.stars.some((each) => each.tile === tile);
 async function toggleStar(tile) {
   const on = !isKept(tile);
   await connection.ask("star", { tile, on });
-  say(on ? "Kept" : "No longer kept");
+  say(on ? "Kept: see Kept looks" : "No longer kept");
   return on;
 }
 
-/** Does something with the tile that has the focus. @param {(place: number) => void} action */
-function withFocused(action) {
-  if (state.tiles[tiles.current]) action(tiles.current);
-  else say("No tile has the focus: move to one with the arrow keys.");
+/** Does something with the tile that has the focus or the mouse, or with the one in the middle. @param {(place: number) => void} action */
+function withCurrent(action) {
+  if (state.tiles.length) action(tiles.current < 0 ? 4 : tiles.current);
 }
 
 /** @param {number} place */
@@ -335,7 +369,8 @@ lightbox = new Lightbox({
   subjectOf,
   painterOf,
   side: () => (inPage ? 720 : 540),
-  onlike: (tile) => ask("like", { tile }),
+  isPlaying: () => source.playing,
+  onlike: (tile) => ask("like", { tile }, MORE),
   onstar: toggleStar,
   isKept,
 });
@@ -345,9 +380,14 @@ lightbox = new Lightbox({
 for (const [name, label] of Object.entries(LOCK_LABELS)) {
   const lock = makeSvg("svg", { viewBox: "0 0 16 16", "aria-hidden": "true" });
   lock.append(makeSvg("path", { class: "shut", d: "M3.5 7.5h9v6h-9zM5.5 7.5v-2a2.5 2.5 0 0 1 5 0v2" }), makeSvg("path", { class: "open", d: "M3.5 7.5h9v6h-9zM5.5 7.5v-2a2.5 2.5 0 0 1 4.800-1" }));
-  const button = make("button", { id: `lock-${name}`, title: `Keep the ${label.toLowerCase()} of the tile that you choose` }, lock, label);
+  const button = make("button", { id: `lock-${name}`, title: `Keep the ${label.toLowerCase()} of the look that you choose` }, lock, label);
   press(button, false);
-  button.onclick = () => connection.ask("lock", { name, on: button.ariaPressed !== "true" }).catch((error) => say(error.message));
+  button.onclick = () => {
+    const on = button.ariaPressed !== "true";
+    press(button, on);
+    connection.ask("lock", { name, on }).catch((error) => say(error.message));
+    say(`${label}: ${on ? "the next nine keep those of the look that you choose" : "may change again"}`);
+  };
   get("locks").append(button);
 }
 get("near").addEventListener("change", () => connection.ask("near", { part: Number(/** @type {HTMLInputElement} */ (get("near")).value) }));
@@ -357,7 +397,7 @@ get("moment").addEventListener("change", async () => {
 });
 get("back").onclick = () => ask("back");
 get("forward").onclick = () => ask("forward");
-get("fresh").onclick = () => ask("fresh");
+get("fresh").onclick = fresh;
 const referenceFile = /** @type {HTMLInputElement} */ (get("reference-file"));
 get("match").onclick = () => referenceFile.click();
 referenceFile.onchange = () => {
@@ -368,8 +408,8 @@ referenceFile.onchange = () => {
 for (const kind of /** @type {const} */ (["dragover", "dragleave", "drop"])) addEventListener(kind, dropReference);
 const help = /** @type {HTMLDialogElement} */ (get("help"));
 get("ask").onclick = () => help.showModal();
+get("play").onclick = togglePlay;
 get("renderer").textContent = inPage ? `Rendered by this browser on ${runner?.device}.` : "Rendered by vidstyle: this browser cannot use a GPU.";
-get("where").textContent = inPage ? "Preview by this browser, on your GPU" : "Preview by vidstyle";
 get("switch").textContent = inPage ? "Render with vidstyle" : "Render in this browser";
 get("switch").hidden = !runner;
 get("switch").onclick = () => location.replace(`?where=${inPage ? "server" : "page"}`);
@@ -379,14 +419,14 @@ const KEYS = {
   ",": () => ask("back"),
   Backspace: () => ask("back"),
   ".": () => ask("forward"),
-  [SHARED_KEYS.next]: () => ask("fresh"),
+  [SHARED_KEYS.next]: fresh,
   m: () => referenceFile.click(),
-  a: () => state.tiles[4]?.kind === "chosen" && ask("again"),
-  [SHARED_KEYS.save]: () => withFocused(star),
-  [SHARED_KEYS.zoom]: () => withFocused(enlarge),
-  [SHARED_KEYS.compare]: () => withFocused(compare),
+  a: () => state.tiles[4]?.kind === "chosen" && ask("again", {}, MORE),
+  [SHARED_KEYS.save]: () => withCurrent(star),
+  [SHARED_KEYS.zoom]: () => withCurrent(enlarge),
+  [SHARED_KEYS.compare]: () => withCurrent(compare),
   [SHARED_KEYS.original]: () => hold(true),
-  [SHARED_KEYS.play]: () => (source.playing = !source.playing),
+  [SHARED_KEYS.play]: togglePlay,
   [SHARED_KEYS.help]: () => help.showModal(),
 };
 

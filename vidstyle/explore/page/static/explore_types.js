@@ -21,6 +21,9 @@
  * @property {string[]} parents
  * @property {string} likeness the distance to the reference picture in words, or ""
  * @property {string} verdict its score, and what speaks for and against it, or ""
+ * @property {string} blocks the blocks that shape it most, in words
+ * @property {string} steps the blocks that it has gained and lost, compared with the chosen tile, in words
+ * @property {string} changes how its picture differs from that of the chosen tile, in words
  * @property {Object<string, string[]>} layers the blocks of each layer
  * @property {string} ink
  * @property {string} paper

@@ -1,10 +1,10 @@
 // The lightbox: one style enlarged, with before and after, fine tuning on a pad of two parameters, saving and export.
 
 import { boxOf, Divider } from "./divider.js";
-import { followPointer, get, make, press } from "./elements.js";
+import { followPointer, get, make, press, title } from "./elements.js";
 import { SHARED_KEYS } from "./shared_keys.js";
 import { SourceFrames } from "./source_frames.js";
-import { origin, rootOf } from "./tiles.js";
+import { nameOf, rootOf, summaryOf } from "./tiles.js";
 
 /** @typedef {import("./explore_types.js").Tile} Tile */
 /** @typedef {import("./explore_types.js").Clip} Clip */
@@ -12,6 +12,8 @@ import { origin, rootOf } from "./tiles.js";
 /** @typedef {{label: string, path: string, low: number, high: number, whole: boolean, factor: boolean}} Axis */
 /** @typedef {(kind: string, fields?: object) => Promise<any>} Ask */
 
+/** Words of the button that saves, and of it when the file exists. */
+const [SAVE, REPLACE] = ["Save look", "Replace"];
 const LAYER_NAMES = { base: "First", background: "Background", lines: "Lines" };
 const canvas = /** @type {HTMLCanvasElement} */ (get("large"));
 const dialog = /** @type {HTMLDialogElement} */ (get("lightbox"));
@@ -53,6 +55,7 @@ export class Lightbox {
    * @param {(tile: number) => Subject} handlers.subjectOf
    * @param {(source: SourceFrames) => import("./painters.js").PagePainter | import("./painters.js").ServerPainter} handlers.painterOf
    * @param {() => number} handlers.side returns the shorter side at which to draw
+   * @param {() => boolean} handlers.isPlaying whether the tiles play
    * @param {(tile: number) => void} handlers.onlike
    * @param {(tile: number) => Promise<boolean>} handlers.onstar keeps a tile or stops keeping it; resolves to whether it is kept
    * @param {(tile: number) => boolean} handlers.isKept
@@ -82,6 +85,7 @@ export class Lightbox {
     const isNew = this.clip !== clip || !this.source.pictures.length;
     Object.assign(this, { tile, other, clip, moved: false });
     if (other) this.divider.move(0.5);
+    this.#play(this.handlers.isPlaying());
     this.#shown = null;
     if (isNew) this.source.open(clip, this.handlers.side());
     this.painter.keep(new Set());
@@ -95,9 +99,9 @@ export class Lightbox {
 
   /** @param {Tile} tile @param {Clip} clip */
   #describe(tile, clip) {
-    get("lightbox-name").textContent = rootOf(tile.name);
     const { other } = this;
-    get("how").textContent = other ? `${origin(tile)}, compared with ${rootOf(other.name)} (${origin(other)})` : origin(tile);
+    get("lightbox-name").textContent = nameOf(tile);
+    get("how").textContent = other ? `Right: ${nameOf(tile)}, compared with, left: ${nameOf(other)}` : summaryOf(tile);
     const rows = Object.entries(tile.layers).flatMap(([layer, blocks]) => [
       make("dt", { textContent: LAYER_NAMES[/** @type {keyof typeof LAYER_NAMES} */ (layer)] }),
       make("dd", { textContent: blocks.filter(Boolean).join(", ") }),
@@ -110,7 +114,7 @@ export class Lightbox {
     render.textContent = clip.count > 1 ? "Render the whole film" : "Save the picture";
     /** @type {HTMLInputElement} */ (get("name")).value = "";
     get("outcome").textContent = "";
-    get("save").textContent = "Save";
+    get("save").textContent = SAVE;
     this.#mark();
   }
 
@@ -154,8 +158,8 @@ export class Lightbox {
     for (const name of names) name.hidden = this.divider.split === null || !other;
     if (names[0].hidden || !tile || !other) return;
     const { x, y, width } = boxOf(canvas);
-    names[0].textContent = rootOf(other.name);
-    names[1].textContent = rootOf(tile.name);
+    names[0].textContent = nameOf(other);
+    names[1].textContent = nameOf(tile);
     Object.assign(names[0].style, { left: `${x + 10}px`, top: `${y + 10}px` });
     Object.assign(names[1].style, { left: `${x + width - names[1].offsetWidth - 10}px`, top: `${y + 10}px` });
   }
@@ -269,14 +273,14 @@ export class Lightbox {
     const name = /** @type {HTMLInputElement} */ (get("name"));
     const button = get("save");
     if (!name.value.trim()) return name.focus();
-    const overwrite = button.textContent === "Replace";
+    const overwrite = button.textContent === REPLACE;
     await this.#act(async (tile) => {
       try {
         const { file } = await this.handlers.ask("save", { tile, name: name.value.trim(), overwrite });
-        button.textContent = "Save";
+        button.textContent = SAVE;
         return `Saved as ${file}.`;
       } catch (error) {
-        if (/exists/.test(String(error))) button.textContent = "Replace";
+        if (/exists/.test(String(error))) button.textContent = REPLACE;
         throw error;
       }
     });
@@ -324,6 +328,14 @@ export class Lightbox {
   }
 
   /** @param {boolean} on */
+  #play(on) {
+    this.source.playing = on;
+    press(get("play-large"), on);
+    get("play-large").hidden = (this.clip?.count ?? 1) < 2;
+    this.painter.resume();
+  }
+
+  /** @param {boolean} on */
   hold(on) {
     this.held = on;
     this.dirty = true;
@@ -335,12 +347,13 @@ export class Lightbox {
     get("like").onclick = () => this.like();
     get("keep").onclick = () => this.star();
     get("split").onclick = () => this.toggleSplit();
+    get("play-large").onclick = () => this.#play(!this.source.playing);
     for (const [event, on] of Object.entries({ pointerdown: true, pointerup: false, pointerleave: false })) get("hold").addEventListener(event, () => this.hold(on));
     get("saving").addEventListener("submit", (event) => {
       event.preventDefault();
       this.save();
     });
-    get("name").addEventListener("input", () => (get("save").textContent = "Save"));
+    get("name").addEventListener("input", () => (get("save").textContent = SAVE));
     get("render").onclick = () => this.render();
     get("cancel").onclick = () => this.handlers.ask("cancel");
     get("design").onclick = () => this.#act(async (tile) => void window.open((await this.handlers.ask("design", { tile })).url, "_blank", "noopener"));
@@ -371,7 +384,7 @@ export class Lightbox {
     else if (event.key.toLowerCase() === SHARED_KEYS.save) this.star();
     else if (event.key === SHARED_KEYS.compare) this.toggleSplit();
     else if (event.key === SHARED_KEYS.original) this.hold(true);
-    else if (event.key === SHARED_KEYS.play) this.source.playing = !this.source.playing;
+    else if (event.key === SHARED_KEYS.play) this.#play(!this.source.playing);
     else return;
     event.preventDefault();
   }

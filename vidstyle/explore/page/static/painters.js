@@ -72,6 +72,9 @@ export class PagePainter {
     return this.source.ready;
   }
 
+  /** Does nothing: the source has all frames. */
+  resume() {}
+
   /**
    * Prepares a subject for drawing.
    * @param {Subject} subject
@@ -126,6 +129,11 @@ export class ServerPainter {
     this.onready = onready;
   }
 
+  /** Requests the pictures that playing needs. */
+  resume() {
+    for (let each = 0; each < MAX_PENDING_REQUESTS; each++) this.#ask();
+  }
+
   /** Returns the number of frames that can be shown: one until all have arrived. @param {Subject} subject */
   count(subject) {
     const frames = this.source.clip?.frames.length ?? 0;
@@ -169,7 +177,8 @@ export class ServerPainter {
   /** Requests missing pictures, one at a time from each subject in turn. */
   async #ask() {
     const frames = this.source.clip?.frames.filter((_, place) => place % FRAME_STEP === 0) ?? [];
-    const entries = [...this.#subjects.values()].filter((each) => each.asked < frames.length);
+    const wanted = this.source.playing ? frames.length : 1;
+    const entries = [...this.#subjects.values()].filter((each) => each.asked < wanted);
     if (this.#pending >= MAX_PENDING_REQUESTS || !entries.length) return;
     const entry = entries.reduce((best, each) => (each.asked < best.asked ? each : best));
     const place = entry.asked++;

@@ -1,6 +1,6 @@
 // The grid of nine tiles and its keyboard navigation.
 
-import { icon, make, press } from "./elements.js";
+import { icon, make, press, title } from "./elements.js";
 import { fetchPicture } from "./source_frames.js";
 
 /** @typedef {import("./explore_types.js").Tile} Tile */
@@ -8,7 +8,9 @@ import { fetchPicture } from "./source_frames.js";
 
 const TILE_COUNT = 9;
 /** A narrower stage has two columns and scrolls. */
-const MIN_WIDTH_PX = 560;
+const MIN_WIDTH_PX = 480;
+/** Lower tiles would not show a look; the stage scrolls. */
+const MIN_HEIGHT_PX = 96;
 const GAP_PX = 12;
 
 /** Returns the name of a style without the suffix of its variation. @param {string} name */
@@ -16,28 +18,48 @@ export function rootOf(name) {
   return name.split("~")[0].replace(/^(open|paper)-(\d+)$/, "random $2").replaceAll("_", " ");
 }
 
-/** Describes how a tile was generated. @param {Tile} tile */
-export function origin({ kind, parents, name, likeness }) {
-  const [one, other] = parents.map(rootOf);
+/** Returns the name of a tile: what distinguishes it on its screen. @param {Tile} tile */
+export function nameOf({ kind, parents, name, blocks, steps, changes }) {
+  const [one, other] = parents.map((parent) => title(rootOf(parent)));
   switch (kind) {
     case "chosen":
-      return "your choice";
+      return "Your choice";
     case "values":
-      return "different values";
+      return changes || "Slightly different";
     case "step":
-      return "one step changed";
+      return steps || changes || "One step changed";
     case "cross":
-      return `crossed with ${other ?? one}`;
+      return `Crossed with ${other ?? one}`;
     case "shipped":
-      return `near ${one}`;
-    case "match":
-      return `${rootOf(name)}: ${likeness}`;
+      return `Like ${one}`;
     case "tuned":
       return `${one}, tuned`;
+    case "match":
+      return title(rootOf(name));
     default:
-      return "random style";
+      return blocks || "Random look";
   }
 }
+
+/** Describes a tile in a line below its name. @param {Tile} tile */
+export function summaryOf({ kind, blocks, changes, likeness }) {
+  switch (kind) {
+    case "values":
+      return "Same steps, other values";
+    case "step":
+    case "cross":
+      return changes || "Much the same tones and colours";
+    case "match":
+      return likeness;
+    case "wild":
+      return "Random";
+    default:
+      return blocks;
+  }
+}
+
+/** Returns a button with an icon and words. @param {Parameters<typeof icon>[0]} name @param {string} words @param {object} properties */
+const labelled = (name, words, properties) => make("button", { disabled: true, ...properties }, icon(name), make("span", { textContent: words }));
 
 /** The grid of tiles. */
 export class Tiles {
@@ -60,15 +82,17 @@ export class Tiles {
       const take = make("button", { className: "take", disabled: true, onclick: () => ontake(place) }, canvas);
       take.setAttribute("aria-keyshortcuts", String(place + 1));
       take.setAttribute("aria-label", `Tile ${place + 1}, not ready`);
-      const star = make("button", { title: "Keep (S)", disabled: true, onclick: () => onstar(place) }, icon("star"));
-      const enlarge = make("button", { title: "Enlarge: fine tuning, save, render (Z)", disabled: true, onclick: () => onenlarge(place) }, icon("enlarge"));
+      take.title = "Nine more like this";
+      const star = labelled("star", "Keep", { title: "Keep this look for later (S)", onclick: () => onstar(place) });
+      const enlarge = labelled("enlarge", "Open", { title: "Open: fine tuning, save, render (Z)", onclick: () => onenlarge(place) });
       const tools = make("div", { className: "tools" }, enlarge, star);
-      const kind = make("span", { className: "kind" });
-      const number = make("span", { className: "number", textContent: String(place + 1) });
-      const caption = make("div", { className: "caption" }, number, kind, tools);
+      const name = make("p", { className: "name" });
+      const summary = make("p", { className: "summary quiet" });
+      const number = make("kbd", { textContent: String(place + 1) });
+      const caption = make("div", { className: "caption" }, number, make("div", { className: "words" }, name, summary), tools);
       const cell = make("div", { className: "tile waiting" }, take, caption);
       element.append(cell);
-      return { cell, canvas, take, star, enlarge, kind };
+      return { cell, canvas, take, star, enlarge, name, summary };
     });
   }
 
@@ -81,19 +105,20 @@ export class Tiles {
     const before = this.shown;
     this.shown = tiles;
     for (const [place, tile] of tiles.entries()) {
-      const { cell, take, star, enlarge, kind } = this.cells[place];
+      const { cell, take, star, enlarge, name, summary } = this.cells[place];
       if (before[place]?.tile !== tile.tile) {
         cell.classList.add("waiting");
         this.#preview(place);
       }
       cell.classList.toggle("chosen", tile.kind === "chosen");
-      kind.textContent = origin(tile);
-      kind.title = tile.verdict;
+      name.textContent = name.title = nameOf(tile);
+      summary.textContent = summaryOf(tile);
+      summary.title = tile.verdict;
       for (const button of [take, star, enlarge]) button.disabled = false;
-      take.setAttribute("aria-label", `${place + 1}: ${origin(tile)}`);
+      take.setAttribute("aria-label", `${place + 1}: ${nameOf(tile)}. ${summaryOf(tile)}`);
       press(star, kept.has(tile.tile));
       star.setAttribute("aria-label", `Keep tile ${place + 1}`);
-      enlarge.setAttribute("aria-label", `Enlarge tile ${place + 1}`);
+      enlarge.setAttribute("aria-label", `Open tile ${place + 1}`);
     }
     this.element.setAttribute("aria-busy", String(!tiles.length));
   }
@@ -120,7 +145,9 @@ export class Tiles {
     this.columns = clientWidth < MIN_WIDTH_PX ? 2 : 3;
     const caption = /** @type {HTMLElement} */ (this.element.querySelector(".caption")).offsetHeight;
     const across = (clientWidth - GAP_PX * (this.columns + 1)) / this.columns;
-    const down = this.columns < 3 ? Infinity : ((clientHeight - 4 * GAP_PX) / 3 - caption) * aspect;
+    const lead = /** @type {HTMLElement} */ (this.element.previousElementSibling).offsetHeight;
+    const high = Math.max(MIN_HEIGHT_PX, (clientHeight - lead - 3 * GAP_PX) / 3 - caption);
+    const down = this.columns < 3 ? Infinity : high * aspect;
     const width = Math.floor(Math.min(across, down));
     this.size = [Math.max(40, width), Math.max(40, Math.floor(width / aspect))];
     this.element.style.setProperty("--columns", String(this.columns));
