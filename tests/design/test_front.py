@@ -77,7 +77,7 @@ def test_other_pages_and_folders_are_opened_where_the_command_allows_it(
     server: DesignServer, revealed: list[Path], tmp_path: Path
 ) -> None:
     with shown(server) as page:
-        assert page.told["front"] == {"pages": ["explore"], "reveal": True}
+        assert page.told["front"] == {"pages": ["explore"], "reveal": True, "launch": False}
         assert page.ask("page", kind="explore")["url"] == "http://127.0.0.1:1/?of=film.mp4"
         assert "cannot be opened" in page.error("page", kind="passwords")
         page.ask("open", style="sketch")
@@ -85,6 +85,7 @@ def test_other_pages_and_folders_are_opened_where_the_command_allows_it(
         page.ask("reveal", job=page.told["queue"][0]["number"])
         assert revealed == [tmp_path / "film-sketch.mp4"]
         assert "no job" in page.error("reveal", job=99)
+        assert "cannot be opened from here" in page.error("watch_file", job=page.told["queue"][0]["number"])
 
 
 def test_a_command_serves_its_page_until_the_front_page_ends() -> None:
@@ -121,12 +122,17 @@ def test_by_keyboard_a_film_is_opened_restyled_adjusted_and_rendered(
     browser.open(server.url)
     browser.until("document.getElementById('start-title').textContent.startsWith('Restyle')")
     browser.until("document.activeElement.matches('.tile')")
+    tiles = "return [...document.querySelectorAll('.tile')]"
+    stops = browser.run(f"{tiles}.filter((each) => each.tabIndex === 0).length")
+    assert stops == 1, "all looks are one stop of the Tab key"
+    browser.press("ArrowRight")
+    assert browser.run(f"{tiles}.indexOf(document.activeElement)") == 1
     browser.press("/")
     browser.until("document.activeElement.id === 'find-look'")
     browser.type("sketch")
     browser.press("Enter")
     browser.until("document.getElementById('start').hidden && document.querySelector('.style-panel .value')")
-    browser.run("document.querySelector('.style-panel input[type=number]').select()")
+    browser.until("document.activeElement.matches('#style-tab-content *')")
     browser.run("document.querySelector('.style-panel input[type=range]').focus()")
     browser.press("ArrowRight")
     browser.until("document.getElementById('saved').textContent === 'Edited'")

@@ -189,7 +189,7 @@ def test_a_bypass_ends_when_its_browser_goes_away() -> None:
 def test_the_status_is_told_as_it_changes() -> None:
     with showing() as (_, controls, visitor), visitor.look() as window:
         controls.status = lambda: Status(
-            "ink", source="camera", source_state="waiting", degraded="working at 8x8"
+            "ink", source="camera", source_state="waiting", degraded="reduced to 8x8"
         )
         while (told := window.news("status"))["source_state"] != "waiting" or not told["degraded"]:
             pass

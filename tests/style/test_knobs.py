@@ -13,6 +13,7 @@ import pytest
 from gpu import SMALL, Sessions, faults, film_picture
 from pictures import noise, run_color, step, style
 
+from vidstyle.assets import asset_folder
 from vidstyle.core.picture import Picture
 from vidstyle.cpu.step_pictures import step_pictures
 from vidstyle.design.document.solo import solo
@@ -201,3 +202,14 @@ def test_what_leaves_each_step_is_what_the_steps_before_it_make(name: str) -> No
     for key, each in whole.items():
         alone = stylize(source, solo(chosen, *key), "cpu").astype(int)
         assert np.abs(alone - each).max() <= 1, key
+
+
+def test_shipped_styles_name_their_kinds_and_others_are_refused() -> None:
+    for path in asset_folder("styles").glob("*.toml"):
+        assert load_style(path).kinds, f"{path.stem} would be listed under no kind"
+    kept = load_style({"format": 1, "kinds": ["film", "drawn"]})
+    assert table_from_style(kept)["kinds"] == ["film", "drawn"]
+    with pytest.raises(StyleError, match="'drawm' is not a kind of look; did you mean 'drawn'"):
+        load_style({"format": 1, "kinds": ["drawm", ["x"]]})
+    with pytest.raises(StyleError, match="kinds is not a list"):
+        load_style({"format": 1, "kinds": "drawn"})

@@ -51,7 +51,7 @@ def show_front_page(source: str | None, port: int, no_open: bool, device: str, s
             "comic": lambda file: _make_comic(children, file, is_wanted),
             "live": lambda file: children.open(["live", "camera", "--style", "ink", "--to", "page"]),
         }
-        front = FrontDoor(pages, _reveal if is_wanted else None)
+        front = FrontDoor(pages, *((_reveal, _launch) if is_wanted else ()))
         browse = browser.open_page if is_wanted else None
         for url in serve(source, None, Path.cwd(), port, device, browse, stop, front):
             say(f"page: {url}")
@@ -68,6 +68,10 @@ def _make_comic(children: ChildPages, file: str | None, is_shown: bool) -> str:
     if is_shown:
         click.launch(str(path))
     return str(path)
+
+
+def _launch(path: Path) -> None:
+    click.launch(str(path))
 
 
 def _reveal(path: Path) -> None:

@@ -23,7 +23,7 @@ CHANGE_WORDS = (
     ("more detail", "less detail"),
 )
 """Words for an increase and a decrease of each number of `_impression`."""
-NOTICEABLE_CHANGES = np.array([0.04, 0.03, 0.015, 0.015, 0.015])
+MIN_CHANGES = np.array([0.04, 0.03, 0.015, 0.015, 0.015])
 """Changes of these numbers that people notice between two small pictures, chosen by eye."""
 
 
@@ -47,7 +47,7 @@ def name_step_changes(style: Style, before: Style) -> str:
 
 def name_visible_changes(picture: np.ndarray, before: np.ndarray) -> str:
     """Return how a picture differs from another of the same scene, both H x W x 3 uint8, or ""."""
-    change = (_impression(picture) - _impression(before)) / NOTICEABLE_CHANGES
+    change = (_impression(picture) - _impression(before)) / MIN_CHANGES
     largest = [each for each in np.argsort(-np.abs(change), kind="stable") if abs(change[each]) >= 1]
     return _sentence([CHANGE_WORDS[each][int(change[each] < 0)] for each in largest[:MAX_NAMED_CHANGES]])
 

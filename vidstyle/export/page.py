@@ -53,7 +53,7 @@ def viewer_markup(style: Style, more: str = "") -> str:
     Args:
         more: HTML for the end of the panel.
     """
-    about, _, _ = style.note.partition(" Tune ")  # the controls stand below it, under plainer names
+    about = style.about  # the controls stand below it, under plainer names
     note = re.sub("`([^`]*)`", r"<code>\1</code>", escape(about))
     return Template(_text("stage.html")).substitute(name=escape(style.name), note=note, more=more)
 

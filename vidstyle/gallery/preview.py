@@ -29,7 +29,8 @@ from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import ReadOptions, open_reader, open_source
 from vidstyle.media.write.atomic import atomic_file
 from vidstyle.pipeline.progress import ProgressCallback, ignore_progress
-from vidstyle.style import Style
+from vidstyle.style import Style, table_from_style
+from vidstyle.style.knobs import knobs_of
 
 MAX_SIDE = 960
 """Maximum longer side of the picture in pixels; styles take seconds at this size."""
@@ -115,13 +116,14 @@ def preview_page(heading: str, source: str, samples: Sequence[StyleSample], endi
 
 def _figure(source: str, ending: str, sample: StyleSample) -> str:
     height, width = sample.picture.shape[:2]
-    name, note = sample.style.name, sample.style.note
-    about, _, _ = note.partition(" Tune ")
+    style, name = sample.style, sample.style.name
+    labels = [knob.label for knob in knobs_of(style, table_from_style(style)).values()]
+    note = f"{style.about} Adjust: {', '.join(labels)}." if labels else style.about
     command = f"vidstyle render {shlex.quote(printable(source))} OUTPUT --style {shlex.quote(name + ending)}"
     return _FIGURE_TEMPLATE.substitute(
         name=escape(name),
         command=escape(command),
-        about=_to_html(about),
+        about=_to_html(style.about),
         note=_to_html(note),
         picture=jpeg_address(sample.picture),
         width=width,

@@ -47,7 +47,7 @@ class FrameProcessor:
         if self._renderer.scale == 1:
             return ""
         width, height = self._renderer.working_size(*self.size)
-        return f"working at {width}×{height}"
+        return f"reduced to {width}×{height} to keep up"
 
     def process(self, captured: CapturedFrame, capture: Capture, name: str) -> Picture:
         """Restyle a frame; `name` is the name of the source."""

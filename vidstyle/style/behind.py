@@ -50,7 +50,16 @@ def style_behind(text: str) -> Style:
     if style.masks:
         raise UsageError(text, "declares masks", "use it as --style, and the other style as --background")
     return replace(
-        style, steady=0.0, focus=Style.focus, knobs=(), labels={}, variants={}, masks={}, behind=None, note=""
+        style,
+        steady=0.0,
+        focus=Style.focus,
+        kinds=(),
+        knobs=(),
+        labels={},
+        variants={},
+        masks={},
+        behind=None,
+        note="",
     )
 
 

@@ -18,7 +18,7 @@ from vidstyle.blocks import all_blocks
 from vidstyle.errors import StyleError, suggest
 from vidstyle.style.knobs import read_knobs, read_labels
 from vidstyle.style.mask_declarations import REGIONS, read_masks
-from vidstyle.style.model import FIELDS, LAYERS, SOURCE, STEP_KEYS, Step, Style
+from vidstyle.style.model import FIELDS, KINDS, LAYERS, SOURCE, STEP_KEYS, Step, Style
 from vidstyle.style.values import MAX_MISTAKES, asset_path, read_values, to_text
 from vidstyle.style.variants import read_variants, table_of_variant
 from vidstyle.style.wiring import wire_layers
@@ -29,7 +29,7 @@ MAX_FILES = 4
 """Maximum number of files and folders that a style reads: each may take 130 MiB of memory."""
 TEXTS = {"name": 100, "note": 1000, "replaces": 100}
 """The fields that hold text, and the maximum number of characters of each."""
-NOT_BEHIND = ("format", "knobs", "labels", "variants", "masks", "behind", "steady", "focus")
+NOT_BEHIND = ("format", "kinds", "knobs", "labels", "variants", "masks", "behind", "steady", "focus")
 """Fields of a style that do not belong in `behind`."""
 
 
@@ -76,12 +76,13 @@ def _is_known_format(table: Mapping[str, object], mistakes: list[str]) -> bool:
 
 
 def _read_style(table: Mapping[str, object], name: str, folder: Path | None, mistakes: list[str]) -> Style:
-    known = ("format", *TEXTS, "knobs", "labels", *FIELDS, "masks", *LAYERS, "behind", "variants")
+    known = ("format", *TEXTS, "kinds", "knobs", "labels", *FIELDS, "masks", *LAYERS, "behind", "variants")
     for key in table:
         if key not in known:
             mistakes.append(f"{to_text(key)} is not a field of a style; {suggest(str(key), known)}")
     texts: dict[str, Any] = {"name": name}
     texts |= {key: _read_text(key, table[key], mistakes) for key in TEXTS if key in table}
+    kinds = _read_kinds(table.get("kinds", []), mistakes)
     fields = read_values(FIELDS, table, "", mistakes)
     masks = read_masks(table.get("masks", {}), folder, mistakes)
     reader = StepReader(folder, mistakes)
@@ -91,7 +92,19 @@ def _read_style(table: Mapping[str, object], name: str, folder: Path | None, mis
     wrong = [key for key in ("only", "keep") if fields.get(key, "") not in ("", *known)]
     mistakes += [f"{key}: {fields[key]!r} is not a mask; {suggest(fields[key], known)}" for key in wrong]
     behind = _read_behind(table["behind"], folder, mistakes) if "behind" in table else None
-    return Style(folder=folder, masks=masks, behind=behind, **texts, **fields, **layers)
+    return Style(folder=folder, masks=masks, behind=behind, kinds=kinds, **texts, **fields, **layers)
+
+
+def _read_kinds(given: object, mistakes: list[str]) -> tuple[str, ...]:
+    """Return the kinds of looks that a style file names."""
+    if not isinstance(given, list):
+        mistakes.append(f'kinds is not a list; write kinds = ["{next(iter(KINDS))}"]')
+        return ()
+    wrong = [kind for kind in given if kind not in tuple(KINDS)]
+    mistakes += [
+        f"kinds: {to_text(kind)} is not a kind of look; {suggest(str(kind), KINDS)}" for kind in wrong
+    ]
+    return tuple(dict.fromkeys(kind for kind in given if kind in tuple(KINDS)))
 
 
 def _read_behind(given: object, folder: Path | None, mistakes: list[str]) -> Style | None:

@@ -41,6 +41,16 @@ class Step:
     mute: bool = False
 
 
+KINDS = {
+    "drawn": "Drawn",
+    "painted": "Painted",
+    "printed": "Printed",
+    "screen": "On a screen",
+    "film": "On film",
+}
+"""The kinds of looks that a style file may name, with the headings of lists."""
+
+
 @dataclass(frozen=True)
 class Style:
     """A named graph of filter blocks.
@@ -62,6 +72,7 @@ class Style:
             `focus` have no effect.
         folder: the folder to which paths in the style are relative; None where paths are not allowed.
         variants: for each variant's name the values that it sets, by their paths.
+        kinds: what kind of look it is, of `KINDS`.
         knobs: the paths of the values that are worth adjusting first.
         labels: what values do in this style, by their paths, see `knobs`.
         replaces: the names of retired shipped styles, separated by spaces, that load this one; only shipped
@@ -84,6 +95,7 @@ class Style:
     lines: tuple[Step, ...] = ()
     folder: Path | None = None
     variants: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    kinds: tuple[str, ...] = ()
     knobs: tuple[str, ...] = ()
     labels: Mapping[str, str] = field(default_factory=dict)
     masks: Masks = field(default_factory=dict)
@@ -95,6 +107,11 @@ class Style:
         """The first sentence of the note."""
         first, end, _ = self.note.partition(". ")
         return f"{first}{end.rstrip()}"
+
+    @property
+    def about(self) -> str:
+        """The note without its end, which names the paths of values to tune."""
+        return self.note.partition(" Tune ")[0]
 
     @property
     def is_plain(self) -> bool:
@@ -170,6 +187,7 @@ def table_from_style(style: Style) -> dict[str, Any]:
     table: dict[str, Any] = {"format": 1, "name": style.name}
     values = {name: getattr(style, name) for name in ("note", "replaces", *FIELDS)}
     table |= {name: value for name, value in values.items() if value != getattr(Style, name)}
+    table |= {"kinds": list(style.kinds)} if style.kinds else {}
     table |= {"knobs": list(style.knobs)} if style.knobs else {}
     table |= {"labels": dict(style.labels)} if style.labels else {}
     table |= {layer: list(map(_table_from_step, steps)) for layer, steps in style.layers.items() if steps}

@@ -9,7 +9,7 @@ from vidstyle.blocks import all_blocks
 from vidstyle.style.check import FORMAT_VERSION, MAX_STEPS, NOT_BEHIND, TEXTS
 from vidstyle.style.knobs import MAX_KNOBS, MAX_LABEL_TEXT_LENGTH, MAX_LABELS
 from vidstyle.style.mask_declarations import BACKDROP, MASK_VALUES, MAX_MASKS, REGIONS
-from vidstyle.style.model import FIELDS, LAYERS, Step, Style, table_from_style
+from vidstyle.style.model import FIELDS, KINDS, LAYERS, Step, Style, table_from_style
 from vidstyle.style.variants import MAX_VARIANTS, VARIANT_PATTERN
 
 
@@ -29,6 +29,12 @@ def style_schema() -> dict[str, Any]:
         "properties": {
             "format": {"const": FORMAT_VERSION},
             **{key: {"type": "string", "maxLength": longest} for key, longest in TEXTS.items()},
+            "kinds": {
+                "type": "array",
+                "description": "Kinds of looks under which pages list the style.",
+                "uniqueItems": True,
+                "items": {"enum": list(KINDS)},
+            },
             "knobs": {
                 "type": "array",
                 "description": 'Paths of the values to adjust first, such as "posterize.levels".',
@@ -63,6 +69,7 @@ def style_schema() -> dict[str, Any]:
 def describe(style: Style) -> dict[str, Any]:
     """Return the style as plain data, with every value, its range and its help."""
     fields: dict[str, Any] = {key: getattr(style, key) for key in ("name", "note", *FIELDS)}
+    fields["kinds"] = list(style.kinds)
     fields["knobs"] = list(style.knobs)
     fields |= {"labels": dict(style.labels)} if style.labels else {}
     fields |= {"masks": dict(style.masks)} if style.masks else {}

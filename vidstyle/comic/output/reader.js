@@ -41,8 +41,11 @@ const KEYS = {
   [SHARED_KEYS.help]: () => help.showModal(),
 };
 
-for (const [id, name] of /** @type {const} */ ([["full", "fit"], ["theme", "theme"], ["ask", "help"]])) get(id).append(icon(name));
-get("zoom").hidden = pages.some(({ viewBox: { baseVal: { width, height } } }) => height > MAX_PAGE_ASPECT * width);
+for (const [id, name] of /** @type {const} */ ([["full", "fit"], ["theme", "theme"], ["ask", "help"]])) get(id).prepend(icon(name));
+const isStrip = pages.some(({ viewBox: { baseVal: { width, height } } }) => height > MAX_PAGE_ASPECT * width);
+document.body.classList.toggle("strip", isStrip);
+get("zoom").hidden = isStrip;
+if (!isStrip && innerWidth > innerHeight) zoom(); // a whole page is seen first
 get("zoom").addEventListener("click", zoom);
 get("full").addEventListener("click", fill);
 get("full").hidden = !document.fullscreenEnabled;

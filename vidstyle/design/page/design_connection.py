@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 from contextlib import suppress
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from vidstyle.block.search import find_blocks, find_values
@@ -256,10 +257,19 @@ class DesignConnection(DesignView):
     @message
     async def reveal(self, job: int) -> None:
         """Show the file of a job in its folder."""
+        await self._launch(job, "reveal")
+
+    @message
+    async def watch_file(self, job: int) -> None:
+        """Open the file of a job in the program for its type."""
+        await self._launch(job, "launch")
+
+    async def _launch(self, job: int, way: Literal["reveal", "launch"]) -> None:
         path = self.server.queue.job(job).path
-        if self.server.front is None or self.server.front.reveal is None:
-            raise UsageError("the folder", "cannot be opened from here", f"it is {path.parent}")
-        await asyncio.to_thread(self.server.front.reveal, path)
+        launch: Callable[[Path], None] | None = getattr(self.server.front, way, None)
+        if launch is None:
+            raise UsageError(str(path), "cannot be opened from here", "open it yourself")
+        await asyncio.to_thread(launch, path)
 
     @message(in_background=True)
     async def page(self, kind: str) -> Answer:

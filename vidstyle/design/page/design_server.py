@@ -22,6 +22,7 @@ from vidstyle.export.export_targets import describe_targets
 from vidstyle.preview.clip import Clip
 from vidstyle.preview.encode import encode
 from vidstyle.style import load_style, style_names
+from vidstyle.style.model import KINDS
 from vidstyle.web.page_server import PageServer, named_pictures
 from vidstyle.web.server import Handler
 
@@ -97,6 +98,7 @@ class DesignServer(PageServer[DesignView]):
                 for name, block in sorted(all_blocks().items(), key=_place_in_list)
             ]
         }
+        yield {"kinds": list(KINDS.values())}
         yield {"styles": [_describe_style(name) for name in style_names()]}
         yield {"targets": describe_targets()}
         yield {"clip": clip_message(self.designer.clip)}
@@ -157,9 +159,9 @@ def _place_in_list(named: tuple[str, Block]) -> tuple[int, str]:
     return list(CATEGORIES).index(block.category), block.label
 
 
-def _describe_style(name: str) -> dict[str, str]:
+def _describe_style(name: str) -> dict[str, Any]:
     try:
-        note = load_style(name).note
+        style = load_style(name)
     except StyleError as error:
-        note = str(error)
-    return {"name": name, "note": note}
+        return {"name": name, "note": str(error), "kinds": []}
+    return {"name": name, "note": style.about, "kinds": [KINDS[kind] for kind in style.kinds]}

@@ -55,22 +55,21 @@ export class Queue {
     const bar = make("progress", { ariaLabel: `Progress of ${file}` });
     if (total) [bar.max, bar.value] = [total, done];
     const buttons = make("div", { className: "row" });
-    if (!isOver) buttons.append(this.#button(`stop-${number}`, state === "waiting" ? "Remove" : "Stop", "stop", number));
-    if (state === "done" && this.reveals) buttons.append(this.#button(`reveal-${number}`, "Open folder", "reveal", number));
+    if (!isOver) buttons.append(this.#button(`stop-${number}`, state === "waiting" ? "Remove" : "Stop", () => this.session.ask("stop", { job: number })));
+    if (state === "done" && this.reveals) {
+      buttons.append(this.#button(`open-${number}`, "Open", () => this.session.ask("watch_file", { job: number })));
+      buttons.append(this.#button(`reveal-${number}`, "Show in folder", () => this.session.ask("reveal", { job: number })));
+    }
+    if (state === "done" && navigator.clipboard) buttons.append(make("button", { type: "button", className: "plain", textContent: "Copy path", onclick: () => navigator.clipboard.writeText(`${folder}/${file}`) }));
     return make("li", {}, make("b", { textContent: file }), make("span", { className: "quiet", textContent: `${source}, ${style}` }),
       make("span", { className: state === "failed" ? "failed" : "quiet", textContent: `${STATES[state]} ${facts}`.trim() }),
       ...(state === "rendering" ? [bar] : []), buttons);
   }
 
-  /** @param {string} action @param {string} label @param {"stop" | "reveal"} kind @param {number} job */
-  #button(action, label, kind, job) {
-    const button = make("button", { type: "button", textContent: label, onclick: () => this.#ask(kind, job) });
+  /** @param {string} action @param {string} label @param {() => void} onclick */
+  #button(action, label, onclick) {
+    const button = make("button", { type: "button", textContent: label, onclick });
     button.dataset.action = action;
     return button;
-  }
-
-  /** @param {"stop" | "reveal"} kind @param {number} job */
-  #ask(kind, job) {
-    return kind === "stop" ? this.session.ask("stop", { job }) : this.session.ask("reveal", { job });
   }
 }

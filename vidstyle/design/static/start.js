@@ -1,6 +1,7 @@
 // The start screen: all styles, previewed on the user's picture.
 
 import { clock, get, icon, make, press, title } from "./elements.js";
+import { rove } from "./roving.js";
 
 /** @typedef {import("./types.js").StyleInfo} StyleInfo */
 
@@ -11,14 +12,8 @@ const OTHER_PAGES = {
   live: ["camera", "Live camera", "Restyle a webcam while you watch"],
 };
 
-/** Kinds of looks: what their descriptions say. @type {Record<string, RegExp>} */
-const GROUPS = {
-  All: /^/,
-  Drawn: /drawing|sketch|engraving|woodcut|crayon|cartoon|animated|manga|blueprint/i,
-  Painted: /paint|watercolour|glass/i,
-  Printed: /\bprint|engraving|woodcut|manga/i,
-  "On a screen": /screen\b|screens\b|pixel|tape|camera|neon/i,
-};
+/** The button for looks of all kinds. */
+const ALL = "All";
 /** The film of `vidstyle open` before one is opened. */
 const EXAMPLE = "demo";
 
@@ -39,7 +34,7 @@ export class Start {
   /** @type {HTMLImageElement[]} */
   #pictures = [];
   #fresh = false;
-  #group = "All";
+  #group = ALL;
   /** The tile of a new style. @type {HTMLElement | null} */
   #new = null;
   #name = "";
@@ -62,8 +57,8 @@ export class Start {
       const found = /** @type {HTMLElement | null} */ (get("tiles").querySelector(".tile:not([hidden])"));
       if (key === "Enter" && this.finder.value.trim()) found?.click();
     });
-    for (const name of Object.keys(GROUPS)) get("groups").append(make("button", { type: "button", textContent: name, onclick: () => this.#choose(name) }));
-    this.#choose("All");
+    rove(get("groups"), "button");
+    rove(get("tiles"), ".tile");
     // The first tile has the focus at once; its ring would look like a choice before a key is pressed.
     addEventListener("keydown", (event) => {
       document.body.classList.add("keys");
@@ -80,6 +75,7 @@ export class Start {
     });
     for (const kind of ["dragover", "dragleave", "drop"])
       addEventListener(kind, (event) => this.#drag(/** @type {DragEvent} */ (event)));
+    session.on("kinds", (kinds) => this.#list([ALL, ...kinds]));
     session.on("styles", (styles) => this.#fill(styles));
     session.on("draft", (draft) => this.#offer(draft));
     session.on("clip", (clip) => this.#film(clip));
@@ -100,7 +96,8 @@ export class Start {
     if (!open) return;
     if (!this.#fresh) this.session.ask("start");
     this.#fresh = true;
-    /** @type {HTMLElement | null} */ (this.root.querySelector(".tile"))?.focus();
+    const isExample = document.body.classList.contains("front") && this.#name === EXAMPLE;
+    /** @type {HTMLElement | null} */ (this.root.querySelector(isExample ? ".choose-file" : ".tile:not([hidden])"))?.focus();
   }
 
   /** @param {import("./player.js").Clip} clip */
@@ -125,16 +122,22 @@ export class Start {
     this.#new = fresh;
     fresh.prepend(make("span", { className: "blank" }, icon("plus")));
     this.#pictures = [];
-    const tiles = styles.map(({ name, note }) => {
+    const tiles = styles.map(({ name, note, kinds }) => {
       const shown = make("img", { alt: "", className: "waiting", width: 320, height: 180 });
       this.#pictures.push(shown);
       const tile = this.#tile(title(name), summary(note), () => this.open("open", { style: name }));
       tile.prepend(shown);
-      tile.dataset.note = note.split(" Tune ")[0];
+      Object.assign(tile.dataset, { note, kinds: kinds.join(", ") });
       return tile;
     });
     get("tiles").replaceChildren(...(document.body.classList.contains("front") ? [...tiles, fresh] : [fresh, ...tiles]));
     this.#filter();
+  }
+
+  /** Lists the kinds of looks. @param {string[]} kinds */
+  #list(kinds) {
+    get("groups").replaceChildren(...kinds.map((name) => make("button", { type: "button", textContent: name, onclick: () => this.#choose(name) })));
+    this.#choose(ALL);
   }
 
   /** Shows the looks of one kind. @param {string} name */
@@ -149,8 +152,9 @@ export class Start {
     const words = this.finder.value.toLowerCase().split(/\s+/);
     const tiles = /** @type {HTMLElement[]} */ ([...get("tiles").children]);
     for (const tile of tiles) {
-      const text = `${tile.textContent} ${tile.dataset.note ?? ""}`;
-      tile.hidden = !GROUPS[this.#group].test(text) || !words.every((word) => text.toLowerCase().includes(word));
+      const { note = "", kinds = "" } = tile.dataset;
+      const text = `${tile.textContent} ${note} ${kinds}`.toLowerCase();
+      tile.hidden = (this.#group !== ALL && !kinds.includes(this.#group)) || !words.every((word) => text.includes(word));
     }
     get("no-look").hidden = tiles.some((tile) => !tile.hidden);
   }
@@ -224,7 +228,10 @@ export class Start {
   async open(kind, fields) {
     if (!(await this.mayLeave())) return;
     this.opened(kind);
-    if (await this.session.ask(kind, fields)) this.show(false);
+    if (!(await this.session.ask(kind, fields))) return;
+    this.show(false);
+    // The first control, so that the keyboard need not pass the bar.
+    if (kind !== "new") requestAnimationFrame(() => /** @type {HTMLElement | null} */ (document.querySelector("#style-tab-content :is(.chips button, input)"))?.focus());
   }
 
   /** @param {{name: string, when: string} | null} draft */

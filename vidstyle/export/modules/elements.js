@@ -64,11 +64,11 @@ export function download(blob, name) {
 /** Replaces underscores with spaces. @param {string} name */
 export const words = (name) => name.replaceAll("_", " ");
 
-/** Names that are abbreviations. */
-const ABBREVIATIONS = /^(ascii|crt|vhs)\b/;
+/** First words of names that are written in another way. @type {Object<string, string>} */
+const WRITTEN = { ascii: "ASCII", crt: "CRT", vhs: "VHS", watercolor: "Watercolour" };
 
 /** Returns a name as words that start with a capital letter. @param {string} text */
-export const title = (text) => words(text).replace(ABBREVIATIONS, (name) => name.toUpperCase()).replace(/^\w/, (letter) => letter.toUpperCase());
+export const title = (text) => words(text).replace(/^\w+/, (first) => WRITTEN[first] ?? first).replace(/^\w/, (letter) => letter.toUpperCase());
 
 /** Returns a time as minutes and seconds. @param {number} seconds */
 export const clock = (seconds) => `${Math.floor(seconds / 60)}:${String(Math.floor(seconds % 60)).padStart(2, "0")}`;

@@ -105,8 +105,8 @@ export class Viewer {
   #facts({ fixed, focus, plans }) {
     const facts = [this.runner.isSoftware ? "Rendered without a GPU, so this will be slow." : `Rendered on ${this.runner.device}.`];
     if (fixed.length) facts.push(`Fixed in this file: ${fixed.join(", ")}.`);
-    const missing = [...(plans[0].plan.server.includes("steady") ? ["temporal smoothing"] : []), ...(focus ? ["finer detail in faces"] : [])];
-    if (missing.length) facts.push(`Only in vidstyle itself: ${missing.join(", ")}.`);
+    const missing = [...(plans[0].plan.server.includes("steady") ? ["Steadiness"] : []), ...(focus ? ["Detail in faces"] : [])];
+    if (missing.length) facts.unshift(`${missing.join(" and ")}: only where vidstyle itself renders, not in this file.`);
     if (plans[0].plan.server.includes("masks")) facts.push("Masks are only available in vidstyle: here, people fill the picture.");
     return facts;
   }

@@ -107,13 +107,19 @@ function rate() {
   return times.length > 1 ? (1000 * (times.length - 1)) / (times[times.length - 1] - times[0]) : 0;
 }
 
+/** Returns how many captured frames are shown, in words; "" if almost all are. @param {Status} now */
+function shareOf({ frames, dropped }) {
+  const part = frames / Math.max(1, frames + dropped);
+  return part > 0.98 ? "" : `${Math.round(100 * part)} % of the frames`;
+}
+
 /** @param {Status} now */
 function showStatus(now) {
   const facts = [
-    [now.size.join("×"), "width and height of the picture"],
+    [now.size.join(" × "), "width and height of the picture"],
     [`${rate().toFixed(0)} fps`, `frames shown per second on this page; restyled: ${now.rate.toFixed(1)}`],
-    [`${now.shown_ms.toFixed(0)} ms`, "median latency from capture to this page"],
-    [now.dropped ? `${now.dropped} skipped to stay live` : "", `of ${now.frames + now.dropped} captured frames`],
+    [`${now.shown_ms.toFixed(0)} ms delay`, "median latency from capture to this page"],
+    [shareOf(now), `${now.dropped} of ${now.frames + now.dropped} captured frames were left out to stay live`],
     [now.degraded, "reduced to keep the frame rate"],
     ...now.targets.filter(([name]) => name !== "page").map((target) => [target.join(": "), "another target"]),
   ];

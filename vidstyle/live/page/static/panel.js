@@ -27,6 +27,9 @@ import { variantChip } from "./variant_chip.js";
 /** @param {{name: string, variant: string}} style */
 const fullName = ({ name, variant }) => (variant ? `${name}:${variant}` : name);
 
+/** The gap between the rows of looks, about. */
+const ROW_GAP_PX = 9;
+
 /** Shows the styles and the parameters, and sends changes. */
 export class Panel {
   /** @type {Record<string, Row>} */
@@ -116,12 +119,12 @@ export class Panel {
   }
 
   /**
-   * Scrolls to a style in the list or, in a narrow window, the row; scrollIntoView would scroll the page too.
+   * Scrolls a style into the second row of the list or, in a narrow window, the middle of the row; scrollIntoView would scroll the page too.
    * @param {HTMLElement} button
    */
   #scrollTo(button) {
     const row = get("styles");
-    const [left, top] = [button.offsetLeft - (row.clientWidth - button.clientWidth) / 2, button.offsetTop - (row.clientHeight - button.clientHeight) / 2];
+    const [left, top] = [button.offsetLeft - (row.clientWidth - button.clientWidth) / 2, button.offsetTop - button.offsetHeight - ROW_GAP_PX];
     row.scrollTo({ left, top, behavior: "smooth" });
   }
 
