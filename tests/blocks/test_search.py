@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from vidstyle.block import CATEGORIES
+from vidstyle.block.absent_effects import ABSENT_EFFECTS, find_absent_effect
 from vidstyle.block.search import find_blocks, find_values
 from vidstyle.blocks import all_blocks
 from vidstyle.style.model import FIELDS
@@ -170,6 +171,21 @@ def test_names_of_blocks_and_fields_find_them_first() -> None:
     assert {name for name in all_blocks() if find_blocks(name, all_blocks())[0] != name} <= {"hue", "network"}
     assert all(find_blocks(block.label, all_blocks())[0] == name for name, block in all_blocks().items())
     assert all(find_values(field.label, FIELDS)[0] == name for name, field in FIELDS.items())
+
+
+def test_effects_that_no_block_has_name_what_comes_nearest() -> None:
+    effect = find_absent_effect("with a dark vignette frame")
+    assert effect is None, "only of nothing else"
+    for effect in ABSENT_EFFECTS:
+        assert set(effect.nearest) <= all_blocks().keys() and set(effect.values) <= FIELDS.keys()
+        assert effect.nearest or effect.values
+        for word in effect.words.split(", "):
+            assert find_absent_effect(word.title()) is effect
+            named = {
+                name for name, block in all_blocks().items() if word in (block.label.lower(), *block.aliases)
+            }
+            assert not named - {"shift"} - set(effect.nearest), f"{word}: a block claims it"
+    assert find_absent_effect("shaky") is not None and "shift" not in find_blocks("shaky", all_blocks())
 
 
 def test_blocks_and_values_of_the_program_have_plain_names() -> None:

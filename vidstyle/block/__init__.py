@@ -209,6 +209,11 @@ class Block:
         """The first line of the docstring."""
         return (inspect.getdoc(self.function) or "").partition("\n")[0]
 
+    @property
+    def details(self) -> str:
+        """What follows the first line of the docstring, on one line."""
+        return " ".join((inspect.getdoc(self.function) or "").partition("\n")[2].split())
+
     def __call__(self, *arrays: Any, **values: Any) -> Any:
         """Run the function, with its defaults; colours may be given as text."""
         return self.function(*arrays, **self.arguments_for(values))

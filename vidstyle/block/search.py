@@ -55,6 +55,15 @@ def suggest_block(name: str, blocks: Mapping[str, Block]) -> str:
     return f"did you mean {found[0]!r}?" if found else "`vidstyle blocks` lists all"
 
 
+def is_described_by(text: str, names: Sequence[str]) -> bool:
+    """Whether a text is one of these names, in any spelling and without filler words."""
+    return any(_is_same(_without_fillers(text), _without_fillers(name)) for name in names)
+
+
+def _without_fillers(text: str) -> str:
+    return " ".join(word for word in _normal(text).split() if word not in FILLERS)
+
+
 def _is_name(text: str, block: Block) -> bool:
     return any(_is_same(_normal(text), _normal(name)) for name in (block.label, *block.aliases))
 

@@ -145,7 +145,10 @@ def blend(
         SavedRef("picture whose luma multiplies the opacity", on="luma", optional=True, label="Blend mask"),
     ] = "",
 ) -> np.ndarray:
-    """Blend a saved picture over the current one; only its luma if the current one is gray."""
+    """Lay a saved picture over the present one, as layers of an image editor do.
+
+    Only the luma of a colour picture is blended if the current one is gray.
+    """
     weights = NO_MASK_WEIGHTS if mask is None else np.ascontiguousarray(mask)
     ends = np.float32(limits[0]), np.float32(limits[1])
     pictures = interleaved(picture), gray_or_interleaved(other)

@@ -24,8 +24,8 @@ def brightness(
         float, Slider(0, 4, "factor for luma; 1 for no change", explore=(0.8, 1.4), label="Brightness")
     ] = 1.3,
 ) -> np.ndarray:
-    """Multiply luma by a factor and clip it to black and white.
+    """Make the picture brighter or darker.
 
-    Paper, section 4.2 A.
+    Luma is multiplied by a factor and clipped to black and white. Paper, section 4.2 A.
     """
     return stretch(luma, 0, factor, 0, out)

@@ -33,9 +33,9 @@ def colorize(
         float, Slider(0, 1, "0 for gray, 1 for the pure hue", explore=(0.2, 0.8), label="Tint strength")
     ] = 0.55,
 ) -> np.ndarray:
-    """Convert to tones of one hue, from black through the hue to white.
+    """Colour the picture in tones of one hue, as a toned photograph.
 
-    HSL with luma as the lightness. Paper, section 4.2 A.
+    Tones run from black through the hue to white. HSL with luma as the lightness. Paper, section 4.2 A.
     """
     _color(gray_or_interleaved(picture), weights, _difference(hue, saturation), interleaved(out))
     return out

@@ -38,7 +38,7 @@ def contour(
         Slider(0, 8, "how much stronger than the edges around it an edge must be", label="Sparsity"),
     ] = 1.35,
 ) -> np.ndarray:
-    """Detect edges of brightness and of colour, as a gray picture: faint ones alone, strong ones in detail.
+    """Find faint edges, as a gray picture; where there is much detail, only the strong ones.
 
     With e the gradient (3 x 3 Sobel, divided by 4; the root of its mean square over the channels, weighted
     as in luma), n the threshold and c the luma of `clutter` times the sparsity, the result is

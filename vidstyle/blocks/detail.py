@@ -42,13 +42,14 @@ def detail(
         bool, Switch("closer to the reference filter where detail is enhanced; slower", label="More accurate")
     ] = False,
 ) -> BankRun:
-    """Remove or enhance detail, layer by layer.
+    """Remove fine detail, or bring it out.
 
-    Learned. The result is luma plus the sum over three layers of a times their detail, where a is delta / 20
-    times the layer's factor, but at least -1, which removes the layer: at -100 all layers are removed. Layers
-    are differences between edge-preserving smoothings for contrasts of 40, 57 and 80 levels. Paper, sections
-    4.2 C and 5.4.4; Talebi and Milanfar 2016, without their S-curves and mask of structure, so that the
-    result stays linear in each factor. `accurate` uses filters with clipped differences.
+    Works layer by layer. Learned. The result is luma plus the sum over three layers of a times their
+    detail, where a is delta / 20 times the layer's factor, but at least -1, which removes the layer: at
+    -100 all layers are removed. Layers are differences between edge-preserving smoothings for contrasts
+    of 40, 57 and 80 levels. Paper, sections 4.2 C and 5.4.4; Talebi and Milanfar 2016, without their
+    S-curves and mask of structure, so that the result stays linear in each factor. `accurate` uses
+    filters with clipped differences.
     """
     bank = shipped_bank("detail_clipped" if accurate else "detail")
     first, second, third = (max(delta / FULL_DELTA * factor, -1.0) for factor in (fine, middle, coarse))

@@ -69,10 +69,11 @@ def dither(
         ),
     ] = 1,
 ) -> np.ndarray:
-    """Add a fixed pattern, so that a following quantizer mixes its tones.
+    """Add a fixed pattern of dots, so that few tones or colours look like many.
 
-    The pattern repeats over the page and has a mean of 0; the result is clipped to 0..1. Follow it with
-    `posterize` or `palette`. Bayer 1973; "blue" is blue noise, Ulichney 1993.
+    A following quantizer then mixes its tones. The pattern repeats over the page and has a mean of 0; the
+    result is clipped to 0..1. Follow it with `posterize` or `palette`. Bayer 1973; "blue" is blue noise,
+    Ulichney 1993.
     """
     side, (tile,) = whole_side(cell), thresholds
     line = np.empty(picture.shape[1], np.float32)

@@ -39,9 +39,10 @@ def equalize(
         Slider(0, 10, "time constant of temporal smoothing; 0 for none", "s", label="Smoothing over time"),
     ] = 0.4,
 ) -> np.ndarray:
-    """Stretch luma so that a low percentile becomes black and a high one white.
+    """Stretch the contrast, so that the darkest parts become black and the brightest white.
 
-    A range below 8 levels of 255 counts as 8. Paper, section 4.2 D, but measured on a reduced copy.
+    Luma is stretched from a low to a high percentile. A range below 8 levels of 255 counts as 8. Paper,
+    section 4.2 D, but measured on a reduced copy.
     """
     black, white = measured
     return stretch(luma, black, 1 / max(white - black, MIN_RANGE), 0, out)

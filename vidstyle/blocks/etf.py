@@ -47,11 +47,11 @@ def etf(
         ),
     ] = "fine",
 ) -> BankRun:
-    """Smooth luma along the edges, like brush strokes.
+    """Smooth the picture along its edges, like brush strokes.
 
-    Learned. Line integral convolution along the edge tangent flow: a pass is a Gaussian along the edge, of
-    2 pixels with the fine brush and of 4 with the broad one. Squares of 2 x 2 pixels share a filter. Paper,
-    sections 4.2 C and 5.4.2; unlike in the paper, the tensor is computed again in each pass only with
-    `reselect`.
+    Only luma is smoothed. Learned. Line integral convolution along the edge tangent flow: a pass is a
+    Gaussian along the edge, of 2 pixels with the fine brush and of 4 with the broad one. Squares of 2 x 2
+    pixels share a filter. Paper, sections 4.2 C and 5.4.2; unlike in the paper, the tensor is computed
+    again in each pass only with `reselect`.
     """
     return BankRun(shipped_bank(BRUSH_BANKS[brush]), rho=rho, passes=passes, reselect=reselect)

@@ -26,12 +26,13 @@ def flow_dog(
         float, Slider(0, 60, "how strongly lines stand out", explore=(1, 40), label="Line strength")
     ] = 20,
 ) -> BankRun:
-    """Sharpen across the edges and smooth along them.
+    """Strengthen lines and outlines, and smooth along them.
 
-    Learned. (1 + p) G - p G', with Gaussians of sigma and 1.6 sigma across the edge, then one of 1.5 sigma
-    along it. The result exceeds black and white. Paper, section 4.2 C, which prints the two Gaussians in
-    reverse order; Winnemoeller, Kyprianidis and Olsen 2012. Above 1 px it runs on a reduced picture and uses
-    the directions of that picture; between the learned sigmas, filters are interpolated by variance. Filters
+    Sharpens across the edges: a difference of Gaussians along the flow of edges. Learned. (1 + p) G - p
+    G', with Gaussians of sigma and 1.6 sigma across the edge, then one of 1.5 sigma along it. The result
+    exceeds black and white. Paper, section 4.2 C, which prints the two Gaussians in reverse order;
+    Winnemoeller, Kyprianidis and Olsen 2012. Above 1 px it runs on a reduced picture and uses the
+    directions of that picture; between the learned sigmas, filters are interpolated by variance. Filters
     are selected by the orientation and curvature of lines, not by strength and coherence.
     """
     name = "flow_dog_fine" if sigma <= 1 else "flow_dog"

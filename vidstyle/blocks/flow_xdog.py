@@ -18,7 +18,8 @@ _LINE_PARAMETERS, _INK_PARAMETERS = flow_dog.parameters, soft_threshold.paramete
     category="lines",
     aliases=(
         "outlines, contour, pen, pencil, sketch, drawing, line art, cartoon, comic, manga, edge "
-        "detection, XDoG, coloring book, woodcut, linocut, hand drawn, ballpoint, quill"
+        "detection, XDoG, coloring book, woodcut, linocut, hand drawn, ballpoint, felt tip, "
+        "marker, blueprint"
     ),
 )
 def flow_xdog(

@@ -32,7 +32,7 @@ def _radius(sigma: float) -> int:
     category="smooth",
     aliases=(
         "soften, smooth, soft focus, out of focus, depth of field, denoise, noise reduction, glow, "
-        "bloom, haze, tilt shift, dreamy, misty, fog"
+        "bloom, tilt shift, dreamy, misty, fog, bokeh"
     ),
 )
 def gaussian(
@@ -43,7 +43,7 @@ def gaussian(
         float, Slider(0, 50, "standard deviation", "px", explore=(0.5, 4), label="Blur", max_detail=1)
     ] = 2,
 ) -> np.ndarray:
-    """Blur: remove noise and small detail.
+    """Blur the picture: noise and small detail disappear.
 
     The kernel is cut off at three sigma; edge pixels are repeated beyond the border. Paper, section 4.2 B.
     """

@@ -99,11 +99,11 @@ def glyphs(
     ] = 8,
     invert: Annotated[bool, Switch("dark glyphs on white", label="Dark letters on white")] = False,
 ) -> np.ndarray:
-    """Draw a glyph in each cell of the page; brighter cells get glyphs that cover more.
+    """Draw the picture in letters or signs; bright parts get denser ones.
 
-    The background is black. Glyphs are white if the picture is gray, else they have the cell's mean colour at
-    full brightness, unless it is nearly black. Glyphs are averaged over each pixel, so they are smooth at any
-    size.
+    Each cell of the page holds one glyph, whose coverage matches its brightness. The background is black.
+    Glyphs are white if the picture is gray, else they have the cell's mean colour at full brightness,
+    unless it is nearly black. Glyphs are averaged over each pixel, so they are smooth at any size.
     """
     (table,), (height, width), rows = alphabet, _sides(cell), interleaved(picture)
     channels = rows.shape[1] // picture.shape[1]

@@ -29,7 +29,10 @@ def gradient(
     ] = "#ffb01f",
     white: Annotated[Any, Color("colour of white", label="Colour of white")] = "#fffbe6",
 ) -> np.ndarray:
-    """Give each tone a colour, with a linear gradient between five of them, as in a thermal picture."""
+    """Give each tone its own colour, as in a thermal picture.
+
+    A linear gradient between five colours.
+    """
     colors = np.stack([black, dark, middle, bright, white]).astype(np.float32)
     _color(gray_or_interleaved(picture), weights, colors, interleaved(out))
     return out

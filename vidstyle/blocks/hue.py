@@ -38,10 +38,10 @@ def hue(
         float, Slider(-255, 255, "amount added to blue", "levels of 255", (-30, 30), label="Blue")
     ] = 0,
 ) -> Mixed:
-    """Rotate all hues, keeping luma, and add a tint.
+    """Shift all colours around the colour wheel, and add a tint.
 
-    Rotates (blue difference, red difference), then adds a bias in RGB; the result is clipped to 0..1. Paper,
-    section 4.2 A.
+    Hues are rotated, luma is kept. Rotates (blue difference, red difference), then adds a bias in RGB;
+    the result is clipped to 0..1. Paper, section 4.2 A.
     """
     return Mixed(picture, _matrix(tuple(weights), math.radians(angle), (red, green, blue)))
 

@@ -25,7 +25,10 @@ def invert(
         Slider(0, 255, "darkest tone to invert; 0 inverts all tones", "levels of 255", label="Invert above"),
     ] = 0,
 ) -> np.ndarray:
-    """Invert each channel: a negative, or a solarized picture if dark tones are kept."""
+    """Turn the picture into a negative, or solarize it if dark tones are kept.
+
+    Each channel is inverted.
+    """
     np.copyto(out, picture)
     chosen = picture + TIE_LIFT >= np.float32(above / 255)
     np.subtract(np.float32(1), picture, out=out, where=chosen)

@@ -76,14 +76,15 @@ def kuwahara(
         int, Slider(0, 3, "how sharply areas are separated", explore=(1, 3), label="Edge sharpness")
     ] = 2,
 ) -> np.ndarray:
-    """Flatten areas and sharpen the edges between them, with strokes along the edges, like oil paint.
+    """Paint in flat dabs with crisp edges, like oil paint.
 
-    Each pixel becomes the mean of the eight sectors of an ellipse along the flow, each weighted by
-    1 / (1 + (255 v) ^ (2 ^ sharpness)), where v is the sector's variance, summed over channels. Kyprianidis,
-    Kang and Döllner 2009, "Image and Video Abstraction by Anisotropic Kuwahara Filtering"; polynomial
-    weights of sectors by Kyprianidis et al. 2010. Ellipses have one of 32 directions and 8 shapes. From a
-    radius of 12 pixels on, squares of 3 x 3 pixels share a weight, from 20 on squares of 5 x 5, and so on.
-    Colours are clipped to -1..2.
+    Areas are flattened, and the edges between them sharpened, with strokes along the edges. Each pixel
+    becomes the mean of the eight sectors of an ellipse along the flow, each weighted by 1 / (1 + (255 v)
+    ^ (2 ^ sharpness)), where v is the sector's variance, summed over channels. Kyprianidis, Kang and
+    Döllner 2009, "Image and Video Abstraction by Anisotropic Kuwahara Filtering"; polynomial weights of
+    sectors by Kyprianidis et al. 2010. Ellipses have one of 32 directions and 8 shapes. From a radius of
+    12 pixels on, squares of 3 x 3 pixels share a weight, from 20 on squares of 5 x 5, and so on. Colours
+    are clipped to -1..2.
     """
     spacing, reach, height = _spacing(radius), _reach(radius, stretch), len(out)
     chosen = np.empty(out.shape[:2], np.int32)

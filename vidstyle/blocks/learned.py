@@ -36,7 +36,9 @@ def learned(
         float, Slider(0, 1, "position of the bank's third slider", label="Third slider of the bank")
     ] = 0.5,
 ) -> BankRun:
-    """Apply a bank of learned filters; `vidstyle train` trains banks.
+    """Apply filters that were trained from examples.
+
+    A bank of learned filters, which `vidstyle train` makes.
 
     A bank may declare sliders, which weight its parts after the first; other parts are not used. It may also
     filter chroma. Paper, section 5, equation 2. All banks differ from the paper as follows: windows of the

@@ -20,7 +20,7 @@ MAX_LIFT_LUMA = np.float32(0.8)
     category="tone",
     aliases=(
         "fill light, shadows and highlights, backlit face, dodge and burn, tone mapping, HDR, exposure, "
-        "local contrast, recover shadows, relight"
+        "local contrast, recover shadows, relight, night, too dark"
     ),
 )
 def local_exposure(

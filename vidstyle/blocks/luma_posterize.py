@@ -23,8 +23,8 @@ def luma_posterize(
     levels: Annotated[int, _TONE_PARAMETERS["levels"].control] = _TONE_PARAMETERS["levels"].default,
     softness: Annotated[float, _TONE_PARAMETERS["softness"].control] = _TONE_PARAMETERS["softness"].default,
 ) -> list[tuple[Block, dict[str, Any]]]:
-    """Quantize luma to a few flat tones, keeping chroma.
+    """Reduce light and shade to a few flat tones; colours stay.
 
-    Paper, section 4.2 A: `posterize` between `to_gray` and `to_color`.
+    Luma is quantized, chroma is kept. Paper, section 4.2 A: `posterize` between `to_gray` and `to_color`.
     """
     return [(posterize, {"levels": levels, "softness": softness})]

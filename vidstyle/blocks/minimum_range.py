@@ -16,7 +16,10 @@ from vidstyle.blocks.equalize import MIN_RANGE, stretch
     percentiles=lambda: (5, 95),
     label="Contrast boost",
     category="tone",
-    aliases="dynamic range, dull pictures, haze, fade, levels, shadows, highlights, washed out, punchy",
+    aliases=(
+        "dynamic range, dull pictures, haze, foggy, faded, flat light, "
+        "levels, shadows, highlights, washed out, punchy"
+    ),
 )
 def minimum_range(
     luma: np.ndarray,
@@ -38,11 +41,11 @@ def minimum_range(
         Slider(0, 10, "time constant of temporal smoothing; 0 for none", "s", label="Smoothing over time"),
     ] = 0.4,
 ) -> np.ndarray:
-    """Expand the dynamic range of luma to a minimum; a picture with a larger range stays unchanged.
+    """Give a flat, hazy picture more contrast; others stay as they are.
 
-    The range expands about its middle, which moves only as far as needed to keep the new range between black
-    and white. A range below 8 levels of 255 counts as 8. Paper, section 4.2 D, but measured on a reduced
-    copy.
+    The dynamic range of luma is expanded to a minimum. The range expands about its middle, which moves
+    only as far as needed to keep the new range between black and white. A range below 8 levels of 255
+    counts as 8. Paper, section 4.2 D, but measured on a reduced copy.
     """
     wanted = dynamic_range / 255
     present = max(measured[1] - measured[0], MIN_RANGE)

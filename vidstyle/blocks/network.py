@@ -29,10 +29,11 @@ def network(
     ] = 720,
     amount: Annotated[float, Slider(0, 1, "0 for no effect", label="Network strength")] = 1,
 ) -> NetworkRun | None:
-    """Apply a neural network that maps a picture to another of the same size; on the CPU only.
+    """Apply a neural network that maps a picture to another; on the processor only.
 
-    It takes and returns RGB as 1 x 3 x H x W or 1 x H x W x 3 floats. Pictures are reduced to `size`, and the
-    result gets the fine detail of the picture back where both vary together. Pictures of more than 1024
-    pixels run in overlapping tiles. onnxruntime runs the network if it is installed, else OpenCV.
+    Both pictures have the same size. It takes and returns RGB as 1 x 3 x H x W or 1 x H x W x 3 floats.
+    Pictures are reduced to `size`, and the result gets the fine detail of the picture back where both
+    vary together. Pictures of more than 1024 pixels run in overlapping tiles. onnxruntime runs the
+    network if it is installed, else OpenCV.
     """
     return None if model is None else NetworkRun(model, RANGES[range], size, amount)

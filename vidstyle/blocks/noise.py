@@ -39,7 +39,7 @@ KEPT_BYTES = 1 << 28
     category="texture",
     aliases=(
         "film grain, noise, paper, texture, canvas, old film, dust, analog, clouds, speckle, "
-        "watercolor, watercolour, linen, vintage, scratches"
+        "watercolor, watercolour, linen, vintage, old photo, spray, scratches"
     ),
 )
 def noise(
@@ -76,10 +76,11 @@ def noise(
     colored: Annotated[bool, Switch("separate noise for each channel", label="Coloured grain")] = False,
     rate: Annotated[int, REDRAW_RATE] = 0,
 ) -> np.ndarray:
-    """Add random values with a mean of 0, which are fixed to the page and change only at `rate`.
+    """Add grain, like film or rough paper.
 
-    Points are rounded to whole pixels; soft points are interpolated by 3 t^2 - 2 t^3; clouds are four octaves
-    of soft points. The result is clipped to 0..1. For blue noise, use `dither`.
+    Random values with a mean of 0, which are fixed to the page and change only at `rate`. Points are
+    rounded to whole pixels; soft points are interpolated by 3 t^2 - 2 t^3; clouds are four octaves of
+    soft points. The result is clipped to 0..1. For blue noise, use `dither`.
     """
     sides = np.float32(size), np.float32(size) * np.float32(stretch)
     top, (height, width) = place.top, picture.shape[:2]

@@ -27,9 +27,10 @@ def overprint(
     second: Annotated[Any, _INKS["second"].control] = _INKS["second"].default,
     third: Annotated[Any, _INKS["third"].control] = _INKS["third"].default,
 ) -> np.ndarray:
-    """Print three plates over each other on white paper, as `separate` makes them.
+    """Print three inks over each other on white paper.
 
-    Inks are transparent: each multiplies the light of those below it.
+    The plates are those that `separate` makes. Inks are transparent: each multiplies the light of those
+    below it.
     """
     inks = np.stack([first, second, third]).astype(np.float32)
     _print(interleaved(picture), 1 - inks, interleaved(out))

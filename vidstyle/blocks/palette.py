@@ -81,10 +81,11 @@ def palette(
         ),
     ] = "ember",
 ) -> np.ndarray:
-    """Replace each colour by the nearest of a palette of 2 to 64 colours, in OKLab.
+    """Reduce the picture to a few colours, given or taken from the film.
 
-    Put `dither` before it to mix colours. The palettes "film-8", "film-16" and "film-32" are the
-    main colours of the unstyled film. Ottosson 2020, "A perceptual color space for image processing".
+    Each colour becomes the nearest of a palette of 2 to 64 colours, compared in OKLab. Put `dither`
+    before it to mix colours. The palettes "film-8", "film-16" and "film-32" are the main colours of the
+    unstyled film. Ottosson 2020, "A perceptual color space for image processing".
     """
     (table,) = colors
     sure = _sure_answers(table.tobytes())

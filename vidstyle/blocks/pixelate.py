@@ -45,7 +45,10 @@ def pixelate(
         ),
     ] = 6,
 ) -> np.ndarray:
-    """Fill squares with their mean colour; the squares are fixed to the page."""
+    """Divide the picture into large square pixels.
+
+    Squares get their mean colour, and are fixed to the page.
+    """
     side, rows = whole_side(size), interleaved(picture)
     channels = rows.shape[1] // picture.shape[1]
     cells = cells_across(picture.shape[1], side, channels)

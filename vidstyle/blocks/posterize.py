@@ -33,10 +33,11 @@ def posterize(
         ),
     ] = 0.15,
 ) -> np.ndarray:
-    """Quantize each channel to a few flat tones.
+    """Reduce the picture to a few flat tones, like a screen print.
 
-    Values outside 0..1 become the darkest or lightest tone. Paper, section 4.2 A; the soft steps are similar
-    to Winnemoeller 2006, with a cubic ramp that joins the flat tones smoothly.
+    Each channel is quantized. Values outside 0..1 become the darkest or lightest tone. Paper, section 4.2
+    A; the soft steps are similar to Winnemoeller 2006, with a cubic ramp that joins the flat tones
+    smoothly.
     """
     _quantize(interleaved(picture), TIE_LIFT, np.float32(levels), np.float32(softness), interleaved(out))
     return out

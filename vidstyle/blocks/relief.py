@@ -33,10 +33,11 @@ def relief(
         ),
     ] = 135,
 ) -> np.ndarray:
-    """Light luma as a relief: gray where flat, bright towards the light, dark away from it.
+    """Light the picture like an embossed surface.
 
-    Half white plus depth times the slope towards the light (3 x 3 Sobel, divided by 8), clipped to black and
-    white. For thick paint or rough paper, `blend` it over a picture with the mode grain_merge.
+    Luma is the height: gray where flat, bright towards the light, dark away from it. Half white plus
+    depth times the slope towards the light (3 x 3 Sobel, divided by 8), clipped to black and white. For
+    thick paint or rough paper, `blend` it over a picture with the mode grain_merge.
     """
     turn, step = math.radians(angle), depth / 8
     gains = np.float32(-step * math.cos(turn)), np.float32(step * math.sin(turn))

@@ -30,7 +30,7 @@ def scale(
         str, Choice(tuple(METHODS), "interpolation back to the output size", label="Way to enlarge")
     ] = "bicubic",
 ) -> tuple[int, int]:
-    """Change the working size: following filters become coarser and faster, or finer.
+    """Work on a smaller or larger copy: later steps become coarser and faster, or finer.
 
     Paper, section 4.2 B.
     """

@@ -27,11 +27,11 @@ def separate(
     second: Annotated[Any, Color("ink of the green channel", label="Second ink")] = "#ff48a0",
     third: Annotated[Any, Color("ink of the blue channel", label="Third ink")] = "#0f5fb0",
 ) -> np.ndarray:
-    """Separate colours into three spot inks: each channel is the plate of an ink, black where it is full.
+    """Split the colours into three inks, for printing with spot inks.
 
-    The amounts, 0..1, have the least squared error when the inks lie over each other on white paper, found by
-    coordinate descent. Black and white the plates, `shift` them out of register, then print them with
-    `overprint`.
+    Each channel is the plate of an ink, black where it is full. The amounts, 0..1, have the least squared
+    error when the inks lie over each other on white paper, found by coordinate descent. Black and white
+    the plates, `shift` them out of register, then print them with `overprint`.
     """
     absorbed = 1 - np.stack([first, second, third]).astype(np.float32)
     rows = np.empty((6, picture.shape[1]), np.float32)

@@ -36,7 +36,7 @@ def _radius(y: float, x: float, jitter: float) -> int:
     category="texture",
     aliases=(
         "chromatic aberration, glitch, vhs, misregistration, colour fringe, rgb split, wobble, "
-        "jitter, offset, move, tape, anaglyph, old television, old tv, shaky, wavy, ghosting, "
+        "jitter, offset, move, tape, anaglyph, old television, old tv, wavy, ghosting, "
         "3d glasses, double vision, broken television, red and blue"
     ),
 )
@@ -56,10 +56,10 @@ def shift(
     jitter: Annotated[float, Slider(0, 64, "random sway of rows to both sides", "px", label="Wobble")] = 0,
     rate: Annotated[int, REDRAW_RATE] = 0,
 ) -> np.ndarray:
-    """Move one channel, the chroma or the whole picture, like misregistered ink or delayed colour on tape.
+    """Move one colour out of place, like misprinted ink or worn tape.
 
-    Fractions of a pixel are interpolated linearly. Rows sway in waves whose height is three times their
-    width. The result is clipped to 0..1.
+    Moves one channel, the chroma or the whole picture. Fractions of a pixel are interpolated linearly.
+    Rows sway in waves whose height is three times their width. The result is clipped to 0..1.
     """
     from_y = float(np.float32(-y))
     from_x = np.full(len(picture), -x, np.float32)

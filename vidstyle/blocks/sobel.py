@@ -33,10 +33,10 @@ def sobel(
         bool, Switch("dark lines on white, as in the lines layer", label="Dark lines on white")
     ] = False,
 ) -> np.ndarray:
-    """Detect edges: the magnitude of the luma gradient, as a gray picture.
+    """Show where edges are: bright lines on black.
 
-    3 x 3 Sobel, divided by 4 and clipped at white; edge pixels are repeated beyond the border. Paper, section
-    4.2 B.
+    The magnitude of the luma gradient, as a gray picture. 3 x 3 Sobel, divided by 4 and clipped at white;
+    edge pixels are repeated beyond the border. Paper, section 4.2 B.
     """
     scratch = np.empty((2, luma.shape[1] + 2), np.float32)
     _edges(luma, np.float32(gain / 4), invert, margin[0], scratch, out)

@@ -27,7 +27,8 @@ SLOPE_CONTROL = Slider(
     label="Black and white",
     category="tone",
     aliases=(
-        "threshold, ink, stencil, silhouette, high contrast, photocopy, noir, woodcut, linocut, binary, stamp"
+        "threshold, ink, stencil, silhouette, high contrast, photocopy, noir, woodcut, linocut, "
+        "binary, stamp, banksy"
     ),
 )
 def soft_threshold(
@@ -49,9 +50,10 @@ def soft_threshold(
         bool, Switch("keep the ramp equally narrow on larger pictures; for lines", label="Keep lines sharp")
     ] = False,
 ) -> np.ndarray:
-    """Make everything above a threshold white, with a tanh ramp to black below it.
+    """Turn the picture black and white: bright parts become white, dark parts fade to black.
 
-    1 + tanh(min(0, phi (input - epsilon))): paper, section 4.2 A, equation 1; Winnemoeller 2012.
+    Above the threshold everything is white; below it a tanh ramp falls to black. 1 + tanh(min(0, phi
+    (input - epsilon))): paper, section 4.2 A, equation 1; Winnemoeller 2012.
 
     Use `edges` for lines: their slope decreases as a picture grows, so phi must grow with it. Leave it off
     for a curve of tones.

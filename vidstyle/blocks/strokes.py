@@ -35,7 +35,7 @@ def _radius(length: float, width: float) -> int:
     category="paint",
     aliases=(
         "painting, brush, impressionist, pointillism, points, dots, van gogh, painterly, stippling, "
-        "crayon, pastel, oil painting, daubs, wax, acrylic, gouache"
+        "crayon, pastel, oil painting, daubs, wax, acrylic, gouache, monet, seurat"
     ),
 )
 def strokes(
@@ -85,11 +85,12 @@ def strokes(
     ] = 0.25,
     rate: Annotated[int, REDRAW_RATE] = 0,
 ) -> np.ndarray:
-    """Paint with strokes of one colour each along the edges; with dots if width equals length.
+    """Paint with brush strokes along the edges, or with dots.
 
-    A stroke has a random position in its square of a grid and the picture's colour in its middle, and bends
-    with the flow. The order of overlapping strokes is random. Strokes are fixed to the page and change only
-    at `rate`. Haeberli 1990, "Paint by Numbers: Abstract Image Representations".
+    Each stroke has one colour; strokes are dots if width equals length. A stroke has a random position in
+    its square of a grid and the picture's colour in its middle, and bends with the flow. The order of
+    overlapping strokes is random. Strokes are fixed to the page and change only at `rate`. Haeberli 1990,
+    "Paint by Numbers: Abstract Image Representations".
     """
     pitch = np.float32(max(width / math.sqrt(density), max(length, width) / MAX_CELLS_ALONG))
     size = np.float32(max(length - width, 0) / 2), np.float32(width / 2)

@@ -21,13 +21,14 @@ from vidstyle.core.kernels import compiled, interleaved
 def structure_tensor(
     picture: np.ndarray, weights: LumaWeights, margin: Margin, out: ResultRows
 ) -> np.ndarray:
-    """Encode direction and strength of edges as colours, for `kuwahara` and others; smooth with `gaussian`.
+    """Measure the direction of edges, for blocks that follow them.
 
-    With s the square root of the luma gradient's magnitude (3 x 3 Sobel, divided by 4, clipped at 1) and t
-    its direction, red is (1 + s cos 2t) / 2, green (1 + s sin 2t) / 2 and blue s. Doubled angles can be
-    averaged, and opposite gradients have the same direction. Smoothed, the result is the structure tensor of
-    the paper's section 5.3, equations 6 to 8, weighted by s instead of the squared magnitude, so that the
-    strongest edge nearby does not dominate all others.
+    Direction and strength are encoded as colours, for `kuwahara` and others; smooth them with `gaussian`.
+    With s the square root of the luma gradient's magnitude (3 x 3 Sobel, divided by 4, clipped at 1) and
+    t its direction, red is (1 + s cos 2t) / 2, green (1 + s sin 2t) / 2 and blue s. Doubled angles can be
+    averaged, and opposite gradients have the same direction. Smoothed, the result is the structure tensor
+    of the paper's section 5.3, equations 6 to 8, weighted by s instead of the squared magnitude, so that
+    the strongest edge nearby does not dominate all others.
     """
     scratch = np.empty((5, picture.shape[1] + 2), np.float32)
     _encode(interleaved(picture), weights, margin, scratch, interleaved(out))

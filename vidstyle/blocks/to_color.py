@@ -23,8 +23,9 @@ def to_color(
         Any, SavedRef("picture whose chroma to use", on="chroma", label="Colours from")
     ] = "chroma",
 ) -> np.ndarray:
-    """Combine luma with the chroma of a saved picture, by default the one that to_gray saves.
+    """Bring back the colours that Grayscale has set aside.
 
-    Paper, section 4.2 A.
+    Combines luma with the chroma of a saved picture, by default the one that `to_gray` saves. Paper,
+    section 4.2 A.
     """
     return luma

@@ -18,8 +18,8 @@ from vidstyle.block import block
     aliases="gray, grey, greyscale, black and white, monochrome, desaturate, remove colour, noir",
 )
 def to_gray(luma: np.ndarray) -> np.ndarray:
-    """Discard chroma; save the input as "chroma" for to_color.
+    """Remove the colours; the block Bring back colour can restore them.
 
-    Paper, section 4.2 A.
+    Discards chroma, and saves the input as "chroma" for `to_color`. Paper, section 4.2 A.
     """
     return luma

@@ -30,6 +30,7 @@ def blocks(name: str | None, as_json: bool) -> None:
 
     Any other word lists the blocks that it describes, best match first.
     """
+    from vidstyle.block.absent_effects import find_absent_effect
     from vidstyle.block.search import find_blocks, suggest_block
     from vidstyle.blocks import all_blocks
 
@@ -39,7 +40,9 @@ def blocks(name: str | None, as_json: bool) -> None:
         return
     found = [all_blocks()[each] for each in find_blocks(name or "", all_blocks())]
     if not found:
-        raise UsageError(name, f"there is no block '{name}'", suggest_block(str(name), all_blocks()))
+        absent = find_absent_effect(str(name))
+        hint = absent.note if absent else suggest_block(str(name), all_blocks())
+        raise UsageError(name, f"there is no block '{name}'", hint)
     if as_json:
         click.echo(json.dumps([_as_dict(block) for block in found], indent=2))
     else:

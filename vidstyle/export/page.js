@@ -2,7 +2,9 @@
 
 import { announce } from "./announce.js";
 import { get, title } from "./elements.js";
+import { examplePicture } from "./example.js";
 import { missing, Runner } from "./runner.js";
+import { loadPicture } from "./source.js";
 import { Viewer } from "./viewer.js";
 
 /** @typedef {import("./viewer.js").StyleData} StyleData */
@@ -29,6 +31,15 @@ async function start() {
   const wanted = data.plans.find(({ side }) => String(side) === options.get("side"));
   await viewer.show(data, wanted?.side);
   if (options.has("camera")) await viewer.source.openCamera(options.get("camera") ?? "");
+  else if (!viewer.source.picture) await showExample(viewer);
+}
+
+/** Shows what the style does, behind the invitation to open a file. @param {Viewer} viewer */
+async function showExample(viewer) {
+  const picture = await loadPicture(examplePicture());
+  if (viewer.source.picture) return; // opened meanwhile
+  viewer.source.show(picture);
+  document.body.classList.add("empty", "example");
 }
 
 start().catch((error) => announce(get("message"), error.message, { seconds: 0 }));

@@ -10,9 +10,9 @@ from vidstyle.blocks import all_blocks
 from vidstyle.design.document.content import Content, PlacedStep, ValueRef
 from vidstyle.design.document.document import Document
 from vidstyle.design.document.edit_values import label_of
-from vidstyle.style import LAYERS, SOURCE
+from vidstyle.style import LAYERS, SOURCE, Step
 from vidstyle.style.model import FIELDS, step_from_table
-from vidstyle.style.wiring import WiredStep, wire_layers
+from vidstyle.style.wiring import WiredStep, main_path, wire_layers
 
 
 def state_of(document: Document) -> dict[str, Any]:
@@ -20,8 +20,13 @@ def state_of(document: Document) -> dict[str, Any]:
     content, history = document.content, document.history
     describe = _Describer(document)
     wired = {step.number: each for step, each in zip(_steps(content), _wire(content), strict=True)}
+    path = _main_path(content)
     layers = {
-        layer: [describe.node(step, wired[step.number]) for step in content.layers[layer]] for layer in LAYERS
+        layer: [
+            describe.node(step, wired[step.number]) | {"aside": step.number not in path}
+            for step in content.layers[layer]
+        ]
+        for layer in LAYERS
     }
     fields = [describe.field(name) for name in FIELDS]
     nodes = [node for each in layers.values() for node in each]
@@ -172,8 +177,15 @@ def _steps(content: Content) -> list[PlacedStep]:
 
 
 def _wire(content: Content) -> Iterator[WiredStep]:
+    return wire_layers(_layers(content), content.fields.get("masks", {}))
+
+
+def _main_path(content: Content) -> set[int]:
+    """Return the numbers of the steps whose picture becomes the result."""
+    path = main_path(_layers(content), content.fields.get("masks", {}))
+    return {step.number for index, step in enumerate(_steps(content)) if index in path}
+
+
+def _layers(content: Content) -> dict[str, tuple[Step, ...]]:
     layers = content.layers.items()
-    return wire_layers(
-        {layer: tuple(step_from_table(step.table) for step in steps) for layer, steps in layers},
-        content.fields.get("masks", {}),
-    )
+    return {layer: tuple(step_from_table(step.table) for step in steps) for layer, steps in layers}

@@ -8,6 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+from vidstyle.block.absent_effects import find_absent_effect
 from vidstyle.block.search import find_blocks, find_values
 from vidstyle.blocks import all_blocks
 from vidstyle.design.document.document import SNAPSHOT_SLOTS
@@ -151,10 +152,19 @@ class DesignConnection(DesignView):
 
     @message
     async def find(self, text: TextOrEmpty) -> Answer:
-        """Answer with the blocks, and the paths of fields and knobs, that a text describes, best first."""
-        style = self.designer.opened.style
+        """Answer with the blocks, and the paths of fields and knobs, that a text describes, best first.
+
+        Of an effect that no block has, the answer names what comes nearest, with a note.
+        """
+        style, absent = self.designer.opened.style, find_absent_effect(text)
+        if absent is not None:
+            return {"blocks": absent.nearest, "values": absent.values, "note": absent.note}
         knobs = knobs_of(style, table_from_style(style))
-        return {"blocks": find_blocks(text, all_blocks()), "values": find_values(text, FIELDS | knobs)}
+        return {
+            "blocks": find_blocks(text, all_blocks()),
+            "values": find_values(text, FIELDS | knobs),
+            "note": "",
+        }
 
     @message
     async def command(self, name: TextOrEmpty, frames: int | None) -> Answer:

@@ -200,9 +200,11 @@ session.on("blocks", (blocks) => palette.fill(blocks));
 session.on("state", showState);
 session.on("settled", refresh);
 session.on("notice", (text) => say(text));
-session.on("clip", ({ size }) => {
+session.on("clip", ({ size, count, live }) => {
+  stylePanel.isFilm = live || count > 1;
   diagram.film = size.join(" × ");
   if (session.state) diagram.show(session.state);
+  refresh();
 });
 session.on("picture", ({ type, number, file }) => {
   if (type === PACKET.step) diagram.picture(number, file);

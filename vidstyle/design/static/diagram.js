@@ -1,6 +1,7 @@
 // The diagram: a card for each step, wires between the cards, and a button on each wire that adds a step.
 
 import { get, icon, make, makeSvg, words } from "./elements.js";
+import { fold, nameOfFold } from "./fold.js";
 import { layoutOf, pathOf } from "./layout.js";
 import { nameOf, placeOf, stepsOf } from "./types.js";
 import { enableDragging } from "./drag.js";
@@ -30,6 +31,8 @@ export class Diagram {
   layout = null;
   /** @type {CardName | null} */
   selected = null;
+  /** Whether all steps are shown, also those that make pictures for others. */
+  isWhole = false;
   /** The soloed step. @type {number | null} */
   solo = null;
   /** The size of the film, as text. */
@@ -50,6 +53,8 @@ export class Diagram {
     this.root = get("diagram");
     this.area = get("cards");
     this.wires = /** @type {SVGSVGElement} */ (/** @type {unknown} */ (get("wires")));
+    this.whole = make("button", { className: "whole plain", type: "button", onclick: () => this.#toggleWhole() });
+    this.root.append(this.whole);
     new ResizeObserver(() => requestAnimationFrame(() => this.arrange())).observe(this.root);
     enableDragging(this);
   }
@@ -59,7 +64,7 @@ export class Diagram {
     this.state = state;
     const steps = new Map(stepsOf(state).map((step) => [/** @type {CardName} */ (step.step), step]));
     for (const [name, card] of this.#cards)
-      if (typeof name === "number" && !steps.has(name)) {
+      if ((typeof name === "number" && !steps.has(name)) || (typeof name === "string" && name.startsWith("fold-"))) {
         card.remove();
         this.#cards.delete(name);
       }
@@ -79,16 +84,21 @@ export class Diagram {
   #card(name) {
     const known = this.#cards.get(name);
     if (known) return known;
-    const picture = typeof name === "number" ? make("img", { alt: "", draggable: false }) : make("canvas", { width: 320, height: 180 });
+    const picture = name !== "source" && name !== "result" ? make("img", { alt: "", draggable: false }) : make("canvas", { width: 320, height: 180 });
     const card = make("button", { className: "card", type: "button", tabIndex: -1 }, picture,
       make("span", { className: "badges" }), make("span", { className: "name" }), " ", make("span", { className: "main" }));
     card.dataset.card = String(name);
     card.id = `card-${name}`;
-    card.addEventListener("click", () => this.actions.select(name));
+    card.addEventListener("click", () => this.actions.select(this.#stepOf(name)));
     card.addEventListener("pointerenter", () => this.#highlight(name));
     card.addEventListener("pointerleave", () => this.#highlight(this.selected));
     this.#cards.set(name, card);
     return card;
+  }
+
+  /** Returns the first step of a fold, which opens it; other names as they are. @param {CardName} name @returns {CardName} */
+  #stepOf(name) {
+    return typeof name === "string" && name.startsWith("fold-") ? Number(name.slice("fold-".length)) : name;
   }
 
   /** @param {HTMLElement} card @param {string} name @param {string} main */
@@ -137,7 +147,9 @@ export class Diagram {
   /** Lays out the diagram for the current size. */
   arrange() {
     if (!this.state || !this.root.clientWidth) return;
-    const layout = layoutOf(this.state, this.root.clientWidth, this.maxHeight());
+    const folded = fold(this.state, this.selected, this.isWhole);
+    const layout = layoutOf(folded, this.root.clientWidth, this.maxHeight());
+    this.#showFolds(folded);
     this.layout = layout;
     document.documentElement.style.setProperty("--content", `${layout.height}px`);
     this.root.dataset.size = layout.size.name;
@@ -146,6 +158,8 @@ export class Diagram {
       part.style.width = `${width}px`;
       part.style.height = `${layout.height}px`;
     }
+    const shown = new Set(layout.cards.map(({ name }) => name));
+    for (const [name, card] of this.#cards) if (!shown.has(name)) card.remove();
     for (const { name, x, y } of layout.cards) {
       const card = /** @type {HTMLButtonElement} */ (this.#cards.get(name));
       Object.assign(card.style, { translate: `${x}px ${y}px`, width: `${layout.size.w}px`, height: `${layout.size.h}px` });
@@ -163,6 +177,29 @@ export class Diagram {
     /** @type {Set<Element>} */
     const gaps = new Set(layout.gaps.map((gap) => this.#gap(gap)));
     this.area.querySelectorAll(".gap").forEach((old) => gaps.has(old) || old.remove());
+  }
+
+  /** Fills the cards of folds, and the button that opens all. @param {import("./fold.js").Folded} folded */
+  #showFolds({ items }) {
+    const folds = Object.values(items).flat().filter(({ steps }) => steps.length > 1);
+    for (const { step, steps } of folds) {
+      const card = this.#card(step);
+      card.classList.add("fold");
+      card.title = `${steps.map(nameOf).join(", ")}: open to edit`;
+      this.#write(card, nameOfFold(steps), `${steps.length} helper steps`);
+      card.setAttribute("aria-label", `${nameOfFold(steps)}, ${steps.length} helper steps, folded: ${steps.map(nameOf).join(", ")}`);
+      card.dataset.last = String(steps[steps.length - 1].step);
+      const address = this.#pictures.get(steps[steps.length - 1].step);
+      if (address) /** @type {HTMLImageElement} */ (card.firstElementChild).src = address;
+    }
+    this.whole.hidden = !folds.length && !this.isWhole;
+    this.whole.textContent = this.isWhole ? "Fold helper steps" : "Show all steps";
+  }
+
+  #toggleWhole() {
+    this.isWhole = !this.isWhole;
+    this.arrange();
+    this.mark();
   }
 
   /** @param {import("./layout.js").Wire} wire */
@@ -204,6 +241,7 @@ export class Diagram {
 
   /** Marks the selected card. */
   mark() {
+    if (this.state && this.layout && !this.layout.cards.some(({ name }) => name === this.selected)) this.arrange();
     const reachable = this.selected !== null && this.#cards.has(this.selected) ? this.selected : "source";
     for (const [name, card] of this.#cards) {
       card.classList.toggle("selected", name === this.selected);
@@ -230,6 +268,11 @@ export class Diagram {
 
   /** Returns the neighbour of a card in the direction of an arrow key. @param {CardName} name @param {string} key @returns {CardName} */
   neighbour(name, key) {
+    return this.#stepOf(this.#neighbour(name, key));
+  }
+
+  /** @param {CardName} name @param {string} key @returns {CardName} */
+  #neighbour(name, key) {
     const cards = this.layout?.stops ?? [];
     const at = cards.findIndex((card) => card.name === name);
     if (at < 0) return "source";
@@ -251,6 +294,8 @@ export class Diagram {
     this.#pictures.set(step, address);
     const picture = /** @type {HTMLImageElement} */ (card.firstElementChild);
     picture.src = address;
+    const fold = /** @type {HTMLImageElement | null} */ (this.area.querySelector(`.fold[data-last="${step}"] img`));
+    if (fold) fold.src = address;
     if (before) picture.decode().catch(() => {}).then(() => URL.revokeObjectURL(before));
   }
 

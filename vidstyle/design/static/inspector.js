@@ -92,7 +92,8 @@ export class Inspector {
     this.example.dataset.block = block;
     const figures = Object.entries({ source: "Before", [block]: "After, with default values" }).map(([name, text]) =>
       make("figure", {}, make("img", { src: `/block.jpg?of=${name}`, alt: "" }), make("figcaption", { textContent: text })));
-    this.example.replaceChildren(this.example.children[0], make("div", {}, ...figures));
+    const details = this.session.blocks.find(({ name }) => name === block)?.details ?? "";
+    this.example.replaceChildren(this.example.children[0], make("div", {}, ...figures), make("p", { className: "help", textContent: details }));
   }
 
   /** @param {Step} step @param {boolean} other whether the step is not the one shown before */

@@ -4,10 +4,11 @@
 import { LAYERS } from "./types.js";
 
 /** @typedef {import("./types.js").Layer} Layer */
-/** @typedef {"source" | "result" | number | Layer} CardName the number of a step, or the name of an empty layer */
+/** @typedef {"source" | "result" | number | string} CardName the number of a step, the name of a fold, or that of an empty layer */
 /** @typedef {{name: CardName, x: number, y: number, row: number}} Card */
 /** @typedef {{layer: Layer, index: number, x: number, y: number}} Gap a position at which a step can be added */
 /** @typedef {{points: [number, number][], saved: string, used: boolean, from?: CardName, to?: CardName}} Wire */
+/** @typedef {import("./fold.js").Folded["edges"][number]} Edge */
 /** @typedef {{w: number, h: number, gap: number, row: number, name: string}} Size dimensions of cards and of the space between them */
 
 /**
@@ -40,7 +41,7 @@ const JOIN_PX = 56;
 
 /**
  * Returns the layout with the fewest rows and the largest cards that then fit.
- * @param {import("./types.js").State} state
+ * @param {import("./fold.js").Folded} state
  * @param {number} width
  * @param {number} height
  * @returns {Layout}
@@ -56,7 +57,7 @@ export function layoutOf(state, width, height) {
 /** Cards in rows, and the wires between them. */
 class Arrangement {
   /**
-   * @param {import("./types.js").State} state
+   * @param {import("./fold.js").Folded} state
    * @param {number} width
    * @param {Size} size
    */
@@ -96,7 +97,7 @@ class Arrangement {
   /** Places the source and the base; returns their last card. */
   trunk() {
     let last = this.add("source", MARGIN_PX, 0);
-    this.state.layers.base.forEach(({ step }, index) => {
+    this.state.items.base.forEach(({ step }, index) => {
       let x = last.x + this.pitch + (index ? 0 : LABEL_PX.base - this.size.gap);
       const wraps = x + this.size.w > this.right;
       if (wraps) x = MARGIN_PX;
@@ -110,8 +111,8 @@ class Arrangement {
    * @param {Card} end the last card of the base
    */
   lanes(end) {
-    const counts = [this.state.layers.background.length, this.state.layers.lines.length];
-    const empty = this.state.layers.base.length ? 0 : LABEL_PX.base - 20;
+    const counts = [this.state.items.background.length, this.state.items.lines.length];
+    const empty = this.state.items.base.length ? 0 : LABEL_PX.base - 20;
     const behind = { x: end.x + this.size.w + LABEL_PX.lines + empty, row: end.row };
     const below = { x: MARGIN_PX + LABEL_PX.lines - 46, row: end.row + 1 };
     const plans = [behind, below].map(({ x, row }) => {
@@ -124,7 +125,7 @@ class Arrangement {
     const room = Math.max(plan.room, 1);
     const starts = [plan.row, plan.row + plan.rows[0]];
     /** @type {Layer[]} */ (["background", "lines"]).forEach((layer, lane) => {
-      this.state.layers[layer].forEach(({ step }, index) => {
+      this.state.items[layer].forEach(({ step }, index) => {
         this.add(step, plan.x + (index % room) * this.pitch, starts[lane] + Math.floor(index / room));
       });
     });
@@ -137,7 +138,7 @@ class Arrangement {
 
   /**
    * Reserves tracks for a saved picture: below both cards if their rows are adjacent, else along the margin.
-   * @param {import("./types.js").Edge} edge
+   * @param {Edge} edge
    */
   route(edge) {
     const [from, to] = [this.cards.get(edge.from), this.cards.get(edge.to)];
@@ -155,7 +156,7 @@ class Arrangement {
     return { edge, from, to, exit, entry, tracks, margin };
   }
 
-  /** Returns where a wire enters a card, as a fraction of its width; wires into one card enter side by side. @param {import("./types.js").Edge} edge */
+  /** Returns where a wire enters a card, as a fraction of its width; wires into one card enter side by side. @param {Edge} edge */
   entry(edge) {
     const all = this.state.edges.filter((each) => each.to === edge.to);
     return 0.2 + 0.3 * (all.indexOf(edge) / Math.max(all.length, 1));
@@ -197,7 +198,7 @@ class Arrangement {
   chain(lanes) {
     /** @type {Wire[]} */
     const wires = [];
-    const { layers } = this.state;
+    const { items: layers, lengths } = this.state;
     const source = /** @type {Card} */ (this.cards.get("source"));
     this.labels.push({ layer: "base", x: source.x + this.size.w + 10, y: this.middle(0) });
     this.row("base", source, wires);
@@ -206,7 +207,7 @@ class Arrangement {
     const empty = layers.base.length ? 0 : LABEL_PX.base - 20;
     const fork = below ? MARGIN_PX - 16 : from + 30 + empty;
     const y = this.middle(lanes.end.row);
-    this.gaps.push({ layer: "base", index: layers.base.length, x: from + 14 + (empty ? 46 : 0), y });
+    this.gaps.push({ layer: "base", index: lengths.base, x: from + 14 + (empty ? 46 : 0), y });
     const result = /** @type {Card} */ (this.cards.get("result"));
     /** @type {Layer[]} */ (["background", "lines"]).forEach((layer, lane) => {
       const start = this.middle(lanes.starts[lane]);
@@ -222,7 +223,7 @@ class Arrangement {
       const [outX, outY] = end ? [end.x + this.size.w, this.middle(end.row)] : [lanes.x - 16, start];
       wires.push({ points: [...way, [first ? lanes.x : outX, start]], saved: "", used: used && !first?.from });
       if (first) this.row(layer, { name: "source", x: lanes.x - this.pitch, y: 0, row: lanes.starts[lane] }, wires);
-      if (end) this.gaps.push({ layer, index: layers[layer].length, x: outX + 14, y: outY });
+      if (end) this.gaps.push({ layer, index: lengths[layer], x: outX + 14, y: outY });
       const into = this.middle(result.row);
       wires.push({ points: [[outX, outY], [lanes.join, outY], [lanes.join, into], [result.x, into]], saved: "", used });
     });
@@ -233,12 +234,12 @@ class Arrangement {
   stops(lanes) {
     const cards = [...this.cards.values()];
     const [result] = cards.splice(-1);
-    const first = this.state.layers.base.length + 1;
-    const background = first + this.state.layers.background.length;
+    const first = this.state.items.base.length + 1;
+    const background = first + this.state.items.background.length;
     /** @type {(layer: Layer, lane: number) => Card[]} */
     const empty = (layer, lane) => {
       const row = lanes.starts[lane];
-      return this.state.layers[layer].length ? [] : [{ name: layer, x: lanes.x - 16, y: this.middle(row), row }];
+      return this.state.items[layer].length ? [] : [{ name: layer, x: lanes.x - 16, y: this.middle(row), row }];
     };
     return [...cards.slice(0, first), ...empty("background", 0), ...cards.slice(first, background), ...empty("lines", 1), ...cards.slice(background), result];
   }
@@ -249,7 +250,8 @@ class Arrangement {
    */
   row(layer, before, wires) {
     let last = before;
-    this.state.layers[layer].forEach((step, index) => {
+    for (const step of this.state.items[layer]) {
+      const { index } = step;
       const card = /** @type {Card} */ (this.cards.get(step.step));
       const starts = last === before && layer !== LAYERS[0];
       const [from, to] = [this.middle(last.row), this.middle(card.row)];
@@ -264,7 +266,7 @@ class Arrangement {
         this.gaps.push({ layer, index, x: turn, y: from });
       }
       last = card;
-    });
+    }
   }
 
   /**

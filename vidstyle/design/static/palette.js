@@ -4,7 +4,7 @@ import { get, make } from "./elements.js";
 
 /** @typedef {import("./types.js").Block} Block */
 /** @typedef {import("./types.js").Entry} Entry */
-/** @typedef {{blocks: string[], values: string[]}} Found blocks, and paths of values, that a text describes, best first */
+/** @typedef {{blocks: string[], values: string[], note: string}} Found blocks, and paths of values, that a text describes, best first; a note if these only come near */
 
 /** A searchable list of all blocks. */
 export class Palette {
@@ -81,7 +81,7 @@ export class Palette {
     this.#asked = text;
     if (!text) return this.#list([...(this.canPaste() ? [this.#paste()] : []), ...this.#categories()]);
     const found = /** @type {Found | null} */ (await this.session.ask("find", { text }));
-    if (found && text === this.#asked) this.#list([...this.#matches(found), ...this.#settings(found.values)]);
+    if (found && text === this.#asked) this.#list([...this.#note(found), ...this.#matches(found), ...this.#settings(found.values)]);
   }
 
   /** @param {HTMLElement[]} parts */
@@ -104,6 +104,13 @@ export class Palette {
   #matches({ blocks }) {
     const byName = new Map(this.#blocks.map((block) => [block.name, block]));
     return blocks.flatMap((name) => byName.get(name) ?? []).map((block) => this.#option(block));
+  }
+
+  /** @param {Found} found */
+  #note({ note }) {
+    const line = make("p", { className: "quiet", textContent: note.replaceAll("`", "") });
+    line.setAttribute("role", "status");
+    return note ? [line] : [];
   }
 
   /** Returns the settings of the style that fit. @param {string[]} paths */

@@ -41,6 +41,7 @@ export class Scenes {
     const answer = await this.session.ask("scenes");
     this.#isAsking = false;
     if (!answer) return;
+    this.say("");
     get("scenes").hidden = false;
     const kept = sessionStorage.getItem(this.#place) ?? "";
     this.#editor = new CueEditor(answer.sheet, {

@@ -11,6 +11,9 @@ const MAIN_FIELDS = ["strength", "steady", "focus"];
 
 /** Shows and edits the style as a whole. */
 export class StylePanel {
+  /** Whether a film or camera is open: temporal smoothing has no effect on a photograph. */
+  isFilm = true;
+
   /** @param {import("./session.js").Session} session */
   constructor(session) {
     this.session = session;
@@ -55,7 +58,8 @@ export class StylePanel {
     this.none.hidden = state.knobs.length > 0;
     /** @param {import("./types.js").Entry} entry */
     const isMain = (entry) => MAIN_FIELDS.includes(entry.name) && !entry.knob;
-    this.main.show(state.fields.filter(isMain));
+    const hasEffect = (/** @type {import("./types.js").Entry} */ { name }) => this.isFilm || name !== "steady";
+    this.main.show(state.fields.filter((entry) => isMain(entry) && hasEffect(entry)));
     this.fields.show(state.fields.filter((entry) => !isMain(entry)));
     if (document.activeElement !== this.note) this.note.value = state.note;
   }

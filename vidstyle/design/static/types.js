@@ -35,6 +35,7 @@ import { title } from "./elements.js";
  * @property {string} main its most important value, as text
  * @property {boolean} muted
  * @property {string} save
+ * @property {boolean} aside whether its picture does not become the result: it is a mask, or blended in
  * @property {string} implied the name under which the block saves its output by default
  * @property {string} from
  * @property {string[]} from_options
@@ -44,7 +45,7 @@ import { title } from "./elements.js";
  */
 
 /** @typedef {"base" | "background" | "lines"} Layer */
-/** @typedef {{from: number | "source", to: number, name: string}} Edge a saved picture that a step reads */
+/** @typedef {{from: number | "source", to: number, name: string, as: string}} Edge a saved picture that a step reads, as its input ("from") or a parameter */
 
 /**
  * @typedef {object} State
@@ -67,8 +68,8 @@ import { title } from "./elements.js";
  * @property {string[]} errors
  */
 
-/** @typedef {{name: string, label: string, category: string, help: string, picture: string}} Block */
-/** @typedef {{name: string, note: string}} StyleInfo */
+/** @typedef {{name: string, label: string, category: string, help: string, details: string, picture: string}} Block */
+/** @typedef {{name: string, note: string, kinds: string[]}} StyleInfo */
 
 /** Returns the display name of a step: its block, or the picture that it saves. @param {Step} step */
 export const nameOf = (step) => step.label || title(step.block || step.save || "Saved picture");
