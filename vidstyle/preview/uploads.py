@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import re
 import shutil
 import tempfile
@@ -116,6 +117,44 @@ class FileUpload:
             if isinstance(error, VidstyleError) and error.subject == printable(self._path):
                 raise InputError(self._name, error.reason, error.remedy) from error
             raise
+
+
+class UploadReceiver:
+    """Receives the uploads of one browser, one after another."""
+
+    def __init__(self) -> None:
+        self._upload: FileUpload | None = None
+
+    def announce(self, id: int, name: str, size: int) -> None:
+        """Expect a file, which follows in chunks; arguments as for `FileUpload`.
+
+        Raises:
+            MessageError: another upload is in progress.
+            OutputError: the file cannot be created, or the disk is full.
+        """
+        if self._upload is not None:
+            raise MessageError("upload: another upload is in progress")
+        self._upload = FileUpload(id, name, size)
+
+    async def take(self, chunk: bytes) -> FileUpload | None:
+        """Write a chunk; return the upload once it is complete.
+
+        Raises:
+            MessageError: no file was announced, or it is larger than announced.
+        """
+        upload = self._upload
+        if upload is None:
+            raise MessageError("a chunk without an upload")
+        await asyncio.to_thread(upload.write, chunk)
+        if not upload.is_complete:
+            return None
+        self._upload = None
+        return upload
+
+    def drop(self) -> None:
+        """Remove what has arrived of an incomplete file."""
+        if self._upload is not None:
+            self._upload.drop()
 
 
 class UploadedClip(FilmClip):

@@ -21,7 +21,7 @@ from vidstyle.design.page.frames import PictureType
 from vidstyle.errors import StyleError, UsageError
 from vidstyle.preview.encode import encode
 from vidstyle.preview.outputs import ExportKind
-from vidstyle.preview.uploads import FileUpload
+from vidstyle.preview.uploads import FileUpload, UploadReceiver
 from vidstyle.style import Style, load_style, style_names, table_from_style
 from vidstyle.style.knobs import knobs_of
 from vidstyle.style.model import FIELDS
@@ -29,7 +29,6 @@ from vidstyle.web.messages import (
     CHECKS,
     Answer,
     Message,
-    MessageError,
     TextOrEmpty,
     fields_of,
     integer_between,
@@ -79,7 +78,7 @@ class DesignConnection(DesignView):
     def __init__(self, server: DesignServer) -> None:
         super().__init__(server.session, fail=server.fail)
         self.server, self.designer = server, server.designer
-        self._upload: FileUpload | None = None
+        self._uploads = UploadReceiver()
 
     async def greet(self) -> None:
         """Send blocks, styles, export targets, the clip, the state and the draft of an earlier run."""
@@ -92,8 +91,7 @@ class DesignConnection(DesignView):
     def leave(self) -> None:
         """Stop playing and drop the upload."""
         self.frames.stop()
-        if self._upload is not None:
-            self._upload.drop()
+        self._uploads.drop()
 
     async def change(self, work: Callable[..., Any], *values: Any) -> Any:
         """Call a function that may change the document; all browsers get the change before the answer."""
@@ -296,18 +294,12 @@ class DesignConnection(DesignView):
     @message
     async def upload(self, id: int, name: str, size: UploadSize) -> None:
         """Announce a file, which follows in binary messages; the last one is answered too."""
-        if self._upload is not None:
-            raise MessageError("upload: another upload is in progress")
-        self._upload = FileUpload(id, name, size)
+        self._uploads.announce(id, name, size)
 
     async def take_bytes(self, data: bytes) -> None:
         """Take a chunk of the upload; open the file after the last one, and answer the upload."""
-        upload = self._upload
-        if upload is None:
-            raise MessageError("a chunk without an upload")
-        await self.session.run(upload.write, data)
-        if upload.is_complete:
-            self._upload = None
+        upload = await self._uploads.take(data)
+        if upload is not None:
             await self.answer(upload.id, lambda: self._use(upload))
 
     async def _use(self, upload: FileUpload) -> None:

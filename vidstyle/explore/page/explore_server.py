@@ -17,10 +17,10 @@ from vidstyle.explore.page.pictures import PICTURE_SIDES_PX, picture_handlers
 from vidstyle.explore.page.saving import save_style_of_user
 from vidstyle.export.export_style import export_style
 from vidstyle.preview.outputs import ExportKind, JobSlot, file_of, output_path
-from vidstyle.preview.uploads import FileUpload
+from vidstyle.preview.uploads import FileUpload, UploadReceiver
 from vidstyle.style import Style
 from vidstyle.web.connection import PageConnection
-from vidstyle.web.messages import Answer, FractionField, MessageError, integer_between, message, one_of
+from vidstyle.web.messages import Answer, FractionField, integer_between, message, one_of
 from vidstyle.web.page_server import PageServer
 
 STATIC_FOLDER = Path(__file__).with_name("static")
@@ -113,7 +113,7 @@ class ExploreConnection(PageConnection):
         super().__init__(fail=server.fail)
         self._server, self._exploration = server, server.exploration
         self._sent: set[str] = set()
-        self._upload: FileUpload | None = None
+        self._uploads = UploadReceiver()
 
     async def greet(self) -> None:
         """Send the clip and the state."""
@@ -123,8 +123,7 @@ class ExploreConnection(PageConnection):
 
     def leave(self) -> None:
         """Drop the upload."""
-        if self._upload is not None:
-            self._upload.drop()
+        self._uploads.drop()
 
     def _style(self, tile: int) -> Style:
         return self._exploration.tile(tile).style
@@ -134,18 +133,12 @@ class ExploreConnection(PageConnection):
     @message
     async def upload(self, id: int, name: str, size: ReferenceSize) -> None:
         """Announce a reference picture, which follows in binary messages; the last one is answered too."""
-        if self._upload is not None:
-            raise MessageError("upload: another upload is in progress")
-        self._upload = FileUpload(id, name, size)
+        self._uploads.announce(id, name, size)
 
     async def take_bytes(self, data: bytes) -> None:
         """Take a chunk of the reference; show matching styles after the last one, and answer the upload."""
-        upload = self._upload
-        if upload is None:
-            raise MessageError("a chunk without an upload")
-        await asyncio.to_thread(upload.write, data)
-        if upload.is_complete:
-            self._upload = None
+        upload = await self._uploads.take(data)
+        if upload is not None:
             self.tasks.begin(self.answer(upload.id, lambda: self._match(upload)))
 
     async def _match(self, upload: FileUpload) -> None:
