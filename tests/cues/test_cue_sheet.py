@@ -88,7 +88,7 @@ def pick(page: Browser, card: int, style: str) -> None:
     """Choose a style by mouse; "" continues the style before."""
     page.click(f"li:nth-child({card}) .style")
     names = page.run(f"return {BUTTONS}.map((each) => each.innerText.trim())")
-    page.click(f"dialog div button:nth-child({names.index(style or 'as before') + 1})")
+    page.click(f"dialog div button:nth-child({names.index(style.title() or 'as before') + 1})")
 
 
 def test_the_page_saves_what_the_command_wrote(page: Browser, tmp_path: Path) -> None:
@@ -110,7 +110,7 @@ def test_a_style_is_chosen_by_keyboard(page: Browser, tmp_path: Path) -> None:
     page.run("document.querySelector('li:nth-child(3) .style').focus()")
     page.press("Enter")
     page.until("document.querySelector('dialog').open")
-    page.run(f"{BUTTONS}.find((each) => each.innerText.trim() === 'noir').focus()")
+    page.run(f"{BUTTONS}.find((each) => each.innerText.trim() === 'Noir').focus()")
     page.press("Enter")
     page.until("!document.querySelector('dialog').open")
     assert [cue.style.name for cue in saved(page, tmp_path).cues] == ["ink", "noir:gray", "noir"]

@@ -1,6 +1,6 @@
 // Edits the cues of a film: a timeline, styles to drop on it, and a card for each cue.
 
-import { get, make, press } from "./elements.js";
+import { get, make, press, title } from "./elements.js";
 import { control } from "./controls.js";
 import { cueFile, emptyCue, firstCues, inOrder, mistake, sceneAt, timeOf } from "./cue_text.js";
 import { showStyles, showTimeline, takesStyles } from "./timeline.js";
@@ -152,7 +152,7 @@ export class CueEditor {
     const scene = /** @type {import("./cue_text.js").Scene} */ (sheet.scenes[cue.scene]);
     const name = cue.time === null ? `Scene ${cue.scene + 1}, ${scene.clock}` : `Scene ${cue.scene + 1}, at ${cue.time} s`;
     const picture = make("img", { alt: "", src: sheet.styles[cue.style]?.picture ?? scene.still });
-    const style = make("button", { type: "button", className: "style" }, picture, make("span", {}, cue.style || "as before"));
+    const style = make("button", { type: "button", className: "style" }, picture, make("span", {}, cue.style ? title(cue.style) : "as before"));
     style.setAttribute("aria-label", `Style of ${name}: ${cue.style || "as before"}`);
     style.dataset["place"] = `style-${number}`;
     style.addEventListener("click", () => { this.#pick(name, number, cue); });
@@ -232,7 +232,7 @@ export class CueEditor {
     /** @type {HTMLElement} */ (dialog.querySelector("strong")).textContent = `Style of ${place}`;
     /** @type {HTMLElement} */ (dialog.querySelector("div")).replaceChildren(...names.map((name) => {
       const pictures = name ? [make("img", { src: styles[name]?.picture ?? "", alt: "" })] : [];
-      const button = make("button", { type: "button" }, ...pictures, name || "as before");
+      const button = make("button", { type: "button" }, ...pictures, name ? title(name) : "as before");
       press(button, name === cue.style);
       button.addEventListener("click", () => {
         dialog.close();

@@ -1,6 +1,6 @@
 // The timeline of cues: the scenes and cues of the film in proportion to time, and styles to drop on scenes.
 
-import { followPointer, make } from "./elements.js";
+import { followPointer, make, title } from "./elements.js";
 import { isEmpty, moved, timeOf } from "./cue_text.js";
 
 /** @typedef {import("./cue_text.js").Sheet} Sheet @typedef {import("./cue_text.js").Cue} Cue */
@@ -86,7 +86,7 @@ export function showPlayhead(place, share) {
 /** Shows all styles, to be dragged. @param {HTMLElement} place @param {Sheet} sheet */
 export function showStyles(place, sheet) {
   place.replaceChildren(...Object.entries(sheet.styles).map(([name, { picture }]) => {
-    const tile = make("figure", { draggable: true, title: name }, make("img", { src: picture, alt: "", draggable: false }), make("figcaption", {}, name));
+    const tile = make("figure", { draggable: true, title: name }, make("img", { src: picture, alt: "", draggable: false }), make("figcaption", {}, title(name)));
     tile.addEventListener("dragstart", (event) => event.dataTransfer?.setData("text/plain", name));
     return tile;
   }));

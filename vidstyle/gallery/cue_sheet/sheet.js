@@ -2,6 +2,7 @@
 
 import { CueEditor } from "./cue_editor.js";
 import { download, get } from "./elements.js";
+import { switchTheme } from "./theme.js";
 
 /** @type {import("./cue_text.js").Sheet} */
 const sheet = JSON.parse(get("data").textContent ?? "");
@@ -27,3 +28,4 @@ addEventListener("keydown", (event) => {
   event.preventDefault();
   editor.undo(event.shiftKey ? 1 : /** @type {-1 | 1} */ (step));
 });
+switchTheme(get("theme"));
