@@ -141,7 +141,7 @@ _CONTROLS: dict[str, Control] = {
     "steady": Slider(
         0,
         1,
-        "temporal smoothing, from 0 (off) to 1 (strongest)",
+        "calms flicker from frame to frame; 0 for off, 1 for strongest",
         label="Steadiness",
         aliases=("flicker", "shimmer", "boiling", "stabilize", "smooth over time"),
     ),
