@@ -230,6 +230,8 @@ export class Start {
     this.opened(kind);
     if (!(await this.session.ask(kind, fields))) return;
     this.show(false);
+    this.finder.value = "";
+    this.#filter();
     // The first control, so that the keyboard need not pass the bar.
     if (kind !== "new") requestAnimationFrame(() => /** @type {HTMLElement | null} */ (document.querySelector("#style-tab-content :is(.chips button, input)"))?.focus());
   }
