@@ -516,16 +516,18 @@ SPACES = [(1153, 450), (772, 380), (820, 400)]
 
 
 def test_no_style_is_laid_out_with_overlaps(page: Page) -> None:
-    for name, (width, height) in product(style_names(), SPACES):
+    for name, (width, height), whole in product(style_names(), SPACES, (True, False)):
         page.server.designer.open(name)
         layout = page.browser.run(
-            "return (await import('/layout.js')).layoutOf(state, width, height)",
-            state=page.server.designer.state, width=width, height=height,
+            """const { fold } = await import('/fold.js');
+            return (await import('/layout.js')).layoutOf(fold(state, null, whole), width, height)""",
+            state=page.server.designer.state, width=width, height=height, whole=whole,
         )  # fmt: skip
         size = layout["size"]
         cards = [card | {"w": size["w"], "h": size["h"]} for card in layout["cards"]]
         gaps = [{"x": gap["x"] - 9, "y": gap["y"] - 9, "w": 18, "h": 18} for gap in layout["gaps"]]
-        assert len(cards) == len(page.server.designer.opened.style.steps) + 2
+        count = len(page.server.designer.opened.style.steps) + 2
+        assert len(cards) == count if whole else len(cards) <= count
         assert len(gaps) == len(cards) + 1
         assert overlaps(cards + gaps) == [], name
         assert layout["width"] <= width, name
@@ -548,6 +550,8 @@ def test_cards_stand_where_the_layout_places_them(page: Page) -> None:
     )
     steps = len(load_style("oil").steps)
     browser.click("#to-diagram")
+    browser.until("document.querySelector('.card.fold')")
+    browser.click(".whole")
     browser.until(f"document.querySelectorAll('.card').length === {steps + 2}")
     browser.run("await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
     boxes = browser.run(
@@ -561,3 +565,18 @@ def test_cards_stand_where_the_layout_places_them(page: Page) -> None:
     assert overlaps(boxes) == []
     sides = "const { scrollWidth, clientWidth } = document.getElementById('diagram');"
     assert browser.run(f"{sides} return scrollWidth <= clientWidth")
+
+
+def test_helper_steps_are_folded_until_one_is_selected(page: Page) -> None:
+    """The chain of a mask is one card; the step after it starts from the one before it in a straight line."""
+    page.server.designer.open("ink")
+    state = page.server.designer.state
+    helpers = [step["step"] for step in state["layers"]["base"] if step["aside"]]
+    script = "return (await import('/fold.js')).fold(state, selected, false)"
+    folded = page.browser.run(script, state=state, selected=None)
+    names = [item["step"] for item in folded["items"]["base"]]
+    assert any(str(name).startswith("fold-") for name in names) and not set(helpers) <= set(names)
+    shown = {item["step"] for items in folded["items"].values() for item in items}
+    assert {edge["from"] for edge in folded["edges"]} <= shown | {"source"}
+    opened = page.browser.run(script, state=state, selected=helpers[0])
+    assert helpers[0] in [item["step"] for item in opened["items"]["base"]]

@@ -513,6 +513,7 @@ def test_a_tile_is_opened_in_the_designer(
     opened.run("document.getElementById('design').click()")
     opened.until("globalThis.opened")
     opened.open(opened.run("return globalThis.opened"))
+    opened.run("document.querySelector('.whole').click()")
     opened.until(f"document.querySelectorAll('.card').length === {len(style.steps) + 2}")
     opened.until("document.getElementById('name').value.length > 0")
     opened.until("document.getElementById('previews').textContent.includes('film.mp4')")

@@ -117,9 +117,9 @@ def _rank(asked: str, texts: Sequence[str]) -> int | None:
     names = _normal(texts[0]).split("\n")
     if _is_same(asked, names[0]):
         return 0
-    if any(_is_same(asked, name) for name in names):
-        return 1
     if any(name.startswith(asked) for name in names[:2]):
+        return 1
+    if any(_is_same(asked, name) for name in names):
         return 2
     wanted = [_singular(word) for word in asked.split()]
     for place, text in enumerate(texts):

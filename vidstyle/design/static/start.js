@@ -29,12 +29,20 @@ function summary(note) {
   return first.length < MIN_SUMMARY_LENGTH && second ? title(second.split(/, (?:with|as|and|denser)\b/)[0]) : first;
 }
 
+/** Returns 0 for a look whose name is what was asked, 1 if it begins so, else 2. @param {HTMLElement} tile @param {string} asked */
+function rankOf(tile, asked) {
+  const name = (tile.querySelector("b")?.textContent ?? "").toLowerCase();
+  return !asked ? 0 : name === asked ? 0 : name.startsWith(asked) ? 1 : 2;
+}
+
 /** Opens a shipped style, a new style, a draft or a file. */
 export class Start {
   /** @type {HTMLImageElement[]} */
   #pictures = [];
   #fresh = false;
   #group = ALL;
+  /** All tiles in the order in which they are listed. @type {HTMLElement[]} */
+  #tiles = [];
   /** The tile of a new style. @type {HTMLElement | null} */
   #new = null;
   #name = "";
@@ -93,6 +101,7 @@ export class Start {
     for (const id of ["work", "panel"]) get(id).inert = open;
     document.body.classList.toggle("starting", open);
     get("back").hidden = !open || !this.session.state;
+    this.#placeOffer();
     if (!open) return;
     if (!this.#fresh) this.session.ask("start");
     this.#fresh = true;
@@ -130,7 +139,8 @@ export class Start {
       Object.assign(tile.dataset, { note, kinds: kinds.join(", ") });
       return tile;
     });
-    get("tiles").replaceChildren(...(document.body.classList.contains("front") ? [...tiles, fresh] : [fresh, ...tiles]));
+    this.#tiles = document.body.classList.contains("front") ? [...tiles, fresh] : [fresh, ...tiles];
+    get("tiles").replaceChildren(...this.#tiles);
     this.#filter();
   }
 
@@ -150,7 +160,10 @@ export class Start {
   /** Shows the looks of the chosen kind with all the words that are typed. */
   #filter() {
     const words = this.finder.value.toLowerCase().split(/\s+/);
-    const tiles = /** @type {HTMLElement[]} */ ([...get("tiles").children]);
+    const asked = this.finder.value.trim().toLowerCase();
+    // Names come before descriptions.
+    const tiles = [...this.#tiles].sort((one, other) => rankOf(one, asked) - rankOf(other, asked));
+    if (tiles.some((tile, place) => get("tiles").children[place] !== tile)) get("tiles").append(...tiles);
     for (const tile of tiles) {
       const { note = "", kinds = "" } = tile.dataset;
       const text = `${tile.textContent} ${note} ${kinds}`.toLowerCase();
@@ -202,7 +215,8 @@ export class Start {
     get("start-title").textContent = "Restyle a film or photograph";
     get("start-about").textContent = "Open a file, choose a look, adjust it, render. Nothing leaves this computer.";
     document.body.classList.add("front");
-    if (this.#new) get("tiles").append(this.#new);
+    if (this.#new) this.#tiles = [...this.#tiles.filter((tile) => tile !== this.#new), this.#new];
+    this.#filter();
     const others = pages.filter((kind) => kind in OTHER_PAGES).map((kind) => this.#door(kind));
     get("other-pages").replaceChildren(...others);
     get("other-pages").hidden = !others.length;
@@ -240,12 +254,19 @@ export class Start {
   #offer(draft) {
     const offer = get("draft");
     offer.hidden = !draft;
+    this.#placeOffer();
     if (!draft) return;
     const accept = make("button", { className: "strong", type: "button", textContent: "Open" });
     const discard = make("button", { type: "button", textContent: "Discard" });
     accept.addEventListener("click", () => this.open("draft", { accept: true }).then(() => (offer.hidden = true)));
     discard.addEventListener("click", () => this.session.ask("draft", { accept: false }).then(() => (offer.hidden = true)));
     offer.replaceChildren(make("p", { textContent: `“${title(draft.name)}” has unsaved changes from ${new Date(draft.when).toLocaleString([], { dateStyle: "medium", timeStyle: "short" })}.` }), accept, discard);
+  }
+
+  /** Shows the offer of a draft where the user is: on this screen, or above the picture. */
+  #placeOffer() {
+    if (this.isOpen) this.root.querySelector("header")?.after(get("draft"));
+    else get("stage").append(get("draft"));
   }
 
   /** @param {DragEvent} event */

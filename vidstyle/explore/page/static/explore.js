@@ -348,7 +348,7 @@ function star(place) {
 /** @param {number} place */
 function enlarge(place) {
   const tile = state.tiles[place];
-  if (tile && clip) lightbox?.open(tile, clip);
+  if (tile && clip) lightbox?.open(tile, clip, null, tiles.cells[place].canvas);
 }
 
 /** @param {number} place */

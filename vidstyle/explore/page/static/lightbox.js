@@ -1,7 +1,7 @@
 // The lightbox: one style enlarged, with before and after, fine tuning on a pad of two parameters, saving and export.
 
 import { boxOf, Divider } from "./divider.js";
-import { followPointer, get, make, press, title } from "./elements.js";
+import { followPointer, get, make, press, resize } from "./elements.js";
 import { SHARED_KEYS } from "./shared_keys.js";
 import { SourceFrames } from "./source_frames.js";
 import { nameOf, rootOf, summaryOf } from "./tiles.js";
@@ -80,13 +80,18 @@ export class Lightbox {
    * @param {Tile} tile
    * @param {Clip} clip
    * @param {Tile | null} other the tile to compare with; null: the unchanged clip
+   * @param {HTMLCanvasElement | null} small its small picture, shown until the large one is there
    */
-  open(tile, clip, other = null) {
+  open(tile, clip, other = null, small = null) {
     const isNew = this.clip !== clip || !this.source.pictures.length;
     Object.assign(this, { tile, other, clip, moved: false });
     if (other) this.divider.move(0.5);
     this.#play(this.handlers.isPlaying());
     this.#shown = null;
+    if (small) {
+      resize(canvas, [small.width, small.height]);
+      canvas.getContext("2d")?.drawImage(small, 0, 0);
+    }
     if (isNew) this.source.open(clip, this.handlers.side());
     this.painter.keep(new Set());
     this.#prepare(this.handlers.subjectOf(tile.tile));
@@ -299,9 +304,14 @@ export class Lightbox {
 
   async render() {
     const stem = (this.clip?.name ?? "film").replace(/\.\w+$/, "").replace(/[^A-Za-z0-9_-]+/g, "-").slice(0, 30);
+    const button = /** @type {HTMLButtonElement} */ (get("render"));
+    const label = button.textContent;
+    [button.disabled, button.textContent] = [true, "Rendering…"];
     get("progress").hidden = false;
+    this.#report(`Rendering ${this.clip?.name ?? "the film"} in this look.`);
     await this.#act(async (tile) => `Rendered as ${(await this.handlers.ask("render", { tile, name: `${stem}-${this.name}`.slice(0, 64) })).file}.`);
     get("progress").hidden = true;
+    [button.disabled, button.textContent] = [false, label];
   }
 
   /** @param {{fraction?: number | null, frame?: number, fps?: number}} progress */
