@@ -44,7 +44,7 @@ ABSENT_EFFECTS = (
     ),
     AbsentEffect(
         "motion, motion blur, slow motion, slow, fast, time lapse, trails, reverse",
-        "No block changes time or follows motion. Redraws of grain and strokes have a rate of their own.",
+        "No block changes time or follows motion. Grain and shifted colours change at their own rate.",
         ("noise", "shift"),
     ),
     AbsentEffect(
