@@ -214,3 +214,14 @@ def test_an_edit_with_wrong_values_is_refused_in_a_sentence(kind: str, fields: F
     with pytest.raises(UsageError) as caught:
         document.edit(kind, 2, **fields)
     assert told in str(caught.value) and document.content is before
+
+
+def test_an_edit_of_a_field_keeps_the_kinds_and_the_style_behind_people() -> None:
+    """They are no values that the page shows."""
+    behind = {"background": [{"block": "gaussian"}]}
+    table = {"format": 1, "name": "old", "kinds": ["drawn"], "base": [{"block": "invert"}], "behind": behind}
+    document = Document(load_style(table))
+    document.edit("rename", 1, name="new")
+    document.edit("field", 2, name="steady", value=0.25)
+    kept = document.content.fields
+    assert (kept["name"], kept["steady"], kept["kinds"], kept["behind"]) == ("new", 0.25, ["drawn"], behind)

@@ -101,8 +101,8 @@ def note(content: Content, new: NewNumber, text: NoteText) -> EditResult:
 
 
 def _with_field(content: Content, name: str, value: Any, default: Any) -> Content:
-    order = ("name", *TEXTS, *FIELDS)
     fields = {**content.fields, name: value}
+    order = dict.fromkeys(("name", *TEXTS, *FIELDS, *fields))  # masks and others keep their place at the end
     kept = {key: fields[key] for key in order if key in fields and (key != name or value != default)}
     return replace(content, fields=kept)
 
