@@ -90,6 +90,20 @@ def test_a_word_with_an_outline_has_one_polarity() -> None:
     assert found.light.max() == 1 and found.dark.max() == 0
 
 
+def test_a_thick_title_and_pale_grain_are_left_as_they_are() -> None:
+    """Beside small letters: a title of which only parts are thin, and grain of the paper."""
+    picture = picture_with_writing()
+    font, smooth = cv2.FONT_HERSHEY_COMPLEX, cv2.LINE_AA
+    cv2.putText(picture, "Title", (140, 95), font, 1.8, (30, 30, 40), 12, smooth)
+    cv2.putText(picture, ", ; ' : , . ' ;", (140, 240), font, 0.6, (190, 190, 190), 1, smooth)
+    page = Picture.from_array(picture)
+    lifted, writing = lift_writing(page, 1.0)
+    before, after = (luma_in(each, Box(0, 0, 640, 480)) for each in (page, lifted))
+    assert writing and np.ptp(after[110:210, 130:380]) < 0.12
+    assert np.array_equal(before[30:104], after[30:104])
+    assert np.array_equal(before[222:260], after[222:260])
+
+
 @pytest.mark.parametrize("shape", [(1, 1), (3, 700), (40, 2)])
 def test_tiny_pictures(shape: tuple[int, int]) -> None:
     picture = Picture.from_array(np.ascontiguousarray(picture_with_writing()[: shape[0], : shape[1]]))

@@ -12,6 +12,7 @@ from vidstyle.core.plain_codes import codes_from_values, values_from_codes
 from vidstyle.regions.boxes import Rectangle
 from vidstyle.regions.patches import plane_area
 from vidstyle.regions.writing.finding import Writing, find_writing, thickness_of
+from vidstyle.regions.writing.letters import letter_mask
 
 STROKE_RANGE = 0.25, 0.75
 """Contrast at which a pixel begins to belong to a stroke, and from which it does fully, relative to the
@@ -22,6 +23,9 @@ MIN_STRENGTH_LEVEL = 20
 """Contrast of the strongest stroke nearby, at least, in 8-bit levels."""
 NEAR_RATIO = 3
 """Side of the square that counts as nearby, relative to the thickness of strokes."""
+WIDE_RATIO, WIDE_CONTRAST_RATIO = 5, 0.4
+"""Side of the square that fills what is wider than strokes, relative to their thickness; and contrast to its
+ground from which that counts, relative to the strongest stroke nearby."""
 GROUND_RATIO = 3
 """Side of the square whose ground replaces strokes, relative to the thickness of strokes."""
 
@@ -80,10 +84,26 @@ def _strokes(picture: Picture, writing: Writing) -> tuple[Strokes, np.ndarray]:
         height = cv2.subtract(cv2.morphologyEx(plane, cv2.MORPH_CLOSE, square), plane)
         peak = cv2.blur(cv2.dilate(height, np.ones((reach, reach), np.uint8)), (size, size))
         share = cv2.divide(height, np.maximum(peak, np.uint8(MIN_STRENGTH_LEVEL)), dtype=cv2.CV_32F)
-        covers.append(weight * _between(share, *STROKE_RANGE))
-        near = cv2.dilate(share, np.ones((3, 3), np.uint8))
-        trace = np.maximum(trace, weight * _between(near, 0, TRACE_RATIO))
+        cover, near = weight * _between(share, *STROKE_RANGE), cv2.dilate(share, np.ones((3, 3), np.uint8))
+        letters = letter_mask(cover, height, _wider(plane, height, peak, size), size)
+        covers.append(np.where(letters, cover, np.float32(0)))
+        close = cv2.dilate(letters.astype(np.uint8), square) > 0
+        trace = np.maximum(trace, np.where(close, weight * _between(near, 0, TRACE_RATIO), np.float32(0)))
     return Strokes(writing.window, *covers), trace
+
+
+def _wider(plane: np.ndarray, height: np.ndarray, peak: np.ndarray, size: int) -> np.ndarray:
+    """Return where something wider than strokes is as dark as they are, H x W uint8, 0 or 255.
+
+    Args:
+        plane: luma.
+        height, peak: contrast of strokes, and the strongest nearby.
+        size: width of strokes that count as thin.
+    """
+    reach = np.ones((WIDE_RATIO * size, WIDE_RATIO * size), np.uint8)
+    ground = cv2.morphologyEx(plane, cv2.MORPH_CLOSE, reach)
+    rest = cv2.subtract(cv2.subtract(ground, plane), height)
+    return cv2.compare(rest, cv2.convertScaleAbs(peak, alpha=WIDE_CONTRAST_RATIO), cv2.CMP_GT)
 
 
 def luma_in(picture: Picture, window: Rectangle) -> np.ndarray:

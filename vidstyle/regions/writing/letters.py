@@ -1,0 +1,110 @@
+"""Tells letters from other thin strokes: by size, by contrast, and by the letters beside them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+MIN_COVERAGE = 0.3
+"""Coverage from which a pixel belongs to a stroke."""
+HEIGHT_RATIO_RANGE, MAX_LENGTH_RATIO = (0.6, 6.0), 25
+"""Height of a letter, at least and at most, and longest side of a joined word, at most, relative to the width
+of strokes that count as thin."""
+MIN_CONTRAST_RATIO = 0.5
+"""Contrast of a letter relative to that of the strongest letters of its group, at least."""
+MAX_THICK_SHARE = 0.1
+"""Share of the outline of a letter that may touch something dark that is wider than strokes."""
+GAP_RATIO = 1.2
+"""Gap between letters of a group, at most, in the same way."""
+WORD_GAP_RATIO = 4
+"""Distance from such a group within which all strokes of its contrast belong to it, in the same way."""
+MIN_LETTERS, MAX_HEIGHT_FACTOR, MIN_SIMILAR_SHARE = 4, 2.0, 0.6
+"""Letters in a group, at least; how many times the median height counts as similar;
+and share of similar ones, at least."""
+
+
+class _Parts(NamedTuple):
+    """The connected parts of a mask.
+
+    Attributes:
+        labels: number of the part of each pixel, H x W int32; 0 outside.
+        sizes: width, height and area of each part, N x 3; of the first one, the outside, 0.
+    """
+
+    labels: np.ndarray
+    sizes: np.ndarray
+
+    def means(self, plane: np.ndarray) -> np.ndarray:
+        """Return the mean of a plane, H x W, in each part."""
+        total = np.bincount(self.labels.ravel(), plane.ravel(), len(self.sizes))
+        return total / np.maximum(self.sizes[:, 2], 1)
+
+
+def letter_mask(coverage: np.ndarray, contrast: np.ndarray, wide: np.ndarray, thickness: int) -> np.ndarray:
+    """Return which strokes are letters: H x W bool.
+
+    Args:
+        coverage: by strokes, H x W float32, 0..1.
+        contrast: of strokes to their ground, H x W uint8.
+        wide: where something wider than strokes has their tone, H x W uint8, 0 or 255.
+        thickness: width of strokes that count as thin, in pixels.
+    """
+    strokes = (coverage >= MIN_COVERAGE).astype(np.uint8)
+    parts = _parts(strokes)
+    thin = parts.means(cv2.dilate(wide, np.ones((3, 3), np.uint8)) > 0) <= MAX_THICK_SHARE
+    least, possible = _sizes(parts, thickness)
+    strength = parts.means(contrast)
+    limits = _least_strengths(parts, thin & least & possible, strength, thickness)
+    # Dots, accents, broken strokes and short words belong to the letters beside them.
+    near = cv2.dilate(limits[parts.labels], _square(WORD_GAP_RATIO * thickness))
+    limit = parts.means(near)
+    kept = thin & possible & (limit > 0) & (strength >= limit)
+    return cv2.dilate(kept[parts.labels].astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+
+
+def _sizes(parts: _Parts, thickness: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return which parts are high enough for a letter alone, and which are small enough."""
+    width, height, _ = parts.sizes.T
+    low, high = (each * thickness for each in HEIGHT_RATIO_RANGE)
+    shorter, longer = np.minimum(width, height), np.maximum(width, height)
+    return longer >= low, (shorter <= high) & (longer <= MAX_LENGTH_RATIO * thickness)
+
+
+def _least_strengths(parts: _Parts, letters: np.ndarray, strength: np.ndarray, thickness: int) -> np.ndarray:
+    """Return the contrast from which strokes belong to the group of each letter, float32; 0 without a group.
+
+    A group has several letters of similar height and contrast.
+    """
+    mask = letters[parts.labels].astype(np.uint8)
+    _, groups = cv2.connectedComponents(cv2.dilate(mask, _square(GAP_RATIO * thickness)))
+    rows, columns = np.nonzero(mask)
+    group_of = np.zeros(len(letters), np.int64)
+    group_of[parts.labels[rows, columns]] = groups[rows, columns]
+    limits = np.zeros(len(letters), np.float32)
+    for group in range(1, groups.max() + 1):
+        members = np.flatnonzero(letters & (group_of == group))
+        limit = MIN_CONTRAST_RATIO * np.quantile(strength[members], 0.8) if members.size else 0
+        members = members[strength[members] >= limit]
+        heights = parts.sizes[members, 1]
+        if members.size < MIN_LETTERS:
+            continue
+        ratio = heights / np.median(heights)
+        similar = (ratio <= MAX_HEIGHT_FACTOR) & (ratio >= 1 / MAX_HEIGHT_FACTOR)
+        if similar.mean() >= MIN_SIMILAR_SHARE:
+            limits[members] = limit
+    # Beside print, grain of the paper looks like pale letters.
+    return np.where(limits >= MIN_CONTRAST_RATIO * limits.max(), limits, np.float32(0))
+
+
+def _parts(mask: np.ndarray) -> _Parts:
+    _, labels, found, _ = cv2.connectedComponentsWithStats(mask)
+    sizes = found[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT, cv2.CC_STAT_AREA]]
+    sizes[0] = 0
+    return _Parts(labels, sizes)
+
+
+def _square(side: float) -> np.ndarray:
+    length = max(1, 2 * int(side / 2) + 1)
+    return np.ones((length, length), np.uint8)
