@@ -141,7 +141,7 @@ _CONTROLS: dict[str, Control] = {
     "steady": Slider(
         0,
         1,
-        "calms flicker from frame to frame; 0 for off, 1 for strongest",
+        "calms flicker while the film plays; 0 for off, 1 for strongest",
         label="Steadiness",
         aliases=("flicker", "shimmer", "boiling", "stabilize", "smooth over time"),
     ),

@@ -21,8 +21,9 @@ from vidstyle.errors import InputError, StyleError
 from vidstyle.export.export_targets import describe_targets
 from vidstyle.preview.clip import Clip
 from vidstyle.preview.encode import encode
-from vidstyle.style import load_style, style_names
+from vidstyle.style import Style, load_style, style_names
 from vidstyle.style.model import KINDS
+from vidstyle.style.wiring import main_path
 from vidstyle.web.page_server import PageServer, named_pictures
 from vidstyle.web.server import Handler
 
@@ -32,6 +33,10 @@ STEP_THUMBNAIL_PX = 120
 """Shorter side of the thumbnails of steps."""
 SETTLED_SECONDS = 0.12
 """Time without an edit after which the thumbnails of steps are updated."""
+
+
+LOOK_CATEGORIES = ("lines", "paint", "print", "texture", "color")
+"""Categories of blocks whose aliases describe a whole look."""
 
 
 class DesignServer(PageServer[DesignView]):
@@ -164,5 +169,15 @@ def _describe_style(name: str) -> dict[str, Any]:
     try:
         style = load_style(name)
     except StyleError as error:
-        return {"name": name, "note": str(error), "kinds": []}
-    return {"name": name, "note": style.about, "kinds": [KINDS[kind] for kind in style.kinds]}
+        return {"name": name, "note": str(error), "kinds": [], "words": ""}
+    kinds = [KINDS[kind] for kind in style.kinds]
+    return {"name": name, "note": style.about, "kinds": kinds, "words": ", ".join(_words_of(style))}
+
+
+def _words_of(style: Style) -> Iterator[str]:
+    """Yield further words by which a look is found: its variants, and the aliases of its blocks."""
+    path = main_path(style.layers, style.masks)
+    yield from style.variants
+    for block in dict.fromkeys(step.block for index, step in enumerate(style.steps) if index in path):
+        if block and all_blocks()[block].category in LOOK_CATEGORIES:
+            yield from all_blocks()[block].aliases

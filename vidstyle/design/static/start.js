@@ -35,6 +35,12 @@ function rankOf(tile, asked) {
   return !asked ? 0 : name === asked ? 0 : name.startsWith(asked) ? 1 : 2;
 }
 
+/** Whether the name of a look, or these texts about it, have all words. @param {HTMLElement} tile @param {string[]} words @param {string[]} texts */
+function isDescribed(tile, words, texts) {
+  const text = [tile.textContent, ...texts.map((name) => tile.dataset[name] ?? "")].join(" ").toLowerCase();
+  return words.every((word) => text.includes(word));
+}
+
 /** Opens a shipped style, a new style, a draft or a file. */
 export class Start {
   /** @type {HTMLImageElement[]} */
@@ -75,6 +81,11 @@ export class Start {
       this.finder.focus();
     });
     get("back").addEventListener("click", () => this.show(false));
+    get("all-looks").addEventListener("click", () => {
+      this.finder.value = "";
+      this.#choose(ALL);
+      this.finder.focus();
+    });
     const picker = /** @type {HTMLInputElement} */ (get("file"));
     for (const button of document.querySelectorAll(".choose-file")) button.addEventListener("click", () => picker.click());
     picker.addEventListener("change", () => {
@@ -131,12 +142,12 @@ export class Start {
     this.#new = fresh;
     fresh.prepend(make("span", { className: "blank" }, icon("plus")));
     this.#pictures = [];
-    const tiles = styles.map(({ name, note, kinds }) => {
+    const tiles = styles.map(({ name, note, kinds, words }) => {
       const shown = make("img", { alt: "", className: "waiting", width: 320, height: 180 });
       this.#pictures.push(shown);
       const tile = this.#tile(title(name), summary(note), () => this.open("open", { style: name }));
       tile.prepend(shown);
-      Object.assign(tile.dataset, { note, kinds: kinds.join(", ") });
+      Object.assign(tile.dataset, { note, kinds: kinds.join(", "), words });
       return tile;
     });
     this.#tiles = document.body.classList.contains("front") ? [...tiles, fresh] : [fresh, ...tiles];
@@ -164,11 +175,10 @@ export class Start {
     // Names come before descriptions.
     const tiles = [...this.#tiles].sort((one, other) => rankOf(one, asked) - rankOf(other, asked));
     if (tiles.some((tile, place) => get("tiles").children[place] !== tile)) get("tiles").append(...tiles);
-    for (const tile of tiles) {
-      const { note = "", kinds = "" } = tile.dataset;
-      const text = `${tile.textContent} ${note} ${kinds}`.toLowerCase();
-      tile.hidden = (this.#group !== ALL && !kinds.includes(this.#group)) || !words.every((word) => text.includes(word));
-    }
+    const said = tiles.filter((tile) => isDescribed(tile, words, ["note", "kinds"]));
+    // Words for its blocks and variants count only if no look is described so.
+    const found = new Set(said.length ? said : tiles.filter((tile) => isDescribed(tile, words, ["words"])));
+    for (const tile of tiles) tile.hidden = !found.has(tile) || (this.#group !== ALL && !tile.dataset.kinds?.includes(this.#group));
     get("no-look").hidden = tiles.some((tile) => !tile.hidden);
   }
 
