@@ -87,7 +87,7 @@ def test_the_page_shows_every_style_the_source_first(
         assert (
             rms_error(decoded[..., ::-1].astype(float), restyle_picture(picture(), style).astype(float)) < 12
         )
-        assert re.sub("`", "", style.note) in page.text
+        assert re.sub("`", "", style.about) in page.text and " Tune " not in page.text
 
 
 def test_the_page_needs_nothing_from_elsewhere() -> None:
