@@ -143,6 +143,15 @@ def test_direction_strength_and_coherence_match_definitions() -> None:
     assert (flat == 0).all()
 
 
+def test_without_orientations_turned_edges_have_the_same_bin() -> None:
+    luma, bins = np.zeros((17, 31), np.float32), Bins(1, 30, 1, (0, 90))
+    luma[8:] = 0.2
+    chosen = select_filters(luma, bins, 0.5)
+    assert chosen[:3].max() == 0 and len(np.unique(chosen[8])) == 1
+    np.testing.assert_array_equal(select_filters(np.ascontiguousarray(luma.T), bins, 0.5).T, chosen)
+    np.testing.assert_array_equal(select_filters(luma[::-1].copy(), bins, 0.5)[::-1], chosen)
+
+
 def test_all_bins_are_in_range_on_any_picture() -> None:
     for luma in (
         noise(50, 61),

@@ -244,7 +244,7 @@ def _part(row, even, odd):  # type: ignore[no-untyped-def]
 @compiled(fastmath=True, noalias=True)
 def _quantize(rights, ups, totals, bins, selected):  # type: ignore[no-untyped-def]
     """Quantize the weighted sums of the products of `_multiply` to the bins of a row."""
-    zero, half = np.float32(0), np.float32(0.5)
+    zero, half, one = np.float32(0), np.float32(0.5), np.float32(1)
     orientations, strengths, coherences = bins[0], bins[1], bins[2]
     least, last = np.float32(MIN_DIVISOR), np.int32(orientations * strengths * coherences) - 1
     for x in range(selected.shape[0]):
@@ -253,7 +253,8 @@ def _quantize(rights, ups, totals, bins, selected):  # type: ignore[no-untyped-d
         spread, other = np.sqrt(squared), np.sqrt(max(total * total - squared, zero))
         coherence = spread / (total + other + least)
         strength = np.sqrt(half * (total + spread))
-        orientation = _orientation(right, up, orientations)
+        # With only one bin, the angle of half a turn would be in a second one.
+        orientation = min(_orientation(right, up, orientations), orientations - one)
         level = np.floor(min(max((strength - bins[4]) * bins[5], zero), strengths - half))
         clearness = np.floor(min(max((coherence - bins[6]) * bins[7], zero), coherences - half))
         selected[x] = index_at((orientation * strengths + level) * coherences + clearness, last)
