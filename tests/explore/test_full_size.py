@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 from skimage import data
 
+from vidstyle.explore.candidates import examine
 from vidstyle.explore.crops.crop_measures import MAX_FACE_LIKENESS, FullSizeMetrics
 from vidstyle.explore.crops.full_size import Crop, FullSize, faces_of, tones_of
-from vidstyle.explore.gates import DOUBTFUL_FAULT, doubt, fault
+from vidstyle.explore.gates import DOUBTFUL_FAULT, UNUSABLE_FAULT, doubt, fault
 from vidstyle.explore.generate import random_style
 from vidstyle.explore.measure import Original, reduce_picture
 from vidstyle.explore.paper.rules import Rules
-from vidstyle.explore.score import MEASURES, reasons, score
+from vidstyle.explore.score import MEASURES, reasons, score, verdict
 from vidstyle.gallery.style_samples import restyle_picture
 from vidstyle.regions.boxes import Box
 from vidstyle.regions.still_faces import StillFaces
@@ -99,13 +100,18 @@ def test_any_size_is_measured(shape: tuple[int, int]) -> None:
 
 def test_score_says_which_measures_speak_for_or_against(astronaut: FullSize) -> None:
     good = astronaut.measure(load_style("poster"))
-    bad = good._replace(edge_hardness=0.3, detail_kept=0.1)
+    bad = good._replace(fine_kept=0.1, edge_hardness=0.3, bright_marks=-0.1, mark_width=14, face=0.6)
     for rules in get_args(Rules):
         assert score(bad, rules) < score(good, rules)
-        assert reasons(bad, rules)["detail_kept"] < 0
+        assert max(reasons(bad, rules).values()) < 0
         assert set(reasons(good, rules)) == set(MEASURES[rules]) < set(FullSizeMetrics._fields)
-    assert reasons(bad)["edge_hardness"] < 0
+        assert verdict(bad, rules).startswith(f"Score {100 * score(bad, rules):.0f} of 100; against it: ")
     assert doubt(score(bad)) == DOUBTFUL_FAULT and doubt(0.9) == ""
+
+
+def test_a_style_that_is_too_large_for_the_picture_is_discarded(astronaut: FullSize) -> None:
+    huge = styled(Step("scale", {"factor": 4}), Step("flow_dog"), Step("scale", {"factor": 4}))
+    assert examine(Original(data.astronaut()), astronaut, huge).fault == UNUSABLE_FAULT
 
 
 def test_random_styles_have_scores_between_0_and_1(cat: FullSize) -> None:

@@ -12,6 +12,7 @@ from threading import Event
 import numpy as np
 
 from vidstyle.core.machine.cores import available_cores
+from vidstyle.errors import StyleError
 from vidstyle.explore.crops.crop_measures import FullSizeMetrics
 from vidstyle.explore.crops.full_size import FullSize
 from vidstyle.explore.gates import (
@@ -19,6 +20,7 @@ from vidstyle.explore.gates import (
     MAX_UNSTEADY,
     NO_FAULT,
     UNSTEADY_FAULT,
+    UNUSABLE_FAULT,
     doubt,
     fault,
     is_like_another,
@@ -80,6 +82,16 @@ def examine(original: Original, crops: FullSize, style: Style, rules: Rules = "o
     Args:
         rules: the rules of the style.
     """
+    try:
+        return _examine(original, crops, style, rules)
+    except StyleError:  # it needs too large a working size for this picture
+        plain = original.picture
+        measures = original.measure(plain)
+        signature = original.signature(plain, measures)
+        return RandomStyle(style, plain, measures, signature, UNUSABLE_FAULT, 0.0, 0.0)
+
+
+def _examine(original: Original, crops: FullSize, style: Style, rules: Rules) -> RandomStyle:
     picture = original.render(style)
     measures = original.measure(picture)
     signature = original.signature(picture, measures)

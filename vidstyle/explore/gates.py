@@ -69,13 +69,14 @@ MIN_DISTANCE = 0.5
 MIN_STEP_DIFFERENCE = 1.0
 """Change, in levels of 255 at the 99th percentile, below which a step is removed as ineffective."""
 
-MIN_SCORE = 0.55
+MIN_SCORE = 0.5
 """Probability of being kept below which a style is not worth showing."""
 
-UNSTEADY_FAULT, DUPLICATE_FAULT, DOUBTFUL_FAULT, NO_FAULT = (
+UNSTEADY_FAULT, DUPLICATE_FAULT, DOUBTFUL_FAULT, UNUSABLE_FAULT, NO_FAULT = (
     "flickering",
     "like another",
     "unlikely to please",
+    "too large for this picture",
     "",
 )
 

@@ -17,23 +17,16 @@ from vidstyle.explore.paper.rules import Rules
 MODEL_FILE = Path(__file__).with_name("score.json")
 """The models fitted by `tools/explore/score.py`, by rules."""
 MEASURES: dict[Rules, tuple[str, ...]] = {
-    "paper": ("detail_kept", "fineness", "bright_shapes", "mark_strength", "patchiness"),
-    "open": (
-        "bright_marks", "edge_hardness", "coarse_contrast", "chroma", "mark_width", "detail_kept",
-    ),
-}  # fmt: skip
+    "paper": ("fine_kept", "edge_hardness", "face"),
+    "open": ("bright_marks", "mark_width", "face"),
+}
 """What a model reads, of `FullSizeMetrics`: those that agree best with people on unseen pictures."""
 WORDS = {
-    "detail_kept": "detail of the picture",
-    "fineness": "crispness",
-    "bright_shapes": "form in the lights",
-    "mark_strength": "strength of lines",
-    "bright_marks": "form in the lights",
+    "fine_kept": "fine detail of the picture",
     "edge_hardness": "hard edges",
-    "coarse_contrast": "contrast of shapes",
-    "chroma": "amount of colour",
+    "bright_marks": "form in the lights",
     "mark_width": "width of lines",
-    "patchiness": "debris in smooth areas",
+    "face": "features of faces",
 }
 """The measures that models read, in plain words."""
 MIN_SHOWN_REASON = 0.2
