@@ -202,7 +202,7 @@ def test_a_comic_is_edited_in_a_browser(folder: Path, browser: Browser) -> None:
     burst, balloon = "g.burst", "g[data-place]:not(.burst)"
     (x, y, *_), scale = (
         browser.place(burst),
-        browser.run("return document.querySelector('svg').getScreenCTM().a"),
+        browser.run("return document.querySelector('g.burst').getScreenCTM().a"),
     )
     browser.drag((x, y), (x + 12 * scale, y + 6 * scale))
     browser.run("document.querySelector(balloon).focus()", balloon=balloon)
