@@ -129,7 +129,14 @@ def test_by_keyboard_a_film_is_opened_restyled_adjusted_and_rendered(
     assert browser.run(f"{tiles}.indexOf(document.activeElement)") == 1
     browser.press("/")
     browser.until("document.activeElement.id === 'find-look'")
-    browser.type("sketch")
+    first = "document.querySelector('.tile:not([hidden]) b')?.textContent"
+    for asked, name in (("comic book", "Comic"), ("sketch", "Sketch")):
+        browser.run("document.getElementById('find-look').value = ''")
+        browser.type(asked)
+        browser.until(f"{first} === {name!r}")
+    browser.press("ArrowDown")
+    browser.until("document.activeElement.matches('.tile:not([hidden])')")
+    browser.press("/")
     browser.press("Enter")
     browser.until("document.getElementById('start').hidden && document.querySelector('.style-panel .value')")
     browser.until("document.activeElement.matches('#style-tab-content *')")

@@ -265,6 +265,33 @@ def test_what_was_not_saved_is_offered_the_next_time(tmp_path: Path, film: Path)
         assert page.told["draft"] is None
 
 
+def test_discarded_changes_are_not_offered_again(tmp_path: Path, film: Path) -> None:
+    draft = tmp_path / "drafts" / "draft.json"
+    with served(tmp_path, open_clip(film)) as server, shown(server) as page:
+        page.ask("open", style="ink")
+        page.ask("field", name="ink", value="#112233", gesture=1)
+        eventually(draft.exists)
+        page.ask("open", style="sketch")
+        assert not draft.exists()
+        page.ask("field", name="ink", value="#112233", gesture=1)
+        eventually(draft.exists)
+        page.ask("undo")
+        eventually(lambda: not draft.exists())
+    with served(tmp_path, open_clip(film)) as server, shown(server) as page:
+        assert page.told["draft"] is None
+
+
+def test_a_saved_style_is_in_the_list_at_once(server: DesignServer, page: Page, tmp_path: Path) -> None:
+    (tmp_path / "other.toml").write_text("[project]\n")
+    page.ask("open", style="ink")
+    page.ask("save_as", name="calm", overwrite=False)
+    names = [style["name"] for style in page.told["styles"]]
+    assert names == [*style_names(), "calm"]
+    page.ask("open", style="sketch")
+    page.ask("open", style="calm")
+    assert page.told["state"]["file"] == "calm.toml"
+
+
 def test_two_pages_show_the_same_style(server: DesignServer, page: Page) -> None:
     page.ask("new")
     with shown(server) as other:

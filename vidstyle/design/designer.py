@@ -11,6 +11,7 @@ from vidstyle.assets import asset_folder
 from vidstyle.design.document.document import Document
 from vidstyle.design.document.state import state_of
 from vidstyle.design.drafts import Drafts
+from vidstyle.design.style_list import list_styles
 from vidstyle.errors import UsageError
 from vidstyle.preview.clip import Clip
 from vidstyle.preview.outputs import output_path
@@ -21,7 +22,6 @@ from vidstyle.style import (
     save_style,
     style_file,
     style_from_table,
-    style_names,
     table_from_style,
 )
 from vidstyle.style.check import TEXTS
@@ -49,6 +49,7 @@ class Designer:
         self.file: Path | None = None
         self._drafts = drafts
         self.offered = drafts.read()
+        self._is_kept = False
         self._text: str | None = None
         self._start: Style | None = None
 
@@ -87,9 +88,10 @@ class Designer:
             UsageError: it is not in the list.
             StyleError: it has mistakes.
         """
-        if style not in style_names():
+        listed = list_styles(self.folder)
+        if style not in listed:
             raise UsageError(style, "is not in the list of styles")
-        self.open_style(style)
+        self.open_style(listed[style])
 
     def open_style(self, style: str) -> None:
         """Open a style by name or file, see `load_style`."""
@@ -126,6 +128,7 @@ class Designer:
         file = Path(draft.file) if draft.file else None
         folder = file.absolute().parent if file else None
         self._open(style_from_table(draft.table, "draft", folder=folder), draft.text, file)
+        self._is_kept = True
         self.opened.mark_changed()
 
     def save(self) -> str:
@@ -205,13 +208,22 @@ class Designer:
         return f"vidstyle render {shlex.quote(source)} {output} {text}{limit}"
 
     def keep_draft(self) -> None:
-        """Save unsaved changes as a draft."""
+        """Save unsaved changes as a draft; if there are none any more, remove it."""
         document = self.document
         if document is None or not document.is_changed:
+            self._drop_draft()
             return
         self._drafts.write(table_from_style(document.style), self._text, self.file)
+        self._is_kept = True
+
+    def _drop_draft(self) -> None:
+        """Remove the draft of the open style; that of an earlier run remains."""
+        if self._is_kept:
+            self._drafts.remove()
+        self._is_kept = False
 
     def _open(self, style: Style, text: str | None, file: Path | None) -> None:
+        self._drop_draft()
         # Relative paths would be wrong for a style that is saved elsewhere.
         style = style if file else replace(style, folder=None)
         self.document = Document(style, self.document.revision if self.document else 0)
@@ -226,6 +238,7 @@ class Designer:
         document.mark_saved(path.absolute().parent)
         self._start = document.style
         self._drafts.remove()
+        self._is_kept = False
         return str(path)
 
 

@@ -77,10 +77,12 @@ class FrameProcessor:
         self._renderer.scale = self._scale.scale
         rate, degraded, reached = f"{float(self._rate):.4g} fps", self.degraded, self._scale.lower_rate
         fewer = f" and about {reached:.3g} fps" if reached else ""
-        slow = f"too slow for {rate} at full size: {degraded}{fewer} (--budget off keeps the size)"
+        slow = f"too slow for {rate} at full size: {degraded}{fewer}"
         self._notify(
             f"{self.style} is {slow}" if degraded else f"{self.style} holds {rate} at full size again"
         )
+        if degraded:  # in the terminal only: the page has no command line
+            log.info("--budget off keeps the size")
 
     def close(self, timeout: float) -> None:
         """Release everything; only when no frame is being processed."""

@@ -18,11 +18,12 @@ from vidstyle.design.document.step_text import text_of_step
 from vidstyle.design.page.design_server import DesignServer
 from vidstyle.design.page.design_view import DesignView
 from vidstyle.design.page.frames import PictureType
+from vidstyle.design.style_list import list_styles
 from vidstyle.errors import StyleError, UsageError
 from vidstyle.preview.encode import encode
 from vidstyle.preview.outputs import ExportKind
 from vidstyle.preview.uploads import FileUpload, UploadReceiver
-from vidstyle.style import Style, load_style, style_names, table_from_style
+from vidstyle.style import Style, load_style, table_from_style
 from vidstyle.style.knobs import knobs_of
 from vidstyle.style.model import FIELDS
 from vidstyle.web.messages import (
@@ -61,12 +62,12 @@ def _edit_message(name: str, edit: Callable[..., EditResult]) -> Message:
     return Message(handle, {**fields_of(edit, 2), "gesture": CHECKS[int]})
 
 
-def _by_cost() -> list[tuple[int, Style]]:
+def _by_cost(folder: Path) -> list[tuple[int, Style]]:
     """Return the valid styles with their positions in the list; those with few steps come first."""
     styles: list[tuple[int, Style]] = []
-    for index, name in enumerate(style_names()):
+    for index, source in enumerate(list_styles(folder).values()):
         with suppress(StyleError):  # a style file of the user; the list shows its error
-            styles.append((index, load_style(name)))
+            styles.append((index, load_style(source)))
     return sorted(styles, key=lambda each: len(each[1].steps))
 
 
@@ -141,7 +142,9 @@ class DesignConnection(DesignView):
 
     @message
     async def save_as(self, name: str, overwrite: bool) -> Answer:
-        return {"file": await self.change(self.designer.save_as, name, overwrite)}
+        file = await self.change(self.designer.save_as, name, overwrite)
+        await self.server.saved()
+        return {"file": file}
 
     @message
     async def copied(self, step: int, whole: bool) -> Answer:
@@ -209,7 +212,7 @@ class DesignConnection(DesignView):
         """Send a preview of each style, rendered from the current frame; styles with few steps come first."""
         number, session, clip = self.frames.shown.number, self.session, self.designer.clip
         render = session.restyler.render_exactly
-        order = await session.run(_by_cost)
+        order = await session.run(_by_cost, self.designer.folder)
         for done, (index, style) in enumerate(order):
             if self.designer.clip is not clip:  # another one was opened, and asks for its own previews
                 return

@@ -17,11 +17,12 @@ from vidstyle.design.page.frames import PictureType
 from vidstyle.design.page.render_queue import RenderQueue
 from vidstyle.design.page.steady_preview import SteadyPreview
 from vidstyle.design.samples import block_sample, sample_names
+from vidstyle.design.style_list import list_styles
 from vidstyle.errors import InputError, StyleError
 from vidstyle.export.export_targets import describe_targets
 from vidstyle.preview.clip import Clip
 from vidstyle.preview.encode import encode
-from vidstyle.style import Style, load_style, style_names
+from vidstyle.style import Style, load_style
 from vidstyle.style.model import KINDS
 from vidstyle.style.wiring import main_path
 from vidstyle.web.page_server import PageServer, named_pictures
@@ -105,12 +106,24 @@ class DesignServer(PageServer[DesignView]):
             ]
         }
         yield {"kinds": list(KINDS.values())}
-        yield {"styles": [_describe_style(name) for name in style_names()]}
+        yield self.styles
         yield {"targets": describe_targets()}
         yield {"clip": clip_message(self.designer.clip)}
         yield self.queue.message
         if self.front is not None:
             yield {"front": self.front.describe()}
+
+    @property
+    def styles(self) -> dict[str, Any]:
+        """The list of styles, for the page."""
+        listed = list_styles(self.designer.folder)
+        return {"styles": [_describe_style(name, source) for name, source in listed.items()]}
+
+    async def saved(self) -> None:
+        """Send the list of styles, which may have a further one, to all browsers."""
+        styles = await self.session.run(lambda: self.styles)
+        for page in list(self.browsers):
+            await page.tell(styles)
 
     async def changed(self) -> None:
         """Send the changed document and its pictures to all browsers."""
@@ -165,9 +178,9 @@ def _place_in_list(named: tuple[str, Block]) -> tuple[int, str]:
     return list(CATEGORIES).index(block.category), block.label
 
 
-def _describe_style(name: str) -> dict[str, Any]:
+def _describe_style(name: str, source: str) -> dict[str, Any]:
     try:
-        style = load_style(name)
+        style = load_style(source)
     except StyleError as error:
         return {"name": name, "note": str(error), "kinds": [], "words": ""}
     kinds = [KINDS[kind] for kind in style.kinds]

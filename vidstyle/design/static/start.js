@@ -29,16 +29,29 @@ function summary(note) {
   return first.length < MIN_SUMMARY_LENGTH && second ? title(second.split(/, (?:with|as|and|denser)\b/)[0]) : first;
 }
 
-/** Returns 0 for a look whose name is what was asked, 1 if it begins so, else 2. @param {HTMLElement} tile @param {string} asked */
-function rankOf(tile, asked) {
-  const name = (tile.querySelector("b")?.textContent ?? "").toLowerCase();
-  return !asked ? 0 : name === asked ? 0 : name.startsWith(asked) ? 1 : 2;
+/** A shorter word among others, such as "a" or "the", begins a name only by chance. */
+const MIN_BEGINNING_LENGTH = 4;
+
+/** @param {HTMLElement} tile */
+const nameOf = (tile) => (tile.querySelector("b")?.textContent ?? "").toLowerCase();
+
+/** Whether one of several words is a name or begins it. @param {string} name @param {string[]} words */
+function isNamed(name, words) {
+  return words.some((word) => name === word || (word.length >= MIN_BEGINNING_LENGTH && name.startsWith(word)));
 }
 
-/** Whether the name of a look, or these texts about it, have all words. @param {HTMLElement} tile @param {string[]} words @param {string[]} texts */
+/** Returns 0 for a look whose name is what was asked, 1 if it begins so, 2 if a word names it, else 3. @param {HTMLElement} tile @param {string[]} words */
+function rankOf(tile, words) {
+  const name = nameOf(tile);
+  const asked = words.join(" ");
+  return name === asked ? 0 : name.startsWith(asked) ? 1 : isNamed(name, words) ? 2 : 3;
+}
+
+/** Whether the name of a look, or these texts about it, have all words or words that begin so. @param {HTMLElement} tile @param {string[]} words @param {string[]} texts */
 function isDescribed(tile, words, texts) {
   const text = [tile.textContent, ...texts.map((name) => tile.dataset[name] ?? "")].join(" ").toLowerCase();
-  return words.every((word) => text.includes(word));
+  const parts = text.split(/[^\p{L}\p{N}]+/u);
+  return words.every((word) => parts.some((part) => part.startsWith(word)) || (/[^\p{L}\p{N}]/u.test(word) && text.includes(word)));
 }
 
 /** Opens a shipped style, a new style, a draft or a file. */
@@ -46,6 +59,8 @@ export class Start {
   /** @type {HTMLImageElement[]} */
   #pictures = [];
   #fresh = false;
+  /** Whether the draft of an earlier run shall be offered later. */
+  #postponed = false;
   #group = ALL;
   /** All tiles in the order in which they are listed. @type {HTMLElement[]} */
   #tiles = [];
@@ -70,6 +85,7 @@ export class Start {
     this.finder.addEventListener("keydown", ({ key }) => {
       const found = /** @type {HTMLElement | null} */ (get("tiles").querySelector(".tile:not([hidden])"));
       if (key === "Enter" && this.finder.value.trim()) found?.click();
+      if (key === "ArrowDown") found?.focus();
     });
     rove(get("groups"), "button");
     rove(get("tiles"), ".tile");
@@ -150,6 +166,7 @@ export class Start {
       Object.assign(tile.dataset, { note, kinds: kinds.join(", "), words });
       return tile;
     });
+    this.#fresh = false;
     this.#tiles = document.body.classList.contains("front") ? [...tiles, fresh] : [fresh, ...tiles];
     get("tiles").replaceChildren(...this.#tiles);
     this.#filter();
@@ -170,12 +187,11 @@ export class Start {
 
   /** Shows the looks of the chosen kind with all the words that are typed. */
   #filter() {
-    const words = this.finder.value.toLowerCase().split(/\s+/);
-    const asked = this.finder.value.trim().toLowerCase();
+    const words = this.finder.value.toLowerCase().split(/\s+/).filter(Boolean);
     // Names come before descriptions.
-    const tiles = [...this.#tiles].sort((one, other) => rankOf(one, asked) - rankOf(other, asked));
+    const tiles = [...this.#tiles].sort((one, other) => rankOf(one, words) - rankOf(other, words));
     if (tiles.some((tile, place) => get("tiles").children[place] !== tile)) get("tiles").append(...tiles);
-    const said = tiles.filter((tile) => isDescribed(tile, words, ["note", "kinds"]));
+    const said = tiles.filter((tile) => isNamed(nameOf(tile), words) || isDescribed(tile, words, ["note", "kinds"]));
     // Words for its blocks and variants count only if no look is described so.
     const found = new Set(said.length ? said : tiles.filter((tile) => isDescribed(tile, words, ["words"])));
     for (const tile of tiles) tile.hidden = !found.has(tile) || (this.#group !== ALL && !tile.dataset.kinds?.includes(this.#group));
@@ -263,14 +279,15 @@ export class Start {
   /** @param {{name: string, when: string} | null} draft */
   #offer(draft) {
     const offer = get("draft");
-    offer.hidden = !draft;
+    offer.hidden = !draft || this.#postponed;
     this.#placeOffer();
     if (!draft) return;
     const accept = make("button", { className: "strong", type: "button", textContent: "Open" });
     const discard = make("button", { type: "button", textContent: "Discard" });
+    const later = make("button", { className: "plain", type: "button", textContent: "Later", onclick: () => (offer.hidden = this.#postponed = true) });
     accept.addEventListener("click", () => this.open("draft", { accept: true }).then(() => (offer.hidden = true)));
     discard.addEventListener("click", () => this.session.ask("draft", { accept: false }).then(() => (offer.hidden = true)));
-    offer.replaceChildren(make("p", { textContent: `“${title(draft.name)}” has unsaved changes from ${new Date(draft.when).toLocaleString([], { dateStyle: "medium", timeStyle: "short" })}.` }), accept, discard);
+    offer.replaceChildren(make("p", { textContent: `“${title(draft.name)}” has unsaved changes from ${new Date(draft.when).toLocaleString([], { dateStyle: "medium", timeStyle: "short" })}.` }), accept, discard, later);
   }
 
   /** Shows the offer of a draft where the user is: on this screen, or above the picture. */

@@ -58,7 +58,7 @@ export class Panel {
     get("styles").replaceChildren(...names.map((name) => {
       const picture = make("img", { src: `thumbnail.jpg?of=${encodeURIComponent(name)}`, alt: "", width: 240, height: 135 });
       const onclick = () => this.choose("choose", { style: name });
-      const button = make("button", { title: name, onclick }, picture, make("span", { textContent: title(name) }));
+      const button = make("button", { title: title(name), onclick }, picture, make("span", { textContent: title(name) }));
       button.dataset.name = name;
       return button;
     }));
