@@ -35,7 +35,7 @@ export function fold(state, selected, isWhole) {
   const folds = new Map();
   for (const layer of LAYERS) {
     const runs = runsOf(state.layers[layer]);
-    items[layer] = runs.flatMap((run) => {
+    items[layer] = runs.flatMap(/** @returns {Item[]} */ (run) => {
       const open = isWhole || run.length < MIN_FOLDED_STEPS || run.some(({ step }) => step.step === selected || step.error || step.muted);
       if (open) return run.map(({ step, index }) => ({ step: step.step, from: step.from, index, steps: [step] }));
       const [{ step, index }] = run;

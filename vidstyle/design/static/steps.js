@@ -73,7 +73,7 @@ export class Steps {
     if (this.selected === "source" || this.selected === null) return { layer: "base", index: 0 };
     if (this.selected === "base" || this.selected === "background" || this.selected === "lines") return { layer: this.selected, index: 0 };
     if (this.selected === "result") return { layer: "lines", index: state.layers.lines.length };
-    const place = placeOf(state, this.selected);
+    const place = typeof this.selected === "number" ? placeOf(state, this.selected) : null;
     return place && { layer: place.layer, index: place.index + 1 };
   }
 
