@@ -12,6 +12,7 @@ from media import photograph
 from pictures import noise, picture_with_writing
 
 from vidstyle.core.picture import Picture
+from vidstyle.demo.drawing import film_picture
 from vidstyle.media.frame import picture_from_frame
 from vidstyle.regions.boxes import Box
 from vidstyle.regions.writing.finding import find_writing
@@ -102,6 +103,11 @@ def test_a_thick_title_and_pale_grain_are_left_as_they_are() -> None:
     assert writing and np.ptp(after[110:210, 130:380]) < 0.12
     assert np.array_equal(before[30:104], after[30:104])
     assert np.array_equal(before[222:260], after[222:260])
+
+
+def test_blades_of_grass_are_no_letters() -> None:
+    picture = Picture.from_array(film_picture(0.4))
+    assert lift_writing(picture, 1.0)[0] is picture
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (3, 700), (40, 2)])

@@ -23,6 +23,9 @@ WORD_GAP_RATIO = 4
 MIN_LETTERS, MAX_HEIGHT_FACTOR, MIN_SIMILAR_SHARE = 4, 2.0, 0.6
 """Letters in a group, at least; how many times the median height counts as similar;
 and share of similar ones, at least."""
+MAX_SLENDERNESS_RATIO, MAX_SLENDER_SHARE = 5, 0.5
+"""Height of a part relative to its mean width from which it is slender, as `l` and blades of grass are; and
+share of slender letters in a group, at most."""
 
 
 class _Parts(NamedTuple):
@@ -89,6 +92,9 @@ def _least_strengths(parts: _Parts, letters: np.ndarray, strength: np.ndarray, t
         members = members[strength[members] >= limit]
         heights = parts.sizes[members, 1]
         if members.size < MIN_LETTERS:
+            continue
+        slender = heights**2 > MAX_SLENDERNESS_RATIO * parts.sizes[members, 2]
+        if slender.mean() > MAX_SLENDER_SHARE:
             continue
         ratio = heights / np.median(heights)
         similar = (ratio <= MAX_HEIGHT_FACTOR) & (ratio >= 1 / MAX_HEIGHT_FACTOR)
