@@ -15,7 +15,8 @@ def list_styles(folder: Path) -> dict[str, str]:
     The valid style files of the folder, into which the designer saves, follow those of `style_names`.
     """
     listed = {name: name for name in style_names()}
-    for path in sorted(folder.absolute().glob("*.toml")):
+    # Only files: to read a named pipe would block.
+    for path in filter(Path.is_file, sorted(folder.absolute().glob("*.toml"))):
         with suppress(StyleError):  # a TOML file of another program
             load_style(str(path))
             listed.setdefault(path.stem, str(path))
