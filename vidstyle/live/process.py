@@ -82,7 +82,7 @@ class FrameProcessor:
             f"{self.style} is {slow}" if degraded else f"{self.style} holds {rate} at full size again"
         )
         if degraded:  # in the terminal only: the page has no command line
-            log.info("--budget off keeps the size")
+            log.info("%s: --budget off keeps the size", self.style)
 
     def close(self, timeout: float) -> None:
         """Release everything; only when no frame is being processed."""

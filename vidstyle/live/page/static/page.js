@@ -128,7 +128,7 @@ function showStatus(now) {
   press(get("bypass"), now.bypass);
   press(get("record"), now.recording);
   get("badge").hidden = !now.bypass;
-  if (now.message !== (status?.message ?? "")) say(now.message.replaceAll(now.style, title(now.style)));
+  if (now.message !== (status?.message ?? "")) say(now.message);
   status = now;
   document.title = `${title(now.style)} · vidstyle live`;
   note();
