@@ -249,7 +249,7 @@ def _ms(call: Callable[[], object]) -> float:
 
 
 def _processor_ms(call: Callable[[], object]) -> float:
-    """Return the processor time of a call, with that of the programs which it runs."""
+    """Return the processor time of a call and of the programs that it runs, in milliseconds."""
 
     def used() -> float:
         own = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))

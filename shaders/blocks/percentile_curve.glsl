@@ -1,5 +1,5 @@
 // Luma after a curve through four percentiles, with straight lines between and beyond them, clipped to 0..1.
-// If `straight`, the inner points lie at thirds; a distance below 2 levels of 255 counts as 2.
+// If `straight`, the inner points are at thirds; a distance below 2 levels of 255 counts as 2.
 float percentile_curve(
     float luma, vec4 measured, float level_dark, float level_low, float level_high, float level_bright,
     bool straight, float amount

@@ -1,4 +1,4 @@
-"""Somebody with a wish in words who explores: screens until it is met, and how much the tiles differ.
+"""A user with a wish in words who explores: screens until it is met, and how much the tiles differ.
 
 The user sees nothing but pictures, and judges by other numbers than the program: simple limits for each
 wish. Two tiles show different looks if their `appearance_distance` is at least that between two pictures in
@@ -37,7 +37,7 @@ WISHES = {
 }
 """What each wish means: limits for `seen`."""
 SPREADS = {"light": 0.2, "color": 0.05, "flat": 0.25, "grain": 0.01, "hard": 0.05}
-"""What counts as a clear difference, to tell which of two pictures is nearer to a wish."""
+"""What counts as a clear difference, for the distance of a picture to a wish."""
 
 
 def main() -> None:

@@ -42,7 +42,7 @@ def percentile_curve(
 ) -> np.ndarray:
     """Map four percentiles of luma to levels, with straight lines between and beyond them; clip to 0..1.
 
-    If `straight`, the two inner points lie at thirds between the outer percentiles. A distance of two points
+    If `straight`, the two inner points are at thirds between the outer percentiles. A distance of two points
     below 2 levels of 255 counts as 2.
     """
     ends = knots(measured, straight)

@@ -102,7 +102,7 @@ def _undistinguished(layouts: int) -> str:
     """Return which bins do not distinguish details, and what to do if others may."""
     if layouts == 1:
         return "these bins do not distinguish (try --bins auto)"
-    return f"none of the {layouts} layouts of bins distinguishes"
+    return f"no layout of bins distinguishes ({layouts} tried)"
 
 
 def _larger(reach: int, bank: Bank) -> str:
