@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -21,6 +22,7 @@ from vidstyle.cli import main
 from vidstyle.design import working_size
 from vidstyle.design.page import frames
 from vidstyle.design.page.design_server import DesignServer
+from vidstyle.design.style_list import list_styles
 from vidstyle.preview.clip import open_clip
 from vidstyle.style import style_names, style_text
 
@@ -338,3 +340,12 @@ def test_the_server_renders_a_style_with_a_network(page: Page) -> None:
     page.ask("add", layer="background", index=0, block="network", gesture=1)
     assert page.picture(2).pixels.shape == (64, 96, 3)
     assert "notice" not in page.told
+
+
+def test_only_style_files_of_the_folder_are_listed(tmp_path: Path) -> None:
+    """No pipe, whose reading would never end, no folder, and no TOML of other programs."""
+    (tmp_path / "own.toml").write_text('format = 1\nname = "own"\n', encoding="utf-8")
+    (tmp_path / "pyproject.toml").write_text("[project]\n", encoding="utf-8")
+    (tmp_path / "folder.toml").mkdir()
+    os.mkfifo(tmp_path / "pipe.toml")
+    assert list(list_styles(tmp_path)) == [*style_names(), "own"]

@@ -15,8 +15,7 @@ def list_styles(folder: Path) -> dict[str, str]:
     The valid style files of the folder, into which the designer saves, follow those of `style_names`.
     """
     listed = {name: name for name in style_names()}
-    # Only files: to read a named pipe would block.
-    for path in filter(Path.is_file, sorted(folder.absolute().glob("*.toml"))):
+    for path in sorted(folder.absolute().glob("*.toml")):
         with suppress(StyleError):  # a TOML file of another program
             load_style(str(path))
             listed.setdefault(path.stem, str(path))
