@@ -42,8 +42,8 @@ def measure_pictures_once() -> Iterator[None]:
 
     def file_key(film: FilmFile) -> tuple[object, ...]:
         """Return a cache key; numbered pictures are not one file, so they are measured each time."""
-        path = Path(film.name)
-        return (path, path.stat().st_mtime_ns, path.stat().st_size) if path.is_file() else (film,)
+        path, turned = Path(film.name), film._sampler._turned
+        return (path, path.stat().st_mtime_ns, path.stat().st_size, turned) if path.is_file() else (film,)
 
     survey_whole, look_around = FilmFile._survey_whole, FilmFile.around
 

@@ -193,6 +193,29 @@ def test_options_that_a_page_file_sets_are_refused(folder: Path) -> None:
         make_comic(folder / "film.mp4", folder / "other.png", ComicOptions(save=folder / "page.txt"))
 
 
+@pytest.mark.parametrize("is_folder", [False, True])
+def test_a_film_on_its_side_is_turned_and_its_page_file_keeps_that(
+    folder: Path, tmp_path: Path, is_folder: bool
+) -> None:
+    source = folder / "film.mp4"
+    if is_folder:
+        source = tmp_path / "pictures"
+        source.mkdir()
+        cv2.imwrite(str(source / "a.png"), next(story(1, 1))[..., ::-1])
+    turns = {
+        angle: ComicOptions(
+            KeyFrameOptions(1), ("plain",), size="420x600", rotate=angle, save=tmp_path / f"{angle}.toml"
+        )
+        for angle in (None, 90)
+    }
+    upright, turned = (make_comic(source, tmp_path / f"{angle}.png", turns[angle]) for angle in turns)
+    assert turned.key_frames[0].shape == upright.key_frames[0].shape[::-1]
+    again = make_comic(tmp_path / "90.toml", tmp_path / "again.png")
+    assert again.files[0].read_bytes() == turned.files[0].read_bytes() != upright.files[0].read_bytes()
+    with pytest.raises(UsageError, match="--rotate: 45 is not a quarter turn; give 90, 180 or 270"):
+        make_comic(source, tmp_path / "a.png", ComicOptions(rotate=45))
+
+
 def test_a_comic_is_edited_in_a_browser(folder: Path, browser: Browser) -> None:
     """A balloon is dragged and a word changed by mouse and keyboard; the saved file has only these edits."""
     text = (folder / "comic.toml").read_text(encoding="utf-8")

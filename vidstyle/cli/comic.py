@@ -9,6 +9,7 @@ import click
 from vidstyle.cli.parsing.command import Group, command, option
 from vidstyle.cli.parsing.common_options import STYLE, Parsed, device_option, number
 from vidstyle.cli.parsing.cue_options import cues_option
+from vidstyle.cli.parsing.film_options import angle_of, rotate_option
 from vidstyle.cli.parsing.path_arguments import PATH, PATH_TEXT, parents_option, path_arguments
 from vidstyle.cli.terminal.display import display, progress_option
 from vidstyle.cli.terminal.reporting import reporting_options, say
@@ -69,6 +70,7 @@ SPANS = Parsed("T-T,T-T", parse_spans)
 @option("--at", type=TIMES, default=(), group=Group.KEY_FRAMES,
         help="Times of the key frames, in seconds or as h:mm:ss.")  # fmt: skip
 @option("--skip", type=SPANS, default=(), group=Group.KEY_FRAMES, help="Exclude these time ranges.")
+@rotate_option
 @option("--seed", type=number(0, whole=True), default=0, group=Group.PAGE_LAYOUT,
         help="Random seed for variations of layout and frames; 0 is the best.")  # fmt: skip
 @option("--size", metavar="NAME|WxH", group=Group.PAGE_LAYOUT,
@@ -124,6 +126,7 @@ def comic(source: str, target: str, styles: str | None, progress: str, **options
     from vidstyle.pipeline.render import DAMAGED_EXIT_CODE
 
     key_frames = KeyFrameOptions(options.pop("panels"), options.pop("at"), options.pop("skip"))
+    options["rotate"] = angle_of(options["rotate"])
     options["right_to_left"] = _reads_backwards(options.pop("reading"), options)
     names = tuple(name.strip() for name in styles.split(",")) if styles else None
     if options["cues"] is not None:

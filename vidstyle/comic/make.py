@@ -36,6 +36,7 @@ from vidstyle.comic.select.key_frames import KeyFrameOptions, find_key_frames
 from vidstyle.cues.cue_list import CueList
 from vidstyle.cues.style_change import StyleChange
 from vidstyle.errors import UsageError, counted, log, printable, text_of_name
+from vidstyle.media.options import check_rotation
 from vidstyle.media.read.decode_report import DecodeReport
 from vidstyle.media.write.atomic import atomic_file
 from vidstyle.pipeline.progress import ProgressCallback, ignore_progress
@@ -96,6 +97,7 @@ class _Job:
     def __init__(self, source: str, target: Path, options: ComicOptions, on_step: ProgressCallback) -> None:
         check_pillow()
         options.key_frames.check()
+        check_rotation(options.rotate)
         self._read_saved: PageFile | None = None
         if Path(source).suffix.lower() == PAGE_FILE_SUFFIX:
             self._read_saved, source, options = _read_saved(Path(source), options)
@@ -130,7 +132,7 @@ class _Job:
     def run(self) -> Comic:
         """Analyse, select, lay out, letter and draw; or draw a saved comic."""
         faces = FaceFinder(self._options.face_model)
-        with open_film(self._source, faces) as film:
+        with open_film(self._source, faces, self._options.rotate) as film:
             if self._read_saved:
                 return self._draw(self._read_saved.plan(film), film)
             lines = self._dialogue_lines()
@@ -211,7 +213,8 @@ class _Job:
         styles = [str(each) for each in self._style_names]
         if self._options.by is not None:
             styles = [styles[number] for number in self._styles.numbers(_shown(plan))]
-        return page_file(plan, self._source, target, self._options.title, styles)
+        options = self._options
+        return page_file(plan, self._source, target, options.title, styles, options.rotate)
 
     @property
     def _has_names(self) -> bool:
@@ -331,6 +334,7 @@ class ComicOptions:
         frames: a folder to save the key frames to, with a table of their times.
         save: page file to write as well, which can be edited and used as a source.
         storyboard: make a contact sheet with timecodes instead of a comic.
+        rotate: degrees clockwise, a multiple of 90, instead of the rotation in the metadata.
         face_model: face detection model, an OpenCV cascade (.xml) or YuNet (.onnx); None: the networks of
             the package mtcnn.
         overwrite: whether existing files may be overwritten.
@@ -355,6 +359,7 @@ class ComicOptions:
     frames: Path | None = None
     save: Path | None = None
     storyboard: bool = False
+    rotate: int | None = None
     face_model: Path | None = None
     overwrite: bool = False
     device: str = "auto"
@@ -379,4 +384,5 @@ def _read_saved(path: Path, options: ComicOptions) -> tuple[PageFile, str, Comic
             )
     saved = read_page_file(path)
     styles = options.styles or saved.styles
-    return saved, saved.source, replace(options, styles=styles, title=saved.title)
+    options = replace(options, styles=styles, title=saved.title, rotate=saved.rotate)
+    return saved, saved.source, options

@@ -19,6 +19,12 @@ PIPE_FORMATS = {"y4m": "yuv4mpegpipe", "raw": RAW_FORMAT, "mkv": "matroska", "ts
 """Short names of formats, in addition to FFmpeg's names."""
 
 
+def check_rotation(degrees: int | None) -> None:
+    """Raise UsageError unless a rotation is a multiple of 90 degrees, or None."""
+    if degrees is not None and degrees % 90:
+        raise UsageError("--rotate", f"{degrees} is not a quarter turn", "give 90, 180 or 270")
+
+
 @dataclass(frozen=True)
 class RawVideo:
     """The size and format of raw video, which has no header.
@@ -98,8 +104,7 @@ class ReadOptions:
             raise UsageError("--start", f"{float(self.start):g} s is negative")
         if self.end is not None and self.end <= (self.start or 0):
             raise UsageError("--end", f"{float(self.end):g} s is not after the start")
-        if self.rotate is not None and self.rotate % 90:
-            raise UsageError("--rotate", f"{self.rotate} is not a quarter turn", "give 90, 180 or 270")
+        check_rotation(self.rotate)
         if self.fps is not None and not 0 < self.fps <= MAX_FRAME_RATE:
             raise UsageError("--fps", f"{float(self.fps):g} is outside 0 to {MAX_FRAME_RATE}")
 

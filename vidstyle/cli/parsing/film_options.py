@@ -16,6 +16,13 @@ if TYPE_CHECKING:
     from vidstyle.media.options import ReadOptions, WriteOptions
 
 
+rotate_option = option(
+    "--rotate",
+    type=click.Choice(["0", "90", "180", "270"]),
+    group=Group.INPUT,
+    help="Rotate clockwise by this angle instead of as stored in INPUT; 0: do not rotate.",
+)
+
 _OPTIONS: tuple[Callable[[Any], Any], ...] = (
     common.change_options,
     option("--start", type=common.SECONDS, group=Group.INPUT, help="Start time, in seconds or as h:mm:ss."),
@@ -46,8 +53,7 @@ _OPTIONS: tuple[Callable[[Any], Any], ...] = (
            help="Format of INPUT if it cannot be detected: raw."),
     common.raw_video_options("Frame rate of raw video or an image sequence.  [default: 25]", "rate"),
     option("--hwaccel", metavar="NAME", group=Group.INPUT, help="Hardware decoder, such as cuda."),
-    option("--rotate", type=click.Choice(["0", "90", "180", "270"]), group=Group.INPUT,
-           help="Rotate clockwise by this angle instead of as stored in INPUT; 0: do not rotate."),
+    rotate_option,
     option("--no-autorotate", is_flag=True, hidden=True, group=Group.INPUT),
     option("--compare", type=click.Choice(["side", "split"]), group=Group.OUTPUT,
            help="Show source and result side by side, or split in the middle."),
@@ -117,4 +123,9 @@ def _rotation(options: Mapping[str, Any]) -> int | None:
             raise UsageError("--no-autorotate", f"contradicts --rotate {rotate}", "remove one of them")
         log.warning("--no-autorotate: replaced by --rotate 0")
         return 0
+    return angle_of(rotate)
+
+
+def angle_of(rotate: str | None) -> int | None:
+    """Return the value of `rotate_option` in degrees."""
     return None if rotate is None else int(rotate)

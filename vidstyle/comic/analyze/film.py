@@ -76,10 +76,10 @@ _KEY_CONTEXT_SECONDS = 1.2
 class FilmFile(Film):
     """A film, an animation or numbered pictures."""
 
-    def __init__(self, source: str | os.PathLike[str], faces: FaceFinder) -> None:
+    def __init__(self, source: str | os.PathLike[str], faces: FaceFinder, rotate: int | None = None) -> None:
         super().__init__(faces)
         self.name = str(source)
-        self._sampler = FilmSampler(source)
+        self._sampler = FilmSampler(source, rotate)
         self._search_seconds = _SEARCH_SECONDS
         self._limits: DefectLimits | None = None
         self._damaged_spans: list[tuple[float, float]] = []
@@ -320,8 +320,15 @@ class _MeasuredCandidates:
         ]
 
 
-def open_film(source: str | os.PathLike[str], faces: FaceFinder | None = None) -> Film:
+def open_film(
+    source: str | os.PathLike[str], faces: FaceFinder | None = None, rotate: int | None = None
+) -> Film:
     """Open a film, an animation, numbered pictures ("%05d.png") or a folder of pictures.
+
+    Args:
+        source: its path.
+        faces: detects faces.
+        rotate: degrees clockwise, a multiple of 90, instead of the rotation in the metadata.
 
     Raises:
         InputError: it cannot be read, is a pipe or a device, or the folder contains no pictures.
@@ -332,4 +339,5 @@ def open_film(source: str | os.PathLike[str], faces: FaceFinder | None = None) -
     if os.path.exists(source) and not (os.path.isfile(source) or os.path.isdir(source)):
         raise InputError(source, "is neither a file nor a folder", "save the film to a file")
     faces = faces or FaceFinder()
-    return PictureFolder(Path(source), faces) if os.path.isdir(source) else FilmFile(source, faces)
+    kind = PictureFolder if os.path.isdir(source) else FilmFile
+    return kind(Path(source), faces, rotate)

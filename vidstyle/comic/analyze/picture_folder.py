@@ -33,14 +33,14 @@ class PictureFolder(Film):
     Pictures of subfolders, such as one for each chapter, follow in the order of the subfolders' names.
     """
 
-    def __init__(self, path: Path, faces: FaceFinder) -> None:
+    def __init__(self, path: Path, faces: FaceFinder, rotate: int | None = None) -> None:
         """List the pictures; other files are skipped.
 
         Raises:
             InputError: there are none.
         """
         super().__init__(faces)
-        self.name = str(path)
+        self.name, self._rotate = str(path), rotate
         self._has_warned = False
         self._paths = sorted(
             (
@@ -81,11 +81,11 @@ class PictureFolder(Film):
         return self._features(self._number(time))
 
     def _decode_image(self, time: float) -> np.ndarray:
-        with FilmSampler(self._paths[self._number(time)]) as sampler:
+        with FilmSampler(self._paths[self._number(time)], self._rotate) as sampler:
             return sampler.image_at(0)
 
     def _features(self, number: int) -> Candidate:
-        with FilmSampler(self._paths[number]) as sampler:
+        with FilmSampler(self._paths[number], self._rotate) as sampler:
             sample = next(sampler.frames(), None)
             if sample is None:
                 raise InputError(self._paths[number], "no frame could be decoded")

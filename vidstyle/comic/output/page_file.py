@@ -39,7 +39,14 @@ _COMIC_FONT, _BUILT_IN_FONT = "comic", "built-in"
 """Names of fonts that are not files."""
 
 
-def page_file(plan: PagePlan, source: str, target: Path, title: str, styles: Sequence[str]) -> str:
+def page_file(
+    plan: PagePlan,
+    source: str,
+    target: Path,
+    title: str,
+    styles: Sequence[str],
+    rotate: int | None = None,
+) -> str:
     """Return the file of a comic.
 
     Args:
@@ -48,8 +55,9 @@ def page_file(plan: PagePlan, source: str, target: Path, title: str, styles: Seq
         target: where the file will be written; the path of the source is relative to it.
         title: of the comic.
         styles: names or paths.
+        rotate: degrees clockwise; None: as stored in the source.
     """
-    return "\n".join(_lines(plan, _relative(source, target), title, styles)) + "\n"
+    return "\n".join(_lines(plan, _relative(source, target), title, styles, rotate)) + "\n"
 
 
 def _relative(source: str, target: Path) -> str:
@@ -59,7 +67,9 @@ def _relative(source: str, target: Path) -> str:
         return os.path.abspath(source)
 
 
-def _lines(plan: PagePlan, source: str, title: str, styles: Sequence[str]) -> Iterator[str]:
+def _lines(
+    plan: PagePlan, source: str, title: str, styles: Sequence[str], rotate: int | None
+) -> Iterator[str]:
     letters = plan.letters
     font = str(letters.path) if letters.path else _BUILT_IN_FONT
     yield "# A comic of vidstyle: `vidstyle comic THIS-FILE OUTPUT` draws it. Change a time, a word, a place."
@@ -67,6 +77,7 @@ def _lines(plan: PagePlan, source: str, title: str, styles: Sequence[str]) -> It
     yield from _entries(
         format=FORMAT_VERSION, source=source, title=title, styles=list(styles), dpi=float(plan.dpi)
     )
+    yield from () if rotate is None else _entries(rotate=rotate)
     yield from _entries(reading="rtl" if plan.right_to_left else "ltr")
     yield from _entries(font=_COMIC_FONT if letters.path and letters.path == find_comic_font() else font)
     for page, size in enumerate(plan.layout.sizes):
@@ -103,11 +114,13 @@ class PageFile:
         source: film or folder.
         title: of the comic.
         styles: names or paths.
+        rotate: degrees clockwise; None: as stored in the source.
     """
 
     source: str
     title: str
     styles: tuple[str, ...]
+    rotate: int | None
     _data: PageTable
 
     def plan(self, film: Film) -> PagePlan:
@@ -156,7 +169,10 @@ def read_page_file(path: Path) -> PageFile:
     styles = data.value("styles", list)
     if not 1 <= len(styles) <= _MAX_PANELS or not all(isinstance(each, str) for each in styles):
         raise data.error("styles", f"is not a list of 1 to {_MAX_PANELS} names")
-    return PageFile(source, data.text("title"), tuple(styles), data)
+    rotate = data.whole("rotate", 1, 0, 270)[0] if data.has("rotate") else None
+    if rotate is not None and rotate % 90:
+        raise data.error("rotate", "is not a quarter turn", "give 0, 90, 180 or 270")
+    return PageFile(source, data.text("title"), tuple(styles), rotate, data)
 
 
 def _check_counts(data: PageTable, pages: Sequence[PageTable], sheets: Sequence[Rectangle]) -> None:

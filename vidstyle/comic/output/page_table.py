@@ -15,7 +15,7 @@ MAX_LETTERS = 4000
 """Maximum number of characters in a text."""
 MAX_SIDE_PX = 200_000
 """Maximum side of a page."""
-FILE_KEYS = ("format", "source", "title", "styles", "dpi", "reading", "font", "page")
+FILE_KEYS = ("format", "source", "rotate", "title", "styles", "dpi", "reading", "font", "page")
 TABLE_KEYS = {
     "page": ("size", "panel", "label"),
     "panel": ("time", "window", "place", "picture", "leans", "words"),

@@ -19,7 +19,7 @@ from vidstyle.errors import InputError
 from vidstyle.media.color_tags import ColorTags
 from vidstyle.media.frame import DecodedFrame
 from vidstyle.media.options import ReadOptions
-from vidstyle.media.orientation import orientation_of
+from vidstyle.media.orientation import Orientation, orientation_of
 from vidstyle.media.read.decode_report import DecodeReport
 from vidstyle.media.read.deinterlace import Deinterlacer
 from vidstyle.media.read.film_source import MAX_FAILURES, FilmSource
@@ -48,13 +48,18 @@ class FilmSampler(Closing):
         count: number of frames by the headers; None if unknown.
     """
 
-    def __init__(self, source: str | os.PathLike[str]) -> None:
-        """`source`: a source of `open_reader` other than "-".
+    def __init__(self, source: str | os.PathLike[str], rotate: int | None = None) -> None:
+        """Open a film.
+
+        Args:
+            source: a source of `open_reader` other than "-".
+            rotate: degrees clockwise, a multiple of 90, instead of the rotation in the metadata.
 
         Raises:
             InputError: the source cannot be read, or no frame of its video tracks can be decoded.
         """
         self._source = opened = use_source(source, ReadOptions(), _check_decodable)
+        self._turned = None if rotate is None else Orientation.from_rotation(rotate)
         self.seconds, self.pixels = opened.duration or Fraction(0), 0
         self.rate, self.count = opened.rate, opened.frames
         if isinstance(opened, FilmSource | MultipartSource):
@@ -109,7 +114,7 @@ class FilmSampler(Closing):
                 item.native,
                 source.codec,
                 source.name,
-                orientation=source.orientation,
+                orientation=self._turned or source.orientation,
                 sample_aspect=source.sample_aspect,
             )
             return stretch_to_square_pixels(
@@ -165,7 +170,7 @@ class FilmSampler(Closing):
     def _to_samples(self, frames: Iterator[DecodedFrame]) -> Iterator[SampledFrame]:
         for frame in frames:
             if self._copies is None or not self._copies.fits(frame.native):
-                self._copies = SmallCopies(frame.native, self._source)
+                self._copies = SmallCopies(frame.native, self._source, self._turned)
             yield SampledFrame(frame, frame.pts * self._source.time_base, self._copies)
 
 
@@ -251,14 +256,20 @@ class SmallCopies:
         shape: height and width of the full frames, upright and with square pixels.
     """
 
-    def __init__(self, first: av.VideoFrame, source: VideoSource) -> None:
-        """`first`: a frame that gives size and pixel format."""
+    def __init__(self, first: av.VideoFrame, source: VideoSource, turned: Orientation | None = None) -> None:
+        """Prepare copies.
+
+        Args:
+            first: a frame that gives size and pixel format.
+            source: of the frames.
+            turned: orientation instead of the one in the metadata.
+        """
         self._source = source
         self._stored = (first.width, first.height)
         self._format = first.format.name
         # swscale cannot scale indices into a palette.
         self._scaled_format = "rgba" if self._format == "pal8" else None
-        self._orientation = source.orientation or orientation_of(first)
+        self._orientation = turned or source.orientation or orientation_of(first)
         self._square = max(1, round(first.width * (source.sample_aspect or 1))), first.height
         width, height = self._orientation.size(*self._square)
         self.shape = height, width
