@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Sequence
 from concurrent.futures import Future
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -28,6 +28,8 @@ class FrameRequest:
         rgb: packed RGB of the target's depth is wanted instead of luma and chroma.
         measured: gets the percentiles that are measured on this picture.
         tones: percentiles of a larger picture, which this one is a part of; None: this picture is measured.
+        edit: returns what is restyled in place of `picture`, in the same layout; cuts and motion are still
+            those of `picture`. It may be called in any thread, and again. None: no change.
     """
 
     picture: Picture
@@ -36,6 +38,11 @@ class FrameRequest:
     rgb: bool = False
     measured: SharedTones | None = None
     tones: SharedTones | None = None
+    edit: Callable[[], Picture] | None = None
+
+    def edited(self) -> FrameRequest:
+        """Return the request for the edited picture."""
+        return self if self.edit is None else replace(self, picture=self.edit(), edit=None)
 
     def tones_of(self, step: Hashable, measure: Callable[[], np.ndarray]) -> np.ndarray:
         """Return the percentiles of a step, those that `measure` returns or those to use instead."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from dataclasses import replace
 
 import av
@@ -9,12 +10,17 @@ import cv2
 import numpy as np
 import pytest
 from media import photograph
-from pictures import noise, picture_with_writing
+from pictures import noise, picture_with_writing, same_bits
 
+from vidstyle.backend import FrameRequest
 from vidstyle.core.picture import Picture
+from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.demo.drawing import film_picture
 from vidstyle.media.frame import picture_from_frame
 from vidstyle.regions.boxes import Box
+from vidstyle.regions.focus import FocusRenderer
+from vidstyle.regions.still_faces import KnownFaces
+from vidstyle.regions.writing import lifting
 from vidstyle.regions.writing.finding import find_writing
 from vidstyle.regions.writing.lifting import lift_writing, luma_in
 from vidstyle.renderer import stylize
@@ -126,3 +132,25 @@ def test_a_word_is_drawn_in_the_colours_of_the_style() -> None:
         strokes = picture[WORDS].mean(axis=2) < 60
         assert (words[strokes].mean() < rest - 60) == is_dark
         assert (words[strokes].mean() > rest + 60) == (not is_dark)
+
+
+def test_the_threads_that_restyle_a_film_take_writing_off(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All at the same time, as one thread begins all frames; the result is the same for each number."""
+    style, threads = replace(load_style("ink"), steady=0.5), set[str]()
+    page = picture_with_writing()
+    film = [Picture.from_array(np.roll(page, 3 * number, axis=1)) for number in range(4)]
+    lift = lifting.lift_writing
+
+    def noted(picture: Picture, amount: float) -> tuple[Picture, list[lifting.Strokes]]:
+        threads.add(threading.current_thread().name)
+        return lift(picture, amount)
+
+    def restyled(count: int) -> list[Picture]:
+        with FocusRenderer(style, lambda each, _: CpuRenderer(each, count), KnownFaces(())) as renderer:
+            pending = [renderer.begin(FrameRequest(each, n / 25)) for n, each in enumerate(film)]
+            return [each.result() for each in pending]
+
+    alone = restyled(1)
+    monkeypatch.setattr(lifting, "lift_writing", noted)
+    assert all(map(same_bits, alone, restyled(3)))
+    assert threads and threading.current_thread().name not in threads

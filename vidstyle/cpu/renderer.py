@@ -228,7 +228,7 @@ class CpuRenderer(Backend):
 
     def _finish(self, frame: _Frame, workers: BandWorkers) -> Picture:
         with frame.request.measuring():
-            return self._stabilize(frame, workers)
+            return self._stabilize(replace(frame, request=frame.request.edited()), workers)
 
     def _stabilize(self, frame: _Frame, workers: BandWorkers) -> Picture:
         """Stabilize and restyle."""

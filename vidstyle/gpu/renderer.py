@@ -79,6 +79,7 @@ class GpuRenderer(Backend):
 
     def begin(self, request: FrameRequest) -> PendingFrame:
         """Upload a picture and start its passes."""
+        request.edited()  # here, as the thread of the context has more to do
         if not needs_cpu(self._style):
             return PendingFrame(self, self._style, request, self._session)
         log.info("%s has a network: it runs on the CPU", self._style.name, extra={"once": True})

@@ -115,21 +115,23 @@ class GpuSession:
     def _start(self, style: Style, request: FrameRequest) -> InFlightFrame:
         request = flatten_still(request, style.steady)
         with request.measuring(), driver_errors():
-            runner, picture, finish = self._prepare(style, request), request.picture, None
+            runner, shown, finish = self._prepare(style, request), request.picture, None
             stabilizer, measures = self._stabilizer, runner.plan.measures
             remembers = bool(stabilizer or measures or self._film_palettes)
-            scene_cut = remembers and self._cuts.is_cut(small_luma(picture), request.time)
+            scene_cut = remembers and self._cuts.is_cut(small_luma(shown), request.time)
+            request = request.edited()
+            picture = request.picture
             self._film_palettes.follow(picture, request.time, scene_cut)
             weights = self._blend_weights(measures, request.time, scene_cut)
             if isinstance(stabilizer, Stabilizer):
                 assert request.time is not None
-                pair = stabilizer.follow(picture, request.time, scene_cut)
+                pair = stabilizer.follow(shown, request.time, scene_cut)
                 stabilized = stabilizer.before(picture, pair.warp() if pair else None, shared_workers())
                 readbacks = runner.start(request, stabilized.picture, weights)
                 finish = partial(stabilizer.after, stabilized=stabilized, workers=shared_workers())
             elif stabilizer is not None:
                 assert request.time is not None
-                stabilizer.estimate(picture, request.time, scene_cut)
+                stabilizer.estimate(shown, request.time, scene_cut)
                 readbacks = runner.start(request, with_planes(picture), weights, stabilizer)
             else:
                 readbacks = runner.start(request, picture, weights)

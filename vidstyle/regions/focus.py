@@ -18,7 +18,7 @@ from vidstyle.regions.patch_blending import lay_over, patch_mask
 from vidstyle.regions.patch_renderer import OpenRenderer, PatchRenderer
 from vidstyle.regions.patches import PatchPlanner, PatchSet, plane_area
 from vidstyle.regions.rasters import NO_RASTER, PageRaster, raster_of
-from vidstyle.regions.writing.lifting import Strokes, lift_writing
+from vidstyle.regions.writing.lifting import LiftedWriting
 from vidstyle.regions.writing.stroke_drawing import draw_writing
 from vidstyle.stabilize.still import flatten_still
 from vidstyle.style import Style
@@ -43,14 +43,14 @@ class FocusedPicture:
     """A picture that is being restyled, its faces in finer detail, and its writing; see `PendingPicture`.
 
     Attributes:
-        writing: the strokes that are drawn over it, in the ink of the style.
+        writing: is drawn over it, in the ink of the style.
         region: where the style applies, H x W float32, 0..1; None: everywhere.
         cell: height and width of squares that are not divided; see `patch_mask`.
     """
 
     page: PendingPicture
     faces: Sequence[tuple[PendingPicture, PatchSet]]
-    writing: Sequence[Strokes]
+    writing: LiftedWriting
     style: Style
     region: np.ndarray | None
     cell: tuple[int, int] | None
@@ -60,8 +60,8 @@ class FocusedPicture:
         page = styled = self.page.result()
         for fine, patches in self.faces:
             page = lay_over(page, styled, fine.result(), patches, self.region, self.cell)
-        if self.writing:
-            page = draw_writing(page, self.writing, self.style, self.region, self.cell)
+        if strokes := self.writing.strokes():
+            page = draw_writing(page, strokes, self.style, self.region, self.cell)
         return page
 
     def covers(self, shape: tuple[int, int]) -> np.ndarray:
@@ -70,7 +70,7 @@ class FocusedPicture:
         for _, patches in self.faces:
             for patch in patches.visible:
                 whole[plane_area(patch.window, (1, 1))] |= patch_mask(patch, self.cell) > 0
-        for strokes in self.writing:
+        for strokes in self.writing.strokes():
             whole[plane_area(strokes.window, (1, 1))] = True
         return whole
 
@@ -147,17 +147,21 @@ class FocusRenderer(Backend):
     ) -> PendingPicture:
         request, style = flatten_still(request, self._style.steady), self._style
         sets, tones = self._plan(request), SharedTones()
-        writing: Sequence[Strokes] = ()
-        if self._is_focused:
-            picture, writing = lift_writing(request.picture, style.focus)
-            request = replace(request, picture=picture)
+        if not self._is_focused:
+            return start(self._page, request)
+        writing = LiftedWriting(request.picture, style.focus)
+        request = replace(request, edit=writing.picture)
+        if request.time is None:
+            request = request.edited()
+            if not sets and not writing.strokes():
+                return start(self._page, request)
         page = start(self._page, replace(request, measured=tones) if sets else request)
-        request = replace(request, tones=tones)
-        faces = [(start(*self._prepare(request, patches)), patches) for patches in sets]
-        if not faces and not writing:
-            return page
-        cell = self._raster_on(request).cell
-        return FocusedPicture(page, faces, writing, style, _region(request.picture, style), cell)
+        faces = []
+        if sets:
+            lifted = replace(request.edited(), tones=tones)
+            faces = [(start(*self._prepare(lifted, patches)), patches) for patches in sets]
+        region, cell = _region(request.picture, style), self._raster_on(request).cell
+        return FocusedPicture(page, faces, writing, style, region, cell)
 
     def skip(self, request: FrameRequest) -> None:
         """Follow faces and their tones through a picture that is not restyled."""

@@ -43,6 +43,31 @@ class Strokes(NamedTuple):
     light: np.ndarray
 
 
+class LiftedWriting:
+    """The writing of a picture, lifted when it is first asked for: in the thread that restyles the picture.
+
+    Args:
+        picture, amount: see `lift_writing`.
+    """
+
+    def __init__(self, picture: Picture, amount: float) -> None:
+        self._source, self._amount = picture, amount
+        self._lifted: tuple[Picture, list[Strokes]] | None = None
+
+    def picture(self) -> Picture:
+        """Return the picture without its writing."""
+        return self._both()[0]
+
+    def strokes(self) -> list[Strokes]:
+        """Return the writing."""
+        return self._both()[1]
+
+    def _both(self) -> tuple[Picture, list[Strokes]]:
+        if self._lifted is None:
+            self._lifted = lift_writing(self._source, self._amount)
+        return self._lifted
+
+
 def lift_writing(picture: Picture, amount: float) -> tuple[Picture, list[Strokes]]:
     """Return a picture without its writing, and that writing.
 
