@@ -118,11 +118,11 @@ def test_a_visitor_sees_all_looks_of_a_photograph_and_takes_one(
     browser.click("a[href='#watercolor']")
     until(browser, "document.getElementById('command').textContent")
     browser.run(
-        """const levels = document.querySelector("input[type=number][max='32']");
-        levels.value = 7;
-        levels.dispatchEvent(new Event("change", { bubbles: true }));"""
+        """const radius = document.querySelector("input[type=number][max='8']");
+        radius.value = 7;
+        radius.dispatchEvent(new Event("change", { bubbles: true }));"""
     )
-    until(browser, "document.getElementById('command').textContent.includes('levels=7')")
+    until(browser, "document.getElementById('command').textContent.includes('radius=7')")
     text = browser.run(
         """const made = new Promise((done) => {
           URL.createObjectURL = (blob) => (done(blob.text()), "data:,");
@@ -133,7 +133,7 @@ def test_a_visitor_sees_all_looks_of_a_photograph_and_takes_one(
     saved = style_from_table(
         tomllib.loads(text), "watercolor", "watercolor", folder=load_style("watercolor").folder
     )
-    assert saved == override(load_style("watercolor"), ["luma_posterize.levels=7"])
+    assert saved == override(load_style("watercolor"), ["kuwahara.radius=7"])
     browser.click("#close")
     until(browser, "!document.getElementById('viewer').open && !location.hash")
     asked = [
