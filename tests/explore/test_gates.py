@@ -69,7 +69,7 @@ def test_gates_name_what_is_wrong(cat: Original) -> None:
 
 
 def test_signatures_tell_how_alike_pictures_are(cat: Original) -> None:
-    style = load_style("poster")
+    style = load_style("oil")
     here, near, far = (
         cat.signature(cat.render(each)) for each in (style, mutate(style, 1, 0.05), load_style("sketch"))
     )
