@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import get_args
 
 import cv2
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 from skimage import data
 
+from vidstyle.errors import StyleError
 from vidstyle.explore.candidates import examine
 from vidstyle.explore.crops.crop_measures import MAX_FACE_LIKENESS, FullSizeMetrics
 from vidstyle.explore.crops.full_size import Crop, FullSize, faces_of, tones_of
@@ -115,5 +117,9 @@ def test_a_style_that_is_too_large_for_the_picture_is_discarded(astronaut: FullS
 
 
 def test_random_styles_have_scores_between_0_and_1(cat: FullSize) -> None:
-    for seed in range(4):
-        assert 0 <= score(cat.measure(random_style(seed))) <= 1
+    scores = []
+    for seed in range(6):
+        # Some are too large for a small picture.
+        with suppress(StyleError):
+            scores.append(score(cat.measure(random_style(seed))))
+    assert len(scores) >= 4 and all(0 <= each <= 1 for each in scores)
