@@ -409,7 +409,7 @@ def test_a_film_of_one_second_says_why_it_gets_one_panel(
         (["none.mp4", "a.png", "--font", "words.srt"], 3, "words.srt is not a font; give a .ttf "
          "or .otf file"),
         (["none.mp4", "a.png", "--size", "b7"], 2, "b7 is not a paper size; give a3, a4, a5, letter, "
-         "square, strip, webtoon, 1200x1800 or 210x297mm"),
+         "square, screen, strip, webtoon, 1200x1800 or 210x297mm"),
         (["none.mp4", "a.png", "--style", "nope"], 3, "nope"),
         (["none.mp4", "a.png", "--panels", "none"], 2, "'none' is not a number of panels or auto"),
         (["none.mp4", "a.png", "--skip", "12"], 2, "'12' is not a time range such as 0:10-0:25"),

@@ -249,3 +249,29 @@ def test_a_comic_is_edited_in_a_browser(folder: Path, browser: Browser) -> None:
     page = cv2.imread(str(folder / "page.png"), 0)
     assert (drawn(folder, saved, "edited") != page).any()
     assert not [event for event in browser.events if event["method"] == "Runtime.exceptionThrown"]
+
+
+def test_a_comic_is_read_panel_by_panel(folder: Path, browser: Browser) -> None:
+    make_comic(folder / "comic.toml", folder / "read.html")
+    browser.open((folder / "read.html").as_uri())
+    number = "return document.getElementById('panel-number').textContent"
+    is_open = "return document.getElementById('reading').open"
+    browser.press("ArrowRight")
+    browser.press("Enter")
+    assert browser.run(is_open) and browser.run(number) == "1 of 4"
+    browser.press("ArrowRight")
+    browser.press("End")
+    browser.press("ArrowRight")
+    assert browser.run(number) == "4 of 4", "it ends with the last panel"
+    browser.press("Escape")
+    assert not browser.run(is_open)
+    browser.until("document.activeElement.id === 'panel-4'")
+    # On a phone, panels stand one below the other.
+    browser.call(
+        "Emulation.setDeviceMetricsOverride", width=390, height=844, deviceScaleFactor=1, mobile=False
+    )
+    browser.until("document.body.classList.contains('stacked')")
+    lefts = browser.run(
+        "return [...document.querySelectorAll('.panel')].map((each) => each.getBoundingClientRect().top)"
+    )
+    assert sorted(set(lefts)) == lefts

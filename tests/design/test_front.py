@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import urllib.error
 import urllib.request
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -86,6 +88,26 @@ def test_other_pages_and_folders_are_opened_where_the_command_allows_it(
         assert revealed == [tmp_path / "film-sketch.mp4"]
         assert "no job" in page.error("reveal", job=99)
         assert "cannot be opened from here" in page.error("watch_file", job=page.told["queue"][0]["number"])
+
+
+def test_a_comic_is_made_and_shown_under_its_own_policy(server: DesignServer, tmp_path: Path) -> None:
+    """Only documents that the page had made are served."""
+    made = tmp_path / "film-comic-1.html"
+    made.write_text("<title>Comic</title>")
+    assert server.front is not None
+    pages = {"comic": lambda file: str(made), "print": lambda file: str(made.with_suffix(".pdf"))}
+    server.front = replace(server.front, pages=pages)
+    opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
+    with shown(server) as page, opener.open(server.url):
+        address = page.ask("page", kind="comic")["url"]
+        assert "film-comic-1.html" in page.told["notice"]
+        with opener.open(server.url.partition("/?")[0] + address) as answer:
+            assert answer.read() == b"<title>Comic</title>"
+            assert "default-src 'none'" in answer.headers["Content-Security-Policy"]
+            assert "script-src 'unsafe-inline'" in answer.headers["Content-Security-Policy"]
+        assert page.ask("page", kind="print")["url"] == ""
+        with pytest.raises(urllib.error.HTTPError, match="404"):
+            opener.open(server.url.partition("/?")[0] + "/document?of=2")
 
 
 def test_a_command_serves_its_page_until_the_front_page_ends() -> None:

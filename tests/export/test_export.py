@@ -92,9 +92,10 @@ def until(browser: Browser, fact: str) -> None:
 
 
 def shown(browser: Browser) -> np.ndarray:
-    """The picture on the page, H x W x 3 uint8, two frames from now."""
+    """The picture on the page, H x W x 3 uint8, once it is rendered."""
     text = browser.run(
-        """for (let frame = 0; frame < 3; frame++) await new Promise(requestAnimationFrame);
+        """const busy = document.getElementById("busy");
+        for (let frame = 0; frame < 5 || !busy.hidden; frame++) await new Promise(requestAnimationFrame);
         return document.getElementById("picture").toDataURL("image/png").split(",")[1];"""
     )
     content = np.frombuffer(base64.b64decode(text), np.uint8)

@@ -74,8 +74,8 @@ SPANS = Parsed("T-T,T-T", parse_spans)
 @option("--seed", type=number(0, whole=True), default=0, group=Group.PAGE_LAYOUT,
         help="Random seed for variations of layout and frames; 0 is the best.")  # fmt: skip
 @option("--size", metavar="NAME|WxH", group=Group.PAGE_LAYOUT,
-        help="a4, a5, a3, letter, square, strip, webtoon, 1200x1800 or 210x297mm.  "
-             "[default: a4; strip for .html]")  # fmt: skip
+        help="a4, a5, a3, letter, square, screen, strip, webtoon, 1200x1800 or 210x297mm.  "
+             "[default: a4; screen for .html]")  # fmt: skip
 @option("--landscape", is_flag=True, group=Group.PAGE_LAYOUT, help="Landscape orientation, for named sizes.")
 @option("--dpi", type=number(), group=Group.PAGE_LAYOUT,
         help=f"Pixels per inch.  [default: {DEFAULT_DPI}; {PRINT_DPI} for .pdf]")  # fmt: skip

@@ -48,7 +48,8 @@ def show_front_page(source: str | None, port: int, no_open: bool, device: str, s
     with ChildPages() as children:
         pages = {
             "explore": lambda file: children.open(["explore", file or "camera"]),
-            "comic": lambda file: _make_comic(children, file, is_wanted),
+            "comic": lambda file: _make_comic(children, file, ".html"),
+            "print": lambda file: _make_comic(children, file, ".pdf", is_wanted),
             "live": lambda file: children.open(["live", "camera", "--style", "ink", "--to", "page"]),
         }
         front = FrontDoor(pages, *((_reveal, _launch) if is_wanted else ()))
@@ -57,13 +58,20 @@ def show_front_page(source: str | None, port: int, no_open: bool, device: str, s
             say(f"page: {url}")
 
 
-def _make_comic(children: ChildPages, file: str | None, is_shown: bool) -> str:
-    """Make comic pages of a film in the current folder; return the path of the file."""
+def _make_comic(children: ChildPages, file: str | None, suffix: str, is_shown: bool = False) -> str:
+    """Make comic pages of a film in the current folder; return the path of the file.
+
+    Args:
+        children: runs the command.
+        file: the film.
+        suffix: of the file that is made.
+        is_shown: whether to open it in the program for its type.
+    """
     if file is None:
         raise UsageError("comic pages", "need a film", "open one first")
     stem = re.sub(r"[^\w-]+", "-", Path(file).stem) or "film"
     numbers = itertools.count(1)
-    path = next(p for number in numbers if not (p := Path.cwd() / f"{stem}-comic-{number}.pdf").exists())
+    path = next(p for number in numbers if not (p := Path.cwd() / f"{stem}-comic-{number}{suffix}").exists())
     children.run(["comic", file, str(path)])
     if is_shown:
         click.launch(str(path))

@@ -104,7 +104,7 @@ class _Job:
         options = replace(options, title=text_of_name(options.title))
         self._source, self._options, self._step = source, options, on_step
         self._output = Output(target, source, options.overwrite)
-        size = options.size or ("strip" if self._output.is_strip else "a4")
+        size = options.size or ("screen" if self._output.is_strip else "a4")
         border = 0 if options.storyboard else BORDER_POINTS
         dpi = self._output.dpi if options.dpi is None else options.dpi
         self._paper = paper(size, dpi, landscape=options.landscape, border=border)
@@ -319,7 +319,7 @@ class ComicOptions:
         styles: assigned to the panels in rotation; None: comic, or for a contact sheet none.
         by: where the next of the styles follows; None: with each panel.
         cues: styles over time, for the times of the panels; None: `styles`.
-        size: paper size, see `paper`; None: A4, or a strip for .html.
+        size: paper size, see `paper`; None: A4, or a page that suits a window for .html.
         dpi: pixels per inch; None: 300 for .pdf, else 150.
         landscape: landscape orientation for a named paper size.
         pages: number of pages; None: depends on the panels.

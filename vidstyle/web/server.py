@@ -45,6 +45,11 @@ CONTENT_POLICY = (
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
 """Content security policy of the pages; the server adds its own WebSockets."""
+DOCUMENT_POLICY = (
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
+    "img-src data:; font-src data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+"""Policy for documents of this program, which contain all their parts and allow their scripts by digest."""
 SECURITY_HEADERS = {
     "Cache-Control": "no-store",
     "Cross-Origin-Opener-Policy": "same-origin",
@@ -212,7 +217,8 @@ class WebServer:
         # Not every browser lets 'self' stand for WebSockets too.
         sockets = " ".join(f"ws://{host}" for host in own_hosts(request))
         policy = f"{CONTENT_POLICY}; connect-src 'self' {sockets}"
-        response.headers.update(SECURITY_HEADERS | {"Content-Security-Policy": policy})
+        response.headers.setdefault("Content-Security-Policy", policy)
+        response.headers.update(SECURITY_HEADERS)
 
     def _run(self) -> None:
         asyncio.set_event_loop(self._loop)

@@ -24,6 +24,9 @@ PAPER_SIZES_MM = {
 }
 """Width and height of the named paper sizes in portrait orientation."""
 
+SCREEN_SIZES_PX = {"screen": (1800, 1100)}
+"""Width and height of the named pages for windows of a browser."""
+
 STRIP_WIDTHS_PX = {"strip": 1080, "webtoon": 800}
 """Widths of the named strips for phones."""
 
@@ -88,8 +91,8 @@ def paper(
     """Return the paper of a size.
 
     Args:
-        size: a name of `PAPER_SIZES_MM` or `STRIP_WIDTHS_PX`, or WIDTHxHEIGHT in pixels, or in millimetres
-            if "mm" follows.
+        size: a name of `PAPER_SIZES_MM`, `SCREEN_SIZES_PX` or `STRIP_WIDTHS_PX`, or WIDTHxHEIGHT in pixels,
+            or in millimetres if "mm" follows.
         dpi: pixels per inch.
         landscape: landscape orientation for a named size.
         border: points.
@@ -118,13 +121,15 @@ def _sides(size: str, dpi: float, landscape: bool) -> tuple[int, int]:
     """Return width and height in pixels; the height of a strip is 0."""
     if size in STRIP_WIDTHS_PX:
         return STRIP_WIDTHS_PX[size], 0
+    if size in SCREEN_SIZES_PX:
+        return SCREEN_SIZES_PX[size]
     sides = PAPER_SIZES_MM.get(size)
     if sides:
         width, height = (round(_pixels(side, dpi)) for side in (sides[::-1] if landscape else sides))
     else:
         found = re.fullmatch(r"(\d+(?:\.\d+)?)\s*[x×]\s*(\d+(?:\.\d+)?)\s*(px|mm)?", size)
         if not found:
-            names = ", ".join([*PAPER_SIZES_MM, *STRIP_WIDTHS_PX])
+            names = ", ".join([*PAPER_SIZES_MM, *SCREEN_SIZES_PX, *STRIP_WIDTHS_PX])
             raise UsageError(size, "is not a paper size", f"give {names}, 1200x1800 or 210x297mm")
         number = [float(side) for side in found.groups()[:2]]
         width, height = (round(_pixels(side, dpi) if found[3] == "mm" else side) for side in number)

@@ -1,16 +1,24 @@
-// Reading a comic in the browser: theme, size of the pages, full screen, keys.
+// Reading a comic in the browser: theme, size of the pages, full screen, print, keys.
 
 import { get, icon, press } from "./elements.js";
+import { PanelView } from "./panel_view.js";
 import { SHARED_KEYS } from "./shared_keys.js";
 import { switchTheme } from "./theme.js";
 
 /** A page that is longer, for its width, is a strip: it never fits into a window. */
 const MAX_PAGE_ASPECT = 2.5;
+/** Where a window is as narrow as a phone, panels stand one below the other. */
+const NARROW = matchMedia("(max-width: 40rem)");
+/** The largest height of a panel there, its distance to the next one, and their common margin, relative to the width of the page. */
+const [MAX_STACKED_HEIGHT_RATIO, STACK_GUTTER_RATIO, STACK_MARGIN_RATIO] = [1.3, 0.025, 0.015];
 
 const pages = /** @type {SVGSVGElement[]} */ ([...document.querySelectorAll("main > svg")]);
+const boxes = pages.map((page) => page.getAttribute("viewBox") ?? "");
+const panels = /** @type {SVGGElement[]} */ ([...document.querySelectorAll("main > svg > g[id^=panel-]")]);
 const help = /** @type {HTMLDialogElement} */ (get("help"));
+const view = new PanelView(panels);
 
-/** The number of the page at the top of the window. */
+/** The number of the page in the middle of the window. */
 function current() {
   const top = pages.findIndex((page) => page.getBoundingClientRect().bottom > innerHeight / 2);
   return top < 0 ? pages.length - 1 : top;
@@ -19,41 +27,87 @@ function current() {
 /** Scrolls to the next page or the one before. @param {number} by */
 const turn = (by) => pages[Math.min(Math.max(current() + by, 0), pages.length - 1)]?.scrollIntoView();
 
-/** Fits pages into the window, or their width; the page in view stays. */
-function zoom() {
-  const page = current();
-  press(get("zoom"), document.body.classList.toggle("whole"));
-  pages[page].scrollIntoView();
+/** Places the panels of a page one below the other, each as wide as the page. @param {SVGSVGElement} page */
+function stack(page) {
+  const { width } = page.viewBox.baseVal;
+  const [margin, gutter] = [STACK_MARGIN_RATIO * width, STACK_GUTTER_RATIO * width];
+  let top = margin;
+  for (const panel of page.querySelectorAll(":scope > g")) {
+    const box = /** @type {SVGGElement} */ (panel).getBBox();
+    const scale = Math.min((width - 2 * margin) / box.width, (MAX_STACKED_HEIGHT_RATIO * width) / box.height);
+    panel.setAttribute("transform", `translate(${(width - scale * box.width) / 2 - scale * box.x} ${top - scale * box.y}) scale(${scale})`);
+    top += scale * box.height + gutter;
+  }
+  const height = top - gutter + margin;
+  page.setAttribute("viewBox", `0 0 ${width} ${height}`);
+  page.style.aspectRatio = `${width / height}`;
 }
+
+/** Returns the panels of all pages to their places. */
+function unstack() {
+  for (const panel of panels) panel.removeAttribute("transform");
+  for (const [number, page] of pages.entries()) {
+    page.setAttribute("viewBox", boxes[number]);
+    page.style.aspectRatio = "";
+  }
+}
+
+/** Shows whole pages, or pages as wide as the window; the page in view stays. @param {boolean} whole */
+function arrange(whole) {
+  const page = current();
+  press(get("zoom"), whole);
+  document.body.classList.toggle("whole", whole);
+  document.body.classList.toggle("stacked", NARROW.matches && !whole);
+  unstack();
+  if (NARROW.matches && !whole) pages.forEach(stack);
+  if (page) pages[page].scrollIntoView();
+}
+
+const zoom = () => arrange(!document.body.classList.contains("whole"));
 
 function fill() {
   if (document.fullscreenElement) document.exitFullscreen();
   else document.documentElement.requestFullscreen?.().catch(() => {});
 }
 
+/** Moves the focus to the next panel or the one before, or to the first one in view. @param {number} by */
+function step(by) {
+  const at = panels.indexOf(/** @type {any} */ (document.activeElement));
+  const seen = panels.findIndex((panel) => panel.getBoundingClientRect().bottom > innerHeight / 4);
+  const panel = panels[at < 0 ? Math.max(seen, 0) : Math.min(Math.max(at + by, 0), panels.length - 1)];
+  panel?.focus({ preventScroll: true });
+  panel?.scrollIntoView({ block: "nearest" });
+}
+
 /** @type {Object<string, () => void>} */
 const KEYS = {
+  ArrowRight: () => step(1),
+  ArrowLeft: () => step(-1),
   [SHARED_KEYS.next]: () => turn(1),
-  ArrowRight: () => turn(1),
-  ArrowLeft: () => turn(-1),
-  [SHARED_KEYS.zoom]: () => get("zoom").click(),
+  [SHARED_KEYS.zoom]: zoom,
   [SHARED_KEYS.full]: fill,
   [SHARED_KEYS.help]: () => help.showModal(),
 };
 
-for (const [id, name] of /** @type {const} */ ([["full", "fit"], ["theme", "theme"], ["ask", "help"]])) get(id).prepend(icon(name));
+for (const [id, name] of /** @type {const} */ ([["print", "print"], ["full", "fit"], ["theme", "theme"], ["ask", "help"]])) get(id).prepend(icon(name));
 const isStrip = pages.some(({ viewBox: { baseVal: { width, height } } }) => height > MAX_PAGE_ASPECT * width);
 document.body.classList.toggle("strip", isStrip);
 get("zoom").hidden = isStrip;
-if (!isStrip && innerWidth > innerHeight) zoom(); // a whole page is seen first
+// A whole page is seen first, except on a phone.
+const begin = () => arrange(!isStrip && innerWidth > innerHeight);
+begin();
+NARROW.addEventListener("change", begin);
 get("zoom").addEventListener("click", zoom);
 get("full").addEventListener("click", fill);
 get("full").hidden = !document.fullscreenEnabled;
+get("print").addEventListener("click", () => print());
+addEventListener("beforeprint", unstack);
+addEventListener("afterprint", () => arrange(document.body.classList.contains("whole")));
 get("ask").addEventListener("click", () => help.showModal());
 switchTheme(get("theme"));
 addEventListener("keydown", (event) => {
   const isText = /** @type {HTMLElement} */ (event.target).matches("textarea, input");
-  if (isText || event.altKey || event.ctrlKey || event.metaKey || help.open) return;
+  if (isText || event.altKey || event.ctrlKey || event.metaKey || help.open || view.isOpen) return;
   const key = event.key.length > 1 ? event.key : event.key.toLowerCase();
   const run = KEYS[key];
   if (!run || (key.startsWith("Arrow") && document.activeElement?.matches(".editable"))) return;

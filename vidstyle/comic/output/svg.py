@@ -51,7 +51,10 @@ def html(sheets: Iterable[Sheet], title: str, page_file: str) -> bytes:
     data = json.dumps(page_file).replace("<", "\\u003c")
     return template.substitute(
         title=xml_text(title or "Comic"),
-        count=counted(len(drawn), "page"),
+        count=", ".join(
+            (counted(len(drawn), "page"), counted(sum(len(sheet.panels) for sheet in drawn), "panel"))
+        ),
+        orientation="landscape" if drawn[0].width > drawn[0].height else "portrait",
         style=module_text("components.css"),
         width=width,
         pages="".join(pages),

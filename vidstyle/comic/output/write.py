@@ -29,7 +29,7 @@ _Encoder = Callable[[Iterable[Sheet], str], bytes]
 """Encodes pages as the content of a file with a title."""
 
 _STRIP_SUFFIX = ".html"
-"""The format for one long page, in which words and places can be changed."""
+"""The format for a browser, in which words and places can be changed."""
 _PAGE_ENCODERS: dict[str, _Encoder] = {
     ".png": png,
     ".jpg": jpeg,
@@ -54,7 +54,7 @@ class Output:
 
     Attributes:
         target: its name.
-        is_strip: whether the format suits one long page, which can be edited.
+        is_strip: whether the format is for a browser, in which it can be edited.
         is_printed: whether the format is for print, on paper of a fixed size.
         dpi: default resolution, pixels per inch.
     """
@@ -103,7 +103,7 @@ class Output:
         """
         kind = self.target.suffix.lower()
         if kind == _STRIP_SUFFIX:
-            title = title or Path(self._source).stem
+            title = title or _title_of(Path(self._source))
         encode = partial(html, page_file=page_file) if kind == _STRIP_SUFFIX else _PAGE_ENCODERS[kind]
         is_single = kind in _MULTI_PAGE_SUFFIXES
         targets = [self.target] if is_single else page_names(self.target, pages)
@@ -118,6 +118,16 @@ class Output:
                 for write, sheet in zip(writers, sheets, strict=True):
                     write(encode([sheet], title))
         return targets
+
+
+def _title_of(source: Path) -> str:
+    """Return the name of a source as a title.
+
+    >>> _title_of(Path("summer_holiday.mp4"))
+    'Summer holiday'
+    """
+    words = source.stem.replace("_", " ").strip()
+    return words[:1].upper() + words[1:]
 
 
 def page_names(target: Path, pages: int) -> list[Path]:

@@ -284,7 +284,7 @@ class DesignConnection(DesignView):
 
     @message(in_background=True)
     async def page(self, kind: str) -> Answer:
-        """Open another page on the file of the clip; answer with its address."""
+        """Open another page on the file of the clip, or make a document of it; answer with its address."""
         pages = self.server.front.pages if self.server.front is not None else {}
         if kind not in pages:
             raise UsageError(f"the page {kind}", "cannot be opened from here")
@@ -292,6 +292,7 @@ class DesignConnection(DesignView):
         address = await asyncio.to_thread(pages[kind], source)
         if not address.startswith("http"):
             await self.tell({"notice": f"Saved as {address}."})
+            address = self.server.documents.add(Path(address))
         return {"url": address}
 
     @message

@@ -14,6 +14,7 @@ from vidstyle.design.front_door import FrontDoor
 from vidstyle.design.page.design_session import DesignSession
 from vidstyle.design.page.design_view import DesignView, clip_message
 from vidstyle.design.page.frames import PictureType
+from vidstyle.design.page.made_documents import DOCUMENT_PATH, MadeDocuments
 from vidstyle.design.page.render_queue import RenderQueue
 from vidstyle.design.page.steady_preview import SteadyPreview
 from vidstyle.design.samples import block_sample, sample_names
@@ -49,6 +50,7 @@ class DesignServer(PageServer[DesignView]):
         queue: renders films.
         steady: renders one second with temporal smoothing.
         front: the ways to other pages, or None.
+        documents: the documents that were made from the page.
     """
 
     def __init__(
@@ -71,10 +73,11 @@ class DesignServer(PageServer[DesignView]):
             OutputError: the port is taken or needs privileges.
         """
         self.designer, self.session = designer, DesignSession(designer, device)
-        self.front = front
+        self.front, self.documents = front, MadeDocuments()
         self._settling: asyncio.Task[None] | None = None
         handlers = {
             "/block.jpg": self._samples(sample_names, block_sample),
+            DOCUMENT_PATH: self.documents.serve,
         }
         super().__init__(
             "designer", lambda: connect(self), handlers, STATIC_FOLDER, "index.html",

@@ -8,9 +8,13 @@ import { rove } from "./roving.js";
 /** The other pages: icon, name, purpose. @type {Record<string, [string, string, string]>} */
 const OTHER_PAGES = {
   explore: ["styles", "Explore new looks", "Choose from random styles on your own picture"],
-  comic: ["panels", "Make comic pages", "The key frames of your film, laid out as a comic"],
+  comic: ["panels", "Make comic pages", "The key frames of your film, to read in the browser"],
+  print: ["print", "Comic pages as PDF", "The same pages, to print"],
   live: ["camera", "Live camera", "Restyle a webcam while you watch"],
 };
+
+/** The pages that are made of a film, and what is said meanwhile. @type {Record<string, string>} */
+const MADE = { comic: "Choosing key frames and drawing pages…", print: "Drawing pages for print…" };
 
 /** The button for looks of all kinds. */
 const ALL = "All";
@@ -69,6 +73,7 @@ export class Start {
   #name = "";
   /** The address of the unchanged film. */
   #source = "";
+  #isFilm = false;
 
   /**
    * @param {import("./session.js").Session} session
@@ -140,6 +145,7 @@ export class Start {
   #film(clip) {
     this.#name = clip.name.split(/[\\/]/).at(-1) ?? "";
     this.#fresh = false;
+    this.#isFilm = clip.count > 1;
     get("previews").textContent = "";
     const isExample = this.#name === EXAMPLE;
     get("source-name").textContent = isExample ? "An example" : this.#name;
@@ -251,16 +257,37 @@ export class Start {
   /** Returns the button that opens another page. @param {string} kind */
   #door(kind) {
     const [image, name, purpose] = OTHER_PAGES[kind];
-    const words = make("span", {}, make("b", { textContent: name }), make("span", { className: "quiet", textContent: purpose }));
-    return make("button", { type: "button", onclick: () => this.#leave(kind) }, icon(image), words);
+    const said = make("span", { className: "quiet", role: "status", textContent: purpose });
+    const button = make("button", { type: "button" }, icon(image), make("span", {}, make("b", { textContent: name }), said));
+    button.addEventListener("click", async () => {
+      if (!this.#mayMake(kind)) return;
+      button.disabled = true;
+      said.textContent = MADE[kind] ?? "Starting…";
+      await this.#leave(kind);
+      said.textContent = purpose;
+      button.disabled = false;
+    });
+    return button;
+  }
+
+  /** Asks for a film where a comic is wanted and none is open. @param {string} kind */
+  #mayMake(kind) {
+    if (!(kind in MADE) || (this.#isFilm && this.#name !== EXAMPLE)) return true;
+    this.session.onerror(this.#name === EXAMPLE ? "Open a film first: a comic shows its key frames." : "A comic needs a film; this is a photograph.");
+    /** @type {HTMLElement | null} */ (this.root.querySelector(".choose-file"))?.focus();
+    return false;
   }
 
   /** Opens another page in a new tab. @param {string} kind */
   async #leave(kind) {
     // A tab that is opened only after the answer would be blocked.
-    const tab = open("", "_blank");
+    const tab = kind === "print" ? null : open("", "_blank");
+    if (tab && kind in MADE) {
+      tab.document.title = OTHER_PAGES[kind][1];
+      tab.document.body.textContent = `${MADE[kind]} The comic appears here.`;
+    }
     const answer = await this.session.ask("page", { kind });
-    if (answer?.url.startsWith("http") && tab) tab.location = answer.url;
+    if (answer?.url && tab) tab.location = answer.url;
     else tab?.close();
   }
 

@@ -108,6 +108,9 @@ const ICONS = {
   enlarge: "M7 12A5 5 0 1 0 7 2a5 5 0 0 0 0 10Zm3.7-1.3L14 14M7 5v4M5 7h4",
   camera: "M2 5h3l1-2h4l1 2h3v8H2zM8 11.5a2.5 2.5 0 1 0 0-5 2.5 2.5 0 0 0 0 5Z",
   panels: "M2 2h5v6H2zM9 2h5v3.5H9zM9 7.5h5V14H9zM2 10h5v4H2z",
+  back: "M10.5 2.5 5 8l5.5 5.5",
+  forward: "M5.5 2.5 11 8l-5.5 5.5",
+  print: "M4.5 6V2.5h7V6M4.5 12h-2V6h11v6h-2M4.5 9.5h7v4h-7z",
   restore: "M3 3v4h4M3.5 7A5.5 5.5 0 1 1 2.5 9",
 };
 

@@ -30,12 +30,14 @@ export class Source {
   /**
    * @param {object} events
    * @param {() => void} events.onopen is called when another picture is shown
+   * @param {() => void} events.onphotograph is called when a photograph of the user is shown
    * @param {() => void} events.onframe is called for each new frame
    * @param {() => void} events.onjump is called before the frame after a jump in a film
    * @param {(text: string, seconds?: number) => void} events.report shows a message
    */
-  constructor({ onopen, onframe, onjump, report }) {
+  constructor({ onopen, onphotograph, onframe, onjump, report }) {
     this.onopen = onopen;
+    this.onphotograph = onphotograph;
     this.onframe = onframe;
     this.onjump = onjump;
     this.report = report;
@@ -76,7 +78,10 @@ export class Source {
     const src = URL.createObjectURL(file);
     try {
       if (file.type.startsWith("video/")) await this.#openFilm(make("video", { src, loop: true, playsInline: true }));
-      else this.show(await loadPicture(src));
+      else {
+        this.show(await loadPicture(src));
+        this.onphotograph();
+      }
     } catch (error) {
       this.report(`${file.name}: ${/** @type {Error} */ (error).message}`);
     }

@@ -30,9 +30,13 @@ const MAX_FRAME_MS = 70;
 /** Number of consecutive slow frames after which the detail is reduced. */
 const MAX_SLOW_FRAMES = 12;
 const SIDES = [360, 720, 1080];
+/** Photographs are shown in full detail: faces lose their features in a smaller picture. */
+const PHOTOGRAPH_SIDE = SIDES[2];
+/** Without a GPU, a photograph is drawn in full detail once its values have not changed for this time. */
+const REFINE_MS = 500;
 /** The buttons that keys press. @type {Object<string, string>} */
 const KEYS = {
-  [SHARED_KEYS.compare]: "compare", [SHARED_KEYS.save]: "save", [SHARED_KEYS.full]: "full", [SHARED_KEYS.play]: "play", " ": "play", r: "record",
+  [SHARED_KEYS.compare]: "compare", [SHARED_KEYS.save]: "save", [SHARED_KEYS.full]: "full", [SHARED_KEYS.play]: "play", " ": "play", r: "record", [SHARED_KEYS.help]: "ask",
 };
 
 /** Returns the working size: the shorter side is that of the plan. @param {[number, number]} size @param {number} side @returns {[number, number]} */
@@ -56,10 +60,11 @@ export class Viewer {
   panel = null;
   #place = /** @type {HTMLInputElement} */ (get("place"));
   #detail = /** @type {HTMLSelectElement} */ (get("side"));
-  redraw = oncePerFrame(() => this.draw());
+  redraw = oncePerFrame(() => this.#drawSoon());
   #divider = new Divider(this.canvas, get("divider"), this.redraw);
   source = new Source({
     onopen: () => this.#opened(),
+    onphotograph: () => this.#isChosen || this.#choose(PHOTOGRAPH_SIDE),
     onframe: () => this.#framed(),
     onjump: () => this.#shown?.style.restart(),
     report: (text, seconds) => this.say(text, seconds),
@@ -69,6 +74,11 @@ export class Viewer {
   /** @type {MediaRecorder | null} */
   #recorder = null;
   #slow = 0;
+  /** Whether the user has chosen the detail. */
+  #isChosen = false;
+  /** The working size that is shown, or will be once it is compiled. */
+  #wanted = 0;
+  #refining = 0;
   /** Whether the original is shown while a button or key is held. */
   #held = false;
   /** Is called when a value of a control has changed. @type {() => void} */
@@ -77,7 +87,7 @@ export class Viewer {
   /** @param {Runner} runner */
   constructor(runner) {
     this.runner = runner;
-    this.#detail.value = runner.isSoftware ? "360" : "720";
+    this.#detail.value = String(this.#filmSide);
     this.#divider.listen();
     this.#listen();
     switchTheme(get("theme"));
@@ -88,16 +98,22 @@ export class Viewer {
     announce(get("message"), text, { seconds });
   }
 
+  /** The detail that a film starts with. */
+  get #filmSide() {
+    return this.runner.isSoftware ? SIDES[0] : SIDES[1];
+  }
+
   /** The working size: the length of the shorter side. */
   get side() {
     return Number(this.#detail.value);
   }
 
-  /** Shows another style, once it is compiled. @param {StyleData} data @param {number} [side] */
-  async show(data, side = this.side) {
+  /** Shows another style, once it is compiled. @param {StyleData} data @param {number} [side] the detail, which then stays */
+  async show(data, side) {
+    if (side) this.#isChosen = true;
     this.data = data;
-    this.panel = new StylePanel(data, () => this.#changed());
-    await this.#choose(side);
+    this.panel = new StylePanel(data, () => this.#edited());
+    await this.#choose(side ?? this.side);
     get("facts").textContent = this.#facts(data).join(" ");
   }
 
@@ -106,21 +122,36 @@ export class Viewer {
     const facts = [this.runner.isSoftware ? "Rendered without a GPU, so this will be slow." : `Rendered on ${this.runner.device}.`];
     if (fixed.length) facts.push(`Fixed in this file: ${fixed.join(", ")}.`);
     const missing = [...(plans[0].plan.server.includes("steady") ? ["Steadiness"] : []), ...(focus ? ["Detail in faces"] : [])];
-    if (missing.length) facts.unshift(`${missing.join(" and ")}: only where vidstyle itself renders, not in this file.`);
+    if (missing.length) facts.unshift(`Not in this page: ${missing.join(", ")}. Render with vidstyle to use ${missing.length > 1 ? "them" : "it"}.`);
     if (plans[0].plan.server.includes("masks")) facts.push("Masks are only available in vidstyle: here, people fill the picture.");
     return facts;
   }
 
-  /** Switches to the plan for this side once it is compiled. @param {number} side */
-  async #choose(side) {
+  /** Shows this detail in the list, and switches to it. @param {number} side */
+  #choose(side) {
     this.#detail.value = String(side);
+    return this.#use(side);
+  }
+
+  /** Switches to the plan for this side once it is compiled. @param {number} side */
+  async #use(side) {
+    this.#wanted = side;
+    this.#wait(Boolean(this.source.picture));
     const wanted = /** @type {StyleData} */ (this.data);
     const found = await loadStyle(this.runner, /** @type {SizedPlan} */ (wanted.plans.find((each) => each.side === side)));
-    if (this.data !== wanted || this.side !== side) return;
+    if (this.data !== wanted || this.#wanted !== side) return;
     if (found !== this.#shown) this.#shown?.style.release();
     this.#shown = found;
     this.#changed();
     found.style.restart();
+  }
+
+  /** Shows changed values: in a photograph quickly, then in full detail. */
+  #edited() {
+    clearTimeout(this.#refining);
+    if (!this.source.picture || this.source.video || !this.runner.isSoftware || this.side === SIDES[0]) return this.#changed();
+    this.#use(SIDES[0]);
+    this.#refining = setTimeout(() => this.#use(this.side), REFINE_MS);
   }
 
   #changed() {
@@ -130,7 +161,24 @@ export class Viewer {
     this.redraw();
   }
 
+  /** Says that a frame is not ready yet. @param {boolean} on */
+  #wait(on) {
+    get("busy").hidden = !on;
+  }
+
+  /** Draws a photograph after the notice of it is on the screen, as drawing may block the page. */
+  #drawSoon() {
+    this.#wait(Boolean(this.source.picture));
+    requestAnimationFrame(() => requestAnimationFrame(() => {
+      this.draw();
+      this.#wait(this.#shown?.side !== this.side);
+    }));
+  }
+
   #opened() {
+    clearTimeout(this.#refining);
+    this.#wait(true);
+    if (this.source.video && !this.#isChosen) this.#choose(this.#filmSide);
     this.#shown?.style.restart();
     document.body.classList.remove("empty");
     get("film").hidden = !this.source.film;
@@ -140,6 +188,7 @@ export class Viewer {
     const { film } = this.source;
     if (!this.source.video) return this.redraw();
     this.draw();
+    requestAnimationFrame(() => this.#wait(false));
     if (film) this.#place.value = String(film.duration ? film.currentTime / film.duration : 0);
   }
 
@@ -203,7 +252,8 @@ export class Viewer {
 
   async #copyLink() {
     const address = addressOf(String(this.data?.name), this.panel?.changes ?? {});
-    await navigator.clipboard.writeText(address).then(() => this.say("Link copied."), () => this.say(address, 0));
+    const note = location.protocol === "file:" ? " It opens this file on this computer; to share it, put the file on a web site." : "";
+    await navigator.clipboard.writeText(address).then(() => this.say(`Link copied.${note}`), () => this.say(address, 0));
   }
 
   #listen() {
@@ -223,9 +273,13 @@ export class Viewer {
       record: () => this.#record(),
       compare: () => this.#compare(),
       link: () => this.#copyLink(),
+      ask: () => /** @type {HTMLDialogElement} */ (get("keys")).showModal(),
     };
     for (const [id, act] of Object.entries(clicks)) get(id)?.addEventListener("click", act);
-    this.#detail.onchange = () => this.#choose(this.side);
+    this.#detail.onchange = () => {
+      this.#isChosen = true;
+      this.#choose(this.side);
+    };
     this.#place.oninput = () => {
       const { film } = this.source;
       if (film) film.currentTime = Number(this.#place.value) * film.duration;
@@ -239,7 +293,7 @@ export class Viewer {
   /** @param {KeyboardEvent} event */
   #press(event) {
     const target = /** @type {HTMLElement} */ (event.target);
-    if (target.matches("input:not([type=range]), select") || event.ctrlKey || event.metaKey || event.altKey || !this.source.picture) return;
+    if (target.matches("input:not([type=range]), select, dialog *") || event.ctrlKey || event.metaKey || event.altKey || !this.source.picture) return;
     if (event.key === SHARED_KEYS.original) return this.#hold(true);
     const id = KEYS[event.key];
     if (!id || !get("stage").checkVisibility()) return;

@@ -1,0 +1,83 @@
+// Reading panel by panel: one panel fills the window.
+
+import { get, icon, makeSvg } from "./elements.js";
+import { SHARED_KEYS } from "./shared_keys.js";
+
+/** Returns x, y, width and height of a panel on its page, wherever it was moved. @param {SVGGElement} panel */
+function placeOf(panel) {
+  const { x, y, width, height } = panel.getBBox();
+  const { a, d, e, f } = panel.transform.baseVal.consolidate()?.matrix ?? { a: 1, d: 1, e: 0, f: 0 };
+  return [a * x + e, d * y + f, a * width, d * height];
+}
+
+/** Enlarges panels when they are clicked, or when Enter is pressed. */
+export class PanelView {
+  #at = 0;
+  #dialog = /** @type {HTMLDialogElement} */ (get("reading"));
+
+  /** @param {SVGGElement[]} panels in reading order */
+  constructor(panels) {
+    this.panels = panels;
+    panels.forEach((panel, number) => this.#prepare(panel, number));
+    for (const [id, by, name] of /** @type {const} */ ([["panel-before", -1, "back"], ["panel-after", 1, "forward"]])) {
+      get(id).prepend(icon(name));
+      get(id).addEventListener("click", () => this.#show(this.#at + by));
+    }
+    get("panel-close").prepend(icon("close"));
+    get("panel-close").addEventListener("click", () => this.#dialog.close());
+    get("panel-picture").addEventListener("click", ({ clientX }) => this.#show(this.#at + (clientX < innerWidth / 2 ? -1 : 1)));
+    this.#dialog.addEventListener("close", () => this.panels[this.#at].focus());
+    this.#dialog.addEventListener("keydown", (event) => this.#key(event));
+  }
+
+  get isOpen() {
+    return this.#dialog.open;
+  }
+
+  /** @param {SVGGElement} panel @param {number} number */
+  #prepare(panel, number) {
+    const note = panel.querySelector(":scope > title")?.textContent;
+    const hasParts = panel.querySelector("[data-place]");
+    panel.tabIndex = 0;
+    panel.setAttribute("role", hasParts ? "group" : "button");
+    panel.setAttribute("aria-label", `Panel ${number + 1} of ${this.panels.length}${note ? `, ${note}` : ""}. Enter enlarges it.`);
+    panel.classList.add("panel");
+    panel.addEventListener("click", ({ target }) => /** @type {Element} */ (target).closest("[data-place]") || this.#open(number));
+    panel.addEventListener("keydown", (event) => {
+      if (event.target !== panel || (event.key !== "Enter" && event.key !== " ")) return;
+      event.preventDefault();
+      this.#open(number);
+    });
+  }
+
+  /** @param {number} number */
+  #open(number) {
+    this.#dialog.showModal();
+    this.#show(number);
+  }
+
+  /** Shows a panel, if there is one of this number. @param {number} number */
+  #show(number) {
+    const panel = this.panels[number];
+    if (!panel) return;
+    this.#at = number;
+    const [x, y, width, height] = placeOf(panel);
+    const whole = makeSvg("svg", { viewBox: `${x} ${y} ${width} ${height}`, "font-family": panel.ownerSVGElement?.getAttribute("font-family") ?? "" });
+    whole.append(makeSvg("use", { href: `#${panel.id}` }));
+    get("panel-picture").replaceChildren(whole);
+    get("panel-number").textContent = `${number + 1} of ${this.panels.length}`;
+    get("panel-note").textContent = panel.querySelector(":scope > title")?.textContent ?? "";
+    for (const [id, by] of /** @type {const} */ ([["panel-before", -1], ["panel-after", 1]])) get(id).toggleAttribute("disabled", !this.panels[number + by]);
+  }
+
+  /** @param {KeyboardEvent} event */
+  #key(event) {
+    const last = this.panels.length - 1;
+    const next = { ArrowLeft: this.#at - 1, ArrowRight: this.#at + 1, Home: 0, End: last, [SHARED_KEYS.next]: this.#at + 1 }[event.key];
+    if (next === undefined && event.key !== SHARED_KEYS.zoom) return;
+    event.preventDefault();
+    event.stopPropagation();
+    if (next === undefined) this.#dialog.close();
+    else this.#show(next);
+  }
+}
