@@ -10,6 +10,7 @@ from covering import in_one_test
 from pictures import FLOAT, noise, run, run_color, run_luma, step, style
 
 from vidstyle.blocks.blend import MODE_FORMULAS, blend
+from vidstyle.blocks.local_exposure import local_exposure
 from vidstyle.core.picture import RANGES, Encoding, Picture
 
 WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
@@ -142,6 +143,27 @@ def test_hue_adds_its_tint_in_levels_of_255() -> None:
     color = noise(20, 30, 3)
     out = run_color(style(step("hue", angle=0, red=51, green=-102, blue=255)), color)
     np.testing.assert_allclose(out, np.clip(color + [0.2, -0.4, 1], 0, 1), atol=1e-6)
+
+
+def test_channel_mixer_tells_fair_hair_from_skin_and_keeps_grays() -> None:
+    hair, skin, gray = (0.85, 0.8, 0.6), (0.9, 0.7, 0.6), (0.4, 0.4, 0.4)
+    color = np.array([[hair, skin, gray]])
+    yellow = run_color(style(step("channel_mixer", red=-1, green=2, blue=-1)), color)
+    np.testing.assert_allclose(yellow[0], [[0.15] * 3, [0] * 3, [0] * 3], atol=1e-6)
+    mixed = run_color(style(step("channel_mixer", red=0.5, green=-1, blue=1.5)), color)
+    np.testing.assert_allclose(mixed[0], [[0.525] * 3, [0.65] * 3, [0.4] * 3], atol=1e-6)
+
+
+def test_local_exposure_gives_dark_figures_no_bright_rim() -> None:
+    """A dark figure is brightened; a wall beside it is not, although its brightness nearby is blurred."""
+    luma = np.array([[0.2, 0.6]], np.float32)
+    near, wide = np.full_like(luma, 0.2), np.full_like(luma, 0.6)
+    values = {"near": near, "wide": wide, "lift": 1, "even": 0, "limits": RANGES["luma"]}
+    gray = local_exposure(luma, out=np.empty_like(luma), **values)
+    np.testing.assert_allclose(gray, [[0.2 / 0.6, 0.6 / (1 - (0.6 - 0.48))]], atol=1e-6)
+    color = np.stack([luma] * 3, 2)
+    made = local_exposure(color, out=np.empty_like(color), **values)
+    np.testing.assert_allclose(made, np.stack([gray] * 3, 2), atol=1e-6)
 
 
 @pytest.mark.parametrize(("hue", "saturation"), [(0, 1), (30, 0.55), (200, 0.3), (360, 1), (120, 0)])

@@ -11,6 +11,8 @@ from vidstyle.core.kernels import compiled, interleaved
 
 MAX_LIFT_LUMA = np.float32(0.8)
 """Largest value of lift times shade: shadows become at most five times as bright."""
+MAX_ABOVE_NEAR_LUMA = np.float32(0.12)
+"""How much brighter than `near` a pixel is still in its shade; a wall beside a dark figure is not."""
 
 
 @block(
@@ -59,7 +61,8 @@ def local_exposure(
 
     With n and w the luma of `near` and `wide`, the picture is first divided by 1 - lift max(w - n, 0): a face
     in the shade becomes brighter, and a picture of a night stays dark. The negative of n is then laid over
-    the result in soft light, with opacity `even`.
+    the result in soft light, with opacity `even`. Where the mean of the channels exceeds n by more than
+    0.12, n rises with it: `near` is blurred, and a dark figure would get a bright rim on a bright wall.
     """
     ends = np.float32(limits[0]), np.float32(limits[1])
     light = np.ascontiguousarray(near), np.ascontiguousarray(wide)
@@ -74,13 +77,20 @@ def _expose(picture, near, wide, lift, even, ends, out):  # type: ignore[no-unty
         given, light, around, made = picture[row], near[row], wide[row], out[row]
         if made.size == light.size:
             for x in range(light.size):
-                made[x] = _exposed(given[x], light[x], around[x], lift, even, ends)
+                local = _local_light(given[x], light[x])
+                made[x] = _exposed(given[x], local, around[x], lift, even, ends)
         else:
             for x in range(light.size):
                 i, j, k = 3 * x, 3 * x + 1, 3 * x + 2
-                made[i] = _exposed(given[i], light[x], around[x], lift, even, ends)
-                made[j] = _exposed(given[j], light[x], around[x], lift, even, ends)
-                made[k] = _exposed(given[k], light[x], around[x], lift, even, ends)
+                local = _local_light((given[i] + given[j] + given[k]) * np.float32(1 / 3), light[x])
+                made[i] = _exposed(given[i], local, around[x], lift, even, ends)
+                made[j] = _exposed(given[j], local, around[x], lift, even, ends)
+                made[k] = _exposed(given[k], local, around[x], lift, even, ends)
+
+
+@compiled(fastmath=True)
+def _local_light(level, light):  # type: ignore[no-untyped-def]
+    return min(light + max(level - light - MAX_ABOVE_NEAR_LUMA, np.float32(0)), np.float32(1))
 
 
 @compiled(fastmath=True)
