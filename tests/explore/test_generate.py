@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 
 import pytest
@@ -94,7 +95,7 @@ def test_paper_rules_keep_to_what_the_paper_says() -> None:
 
 
 def test_paper_styles_have_thresholds_after_lines() -> None:
-    """Lines are no halos, flat tones are not outlined, and no threshold whitens a picture without lines."""
+    """Lines are no halos and draw no noise, flat tones are not outlined, and nothing whitens a picture."""
     for seed in range(200):
         style = random_style(seed, "paper")
         blocks = blocks_of(style)
@@ -104,7 +105,8 @@ def test_paper_styles_have_thresholds_after_lines() -> None:
         assert cuts and (not lines or all(cut > lines[-1] for cut in cuts))
         assert lines or "soft_threshold" not in blocks
         strengths = [step.values["p"] for step in style.steps if step.block == "flow_dog"]
-        assert all(1 <= p <= 40 for p in strengths) and sum(strengths) < 41
+        assert all(1 <= p <= 40 for p in strengths) and math.prod(1 + p for p in strengths if p > 1) < 43
+        assert not lines or "tvf" in blocks[: lines[0]]
 
 
 def test_paper_values_are_even_between_the_ends_of_the_paper() -> None:
@@ -119,18 +121,17 @@ def test_paper_values_are_even_between_the_ends_of_the_paper() -> None:
 
 
 def test_paper_styles_end_at_the_size_of_the_picture() -> None:
-    """Their last threshold is applied there, so that edges are sharp."""
+    """Their last lines and their last threshold are applied there, so that edges are sharp."""
     for seed in range(200):
         steps = random_style(seed, "paper").steps
         blocks = [step.block for step in steps]
         if "scale" in blocks:
             small, full = (place for place, block in enumerate(blocks) if block == "scale")
             assert steps[small].values["factor"] * steps[full].values["factor"] == pytest.approx(1, abs=0.01)
-            assert blocks[full + 1] in ("to_gray", "luma_posterize", "soft_threshold")
-            last = max(
-                place for place, block in enumerate(blocks) if block in ("soft_threshold", "luma_posterize")
-            )
-            assert last - full <= (2 if blocks[full + 1] == "to_gray" else 1)
+            assert blocks[full + 1] in ("to_gray", "luma_posterize", "soft_threshold", "flow_dog")
+            for wanted in (("flow_dog",), ("soft_threshold", "luma_posterize")):
+                places = [place for place, block in enumerate(blocks) if block in wanted]
+                assert not places or places[-1] < small or places[-1] > full
 
 
 def test_ink_is_readable_on_paper() -> None:

@@ -53,13 +53,16 @@ FULL_SIZE_GATES = (
     Gate("mark_width", 0, 15, "with marks as wide as the features"),
     Gate("burnt", -1, 0.8, "burnt to white or black"),
     Gate("fine_kept", -1, 0.9, "like the source"),
-    Gate("patchiness", 0, 0.03, "with debris in smooth areas"),
+    Gate("patchiness", 0, 0.08, "with debris in smooth areas"),
     Gate("halo", 0, 0.16, "with halos"),
     Gate("face", 0.66, 1, "with lost faces"),
 )
 """The gates for crops at full size. All but those for blur let 96 % of the styles pass that people kept."""
 
-PAPER_GATES = (Gate("debris", 0, 0.025, "with debris in smooth areas"),)
+PAPER_GATES = (
+    Gate("debris", 0, 0.033, "with debris in smooth areas"),
+    Gate("patchiness", 0, 0.03, "with debris in smooth areas"),
+)
 """Further gates for styles by the paper's rules, which have no texture."""
 
 MAX_UNSTEADY = 2.5

@@ -23,6 +23,8 @@ MARK_FACTOR = 2
 """Reduction at which the width of marks is measured."""
 MARK_RADII_PX = 2, 4, 8, 14
 """Radii of the structuring elements that extract marks of four widths, after this reduction."""
+BUSY_SQUARE_PX, BUSY_PERCENTILE = (25, 25), 90
+"""Squares whose mean gradients are compared, and the percentile from which they are busy."""
 WHITE_LEVEL, BLACK_LEVEL = 0.93, 0.07
 FACE_WIDTH_PX, FACE_BAND_PX = 64, (1, 4)
 """Width of a face for comparison with the source, and the band of eyes and mouth."""
@@ -50,6 +52,8 @@ class FullSizeMetrics(NamedTuple):
         bright_marks: the same between the second and the third width.
         coarse_contrast: strength of detail of 8 to 16 pixels.
         chroma: mean difference of the largest and the smallest colour channel.
+        busyness: mean gradient of luma in squares, 90th percentile.
+        lightness: median of luma.
         burnt: share of pixels that are nearly white or black, less that of the source.
         debris: mean height of structure where the source is smooth.
         patchiness: deviation of that height between places: a regular screen has little, worms have much.
@@ -67,6 +71,8 @@ class FullSizeMetrics(NamedTuple):
     bright_marks: float
     coarse_contrast: float
     chroma: float
+    busyness: float
+    lightness: float
     burnt: float
     debris: float
     patchiness: float
@@ -105,6 +111,8 @@ class ComparedCrop:
             bright_marks=low.bright_marks,
             coarse_contrast=low.coarse_contrast,
             chroma=whole.chroma,
+            busyness=whole.busyness,
+            lightness=whole.lightness,
             burnt=high.burnt,
             **added,
         )
@@ -136,6 +144,8 @@ class _Region:
             bright_marks=bright[2] - bright[1] - (self._bright[2] - self._bright[1]),
             coarse_contrast=float(_band(luma, *COARSE_BAND_PX).std()),
             chroma=float((result.max(axis=2) - result.min(axis=2)).mean() / 255),
+            busyness=float(np.percentile(cv2.blur(gradient_of(luma), BUSY_SQUARE_PX), BUSY_PERCENTILE)),
+            lightness=float(np.median(luma)),
             burnt=_extreme_share(luma) - self._extreme,
             debris=0,
             patchiness=0,

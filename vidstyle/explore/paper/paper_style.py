@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from random import Random
 
@@ -13,9 +14,10 @@ from vidstyle.explore.paper.rules import (
     GRAY_RULE,
     GRAY_SHARE,
     LINE_BLOCK,
-    MAX_TOTAL_P,
+    MAX_GAIN,
     PAPER_HEIGHT,
     RANGE_BLOCK,
+    SMOOTH_BLOCK,
     THRESHOLD_BLOCKS,
     FilterRule,
 )
@@ -28,11 +30,11 @@ def paper_style(random: Random, style: Style) -> Style:
     count = random.randint(*FILTER_COUNT_RANGE)
     is_gray = random.random() < GRAY_SHARE
     rules = _filters(random, count - is_gray)
-    while not _has_marks(rules):
+    while not _is_usable(rules):
         rules = _filters(random, count - is_gray)
     if is_gray:
         rules.insert(random.randint(0, len(rules)), GRAY_RULE)
-    steps = _limited(_ordered([_step(random, rule) for rule in rules]))
+    steps = _limited(_smoothed(_ordered([_step(random, rule) for rule in rules])))
     steps = [Step(RANGE_BLOCK), *_on_luma(_enlarged(steps))]
     return replace(style, height=PAPER_HEIGHT, background=tuple(steps))
 
@@ -45,18 +47,18 @@ def _filters(random: Random, count: int) -> list[FilterRule]:
     return rules
 
 
-def _has_marks(rules: list[FilterRule]) -> bool:
-    """Whether there is a threshold, and Soft Threshold only with lines."""
+def _is_usable(rules: list[FilterRule]) -> bool:
+    """Whether there is a threshold, lines only with a filter that smooths, and Soft Threshold with lines."""
     blocks = {rule.block for rule in rules}
-    return bool(blocks & set(THRESHOLD_BLOCKS)) and (LINE_BLOCK in blocks or CUT_BLOCK not in blocks)
+    with_lines = SMOOTH_BLOCK in blocks if LINE_BLOCK in blocks else CUT_BLOCK not in blocks
+    return with_lines and bool(blocks & set(THRESHOLD_BLOCKS))
 
 
 def _step(random: Random, rule: FilterRule) -> Step:
     parameters = all_blocks()[rule.block].parameters
     names = (*rule.parameters, *rule.ends)
-    return Step(
-        rule.block, {name: random_value(random, parameters[name], rule.ends.get(name)) for name in names}
-    )
+    drawn = {name: random_value(random, parameters[name], rule.ends.get(name)) for name in names}
+    return Step(rule.block, rule.fixed | drawn)
 
 
 def _ordered(steps: list[Step]) -> list[Step]:
@@ -69,12 +71,25 @@ def _ordered(steps: list[Step]) -> list[Step]:
     return [*kept, steps[last], *before, *steps[last + 1 :]]
 
 
+def _smoothed(steps: list[Step]) -> list[Step]:
+    """Return the steps with one that smooths before the first lines."""
+    blocks = [step.block for step in steps]
+    if LINE_BLOCK not in blocks:
+        return steps
+    lines, smooth = blocks.index(LINE_BLOCK), blocks.index(SMOOTH_BLOCK)
+    if smooth < lines:
+        return steps
+    return [*steps[:lines], steps[smooth], *steps[lines:smooth], *steps[smooth + 1 :]]
+
+
 def _limited(steps: list[Step]) -> list[Step]:
-    """Return the steps with strengths of lines that add up to at most `MAX_TOTAL_P`."""
-    total = sum(step.values["p"] for step in steps if step.block == LINE_BLOCK)
-    share = min(1.0, MAX_TOTAL_P / total) if total else 1.0
+    """Return the steps with strengths of lines that amplify by at most `MAX_GAIN` together."""
+    gain = math.prod(1 + step.values["p"] for step in steps if step.block == LINE_BLOCK)
+    if gain <= MAX_GAIN:
+        return steps
+    power = math.log(MAX_GAIN) / math.log(gain)
     return [
-        replace(step, values=step.values | {"p": max(1.0, round(step.values["p"] * share, 1))})
+        replace(step, values=step.values | {"p": max(1.0, round((1 + step.values["p"]) ** power - 1, 1))})
         if step.block == LINE_BLOCK
         else step
         for step in steps
@@ -82,16 +97,17 @@ def _limited(steps: list[Step]) -> list[Step]:
 
 
 def _enlarged(steps: list[Step]) -> list[Step]:
-    """Return the steps with the picture enlarged to its size before the last threshold.
+    """Return the steps with the picture enlarged to its size before the last lines.
 
-    Without it, everything after the working size would be shown enlarged, and therefore blurred. A working
-    size without a threshold after it comes before the last threshold instead.
+    Without lines after the working size, it is enlarged before the last threshold. Otherwise everything after
+    the working size would be shown enlarged, and therefore blurred. A working size without a threshold after
+    it comes before the last threshold instead.
     """
     blocks = [step.block for step in steps]
     if "scale" not in blocks:
         return steps
     size = blocks.index("scale")
-    full = _last(blocks[size:], THRESHOLD_BLOCKS)
+    full = _last(blocks[size:], (LINE_BLOCK,)) or _last(blocks[size:], THRESHOLD_BLOCKS)
     if full is None:
         before = _last(blocks, THRESHOLD_BLOCKS)
         assert before is not None  # all styles have a threshold

@@ -29,6 +29,7 @@ class FilterRule:
         block: the block that is this filter.
         parameters: parameters drawn uniformly from the range that the block declares for random styles.
         ends: ranges of parameters whose unit in the paper differs, in the unit of the block.
+        fixed: values that differ from the defaults of the block.
         repeats: whether a style may use it more than once.
         source: where the paper defines it, and how we interpret it.
     """
@@ -36,6 +37,7 @@ class FilterRule:
     block: str
     parameters: tuple[str, ...] = ()
     ends: dict[str, tuple[float, float]] = field(default_factory=dict)
+    fixed: dict[str, float] = field(default_factory=dict)
     repeats: bool = False
     source: str = PAPER_SECTION
 
@@ -56,7 +58,12 @@ FILTER_RULES = (
         "of the Gaussian, and 7 x 7 filters hold no deviation of 8 pixels, so our deviation is its root. The "
         "threshold is a separate filter, as in section 4.2 C, where Flow-XDoG has no other parameters",
     ),
-    FilterRule("tvf", repeats=True, source=f"{PAPER_SECTION}: TVF, without parameters"),
+    FilterRule(
+        "tvf",
+        fixed={"passes": 1},
+        repeats=True,
+        source=f"{PAPER_SECTION}: TVF, without parameters, so each is one pass: styles repeat it for more",
+    ),
     FilterRule(
         "soft_threshold",
         ("phi", "epsilon"),
@@ -77,11 +84,14 @@ FILTER_RULES = (
 RANGE_BLOCK = "equalize"
 """The first step of each style: section 4.2 D usually places a histogram operator first, as XDoG of a hazy,
 too bright or too dark picture is almost entirely white."""
-MAX_TOTAL_P = 40.0
-"""Limit for the sum of p of all XDoG filters of a style: each multiplies contrast, and the paper's range ends
-there."""
+MAX_GAIN = 41.0
+"""Limit for the product of 1 + p of all XDoG filters of a style: each amplifies detail by 1 + p, and the
+paper's range ends at a p of 40."""
+SMOOTH_BLOCK = "tvf"
+"""Comes before the first lines, which would draw the noise of smooth areas otherwise. Styles with lines have
+at least one."""
 THRESHOLD_BLOCKS, LINE_BLOCK, CUT_BLOCK = ("soft_threshold", "luma_posterize"), "flow_dog", "soft_threshold"
-"""Thresholds are applied at the size of the picture if they come last: their edges are then sharp although
-filters before them used a smaller size. XDoG is lines and a threshold (section 5.4.3), so a threshold follows
-the last lines: without it, lines are halos; before them, its flat tones would be outlined. Soft Threshold
-works on luma, and is not used without lines, where it would only whiten the picture."""
+"""The last lines and the last threshold are applied at the size of the picture: their edges are then sharp
+although filters before them used a smaller size. XDoG is lines and a threshold (section 5.4.3), so a threshold
+follows the last lines: without it, lines are halos; before them, its flat tones would be outlined. Soft
+Threshold works on luma, and is not used without lines, where it would only whiten the picture."""
