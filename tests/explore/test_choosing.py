@@ -15,7 +15,14 @@ from media import photograph
 
 from tools.explore.simulated_user import radius_of, screens_needed, seen
 from vidstyle.explore import chooser as chooser_module
-from vidstyle.explore.chooser import FIRST_SCREEN_KINDS, MIN_TILE_DISTANCE, SCREEN_KINDS, Chooser, Tile
+from vidstyle.explore.chooser import (
+    FIRST_SCREEN_KINDS,
+    MIN_LOOK_DISTANCE,
+    MIN_TILE_DISTANCE,
+    SCREEN_KINDS,
+    Chooser,
+    Tile,
+)
 from vidstyle.explore.generate import random_style
 from vidstyle.explore.look import Look, look_distance, look_of
 from vidstyle.explore.phrases import shipped_styles
@@ -96,6 +103,36 @@ def test_no_two_tiles_look_alike_and_none_fails() -> None:
             assert all(
                 look_distance(one.look, other.look) >= MIN_TILE_DISTANCE for other in screen.tiles[:place]
             )
+
+
+def test_a_screen_shows_different_looks_and_repeated_choices_do_not_end_that(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    more = {"values": 6, "step": 4, "cross": 2, "wild": 3, "shipped": 10}
+    monkeypatch.setattr(chooser_module, "CANDIDATE_COUNTS", more)
+    made, place = chooser(near=0.1), 2
+    assert different_looks(made.screen.tiles) >= 7
+    for _ in range(2):
+        tiles = made.more_like(place).tiles
+        place = MIDDLE
+        assert different_looks(tiles) >= 5
+    near, far = (
+        np.mean([np.linalg.norm(tile.look.appearance - tiles[MIDDLE].look.appearance) for tile in some])
+        for some in (
+            [tile for tile in tiles if tile.kind == "values"],
+            [tile for tile in tiles if tile.kind not in ("values", "chosen")],
+        )
+    )
+    assert near < 0.7 * far
+
+
+def different_looks(tiles: Sequence[Tile]) -> int:
+    """The number of tiles, in order, that are different looks from all before."""
+    found: list[np.ndarray] = []
+    for tile in tiles:
+        if all(np.linalg.norm(tile.look.appearance - each) >= MIN_LOOK_DISTANCE for each in found):
+            found.append(tile.look.appearance)
+    return len(found)
 
 
 def test_the_same_seed_and_the_same_clicks_give_the_same_screens_and_others_do_not() -> None:

@@ -102,7 +102,15 @@ def test_any_size_is_measured(shape: tuple[int, int]) -> None:
 
 def test_score_says_which_measures_speak_for_or_against(astronaut: FullSize) -> None:
     good = astronaut.measure(load_style("poster"))
-    bad = good._replace(fine_kept=0.1, edge_hardness=0.3, bright_marks=-0.1, mark_width=14, face=0.6)
+    bad = good._replace(
+        fine_kept=0.1,
+        edge_hardness=0.3,
+        mark_strength=0.02,
+        detail_kept=0.1,
+        busyness=0.01,
+        lightness=0.05,
+        face=0.5,
+    )
     for rules in get_args(Rules):
         assert score(bad, rules) < score(good, rules)
         assert max(reasons(bad, rules).values()) < 0

@@ -39,10 +39,15 @@ def appearance_of(picture: np.ndarray) -> np.ndarray:
     return np.concatenate([_colors(picture), _tones(luma), _lines(luma), _texture(luma), _directions(luma)])
 
 
+def appearance_point(appearance: np.ndarray) -> np.ndarray:
+    """Return a point for an appearance; the distance of two points is their `appearance_distance`."""
+    axes, usual = _model()
+    return np.asarray(axes @ appearance / usual)
+
+
 def appearance_distance(one: np.ndarray, other: np.ndarray) -> float:
     """Return the distance of two appearances; 1 is usual between different pictures in one style."""
-    axes, usual = _model()
-    return float(np.linalg.norm(axes @ (one - other)) / usual)
+    return float(np.linalg.norm(appearance_point(one) - appearance_point(other)))
 
 
 def _colors(picture: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vidstyle.explore.generate import alter, cross, mutate, random_style
-from vidstyle.explore.look import Look, NewLooks, nearest
+from vidstyle.explore.look import Look, NewLooks, nearest, nearest_appearance
 from vidstyle.explore.taste import Taste
 from vidstyle.style import Style
 
@@ -18,18 +18,29 @@ SCREEN_KINDS = ("step", "values", "cross", "values", CHOSEN_KIND, "values", "wil
 """How each tile of a screen is derived from the chosen tile, row by row."""
 FIRST_SCREEN_KINDS = ("shipped", "wild", "shipped", "wild", "wild", "wild", "shipped", "wild", "shipped")
 """The same for a first screen."""
-CANDIDATE_COUNTS = {"values": 10, "step": 6, "cross": 4, "wild": 3, "shipped": 6}
+CANDIDATE_COUNTS = {"values": 10, "step": 8, "cross": 4, "wild": 4, "shipped": 12}
 """Number of candidates of each kind from which the tiles of a screen are selected."""
 MAX_ROUNDS = 4
 """Maximum number of rounds of candidates if too few pass."""
 MIN_TILE_DISTANCE = 0.3
-"""Minimum `look_distance` between two tiles of a screen."""
+"""Minimum `look_distance` between two tiles of a screen: the difference is visible."""
+MIN_LOOK_DISTANCE = 1.0
+"""Appearance distance from which two tiles are different looks: usual between two pictures in one style."""
+NEAR_KINDS = ("values",)
+"""The kinds of tiles that resemble the chosen one; all others are different looks if enough pass."""
+MIN_FIRST_LOOKS, MIN_LOOKS = 7, 5
+"""Different looks on a first and on other screens, for which a second round of candidates is tried."""
 FIRST_MUTATION_DISTANCE, WILD_MUTATION_DISTANCE = 0.25, 0.6
 """Distance of mutants from shipped styles: on a first screen, and for wild cards."""
-NOVELTY_WEIGHT = 0.8
-"""Weight of the distance to tiles already selected, relative to predicted preference."""
-MAX_NOVELTY_DISTANCE = 0.7
-"""Distance above which novelty does not increase."""
+NOVELTY_WEIGHT = 0.5
+"""Weight of the appearance distance to tiles already selected, relative to predicted preference."""
+MAX_NOVELTY_DISTANCE = 2.0
+"""Appearance distance above which novelty does not increase."""
+NEAREST_REACH, REACH_RANGE = 0.2, 1.5
+"""Appearance distance from the chosen tile that tiles with other values should have: for `near` = 0, and what
+`near` = 1 adds."""
+MIN_MUTATION_DISTANCE = 0.1
+"""Distance of mutants below which few differences are visible."""
 REPEAT_DISTANCE_FACTOR = 0.7
 """Factor of distances each time the same tile is chosen again, since no other was better."""
 UTILITY_RANGE = 4.0
@@ -206,7 +217,7 @@ class Chooser:
     def _draws(self, taken: Tile, number: int) -> list[Proposal]:
         """Return candidates derived from a tile, with a distance that grows each round."""
         seeds, style, own = self._seeds(number), taken.style, (taken.style.name,)
-        middle = self.near * REPEAT_DISTANCE_FACTOR ** self._repeats(taken) * (1 + number)
+        middle = max(self._near(taken), MIN_MUTATION_DISTANCE) * (1 + number)
         made = [
             Proposal(mutate(style, next(seeds), min(1.0, float(each)), self.locks), "values", own)
             for each in middle * np.linspace(0.5, 1.5, CANDIDATE_COUNTS["values"])
@@ -225,6 +236,10 @@ class Chooser:
             for each in order[: CANDIDATE_COUNTS["wild"]]
         ]
         return made + [Proposal(self._with_locks(each, style, next(seeds)), "wild") for each in wild]
+
+    def _near(self, taken: Tile) -> float:
+        """Return the distance of new tiles from a tile; each time it is chosen again, it is smaller."""
+        return self.near * REPEAT_DISTANCE_FACTOR ** self._repeats(taken)
 
     def _repeats(self, taken: Tile) -> int:
         """Return the number of consecutive screens with this tile in the middle."""
@@ -265,7 +280,8 @@ class Chooser:
             found += self._render(proposals)
             chosen = self._select(wanted, tiles, found)
             missing = wanted.keys() & {each.kind for each in proposals} - {each.kind for each in chosen}
-            if len(chosen) == wanted.total() and not (missing and number == 0):
+            is_poor = missing or not (self.locks or _is_varied([*tiles, *chosen]))
+            if len(chosen) == wanted.total() and not (is_poor and number == 0):
                 break
         else:
             for number in range(MAX_ROUNDS, 4 * MAX_ROUNDS):
@@ -287,34 +303,52 @@ class Chooser:
         ]
 
     def _select(self, wanted: Counter[str], tiles: Sequence[Tile], found: Sequence[Tile]) -> list[Tile]:
-        """Select distinct tiles of the wanted kinds, then of any kind."""
+        """Select distinct tiles of the wanted kinds, then of any kind; different looks first."""
         chosen: list[Tile] = []
         left = list(found)
-        for kind in [*wanted.elements(), *[""] * wanted.total()]:
+        apart = {kind: 0.0 if kind in NEAR_KINDS else MIN_LOOK_DISTANCE for kind in wanted}
+        turns = [(kind, apart[kind]) for kind in wanted.elements()]
+        turns += [("", MIN_LOOK_DISTANCE)] * wanted.total() + [("", 0.0)] * wanted.total()
+        for kind, least in turns:
             if len(chosen) == wanted.total():
                 break
             of_kind = [each for each in left if kind in ("", each.kind) and not _is_near_same(each, chosen)]
             # Wild cards weigh preference less, to show something unexpected.
-            best = self._best(of_kind, [*tiles, *chosen], 0.6 if kind == "wild" and tiles else 1.0)
+            liking = 0.6 if kind == "wild" and tiles else 1.0
+            reach = NEAREST_REACH + REACH_RANGE * self._near(tiles[0]) if kind in NEAR_KINDS else None
+            best = self._best(of_kind, [*tiles, *chosen], liking, least, reach)
             if best is not None:
                 chosen.append(best)
                 left.remove(best)
         return chosen
 
-    def _best(self, candidates: Sequence[Tile], taken: Sequence[Tile], liking: float) -> Tile | None:
+    def _best(
+        self,
+        candidates: Sequence[Tile],
+        taken: Sequence[Tile],
+        liking: float,
+        least: float,
+        reach: float | None = None,
+    ) -> Tile | None:
         """Return the best candidate by preference and novelty; None if all are similar to `taken`.
 
         Args:
             liking: the weight of the predicted preference.
+            least: the minimum appearance distance.
+            reach: the wanted appearance distance from the first in `taken`; None: far from all.
         """
         if not candidates:
             return None
-        apart = nearest([each.look for each in candidates], [each.look for each in taken])
-        worth = liking * self._utility([each.look for each in candidates]) + NOVELTY_WEIGHT * np.minimum(
-            apart, MAX_NOVELTY_DISTANCE
+        looks, others = ([each.look for each in some] for some in (candidates, taken))
+        apart = nearest_appearance(looks, others)
+        novelty = (
+            np.minimum(apart, MAX_NOVELTY_DISTANCE)
+            if reach is None
+            else -np.abs(nearest_appearance(looks, others[:1]) - reach) / reach
         )
-        best = int(np.argmax(np.where(apart >= MIN_TILE_DISTANCE, worth, -np.inf)))
-        return candidates[best] if apart[best] >= MIN_TILE_DISTANCE else None
+        worth = liking * self._utility(looks) + NOVELTY_WEIGHT * novelty
+        is_apart = (apart >= least) & (nearest(looks, others) >= MIN_TILE_DISTANCE)
+        return candidates[int(np.argmax(np.where(is_apart, worth, -np.inf)))] if is_apart.any() else None
 
     def _sort_by_novelty(self, candidates: list[Tile], taken: list[Tile]) -> list[Tile]:
         """Sort candidates so that each is farthest from all before it."""
@@ -350,6 +384,15 @@ def _is_near_same(tile: Tile, others: Sequence[Tile]) -> bool:
 
 def _is_apart(tile: Tile, others: Sequence[Tile]) -> bool:
     return float(nearest([tile.look], [each.look for each in others])[0]) >= MIN_TILE_DISTANCE
+
+
+def _is_varied(tiles: Sequence[Tile]) -> bool:
+    """Whether a screen has enough different looks."""
+    looks: list[Look] = []
+    for tile in tiles:
+        if nearest_appearance([tile.look], looks)[0] >= MIN_LOOK_DISTANCE:
+            looks.append(tile.look)
+    return len(looks) >= (MIN_LOOKS if any(tile.kind == CHOSEN_KIND for tile in tiles) else MIN_FIRST_LOOKS)
 
 
 def _arrange(kinds: Sequence[str], tiles: Sequence[Tile]) -> tuple[Tile, ...]:

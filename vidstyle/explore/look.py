@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
 from vidstyle.errors import VidstyleError
+from vidstyle.explore.appearance import appearance_of, appearance_point
 from vidstyle.explore.crops.full_size import FullSize
 from vidstyle.explore.gates import doubt, fault
 from vidstyle.explore.measure import METRIC_DEVIATIONS, Original, oklab_thumbnail, reduce_picture
@@ -40,6 +41,11 @@ class Look:
     fault: str = ""
     verdict: str = ""
 
+    @cached_property
+    def appearance(self) -> np.ndarray:
+        """See `appearance_point`; it takes 40 ms."""
+        return appearance_point(appearance_of(self.picture))
+
 
 NewLooks = Callable[[Sequence[Style]], Sequence[Look | None]]
 """Renders looks of styles; None for invalid styles."""
@@ -66,7 +72,10 @@ def look_of(picture: np.ndarray, style: Style, crops: FullSize | None = None) ->
     features = [np.log(chance / (1 - chance)) / LOG_ODDS_DEVIATION, *np.array(measures) / METRIC_DEVIATIONS]
     features += [*colors.mean(axis=0) / COLOR_DEVIATION, *colors.std(axis=0) / COLOR_DEVIATION]
     said = verdict(large) if large else ""
-    return Look(drawn, original.signature(drawn), np.array(features), reason, said)
+    look = Look(drawn, original.signature(drawn), np.array(features), reason, said)
+    if not reason:
+        look.appearance  # noqa: B018 - measured here, in a process of its own, not while a screen is selected
+    return look
 
 
 @lru_cache(2)
@@ -77,10 +86,18 @@ def _original(content: bytes, shape: tuple[int, ...]) -> tuple[Original, FullSiz
 
 def nearest(looks: Sequence[Look], taken: Sequence[Look]) -> np.ndarray:
     """Return the distance of each look to the nearest in `taken`; infinite if `taken` is empty."""
-    if not taken:
-        return np.full(len(looks), np.inf)
-    points, others = (np.array([each.signature for each in some]) for some in (looks, taken))
-    return np.linalg.norm(points[:, None] - others[None], axis=-1).min(axis=1)
+    return _nearest([each.signature for each in looks], [each.signature for each in taken])
+
+
+def nearest_appearance(looks: Sequence[Look], taken: Sequence[Look]) -> np.ndarray:
+    """Return the appearance distance of each look to the nearest in `taken`; infinite if it is empty."""
+    return _nearest([each.appearance for each in looks], [each.appearance for each in taken])
+
+
+def _nearest(points: Sequence[np.ndarray], others: Sequence[np.ndarray]) -> np.ndarray:
+    if not others:
+        return np.full(len(points), np.inf)
+    return np.linalg.norm(np.array(points)[:, None] - np.array(others)[None], axis=-1).min(axis=1)
 
 
 def look_distance(one: Look, other: Look) -> float:

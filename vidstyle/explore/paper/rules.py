@@ -92,6 +92,6 @@ SMOOTH_BLOCK = "tvf"
 at least one."""
 THRESHOLD_BLOCKS, LINE_BLOCK, CUT_BLOCK = ("soft_threshold", "luma_posterize"), "flow_dog", "soft_threshold"
 """The last lines and the last threshold are applied at the size of the picture: their edges are then sharp
-although filters before them used a smaller size. XDoG is lines and a threshold (section 5.4.3), so a threshold
-follows the last lines: without it, lines are halos; before them, its flat tones would be outlined. Soft
-Threshold works on luma, and is not used without lines, where it would only whiten the picture."""
+although filters before them used a smaller size. XDoG is lines and a threshold (section 5.4.3), so a
+threshold follows the last lines: without it, lines are halos; before them, its flat tones would be outlined.
+Soft Threshold works on luma, and is not used without lines, where it would only whiten the picture."""
