@@ -36,9 +36,11 @@ NOVELTY_WEIGHT = 0.5
 """Weight of the appearance distance to tiles already selected, relative to predicted preference."""
 MAX_NOVELTY_DISTANCE = 2.0
 """Appearance distance above which novelty does not increase."""
-NEAREST_REACH, REACH_RANGE = 0.2, 1.5
+MIN_REACH_DISTANCE, REACH_DISTANCE_RANGE = 0.2, 1.5
 """Appearance distance from the chosen tile that tiles with other values should have: for `near` = 0, and what
 `near` = 1 adds."""
+MAX_REACH_RATIO = 2.0
+"""Multiple of this distance beyond which a tile is no longer near the chosen one."""
 MIN_MUTATION_DISTANCE = 0.1
 """Distance of mutants below which few differences are visible."""
 REPEAT_DISTANCE_FACTOR = 0.7
@@ -315,7 +317,11 @@ class Chooser:
             of_kind = [each for each in left if kind in ("", each.kind) and not _is_near_same(each, chosen)]
             # Wild cards weigh preference less, to show something unexpected.
             liking = 0.6 if kind == "wild" and tiles else 1.0
-            reach = NEAREST_REACH + REACH_RANGE * self._near(tiles[0]) if kind in NEAR_KINDS else None
+            reach = (
+                MIN_REACH_DISTANCE + REACH_DISTANCE_RANGE * self._near(tiles[0])
+                if kind in NEAR_KINDS
+                else None
+            )
             best = self._best(of_kind, [*tiles, *chosen], liking, least, reach)
             if best is not None:
                 chosen.append(best)
@@ -341,13 +347,12 @@ class Chooser:
             return None
         looks, others = ([each.look for each in some] for some in (candidates, taken))
         apart = nearest_appearance(looks, others)
-        novelty = (
-            np.minimum(apart, MAX_NOVELTY_DISTANCE)
-            if reach is None
-            else -np.abs(nearest_appearance(looks, others[:1]) - reach) / reach
-        )
-        worth = liking * self._utility(looks) + NOVELTY_WEIGHT * novelty
         is_apart = (apart >= least) & (nearest(looks, others) >= MIN_TILE_DISTANCE)
+        novelty = np.minimum(apart, MAX_NOVELTY_DISTANCE)
+        if reach is not None:
+            ratio = nearest_appearance(looks, others[:1]) / reach
+            is_apart, novelty = is_apart & (ratio <= MAX_REACH_RATIO), -np.abs(ratio - 1)
+        worth = liking * self._utility(looks) + NOVELTY_WEIGHT * novelty
         return candidates[int(np.argmax(np.where(is_apart, worth, -np.inf)))] if is_apart.any() else None
 
     def _sort_by_novelty(self, candidates: list[Tile], taken: list[Tile]) -> list[Tile]:
