@@ -74,7 +74,7 @@ def look_of(picture: np.ndarray, style: Style, crops: FullSize | None = None) ->
     said = verdict(large) if large else ""
     look = Look(drawn, original.signature(drawn), np.array(features), reason, said)
     if not reason:
-        look.appearance  # noqa: B018 - measured here, in a process of its own, not while a screen is selected
+        look.appearance  # noqa: B018 - measured here, in a worker process, not while a screen is selected
     return look
 
 
