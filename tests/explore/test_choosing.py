@@ -86,8 +86,8 @@ def test_the_tile_that_was_taken_stays_in_the_middle_and_the_others_follow_from_
     taken = made.screen.tiles[2]
     tiles = made.more_like(2).tiles
     assert (tiles[MIDDLE].style, tiles[MIDDLE].kind) == (taken.style, "chosen")
-    # Where too few of a kind pass, others stand in.
-    assert (Counter(SCREEN_KINDS) - Counter(tile.kind for tile in tiles)).total() <= 2
+    # Where too few of a kind pass or are different looks, others stand in: there are four of other kinds.
+    assert (Counter(SCREEN_KINDS) - Counter(tile.kind for tile in tiles)).total() <= 3
     for tile in tiles:
         if tile.kind in ("values", "step", "cross"):
             assert tile.parents[0] == taken.style.name
@@ -233,6 +233,7 @@ def test_a_tuning_pad_has_the_style_on_it_and_changes_what_is_seen() -> None:
     assert {re.sub("#[0-9]", "", axis.path) for axis in pad.axes} <= {
         "minimum_range.dynamic_range", "blend.opacity", "scale.factor", "flow_dog.p", "flow_dog.sigma",
         "lines.soft_threshold.epsilon", "lines.soft_threshold.phi", "lines.scale.factor",
+        "base.channel_mixer.red", "base.invert.above",
     }  # fmt: skip
     (same,) = looks([pad.style_at(*pad.start)])
     (own, *corners) = looks([style, *(pad.style_at(x, y) for x in (0, 1) for y in (0, 1))])
