@@ -71,7 +71,8 @@ def test_faces_are_found_without_a_model() -> None:
         found = finder.find(picture)
         assert found
         if place and at:
-            ((box, (across, down)),) = found.items()
+            ((box, marks),) = found.items()
+            across, down = marks.mouth(box)
             assert place.contains(box)
             assert at.contains(Box(across, down, across, down))
     for name in ("coffee", "chelsea", "rocket"):

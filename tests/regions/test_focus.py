@@ -20,6 +20,7 @@ from vidstyle.regions.boxes import Box
 from vidstyle.regions.exposure import FACE_LUMA_RANGE, FACE_QUANTILES, Stretch, expose_face
 from vidstyle.regions.face_tracks import Face, FaceFollower
 from vidstyle.regions.faces import FaceFinder
+from vidstyle.regions.features.landmarks import USUAL_LANDMARKS
 from vidstyle.regions.focus import FACE_RATIOS, FocusRenderer
 from vidstyle.regions.masks import face_mask, inner_mask, mask_box
 from vidstyle.regions.patch_blending import patch_mask
@@ -52,18 +53,19 @@ def without(style: Style) -> Style:
 
 def focused_on(faces: list[Box[float]], picture: np.ndarray, style: Style) -> np.ndarray:
     """Return a picture restyled with focus on these faces."""
-    known = KnownFaces(tuple(each.scaled(1 / picture.shape[0]) for each in faces))
+    known = KnownFaces({each.scaled(1 / picture.shape[0]): USUAL_LANDMARKS for each in faces})
     with FocusRenderer(style, lambda style, _: CpuRenderer(style), known) as renderer:
         return restyle_array(renderer, picture).astype(int)
 
 
 def likeness(one: np.ndarray, other: np.ndarray) -> float:
-    """Correlation of eyes, nose and mouth: of luma without what is larger than an eye."""
-    inner, details = PLACE.padded(-0.15 * PLACE.width, -0.15 * PLACE.height, -0.15 * PLACE.height), []
+    """Correlation of eyes and mouth: of luma without what is larger than a pupil."""
+    inner, details = PLACE.padded(-0.12 * PLACE.width, 0, 0), []
+    rows = [int(PLACE.top + share * PLACE.height) for share in (0.28, 0.5, 0.66, 0.86)]
     for picture in (one, other):
-        luma = picture[int(inner.top) : int(inner.bottom), int(inner.left) : int(inner.right)].mean(axis=2)
-        luma = cv2.GaussianBlur(luma, (0, 0), 1)
-        details.append((luma - cv2.GaussianBlur(luma, (0, 0), 6)).ravel())
+        luma = picture[:, int(inner.left) : int(inner.right)].mean(axis=2)
+        luma = cv2.GaussianBlur(luma, (0, 0), 0.7) - cv2.GaussianBlur(luma, (0, 0), 3)
+        details.append(np.vstack([luma[rows[0] : rows[1]], luma[rows[2] : rows[3]]]).ravel())
     return float(np.corrcoef(*details)[0, 1])
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
 from vidstyle.regions.boxes import Box, Point
-from vidstyle.regions.faces import usual_mouth
+from vidstyle.regions.features.landmarks import USUAL_LANDMARKS
 
 if TYPE_CHECKING:
     import numpy as np
@@ -50,7 +50,7 @@ class KeyFrame:
 
     def mouth(self, face: Box) -> Point:
         """Return the mouth of a face: its detected position, or else its usual one."""
-        return self.mouths.get(face) or usual_mouth(face)
+        return self.mouths.get(face) or USUAL_LANDMARKS.mouth(face)
 
     def picture(self, frame: np.ndarray) -> np.ndarray:
         """Return the picture without letterbox bars from its frame, H x W x 3."""

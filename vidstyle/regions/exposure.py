@@ -8,7 +8,7 @@ flash, in dim rooms and in sunlight, in comic, cartoon, oil, noir and poster.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import cv2
@@ -21,8 +21,8 @@ from vidstyle.regions.boxes import Box, Rectangle
 from vidstyle.regions.masks import inner_box, inner_mask
 from vidstyle.regions.patches import Patch, plane_area
 
-FACE_LUMA_RANGE = 0.08, 0.8
-"""Target luma of the darkest and the brightest tone of a face."""
+FACE_LUMA_RANGE, SKIN_LUMA_RANGE = (0.08, 0.8), (0.6, 0.85)
+"""Target luma of the darkest and the brightest tone of a face, and of one without eyes, nose and mouth."""
 RANGE_WEIGHT = 0.5
 """Weight of the middle of that range; the rest is the weight of the face's original brightness."""
 CONTRAST_EXPONENT = 0.7
@@ -37,8 +37,9 @@ PAGE_QUANTILES = 0.05, 0.95
 """Quantiles of luma of the page between which styles stretch contrast."""
 SHOWN_RANGE = 0.67
 """The range between them after the stretch, as in most styles."""
-SHADING_WEIGHT = 0.5
-"""Share of light and shadow on a face that is removed: in few tones, they would divide it."""
+SHADING_WEIGHT, SKIN_SHADING_WEIGHT = 0.5, 0.8
+"""Share of light and shadow on a face that is removed: in few tones, they would divide it; and the same for a
+face without eyes, nose and mouth."""
 SHADING_RADIUS_RATIO = 0.25
 """Standard deviation of the Gaussian that finds light and shadow, relative to the face's height."""
 SKIN_LEVEL = 0.9
@@ -53,8 +54,9 @@ MAX_PAGE_SAMPLES = 128
 """Largest side of the copy of the page that is measured, in pixels."""
 TIME_CONSTANT_SECONDS = 1.0
 """Time constant for smoothing the measured tones of a face in a film."""
-_EDGE_RATIO = 0.1
-"""Margin of a face that is not measured, relative to its width and height: hair and background."""
+_EDGE_RATIO, _SKIN_EDGE_RATIO = 0.1, 0.25
+"""Margin of a face that is not measured, relative to its width and height: hair and background; and the same
+for a face without eyes, nose and mouth."""
 
 
 class Exposure:
@@ -64,7 +66,13 @@ class Exposure:
         self._smoothers: dict[int | None, ExponentialSmoother] = {}
 
     def apply(
-        self, picture: Picture, patches: Sequence[Patch], page: Picture, time: float | None, amount: float
+        self,
+        picture: Picture,
+        patches: Sequence[Patch],
+        page: Picture,
+        time: float | None,
+        amount: float,
+        lifted: Mapping[int, float],
     ) -> None:
         """Change the patches of a picture in place.
 
@@ -74,6 +82,7 @@ class Exposure:
             page: the picture that the patches are cut from.
             time: presentation time in seconds; None for a single picture.
             amount: strength of the change, 0..1.
+            lifted: how much of eyes, nose and mouth has been taken off each face, by track.
         """
         range_ = self._smoothed(None, small_luma(page, MAX_PAGE_SAMPLES), PAGE_QUANTILES, time)
         for patch, face in ((each, each.face) for each in patches if each.face):
@@ -86,10 +95,12 @@ class Exposure:
             assert plane is not None
             values = values_from_codes(plane[area], "luma", picture.encoding)
             luma = values if values.ndim == 2 else values @ picture.encoding.weights
-            tones = self._smoothed(face.track, _inside_face(luma, face.box, box), FACE_QUANTILES, time)
+            bare = lifted.get(face.track, 0.0)
+            inside = _inside_face(luma, face.box, box, bare)
+            tones = self._smoothed(face.track, inside, FACE_QUANTILES, time)
             inner, stretch = inner_mask(face.box, box), Stretch.of(*range_.tolist())
             skin = (inner > SKIN_LEVEL).astype(np.float32)
-            change = amount * inner * (expose_face(luma, tones, skin, face.box.height, stretch) - luma)
+            change = amount * inner * (expose_face(luma, tones, skin, face.box.height, stretch, bare) - luma)
             values = values + (change if values.ndim == 2 else change[..., None])
             plane[area] = codes_from_values(values, "luma", picture.encoding)
 
@@ -126,7 +137,7 @@ class Stretch(NamedTuple):
 
 
 def expose_face(
-    luma: np.ndarray, tones: np.ndarray, skin: np.ndarray, height: float, stretch: Stretch
+    luma: np.ndarray, tones: np.ndarray, skin: np.ndarray, height: float, stretch: Stretch, bare: float = 0.0
 ) -> np.ndarray:
     """Return luma that, after a stretch, has the tones of a face near `FACE_LUMA_RANGE`.
 
@@ -136,20 +147,25 @@ def expose_face(
         skin: mask of the face without hair, H x W float32, 0..1.
         height: height of the face in pixels.
         stretch: what the style will do.
+        bare: how much of eyes, nose and mouth has been taken off, 0..1.
     """
-    (low, high), (dark, bright) = FACE_LUMA_RANGE, stretch.shown(tones).tolist()
+    low, high = (_mixed(*ends, bare) for ends in zip(FACE_LUMA_RANGE, SKIN_LUMA_RANGE, strict=True))
+    dark, bright = stretch.shown(tones).tolist()
     gain = ((high - low) / max(bright - dark, 1e-3)) ** CONTRAST_EXPONENT
-    gain = min(CONTRAST_FACTOR_RANGE[1], max(CONTRAST_FACTOR_RANGE[0], gain))
+    gain = min(_mixed(CONTRAST_FACTOR_RANGE[1], 1.0, bare), max(CONTRAST_FACTOR_RANGE[0], gain))
     middle = (dark + bright) / 2
     moved = middle + RANGE_WEIGHT * ((low + high) / 2 - middle)
     shown = stretch.shown(luma)
-    even = shown - np.float32(SHADING_WEIGHT) * (_shading(shown, skin, height) - np.float32(middle))
+    even = shown - np.float32(_mixed(SHADING_WEIGHT, SKIN_SHADING_WEIGHT, bare)) * (
+        _shading(shown, skin, height) - np.float32(middle)
+    )
     ranged = np.clip(moved + gain * (even - np.float32(middle)), *CLIP_LUMA_RANGE)
     # Black stays black: hair, and what is behind it.
     lift = np.clip(shown / np.float32(max(dark, 1e-3)), 0, 1)
     ranged = np.where(ranged > shown, shown + lift * (ranged - shown), ranged)
     around = _blurred(ranged, FEATURE_RADIUS_RATIO * height)
-    return stretch.luma(np.clip(ranged + FEATURE_WEIGHT * (ranged - around), *CLIP_LUMA_RANGE))
+    weight = np.float32(_mixed(FEATURE_WEIGHT, 0.0, bare))
+    return stretch.luma(np.clip(ranged + weight * (ranged - around), *CLIP_LUMA_RANGE))
 
 
 def _shading(luma: np.ndarray, skin: np.ndarray, height: float) -> np.ndarray:
@@ -178,9 +194,15 @@ def _enlarged(luma: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
     return luma if same else cv2.resize(luma, shape[1::-1], interpolation=cv2.INTER_CUBIC)
 
 
-def _inside_face(luma: np.ndarray, face: Box[float], area: Rectangle) -> np.ndarray:
+def _inside_face(luma: np.ndarray, face: Box[float], area: Rectangle, bare: float) -> np.ndarray:
     """Return the centre of the face in the luma of an area; the whole area if the face is outside."""
-    inner = face.padded(-_EDGE_RATIO * face.width, -_EDGE_RATIO * face.height, -_EDGE_RATIO * face.height)
+    edge = -_mixed(_EDGE_RATIO, _SKIN_EDGE_RATIO, bare)
+    inner = face.padded(edge * face.width, edge * face.height, edge * face.height)
     inner = inner.moved(-area.left, -area.top)
     place = Box(*map(round, inner)).intersection(Box(0, 0, luma.shape[1], luma.shape[0]))
     return luma[plane_area(place, (1, 1))] if place.area else luma
+
+
+def _mixed(whole: float, bare: float, share: float) -> float:
+    """Return a value between that for a face with its features and that for one without them."""
+    return whole + share * (bare - whole)

@@ -72,8 +72,8 @@ def find_faces(color: np.ndarray, networks: tuple[Weights, Weights, Weights], le
         for dark, rotated and half-hidden faces the views agree, for other objects they do not.
 
     Returns:
-        Left, top, right and bottom in pixels, the score, 0..1, and the horizontal and vertical position of
-        the mouth's middle: count x 7, the best score first.
+        Left, top, right and bottom in pixels, the score, 0..1, and the horizontal and vertical positions of
+        left eye, right eye, nose, and left and right corner of the mouth: count x 15, the best score first.
     """
     first, second, third = networks
     boxes = _refine(color, _propose(color, first, least), second)
@@ -136,19 +136,20 @@ def _refine(color: np.ndarray, boxes: np.ndarray, weights: Weights) -> np.ndarra
 def _judge(color: np.ndarray, boxes: np.ndarray, weights: Weights) -> np.ndarray:
     """Return the third network's result for square boxes, the mean over their views; see `find_faces`."""
     if not len(boxes):
-        return np.empty((0, 7))
+        return np.empty((0, 15))
     views = [view for box in boxes for view in _views(_crop_patch(color, box, _INPUT_SIDES_PX[1]))]
     moves, marks, logits = (
         each.reshape(len(boxes), -1, each.shape[1])
         for each in _run_network(views, weights, _POOLING_SIZES[1])
     )
     # Two eyes, a nose and two corners of the mouth: first all positions across, then all positions down.
-    mouths = np.stack([marks[..., 3:5].mean(axis=2), marks[..., 8:10].mean(axis=2)], axis=2)
+    places = np.stack([marks[..., :5], marks[..., 5:]], axis=3)
     moves[:, 1::2] = moves[:, 1::2][..., [2, 1, 0, 3]] * (-1, 1, -1, 1)
-    mouths[:, 1::2, 0] = 1 - mouths[:, 1::2, 0]
+    places[:, 1::2] = places[:, 1::2][:, :, [1, 0, 2, 4, 3]] * (-1, 1) + (1, 0)
     corners, sides = boxes[:, :2], boxes[:, 2:3] - boxes[:, :1]
     scores = _probability(logits).mean(axis=1, keepdims=True)
-    return np.hstack([_move_edges(boxes, moves.mean(axis=1)), scores, corners + mouths.mean(axis=1) * sides])
+    points = corners[:, None] + places.mean(axis=1) * sides[:, None]
+    return np.hstack([_move_edges(boxes, moves.mean(axis=1)), scores, points.reshape(len(boxes), -1)])
 
 
 def _views(patch: np.ndarray) -> Iterator[np.ndarray]:

@@ -18,6 +18,7 @@ from vidstyle.core.sampling import small_luma
 from vidstyle.core.scene_cuts import KnownCuts, SceneCutDetector
 from vidstyle.regions.boxes import Box, Point
 from vidstyle.regions.faces import FaceFinder
+from vidstyle.regions.features.landmarks import USUAL_LANDMARKS, Landmarks, MarkedFaces
 from vidstyle.stabilize.motion import reduced_luma
 
 MIN_PICTURE_SIDE_PX = 240
@@ -57,11 +58,13 @@ class Face:
         track: number of the face, the same in all frames until it is lost.
         box: in pixels of the frame.
         opacity: 0..1, below 1 while the face fades in or out.
+        landmarks: its eyes, nose and mouth.
     """
 
     track: int
     box: Box[float]
     opacity: float = 1.0
+    landmarks: Landmarks = USUAL_LANDMARKS
 
 
 class _Template:
@@ -95,12 +98,17 @@ class _Template:
         )
 
 
+_Seen = tuple[Box[float], Landmarks, _Template]
+"""A face that has been found."""
+
+
 @dataclass
 class _Track:
     """A tracked face."""
 
     number: int
     box: Box[float]
+    landmarks: Landmarks
     opacity: float
     template: _Template
     misses: int = 0
@@ -114,12 +122,12 @@ class _Search:
     Attributes:
         time: presentation time of the frame.
         small: a small copy of the frame.
-        found: boxes of faces in pixels of the frame.
+        found: faces in pixels of the frame.
     """
 
     time: float
     small: np.ndarray
-    found: Future[list[Box[float]]]
+    found: Future[MarkedFaces]
 
 
 @dataclass(frozen=True)
@@ -190,14 +198,15 @@ class FaceFollower(Closing):
             self._fade(time - self._time)
         self._time = time
         tracks = sorted(self._tracks, key=lambda track: -track.box.area)
-        return tuple(Face(each.number, each.box, each.opacity) for each in tracks if each.opacity > 0)
+        faces = (Face(each.number, each.box, each.opacity, each.landmarks) for each in tracks)
+        return tuple(face for face in faces if face.opacity > 0)
 
     def _faces_of_still(self, picture: Picture) -> tuple[Face, ...]:
         """Return the faces of a single picture; the same picture is not searched again."""
         plane = picture.color if picture.luma is None else picture.luma
         if self._still[0] is not plane:
-            faces = (Face(next(self._numbers), box) for box in find_boxes(self._finder, picture))
-            self._still = plane, tuple(faces)
+            found = find_boxes(self._finder, picture).items()
+            self._still = plane, tuple(Face(next(self._numbers), box, 1.0, marks) for box, marks in found)
         return self._still[1]
 
     def _starts(self, picture: Picture, time: float) -> bool:
@@ -213,7 +222,8 @@ class FaceFollower(Closing):
         if found:
             small = reduced_luma(picture)
             factor = picture.shape[1] / small.shape[1]
-            self._match(((box, _Template(small, box.scaled(1 / factor))) for box in found), opacity=1.0)
+            seen = ((box, marks, _Template(small, box.scaled(1 / factor))) for box, marks in found.items())
+            self._match(seen, opacity=1.0)
 
     def _continue(self, picture: Picture, time: float) -> None:
         """Move tracks to their positions in the next frame, and start searches at intervals."""
@@ -232,17 +242,20 @@ class FaceFollower(Closing):
             self._search_time = time
             self._search = _Search(time, small, self._thread.submit(find_boxes, self._finder, picture))
 
-    def _match(self, found: Iterable[tuple[Box[float], _Template]], opacity: float) -> None:
+    def _match(self, found: Iterable[_Seen], opacity: float) -> None:
         """Continue the tracks of detected faces; start tracks with this opacity for new faces."""
-        left = dict(found)
+        left = {box: (marks, template) for box, marks, template in found}
         for track in self._tracks:
             near = min(left, key=lambda box: _distance(track.box, box), default=None)
             if near is None or _distance(track.box, near) > 1:
                 track.misses += 1
                 continue
-            track.template, track.misses, track.is_lost = left.pop(near), 0, False
-            track.box = _approach(track.box, near)
-        self._tracks += [_Track(next(self._numbers), box, opacity, each) for box, each in left.items()]
+            (marks, track.template), track.misses, track.is_lost = left.pop(near), 0, False
+            track.box, track.landmarks = _approach(track.box, near), marks
+        self._tracks += [
+            _Track(next(self._numbers), box, marks, opacity, template)
+            for box, (marks, template) in left.items()
+        ]
 
     def _fade(self, elapsed: float) -> None:
         """Update the opacity of all tracks; remove tracks that have faded out."""
@@ -253,11 +266,12 @@ class FaceFollower(Closing):
         self._tracks = [each for each in self._tracks if each.opacity > 0]
 
 
-def find_boxes(finder: FaceFinder, picture: Picture) -> list[Box[float]]:
+def find_boxes(finder: FaceFinder, picture: Picture) -> MarkedFaces:
     """Return the faces of at least `MIN_FACE_RATIO` in a picture, in its pixels, the largest first."""
     color = searched_copy(picture)
     least = MIN_FACE_RATIO * min(color.shape[:2]) / color.shape[0]
-    return [box.scaled(picture.shape[1] / color.shape[1]) for box in finder.find(color, least)]
+    factor = picture.shape[1] / color.shape[1]
+    return {box.scaled(factor): marks for box, marks in finder.find(color, least).items()}
 
 
 def _move(track: _Track, small: np.ndarray, factor: float) -> None:
@@ -270,14 +284,14 @@ def _move(track: _Track, small: np.ndarray, factor: float) -> None:
         track.box = track.box.moved(weight * shift[0], weight * shift[1])
 
 
-def _moved(search: _Search, small: np.ndarray, factor: float) -> Iterable[tuple[Box[float], _Template]]:
+def _moved(search: _Search, small: np.ndarray, factor: float) -> Iterable[_Seen]:
     """Yield the faces that a search has found, at their positions in a later frame."""
-    for box in search.found.result():
+    for box, marks in search.found.result().items():
         before = box.scaled(1 / factor)
         template = _Template(search.small, before)
         shift = template.shift(small, before)
         if shift is not None:
-            yield before.moved(*shift).scaled(factor), template
+            yield before.moved(*shift).scaled(factor), marks, template
 
 
 def searched_copy(picture: Picture, max_side: int = MAX_SEARCHED_SIDE_PX) -> np.ndarray:

@@ -13,11 +13,9 @@ import numpy as np
 
 from vidstyle.core.opencv_log import silent_opencv
 from vidstyle.errors import InputError
-from vidstyle.regions.boxes import Box, Point
+from vidstyle.regions.boxes import Box
 from vidstyle.regions.face_networks import find_faces, load_networks, weights_folder
-
-_MOUTH_HEIGHT_RATIO = 0.75
-"""Vertical position of the mouth in a face, relative to the face's height."""
+from vidstyle.regions.features.landmarks import USUAL_LANDMARKS, Landmarks, MarkedFaces
 
 _MODEL_REMEDY = "use an OpenCV cascade (.xml) or a YuNet model (.onnx)"
 # Detection by the networks of mtcnn.
@@ -50,15 +48,8 @@ _TRIAL_SIDE_PX = 64
 
 _HAS_CASCADES = hasattr(cv2, "CascadeClassifier")
 
-Mouths = dict[Box, Point]
-"""Faces, and the position of each face's mouth."""
-_Detector = Callable[[np.ndarray, float], Mouths]
+_Detector = Callable[[np.ndarray, float], MarkedFaces]
 """Finds faces at least as high as a fraction of the picture; OpenCV detectors use their own limit instead."""
-
-
-def usual_mouth(face: Box) -> Point:
-    """Return the usual position of the mouth in a face."""
-    return face.center[0], face.top + _MOUTH_HEIGHT_RATIO * face.height
 
 
 class FaceFinder:
@@ -87,7 +78,7 @@ class FaceFinder:
             self._detector = _create_mtcnn(folder)
         self.has_model = self._detector is not None
 
-    def find(self, color: np.ndarray, least: float = MIN_FACE_HEIGHT_RATIO) -> Mouths:
+    def find(self, color: np.ndarray, least: float = MIN_FACE_HEIGHT_RATIO) -> MarkedFaces:
         """Return the faces in a picture, the largest first.
 
         Args:
@@ -121,16 +112,16 @@ def is_colorful(color: np.ndarray) -> bool:
 def _create_mtcnn(folder: Path) -> _Detector:
     networks = load_networks(folder)
 
-    def find(color: np.ndarray, least: float) -> Mouths:
+    def find(color: np.ndarray, least: float) -> MarkedFaces:
         height, width = color.shape[:2]
         rows = find_faces(color, networks, max(_MIN_FACE_PX, least * height))
         whole, skin, colorful = Box(0, 0, width, height), skin_map(color), is_colorful(color)
-        found: Mouths = {}
+        found: MarkedFaces = {}
         for row in rows.tolist():
             box = Box(*map(round, row[:4])).intersection(whole)
             is_skin = not colorful or row[4] > _CERTAIN_SCORE or _crop(skin, box).mean() > _MIN_SKIN_SHARE
             if box.area > 0 and is_skin:
-                found[box] = row[5], row[6]
+                found[box] = Landmarks.of(list(zip(row[5::2], row[6::2], strict=True)), box)
         return found
 
     return find
@@ -147,16 +138,16 @@ def _create_cascade(path: Path) -> _Detector:
     if cascade is None or cascade.empty():
         raise InputError(path, "is not a face detection model", _MODEL_REMEDY)
 
-    def find(color: np.ndarray, _: float) -> Mouths:
+    def find(color: np.ndarray, _: float) -> MarkedFaces:
         luma = cv2.equalizeHist(cv2.cvtColor(color, cv2.COLOR_RGB2GRAY))
         least = max(20, round(_MIN_CASCADE_SIDE_RATIO * min(luma.shape)))
         found = cascade.detectMultiScale(
             luma, scaleFactor=1.1, minNeighbors=_MIN_CASCADE_NEIGHBOURS, minSize=(least, least)
         )
         skin, colorful = skin_map(color), is_colorful(color)
-        boxes = [Box(int(x), int(y), int(x + w), int(y + h)) for x, y, w, h in found]
+        boxes = [Box[float](int(x), int(y), int(x + w), int(y + h)) for x, y, w, h in found]
         return {
-            box: usual_mouth(box)
+            box: USUAL_LANDMARKS
             for box in boxes
             if not colorful or _crop(skin, box).mean() > _MIN_CASCADE_SKIN_SHARE
         }
@@ -179,14 +170,17 @@ def _create_yunet(path: Path) -> _Detector:
     except cv2.error:
         raise InputError(path, "is not a face detection model", _MODEL_REMEDY) from None
 
-    def find(color: np.ndarray, _: float) -> Mouths:
+    def find(color: np.ndarray, _: float) -> MarkedFaces:
         height, width = color.shape[:2]
         network.setInputSize((width, height))
         _, found = network.detect(np.ascontiguousarray(color[..., ::-1]))
         whole, least = Box(0, 0, width, height), _MIN_YUNET_SIDE_RATIO * min(height, width)
-        rows = found[:, :4].astype(float) if found is not None else np.empty((0, 4))
-        boxes = [Box(x, y, x + wide, y + high).intersection(whole) for x, y, wide, high in rows.tolist()]
-        return {box: usual_mouth(box) for box in boxes if min(box.width, box.height) >= least}
+        faces: MarkedFaces = {}
+        for x, y, wide, high, *places in [] if found is None else found[:, :14].astype(float).tolist():
+            box = Box(x, y, x + wide, y + high).intersection(whole)
+            if min(box.width, box.height) >= least:
+                faces[box] = Landmarks.of(list(zip(places[::2], places[1::2], strict=True)), box)
+        return faces
 
     return find
 

@@ -14,6 +14,8 @@ from vidstyle.core.picture import Encoding, Picture
 from vidstyle.core.scene_cuts import KnownCuts
 from vidstyle.core.shared_tones import SharedTones
 from vidstyle.regions.face_tracks import Face
+from vidstyle.regions.features.feature_drawing import draw_features
+from vidstyle.regions.features.feature_lifting import Features
 from vidstyle.regions.patch_blending import lay_over, patch_mask
 from vidstyle.regions.patch_renderer import OpenRenderer, PatchRenderer
 from vidstyle.regions.patches import PatchPlanner, PatchSet, plane_area
@@ -45,23 +47,27 @@ class FocusedPicture:
     Attributes:
         writing: is drawn over it, in the ink of the style.
         region: where the style applies, H x W float32, 0..1; None: everywhere.
-        cell: height and width of squares that are not divided; see `patch_mask`.
+        raster: the dots and squares of the style.
+        features: eyes, noses and mouths, which are drawn over the faces.
     """
 
     page: PendingPicture
     faces: Sequence[tuple[PendingPicture, PatchSet]]
+    features: Sequence[Features]
     writing: LiftedWriting
     style: Style
     region: np.ndarray | None
-    cell: tuple[int, int] | None
+    raster: PageRaster
 
     def result(self) -> Picture:
         """The restyled picture; waits for it."""
         page = styled = self.page.result()
         for fine, patches in self.faces:
-            page = lay_over(page, styled, fine.result(), patches, self.region, self.cell)
+            page = lay_over(page, styled, fine.result(), patches, self.region, self.raster.cell)
+        if self.features:
+            page = draw_features(page, self.features, self.style, self.region, self.raster)
         if strokes := self.writing.strokes():
-            page = draw_writing(page, strokes, self.style, self.region, self.cell)
+            page = draw_writing(page, strokes, self.style, self.region, self.raster.cell)
         return page
 
     def covers(self, shape: tuple[int, int]) -> np.ndarray:
@@ -69,7 +75,7 @@ class FocusedPicture:
         whole = np.zeros(shape, bool)
         for _, patches in self.faces:
             for patch in patches.visible:
-                whole[plane_area(patch.window, (1, 1))] |= patch_mask(patch, self.cell) > 0
+                whole[plane_area(patch.window, (1, 1))] |= patch_mask(patch, self.raster.cell) > 0
         for strokes in self.writing.strokes():
             whole[plane_area(strokes.window, (1, 1))] = True
         return whole
@@ -105,7 +111,7 @@ class FocusRenderer(Backend):
         self._style, self._side_ratio = style, side_ratio
         self._page = open_backend(style, cuts)
         # Two sets of patches, while one replaces the other.
-        self._patches = PatchRenderer(open_backend), PatchRenderer(open_backend)
+        self._patches = PatchRenderer(open_backend, side_ratio), PatchRenderer(open_backend, side_ratio)
         self._source, self._planner = faces, PatchPlanner()
         self._raster: tuple[object, PageRaster] | None = None
         self.device_kind = self._page.device_kind
@@ -156,12 +162,15 @@ class FocusRenderer(Backend):
             if not sets and not writing.strokes():
                 return start(self._page, request)
         page = start(self._page, replace(request, measured=tones) if sets else request)
-        faces = []
-        if sets:
-            lifted = replace(request.edited(), tones=tones)
-            faces = [(start(*self._prepare(lifted, patches)), patches) for patches in sets]
-        region, cell = _region(request.picture, style), self._raster_on(request).cell
-        return FocusedPicture(page, faces, writing, style, region, cell)
+        lifted = replace(request.edited(), tones=tones) if sets else request
+        faces = list[tuple[PendingPicture, PatchSet]]()
+        features = dict[int, Features]()
+        for patches in sets:
+            backend, fine, found = self._prepare(lifted, patches)
+            faces.append((start(backend, fine), patches))
+            features |= {each.face.track: each for each in found}
+        region, raster = _region(request.picture, style), self._raster_on(request)
+        return FocusedPicture(page, faces, list(features.values()), writing, style, region, raster)
 
     def skip(self, request: FrameRequest) -> None:
         """Follow faces and their tones through a picture that is not restyled."""
@@ -189,7 +198,9 @@ class FocusRenderer(Backend):
     def _is_focused(self) -> bool:
         return bool(self._style.focus) and self._style.height is not None and not self._style.is_plain
 
-    def _prepare(self, request: FrameRequest, patches: PatchSet) -> tuple[Backend, FrameRequest]:
+    def _prepare(
+        self, request: FrameRequest, patches: PatchSet
+    ) -> tuple[Backend, FrameRequest, list[Features]]:
         return self._patches_of(patches).prepare(request, patches, self._style)
 
     def _patches_of(self, patches: PatchSet) -> PatchRenderer:
@@ -205,8 +216,7 @@ class FocusRenderer(Backend):
         across, down = map(max, picture.encoding.subsampling, request.encoding.subsampling)
         faces = [face for face in small if face.opacity > 0]
         raster = self._raster_on(request) if faces else NO_RASTER
-        sets = self._planner.plan(faces, picture.shape, (across, down), request.time, raster)
-        return [replace(each, least=each.least / self._side_ratio) for each in sets]
+        return self._planner.plan(faces, picture.shape, (across, down), request.time, raster)
 
     def _raster_on(self, request: FrameRequest) -> PageRaster:
         """Return the rasters of the style on the page."""

@@ -10,6 +10,7 @@ from vidstyle.core.closing import Closing
 from vidstyle.core.picture import Picture
 from vidstyle.core.scene_cuts import KnownCuts
 from vidstyle.regions.exposure import Exposure
+from vidstyle.regions.features.feature_lifting import Features, lift_features
 from vidstyle.regions.patches import PatchSet, cut_patches
 from vidstyle.style import Style
 
@@ -28,10 +29,11 @@ class PatchRenderer(Closing):
 
     Args:
         open_backend: opens the renderer.
+        side_ratio: see `FocusRenderer`.
     """
 
-    def __init__(self, open_backend: OpenRenderer) -> None:
-        self._open = open_backend
+    def __init__(self, open_backend: OpenRenderer, side_ratio: float = 1.0) -> None:
+        self._open, self._side_ratio = open_backend, side_ratio
         self._backend: Backend | None = None
         self._cuts, self._exposure = KnownCuts(()), Exposure()
         self._detailed: tuple[object, Style] | None = None
@@ -46,28 +48,34 @@ class PatchRenderer(Closing):
         if self._backend is not None:
             self._backend.close()
 
-    def prepare(self, request: FrameRequest, patches: PatchSet, style: Style) -> tuple[Backend, FrameRequest]:
-        """Return the renderer of a picture of patches, and the request for it.
+    def prepare(
+        self, request: FrameRequest, patches: PatchSet, style: Style
+    ) -> tuple[Backend, FrameRequest, list[Features]]:
+        """Return the renderer of a picture of patches, the request for it, and the features to draw.
 
         Args:
             request: the whole picture.
             patches: the patches; the first of a set begin a scene.
             style: the style of the whole picture.
         """
-        cut = self.cut(request, patches, style.focus)
-        share = patches.least / min(request.picture.shape)
+        cut, features = self.cut(request, patches, style.focus)
+        share = patches.least / (self._side_ratio * min(request.picture.shape))
         detail = min(max(FACE_DETAIL_RATIO / share, DETAIL_RANGE[0]), DETAIL_RANGE[1]) ** style.focus
         backend = self._use(style, detail, cut.shape, request.picture.shape)
-        return backend, replace(request, picture=cut, target=request.encoding)
+        return backend, replace(request, picture=cut, target=request.encoding), features
 
-    def cut(self, request: FrameRequest, patches: PatchSet, focus: float) -> Picture:
-        """Return the picture of all patches, with tones that suit the style by `focus`, 0..1."""
+    def cut(self, request: FrameRequest, patches: PatchSet, focus: float) -> tuple[Picture, list[Features]]:
+        """Return the picture of all patches, with tones that suit the style by `focus`; and its features."""
         if patches.is_new and request.time is not None:
             self._cuts.add(request.time)
             self._exposure = Exposure()
         picture = cut_patches(request.picture, patches.patches)
-        self._exposure.apply(picture, patches.patches, request.picture, request.time, focus)
-        return picture
+        features = lift_features(
+            picture, patches.patches, focus, self._side_ratio * min(request.picture.shape)
+        )
+        lifted = {each.face.track: each.amount for each in features}
+        self._exposure.apply(picture, patches.patches, request.picture, request.time, focus, lifted)
+        return picture, features
 
     def _use(self, style: Style, detail: float, patches: tuple[int, int], page: tuple[int, int]) -> Backend:
         """Return the renderer, with the style at this level of detail for this size of patches and page."""

@@ -9,6 +9,7 @@ import numpy as np
 from vidstyle.backend import FrameRequest
 from vidstyle.block import Wave
 from vidstyle.core.picture import PictureLayout
+from vidstyle.regions.boxes import Rectangle
 from vidstyle.style import Style
 from vidstyle.style.lower import lower
 from vidstyle.style.nodes import nodes_in_order
@@ -67,6 +68,34 @@ def raster_of(style: Style, request: FrameRequest) -> PageRaster:
             cells += [(round(raster.cell[0] * down), round(raster.cell[1] * right))] if raster.cell else []
     cell = max(cells)
     return PageRaster(tuple(waves), None if cell == (1, 1) else cell)
+
+
+def divided_cell(cell: tuple[int, int], widest: float) -> tuple[int, int]:
+    """Return height and width of equal parts of a cell, of at most `widest` pixels, and at least one."""
+    most = max(1, round(widest))
+    down, across = (
+        max(each for each in range(1, side + 1) if side % each == 0 and each <= most) for side in cell
+    )
+    return down, across
+
+
+def cell_means(plane: np.ndarray, window: Rectangle, cell: tuple[int, int]) -> np.ndarray:
+    """Return a plane whose pixels have the mean of their cell of the page.
+
+    Args:
+        plane: H x W float32, of a window of the page; outside it counts as 0.
+        window: the window.
+        cell: height and width of a cell.
+    """
+    down, across = cell
+    above, before = window.top % down, window.left % across
+    height, width = plane.shape
+    rows, columns = -(-(above + height) // down), -(-(before + width) // across)
+    whole = np.zeros((rows * down, columns * across), np.float32)
+    whole[above : above + height, before : before + width] = plane
+    means = whole.reshape(rows, down, columns, across).mean(axis=(1, 3))
+    full = np.repeat(np.repeat(means, down, axis=0), across, axis=1)
+    return full[above : above + height, before : before + width]
 
 
 def _longest_period(waves: tuple[Wave, ...], axis: int) -> int:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from vidstyle.core.picture import Picture
-from vidstyle.regions.boxes import Box
 from vidstyle.regions.face_tracks import MIN_PICTURE_SIDE_PX, Face, find_boxes
 from vidstyle.regions.faces import FaceFinder
+from vidstyle.regions.features.landmarks import MarkedFaces
 
 MIN_FACE_PX = 8.0
 """Faces of fewer lines have no features that finer detail could show."""
@@ -26,13 +26,16 @@ class KnownFaces:
         boxes: faces in a picture of height 1, the largest first.
     """
 
-    boxes: tuple[Box[float], ...] = ()
+    boxes: MarkedFaces = field(default_factory=dict)
 
     def follow(self, picture: Picture, time: float | None) -> tuple[Face, ...]:
         """Return the faces in a copy of the picture of any size."""
         height = picture.shape[0]
-        boxes = (box.scaled(height) for box in self.boxes)
-        return tuple(Face(number, box) for number, box in enumerate(boxes) if box.height >= MIN_FACE_PX)
+        faces = (
+            Face(number, box.scaled(height), 1.0, marks)
+            for number, (box, marks) in enumerate(self.boxes.items())
+        )
+        return tuple(face for face in faces if face.box.height >= MIN_FACE_PX)
 
     def close(self) -> None:
         """Do nothing."""
@@ -81,4 +84,4 @@ class StillFaces:
         if min(color.shape[:2]) < MIN_PICTURE_SIDE_PX:
             return KnownFaces()
         boxes = find_boxes(self._finder, Picture.from_array(color))
-        return KnownFaces(tuple(box.scaled(1 / height) for box in boxes))
+        return KnownFaces({box.scaled(1 / height): marks for box, marks in boxes.items()})

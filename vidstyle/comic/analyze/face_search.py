@@ -37,7 +37,8 @@ def add_faces(
     if color is None:
         return candidate
     searched = SEARCHED_HEIGHT_RATIO if only_large else MIN_FACE_HEIGHT_RATIO
-    mouths, factor = faces.find(color, searched), candidate.shape[1] / color.shape[1]
+    mouths = {face: marks.mouth(face) for face, marks in faces.find(color, searched).items()}
+    factor = candidate.shape[1] / color.shape[1]
     if len(others) > 1:
         least, seen = (
             LARGE_FACE_HEIGHT_RATIO * color.shape[0],

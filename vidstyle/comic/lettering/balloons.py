@@ -20,7 +20,7 @@ from vidstyle.comic.lettering.bubble import (
     max_tail_length,
 )
 from vidstyle.regions.boxes import Box, Point
-from vidstyle.regions.faces import usual_mouth
+from vidstyle.regions.features.landmarks import USUAL_LANDMARKS
 
 # The search for positions.
 _POSITIONS_PER_SIDE_COUNT = 11
@@ -136,7 +136,7 @@ def place_bubbles(
     kept, tailed = list(map(add_face_margin, room.faces)), list[Bubble]()
     for bubble, each in zip(bubbles, wordings, strict=True):
         in_the_way = kept + [other.box for other in bubbles if other is not bubble]
-        mouth = each.face and (each.mouth or usual_mouth(each.face))
+        mouth = each.face and (each.mouth or USUAL_LANDMARKS.mouth(each.face))
         tailed.append(add_tail(bubble, each.face, mouth, in_the_way) if each.face and mouth else bubble)
     return tailed
 

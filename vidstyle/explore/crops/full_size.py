@@ -7,7 +7,6 @@ a still: lengths and percentiles are those of the whole picture, and small faces
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import cv2
@@ -21,6 +20,7 @@ from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.explore.crops.crop_measures import ComparedCrop, FullSizeMetrics
 from vidstyle.explore.measure import MAX_DRAWN_SIDE_PX, gradient_of, luma_of_codes, reduce_picture
 from vidstyle.regions.boxes import Box
+from vidstyle.regions.features.landmarks import MarkedFaces
 from vidstyle.regions.focus import FocusRenderer
 from vidstyle.regions.mask_renderer import MaskRenderer
 from vidstyle.regions.still_faces import KnownFaces, StillFaces
@@ -70,7 +70,7 @@ class Crop:
         compared: compares its renderings with the source.
     """
 
-    def __init__(self, picture: np.ndarray, box: Box[int], faces: Sequence[Box[float]]) -> None:
+    def __init__(self, picture: np.ndarray, box: Box[int], faces: MarkedFaces) -> None:
         height, width = picture.shape[:2]
         left, top = max(box.left - MARGIN_PX, 0), max(box.top - MARGIN_PX, 0)
         right, bottom = min(box.right + MARGIN_PX, width), min(box.bottom + MARGIN_PX, height)
@@ -78,8 +78,10 @@ class Crop:
         self._inner = np.s_[box.top - top : box.bottom - top, box.left - left : box.right - left]
         self._height_ratio = self._source.shape[0] / height
         self._side_ratio = min(height, width) / min(self._source.shape[:2])
-        seen = [face for face in faces if face.intersection(box).area]
-        self._known = KnownFaces(tuple(face.moved(-left, -top).scaled(1 / (bottom - top)) for face in seen))
+        seen = {face: marks for face, marks in faces.items() if face.intersection(box).area}
+        self._known = KnownFaces(
+            {face.moved(-left, -top).scaled(1 / (bottom - top)): marks for face, marks in seen.items()}
+        )
         inner = [face.moved(-box.left, -box.top) for face in seen]
         self.compared = ComparedCrop(self._source[self._inner], inner)
 
@@ -111,17 +113,18 @@ def tones_of(style: Style, small: np.ndarray) -> SharedTones:
     return tones
 
 
-def faces_of(picture: np.ndarray) -> list[Box[float]]:
+def faces_of(picture: np.ndarray) -> MarkedFaces:
     """Return the faces of a picture that have features to compare, the largest first."""
-    boxes = [box.scaled(picture.shape[0]) for box in StillFaces().find("", lambda: picture).boxes]
-    return [box for box in boxes if min(box.width, box.height) >= MIN_FACE_SIDE_PX]
+    found = StillFaces().find("", lambda: picture).boxes
+    faces = {box.scaled(picture.shape[0]): marks for box, marks in found.items()}
+    return {box: marks for box, marks in faces.items() if min(box.width, box.height) >= MIN_FACE_SIDE_PX}
 
 
 def _open_renderer(style: Style, cuts: KnownCuts | None) -> CpuRenderer:
     return CpuRenderer(style, threads=1)
 
 
-def _crop_boxes(picture: np.ndarray, faces: Sequence[Box[float]]) -> list[Box[int]]:
+def _crop_boxes(picture: np.ndarray, faces: MarkedFaces) -> list[Box[int]]:
     """Return the crop around the largest face, then those with the most edges, which do not overlap."""
     height, width = picture.shape[:2]
     rows, columns = min(CROP_HEIGHT_PX, height), min(CROP_WIDTH_PX, width)
@@ -139,7 +142,7 @@ def _crop_boxes(picture: np.ndarray, faces: Sequence[Box[float]]) -> list[Box[in
         boxes.append(Box(left, top, left + columns, top + rows))
         scores[max(top - rows, 0) : top + rows, max(left - columns, 0) : left + columns] = -1
 
-    for face in faces[:1]:
+    for face in list(faces)[:1]:
         middle_x, middle_y = map(round, face.center)
         top, left = middle_y - rows // 2, middle_x - columns // 2
         take(min(max(top, 0), height - rows), min(max(left, 0), width - columns))

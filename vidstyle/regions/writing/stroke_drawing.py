@@ -11,6 +11,7 @@ from vidstyle.block import rgb_from_text
 from vidstyle.core.picture import Picture
 from vidstyle.core.plain_codes import codes_from_values, values_from_codes
 from vidstyle.regions.patches import plane_area
+from vidstyle.regions.rasters import cell_means, divided_cell
 from vidstyle.regions.writing.finding import thickness_of
 from vidstyle.regions.writing.lifting import Strokes, luma_in
 from vidstyle.style import Style
@@ -113,18 +114,8 @@ def _in_dots(
     """Return coverage in which squares, parts of the cells of the page, are all full or empty."""
     if cell is None:
         return cover
-    widest = max(1, round(MAX_DOT_PX_RATIO * min(shape)))
-    down, across = (
-        max(each for each in range(1, side + 1) if side % each == 0 and each <= widest) for side in cell
-    )
-    above, before = strokes.window.top % down, strokes.window.left % across
-    height, width = cover.shape
-    rows, columns = -(-(above + height) // down), -(-(before + width) // across)
-    whole = np.zeros((rows * down, columns * across), np.float32)
-    whole[above : above + height, before : before + width] = cover
-    dots = whole.reshape(rows, down, columns, across).mean(axis=(1, 3)) >= MIN_DOT_COVERAGE
-    full = np.repeat(np.repeat(dots, down, axis=0), across, axis=1).astype(np.float32)
-    return full[above : above + height, before : before + width]
+    dot = divided_cell(cell, MAX_DOT_PX_RATIO * min(shape))
+    return (cell_means(cover, strokes.window, dot) >= MIN_DOT_COVERAGE).astype(np.float32)
 
 
 def _surroundings(strokes: Strokes, size: int) -> np.ndarray:
