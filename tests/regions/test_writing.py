@@ -146,7 +146,7 @@ def test_the_threads_that_restyle_a_film_take_writing_off(monkeypatch: pytest.Mo
         return lift(picture, amount)
 
     def restyled(count: int) -> list[Picture]:
-        with FocusRenderer(style, lambda each, _: CpuRenderer(each, count), KnownFaces(())) as renderer:
+        with FocusRenderer(style, lambda each, _: CpuRenderer(each, count), KnownFaces()) as renderer:
             pending = [renderer.begin(FrameRequest(each, n / 25)) for n, each in enumerate(film)]
             return [each.result() for each in pending]
 
