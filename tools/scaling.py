@@ -4,9 +4,10 @@
     python -m tools.performance scaling.md
 
 Each number of cores is measured in a process of its own with that CPU affinity, after a short film has
-loaded all that is needed. *Used* is processor time divided by time. *Others* are cores that other programs
-used meanwhile: of several runs, the one with the least counts. *Busy* is the share of the time in which
-each core had work. *Switches* are voluntary and involuntary context switches per frame.
+loaded all that is needed: as the difference of a film and its first quarter, so that opening and closing
+cancel. *Used* is processor time divided by time. *Others* are cores that other programs used meanwhile: of
+several runs, the one with the least counts. *Busy* is the share of the time in which each core had work.
+*Switches* are voluntary and involuntary context switches per frame.
 
 *Predicted* is the replay: the processor times of all tasks, measured on one core, on virtual cores. They are
 longer by the factor by which tasks take longer while all measured cores have the same tasks. A thread that
@@ -29,7 +30,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1]))  # also if it is run as a file
 
 from tools.replay.film import Machine, predicted_seconds  # noqa: E402
-from tools.replay.film_job import FilmJob, film_times, recorded  # noqa: E402
+from tools.replay.film_job import FilmJob, film_times, recorded, short_frames  # noqa: E402
 from tools.replay.machine import wake_up_seconds  # noqa: E402
 from tools.replay.record import Recording  # noqa: E402
 
@@ -71,11 +72,11 @@ def _print_speeds(job: FilmJob, rounds: int, wake_up: float) -> None:
     for place, number in enumerate(numbers):
         run = min((each[place] for each in runs), key=lambda run: run.others)
         alone = alone or run.seconds
-        speed = job.frames / run.seconds
+        speed = run.frames / run.seconds
         busy = " ".join(f"{100 * each / run.seconds:.0f}" for each in run.busy)
         cells = (f"{run.seconds:.2f}", f"{speed:.1f}", f"{alone / run.seconds:.2f}",
                  f"{run.processor / run.seconds:.2f}", f"{run.others:.2f}", busy,
-                 f"{run.voluntary / job.frames:.0f}, {run.involuntary / job.frames:.0f}")  # fmt: skip
+                 f"{run.voluntary / run.frames:.0f}, {run.involuntary / run.frames:.0f}")  # fmt: skip
         if record.finished:
             predicted = frames_per_second(record, number, machine)
             cells += f"{predicted:.1f}", f"{100 * (predicted / speed - 1):+.0f}"
@@ -90,8 +91,11 @@ def _print_speeds(job: FilmJob, rounds: int, wake_up: float) -> None:
 
 
 def frames_per_second(record: Recording, cores: int, machine: Machine) -> float:
-    """Return the predicted rate of a film, start excluded."""
-    return len(record.reading) / predicted_seconds(record, cores, machine)
+    """Return the predicted rate of a film, measured like that of a real one."""
+    frames = len(record.reading)
+    few = short_frames(frames)
+    seconds = predicted_seconds(record, cores, machine) - predicted_seconds(record, cores, machine, few)
+    return (frames - few) / seconds
 
 
 def _print_needs(arguments: argparse.Namespace, cores: Sequence[int], wake_up: float) -> None:

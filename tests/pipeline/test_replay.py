@@ -8,6 +8,7 @@ import pytest
 from media import make_clip
 
 from tools.replay.film import Machine, predicted_seconds
+from tools.replay.film_job import FilmTimes
 from tools.replay.machine import slowdown
 from tools.replay.record import Recording, recording
 from tools.replay.virtual_cores import MAX_SLICE_SECONDS, Give, Operation, Semaphore, Take, Work, run
@@ -88,6 +89,17 @@ def test_processes_need_no_lock_for_the_style() -> None:
     assert with_lock == pytest.approx(FRAMES * 0.07, rel=0.02)
     # Twelve processes take four rounds; pictures for which none is free wait for the lock.
     assert 3 * 0.08 <= without <= 4 * 0.08 + 0.07
+
+
+def test_opening_and_closing_a_film_cancel() -> None:
+    """A film that takes 2 s to open and close, and 0.1 s a frame on one of two cores."""
+    films = (FilmTimes(n, 2 + n / 10, 2 + n / 10, (2 + n / 10, 0), 7 + 3 * n, 1 + n) for n in (96, 24))
+    frames = next(films) - next(films)
+    assert (frames.frames, frames.voluntary, frames.involuntary) == (72, 3 * 72, 72)
+    assert frames.seconds == pytest.approx(7.2) and frames.busy == pytest.approx((7.2, 0))
+    assert frames.others == pytest.approx(0)
+    made = film([("native", 0.1)])
+    assert predicted_seconds(made, 2, frames=10) == pytest.approx(10 * 0.1 / 2, rel=0.01)
 
 
 def test_a_film_is_recorded(tmp_path: Path) -> None:

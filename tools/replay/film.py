@@ -28,9 +28,11 @@ class Machine:
     has_processes: bool = True
 
 
-def predicted_seconds(recording: Recording, cores: int, machine: Machine = Machine()) -> float:
-    """Return the time of the recorded film on a number of cores, with a frame per thread."""
-    return run(_Film(recording, cores, machine).threads(), cores)
+def predicted_seconds(
+    recording: Recording, cores: int, machine: Machine = Machine(), frames: int | None = None
+) -> float:
+    """Return the time of the recorded film, or its first frames, on some cores, with a frame per thread."""
+    return run(_Film(recording, cores, machine, frames).threads(), cores)
 
 
 class _Queue:
@@ -47,12 +49,13 @@ class _Queue:
 
 
 class _Film:
-    def __init__(self, recording: Recording, cores: int, machine: Machine) -> None:
+    def __init__(self, recording: Recording, cores: int, machine: Machine, frames: int | None) -> None:
         self._recording, self._cores = recording, cores
         self._slowdown = machine.slowdown if cores > 1 else 1.0
-        self._count = min(map(len, (recording.reading, recording.writing, recording.finished)))
-        self._between = {name: each / self._count for name, each in recording.between.items()}
-        self._encoding = [each + sum(recording.ending) / self._count for each in recording.writing]
+        made = min(map(len, (recording.reading, recording.writing, recording.finished)))
+        self._count = min(made, frames or made)
+        self._between = {name: each / made for name, each in recording.between.items()}
+        self._encoding = [each + sum(recording.ending) / made for each in recording.writing]
         self._lock = Semaphore(1, machine.wake_up_seconds)  # Python's
         has_processes = machine.has_processes and cores >= MIN_PROCESS_THREADS
         self._processes = Semaphore(useful_processes(cores) if has_processes else 0)

@@ -22,6 +22,8 @@ from tools.replay.machine import slowdown
 from tools.replay.record import Recording, recording
 
 WARM_UP_FRAMES = 6
+SHORT_RATIO = 0.25
+"""Frames of the short film whose times are subtracted, relative to the frames of the film."""
 
 
 @dataclass(frozen=True)
@@ -38,14 +40,16 @@ class FilmJob:
 
 @dataclass(frozen=True)
 class FilmTimes:
-    """Times of a film in seconds.
+    """Times of the frames of a film in seconds.
 
     Attributes:
+        frames: how many.
         processor: of all threads.
         busy: of each core, also with other programs.
         voluntary, involuntary: context switches.
     """
 
+    frames: int
     seconds: float
     processor: float
     busy: tuple[float, ...]
@@ -57,9 +61,26 @@ class FilmTimes:
         """Cores that other programs used at the same time."""
         return max(0.0, (sum(self.busy) - self.processor) / self.seconds)
 
+    def __sub__(self, shorter: FilmTimes) -> FilmTimes:
+        """Return the times of the frames that a shorter film lacks: opening and closing cancel."""
+        pairs = zip(self.busy, shorter.busy, strict=True)
+        return FilmTimes(
+            self.frames - shorter.frames,
+            self.seconds - shorter.seconds,
+            self.processor - shorter.processor,
+            tuple(one - other for one, other in pairs),
+            self.voluntary - shorter.voluntary,
+            self.involuntary - shorter.involuntary,
+        )
+
+
+def short_frames(frames: int) -> int:
+    """Return the frames of the short film whose times are subtracted from those of a film."""
+    return int(SHORT_RATIO * frames)
+
 
 def film_times(job: FilmJob) -> FilmTimes:
-    """Render a film after a short one that loads modules and kernels."""
+    """Render a film after a short one that loads modules and kernels, without opening and closing it."""
     return FilmTimes(**_started(job))
 
 
@@ -104,14 +125,16 @@ def _run(job: FilmJob) -> dict[str, Any]:
                 run(job.frames)
             return vars(made)
         run(WARM_UP_FRAMES)
-        return asdict(_timed(lambda: run(job.frames), job.cores))
+        few, all_ = (_timed(run, each, job.cores) for each in (short_frames(job.frames), job.frames))
+        return asdict(all_ - few)
 
 
-def _timed(run: Callable[[], None], cores: Sequence[int]) -> FilmTimes:
+def _timed(run: Callable[[int], None], frames: int, cores: Sequence[int]) -> FilmTimes:
     before, idle, began = resource.getrusage(resource.RUSAGE_SELF), _idle_seconds(cores), time.perf_counter()
-    run()
+    run(frames)
     seconds, after = time.perf_counter() - began, resource.getrusage(resource.RUSAGE_SELF)
     return FilmTimes(
+        frames,
         seconds,
         after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime,
         tuple(seconds - new + old for new, old in zip(_idle_seconds(cores), idle, strict=True)),
