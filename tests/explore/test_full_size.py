@@ -66,8 +66,10 @@ def test_faces_are_lost_when_their_features_are(astronaut: FullSize, cat: FullSi
     blots = styled(Step("gaussian", {"sigma": 20}), Step("soft_threshold", {"phi": 0.5, "epsilon": 90}))
     assert astronaut.measure(blots).face < 0.66 < astronaut.measure(load_style("poster")).face
     assert cat.measure(blots).face == MAX_FACE_LIKENESS
-    measures = astronaut.measure(load_style("poster"))._replace(face=0.3)
-    assert fault(measures) == "with lost faces"
+    good = astronaut.measure(load_style("poster"))
+    assert astronaut.measure(blots).face_outlines < 0.65 < good.face_outlines
+    assert fault(good._replace(face=0.3)) == "with lost faces"
+    assert fault(good._replace(face_outlines=0.6), "paper") == "with lost faces" != fault(good)
 
 
 def test_lengths_in_crops_are_those_in_the_whole_picture() -> None:

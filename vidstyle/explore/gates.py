@@ -62,6 +62,7 @@ FULL_SIZE_GATES = (
 PAPER_GATES = (
     Gate("debris", 0, 0.033, "with debris in smooth areas"),
     Gate("patchiness", 0, 0.03, "with debris in smooth areas"),
+    Gate("face_outlines", 0.65, 1, "with lost faces"),
 )
 """Further gates for styles by the paper's rules, which have no texture."""
 

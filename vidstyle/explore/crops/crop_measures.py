@@ -26,8 +26,8 @@ MARK_RADII_PX = 2, 4, 8, 14
 BUSY_SQUARE_PX, BUSY_PERCENTILE = (25, 25), 90
 """Squares whose mean gradients are compared, and the percentile from which they are busy."""
 WHITE_LEVEL, BLACK_LEVEL = 0.93, 0.07
-FACE_WIDTH_PX, FACE_BAND_PX = 64, (1, 4)
-"""Width of a face for comparison with the source, and the band of eyes and mouth."""
+FACE_WIDTH_PX, FACE_BAND_PX, FACE_OUTLINE_BAND_PX = 64, (1, 4), (0.7, 2)
+"""Width of a face for comparison with the source, and the bands of eyes and mouth, and of their outlines."""
 MAX_FACE_COUNT, MIN_FACE_SHARE = 3, 0.7
 """Of many faces in a crop, the largest are compared, if this share of their height and width is in it."""
 MAX_FACE_LIKENESS = 1.0
@@ -59,6 +59,7 @@ class FullSizeMetrics(NamedTuple):
         patchiness: deviation of that height between places: a regular screen has little, worms have much.
         halo: mean height of bright rims beside edges.
         face: absolute correlation of facial features with the source; `MAX_FACE_LIKENESS` without a face.
+        face_outlines: the same for outlines of features, which smears and blots destroy first.
     """
 
     fine_kept: float
@@ -78,6 +79,7 @@ class FullSizeMetrics(NamedTuple):
     patchiness: float
     halo: float
     face: float
+    face_outlines: float
 
 
 class ComparedCrop:
@@ -99,7 +101,7 @@ class ComparedCrop:
         whole = self._whole.measure(result)._replace(**added)
         faces = [region.measure(result[part]) for part, region in self._faces]
         if not faces:
-            return whole._replace(face=MAX_FACE_LIKENESS)
+            return whole._replace(face=MAX_FACE_LIKENESS, face_outlines=MAX_FACE_LIKENESS)
         face, low, high = (
             FullSizeMetrics(*of(rows, axis=0).tolist())
             for of, rows in ((np.min, faces), (np.min, [whole, *faces]), (np.max, [whole, *faces]))
@@ -126,7 +128,8 @@ class _Region:
         self._fine, self._detail = _band(luma, *FINE_BAND_PX), _band(luma, *DETAIL_BAND_PX)
         self._bright = _marks(luma)[1]
         self._extreme = _extreme_share(luma)
-        self._features = _features(luma)
+        self._features = _features(luma, FACE_BAND_PX)
+        self._outlines = _features(luma, FACE_OUTLINE_BAND_PX)
 
     def measure(self, result: np.ndarray) -> FullSizeMetrics:
         """Return the metrics of this part in a style, as if it was a face."""
@@ -150,7 +153,8 @@ class _Region:
             debris=0,
             patchiness=0,
             halo=0,
-            face=abs(correlation(_features(luma), self._features)),
+            face=abs(correlation(_features(luma, FACE_BAND_PX), self._features)),
+            face_outlines=abs(correlation(_features(luma, FACE_OUTLINE_BAND_PX), self._outlines)),
         )
 
 
@@ -186,10 +190,10 @@ def _extreme_share(luma: np.ndarray) -> float:
     return float((luma > WHITE_LEVEL).mean() + (luma < BLACK_LEVEL).mean())
 
 
-def _features(luma: np.ndarray) -> np.ndarray:
+def _features(luma: np.ndarray, band: tuple[float, float]) -> np.ndarray:
     """Return band-passed luma of a face at `FACE_WIDTH_PX`."""
     size = FACE_WIDTH_PX, max(1, round(FACE_WIDTH_PX * luma.shape[0] / luma.shape[1]))
-    return _band(cv2.resize(luma, size, interpolation=cv2.INTER_AREA), *FACE_BAND_PX)
+    return _band(cv2.resize(luma, size, interpolation=cv2.INTER_AREA), *band)
 
 
 def _reduced(luma: np.ndarray, factor: int) -> np.ndarray:
