@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from itertools import chain
@@ -12,6 +12,7 @@ from pathlib import Path
 from vidstyle.comic.analyze.film import open_film
 from vidstyle.comic.analyze.key_frame_source import Film
 from vidstyle.comic.analyze.saliency import attention_map, box_attention
+from vidstyle.comic.drawn_check import DrawnCheck
 from vidstyle.comic.key_frame import KeyFrame
 from vidstyle.comic.layout.fit import fit_paper, place_panels
 from vidstyle.comic.layout.inset import find_insets
@@ -33,6 +34,7 @@ from vidstyle.comic.output.write import Frames, Output
 from vidstyle.comic.panel_styles import PanelStyles
 from vidstyle.comic.select.choose import MAX_DEFAULT_PANELS
 from vidstyle.comic.select.key_frames import KeyFrameOptions, find_key_frames
+from vidstyle.comic.select.readable import Readability
 from vidstyle.cues.cue_list import CueList
 from vidstyle.cues.style_change import StyleChange
 from vidstyle.errors import UsageError, counted, log, printable, text_of_name
@@ -139,13 +141,21 @@ class _Job:
             if lines and not faces.has_model:
                 log.info(_NO_FACES_NOTICE)
             self._choose_font(lines)
-            plan = self._plan_with_words(film, lines)
+            with self._open_check(film, faces) as check:
+                plan = self._plan_with_words(film, lines, check.readability if check else None)
             self._report_single(plan, film)
             self._report_omitted(lines)
             self._report_lacking()
             return self._draw(plan, film)
 
-    def _plan_with_words(self, film: Film, lines: Sequence[Line]) -> PagePlan:
+    def _open_check(self, film: Film, faces: FaceFinder) -> AbstractContextManager[DrawnCheck | None]:
+        """Return the check of key frames; None for a contact sheet, which shows any frame."""
+        options = self._options
+        return nullcontext() if options.storyboard else DrawnCheck(film, self._styles, options.device, faces)
+
+    def _plan_with_words(
+        self, film: Film, lines: Sequence[Line], readability: Readability | None
+    ) -> PagePlan:
         """Plan the comic; words that have no room get more panels, as far as that helps."""
         spoken = tuple((line.start, line.end) for line in lines if not line.narrated)
         options = replace(
@@ -154,13 +164,13 @@ class _Job:
             spoken=spoken,
             seed=self._options.seed,
         )
-        plan = self._plan(film, find_key_frames(film, options, self._step), lines)
+        plan = self._plan(film, find_key_frames(film, options, self._step, readability), lines)
         best = plan, self._omitted
         for _ in range(_MAX_WORD_ROUNDS if options.panels is None else 0):
             if not self._omitted or len(plan.key_frames) >= MAX_DEFAULT_PANELS:
                 break
             options = replace(options, words=(*options.words, *(line.start for line in self._omitted)))
-            plan = self._plan(film, find_key_frames(film, options, self._step), lines)
+            plan = self._plan(film, find_key_frames(film, options, self._step, readability), lines)
             if len(self._omitted) < len(best[1]):
                 best = plan, self._omitted
         plan, self._omitted = best

@@ -14,6 +14,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from vidstyle.regions.boxes import Box
+
 Weights = list[np.ndarray]
 _PoolingSizes = tuple[tuple[int, bool], ...]
 
@@ -32,6 +34,8 @@ _MIN_SCORES = 0.6, 0.5, 0.75
 """Minimum score of each network, 0..1; for the third, the mean over all its views."""
 _CONTRAST_LEVELS, _MIN_CONTRAST_LEVELS = 52.0, 8.0
 """Standard deviation of luma to which a face is stretched, and the minimum that is stretched, of 255."""
+_SCORED_MARGIN_RATIO = 0.15
+"""Margin around a face that is scored, at each side, in its sides."""
 _MAX_PROPOSALS = 40
 """Maximum number of proposals examined, the best first."""
 _MAX_OVERLAP_RATIOS = 0.5, 0.7, 0.7, 0.5
@@ -83,6 +87,13 @@ def find_faces(color: np.ndarray, networks: tuple[Weights, Weights, Weights], le
     again = _judge(color, _make_square(found), third)
     again[:, 4] = (found[:, 4] + again[:, 4]) / 2
     return _suppress_overlaps(again[again[:, 4] > _MIN_SCORES[2]], _MAX_OVERLAP_RATIOS[3], by_smaller=True)
+
+
+def score_face(color: np.ndarray, box: Box, networks: tuple[Weights, Weights, Weights]) -> float:
+    """Return how much a part of a picture, H x W x 3 uint8, looks like a face to the third network: 0..1."""
+    across, down = _SCORED_MARGIN_RATIO * box.width, _SCORED_MARGIN_RATIO * box.height
+    square = _make_square(np.array([[*box.padded(across, down, down), 1.0]]))
+    return float(_judge(color, square, networks[2])[0, 4])
 
 
 def _normalize(color: np.ndarray) -> np.ndarray:

@@ -14,7 +14,7 @@ import numpy as np
 from vidstyle.core.opencv_log import silent_opencv
 from vidstyle.errors import InputError
 from vidstyle.regions.boxes import Box
-from vidstyle.regions.face_networks import find_faces, load_networks, weights_folder
+from vidstyle.regions.face_networks import Weights, find_faces, load_networks, score_face, weights_folder
 from vidstyle.regions.features.landmarks import USUAL_LANDMARKS, Landmarks, MarkedFaces
 
 _MODEL_REMEDY = "use an OpenCV cascade (.xml) or a YuNet model (.onnx)"
@@ -68,6 +68,7 @@ class FaceFinder:
             InputError: the model cannot be read.
         """
         self._detector: _Detector | None = None
+        self._networks: tuple[Weights, Weights, Weights] | None = None
         # OpenCV's detectors are stateful; the networks can run in parallel.
         self._lock: AbstractContextManager[Any] = Lock() if model is not None else nullcontext()
         if model is not None:
@@ -75,7 +76,8 @@ class FaceFinder:
                 _create_yunet(model) if model.suffix.lower() == ".onnx" else _create_cascade(model)
             )
         elif folder := weights_folder():
-            self._detector = _create_mtcnn(folder)
+            self._networks = load_networks(folder)
+            self._detector = _create_mtcnn(self._networks)
         self.has_model = self._detector is not None
 
     def find(self, color: np.ndarray, least: float = MIN_FACE_HEIGHT_RATIO) -> MarkedFaces:
@@ -90,6 +92,10 @@ class FaceFinder:
         with self._lock:
             found = self._detector(color, least)
         return {box: found[box] for box in sorted(found, key=lambda box: (-box.area, box.left, box.top))}
+
+    def score(self, color: np.ndarray, face: Box) -> float | None:
+        """Return how much a part of a picture, H x W x 3 uint8, looks like a face, 0..1; None: unknown."""
+        return None if self._networks is None else score_face(color, face, self._networks)
 
 
 def skin_map(color: np.ndarray) -> np.ndarray:
@@ -109,9 +115,7 @@ def is_colorful(color: np.ndarray) -> bool:
     return bool(np.mean(brightest - darkest) > 8)
 
 
-def _create_mtcnn(folder: Path) -> _Detector:
-    networks = load_networks(folder)
-
+def _create_mtcnn(networks: tuple[Weights, Weights, Weights]) -> _Detector:
     def find(color: np.ndarray, least: float) -> MarkedFaces:
         height, width = color.shape[:2]
         rows = find_faces(color, networks, max(_MIN_FACE_PX, least * height))

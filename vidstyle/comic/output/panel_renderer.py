@@ -79,7 +79,10 @@ class PanelRenderer(Closing):
         Returns:
             H x W x 3 uint8, of the size of `picture`.
         """
-        style = next(self._styles)
+        return self.draw(next(self._styles), color, window, picture)
+
+    def draw(self, style: Style, color: np.ndarray, window: Box, picture: Rectangle) -> np.ndarray:
+        """Restyle a part of a frame in any style; otherwise like `panel`."""
         shown = cut_out(color, window, picture.width, picture.height, is_cleaned=not style.is_plain)
         if style.is_plain:
             return shown

@@ -1,0 +1,83 @@
+"""The choice of frames that can be read once they are drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from vidstyle.comic.analyze.features import Candidate, Survey
+from vidstyle.comic.select.choose import choose
+from vidstyle.comic.select.frame_scores import subject_strength
+from vidstyle.comic.select.key_frame_options import KeyFrameOptions
+from vidstyle.comic.select.refinement import Refinement
+from vidstyle.errors import log
+
+Readability = Callable[[Sequence[Candidate]], Sequence[float]]
+"""Returns how well frames can be read once they are drawn, 0..1."""
+_MAX_ROUNDS = 2
+"""Number of times that frames are chosen, without those that could not be read once they were drawn."""
+_REFUSED_SECONDS = 1.2
+"""Time around such a frame in which none is chosen: darkness and blur last."""
+_MIN_READABILITY, _MIN_PLACE_READABILITY = 0.55, 0.73
+"""Minimum readability, see `measure_readability`; the second value is for a panel without a subject."""
+_MIN_SUBJECT_STRENGTH = 0.2
+"""Strength of a subject from which it makes up for murk, see `subject_strength`."""
+
+
+class ReadableSearch:
+    """Chooses frames, and others for those that cannot be read once they are drawn."""
+
+    def __init__(
+        self, refinement: Refinement, options: KeyFrameOptions, readability: Readability | None
+    ) -> None:
+        self._refinement, self._options = refinement, options
+        self._measure: Readability = readability or (lambda candidates: [1.0] * len(candidates))
+        self._known = dict[float, float]()
+
+    def run(self, survey: Survey, forced: Sequence[Candidate]) -> list[Candidate]:
+        """Return the frames to show, in the order of time; empty if the film has none."""
+        found, refused, options = list[Candidate](), list[Candidate](), self._options
+        for _ in range(_MAX_ROUNDS):
+            left = [each for each in survey.candidates if not _is_near(each, refused)]
+            chosen = choose(
+                *(replace(survey, candidates=left), forced, options.panels),
+                *(options.min_panels, options.spoken, options.seed),
+            )
+            if not chosen:
+                break
+            found = self._refinement.refine(chosen)
+            self._known |= dict(zip((each.time for each in found), self._measure(found), strict=True))
+            lost = [each for each in found if not self._is_readable(each)]
+            if survey.is_folder or not lost:
+                return found
+            refused += lost
+        least = options.panels or max(options.min_panels, len(forced))
+        return self._keep_readable([*found, *refused], least)
+
+    def readability_of(self, candidate: Candidate) -> float:
+        """Return the readability of a frame that was chosen."""
+        return self._known[candidate.time]
+
+    def _is_readable(self, candidate: Candidate) -> bool:
+        has_subject = subject_strength(candidate) >= _MIN_SUBJECT_STRENGTH
+        limit = _MIN_READABILITY if has_subject else _MIN_PLACE_READABILITY
+        return candidate.forced or self._known[candidate.time] >= limit
+
+    def _keep_readable(self, candidates: Sequence[Candidate], least: int) -> list[Candidate]:
+        """Return the readable frames, and the best of the others up to a number of frames."""
+        distinct = {each.time: each for each in candidates}.values()
+        kept = [each for each in distinct if self._is_readable(each)]
+        others = sorted(
+            (each for each in distinct if not self._is_readable(each)), key=self.readability_of, reverse=True
+        )
+        if not kept and others:
+            log.warning("no frame of the film can be drawn clearly; the best one is shown")
+        kept += others[: max(0, max(1, least) - len(kept))]
+        return sorted(kept, key=lambda each: each.time)
+
+
+def _is_near(candidate: Candidate, refused: Sequence[Candidate]) -> bool:
+    return any(
+        each.scene == candidate.scene and abs(each.time - candidate.time) < _REFUSED_SECONDS
+        for each in refused
+    )

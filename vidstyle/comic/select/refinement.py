@@ -1,0 +1,122 @@
+"""The search for a better frame near each chosen one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from vidstyle.comic.analyze.action import add_actions
+from vidstyle.comic.analyze.features import Candidate, Survey
+from vidstyle.comic.analyze.key_frame_source import Film
+from vidstyle.comic.analyze.motion_blur import MAX_PICTURE_FLOW, subject_flow
+from vidstyle.comic.analyze.similarity import DIFFERENT_SIMILARITY, similarity
+from vidstyle.comic.select.best_path import LOOKBACK_PANELS
+from vidstyle.pipeline.progress import ProgressCallback
+
+_CUT_FACTOR = 2.0
+"""How much more it counts that a subject is cut off than that it is large."""
+_MAX_FACE_CANDIDATES = 3
+"""Number of frames near a chosen one in which faces are detected: the best by all other features."""
+_CLARITY_WEIGHT, _MOTION_WEIGHT, _FLOW_WEIGHT = 0.8, 0.5, 0.5
+_ACTION_WEIGHT, _EYES_WEIGHT, _FACES_WEIGHT = 0.5, 0.5, 0.3
+"""Weights of the features by which frames of one shot are compared, relative to sharpness."""
+
+
+class Refinement:
+    """Replaces chosen frames by better ones near them, each once.
+
+    Args:
+        film: the source.
+        survey: of the whole film.
+        skips: tells times that are excluded.
+        on_step: called with the name of a step and its progress.
+    """
+
+    def __init__(
+        self, film: Film, survey: Survey, skips: Callable[[float], bool], on_step: ProgressCallback
+    ) -> None:
+        self._film, self._survey, self._skips, self._on_step = film, survey, skips, on_step
+        self._done = dict[float, Candidate]()
+
+    def refine(self, chosen: Sequence[Candidate]) -> list[Candidate]:
+        """Return better frames that are no more similar to the others, with their subjects."""
+        refined = [self._done.get(each.time, each) for each in chosen]
+        new = [number for number, each in enumerate(chosen) if each.time not in self._done]
+        neighbours = dict.fromkeys(new, list[Candidate]())
+        for number in new:
+            self._on_step("choosing key frames", number, len(chosen))
+            if not chosen[number].forced:
+                best, *neighbours[number] = self._candidates(chosen[number], refined, number)
+                refined[number] = best
+        found = self._film.with_subjects([refined[number] for number in new], list(neighbours.values()))
+        for number, each in zip(new, found, strict=True):
+            refined[number] = self._done[chosen[number].time] = each
+        return refined
+
+    def _candidates(self, each: Candidate, refined: Sequence[Candidate], number: int) -> list[Candidate]:
+        """Return the likely frames near a chosen one with their large faces, the best first."""
+        others = [
+            *refined[max(0, number - LOOKBACK_PANELS) : number],
+            *refined[number + 1 :][:LOOKBACK_PANELS],
+        ]
+        after = refined[number - 1].time if number else -math.inf
+        before = refined[number + 1].time if number + 1 < len(refined) else math.inf
+        nearby = [
+            other
+            for other in self._film.around(each)
+            if after < other.time < before and not (other.is_flawed or self._skips(other.time))
+        ]
+        nearby = _keep_distinct(nearby, each, others) or [replace(self._film.at(each.time), scene=each.scene)]
+        nearby = add_actions(
+            nearby, [other for other in self._survey.candidates if other.scene == each.scene]
+        )
+        nearby = _keep_subject(nearby, each)
+        likely = sorted(nearby, key=_score_relative_to(nearby), reverse=True)[:_MAX_FACE_CANDIDATES]
+        found = self._film.with_large_faces(likely)
+        return sorted(found, key=_score_relative_to(found), reverse=True)
+
+
+def _keep_subject(nearby: Sequence[Candidate], each: Candidate) -> list[Candidate]:
+    """Return the frames near a candidate that show its moving subject; all of them if it has none.
+
+    The candidate's own frame has its subject, and is the last resort.
+    """
+    if each.action is None:
+        return list(nearby)
+    known = [replace(other, action=each.action) if other.time == each.time else other for other in nearby]
+    shown = [other for other in known if other.action and not other.action.is_gone]
+    return shown or known
+
+
+def _keep_distinct(
+    nearby: Sequence[Candidate], each: Candidate, others: Sequence[Candidate]
+) -> list[Candidate]:
+    """Return the frames near a candidate that are no more similar to any of the others than it is."""
+    if not others:
+        return list(nearby)
+    like = similarity([candidate.thumbnail for candidate in (each, *nearby, *others)])
+    most = like[: -len(others), -len(others) :].max(axis=1)
+    limit = max(DIFFERENT_SIMILARITY, most[0])
+    return [other for other, like in zip(nearby, most[1:], strict=True) if like <= limit]
+
+
+def _score_relative_to(nearby: Sequence[Candidate]) -> Callable[[Candidate], float]:
+    """Return a function that scores a frame by its features, relative to the best of the frames near it."""
+    sharpest, clearest, most_open = (
+        max((getattr(each, name) for each in nearby), default=0.0) or 1.0
+        for name in ("sharpness", "clarity", "eyes")
+    )
+    faces = max(len(each.faces) for each in nearby)
+    return lambda each: (
+        each.sharpness / sharpest
+        + _CLARITY_WEIGHT * each.clarity / clearest
+        - _MOTION_WEIGHT * min(1.0, each.motion)
+        - _FLOW_WEIGHT * min(1.0, subject_flow(each) / MAX_PICTURE_FLOW)
+        + (
+            _ACTION_WEIGHT * (each.action.share - _CUT_FACTOR * each.action.cut)
+            if each.action and not each.faces
+            else 0
+        )
+        + (_EYES_WEIGHT * each.eyes / most_open + _FACES_WEIGHT * len(each.faces) / faces if faces else 0)
+    )
