@@ -37,6 +37,7 @@ class ReadableSearch:
     def run(self, survey: Survey, forced: Sequence[Candidate]) -> list[Candidate]:
         """Return the frames to show, in the order of time; empty if the film has none."""
         found, refused, options = list[Candidate](), list[Candidate](), self._options
+        least = options.panels or max(options.min_panels, len(forced))
         for _ in range(_MAX_ROUNDS):
             left = [each for each in survey.candidates if not _is_near(each, refused)]
             chosen = choose(
@@ -48,10 +49,9 @@ class ReadableSearch:
             found = self._refinement.refine(chosen)
             self._known |= dict(zip((each.time for each in found), self._measure(found), strict=True))
             lost = [each for each in found if not self._is_readable(each)]
-            if survey.is_folder or not lost:
+            if survey.is_folder or (not lost and len(found) >= least):
                 return found
             refused += lost
-        least = options.panels or max(options.min_panels, len(forced))
         return self._keep_readable([*found, *refused], least)
 
     def readability_of(self, candidate: Candidate) -> float:

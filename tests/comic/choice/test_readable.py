@@ -1,0 +1,91 @@
+"""Frames that cannot be read once they are drawn are replaced or left out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from stories import story, write_film
+
+from vidstyle.comic.analyze.features import Candidate
+from vidstyle.comic.analyze.film import open_film
+from vidstyle.comic.output.readability import measure_detail, measure_readability
+from vidstyle.comic.select.key_frame_options import KeyFrameOptions
+from vidstyle.comic.select.key_frames import find_key_frames
+from vidstyle.regions.boxes import Box
+
+
+@pytest.fixture(scope="module")
+def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Four shots of one second."""
+    return write_film(tmp_path_factory.mktemp("film") / "film.mp4", story(4, 25))
+
+
+def scene() -> np.ndarray:
+    """A sharp picture, H x W x 3 uint8."""
+    random = np.random.default_rng(4)
+    return cv2.resize(
+        random.choice(np.array([70, 250], np.uint8), (12, 16, 3)), (640, 480), interpolation=cv2.INTER_NEAREST
+    )
+
+
+def test_blurred_and_black_panels_are_less_readable_and_soft_surroundings_do_not_count() -> None:
+    sharp = scene()
+    blurred = cv2.GaussianBlur(sharp, (0, 0), 14)
+    focused = blurred.copy()
+    focused[160:320, 210:420] = sharp[160:320, 210:420]
+    black = sharp.copy()
+    black[:, :400] = 20
+    values = [
+        measure_readability(each, each, None, lambda *_: None) for each in (sharp, focused, blurred, black)
+    ]
+    assert values[0] == values[1] == 1
+    assert values[2] < 0.5
+    assert values[3] == pytest.approx(1 - (400 / 640 - 0.25), abs=0.02)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 700), (480, 3)])
+def test_small_and_narrow_pictures_have_a_detail(shape: tuple[int, int]) -> None:
+    assert measure_detail(np.full((*shape, 3), 128, np.uint8)) == 0
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "is_lost"),
+    [(0.9, 0.1, True), (0.9, 0.4, False), (0.1, 0.09, False), (None, None, False)],
+)
+def test_a_face_that_the_drawing_destroys_counts(
+    before: float | None, after: float | None, is_lost: bool
+) -> None:
+    """A face that is none in the source either, such as an animal's, is not lost by drawing it."""
+    source, scores = scene(), iter([before, after])
+    value = measure_readability(source, source, Box(10, 10, 200, 300), lambda *_: next(scores))
+    assert (value < 0.7) == is_lost
+
+
+def test_other_frames_are_chosen_for_those_that_cannot_be_read(film: Path) -> None:
+    def readability(candidates: Sequence[Candidate]) -> list[float]:
+        return [0.1 if 1 <= each.time < 2 or each.time in refused else 1.0 for each in candidates]
+
+    refused = set[float]()
+    with open_film(film) as opened:
+        usual = find_key_frames(opened)
+        shown = find_key_frames(opened, readability=readability)
+        assert [each.scene for each in usual] == [0, 1, 2, 3]
+        assert [each.scene for each in shown] == [0, 2, 3]
+        assert len(find_key_frames(opened, KeyFrameOptions(4), readability=readability)) == 4
+        requested = find_key_frames(opened, KeyFrameOptions(at=(1.4,)), readability=readability)
+        assert 1 in [each.scene for each in requested]
+
+
+def test_a_film_without_a_readable_frame_shows_the_best_one(
+    film: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    with open_film(film) as opened:
+        shown = find_key_frames(
+            opened, readability=lambda candidates: [0.4 - 0.1 * each.scene for each in candidates]
+        )
+    assert [each.scene for each in shown] == [0]
+    assert caplog.messages == ["no frame of the film can be drawn clearly; the best one is shown"]
