@@ -315,7 +315,7 @@ def test_words_without_a_speaker_are_captions() -> None:
 def test_sounds_have_no_tail() -> None:
     face = Box(280, 150, 350, 240)
     sound = Line(0, 1, "door slams", narrated=True, manner="sound")
-    assert kinds_of([sound], face) == [("burst", False)]
+    assert kinds_of([sound], face) == [("caption", False)]
     assert kinds_of([Line(0, 1, "Get out!", manner="shouted")]) == [("burst", False)]
 
 

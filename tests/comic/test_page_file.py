@@ -22,7 +22,7 @@ from vidstyle.comic.select.key_frames import KeyFrameOptions
 from vidstyle.errors import InputError, UsageError
 
 LABEL = '[[page.label]]\ntext = "MMMMMM"\nat = [9, 9]\nsize = 60\nbold = false\n'
-WORDS = '1\n00:00:00,200 --> 00:00:00,900\n[knocks]\n\n2\n00:00:01,400 --> 00:00:02,000\nWho is "it"?\n'
+WORDS = '1\n00:00:00,200 --> 00:00:00,900\nGET OUT!\n\n2\n00:00:01,400 --> 00:00:02,000\nWho is "it"?\n'
 
 
 @pytest.fixture(scope="module")

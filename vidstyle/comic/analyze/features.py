@@ -21,6 +21,8 @@ MEASURED_SIDE_PX = 640
 """Longer side of the copies that are measured: small enough to be fast, large enough to show blur."""
 
 # The whole of a moving subject.
+_SUBJECT_MARGIN_RATIOS = 0.06, 0.1
+"""Margins around it: at the sides and below, and above."""
 _MAX_GROWTH_RATIO = 2.0
 """Maximum area of a moving subject with a blob that belongs to it, relative to its area without the blob."""
 
@@ -176,7 +178,7 @@ def add_saliency(candidate: Candidate) -> Candidate:
     faces = [face.scaled(1 / factor) for face in candidate.faces]
     subject = candidate.action.box if candidate.action and not candidate.action.is_gone else None
     if subject is not None:
-        saliency = part = subject.scaled(1 / factor)
+        saliency = part = _add_margin(subject.scaled(1 / factor), color.shape)
         blobs = [blob for blob in blobs if _belongs_to(blob, part)]
     else:
         saliency = salient_box(saliency_map(color, faces))
@@ -186,6 +188,12 @@ def add_saliency(candidate: Candidate) -> Candidate:
     if subject is not None:
         subject = saliency.scaled(factor)
     return replace(candidate, saliency=saliency.scaled(factor), blobs=scaled, subject=subject, small=None)
+
+
+def _add_margin(subject: Box, shape: tuple[int, ...]) -> Box:
+    """Return a moving subject with the hair and hands that its coarse mask misses."""
+    across, above = _SUBJECT_MARGIN_RATIOS[0] * subject.width, _SUBJECT_MARGIN_RATIOS[1] * subject.height
+    return subject.padded(across, above, across).intersection(Box(0, 0, shape[1], shape[0]))
 
 
 def _belongs_to(blob: Box, subject: Box) -> bool:

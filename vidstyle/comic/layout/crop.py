@@ -23,7 +23,7 @@ CONTENT_WINDOW_RATIO, NEAR_CONTENT_WINDOW_RATIO = 1.6, 1.05
 """Wanted size of a window, relative to its content; the second value is for close-ups."""
 
 # The room around a face, in sides of the face.
-HEAD_ROOM_FACE_RATIO = 0.4
+HEAD_ROOM_FACE_RATIO = 0.5
 NECK_ROOM_FACE_RATIO = 0.25
 SIDE_ROOM_FACE_RATIO = 0.15
 
@@ -38,7 +38,7 @@ _CUT_BLOB_COST = 10.0
 """Cost of cutting a blob."""
 _OMITTED_FACE_COST = 8.0
 """Cost of omitting a face."""
-_LOST_HEAD_ROOM_COST = 12.0
+_LOST_HEAD_ROOM_COST = 25.0
 """Cost of losing the room around all large faces: hair and chin."""
 _LOST_SUBJECT_COST = 200.0
 """Cost of losing a part of the moving subject, in a picture without faces."""

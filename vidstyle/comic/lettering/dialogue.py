@@ -13,7 +13,7 @@ from vidstyle.comic.lettering.subtitle_lines import Line
 # The limits of a panel.
 MAX_DISTANCE_SECONDS = 10.0
 """Maximum time between a line and the key frame of its panel."""
-MAX_PANEL_LINES = 3
+MAX_PANEL_LINES = 2
 """Maximum number of lines in a panel."""
 MAX_PANEL_LETTERS = 150
 """Maximum number of letters in a panel, unless a single line has more."""

@@ -49,7 +49,7 @@ _BUBBLE_KINDS: dict[Manner, BubbleKind] = {
     "shouted": "burst",
     "whispered": "whisper",
     "thought": "cloud",
-    "sound": "burst",
+    "sound": "caption",
 }
 
 

@@ -15,7 +15,7 @@ FaceScore = Callable[[np.ndarray, Box], float | None]
 # The limits were tuned on 66 panels of 17 pages, of which judges or we could not read 19.
 _MEASURED_PX = 360
 """Side of a square with the area of the copies that are measured."""
-_CELLS, _CELL_SPAN = 6, 2
+_CELL_COUNT, _PART_CELL_COUNT = 6, 2
 """The picture is divided into this many cells a side; overlapping parts of some cells a side are measured."""
 _DETAIL_DEVIATION_PX, _DETAIL_PERCENTILE = 0.7, 98
 """Standard deviation of the Gaussian under which slopes are measured, and their percentile that counts."""
@@ -58,16 +58,16 @@ def measure_detail(color: np.ndarray) -> float:
     """
     factor = _MEASURED_PX / np.sqrt(color.shape[0] * color.shape[1])
     method = cv2.INTER_AREA if factor < 1 else cv2.INTER_CUBIC
-    size = (max(_CELLS, round(side * factor)) for side in color.shape[1::-1])
+    size = (max(_CELL_COUNT, round(side * factor)) for side in color.shape[1::-1])
     luma = cv2.cvtColor(cv2.resize(color, tuple(size), interpolation=method), cv2.COLOR_RGB2GRAY)
     smooth = cv2.GaussianBlur(luma.astype(np.float32), (0, 0), _DETAIL_DEVIATION_PX)
     slopes = np.hypot(cv2.Sobel(smooth, -1, 1, 0, ksize=1), cv2.Sobel(smooth, -1, 0, 1, ksize=1)) / 2
     height, width = slopes.shape
-    starts = range(_CELLS - _CELL_SPAN + 1)
+    starts = range(_CELL_COUNT - _PART_CELL_COUNT + 1)
     parts = (
         slopes[
-            row * height // _CELLS : (row + _CELL_SPAN) * height // _CELLS,
-            column * width // _CELLS : (column + _CELL_SPAN) * width // _CELLS,
+            row * height // _CELL_COUNT : (row + _PART_CELL_COUNT) * height // _CELL_COUNT,
+            column * width // _CELL_COUNT : (column + _PART_CELL_COUNT) * width // _CELL_COUNT,
         ]
         for row in starts
         for column in starts

@@ -3,29 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 
 from vidstyle.comic.analyze.features import Candidate
-from vidstyle.comic.analyze.similarity import SAME_SIMILARITY, color_similarity
+from vidstyle.comic.analyze.similarity import SAME_SIMILARITY
 from vidstyle.comic.select.choose import DISTINCT_PANELS, likeness
 from vidstyle.comic.select.frame_scores import clutter, has_figure, subject_strength
-from vidstyle.regions.boxes import Box
+from vidstyle.comic.select.twins import is_twin
 
-# Twins: the same picture or person again on a page, in the same size of shot.
-_TWIN_SIMILARITY = 0.7
-"""Similarity, reduced by moved subjects, from which two panels of one framing are twins."""
-_MIN_TWIN_FACE_RATIO, _MAX_TWIN_SIZE_RATIO = 0.12, 1.4
-"""Minimum height of a face that tells a person, relative to the picture's, and maximum ratio of two."""
-_MIN_PERSON_SIMILARITY, _MIN_ROOM_SIMILARITY = 0.5, 0.15
-"""Minimum histogram intersection of two views of a person, and minimum similarity of the pictures.
-
-They were tuned on the 27 pairs of people on three pages of trailers: other people of similar colours are in
-pictures with a similarity up to 0.11.
-"""
-_BODY_MARGIN_RATIOS = 0.5, 0.4, 1.5
-"""Margins of a person around the face, in heights of the face: at each side, above and below."""
+# Moments.
+_MIN_MOMENT_SECONDS, _MIN_MOMENT_PANELS = 2.0, 2
+"""Two frames of a scene within this time show one moment; number of panels that are left at least."""
 
 # Places.
 _MIN_SUBJECT_STRENGTH = 0.1
@@ -94,29 +84,16 @@ def _find_twin(key_frames: Sequence[Candidate]) -> int | None:
     return next((_weakest(key_frames, pair) for pair in twins), None)
 
 
-def is_twin(one: Candidate, other: Candidate, like: float) -> bool:
-    """Whether two frames show the same in the same framing; `like`: their similarity."""
-    if one.framing != other.framing:
-        return False
-    return like > _TWIN_SIMILARITY or (like >= _MIN_ROOM_SIMILARITY and _is_same_shot_of_person(one, other))
-
-
-def _is_same_shot_of_person(one: Candidate, other: Candidate) -> bool:
-    sizes = [each.faces[0].height / each.shape[0] if each.faces else 0.0 for each in (one, other)]
-    if min(sizes) < _MIN_TWIN_FACE_RATIO or max(sizes) > _MAX_TWIN_SIZE_RATIO * min(sizes):
-        return False
-    return color_similarity(_person(one), _person(other)) >= _MIN_PERSON_SIMILARITY
-
-
-def _person(candidate: Candidate) -> np.ndarray:
-    """Return the part of the thumbnail that shows head and body of the main face, H x W x 3 uint8."""
-    (height, width), (rows, columns) = candidate.shape, candidate.thumbnail.shape[:2]
-    face = candidate.faces[0]
-    body = face.padded(*(ratio * face.height for ratio in _BODY_MARGIN_RATIOS))
-    shown = body.intersection(Box(0, 0, width, height))
-    top, bottom = int(shown.top * rows / height), int(np.ceil(shown.bottom * rows / height))
-    left, right = int(shown.left * columns / width), int(np.ceil(shown.right * columns / width))
-    return np.ascontiguousarray(candidate.thumbnail[top:bottom, left:right])
+def _find_same_moment(key_frames: Sequence[Candidate]) -> int | None:
+    """Return the less important one of two frames that show one moment, if enough others are left."""
+    pairs = (
+        (number, number + 1)
+        for number, (one, other) in enumerate(pairwise(key_frames))
+        if one.scene == other.scene and other.time - one.time < _MIN_MOMENT_SECONDS
+    )
+    if len(key_frames) <= _MIN_MOMENT_PANELS:
+        return None
+    return next((number for pair in pairs if (number := _weakest(key_frames, pair)) is not None), None)
 
 
 def _find_repeated_place(key_frames: Sequence[Candidate]) -> int | None:
@@ -182,4 +159,12 @@ def _has_subject(candidate: Candidate) -> bool:
     return subject_strength(candidate) >= _MIN_SUBJECT_STRENGTH
 
 
-_FINDERS = _find_twin, _find_repeated_place, _find_clutter, _find_soft, _find_surplus_place, _find_murk
+_FINDERS = (
+    _find_twin,
+    _find_same_moment,
+    _find_repeated_place,
+    _find_clutter,
+    _find_soft,
+    _find_surplus_place,
+    _find_murk,
+)

@@ -10,6 +10,7 @@ from vidstyle.comic.select.choose import choose
 from vidstyle.comic.select.frame_scores import subject_strength
 from vidstyle.comic.select.key_frame_options import KeyFrameOptions
 from vidstyle.comic.select.refinement import Refinement
+from vidstyle.comic.select.twins import is_same_pose
 from vidstyle.errors import log
 
 Readability = Callable[[Sequence[Candidate]], Sequence[float]]
@@ -25,7 +26,7 @@ _MIN_SUBJECT_STRENGTH = 0.2
 
 
 class ReadableSearch:
-    """Chooses frames, and others for those that cannot be read once they are drawn."""
+    """Chooses frames, and others for those that repeat a pose or cannot be read once they are drawn."""
 
     def __init__(
         self, refinement: Refinement, options: KeyFrameOptions, readability: Readability | None
@@ -36,7 +37,7 @@ class ReadableSearch:
 
     def run(self, survey: Survey, forced: Sequence[Candidate]) -> list[Candidate]:
         """Return the frames to show, in the order of time; empty if the film has none."""
-        found, refused, options = list[Candidate](), list[Candidate](), self._options
+        found, lost, refused, options = list[Candidate](), list[Candidate](), list[Candidate](), self._options
         least = options.panels or max(options.min_panels, len(forced))
         for _ in range(_MAX_ROUNDS):
             left = [each for each in survey.candidates if not _is_near(each, refused)]
@@ -48,11 +49,13 @@ class ReadableSearch:
                 break
             found = self._refinement.refine(chosen)
             self._known |= dict(zip((each.time for each in found), self._measure(found), strict=True))
-            lost = [each for each in found if not self._is_readable(each)]
-            if survey.is_folder or (not lost and len(found) >= least):
+            unreadable = [each for each in found if not self._is_readable(each)]
+            repeated = [] if survey.is_folder else _find_repeated_poses(found)
+            if survey.is_folder or not (unreadable or repeated or len(found) < least):
                 return found
-            refused += lost
-        return self._keep_readable([*found, *refused], least)
+            lost += unreadable
+            refused += unreadable + repeated
+        return self._keep_readable([*found, *lost], least)
 
     def readability_of(self, candidate: Candidate) -> float:
         """Return the readability of a frame that was chosen."""
@@ -74,6 +77,15 @@ class ReadableSearch:
             log.warning("no frame of the film can be drawn clearly; the best one is shown")
         kept += others[: max(0, max(1, least) - len(kept))]
         return sorted(kept, key=lambda each: each.time)
+
+
+def _find_repeated_poses(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Return the frames that show a person of an earlier frame in the same pose and shot."""
+    return [
+        each
+        for number, each in enumerate(candidates)
+        if not each.forced and any(is_same_pose(other, each) for other in candidates[:number])
+    ]
 
 
 def _is_near(candidate: Candidate, refused: Sequence[Candidate]) -> bool:
