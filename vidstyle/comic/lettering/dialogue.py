@@ -13,8 +13,8 @@ from vidstyle.comic.lettering.subtitle_lines import Line
 # The limits of a panel.
 MAX_DISTANCE_SECONDS = 10.0
 """Maximum time between a line and the key frame of its panel."""
-MAX_PANEL_LINES = 2
-"""Maximum number of lines in a panel."""
+MAX_PANEL_LINES, _EASY_PANEL_LINES = 3, 2
+"""Maximum number of lines in a panel, and the number that is read in the right order at a glance."""
 MAX_PANEL_LETTERS = 150
 """Maximum number of letters in a panel, unless a single line has more."""
 EASY_PANEL_LETTERS = 75
@@ -25,6 +25,8 @@ _OMISSION_COST = 4.0
 """Cost of omitting a line, up to half as much more if it is long; above the highest cost of a place."""
 _CROWDING_COST, _MAX_CROWDING_COST = 1.0, 1.5
 """Cost of twice `EASY_PANEL_LETTERS`, growing with the square of the excess, and its limit."""
+_THIRD_LINE_COST = 0.6
+"""Cost of a line beyond `_EASY_PANEL_LINES` in a panel."""
 _DISTANCE_COST, _LATENESS_COST = 0.5, 0.3
 """Cost of a line `MAX_DISTANCE_SECONDS` from the key frame, and of a line that ends before it."""
 _NO_FACE_COST = 0.5
@@ -123,6 +125,7 @@ def _place_line(before: _Assignment, line: Line, panel: int, key_frame: KeyFrame
     cost = _DISTANCE_COST * _distance(line, key_frame.time) / MAX_DISTANCE_SECONDS + _LATENESS_COST * (
         key_frame.time > line.end
     )
+    cost += _THIRD_LINE_COST * (count >= _EASY_PANEL_LINES)
     cost += _NO_FACE_COST * (not line.narrated and not key_frame.faces)
     return _Assignment(
         before.cost + cost + _crowding(added) - _crowding(letters), panel, added, count + 1, before, line

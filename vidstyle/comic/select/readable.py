@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from vidstyle.comic.analyze.features import Candidate, Survey
-from vidstyle.comic.select.choose import choose
+from vidstyle.comic.select.choose import choose, usable_candidates
 from vidstyle.comic.select.frame_scores import subject_strength
 from vidstyle.comic.select.key_frame_options import KeyFrameOptions
 from vidstyle.comic.select.refinement import Refinement
@@ -39,8 +39,10 @@ class ReadableSearch:
         """Return the frames to show, in the order of time; empty if the film has none."""
         found, lost, refused, options = list[Candidate](), list[Candidate](), list[Candidate](), self._options
         least = options.panels or max(options.min_panels, len(forced))
+        usable = usable_candidates(survey.candidates)
+        is_fixed = survey.is_folder or options.panels is not None
         for _ in range(_MAX_ROUNDS):
-            left = [each for each in survey.candidates if not _is_near(each, refused)]
+            left = [each for each in usable if not _is_near(each, refused)]
             chosen = choose(
                 *(replace(survey, candidates=left), forced, options.panels),
                 *(options.min_panels, options.spoken, options.seed),
@@ -50,7 +52,7 @@ class ReadableSearch:
             found = self._refinement.refine(chosen)
             self._known |= dict(zip((each.time for each in found), self._measure(found), strict=True))
             unreadable = [each for each in found if not self._is_readable(each)]
-            repeated = [] if survey.is_folder else _find_repeated_poses(found)
+            repeated = [] if is_fixed else _find_repeated_poses(found)
             if survey.is_folder or not (unreadable or repeated or len(found) < least):
                 return found
             lost += unreadable
