@@ -23,7 +23,7 @@ CONTENT_WINDOW_RATIO, NEAR_CONTENT_WINDOW_RATIO = 1.6, 1.05
 """Wanted size of a window, relative to its content; the second value is for close-ups."""
 
 # The room around a face, in sides of the face.
-HEAD_ROOM_FACE_RATIO = 0.45
+HEAD_ROOM_FACE_RATIO = 0.4
 NECK_ROOM_FACE_RATIO = 0.25
 SIDE_ROOM_FACE_RATIO = 0.15
 
