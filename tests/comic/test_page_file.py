@@ -22,7 +22,7 @@ from vidstyle.comic.select.key_frames import KeyFrameOptions
 from vidstyle.errors import InputError, UsageError
 
 LABEL = '[[page.label]]\ntext = "MMMMMM"\nat = [9, 9]\nsize = 60\nbold = false\n'
-WORDS = '1\n00:00:00,200 --> 00:00:00,900\nGET OUT!\n\n2\n00:00:01,400 --> 00:00:02,000\nWho is "it"?\n'
+WORDS = '1\n00:00:00,200 --> 00:00:00,900\n[knocks]\n\n2\n00:00:01,400 --> 00:00:02,000\nWho is "it"?\n'
 
 
 @pytest.fixture(scope="module")
@@ -92,12 +92,12 @@ def test_only_edited_values_change_the_page(folder: Path) -> None:
         ("place = [", "place = [-", "page 1: panel 1: place "),
         ("time = ", "# time = ", "page 1: panel 1: time is missing or not a number"),
         ("time = ", "time = 1e", "has no picture at|not a number|is outside|is not TOML"),
-        ('kind = "burst"', 'kind = "bust"', "words 1: kind is not one of balloon, burst"),
+        ('kind = "caption"', 'kind = "bust"', "words 1: kind is not one of balloon, burst"),
         ("[[page]]", "[[sheet]]", "."),
         ("dpi = 150.0", "dip = 150.0", "wrong.toml: dip is an unknown key; did you mean 'dpi'?"),
         ("size = [420", "siez = 1\nsize = [420", "page 1: siez is an unknown key; did you mean 'size'?"),
         ("window = [", "widow = 1\nwindow = [", "panel 1: widow is an unknown key; did you mean 'window'?"),
-        ('kind = "burst"', 'kind = "burst"\ntips = 1', "words 1: tips is an unknown key; did you mean 'tip'"),
+        ('kind = "caption"', 'kind = "caption"\ntips = 1', "words 1: tips is an unknown key; did you mean 'tip'"),
         ("at = [210.0", "loud = true\nat = [210.0", "label 1: loud is an unknown key; there are text, at"),
         ("dpi = 150.0", r'"\u001b[1m" = 1', r"\\x1b\[1m is an unknown key"),
         ("dpi = 150.0", "dpi = " + "9" * 200, "line 7 has an integer of more than 64 bits"),
@@ -222,10 +222,10 @@ def test_a_comic_is_edited_in_a_browser(folder: Path, browser: Browser) -> None:
     make_comic(folder / "comic.toml", folder / "page.html")
     browser.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(folder / "downloads"))
     browser.open((folder / "page.html").as_uri())
-    burst, balloon = "g.burst", "g[data-place]:not(.burst)"
+    burst, balloon = "g.caption", "g[data-place]:not(.caption)"
     (x, y, *_), scale = (
         browser.place(burst),
-        browser.run("return document.querySelector('g.burst').getScreenCTM().a"),
+        browser.run("return document.querySelector('g.caption').getScreenCTM().a"),
     )
     browser.drag((x, y), (x + 12 * scale, y + 6 * scale))
     browser.run("document.querySelector(balloon).focus()", balloon=balloon)

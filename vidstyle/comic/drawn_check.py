@@ -6,14 +6,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from vidstyle.comic.analyze.empty_margins import find_content, trim
 from vidstyle.comic.analyze.features import Candidate
 from vidstyle.comic.analyze.key_frame_source import Film
+from vidstyle.comic.key_frame import KeyFrame
 from vidstyle.comic.layout.crop import crop, main_face, map_to_page
 from vidstyle.comic.output.panel_renderer import PanelRenderer, cut_out
 from vidstyle.comic.output.readability import measure_readability
 from vidstyle.comic.panel_styles import PanelStyles
 from vidstyle.core.closing import Closing
-from vidstyle.regions.boxes import Rectangle
+from vidstyle.regions.boxes import Box, Rectangle
 from vidstyle.regions.faces import FaceFinder
 
 _DRAFT_DPI = 100.0
@@ -29,7 +31,7 @@ class DrawnCheck(Closing):
     def __init__(self, film: Film, styles: PanelStyles, device: str, faces: FaceFinder) -> None:
         self._film, self._styles, self._faces = film, styles, faces
         self._renderer = PanelRenderer((), _DRAFT_DPI, device)
-        self._known = dict[float, float]()
+        self._known, self._contents = dict[float, float](), dict[float, Box]()
 
     def close(self) -> None:
         self._renderer.close()
@@ -42,11 +44,16 @@ class DrawnCheck(Closing):
             self._known[each.time] = self._measure(each, frame)
         return [self._known[each.time] for each in candidates]
 
+    def trim(self, key_frames: Sequence[KeyFrame]) -> list[KeyFrame]:
+        """Return the key frames without empty parts above and below what they show."""
+        return [trim(each, self._contents[each.time]) for each in key_frames]
+
     def _measure(self, candidate: Candidate, frame: np.ndarray) -> float:
         height, width = candidate.shape
         low, high = _DRAFT_ASPECT_RANGE
         aspect = min(high, max(low, width / height))
         window, picture = crop(candidate, aspect), candidate.picture(frame)
+        self._contents[candidate.time] = find_content(picture)
         place = Rectangle(0, 0, _DRAFT_WIDTH_PX, round(_DRAFT_WIDTH_PX / aspect))
         style = self._styles.of([candidate])[0]
         drawn = self._renderer.draw(style, picture, window, place)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain
 from pathlib import Path
@@ -18,7 +18,7 @@ from vidstyle.comic.layout.fit import fit_paper, place_panels
 from vidstyle.comic.layout.inset import find_insets
 from vidstyle.comic.layout.layout import PageLayout, lay_out
 from vidstyle.comic.layout.pages import default_pages
-from vidstyle.comic.layout.paper import BORDER_POINTS, LayoutKind, paper
+from vidstyle.comic.layout.paper import BORDER_POINTS, paper
 from vidstyle.comic.layout.storyboard import contact_sheet, time_labels
 from vidstyle.comic.lettering.characters import control_character
 from vidstyle.comic.lettering.dialogue import assign_lines, count_panels
@@ -27,23 +27,21 @@ from vidstyle.comic.lettering.letter import PanelText, TextStyle, letter_panels
 from vidstyle.comic.lettering.omitted import list_omitted
 from vidstyle.comic.lettering.subtitle_lines import Line, read_lines_of_file, read_lines_of_film
 from vidstyle.comic.lettering.title import make_title, move_below_title, page_numbers, shrink_paper
-from vidstyle.comic.output.page_file import PageFile, page_file, read_page_file
+from vidstyle.comic.options import ComicOptions as ComicOptions
+from vidstyle.comic.options import read_saved
+from vidstyle.comic.output.page_file import PageFile, page_file
 from vidstyle.comic.output.panel_renderer import PagePlan, PanelRenderer, draw_pages
 from vidstyle.comic.output.sheet import Label
 from vidstyle.comic.output.write import Frames, Output
 from vidstyle.comic.panel_styles import PanelStyles
 from vidstyle.comic.select.choose import MAX_DEFAULT_PANELS
 from vidstyle.comic.select.key_frames import KeyFrameOptions, find_key_frames
-from vidstyle.comic.select.readable import Readability
-from vidstyle.cues.cue_list import CueList
-from vidstyle.cues.style_change import StyleChange
 from vidstyle.errors import UsageError, counted, log, printable, text_of_name
 from vidstyle.media.options import check_rotation
 from vidstyle.media.read.decode_report import DecodeReport
 from vidstyle.media.write.atomic import atomic_file
 from vidstyle.pipeline.progress import ProgressCallback, ignore_progress
 from vidstyle.regions.faces import FaceFinder
-from vidstyle.renderer import StyleLike
 from vidstyle.style import PLAIN, load_style
 
 PAGE_FILE_SUFFIX = ".toml"
@@ -102,7 +100,7 @@ class _Job:
         check_rotation(options.rotate)
         self._read_saved: PageFile | None = None
         if Path(source).suffix.lower() == PAGE_FILE_SUFFIX:
-            self._read_saved, source, options = _read_saved(Path(source), options)
+            self._read_saved, source, options = read_saved(Path(source), options)
         options = replace(options, title=text_of_name(options.title))
         self._source, self._options, self._step = source, options, on_step
         self._output = Output(target, source, options.overwrite)
@@ -142,7 +140,7 @@ class _Job:
                 log.info(_NO_FACES_NOTICE)
             self._choose_font(lines)
             with self._open_check(film, faces) as check:
-                plan = self._plan_with_words(film, lines, check.readability if check else None)
+                plan = self._plan_with_words(film, lines, check)
             self._report_single(plan, film)
             self._report_omitted(lines)
             self._report_lacking()
@@ -153,9 +151,7 @@ class _Job:
         options = self._options
         return nullcontext() if options.storyboard else DrawnCheck(film, self._styles, options.device, faces)
 
-    def _plan_with_words(
-        self, film: Film, lines: Sequence[Line], readability: Readability | None
-    ) -> PagePlan:
+    def _plan_with_words(self, film: Film, lines: Sequence[Line], check: DrawnCheck | None) -> PagePlan:
         """Plan the comic; words that have no room get more panels, as far as that helps."""
         spoken = tuple((line.start, line.end) for line in lines if not line.narrated)
         options = replace(
@@ -164,17 +160,24 @@ class _Job:
             spoken=spoken,
             seed=self._options.seed,
         )
-        plan = self._plan(film, find_key_frames(film, options, self._step, readability), lines)
+        plan = self._plan(film, self._find_key_frames(film, options, check), lines)
         best = plan, self._omitted
         for _ in range(_MAX_WORD_ROUNDS if options.panels is None else 0):
             if not self._omitted or len(plan.key_frames) >= MAX_DEFAULT_PANELS:
                 break
             options = replace(options, words=(*options.words, *(line.start for line in self._omitted)))
-            plan = self._plan(film, find_key_frames(film, options, self._step, readability), lines)
+            plan = self._plan(film, self._find_key_frames(film, options, check), lines)
             if len(self._omitted) < len(best[1]):
                 best = plan, self._omitted
         plan, self._omitted = best
         return plan
+
+    def _find_key_frames(
+        self, film: Film, options: KeyFrameOptions, check: DrawnCheck | None
+    ) -> list[KeyFrame]:
+        if check is None:
+            return find_key_frames(film, options, self._step)
+        return check.trim(find_key_frames(film, options, self._step, check.readability))
 
     def _report_single(self, plan: PagePlan, film: Film) -> None:
         """Explain why a film gets a single panel."""
@@ -320,79 +323,6 @@ class _Job:
         )
 
 
-@dataclass(frozen=True)
-class ComicOptions:
-    """Options of `make_comic`.
-
-    Attributes:
-        key_frames: how the key frames are chosen.
-        styles: assigned to the panels in rotation; None: comic, or for a contact sheet none.
-        by: where the next of the styles follows; None: with each panel.
-        cues: styles over time, for the times of the panels; None: `styles`.
-        size: paper size, see `paper`; None: A4, or a page that suits a window for .html.
-        dpi: pixels per inch; None: 300 for .pdf, else 150.
-        landscape: landscape orientation for a named paper size.
-        pages: number of pages; None: depends on the panels.
-        seed: random seed for variations of layout and frames; 0 gives the best of both.
-        layout: "classic", "dynamic", "manga" (from right to left) or "grid".
-        right_to_left: right-to-left reading order.
-        bleeding: whether full-width panels extend to the page edge.
-        subtitles: a file, "none", or None for the subtitles in the film, if there are any.
-        title: title on the first page, if not empty.
-        font: a file; None: a hand-lettered font in capitals, or, if that lacks glyphs, Pillow's built-in font
-            or an installed one.
-        frames: a folder to save the key frames to, with a table of their times.
-        save: page file to write as well, which can be edited and used as a source.
-        storyboard: make a contact sheet with timecodes instead of a comic.
-        rotate: degrees clockwise, a multiple of 90, instead of the rotation in the metadata.
-        face_model: face detection model, an OpenCV cascade (.xml) or YuNet (.onnx); None: the networks of
-            the package mtcnn.
-        overwrite: whether existing files may be overwritten.
-        device: device that runs the styles, as for `open_renderer`.
-    """
-
-    key_frames: KeyFrameOptions = field(default_factory=KeyFrameOptions)
-    styles: tuple[StyleLike, ...] | None = None
-    by: StyleChange | None = None
-    cues: CueList | None = None
-    size: str | None = None
-    dpi: float | None = None
-    landscape: bool = False
-    pages: int | None = None
-    seed: int = 0
-    layout: LayoutKind = "dynamic"
-    right_to_left: bool = False
-    bleeding: bool = False
-    subtitles: str | None = None
-    title: str = ""
-    font: Path | None = None
-    frames: Path | None = None
-    save: Path | None = None
-    storyboard: bool = False
-    rotate: int | None = None
-    face_model: Path | None = None
-    overwrite: bool = False
-    device: str = "auto"
-
-
-_PAGE_FILE_OPTIONS = {"styles", "cues", "frames", "save", "overwrite", "device"}
-"""Options that can be combined with a page file; it contains the values of all others."""
-
-
 def _shown(plan: PagePlan) -> list[KeyFrame]:
     """Return the key frame of each panel."""
     return [plan.key_frames[panel.key_frame] for panel in plan.layout.panels]
-
-
-def _read_saved(path: Path, options: ComicOptions) -> tuple[PageFile, str, ComicOptions]:
-    """Read a page file; return it, its source, and the options with its values."""
-    usual = ComicOptions()
-    for each in fields(options):
-        if each.name not in _PAGE_FILE_OPTIONS and getattr(options, each.name) != getattr(usual, each.name):
-            raise UsageError(
-                path, f"is a page file that sets the option {each.name}", "change the file instead"
-            )
-    saved = read_page_file(path)
-    styles = options.styles or saved.styles
-    options = replace(options, styles=styles, title=saved.title, rotate=saved.rotate)
-    return saved, saved.source, options

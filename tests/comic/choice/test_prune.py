@@ -44,6 +44,22 @@ def test_a_person_comes_back_only_in_another_size_of_shot() -> None:
     assert prune([one, requested, close], 0) == [requested, close]
 
 
+def test_one_pose_in_two_framings_and_one_moment_come_once() -> None:
+    wide, near = (person(3 * turn, 0, 0.5, framing=name) for turn, name in enumerate(("wide", "near")))
+    assert len(prune([wide, near], 0)) == 1
+    bowed = replace(near, thumbnail=np.ascontiguousarray(near.thumbnail[::-1]))
+    assert len(prune([wide, bowed], 0)) == 2
+    moving = Foreground(np.ones((32, 48), bool), Box(60, 40, 200, 130), 1.0, 0.0, False)
+    moments = [
+        key_frame(
+            view(PLACES[number], 0, 0, (320, 180)), time, action=moving, importance=0.5 - 0.1 * (number == 1)
+        )
+        for number, time in enumerate((0, 1.5, 4))
+    ]
+    assert [each.time for each in prune(moments, 0)] == [0, 4]
+    assert prune([replace(each, scene=int(each.time)) for each in moments], 0)[1].time == 1.5
+
+
 def test_other_people_in_other_places_stay() -> None:
     one = person(0, 0, 0.5)
     other = key_frame(view(PLACES[3], 0, 0, (320, 180)), 3, faces=(Box(100, 40, 160, 110),))

@@ -25,13 +25,13 @@ from vidstyle.comic.analyze.features import (
     extract_features,
 )
 from vidstyle.comic.analyze.key_frame_source import STEP_NAME, Film
+from vidstyle.comic.analyze.measured_candidates import MeasuredCandidates
 from vidstyle.comic.analyze.motion_blur import FlowMeter, mark_fast_faces
 from vidstyle.comic.analyze.picture_folder import PictureFolder
 from vidstyle.comic.analyze.shots import KeyShots, ShotFinder, is_in_transition
 from vidstyle.comic.analyze.subject_motion import SubjectMotion, add_moving_subjects, follow_subject
 from vidstyle.comic.select.choose import default_panels
 from vidstyle.core.convert import to_rgb
-from vidstyle.core.machine.cores import available_cores
 from vidstyle.core.sampling import small_luma
 from vidstyle.errors import InputError, UsageError
 from vidstyle.media.read.sampler import FilmSampler, SampledFrame, exact_time
@@ -53,10 +53,6 @@ _MIN_CANDIDATE_SECONDS = 1 / 4
 """Minimum interval between candidates."""
 _SHORT_FILM_CANDIDATES = 8
 """Number of candidates of a film that is shorter than this many intervals."""
-_FACE_INTERVAL_SECONDS = 1.25
-"""Interval between candidates in which faces are detected; the others get the faces of the nearest one."""
-_MAX_WAITING_PER_CORE = 4
-"""Maximum number of pictures per core that wait to be measured."""
 
 # Films that are interlaced, though their frames lack the flag.
 _MIN_COMBED_MOTION, _MIN_COMBED_SHARE = 0.02, 0.5
@@ -154,7 +150,7 @@ class FilmFile(Film):
         return self._sampler.image_at(time)
 
     def _survey_whole(self, gap: float, on_time: Callable[[float], None]) -> Survey:
-        shots, measured, motions, time, last = ShotFinder(), _MeasuredCandidates(), list[float](), 0.0, -gap
+        shots, measured, motions, time, last = ShotFinder(), MeasuredCandidates(), list[float](), 0.0, -gap
         runs, run, subjects = list[int](), 0, SubjectMotion()
         meter, flows = FlowMeter(), list[np.ndarray | None]()
         for sample in self._sampler.frames():
@@ -195,7 +191,7 @@ class FilmFile(Film):
         return Survey(mark_fast_faces(measured.fill_missing_faces(tracked)), begins, time)
 
     def _survey_keys(self, gap: float, on_time: Callable[[float], None]) -> Survey:
-        shots, measured, lumas, time = KeyShots(), _MeasuredCandidates(), list[np.ndarray](), 0.0
+        shots, measured, lumas, time = KeyShots(), MeasuredCandidates(), list[np.ndarray](), 0.0
         for sample in self._sampler.key_frames(Fraction(gap)):
             time = float(sample.time)
             on_time(time)
@@ -278,46 +274,6 @@ def _mark_cut_frames(candidates: list[Candidate], starts: list[float]) -> list[C
         else each
         for each in candidates
     ]
-
-
-class _MeasuredCandidates:
-    """The candidates of a film, which are measured while it is being decoded."""
-
-    def __init__(self) -> None:
-        self._futures: list[Future[Candidate]] = []
-        self._looked: list[bool] = []
-        self._last = -_FACE_INTERVAL_SECONDS
-        self._max_waiting = _MAX_WAITING_PER_CORE * available_cores()
-
-    def append(self, time: float, measure: Callable[[bool], Future[Candidate]]) -> None:
-        """Add the next candidate; `measure` starts its measurement, with or without faces."""
-        looks = time - self._last >= _FACE_INTERVAL_SECONDS - 1e-3
-        if looks:
-            self._last = time
-        self._looked.append(looks)
-        self._futures.append(measure(looks))
-        if len(self._futures) > self._max_waiting:
-            self._futures[-self._max_waiting].result()
-
-    def candidates(self) -> list[Candidate]:
-        """Return all candidates."""
-        return [each.result() for each in self._futures]
-
-    def fill_missing_faces(self, candidates: list[Candidate]) -> list[Candidate]:
-        """Fill in missing faces from the nearest candidate of the same scene."""
-        scenes: dict[int, list[Candidate]] = {}
-        for each, looked in zip(candidates, self._looked, strict=True):
-            if looked:
-                scenes.setdefault(each.scene, []).append(each)
-        return [
-            each
-            if looked or each.scene not in scenes
-            else replace(
-                each,
-                faces=min(scenes[each.scene], key=lambda other: abs(other.time - each.time)).faces,
-            )
-            for each, looked in zip(candidates, self._looked, strict=True)
-        ]
 
 
 def open_film(
