@@ -97,7 +97,11 @@ def test_only_edited_values_change_the_page(folder: Path) -> None:
         ("dpi = 150.0", "dip = 150.0", "wrong.toml: dip is an unknown key; did you mean 'dpi'?"),
         ("size = [420", "siez = 1\nsize = [420", "page 1: siez is an unknown key; did you mean 'size'?"),
         ("window = [", "widow = 1\nwindow = [", "panel 1: widow is an unknown key; did you mean 'window'?"),
-        ('kind = "caption"', 'kind = "caption"\ntips = 1', "words 1: tips is an unknown key; did you mean 'tip'"),
+        (
+            'kind = "caption"',
+            'kind = "caption"\ntips = 1',
+            "words 1: tips is an unknown key; did you mean 'tip'",
+        ),
         ("at = [210.0", "loud = true\nat = [210.0", "label 1: loud is an unknown key; there are text, at"),
         ("dpi = 150.0", r'"\u001b[1m" = 1', r"\\x1b\[1m is an unknown key"),
         ("dpi = 150.0", "dpi = " + "9" * 200, "line 7 has an integer of more than 64 bits"),
