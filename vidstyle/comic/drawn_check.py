@@ -30,7 +30,7 @@ class DrawnCheck(Closing):
 
     def __init__(self, film: Film, styles: PanelStyles, device: str, faces: FaceFinder) -> None:
         self._film, self._styles, self._faces = film, styles, faces
-        self._renderer = PanelRenderer((), _DRAFT_DPI, device)
+        self._renderer = PanelRenderer((), _DRAFT_DPI, device, announce=False)
         self._known, self._contents = dict[float, float](), dict[float, Box]()
 
     def close(self) -> None:

@@ -12,6 +12,8 @@ from pathlib import Path
 from vidstyle.comic.analyze.film import open_film
 from vidstyle.comic.analyze.key_frame_source import Film
 from vidstyle.comic.analyze.saliency import attention_map, box_attention
+from vidstyle.comic.comic_options import ComicOptions as ComicOptions
+from vidstyle.comic.comic_options import read_saved
 from vidstyle.comic.drawn_check import DrawnCheck
 from vidstyle.comic.key_frame import KeyFrame
 from vidstyle.comic.layout.fit import fit_paper, place_panels
@@ -27,8 +29,6 @@ from vidstyle.comic.lettering.letter import PanelText, TextStyle, letter_panels
 from vidstyle.comic.lettering.omitted import list_omitted
 from vidstyle.comic.lettering.subtitle_lines import Line, read_lines_of_file, read_lines_of_film
 from vidstyle.comic.lettering.title import make_title, move_below_title, page_numbers, shrink_paper
-from vidstyle.comic.options import ComicOptions as ComicOptions
-from vidstyle.comic.options import read_saved
 from vidstyle.comic.output.page_file import PageFile, page_file
 from vidstyle.comic.output.panel_renderer import PagePlan, PanelRenderer, draw_pages
 from vidstyle.comic.output.sheet import Label

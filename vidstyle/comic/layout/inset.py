@@ -39,10 +39,15 @@ def find_insets(key_frames: Sequence[KeyFrame], have_words: Sequence[bool]) -> t
         have_words: for each, whether its panel contains text.
     """
     found = list[int]()
+    # The only person is shown large.
+    has_people = sum(bool(each.faces) for each in key_frames) > 1
     for number in range(1, len(key_frames)):
         distance = number - found[-1] if found else number + 1
         is_inset = (
-            not have_words[number] and _is_close(key_frames[number]) and _is_wide(key_frames[number - 1])
+            not have_words[number]
+            and _is_close(key_frames[number])
+            and _is_wide(key_frames[number - 1])
+            and (has_people or not key_frames[number].faces)
         )
         if is_inset and distance >= _MIN_DISTANCE_PANELS - (not found):
             found.append(number)

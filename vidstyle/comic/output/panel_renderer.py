@@ -58,10 +58,11 @@ class PanelRenderer(Closing):
         styles: of the panels.
         dpi: pixels per inch.
         device: as for `open_renderer`.
+        announce: as for `open_renderer`.
     """
 
-    def __init__(self, styles: Sequence[Style], dpi: float, device: str) -> None:
-        self._styles, self._dpi, self._device = cycle(styles), dpi, device
+    def __init__(self, styles: Sequence[Style], dpi: float, device: str, announce: bool = True) -> None:
+        self._styles, self._dpi, self._device, self._announce = cycle(styles), dpi, device, announce
         self._backend: Backend | None = None
 
     def close(self) -> None:
@@ -88,7 +89,7 @@ class PanelRenderer(Closing):
             return shown
         style = scale_to_paper(style, picture.height, picture.width, self._dpi)
         if self._backend is None:
-            self._backend = open_renderer(style, self._device)
+            self._backend = open_renderer(style, self._device, self._announce)
         else:
             self._backend.change_style(style)
         return restyle_array(self._backend, shown)

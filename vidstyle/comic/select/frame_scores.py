@@ -33,7 +33,7 @@ _CLUTTER_COST = 0.4
 # The importance of chosen frames.
 _SUBJECT_WEIGHT, _SCENE_SHARE_WEIGHT, _QUALITY_WEIGHT, _FORCED_WEIGHT = 0.8, 0.15, 0.25, 0.25
 """Weights of the subject, of the frame's share of its scene, of its quality, and of a request."""
-_FACE_SUBJECT_SCORE, _ACTION_SUBJECT_SCORE, _SALIENT_SUBJECT_SCORE = 0.6, 0.8, 0.4
+_FACE_SUBJECT_SCORE, _ACTION_SUBJECT_SCORE, _SALIENT_SUBJECT_SCORE = 0.6, 0.65, 0.4
 """Strength of a small face, of something that moves, and of the smallest salient area."""
 _MAX_SUBJECT_AREA_SHARE = 0.5
 """Share of the picture from which a salient area is no subject."""

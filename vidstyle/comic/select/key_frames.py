@@ -59,7 +59,7 @@ def find_key_frames(
         raise UsageError("--skip", "leaves no frame of the film")
     weights = importance(better, survey)
     weighted = [
-        replace(each, importance=weight * search.readability_of(each))
+        replace(each, importance=weight * search.legibility_of(each))
         for each, weight in zip(better, weights, strict=True)
     ]
     if survey.is_folder:

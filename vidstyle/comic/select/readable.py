@@ -21,6 +21,8 @@ _REFUSED_SECONDS = 1.2
 """Time around such a frame in which none is chosen: darkness and blur last."""
 _MIN_READABILITY, _MIN_PLACE_READABILITY = 0.55, 0.73
 """Minimum readability, see `measure_readability`; the second value is for a panel without a subject."""
+_READABILITY_WEIGHT = 0.5
+"""How much the importance of a frame depends on its readability."""
 _MIN_SUBJECT_STRENGTH = 0.2
 """Strength of a subject from which it makes up for murk, see `subject_strength`."""
 
@@ -59,9 +61,9 @@ class ReadableSearch:
             refused += unreadable + repeated
         return self._keep_readable([*found, *lost], least)
 
-    def readability_of(self, candidate: Candidate) -> float:
-        """Return the readability of a frame that was chosen."""
-        return self._known[candidate.time]
+    def legibility_of(self, candidate: Candidate) -> float:
+        """Return the factor on the importance of a chosen frame for its drawing: 0.5..1."""
+        return 1 - _READABILITY_WEIGHT * (1 - self._known[candidate.time])
 
     def _is_readable(self, candidate: Candidate) -> bool:
         has_subject = subject_strength(candidate) >= _MIN_SUBJECT_STRENGTH
@@ -73,7 +75,9 @@ class ReadableSearch:
         distinct = {each.time: each for each in candidates}.values()
         kept = [each for each in distinct if self._is_readable(each)]
         others = sorted(
-            (each for each in distinct if not self._is_readable(each)), key=self.readability_of, reverse=True
+            (each for each in distinct if not self._is_readable(each)),
+            key=lambda each: self._known[each.time],
+            reverse=True,
         )
         if not kept and others:
             log.warning("no frame of the film can be drawn clearly; the best one is shown")
