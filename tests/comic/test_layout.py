@@ -380,6 +380,8 @@ def test_a_close_up_is_an_inset_over_a_calm_corner() -> None:
     key_frames = even_film(8)
     face = Box(800.0, 300.0, 1100.0, 700.0)
     key_frames[4] = replace(key_frames[4], faces=(face,), saliency=face)
+    assert not find_insets(key_frames, [False] * 8)  # the only person
+    key_frames[0] = replace(key_frames[0], faces=(face,))
     insets = find_insets(key_frames, [False] * 8)
     assert insets == (4,) and not find_insets(key_frames, [True] * 8)
     for backwards in (False, True):

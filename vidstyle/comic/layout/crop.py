@@ -17,6 +17,8 @@ MIN_TINY_FACE_WINDOW_RATIO = 0.35
 """Minimum size if the main face is tiny, and for close-ups."""
 MIN_FACELESS_WINDOW_RATIO = 0.75
 """Minimum size without a face: saliency is less certain than a face."""
+_MIN_SUBJECT_WINDOW_RATIO = 0.6
+"""Minimum size around a moving subject without a face."""
 TINY_FACE_HEIGHT_RATIO = 1 / 12
 """Height of a face, relative to the picture's, below which it is tiny."""
 CONTENT_WINDOW_RATIO, NEAR_CONTENT_WINDOW_RATIO = 1.6, 1.05
@@ -145,7 +147,7 @@ def _scales(key_frame: KeyFrame, width: float, height: float) -> list[float]:
     if key_frame.framing == "near":
         least = MIN_TINY_FACE_WINDOW_RATIO
     elif face is None:
-        least = MIN_FACELESS_WINDOW_RATIO
+        least = MIN_FACELESS_WINDOW_RATIO if key_frame.subject is None else _MIN_SUBJECT_WINDOW_RATIO
     else:
         least = (
             MIN_TINY_FACE_WINDOW_RATIO
