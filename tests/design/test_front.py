@@ -24,7 +24,8 @@ from vidstyle.design.front_door import FrontDoor
 from vidstyle.design.page import open_page
 from vidstyle.design.page.design_server import DesignServer
 from vidstyle.errors import UsageError
-from vidstyle.preview.clip import open_clip, representative_frame
+from vidstyle.preview.clip import open_clip
+from vidstyle.preview.representative import representative_frame
 
 
 @pytest.fixture
@@ -152,7 +153,7 @@ def test_by_keyboard_a_film_is_opened_restyled_adjusted_and_rendered(
     browser.press("/")
     browser.until("document.activeElement.id === 'find-look'")
     first = "document.querySelector('.tile:not([hidden]) b')?.textContent"
-    for asked, name in (("comic book", "Comic"), ("sketch", "Sketch")):
+    for asked, name in (("comic book", "Comic"), ("van gogh", "Impressionist"), ("sketch", "Sketch")):
         browser.run("document.getElementById('find-look').value = ''")
         browser.type(asked)
         browser.until(f"{first} === {name!r}")

@@ -29,11 +29,6 @@ CACHED_BYTES = 64 << 20
 STEPS_FORWARD = 50
 """Up to this many frames ahead, decode on instead of seeking, which starts at a key frame."""
 DEFAULT_RATE = Fraction(25)
-TRIED_POSITION_RATIOS = (0, 0.02, 0.1, 0.25, 0.5)
-"""Positions of the frames that may represent a film, in the order in which they are tried."""
-TRIED_SIDE_PX = 90
-MIN_DEVIATION = 12.0
-"""Standard deviation of the codes of a frame, 0..255, below which it is nearly uniform."""
 
 
 class Clip(Protocol):
@@ -54,6 +49,8 @@ class Clip(Protocol):
     fps: float
     size: tuple[int, int]
     live: bool
+
+    def __hash__(self) -> int: ...
 
     def frame(self, number: int, side: int | None = None) -> np.ndarray:
         """Return a frame, H x W x 3 RGB uint8, read-only.
@@ -208,24 +205,6 @@ class FilmClip:
                 picture, max(1, round(width * factor)), max(1, round(height * factor))
             )
         return to_rgb(picture)
-
-
-def representative_frame(clip: Clip) -> int:
-    """Return the number of a frame that shows something: the first, unless it is nearly uniform.
-
-    Later frames are tried in the order of `TRIED_POSITION_RATIOS`. Frames that cannot be decoded are skipped.
-    """
-    if clip.live or clip.count == 1:
-        return 0
-    for share in TRIED_POSITION_RATIOS:
-        number = round(share * (clip.count - 1))
-        try:
-            picture = clip.glance(number, TRIED_SIDE_PX)
-        except InputError:
-            continue
-        if picture.std() >= MIN_DEVIATION:
-            return number
-    return 0
 
 
 def _open_sampler(path: str | os.PathLike[str]) -> FilmSampler:

@@ -54,6 +54,7 @@ def style_behind(text: str) -> Style:
         steady=0.0,
         focus=Style.focus,
         kinds=(),
+        aliases="",
         knobs=(),
         labels={},
         variants={},

@@ -73,6 +73,7 @@ class Style:
         folder: the folder to which paths in the style are relative; None where paths are not allowed.
         variants: for each variant's name the values that it sets, by their paths.
         kinds: what kind of look it is, of `KINDS`.
+        aliases: other names by which a search finds the look, separated by commas, the most fitting first.
         knobs: the paths of the values that are worth adjusting first.
         labels: what values do in this style, by their paths, see `knobs`.
         replaces: the names of retired shipped styles, separated by spaces, that load this one; only shipped
@@ -96,6 +97,7 @@ class Style:
     folder: Path | None = None
     variants: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     kinds: tuple[str, ...] = ()
+    aliases: str = ""
     knobs: tuple[str, ...] = ()
     labels: Mapping[str, str] = field(default_factory=dict)
     masks: Masks = field(default_factory=dict)
@@ -185,7 +187,7 @@ def table_from_style(style: Style) -> dict[str, Any]:
     {'format': 1, 'name': 'flat', 'background': [{'block': 'posterize', 'levels': 5}]}
     """
     table: dict[str, Any] = {"format": 1, "name": style.name}
-    values = {name: getattr(style, name) for name in ("note", "replaces", *FIELDS)}
+    values = {name: getattr(style, name) for name in ("note", "aliases", "replaces", *FIELDS)}
     table |= {name: value for name, value in values.items() if value != getattr(Style, name)}
     table |= {"kinds": list(style.kinds)} if style.kinds else {}
     table |= {"knobs": list(style.knobs)} if style.knobs else {}

@@ -83,9 +83,19 @@ def _with_variant(start: Style, variant: str) -> Style:
     return set_values(start, start.variants.get(variant, {}))
 
 
-def _swatch(start: Style, variant: str) -> dict[str, str]:
-    varied = _with_variant(start, variant)
-    return {"name": variant, "ink": varied.ink, "paper": varied.paper}
+def _swatch(start: Style, variant: str) -> dict[str, Any]:
+    varied, values = _with_variant(start, variant), start.variants[variant]
+    others = [value for path, value in values.items() if path not in FIELDS and is_color(value)]
+    return {"name": variant, "ink": varied.ink, "paper": varied.paper, "colors": others}
+
+
+def is_color(value: object) -> bool:
+    """Whether a value of a style is a colour.
+
+    >>> is_color("#ff9460"), is_color("soft"), is_color(3)
+    (True, False, False)
+    """
+    return isinstance(value, str) and value.startswith("#")
 
 
 def _option(table: dict[str, Any], entry: dict[str, Any]) -> str:

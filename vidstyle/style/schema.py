@@ -68,7 +68,7 @@ def style_schema() -> dict[str, Any]:
 
 def describe(style: Style) -> dict[str, Any]:
     """Return the style as plain data, with every value, its range and its help."""
-    fields: dict[str, Any] = {key: getattr(style, key) for key in ("name", "note", *FIELDS)}
+    fields: dict[str, Any] = {key: getattr(style, key) for key in ("name", "note", "aliases", *FIELDS)}
     fields["kinds"] = list(style.kinds)
     fields["knobs"] = list(style.knobs)
     fields |= {"labels": dict(style.labels)} if style.labels else {}

@@ -12,6 +12,7 @@ from vidstyle.design.document.document import Document
 from vidstyle.design.document.edit_values import label_of
 from vidstyle.style import LAYERS, SOURCE, Step
 from vidstyle.style.model import FIELDS, step_from_table
+from vidstyle.style.panel import is_color
 from vidstyle.style.wiring import WiredStep, main_path, wire_layers
 
 
@@ -135,12 +136,15 @@ class _Describer:
         return ""
 
 
-def _swatch(content: Content, name: str) -> dict[str, str]:
-    """Return the name of a variant, and the colours of its ink and paper."""
+def _swatch(content: Content, name: str) -> dict[str, Any]:
+    """Return the name of a variant, the colours of its ink and paper, and the other colours that it sets."""
+    others = [value for ref, value in content.variants[name] if ref.step is not None and is_color(value)]
     varied = {**content.fields} | {
         ref.name: value for ref, value in content.variants[name] if ref.step is None
     }
-    return {"name": name} | {color: varied.get(color, FIELDS[color].default) for color in ("ink", "paper")}
+    return {"name": name, "colors": others} | {
+        color: varied.get(color, FIELDS[color].default) for color in ("ink", "paper")
+    }
 
 
 def _is_chosen(content: Content, name: str) -> bool:

@@ -185,9 +185,10 @@ def _describe_style(name: str, source: str) -> dict[str, Any]:
     try:
         style = load_style(source)
     except StyleError as error:
-        return {"name": name, "note": str(error), "kinds": [], "words": ""}
+        return {"name": name, "note": str(error), "kinds": [], "aliases": "", "words": ""}
     kinds = [KINDS[kind] for kind in style.kinds]
-    return {"name": name, "note": style.about, "kinds": kinds, "words": ", ".join(_words_of(style))}
+    words = ", ".join(_words_of(style))
+    return {"name": name, "note": style.about, "kinds": kinds, "aliases": style.aliases, "words": words}
 
 
 def _words_of(style: Style) -> Iterator[str]:

@@ -8,8 +8,9 @@ from typing import Any
 from vidstyle.design.page.design_session import DesignSession
 from vidstyle.design.page.frames import FrameSender
 from vidstyle.errors import StyleError, VidstyleError
-from vidstyle.preview.clip import Clip, representative_frame
+from vidstyle.preview.clip import Clip
 from vidstyle.preview.plans import PlanSender
+from vidstyle.preview.representative import representative_frame
 from vidstyle.web.changes import changes
 from vidstyle.web.connection import PageConnection
 

@@ -9,6 +9,7 @@ import { get, make } from "./elements.js";
  * @property {string} [group] heading of this shortcut and those after it
  * @property {(event: KeyboardEvent) => unknown} run
  * @property {() => unknown} [end] is called when the key is released
+ * @property {boolean} [inControl] whether the focused control handles it itself, so that it is only listed
  * @property {boolean} [typing] whether it also works in text fields
  */
 
@@ -36,7 +37,7 @@ function isHandledByControl(event) {
 
 /** Installs the key bindings. @param {Shortcut[]} shortcuts */
 export function listen(shortcuts) {
-  const byKey = new Map(shortcuts.flatMap((shortcut) => shortcut.keys.map((key) => [key, shortcut])));
+  const byKey = new Map(shortcuts.filter(({ inControl }) => !inControl).flatMap((shortcut) => shortcut.keys.map((key) => [key, shortcut])));
   /** @type {Map<string, Shortcut>} */
   const held = new Map();
   addEventListener("keydown", (event) => {

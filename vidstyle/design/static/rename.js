@@ -31,7 +31,7 @@ export function renameButton(entry, label, rename) {
       if (event.key !== "Enter" && event.key !== "Escape") return;
       event.stopPropagation();
       end(event.key === "Enter");
-      button.focus();
+      document.getElementById(label.getAttribute("for") ?? "")?.focus();
     });
     field.addEventListener("blur", () => end(true));
     label.replaceWith(field);

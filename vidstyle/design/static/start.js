@@ -1,6 +1,7 @@
 // The start screen: all styles, previewed on the user's picture.
 
 import { clock, get, icon, make, press, title } from "./elements.js";
+import { findLooks } from "./find_looks.js";
 import { rove } from "./roving.js";
 
 /** @typedef {import("./types.js").StyleInfo} StyleInfo */
@@ -33,29 +34,10 @@ function summary(note) {
   return first.length < MIN_SUMMARY_LENGTH && second ? title(second.split(/, (?:with|as|and|denser)\b/)[0]) : first;
 }
 
-/** A shorter word among others, such as "a" or "the", begins a name only by chance. */
-const MIN_BEGINNING_LENGTH = 4;
-
-/** @param {HTMLElement} tile */
-const nameOf = (tile) => (tile.querySelector("b")?.textContent ?? "").toLowerCase();
-
-/** Whether one of several words is a name or begins it. @param {string} name @param {string[]} words */
-function isNamed(name, words) {
-  return words.some((word) => name === word || (word.length >= MIN_BEGINNING_LENGTH && name.startsWith(word)));
-}
-
-/** Returns 0 for a look whose name is what was asked, 1 if it begins so, 2 if a word names it, else 3. @param {HTMLElement} tile @param {string[]} words */
-function rankOf(tile, words) {
-  const name = nameOf(tile);
-  const asked = words.join(" ");
-  return name === asked ? 0 : name.startsWith(asked) ? 1 : isNamed(name, words) ? 2 : 3;
-}
-
-/** Whether the name of a look, or these texts about it, have all words or words that begin so. @param {HTMLElement} tile @param {string[]} words @param {string[]} texts */
-function isDescribed(tile, words, texts) {
-  const text = [tile.textContent, ...texts.map((name) => tile.dataset[name] ?? "")].join(" ").toLowerCase();
-  const parts = text.split(/[^\p{L}\p{N}]+/u);
-  return words.every((word) => parts.some((part) => part.startsWith(word)) || (/[^\p{L}\p{N}]/u.test(word) && text.includes(word)));
+/** Returns what the search knows of a tile. @param {HTMLElement} tile */
+function lookOf(tile) {
+  const { note = "", kinds = "", aliases = "", words = "" } = tile.dataset;
+  return { name: tile.querySelector("b")?.textContent ?? "", aliases, about: `${note} ${kinds}`, words };
 }
 
 /** Opens a shipped style, a new style, a draft or a file. */
@@ -164,12 +146,12 @@ export class Start {
     this.#new = fresh;
     fresh.prepend(make("span", { className: "blank" }, icon("plus")));
     this.#pictures = [];
-    const tiles = styles.map(({ name, note, kinds, words }) => {
+    const tiles = styles.map(({ name, note, kinds, aliases, words }) => {
       const shown = make("img", { alt: "", className: "waiting", width: 320, height: 180 });
       this.#pictures.push(shown);
       const tile = this.#tile(title(name), summary(note), () => this.open("open", { style: name }));
       tile.prepend(shown);
-      Object.assign(tile.dataset, { note, kinds: kinds.join(", "), words });
+      Object.assign(tile.dataset, { note, kinds: kinds.join(", "), aliases, words });
       return tile;
     });
     this.#fresh = false;
@@ -191,16 +173,12 @@ export class Start {
     this.#filter();
   }
 
-  /** Shows the looks of the chosen kind with all the words that are typed. */
+  /** Shows the looks of the chosen kind that are asked for, best first. */
   #filter() {
-    const words = this.finder.value.toLowerCase().split(/\s+/).filter(Boolean);
-    // Names come before descriptions.
-    const tiles = [...this.#tiles].sort((one, other) => rankOf(one, words) - rankOf(other, words));
+    const found = findLooks(this.#tiles.map(lookOf), this.finder.value).map((number) => this.#tiles[number]);
+    const tiles = [...found, ...this.#tiles.filter((tile) => !found.includes(tile))];
     if (tiles.some((tile, place) => get("tiles").children[place] !== tile)) get("tiles").append(...tiles);
-    const said = tiles.filter((tile) => isNamed(nameOf(tile), words) || isDescribed(tile, words, ["note", "kinds"]));
-    // Words for its blocks and variants count only if no look is described so.
-    const found = new Set(said.length ? said : tiles.filter((tile) => isDescribed(tile, words, ["words"])));
-    for (const tile of tiles) tile.hidden = !found.has(tile) || (this.#group !== ALL && !tile.dataset.kinds?.includes(this.#group));
+    for (const tile of tiles) tile.hidden = !found.includes(tile) || (this.#group !== ALL && !tile.dataset.kinds?.includes(this.#group));
     get("no-look").hidden = tiles.some((tile) => !tile.hidden);
   }
 
@@ -314,7 +292,7 @@ export class Start {
     const later = make("button", { className: "plain", type: "button", textContent: "Later", onclick: () => (offer.hidden = this.#postponed = true) });
     accept.addEventListener("click", () => this.open("draft", { accept: true }).then(() => (offer.hidden = true)));
     discard.addEventListener("click", () => this.session.ask("draft", { accept: false }).then(() => (offer.hidden = true)));
-    offer.replaceChildren(make("p", { textContent: `“${title(draft.name)}” has unsaved changes from ${new Date(draft.when).toLocaleString([], { dateStyle: "medium", timeStyle: "short" })}.` }), accept, discard, later);
+    offer.replaceChildren(make("p", { textContent: `“${title(draft.name)}” has unsaved changes from ${new Date(draft.when).toLocaleString("en-GB", { dateStyle: "medium", timeStyle: "short" })}.` }), accept, discard, later);
   }
 
   /** Shows the offer of a draft where the user is: on this screen, or above the picture. */

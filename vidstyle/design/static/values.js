@@ -45,15 +45,23 @@ export class ValueList {
   #row(entry) {
     const id = `value-${this.pins ? "" : "knob-"}${entry.path}`;
     const shown = control(entry, id, (value) => this.#set(entry, value));
-    const label = make("label", { htmlFor: id, textContent: entry.label, title: `${entry.path}\nDouble-click to reset: ${entry.start ?? "not set"}` });
+    const label = make("label", { htmlFor: id, textContent: entry.label, title: `${entry.path}\nDouble-click or Delete to reset: ${entry.start ?? "not set"}` });
     const pin = this.pins ? this.#pin(entry) : null;
     const button = pin ?? (entry.knob ? this.#rename(entry, label) : null);
+    if (button && !pin) button.tabIndex = -1; // F2 on the slider does the same
     const top = make("div", { className: "top" }, label, ...(button ? [button] : []), make("div", { className: "number" }, ...shown.inline));
     const parts = [top, ...(shown.below ? [this.#track(entry, shown.below)] : [])];
     const box = make("div", { className: "value" }, ...parts, make("p", { className: "help", textContent: entry.help }));
     box.dataset.path = entry.path;
     label.addEventListener("dblclick", () => this.#reset(entry));
     shown.below?.[0].addEventListener("dblclick", () => this.#reset(entry));
+    shown.below?.[0].addEventListener("keydown", (event) => {
+      if (!["Delete", "Backspace", "F2"].includes(event.key)) return;
+      event.preventDefault();
+      event.stopPropagation();
+      if (event.key === "F2") button?.click();
+      else this.#reset(entry);
+    });
     box.addEventListener("pointerdown", () => (this.#held = entry.path));
     return { box, pin, shown, entry };
   }

@@ -28,6 +28,7 @@ from vidstyle.pipeline.progress import ProgressCallback, ignore_progress
 from vidstyle.preview.clip import Clip
 from vidstyle.preview.encode import encode
 from vidstyle.preview.plans import plan_message
+from vidstyle.preview.representative import representative_frame
 from vidstyle.regions.still_faces import NO_FACES, KnownFaces, StillFaces
 from vidstyle.style import Style
 
@@ -75,7 +76,7 @@ class Exploration(Closing):
         self.references: list[bytes] = []
         self.tries: list[bytes] = []
         self._ahead: list[tuple[str, Future[Look | None]]] = []
-        self.move_to(0.4)
+        self.move_to(self._first_part())
         self.glance = encode(clip.glance(self.frames[0], MAX_LOOK_SIDE_PX), "jpeg")
         self.chooser = Chooser(self._looks_of, shipped_styles(), seed)
 
@@ -84,6 +85,12 @@ class Exploration(Closing):
         self._latest = -2
         self._is_closed = True
         self._workers.close()
+
+    def _first_part(self) -> float:
+        """Return the position at which the excerpt begins with a frame that represents the film."""
+        length = min(self.clip.count, max(1, round(EXCERPT_SECONDS * self.clip.fps)))
+        number = representative_frame(self.clip)
+        return min(1.0, number / (self.clip.count - length)) if number and self.clip.count > length else 0.4
 
     def move_to(self, part: float) -> None:
         """Move the excerpt to a position in the clip, 0..1."""

@@ -116,7 +116,8 @@ function slider(entry, id, change) {
   const { low = 0, high = 1, whole, unit = "" } = entry;
   const scale = scaleOf(entry);
   const range = make("input", { type: "range", id, min: "0", max: String(scale.notches), step: whole ? "1" : "any" });
-  const exact = make("input", { type: "number", step: "any", min: String(low), max: String(high) });
+  // The slider is the only stop of the Tab key; Enter on it goes to the number.
+  const exact = make("input", { type: "number", step: "any", min: String(low), max: String(high), tabIndex: -1 });
   exact.setAttribute("aria-label", `${entry.label}, as a number`);
   /** @param {number | null} value null: not set */
   const put = (value) => {
@@ -138,6 +139,10 @@ function slider(entry, id, change) {
   range.oninput = () => move(Number(range.value));
   // With step "any" browsers disagree about arrow keys.
   range.onkeydown = (event) => {
+    if (event.key === "Enter") {
+      event.preventDefault();
+      return exact.select();
+    }
     /** @type {Object<string, number>} */
     const keys = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1, PageUp: 10, PageDown: -10 };
     const steps = keys[event.key];
@@ -146,6 +151,13 @@ function slider(entry, id, change) {
     const step = Math.max(whole ? 1 : 0, scale.notches / 100);
     range.value = String(Number(range.value) + steps * Math.round(step));
     move(Number(range.value));
+  };
+  exact.onkeydown = (event) => {
+    if (!["Enter", "Escape"].includes(event.key)) return;
+    event.preventDefault();
+    event.stopPropagation();
+    if (event.key === "Escape") exact.value = String(short(scale.value(Number(range.value)), whole));
+    range.focus();
   };
   exact.onchange = () => {
     if (exact.value === "" || !exact.checkValidity()) {

@@ -70,7 +70,8 @@ export class StylePanel {
   /** @param {string} name */
   #addVariant(name) {
     const values = { ...this.initial, ...this.data.variants[name] };
-    const button = variantChip({ name, ink: values.ink, paper: values.paper }, () => this.put(button.ariaPressed === "true" ? this.initial : values));
+    const colors = Object.entries(this.data.variants[name]).filter(([path, value]) => path.includes(".") && /^#[0-9a-f]{6}$/i.test(value)).map(([, value]) => value);
+    const button = variantChip({ name, ink: values.ink, paper: values.paper, colors }, () => this.put(button.ariaPressed === "true" ? this.initial : values));
     get("variants").append(button);
   }
 

@@ -2,15 +2,19 @@
 
 import { make, title } from "./elements.js";
 
-/** @typedef {{name: string, ink?: string, paper?: string}} Variant */
+/** @typedef {{name: string, ink?: string, paper?: string, colors?: string[]}} Variant */
+
+/** Returns bands of colours, one beside the other. @param {string[]} colors */
+const bandsOf = (colors) => colors.map((color, at) => `${color} ${(100 * at) / colors.length}% ${(100 * (at + 1)) / colors.length}%`).join(", ");
 
 /** Returns a button. @param {Variant} variant @param {() => void} onclick */
-export function variantChip({ name, ink, paper }, onclick) {
+export function variantChip({ name, ink, paper, colors = [] }, onclick) {
   const button = make("button", { type: "button", onclick }, title(name.replaceAll("-", " ")));
   button.dataset.name = name;
-  if (ink && paper) {
+  const shown = colors.length > 1 ? colors : paper && ink ? [paper, ink] : [];
+  if (shown.length) {
     const swatch = make("span", { className: "swatch" });
-    swatch.style.background = `linear-gradient(${paper} 50%, ${ink} 50%)`;
+    swatch.style.background = `linear-gradient(${bandsOf(shown)})`;
     button.prepend(swatch);
   }
   return button;
