@@ -31,6 +31,7 @@ from vidstyle.media.write.atomic import atomic_file
 from vidstyle.pipeline.progress import ProgressCallback, ignore_progress
 from vidstyle.style import Style, table_from_style
 from vidstyle.style.knobs import knobs_of
+from vidstyle.style.model import KINDS
 
 MAX_SIDE = 960
 """Maximum longer side of the picture in pixels; styles take seconds at this size."""
@@ -38,9 +39,10 @@ MAX_SIDE = 960
 _PREVIEW_SUFFIXES = (".html", ".png", ".jpg")
 
 _FIGURE_TEMPLATE = Template("""\
-<figure data-command="$command">
+<figure data-command="$command" data-kinds="$kinds" data-aliases="$aliases">
 <button type="button" aria-label="Enlarge $name"><img src="$picture" alt="$name" width="$width"
  height="$height"></button>
+<button type="button" class="star plain" aria-pressed="false" aria-label="Star $name" title="Star"></button>
 <figcaption><strong>$name</strong> <span class="about">$about</span>
 <span class="note" hidden>$note</span></figcaption>
 </figure>
@@ -123,6 +125,8 @@ def _figure(source: str, ending: str, sample: StyleSample) -> str:
     return _FIGURE_TEMPLATE.substitute(
         name=escape(name),
         command=escape(command),
+        kinds=escape(", ".join(KINDS[kind] for kind in style.kinds)),
+        aliases=escape(style.aliases),
         about=_to_html(style.about),
         note=_to_html(note),
         picture=jpeg_address(sample.picture),

@@ -51,9 +51,8 @@ export function shortcuts({ steps, diagram, preview, bar, dialogs, history, star
   const inspect = () => {
     if (!document.activeElement?.closest(".card")) return false;
     steps.select(focused());
-    const first = document.querySelector("#panel [role=tabpanel]:not([hidden]) :is(.values input, select)");
+    const first = document.querySelector("#panel [role=tabpanel]:not([hidden]) :is(.values input:not([type=number]), select)");
     /** @type {HTMLElement | null} */ (first)?.focus();
-    if (first?.matches("input[type=number]")) /** @type {HTMLInputElement} */ (first).select();
   };
   const leave = () => {
     if (start.isOpen) return start.show(false);

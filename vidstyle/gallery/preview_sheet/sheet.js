@@ -1,12 +1,22 @@
 // The page of a preview sheet. `vidstyle.gallery.preview` joins it with the modules that it imports.
 
-import { get, press, title } from "./elements.js";
+import { get, icon, make, press, title } from "./elements.js";
+import { findLooks } from "./find_looks.js";
+import { rove } from "./roving.js";
 import { SHARED_KEYS } from "./shared_keys.js";
 import { switchTheme } from "./theme.js";
 
 const figures = /** @type {HTMLElement[]} */ ([...document.querySelectorAll("main figure")]);
 const [large, help] = ["large", "help"].map((id) => /** @type {HTMLDialogElement} */ (get(id)));
 const [before, after] = ["before", "after"].map((id) => /** @type {HTMLImageElement} */ (get(id)));
+const sheet = /** @type {HTMLElement} */ (document.querySelector("main"));
+const finder = /** @type {HTMLInputElement} */ (get("find-look"));
+/** The button for looks of all kinds. */
+const ALL = "All";
+let group = ALL;
+let onlyStarred = false;
+/** Width of a column, in CSS pixels, from which there is one more. */
+const COLUMN_PX = 290;
 /** The number of the enlarged style; the first is the original. */
 let shown = 0;
 let isSplit = true;
@@ -53,13 +63,69 @@ async function copy() {
   setTimeout(() => (get("copy").textContent = "Copy"), 1500);
 }
 
+/** Whether a style is starred. @param {HTMLElement} figure */
+const isStarred = (figure) => figure.querySelector(".star")?.ariaPressed === "true";
+
+/** Shows the styles of the chosen kind that are asked for, best first, or only those that are starred. */
+function filter() {
+  const looks = figures.map((figure, number) => ({
+    name: title(pictureOf(number).alt), aliases: figure.dataset.aliases ?? "", about: `${figure.querySelector(".about")?.textContent} ${figure.dataset.kinds}`, words: "",
+  }));
+  const found = findLooks(looks, finder.value).map((number) => figures[number]);
+  const isAll = !finder.value.trim() && group === ALL && !onlyStarred;
+  const shownFigures = found.filter((figure) => isAll || (figure !== figures[0] && (group === ALL || figure.dataset.kinds?.includes(group)) && (!onlyStarred || isStarred(figure))));
+  for (const figure of figures) figure.hidden = !shownFigures.includes(figure);
+  sheet.append(...shownFigures);
+  get("no-look").hidden = shownFigures.length > 0;
+  even(shownFigures.length);
+}
+
+/** Chooses a number of columns that fills the last row, as far as possible. @param {number} count */
+function even(count) {
+  const usual = Math.max(1, Math.floor(sheet.clientWidth / COLUMN_PX));
+  const empty = (/** @type {number} */ columns) => (columns - (count % columns)) % columns;
+  const best = [usual, usual - 1, usual + 1].filter((columns) => columns > 1).sort((one, other) => empty(one) - empty(other))[0];
+  if (count > usual && best) sheet.style.setProperty("--columns", String(best));
+  else sheet.style.removeProperty("--columns");
+}
+
+/** @param {string} name */
+function choose(name) {
+  group = name;
+  for (const button of get("groups").children) press(button, button.textContent === name);
+  filter();
+}
+
+/** Shows how many styles are starred. */
+function countStars() {
+  const count = figures.filter(isStarred).length;
+  for (const id of ["starred", "copy-starred"]) get(id).hidden = !count;
+  get("starred").textContent = `Starred: ${count}`;
+  if (!count) onlyStarred = false;
+  press(get("starred"), onlyStarred);
+  filter();
+}
+
+async function copyStarred() {
+  const names = figures.filter(isStarred).map((figure) => figure.querySelector("img")?.alt).join(",");
+  await navigator.clipboard.writeText(names).then(() => (get("copy-starred").textContent = "Copied"), () => (get("copy-starred").textContent = names));
+  setTimeout(() => (get("copy-starred").textContent = "Copy names"), 4000);
+}
+
+/** Enlarges the next style that is shown, or the one before. @param {number} by */
+function step(by) {
+  const seen = /** @type {HTMLElement[]} */ ([...sheet.querySelectorAll(":scope > figure:not([hidden])")]);
+  const at = seen.indexOf(figures[shown]);
+  show(figures.indexOf(seen[(at + by + seen.length) % seen.length]));
+}
+
 const focused = () => figures.findIndex((figure) => figure.contains(document.activeElement));
 
 /** @type {Object<string, () => void>} */
 const KEYS = {
-  ArrowLeft: () => show(shown - 1),
-  ArrowRight: () => show(shown + 1),
-  [SHARED_KEYS.next]: () => show(shown + 1),
+  ArrowLeft: () => step(-1),
+  ArrowRight: () => step(1),
+  [SHARED_KEYS.next]: () => step(1),
   [SHARED_KEYS.compare]: () => split(!isSplit),
   [SHARED_KEYS.original]: () => hold(true),
   [SHARED_KEYS.zoom]: () => large.close(),
@@ -69,8 +135,40 @@ for (const [number, figure] of figures.entries()) {
   figure.querySelector("button")?.addEventListener("click", () => show(number));
   figure.querySelector("strong")?.replaceChildren(title(pictureOf(number).alt));
 }
-get("previous").addEventListener("click", () => show(shown - 1));
-get("next").addEventListener("click", () => show(shown + 1));
+get("previous").addEventListener("click", () => step(-1));
+get("next").addEventListener("click", () => step(1));
+for (const star of /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll(".star"))) {
+  star.append(icon("star"));
+  star.addEventListener("click", () => {
+    press(star, star.ariaPressed !== "true");
+    countStars();
+  });
+}
+figures[0].querySelector(".star")?.remove();
+const kinds = new Set(figures.flatMap((figure) => figure.dataset.kinds?.split(", ").filter(Boolean) ?? []));
+get("groups").replaceChildren(...[ALL, ...kinds].map((name) => make("button", { type: "button", textContent: name, onclick: () => choose(name) })));
+get("groups").hidden = kinds.size < 2;
+rove(get("groups"), "button");
+get("starred").addEventListener("click", () => {
+  onlyStarred = !onlyStarred;
+  countStars();
+});
+get("copy-starred").addEventListener("click", copyStarred);
+get("all-looks").addEventListener("click", () => {
+  finder.value = "";
+  choose(ALL);
+  finder.focus();
+});
+finder.addEventListener("input", filter);
+finder.addEventListener("keydown", (event) => {
+  const first = /** @type {HTMLElement | null} */ (sheet.querySelector(":scope > figure:not([hidden]) button"));
+  if (!["Enter", "ArrowDown"].includes(event.key)) return;
+  event.preventDefault();
+  if (event.key === "Enter" && finder.value.trim()) first?.click();
+  else first?.focus();
+});
+addEventListener("resize", filter);
+choose(ALL);
 get("split").addEventListener("click", () => split(!isSplit));
 get("hold").addEventListener("pointerdown", () => hold(true));
 get("close").addEventListener("click", () => large.close());
@@ -79,9 +177,10 @@ get("ask").addEventListener("click", () => help.showModal());
 for (const kind of ["pointerup", "pointercancel", "blur"]) addEventListener(kind, () => hold(false));
 addEventListener("keyup", (event) => event.key.toLowerCase() === SHARED_KEYS.original && hold(false));
 addEventListener("keydown", (event) => {
-  if (event.altKey || event.ctrlKey || event.metaKey || help.open) return;
+  if (event.altKey || event.ctrlKey || event.metaKey || help.open || event.target === finder) return;
   const key = event.key.length > 1 ? event.key : event.key.toLowerCase();
   if (key === SHARED_KEYS.help) help.showModal();
+  else if (key === "/" && !large.open) finder.focus();
   else if (large.open && KEYS[key]) KEYS[key]();
   else if (!large.open && key === SHARED_KEYS.zoom) show(Math.max(0, focused()));
   else return;
