@@ -13,6 +13,7 @@ from stories import story, write_film
 from vidstyle.comic.analyze.features import Candidate
 from vidstyle.comic.analyze.film import open_film
 from vidstyle.comic.output.readability import measure_detail, measure_readability
+from vidstyle.comic.select.frame_scores import prefer_people
 from vidstyle.comic.select.key_frame_options import KeyFrameOptions
 from vidstyle.comic.select.key_frames import find_key_frames
 from vidstyle.regions.boxes import Box
@@ -89,3 +90,18 @@ def test_a_film_without_a_readable_frame_shows_the_best_one(
         )
     assert [each.scene for each in shown] == [0]
     assert caplog.messages == ["no frame of the film can be drawn clearly; the best one is shown"]
+
+
+def test_people_are_more_important_than_places() -> None:
+    place, person, asked = (
+        Candidate(
+            *(time, (360, 640), 0.2 * time + 0.4, Box(0, 0, 640, 360), faces, 0),
+            sharpness=0.2, clarity=1, blank=False, forced=time == 3,
+            thumbnail=np.zeros((32, 48, 3), np.uint8), histogram=np.zeros(64, np.float32),
+        )
+        for time, faces in ((2, ()), (1, (Box(200, 100, 280, 200),)), (3, ()))
+    )  # fmt: skip
+    assert [each.importance for each in prefer_people([place, person, asked])] == pytest.approx(
+        [0.8 * 0.6, 0.6, 1.0]
+    )
+    assert prefer_people([place]) == [place]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -39,6 +40,10 @@ _MAX_SUBJECT_AREA_SHARE = 0.5
 """Share of the picture from which a salient area is no subject."""
 _FULL_SCORE_FACE_SHARE = 0.12
 """Share of the picture from which a larger face scores no higher."""
+
+_MIN_PERSON_RATIO, _MAX_PLACE_IMPORTANCE_RATIO = 0.15, 0.8
+"""Height of a face that tells a person, relative to the picture's, and maximum importance of other frames,
+relative to the most important person."""
 
 _MIN_LEGIBLE_SHARE, _FULL_CLARITY, _FULL_LIGHT = 0.3, 0.8, 0.35
 """Share of its importance that an illegible picture keeps, and clarity and mean luma of a legible one."""
@@ -168,3 +173,16 @@ def importance(chosen: Sequence[Candidate], survey: Survey) -> list[float]:
     ]
     most = max(shown, default=0.0)
     return [float(each / most) if most > 0 else 1.0 for each in shown]
+
+
+def prefer_people(chosen: Sequence[Candidate]) -> list[Candidate]:
+    """Return the frames of a film with those without a person less important than the main person."""
+    shown = [
+        bool(each.faces) and each.faces[0].height >= _MIN_PERSON_RATIO * each.shape[0] for each in chosen
+    ]
+    people = [each.importance for each, is_person in zip(chosen, shown, strict=True) if is_person]
+    most = _MAX_PLACE_IMPORTANCE_RATIO * max(people) if people else 1.0
+    return [
+        each if is_person or each.forced else replace(each, importance=min(each.importance, most))
+        for each, is_person in zip(chosen, shown, strict=True)
+    ]
