@@ -78,7 +78,8 @@ class TuningPad:
 def tuning_pad_of(style: Style, looks: NewLooks) -> TuningPad | None:
     """Return the tuning pad of a style; None if fewer than two values have an effect.
 
-    Prefer values of different steps, since values of one step often have similar effects.
+    Prefer the knobs of the style, and values of different steps, since values of one step often have similar
+    effects.
     """
     sliders = sliders_of(style)
     probed = [_shift_value(each, PROBE_SHARE) for each in sliders]
@@ -92,7 +93,7 @@ def tuning_pad_of(style: Style, looks: NewLooks) -> TuningPad | None:
         if change > MIN_CHANGE_DISTANCE:
             axes.append((change, slider["step"], _axis(slider, change)))
     axes = [each for each in axes if not each[2].is_whole or each[2].high - each[2].low >= MIN_STEPS]
-    axes.sort(key=lambda each: -each[0])
+    axes.sort(key=lambda each: (each[2].path not in style.knobs, -each[0]))
     if len(axes) < 2:
         return None
     other = next((each for each in axes[1:] if each[1] != axes[0][1]), axes[1])
