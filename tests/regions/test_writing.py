@@ -116,6 +116,17 @@ def test_blades_of_grass_are_no_letters() -> None:
     assert lift_writing(picture, 1.0)[0] is picture
 
 
+@pytest.mark.parametrize("lines", [False, True])
+def test_only_marks_in_lines_are_letters(lines: bool) -> None:
+    """The same letters, in a line or scattered as leaves are, each at another height."""
+    page = picture_with_writing()
+    page[100:200] = 220
+    for n, move in enumerate((4, 12, 20, 28, 24, 16, 8, 0)):
+        corner = 220 + 14 * n, 140 + move * (not lines)
+        cv2.putText(page, "aesnuaes"[n], corner, cv2.FONT_HERSHEY_COMPLEX, 0.6, (30, 30, 40), 1, cv2.LINE_AA)
+    assert bool(lift_writing(Picture.from_array(page), 1.0)[1]) == lines
+
+
 @pytest.mark.parametrize("shape", [(1, 1), (3, 700), (40, 2)])
 def test_tiny_pictures(shape: tuple[int, int]) -> None:
     picture = Picture.from_array(np.ascontiguousarray(picture_with_writing()[: shape[0], : shape[1]]))

@@ -23,6 +23,13 @@ WORD_GAP_RATIO = 4
 MIN_LETTERS, MAX_HEIGHT_FACTOR, MIN_SIMILAR_SHARE = 4, 2.0, 0.6
 """Letters in a group, at least; how many times the median height counts as similar;
 and share of similar ones, at least."""
+MIN_LINE_SHARE, LINE_LENGTH_FACTOR, LINE_OFFSET_FACTOR = 0.3, 8, 0.35
+"""Share of letters with two others on their line, at least, across or down; and how far letters of a line are
+from each other along it and across it, at most, relative to their median height. Leaves form no lines."""
+MAX_COMPARED_LETTERS = 400
+"""Letters of a group that are searched for lines, at most: those at the top."""
+MAX_WIDTH_VARIATION = 0.3
+"""Standard deviation of the widths of strokes in a group relative to their mean, at most: a pen has one."""
 MAX_SLENDERNESS_RATIO, MAX_SLENDER_SHARE = 5, 0.5
 """Height of a part relative to its mean width from which it is slender, as `l` and blades of grass are; and
 share of slender letters in a group, at most."""
@@ -34,10 +41,14 @@ class _Parts(NamedTuple):
     Attributes:
         labels: number of the part of each pixel, H x W int32; 0 outside.
         sizes: width, height and area of each part, N x 3; of the first one, the outside, 0.
+        centers: of each part, N x 2 float64, across and down.
+        widths: half the width of the stroke where it is widest, N float32.
     """
 
     labels: np.ndarray
     sizes: np.ndarray
+    centers: np.ndarray
+    widths: np.ndarray
 
     def means(self, plane: np.ndarray) -> np.ndarray:
         """Return the mean of a plane, H x W, in each part."""
@@ -96,19 +107,39 @@ def _least_strengths(parts: _Parts, letters: np.ndarray, strength: np.ndarray, t
         slender = heights**2 > MAX_SLENDERNESS_RATIO * parts.sizes[members, 2]
         if slender.mean() > MAX_SLENDER_SHARE:
             continue
-        ratio = heights / np.median(heights)
-        similar = (ratio <= MAX_HEIGHT_FACTOR) & (ratio >= 1 / MAX_HEIGHT_FACTOR)
-        if similar.mean() >= MIN_SIMILAR_SHARE:
+        if _is_one_hand(parts.widths[members]) and _has_lines(parts.centers[members], heights):
             limits[members] = limit
     # Beside print, grain of the paper looks like pale letters.
     return np.where(limits >= MIN_CONTRAST_RATIO * limits.max(), limits, np.float32(0))
 
 
+def _is_one_hand(widths: np.ndarray) -> bool:
+    return bool(widths.std() <= MAX_WIDTH_VARIATION * widths.mean())
+
+
+def _has_lines(centers: np.ndarray, heights: np.ndarray) -> bool:
+    """Return whether letters of similar height form lines, across or down."""
+    ratio = heights / np.median(heights)
+    similar = (ratio <= MAX_HEIGHT_FACTOR) & (ratio >= 1 / MAX_HEIGHT_FACTOR)
+    if similar.mean() < MIN_SIMILAR_SHARE:
+        return False
+    centers = centers[:MAX_COMPARED_LETTERS]
+    across, down = np.abs(centers[:, None] - centers).transpose(2, 0, 1) / np.median(heights)
+    on_line = (
+        (along <= LINE_LENGTH_FACTOR) & (aside <= LINE_OFFSET_FACTOR)
+        for along, aside in ((across, down), (down, across))
+    )
+    return any(np.mean(each.sum(axis=1) > 2) >= MIN_LINE_SHARE for each in on_line)
+
+
 def _parts(mask: np.ndarray) -> _Parts:
-    _, labels, found, _ = cv2.connectedComponentsWithStats(mask)
+    _, labels, found, centers = cv2.connectedComponentsWithStats(mask)
     sizes = found[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT, cv2.CC_STAT_AREA]]
     sizes[0] = 0
-    return _Parts(labels, sizes)
+    widths = np.zeros(len(sizes), np.float32)
+    inside = np.nonzero(mask)
+    np.maximum.at(widths, labels[inside].astype(np.intp), cv2.distanceTransform(mask, cv2.DIST_L2, 3)[inside])
+    return _Parts(labels, sizes, centers, widths)
 
 
 def _square(side: float) -> np.ndarray:
