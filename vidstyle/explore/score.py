@@ -17,14 +17,13 @@ from vidstyle.explore.paper.rules import Rules
 MODEL_FILE = Path(__file__).with_name("score.json")
 """The models fitted by `tools/explore/score.py`, by rules."""
 MEASURES: dict[Rules, tuple[str, ...]] = {
-    "paper": ("fine_kept", "edge_hardness", "mark_strength"),
+    "paper": ("fine_kept", "edge_hardness", "face"),
     "open": ("detail_kept", "busyness", "lightness", "face"),
 }
 """What a model reads, of `FullSizeMetrics`: those that agree best with people on unseen pictures."""
 WORDS = {
     "fine_kept": "fine detail of the picture",
     "edge_hardness": "hard edges",
-    "mark_strength": "strength of lines",
     "detail_kept": "detail of the picture",
     "busyness": "strong marks",
     "lightness": "lightness",
