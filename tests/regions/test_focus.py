@@ -475,9 +475,8 @@ def test_only_new_windows_begin_a_scene_of_the_patches() -> None:
     times = 0.0, 0.04, 0.08, None
     with PatchRenderer(open_backend) as renderer:
         for time, is_new in zip(times, (True, False, True, True), strict=True):
-            renderer.prepare(
-                FrameRequest(picture, time), PatchSet(1, (patch,), is_new, PLACE.height), load_style("ink")
-            )
+            patches = PatchSet(1, (patch,), is_new, PLACE.height)
+            renderer.prepare(FrameRequest(picture, time), patches, load_style("ink"), 1.0)
     (cuts,) = known
     assert cuts is not None
     assert [cuts.is_cut(np.zeros((4, 4)), time) for time in times] == [True, False, True, False]

@@ -30,6 +30,10 @@ FACE_RATIOS = 0.22, 0.32
 on there is none, as marks are small enough for the face."""
 
 
+MAX_CELL_RATIO = 6 / 720
+"""Largest side of squares in which features are drawn, relative to the picture's shorter side."""
+
+
 class FaceSource(Protocol):
     """Returns the faces of pictures: `FaceFollower` of films, `StillFaces` of pictures."""
 
@@ -175,7 +179,7 @@ class FocusRenderer(Backend):
     def skip(self, request: FrameRequest) -> None:
         """Follow faces and their tones through a picture that is not restyled."""
         for patches in self._plan(request):
-            self._patches_of(patches).cut(request, patches, self._style.focus)
+            self._patches_of(patches).cut(request, patches, self._style.focus, self._lift(request))
 
     def overlay(self, picture: Picture) -> np.ndarray | None:
         """Return what focus changes in a single picture, to be laid over it by other means.
@@ -201,7 +205,12 @@ class FocusRenderer(Backend):
     def _prepare(
         self, request: FrameRequest, patches: PatchSet
     ) -> tuple[Backend, FrameRequest, list[Features]]:
-        return self._patches_of(patches).prepare(request, patches, self._style)
+        return self._patches_of(patches).prepare(request, patches, self._style, self._lift(request))
+
+    def _lift(self, request: FrameRequest) -> float:
+        """Return how much of features is drawn over the result: nothing in large squares and letters."""
+        cell, most = self._raster_on(request).cell, MAX_CELL_RATIO * min(request.picture.shape)
+        return 0.0 if cell and max(cell) > most else self._style.focus
 
     def _patches_of(self, patches: PatchSet) -> PatchRenderer:
         return self._patches[patches.number % len(self._patches)]

@@ -49,7 +49,7 @@ class PatchRenderer(Closing):
             self._backend.close()
 
     def prepare(
-        self, request: FrameRequest, patches: PatchSet, style: Style
+        self, request: FrameRequest, patches: PatchSet, style: Style, lift: float
     ) -> tuple[Backend, FrameRequest, list[Features]]:
         """Return the renderer of a picture of patches, the request for it, and the features to draw.
 
@@ -57,21 +57,24 @@ class PatchRenderer(Closing):
             request: the whole picture.
             patches: the patches; the first of a set begin a scene.
             style: the style of the whole picture.
+            lift: how much of eyes, nose and mouth is drawn over the result, 0..1.
         """
-        cut, features = self.cut(request, patches, style.focus)
+        cut, features = self.cut(request, patches, style.focus, lift)
         share = patches.least / (self._side_ratio * min(request.picture.shape))
         detail = min(max(FACE_DETAIL_RATIO / share, DETAIL_RANGE[0]), DETAIL_RANGE[1]) ** style.focus
         backend = self._use(style, detail, cut.shape, request.picture.shape)
         return backend, replace(request, picture=cut, target=request.encoding), features
 
-    def cut(self, request: FrameRequest, patches: PatchSet, focus: float) -> tuple[Picture, list[Features]]:
+    def cut(
+        self, request: FrameRequest, patches: PatchSet, focus: float, lift: float
+    ) -> tuple[Picture, list[Features]]:
         """Return the picture of all patches, with tones that suit the style by `focus`; and its features."""
         if patches.is_new and request.time is not None:
             self._cuts.add(request.time)
             self._exposure = Exposure()
         picture = cut_patches(request.picture, patches.patches)
         features = lift_features(
-            picture, patches.patches, focus, self._side_ratio * min(request.picture.shape)
+            picture, patches.patches, lift, self._side_ratio * min(request.picture.shape)
         )
         lifted = {each.face.track: each.amount for each in features}
         self._exposure.apply(picture, patches.patches, request.picture, request.time, focus, lifted)

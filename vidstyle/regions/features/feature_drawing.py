@@ -18,8 +18,10 @@ from vidstyle.regions.rasters import PageRaster, cell_means, divided_cell
 from vidstyle.regions.writing.lifting import luma_in
 from vidstyle.style import Style
 
-INK_RANGE = 0.3, 0.65
+INK_RANGE = 0.26, 0.55
 """Darkness at which a pixel begins to be ink, and from which it is, relative to the strongest nearby."""
+FULL_INK_WEIGHT = 0.33
+"""Weight of features from which strokes are full ink, where there is ink: line drawings have no gray."""
 LIGHT_WEIGHT = 0.8
 """Opacity of whites of eyes and teeth in styles with lines."""
 SHADE_WEIGHT = 0.6
@@ -107,7 +109,8 @@ def _marks(
     if raster.cell is not None:
         weight = weight * (patch_mask(Patch(each.window, each.window, each.face), raster.cell) > 0)
     low, high = INK_RANGE
-    ink = weight * np.clip((each.dark - np.float32(low)) / np.float32(high - low), 0, 1)
+    ink = np.clip((each.dark - np.float32(low)) / np.float32(high - low), 0, 1)
+    ink *= np.minimum(weight / np.float32(FULL_INK_WEIGHT), 1)
     paper, none = np.float32(LIGHT_WEIGHT) * weight * each.light, np.zeros_like(weight)
     change = weight * (each.tone - 1)
     if raster.cell is not None:

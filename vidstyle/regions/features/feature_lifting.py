@@ -37,7 +37,7 @@ DARKNESS_RANGE = 0.1, 0.8
 MIN_DARKNESS_RATIO, STRONGEST_SHARE = 0.5, 0.97
 """The same, at least, relative to the darkness of the face's strongest strokes; and the quantile that counts
 as these."""
-CHEEK_WEIGHT = 0.7
+CHEEK_WEIGHT = 0.6
 """Weight of strokes outside of eyes and mouth, such as folds."""
 LIGHT_RATIO_RANGE = 0.1, 0.4
 """Brightness relative to the skin at which whites of eyes and teeth begin, and from which they are white."""
