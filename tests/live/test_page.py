@@ -169,7 +169,8 @@ def test_switches_reach_the_session() -> None:
     with showing() as (_, controls, visitor), visitor.look() as window:
         for on in (True, False):
             assert window.ask(do="bypass", on=on) == window.ask(do="record", on=on) == ""
-            assert (controls.bypassed, controls.recording) == (on, on)
+            assert window.ask(do="keep_size", on=on) == ""
+            assert (controls.bypassed, controls.recording, controls.full_size) == (on, on, on)
         assert window.ask(do="quit") == ""
         assert controls.quitting.is_set()
 
@@ -189,7 +190,7 @@ def test_a_bypass_ends_when_its_browser_goes_away() -> None:
 def test_the_status_is_told_as_it_changes() -> None:
     with showing() as (_, controls, visitor), visitor.look() as window:
         controls.status = lambda: Status(
-            "ink", source="camera", source_state="waiting", degraded="reduced to 8x8"
+            "ink", source="camera", source_state="waiting", degraded="smaller picture: 8 × 8"
         )
         while (told := window.news("status"))["source_state"] != "waiting" or not told["degraded"]:
             pass

@@ -130,8 +130,12 @@ def test_the_budget_gives_up_size_and_takes_it_back(monkeypatch: pytest.MonkeyPa
         monkeypatch, lambda picture: 0.4 * picture.shape[0] ** 2 / SMALL[1] ** 2 if slow.is_set() else 0
     )
     with session(generated(10), kept, style=POSTER, clock=clock) as running:
-        eventually(lambda: "reduced to" in running.controls.status().degraded)
+        eventually(lambda: "smaller picture" in running.controls.status().degraded)
         assert kept.newest is not None and (kept.newest.width, kept.newest.height) == SMALL
+        running.controls.keep_size(True)
+        eventually(lambda: running.controls.status().degraded == "", running.controls.status)
+        running.controls.keep_size(False)
+        eventually(lambda: "smaller picture" in running.controls.status().degraded)
         slow.clear()
         eventually(lambda: running.controls.status().degraded == "", running.controls.status)
         eventually(lambda: "full size again" in running.controls.status().message)

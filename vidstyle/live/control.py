@@ -54,6 +54,7 @@ class Status:
         rate: restyled frames per second, over the last seconds.
         latency_ms: median and 99th percentile from capture to the targets, over the last seconds.
         degraded: a description of the reduced working size, or "".
+        full_size: whether the size is kept although it may be too slow.
         targets: name and state of each.
         recording: whether a recording is being written.
         message: the last message to the user, or "".
@@ -70,6 +71,7 @@ class Status:
     rate: float = 0.0
     latency_ms: tuple[float, float] = (0.0, 0.0)
     degraded: str = ""
+    full_size: bool = False
     targets: tuple[tuple[str, str], ...] = ()
     recording: bool = False
     message: str = ""
@@ -99,6 +101,7 @@ class Controls:
         names: the available styles, each with its variants.
         style: the style last requested.
         bypassed: whether frames are to be passed through unchanged.
+        full_size: whether to work at full size even if the rate cannot be held.
         recording: whether a recording is to be written in addition to the other targets.
         quitting: set when the session should end.
         status: returns the current status; replaced by the session.
@@ -119,7 +122,7 @@ class Controls:
         self.names = [*(name for name in self._own if name not in names), *names]
         self._cues: CueList | None = None
         self._changes_at: float | None = None
-        self.bypassed = self.recording = self._snapshot = False
+        self.bypassed = self.recording = self._snapshot = self.full_size = False
         self.quitting = threading.Event()
         self.style = self._initial = style
         self.status: Callable[[], Status] = lambda: Status(self.style.name, self.bypassed)
@@ -218,6 +221,10 @@ class Controls:
     def bypass(self, on: bool | None = None) -> None:
         """Pass frames through unchanged; None toggles."""
         self.bypassed = not self.bypassed if on is None else on
+
+    def keep_size(self, on: bool) -> None:
+        """Work at full size even if the rate cannot be held, or adapt the size again."""
+        self.full_size = on
 
     def record(self, on: bool | None = None) -> None:
         """Start or stop a recording in addition to the other targets; None toggles."""

@@ -47,7 +47,7 @@ class FrameProcessor:
         if self._renderer.scale == 1:
             return ""
         width, height = self._renderer.working_size(*self.size)
-        return f"reduced to {width}×{height} to keep up"
+        return f"smaller picture to keep up: {width} × {height}"
 
     def process(self, captured: CapturedFrame, capture: Capture, name: str) -> Picture:
         """Restyle a frame; `name` is the name of the source."""
@@ -72,6 +72,8 @@ class FrameProcessor:
 
     def record_time(self, seconds: float) -> None:
         """Record the time that a frame took, by which the working size is adapted."""
+        if self._controls.full_size:
+            return self._keep_full_size()
         if self._scale is None or self._controls.bypassed or not self._scale.update(seconds):
             return
         self._renderer.scale = self._scale.scale
@@ -83,6 +85,11 @@ class FrameProcessor:
         )
         if degraded:  # in the terminal only: the page has no command line
             log.info("%s: --budget off keeps the size", self.style)
+
+    def _keep_full_size(self) -> None:
+        if self._renderer.scale != 1:
+            self._renderer.scale = 1
+            self.set_rate(self._rate)
 
     def close(self, timeout: float) -> None:
         """Release everything; only when no frame is being processed."""

@@ -74,7 +74,9 @@ class Recorder:
         if self._target is not None:
             target, self._target = self._target, None
             target.close()
-            self._notify(str(target.error or f"{target.name}: {target.delivered} frames"))
+            self._notify(
+                str(target.error or f"{target.name}: {target.delivered} frames, saved in {Path.cwd()}")
+            )
 
     def _write_snapshot(self, context: TargetContext) -> None:
         path = _unused_name(".png")

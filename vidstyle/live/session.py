@@ -104,6 +104,7 @@ class LiveSession:
             rate=self._restyled.rate,
             latency_ms=self._restyled.recent_latency(),
             degraded=self._processor.degraded,
+            full_size=self._controls.full_size,
             targets=self._targets.states,
             recording=self._recorder.recording,
             message=self._message,

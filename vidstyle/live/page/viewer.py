@@ -83,6 +83,10 @@ class Viewer(PageConnection):
         await self._control(Controls.bypass, on)
 
     @message
+    async def keep_size(self, on: bool) -> None:
+        await self._control(Controls.keep_size, on)
+
+    @message
     async def record(self, on: bool) -> None:
         await self._control(Controls.record, on)
 

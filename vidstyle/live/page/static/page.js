@@ -21,6 +21,7 @@ import { switchTheme } from "./theme.js";
  * @property {number} rate
  * @property {number} shown_ms
  * @property {string} degraded
+ * @property {boolean} full_size
  * @property {[string, string][]} targets
  * @property {boolean} recording
  * @property {string} message
@@ -120,15 +121,19 @@ function showStatus(now) {
     [`${rate().toFixed(0)} fps`, `frames shown per second on this page; restyled: ${now.rate.toFixed(1)}`],
     [`${now.shown_ms.toFixed(0)} ms delay`, "median latency from capture to this page"],
     [shareOf(now), `${now.dropped} of ${now.frames + now.dropped} captured frames were left out to stay live`],
-    [now.degraded, "reduced to keep the frame rate"],
+    [now.degraded, "a smaller picture is restyled and enlarged, to keep the frame rate"],
     ...now.targets.filter(([name]) => name !== "page").map((target) => [target.join(": "), "another target"]),
   ];
   get("line").replaceChildren(...facts.filter(([text]) => text).map(([textContent, title]) => make("span", { textContent, title })));
+  const size = get("full-size");
+  size.hidden = !now.degraded && !now.full_size;
+  press(size, now.full_size);
   get("style-name").textContent = title(now.style);
   press(get("bypass"), now.bypass);
   press(get("record"), now.recording);
   get("badge").hidden = !now.bypass;
-  if (now.message !== (status?.message ?? "")) say(now.message);
+  const isInLine = now.degraded && now.message.includes(now.degraded);
+  if (now.message !== (status?.message ?? "")) say(isInLine ? "" : now.message);
   status = now;
   document.title = `${title(now.style)} · vidstyle live`;
   note();
@@ -195,6 +200,7 @@ addEventListener("keyup", (event) => [SHARED_KEYS.original, " ", "Enter"].includ
 get("bypass").onpointerdown = (event) => event.button === 0 && compare.begin();
 for (const kind of ["blur", "pointerup", "pointercancel"]) addEventListener(kind, () => compare.end());
 get("record").onclick = KEYS.r;
+get("full-size").onclick = () => send("keep_size", { on: !status?.full_size });
 get("full").onclick = canvas.ondblclick = fill;
 get("ask").onclick = KEYS["?"];
 leave.onclose = () => leave.returnValue === "quit" && send("quit");

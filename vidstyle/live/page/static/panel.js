@@ -138,7 +138,9 @@ export class Panel {
       return variantChip(variant, () => this.choose("choose", { style }));
     }));
     const main = panel.entries.filter((entry) => entry.main);
-    main.sort((one, other) => Number(other.path === "steady") - Number(one.path === "steady"));
+    // The order of the designer: the knobs, then these.
+    const later = ["strength", "steady", "focus"];
+    main.sort((one, other) => later.indexOf(one.path) - later.indexOf(other.path));
     get("main").replaceChildren(...main.map((entry) => this.#row(entry)));
     const layers = Map.groupBy(panel.entries.filter((entry) => !entry.main), (entry) => entry.layer);
     get("steps").replaceChildren(...[...layers].flatMap(([layer, entries]) => this.#layer(layer, entries)));
