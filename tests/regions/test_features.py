@@ -52,6 +52,17 @@ def test_features_go_as_far_as_focus_and_the_size_of_a_face() -> None:
     assert half.amount == pytest.approx(0.5)
 
 
+@pytest.mark.parametrize("ground", [40, 190])
+def test_light_marks_are_on_skin_alone(ground: int) -> None:
+    """Teeth, but not the rim of a dark collar below a bowed head."""
+    picture = picture_with_face()
+    mouth = picture[PLACE.top + 36 : PLACE.bottom + 6, PLACE.left : PLACE.right]
+    mouth[:] = ground
+    mouth[6:8, 12:33] = 250
+    (found,) = lifted(Picture.from_array(picture))[1]
+    assert (found.light[PLACE.top + 40 - found.window.top :].max() > 0.3) == (ground > 100)
+
+
 @pytest.mark.parametrize(
     ("name", "paper", "is_dark"),
     [("ink", 250, True), ("oil", 180, True), ("blueprint", 90, False), ("neon", 4, False)],

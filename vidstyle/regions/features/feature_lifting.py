@@ -41,6 +41,9 @@ CHEEK_WEIGHT = 0.6
 """Weight of strokes outside of eyes and mouth, such as folds."""
 LIGHT_RATIO_RANGE = 0.1, 0.4
 """Brightness relative to the skin at which whites of eyes and teeth begin, and from which they are white."""
+LIT_RATIO_RANGE, SKIN_SHARE = (0.45, 0.75), 0.75
+"""Luma of the ground relative to the face's skin from which bright parts count, and from which they count
+fully: not on a dark collar below a bowed head, or in a beard; and the quantile that counts as the skin."""
 MIN_LUMA = 0.08
 """Added to luma before tones are compared: noise of dark skin is no feature."""
 SHOWN_LUMA_RATIO, MAX_EXPONENT = 0.3, 2.5
@@ -108,6 +111,8 @@ def _lift(picture: Picture, patch: Patch, face: Face, window: Rectangle, amount:
     values = values + (change if values.ndim == 2 else change[..., None])
     plane[area] = codes_from_values(values, "luma", picture.encoding)
     dark, light, tone = _tones(luma, skin, strokes, areas, face.box.height)
+    lit = _lit(skin, inside)
+    light, tone = light * lit, np.where(tone > 1, 1 + (tone - 1) * lit, tone)
     weight = np.float32(amount * face.opacity) * inside
     return Features(window, weight, dark, light, tone, float(skin.mean()), face, amount)
 
@@ -147,6 +152,15 @@ def _tones(
     light = areas * np.clip((tone - np.float32(1 + low)) / np.float32(high - low), 0, 1)
     exponent = np.clip(np.float32(np.log(SHOWN_LUMA_RATIO)) / np.log(1 - peak), 1, MAX_EXPONENT)
     return np.minimum(important * darkness / peak, 1), light, np.clip(tone, 0, 2) ** exponent
+
+
+def _lit(skin: np.ndarray, inside: np.ndarray) -> np.ndarray:
+    """Return where the ground is skin in light, H x W float32, 0..1; `inside`: mask of the face."""
+    low, high = LIT_RATIO_RANGE
+    face = skin[inside > 0.5]
+    level = np.float32(np.quantile(face, SKIN_SHARE) if face.size else 0) + np.float32(MIN_LUMA)
+    share = (skin + np.float32(MIN_LUMA)) / level
+    return np.asarray(np.clip((share - np.float32(low)) / np.float32(high - low), 0, 1), np.float32)
 
 
 def _disc(size: float) -> np.ndarray:
