@@ -380,6 +380,17 @@ def test_nine_tiles_move_and_say_what_they_are(opened: Browser, page: ExploreSer
     assert not errors
 
 
+def test_a_render_goes_on_in_sight_when_the_look_is_closed(opened: Browser) -> None:
+    opened.run("document.querySelector('[aria-label=\"Open tile 1\"]').click()")
+    where = """document.getElementById('render').click(); document.getElementById('lightbox').close();
+        await new Promise(requestAnimationFrame);
+        const { parentElement, hidden, textContent } = document.getElementById('progress');
+        return [parentElement.id, hidden, textContent];"""
+    assert opened.run(where) == ["rail", False, "Rendering: 0 %Cancel"]
+    opened.until("document.getElementById('progress').hidden")
+    opened.until("document.getElementById('message').textContent.startsWith('Rendered as')")
+
+
 def test_by_keyboard_alone_a_look_is_found_kept_compared_and_saved(
     opened: Browser, page: ExploreServer
 ) -> None:

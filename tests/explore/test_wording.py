@@ -5,14 +5,36 @@ from __future__ import annotations
 import numpy as np
 from media import photograph
 
-from vidstyle.explore.wording import name_blocks, name_step_changes, name_visible_changes
+from vidstyle.blocks import all_blocks
+from vidstyle.explore.wording import (
+    MARK_WORDS,
+    name_blocks,
+    name_look,
+    name_step_changes,
+    name_visible_changes,
+)
 from vidstyle.style import load_style
 from vidstyle.style.wiring import main_path
 
 
 def test_a_look_is_named_by_the_blocks_on_its_main_path() -> None:
-    assert name_blocks(load_style("ink")) == "Sharpen along lines, grayscale"  # not by the edges of its masks
+    assert name_blocks(load_style("ink")) == "Engraving lines, grayscale"  # not by the edges of its masks
     assert name_blocks(load_style("plain")) == ""
+
+
+def test_a_look_is_named_by_what_one_sees() -> None:
+    dots = load_style(
+        {"format": 1, "base": [{"block": "halftone"}, {"block": "noise"}, {"block": "posterize"}]}
+    )
+    blue = np.full((40, 60, 3), (40, 90, 200), np.uint8)
+    assert name_look(dots, blue) == "Blue print, dotted"
+    assert name_look(dots, blue // 4) == "Dark blue print, dotted"
+    gray = np.full((40, 60, 3), 120, np.uint8)
+    assert name_look(load_style("plain"), gray) == "Gray picture"
+    both = np.concatenate([blue, np.full_like(blue, (220, 120, 20))])
+    assert name_look(load_style("plain"), both) == "Vivid picture"
+    assert name_look(load_style("plain"), np.full_like(blue, (180, 165, 140))) == "Sepia picture"
+    assert MARK_WORDS.keys() <= all_blocks().keys()
 
 
 def test_gained_and_lost_blocks_are_named() -> None:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from vidstyle.block import Block
 from vidstyle.blocks import all_blocks
 from vidstyle.explore.measure import gradient_of, luma_of_codes, oklab_thumbnail
 from vidstyle.style import Style
@@ -14,7 +15,50 @@ from vidstyle.style.wiring import main_path
 
 VISIBLE_CATEGORIES = ("print", "paint", "lines", "texture", "color", "tone", "smooth")
 """Categories of blocks by how much they say about a look, the most first."""
-MAX_NAMED_BLOCKS, MAX_NAMED_CHANGES = 2, 2
+MAX_NAMED_BLOCKS, MAX_NAMED_CHANGES, MAX_NAMED_MARKS = 2, 2, 1
+KIND_WORDS = {"print": "print", "paint": "painting", "lines": "drawing"}
+"""What a look resembles, by the category of the block that shapes it most."""
+MARK_WORDS = {
+    "dither": "speckled",
+    "glyphs": "in letters",
+    "halftone": "dotted",
+    "line_screen": "engraved",
+    "mosaic": "in tiles",
+    "overprint": "in spot inks",
+    "pixelate": "in pixels",
+    "kuwahara": "in patches",
+    "lic": "bristly",
+    "strokes": "brush strokes",
+    "flow_xdog": "inked",
+    "pattern": "hatched",
+    "sobel": "outlined",
+    "noise": "grainy",
+    "relief": "embossed",
+    "shift": "colours apart",
+    "posterize": "flat tones",
+    "luma_posterize": "flat tones",
+    "soft_threshold": "solid shapes",
+    "tvf": "smooth",
+    "gaussian": "soft",
+}
+"""What one sees of a block; the others show in the colours only."""
+HUE_WORDS = (
+    (15, "pink"),
+    (45, "red"),
+    (85, "orange"),
+    (120, "yellow"),
+    (165, "green"),
+    (215, "turquoise"),
+    (280, "blue"),
+    (320, "purple"),
+    (360, "pink"),
+)
+"""Words for hues of Oklab, each up to an angle in degrees."""
+MAX_GRAY_CHROMA, MAX_SEPIA_CHROMA, MIN_VIVID_CHROMA = 0.012, 0.05, 0.065
+"""Mean chroma of a picture without colours, of orange or yellow called sepia, and of vivid colours."""
+MIN_ONE_HUE = 0.9
+"""Length of the mean colour vector, relative to the mean chroma, of a picture in one hue."""
+MAX_DARK_LIGHTNESS, MIN_PALE_LIGHTNESS = 0.35, 0.82
 CHANGE_WORDS = (
     ("lighter", "darker"),
     ("more contrast", "less contrast"),
@@ -27,14 +71,32 @@ MIN_CHANGES = np.array([0.04, 0.03, 0.015, 0.015, 0.015])
 """Changes of these numbers that people notice between two small pictures, chosen by eye."""
 
 
+def name_look(style: Style, picture: np.ndarray) -> str:
+    """Return what one sees of a look, such as "Blue print, dotted".
+
+    Args:
+        style: the look.
+        picture: a picture in it, H x W x 3 uint8.
+    """
+    blocks = _visible_blocks(style)
+    kind = KIND_WORDS.get(blocks[0].category, "picture") if blocks else "picture"
+    marks = dict.fromkeys(MARK_WORDS[block.name] for block in blocks if block.name in MARK_WORDS)
+    return _sentence([f"{_color_words(picture)} {kind}", *list(marks)[:MAX_NAMED_MARKS]])
+
+
 def name_blocks(style: Style) -> str:
     """Return the blocks that shape a look most, such as "Halftone dots, ink lines"."""
+    return _sentence([block.label for block in _visible_blocks(style)[:MAX_NAMED_BLOCKS]])
+
+
+def _visible_blocks(style: Style) -> list[Block]:
+    """Return the blocks of a style that one sees, those that say most first."""
     path = main_path(style.layers, style.masks)
     steps = [step for index, step in enumerate(style.steps) if index in path and step.block and not step.mute]
     known = [all_blocks()[name] for name in dict.fromkeys(step.block for step in steps)]
     seen = [block for block in known if block.category in VISIBLE_CATEGORIES]
     seen.sort(key=lambda block: VISIBLE_CATEGORIES.index(block.category))
-    return _sentence([block.label for block in seen[:MAX_NAMED_BLOCKS]])
+    return seen
 
 
 def name_step_changes(style: Style, before: Style) -> str:
@@ -50,6 +112,24 @@ def name_visible_changes(picture: np.ndarray, before: np.ndarray) -> str:
     change = (_impression(picture) - _impression(before)) / MIN_CHANGES
     largest = [each for each in np.argsort(-np.abs(change), kind="stable") if abs(change[each]) >= 1]
     return _sentence([CHANGE_WORDS[each][int(change[each] < 0)] for each in largest[:MAX_NAMED_CHANGES]])
+
+
+def _color_words(picture: np.ndarray) -> str:
+    """Return the colours of a picture, such as "dark blue" or "vivid"."""
+    light, green_red, blue_yellow = np.moveaxis(oklab_thumbnail(picture), -1, 0)
+    chroma = float(np.hypot(green_red, blue_yellow).mean())
+    if chroma < MAX_GRAY_CHROMA:
+        return "gray"
+    across, down = float(green_red.mean()), float(blue_yellow.mean())
+    hue = next(word for end, word in HUE_WORDS if np.degrees(np.arctan2(down, across)) % 360 <= end)
+    if np.hypot(across, down) < MIN_ONE_HUE * chroma:
+        color = "vivid" if chroma > MIN_VIVID_CHROMA else "colour"
+    else:
+        color = "sepia" if hue in ("orange", "yellow") and chroma < MAX_SEPIA_CHROMA else hue
+    shade = "dark " * bool(light.mean() < MAX_DARK_LIGHTNESS) or "pale " * bool(
+        light.mean() > MIN_PALE_LIGHTNESS
+    )
+    return shade + color
 
 
 def _impression(picture: np.ndarray) -> np.ndarray:

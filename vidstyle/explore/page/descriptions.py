@@ -8,7 +8,7 @@ from typing import Any
 from vidstyle.blocks import all_blocks
 from vidstyle.explore.chooser import CHOSEN_KIND, Tile
 from vidstyle.explore.page.exploration import Exploration
-from vidstyle.explore.wording import name_blocks, name_step_changes, name_visible_changes
+from vidstyle.explore.wording import name_blocks, name_look, name_step_changes, name_visible_changes
 from vidstyle.export.export_targets import describe_targets
 
 
@@ -59,6 +59,7 @@ def _describe(exploration: Exploration, tile: Tile, chosen: Tile | None = None) 
         "parents": tile.parents,
         "likeness": tile.likeness,
         "verdict": tile.look.verdict,
+        "look": name_look(tile.style, tile.look.picture),
         "blocks": name_blocks(tile.style),
         **_differences(tile, chosen),
         "layers": {layer: blocks for layer, blocks in layers.items() if blocks},

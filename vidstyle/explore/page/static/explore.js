@@ -3,7 +3,7 @@
 import { announce } from "./announce.js";
 import { Lightbox } from "./lightbox.js";
 import { LostNotice } from "./lost.js";
-import { clock, get, make, makeSvg, press, resize } from "./elements.js";
+import { clock, get, make, makeSvg, press } from "./elements.js";
 import { LoadedPlans, PagePainter, ServerPainter } from "./painters.js";
 import { missing, Runner } from "./runner.js";
 import { Connection } from "./socket.js";
@@ -101,28 +101,24 @@ function takeClip(next) {
   if (!state.tiles.length) showSource();
 }
 
-/** Shows the unchanged picture, dimmed, until the first styles are found. */
+/** Shows the unchanged picture in the middle until the first styles are found. */
 async function showSource() {
   const picture = await fetchPicture("glance.jpg").catch(() => null);
   if (!picture) return;
-  for (const { canvas } of state.tiles.length ? [] : tiles.cells) {
-    resize(canvas, [picture.width, picture.height]);
-    canvas.getContext("2d")?.drawImage(picture, 0, 0);
-  }
+  if (!state.tiles.length && shownTries < 5) tiles.sketch(4, picture);
   picture.close();
 }
 
 /** The number of candidates that are shown. */
 let shownTries = 0;
 
-/** Shows candidates, dimmed, until the first screen is chosen from them. @param {number} count */
+/** Shows candidates until the first screen is chosen from them. @param {number} count */
 async function showTries(count) {
   while (shownTries < count && !state.tiles.length) {
-    const { canvas } = tiles.cells[shownTries];
+    const place = shownTries;
     const picture = await fetchPicture(`tried.jpg?number=${shownTries++}`).catch(() => null);
     if (!picture || state.tiles.length) return;
-    resize(canvas, [picture.width, picture.height]);
-    canvas.getContext("2d")?.drawImage(picture, 0, 0);
+    tiles.sketch(place, picture);
     picture.close();
   }
 }
@@ -278,14 +274,16 @@ const connection = new Connection({
   onchange: (loss) => lost.show(loss),
 });
 
-/** Requests another screen. @param {string} kind @param {object} [fields] @param {string} [heading] what is being made */
-const ask = (kind, fields, heading) => change(() => connection.ask(kind, fields), heading);
+const STAYING = "The present looks stay until the next ones are found.";
 
-/** Makes another screen, one at a time. @param {() => Promise<any>} request @param {string} [heading] what is being made */
-async function change(request, heading = "One moment…") {
+/** Requests another screen. @param {string} kind @param {object} [fields] @param {[string?, string?]} lead what is being made, and what is seen meanwhile */
+const ask = (kind, fields, ...lead) => change(() => connection.ask(kind, fields), ...lead);
+
+/** Makes another screen, one at a time. @param {() => Promise<any>} request @param {string} [heading] what is being made @param {string} [more] what is seen meanwhile */
+async function change(request, heading = "One moment…", more = STAYING) {
   if (busy) return;
   busy = true;
-  showLead([heading, "The present looks stay until the next ones are found."]);
+  showLead([heading, more]);
   get("tiles").setAttribute("aria-busy", "true");
   try {
     await request();
@@ -321,7 +319,7 @@ function take(place) {
   if (busy || !state.tiles.length) return;
   tiles.leave(place);
   isLeaving = true;
-  ask("like", { tile: state.tiles[place].tile }, MORE);
+  ask("like", { tile: state.tiles[place].tile }, MORE, "Your choice stays in the middle.");
 }
 
 /** @param {number} tile */
@@ -373,6 +371,7 @@ lightbox = new Lightbox({
   onlike: (tile) => ask("like", { tile }, MORE),
   onstar: toggleStar,
   isKept,
+  say,
 });
 
 // Controls

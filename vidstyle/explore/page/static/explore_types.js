@@ -21,6 +21,7 @@
  * @property {string[]} parents
  * @property {string} likeness the distance to the reference picture in words, or ""
  * @property {string} verdict its score, and what speaks for and against it, or ""
+ * @property {string} look what one sees of it, in words
  * @property {string} blocks the blocks that shape it most, in words
  * @property {string} steps the blocks that it has gained and lost, compared with the chosen tile, in words
  * @property {string} changes how its picture differs from that of the chosen tile, in words

@@ -34,6 +34,8 @@ export class Lightbox {
   /** The tile to compare with; null: the unchanged clip. @type {Tile | null} */
   other = null;
   held = false;
+  /** Whether a film is being rendered. */
+  rendering = false;
   /** @type {Axis[]} */
   axes = [];
   /** The point on the pad. @type {[number, number]} */
@@ -59,6 +61,7 @@ export class Lightbox {
    * @param {(tile: number) => void} handlers.onlike
    * @param {(tile: number) => Promise<boolean>} handlers.onstar keeps a tile or stops keeping it; resolves to whether it is kept
    * @param {(tile: number) => boolean} handlers.isKept
+   * @param {(text: string) => void} handlers.say shows a message while no tile is open
    */
   constructor(handlers) {
     this.handlers = handlers;
@@ -97,6 +100,7 @@ export class Lightbox {
     this.#prepare(this.handlers.subjectOf(tile.tile));
     if (other) this.painter.prepare(this.handlers.subjectOf(other.tile), this.handlers.side());
     this.#describe(tile, clip);
+    get("render").after(get("progress"));
     if (!dialog.open) dialog.showModal();
     get("like").focus();
     this.#loadPad(tile);
@@ -113,10 +117,9 @@ export class Lightbox {
     ]);
     get("layers").replaceChildren(...rows);
     get("design").hidden = !clip.design;
-    get("targets").replaceChildren(...clip.targets.map(({ kind, title, help }) => make("button", { title: help, textContent: title, onclick: () => this.export(kind) })));
-    const render = /** @type {HTMLButtonElement} */ (get("render"));
-    render.disabled = !clip.render;
-    render.textContent = clip.count > 1 ? "Render the whole film" : "Save the picture";
+    get("targets").replaceChildren(...clip.targets.map(({ kind, title, help }) => make("button", { onclick: () => this.export(kind) }, make("b", { textContent: title }), make("span", { className: "quiet", textContent: help }))));
+    /** @type {HTMLDetailsElement} */ (get("exports")).open = false;
+    this.#showRender(clip);
     /** @type {HTMLInputElement} */ (get("name")).value = "";
     get("outcome").textContent = "";
     get("save").textContent = SAVE;
@@ -259,6 +262,7 @@ export class Lightbox {
 
   /** @param {string} text @param {boolean} [alarm] */
   #report(text, alarm = false) {
+    if (!dialog.open) this.handlers.say(text);
     get("outcome").textContent = text;
     get("outcome").classList.toggle("alarm", alarm);
   }
@@ -304,21 +308,29 @@ export class Lightbox {
 
   async render() {
     const stem = (this.clip?.name ?? "film").replace(/\.\w+$/, "").replace(/[^A-Za-z0-9_-]+/g, "-").slice(0, 30);
-    const button = /** @type {HTMLButtonElement} */ (get("render"));
-    const label = button.textContent;
-    [button.disabled, button.textContent] = [true, "Rendering…"];
-    get("progress").hidden = false;
+    const clip = /** @type {Clip} */ (this.clip);
+    this.rendering = true;
+    this.#showRender(clip);
+    this.progress({});
     this.#report(`Rendering ${this.clip?.name ?? "the film"} in this look.`);
     await this.#act(async (tile) => `Rendered as ${(await this.handlers.ask("render", { tile, name: `${stem}-${this.name}`.slice(0, 64) })).file}.`);
-    get("progress").hidden = true;
-    [button.disabled, button.textContent] = [false, label];
+    this.rendering = false;
+    this.#showRender(clip);
+  }
+
+  /** Shows whether a film can be rendered or is being rendered. @param {Clip} clip */
+  #showRender(clip) {
+    const button = /** @type {HTMLButtonElement} */ (get("render"));
+    button.disabled = !clip.render || this.rendering;
+    button.textContent = this.rendering ? "Rendering…" : clip.count > 1 ? "Render the whole film" : "Save the picture";
+    get("progress").hidden = !this.rendering;
   }
 
   /** @param {{fraction?: number | null, frame?: number, fps?: number}} progress */
   progress(progress) {
     const bar = /** @type {HTMLProgressElement} */ (document.querySelector("#progress progress"));
     bar.value = progress.fraction ?? 0;
-    /** @type {HTMLElement} */ (bar.nextElementSibling).textContent = `${Math.round(100 * (progress.fraction ?? 0))} %`;
+    /** @type {HTMLElement} */ (bar.nextElementSibling).textContent = `Rendering: ${Math.round(100 * (progress.fraction ?? 0))} %`;
   }
 
   like() {
@@ -353,6 +365,7 @@ export class Lightbox {
 
   #listen() {
     get("close").onclick = () => dialog.close();
+    dialog.addEventListener("close", () => get("rail").prepend(get("progress")));
     dialog.addEventListener("close", () => this.source.open({ .../** @type {Clip} */ (this.clip), frames: [] }, 180));
     get("like").onclick = () => this.like();
     get("keep").onclick = () => this.star();

@@ -1,6 +1,6 @@
 // The grid of nine tiles and its keyboard navigation.
 
-import { icon, make, press, title } from "./elements.js";
+import { icon, make, press, resize, title } from "./elements.js";
 import { fetchPicture } from "./source_frames.js";
 
 /** @typedef {import("./explore_types.js").Tile} Tile */
@@ -19,7 +19,7 @@ export function rootOf(name) {
 }
 
 /** Returns the name of a tile: what distinguishes it on its screen. @param {Tile} tile */
-export function nameOf({ kind, parents, name, blocks, steps, changes }) {
+export function nameOf({ kind, parents, name, look, steps, changes }) {
   const [one, other] = parents.map((parent) => title(rootOf(parent)));
   switch (kind) {
     case "chosen":
@@ -27,7 +27,7 @@ export function nameOf({ kind, parents, name, blocks, steps, changes }) {
     case "values":
       return changes || "Slightly different";
     case "step":
-      return steps || changes || "One step changed";
+      return changes || steps || "One step changed";
     case "cross":
       return `Crossed with ${other ?? one}`;
     case "shipped":
@@ -37,24 +37,25 @@ export function nameOf({ kind, parents, name, blocks, steps, changes }) {
     case "match":
       return title(rootOf(name));
     default:
-      return blocks || "Random look";
+      return look;
   }
 }
 
 /** Describes a tile in a line below its name. @param {Tile} tile */
-export function summaryOf({ kind, blocks, changes, likeness }) {
+export function summaryOf({ kind, look, blocks, steps, changes, likeness }) {
   switch (kind) {
     case "values":
       return "Same steps, other values";
     case "step":
+      return steps || "One step changed";
     case "cross":
       return changes || "Much the same tones and colours";
     case "match":
       return likeness;
     case "wild":
-      return "Random";
+      return blocks || "Random";
     default:
-      return blocks;
+      return look;
   }
 }
 
@@ -96,6 +97,14 @@ export class Tiles {
     });
   }
 
+  /** Shows a picture in a tile that is not ready. @param {number} place @param {ImageBitmap} picture */
+  sketch(place, picture) {
+    const { cell, canvas } = this.cells[place];
+    resize(canvas, [picture.width, picture.height]);
+    canvas.getContext("2d")?.drawImage(picture, 0, 0);
+    cell.classList.add("sketched");
+  }
+
   /**
    * Replaces the tiles.
    * @param {Tile[]} tiles
@@ -110,6 +119,7 @@ export class Tiles {
         cell.classList.add("waiting");
         this.#preview(place);
       }
+      cell.classList.remove("sketched");
       cell.classList.toggle("chosen", tile.kind === "chosen");
       name.textContent = name.title = nameOf(tile);
       summary.textContent = summaryOf(tile);
