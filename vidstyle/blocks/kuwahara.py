@@ -65,9 +65,7 @@ def kuwahara(
     picture: np.ndarray,
     margin: Margin,
     out: ResultRows,
-    flow: Annotated[
-        Any, SavedRef("smoothed result of `structure_tensor`", label="Direction from")
-    ] = "source",
+    flow: Annotated[Any, SavedRef("smoothed edge directions", label="Direction from")] = "source",
     radius: Annotated[float, Slider(1, 8, "size of the brush", "px", explore=(3, 7), label="Brush size")] = 5,
     stretch: Annotated[
         float, Slider(0, 1, "elongation of strokes along edges; 0 for circles", label="Stroke length")

@@ -43,9 +43,7 @@ def strokes(
     place: PageRegion,
     moment: FrameTime,
     out: ResultRows,
-    flow: Annotated[
-        Any, SavedRef("smoothed result of `structure_tensor`", label="Direction from")
-    ] = "source",
+    flow: Annotated[Any, SavedRef("smoothed edge directions", label="Direction from")] = "source",
     under: Annotated[
         Any, SavedRef("picture that is visible between strokes", label="Picture underneath")
     ] = "source",

@@ -50,12 +50,18 @@ def show_front_page(source: str | None, port: int, no_open: bool, device: str, s
             "explore": lambda file: children.open(["explore", file or "camera"]),
             "comic": lambda file: _make_comic(children, file, ".html"),
             "print": lambda file: _make_comic(children, file, ".pdf", is_wanted),
-            "live": lambda file: children.open(["live", "camera", "--style", "ink", "--to", "page"]),
+            "live": lambda file: _show_live(children, "camera"),
+            "live-film": lambda file: _show_live(children, file or "test"),
+            "live-test": lambda file: _show_live(children, "test"),
         }
         front = FrontDoor(pages, *((_reveal, _launch) if is_wanted else ()))
         browse = browser.open_page if is_wanted else None
         for url in serve(source, None, Path.cwd(), port, device, browse, stop, front):
             say(f"page: {url}")
+
+
+def _show_live(children: ChildPages, source: str) -> str:
+    return children.open(["live", source, "--style", "ink", "--to", "page"])
 
 
 def _make_comic(children: ChildPages, file: str | None, suffix: str, is_shown: bool = False) -> str:

@@ -51,6 +51,7 @@ const history = new History(session);
 const queue = new Queue(session);
 const start = new Start(session, () => dialogs.mayLeave(), (kind) => {
   history.clear();
+  preview.view.setZoom(null);
   steps.selected = null;
   opening = kind;
 });

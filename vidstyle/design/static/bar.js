@@ -95,6 +95,7 @@ export class Bar {
     press(get("loop"), range !== null);
     for (const button of get("modes").querySelectorAll("button")) press(button, button.value === view.mode);
     for (const button of get("zooms").querySelectorAll("button")) press(button, (Number(button.value) || null) === view.zoom);
+    this.#placeZoom();
     press(get("hold"), view.holding);
     this.#placeLabels();
     const [wide, high] = clip.size;
@@ -107,6 +108,14 @@ export class Bar {
     /** @type {HTMLSelectElement} */ (get("where")).value = where;
     get("who").textContent = where === "server" ? "Preview by vidstyle" : restyler.isFast ? "Preview on the GPU" : "Preview in software";
     get("device").textContent = where === "page" ? restyler.runner?.device ?? "" : "vidstyle renders on this computer and sends the frames.";
+  }
+
+  /** Shows a zoom that has no button. */
+  #placeZoom() {
+    const { zoom } = this.preview.view;
+    const output = get("zoom-now");
+    output.hidden = zoom === null || get("zooms").querySelector("[aria-pressed=true]") !== null;
+    output.textContent = zoom === null ? "" : `${Math.round(100 * zoom)} %`;
   }
 
   /** Positions the labels of both pictures, and the divider. */

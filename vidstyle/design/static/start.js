@@ -17,6 +17,9 @@ const OTHER_PAGES = {
 /** The pages that are made of a film, and what is said meanwhile. @type {Record<string, string>} */
 const MADE = { comic: "Choosing key frames and drawing pages…", print: "Drawing pages for print…" };
 
+/** What the live page shows where there is no camera. */
+const WITHOUT_CAMERA = { "live-film": "Use this film", "live-test": "Use a test picture" };
+
 /** The button for looks of all kinds. */
 const ALL = "All";
 /** The film of `vidstyle open` before one is opened. */
@@ -241,7 +244,7 @@ export class Start {
       if (!this.#mayMake(kind)) return;
       button.disabled = true;
       said.textContent = MADE[kind] ?? "Starting…";
-      await this.#leave(kind);
+      if (!(await this.#leave(kind)) && kind === "live") this.#offerWithoutCamera();
       said.textContent = purpose;
       button.disabled = false;
     });
@@ -256,7 +259,16 @@ export class Start {
     return false;
   }
 
-  /** Opens another page in a new tab. @param {string} kind */
+  /** Offers other sources for the live page. */
+  #offerWithoutCamera() {
+    const offered = Object.entries(WITHOUT_CAMERA).filter(([kind]) => kind === "live-test" || (this.#isFilm && this.#name !== EXAMPLE));
+    const buttons = offered.map(([kind, textContent]) => make("button", { type: "button", textContent, onclick: () => this.#leave(kind) }));
+    document.querySelector(".no-camera")?.remove();
+    get("other-pages").append(make("div", { className: "no-camera" }, make("p", { textContent: "Without a camera, show the live page with:" }), ...buttons));
+    buttons[0].focus();
+  }
+
+  /** Opens another page in a new tab; resolves to whether it opened. @param {string} kind */
   async #leave(kind) {
     // A tab that is opened only after the answer would be blocked.
     const tab = kind === "print" ? null : open("", "_blank");
@@ -267,6 +279,7 @@ export class Start {
     const answer = await this.session.ask("page", { kind });
     if (answer?.url && tab) tab.location = answer.url;
     else tab?.close();
+    return Boolean(answer?.url);
   }
 
   /** @param {string} kind @param {Object<string, any>} fields */
