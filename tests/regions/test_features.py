@@ -12,6 +12,7 @@ from vidstyle.media.frame import picture_from_frame
 from vidstyle.regions.boxes import Box
 from vidstyle.regions.face_tracks import Face
 from vidstyle.regions.faces import FaceFinder
+from vidstyle.regions.features import feature_lifting
 from vidstyle.regions.features.feature_drawing import draw_features
 from vidstyle.regions.features.feature_lifting import FACE_RATIOS, Features, lift_features
 from vidstyle.regions.patches import Patch
@@ -41,6 +42,17 @@ def test_eyes_are_taken_off_every_layout_of_planes(format: str) -> None:
     before, (after, (found,)) = luma_in(picture, WINDOW), lifted(picture)
     assert after[EYES].min() > before[EYES].min() + 0.2
     assert np.array_equal(before[:20], after[:20]) and found.dark[EYES].max() == 1
+
+
+def test_grain_is_no_feature(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Noise of a dim room would be drawn as specks on forehead and cheeks."""
+    noisy = picture_with_face() + np.random.default_rng(5).normal(0, 9, (480, 640, 1))
+    picture = Picture.from_array(np.clip(noisy, 0, 255).astype(np.uint8))
+    (smooth,) = lifted(picture)[1]
+    monkeypatch.setattr(feature_lifting, "MIN_GRAIN_LUMA", 1.0)
+    (grainy,) = lifted(picture)[1]
+    steps = [np.abs(np.diff(each.dark * each.weight)).mean() for each in (smooth, grainy)]
+    assert steps[0] < 0.7 * steps[1]
 
 
 def test_features_go_as_far_as_focus_and_the_size_of_a_face() -> None:
