@@ -15,9 +15,10 @@ from vidstyle.core.convert import to_rgb
 from vidstyle.errors import InputError
 from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import open_reader
-from vidstyle.preview.clip import FilmClip, open_clip, representative_frame
+from vidstyle.preview.clip import FilmClip, open_clip
 from vidstyle.preview.encode import encode
 from vidstyle.preview.plans import PlanSender
+from vidstyle.preview.representative import representative_frame
 from vidstyle.style import load_style, set_values
 
 
