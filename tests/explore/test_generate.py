@@ -181,6 +181,15 @@ def test_distance_says_how_far() -> None:
     assert 0 < moved(0.1) < moved(0.8)
 
 
+def test_variations_keep_the_middle_tone() -> None:
+    """An even number of tones would have an edge in the middle, where noise becomes visible."""
+    style = {"format": 1, "background": [{"block": "posterize", "levels": 7}]}
+    for distance in (0.1, 1.0):
+        varied = [mutate(load_style(style), seed, distance).background[0] for seed in range(100)]
+        levels = Counter(step.values["levels"] for step in varied)
+        assert len(levels) > 2 and all(each % 2 and 3 <= each <= 31 for each in levels), levels
+
+
 def test_note_says_rules_seed_and_parents() -> None:
     style = cross(random_style("7-3"), shipped_styles()[0], 5)
     for part in ("open rules, seed 7-3", "of anime, seed 5"):

@@ -18,7 +18,13 @@ from vidstyle.style.wiring import main_path
 
 
 def test_a_look_is_named_by_the_blocks_on_its_main_path() -> None:
-    assert name_blocks(load_style("ink")) == "Engraving lines, grayscale"  # not by the edges of its masks
+    style = load_style(
+        {"format": 1, "base": [{"block": "to_gray", "save": "gray"}, {"block": "sobel", "save": "edges"}],
+         "lines": [{"from": "gray", "block": "gaussian", "save": "soft"},
+                   {"from": "gray", "block": "blend", "other": "soft", "mask": "edges"},
+                   {"block": "flow_dog"}]}
+    )  # fmt: skip
+    assert name_blocks(style) == "Sharpen along lines, grayscale"  # not by the edges of its mask
     assert name_blocks(load_style("plain")) == ""
 
 

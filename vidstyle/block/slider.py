@@ -31,6 +31,7 @@ class Slider(Control):
         grows_if: a switch of the block that must be on for the value to scale.
         max_detail: level of detail (focus) above which a length becomes no finer; 1 for dots, lines, grain
             and blurs that need one size in the whole picture.
+        stride: what variations change an integer by, or a multiple of it; 2 keeps odd numbers odd.
     """
 
     low: float
@@ -41,6 +42,7 @@ class Slider(Control):
     power: int = 0
     grows_if: str = ""
     max_detail: float = math.inf
+    stride: int = 1
     changes_structure = False
     takes_text = False
 
@@ -92,10 +94,18 @@ class Slider(Control):
             angle = value + random.gauss(0, ANGLE_DEVIATION * spread)
             # Angles wrap around at the ends of the range.
             return self.nearest((angle - self.low) % (self.high - self.low) + self.low, is_integer)
-        changed = self.nearest(value * math.exp(random.gauss(0, spread)), is_integer)
-        if changed == value and is_integer and random.random() < spread:
-            changed = self.nearest(value + random.choice((-1, 1)), is_integer)
-        return changed
+        changed = value * math.exp(random.gauss(0, spread))
+        if not is_integer:
+            return self.nearest(changed, is_integer)
+        moved = self._moved(value, changed - value)
+        if moved == value and random.random() < spread:
+            moved = self._moved(value, random.choice((-self.stride, self.stride)))
+        return moved
+
+    def _moved(self, value: int, change: float) -> int:
+        """Return an integer moved by about `change`, in whole strides and within the range."""
+        down, up = (value - self.low) // self.stride, (self.high - value) // self.stride
+        return int(value + self.stride * min(max(round(change / self.stride), -down), up))
 
     def nearest(self, value: float, is_integer: bool) -> float:
         """Return the value, rounded and clipped to the range."""

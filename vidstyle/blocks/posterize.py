@@ -24,7 +24,9 @@ def posterize(
     picture: np.ndarray,
     out: ResultRows,
     levels: Annotated[
-        int, Slider(2, 32, "number of tones in each channel", explore=(5, 12), label="Number of tones")
+        int,
+        # Odd numbers have a middle tone, in which small differences from gray disappear.
+        Slider(2, 32, "number of tones in each channel", explore=(5, 12), label="Number of tones", stride=2),
     ] = 10,
     softness: Annotated[
         float,
