@@ -279,3 +279,20 @@ def test_a_comic_is_read_panel_by_panel(folder: Path, browser: Browser) -> None:
         "return [...document.querySelectorAll('.panel')].map((each) => each.getBoundingClientRect().top)"
     )
     assert sorted(set(lefts)) == lefts
+    # A panel that is enlarged stays in view when the phone is turned.
+    browser.run("document.querySelectorAll('.panel')[1].dispatchEvent(new MouseEvent('click'))")
+    browser.run("document.getElementById('panel-after').click()")
+    assert browser.run(number) == "3 of 4"
+    browser.call(
+        "Emulation.setDeviceMetricsOverride", width=844, height=390, deviceScaleFactor=1, mobile=False
+    )
+    browser.until("!document.body.classList.contains('stacked')")
+    shown, viewed = browser.run("""
+        const box = document.querySelector('#panel-picture use').getBoundingClientRect();
+        const view = document.getElementById('panel-picture').getBoundingClientRect();
+        return [[box.left, box.top, box.right, box.bottom], [view.left, view.top, view.right, view.bottom]];
+    """)
+    assert browser.run(number) == "3 of 4"
+    assert shown[0] >= viewed[0] and shown[1] >= viewed[1]
+    assert shown[2] <= viewed[2] and shown[3] <= viewed[3]
+    assert shown[3] - shown[1] > (viewed[3] - viewed[1]) / 2 or shown[2] - shown[0] > (viewed[2] - viewed[0]) / 2

@@ -56,6 +56,11 @@ export class PanelView {
     this.#show(number);
   }
 
+  /** Shows the enlarged panel again, after the panels were placed differently. */
+  refresh() {
+    if (this.isOpen) this.#show(this.#at);
+  }
+
   /** Shows a panel, if there is one of this number. @param {number} number */
   #show(number) {
     const panel = this.panels[number];

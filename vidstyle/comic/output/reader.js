@@ -60,6 +60,7 @@ function arrange(whole) {
   document.body.classList.toggle("stacked", NARROW.matches && !whole);
   unstack();
   if (NARROW.matches && !whole) pages.forEach(stack);
+  view.refresh();
   if (page) pages[page].scrollIntoView();
 }
 
