@@ -295,4 +295,6 @@ def test_a_comic_is_read_panel_by_panel(folder: Path, browser: Browser) -> None:
     assert browser.run(number) == "3 of 4"
     assert shown[0] >= viewed[0] and shown[1] >= viewed[1]
     assert shown[2] <= viewed[2] and shown[3] <= viewed[3]
-    assert shown[3] - shown[1] > (viewed[3] - viewed[1]) / 2 or shown[2] - shown[0] > (viewed[2] - viewed[0]) / 2
+    assert (
+        shown[3] - shown[1] > (viewed[3] - viewed[1]) / 2 or shown[2] - shown[0] > (viewed[2] - viewed[0]) / 2
+    )

@@ -18,6 +18,7 @@ import numpy as np
 from vidstyle.core.convert import to_rgb
 from vidstyle.errors import InputError, UsageError, counted, log, printable
 from vidstyle.export import join_modules, module_text
+from vidstyle.gallery.search_words import search_words
 from vidstyle.gallery.style_samples import (
     StyleSample,
     encode_picture,
@@ -39,7 +40,8 @@ MAX_SIDE = 960
 _PREVIEW_SUFFIXES = (".html", ".png", ".jpg")
 
 _FIGURE_TEMPLATE = Template("""\
-<figure data-command="$command" data-kinds="$kinds" data-aliases="$aliases">
+<figure data-command="$command" data-kinds="$kinds" data-aliases="$aliases"
+ data-words="$words">
 <button type="button" aria-label="Enlarge $name"><img src="$picture" alt="$name" width="$width"
  height="$height"></button>
 <button type="button" class="star plain" aria-pressed="false" aria-label="Star $name" title="Star"></button>
@@ -127,6 +129,7 @@ def _figure(source: str, ending: str, sample: StyleSample) -> str:
         command=escape(command),
         kinds=escape(", ".join(KINDS[kind] for kind in style.kinds)),
         aliases=escape(style.aliases),
+        words=escape(", ".join(search_words(style))),
         about=_to_html(style.about),
         note=_to_html(note),
         picture=jpeg_address(sample.picture),

@@ -21,11 +21,11 @@ from vidstyle.design.samples import block_sample, sample_names
 from vidstyle.design.style_list import list_styles
 from vidstyle.errors import InputError, StyleError
 from vidstyle.export.export_targets import describe_targets
+from vidstyle.gallery.search_words import search_words
 from vidstyle.preview.clip import Clip
 from vidstyle.preview.encode import encode
-from vidstyle.style import Style, load_style
+from vidstyle.style import load_style
 from vidstyle.style.model import KINDS
-from vidstyle.style.wiring import main_path
 from vidstyle.web.page_server import PageServer, named_pictures
 from vidstyle.web.server import Handler
 
@@ -35,10 +35,6 @@ STEP_THUMBNAIL_PX = 120
 """Shorter side of the thumbnails of steps."""
 SETTLED_SECONDS = 0.12
 """Time without an edit after which the thumbnails of steps are updated."""
-
-
-LOOK_CATEGORIES = ("lines", "paint", "print", "texture", "color")
-"""Categories of blocks whose aliases describe a whole look."""
 
 
 class DesignServer(PageServer[DesignView]):
@@ -187,14 +183,5 @@ def _describe_style(name: str, source: str) -> dict[str, Any]:
     except StyleError as error:
         return {"name": name, "note": str(error), "kinds": [], "aliases": "", "words": ""}
     kinds = [KINDS[kind] for kind in style.kinds]
-    words = ", ".join(_words_of(style))
+    words = ", ".join(search_words(style))
     return {"name": name, "note": style.about, "kinds": kinds, "aliases": style.aliases, "words": words}
-
-
-def _words_of(style: Style) -> Iterator[str]:
-    """Yield further words by which a look is found: its variants, and the aliases of its blocks."""
-    path = main_path(style.layers, style.masks)
-    yield from style.variants
-    for block in dict.fromkeys(step.block for index, step in enumerate(style.steps) if index in path):
-        if block and all_blocks()[block].category in LOOK_CATEGORIES:
-            yield from all_blocks()[block].aliases

@@ -1,7 +1,7 @@
 // The start screen: all styles, previewed on the user's picture.
 
 import { clock, get, icon, make, press, title } from "./elements.js";
-import { findLooks } from "./find_looks.js";
+import { findLooks, offerWords } from "./find_looks.js";
 import { rove } from "./roving.js";
 
 /** @typedef {import("./types.js").StyleInfo} StyleInfo */
@@ -87,11 +87,7 @@ export class Start {
       this.finder.focus();
     });
     get("back").addEventListener("click", () => this.show(false));
-    get("all-looks").addEventListener("click", () => {
-      this.finder.value = "";
-      this.#choose(ALL);
-      this.finder.focus();
-    });
+    get("all-looks").addEventListener("click", () => this.#search(""));
     const picker = /** @type {HTMLInputElement} */ (get("file"));
     for (const button of document.querySelectorAll(".choose-file")) button.addEventListener("click", () => picker.click());
     picker.addEventListener("change", () => {
@@ -176,13 +172,23 @@ export class Start {
     this.#filter();
   }
 
+  /** Shows the looks of all kinds that a text finds. @param {string} text */
+  #search(text) {
+    this.finder.value = text;
+    this.#choose(ALL);
+    this.finder.focus();
+  }
+
   /** Shows the looks of the chosen kind that are asked for, best first. */
   #filter() {
-    const found = findLooks(this.#tiles.map(lookOf), this.finder.value).map((number) => this.#tiles[number]);
+    const looks = this.#tiles.map(lookOf);
+    const found = findLooks(looks, this.finder.value).map((number) => this.#tiles[number]);
     const tiles = [...found, ...this.#tiles.filter((tile) => !found.includes(tile))];
     if (tiles.some((tile, place) => get("tiles").children[place] !== tile)) get("tiles").append(...tiles);
     for (const tile of tiles) tile.hidden = !found.includes(tile) || (this.#group !== ALL && !tile.dataset.kinds?.includes(this.#group));
-    get("no-look").hidden = tiles.some((tile) => !tile.hidden);
+    const isEmpty = tiles.every((tile) => tile.hidden);
+    get("no-look").hidden = !isEmpty;
+    if (isEmpty) offerWords(looks, this.finder.value, (word) => this.#search(word));
   }
 
   /** @param {string} name @param {string} text @param {() => void} chosen */

@@ -1,5 +1,7 @@
 // The search of looks, on all pages that list them.
 
+import { get, make } from "./elements.js";
+
 /**
  * What a search knows of a look.
  * @typedef {object} Look
@@ -14,25 +16,38 @@ const MIN_BEGINNING_LENGTH = 4;
 /** Better than this rank, a look has the name that was asked. */
 const DESCRIBED = 5;
 const NOT_FOUND = 7;
+/** Words are near if they share this part of their pairs of letters. */
+const MIN_LIKENESS_RATIO = 0.5;
+const MAX_WORDS_TO_TRY = 4;
+
+/** Returns a text in lower case and in the American spelling. @param {string} text */
+const normal = (text) => text.toLowerCase().replaceAll("colour", "color").replaceAll("grey", "gray");
+
+/** Returns the other names of a look. @param {string} aliases */
+const aliasesOf = (aliases) => aliases.split(/,\s*/).filter(Boolean);
 
 /** Whether a text has all words, or words that begin so. @param {string} text @param {string[]} words */
 function hasAll(text, words) {
-  const parts = text.toLowerCase().split(/[^\p{L}\p{N}]+/u);
-  return words.every((word) => parts.some((part) => part.startsWith(word)) || (/[^\p{L}\p{N}]/u.test(word) && text.toLowerCase().includes(word)));
+  const parts = text.split(/[^\p{L}\p{N}]+/u);
+  return words.every((word) => parts.some((part) => part.startsWith(word)) || (/[^\p{L}\p{N}]/u.test(word) && text.includes(word)));
 }
 
+/** Returns where in a text the first word stands: 0 at its beginning, less than 1. @param {string} text @param {string[]} words */
+const placeIn = (text, words) => Math.max(text.indexOf(words[0]), 0) / (text.length + 1);
+
 /** Returns how well a look fits: lower is better. @param {Look} look @param {string[]} words */
-function rank({ name, aliases, about, words: more }, words) {
+function rank(look, words) {
   const asked = words.join(" ");
-  const own = name.toLowerCase();
-  const others = aliases.toLowerCase().split(/,\s*/).filter(Boolean);
+  const [own, about, more] = [look.name, look.about, look.words].map(normal);
+  const others = aliasesOf(normal(look.aliases));
   if (own === asked) return 0;
   if (others.includes(asked)) return 1 + others.indexOf(asked) / others.length;
   if (own.startsWith(asked)) return 2;
   if (words.some((word) => own === word || (word.length >= MIN_BEGINNING_LENGTH && own.startsWith(word)))) return 3;
-  if (others.some((other) => hasAll(other, words))) return 4;
-  if (hasAll(`${name} ${about}`, words)) return DESCRIBED;
-  return hasAll(more, words) ? DESCRIBED + 1 : NOT_FOUND;
+  const at = others.findIndex((other) => hasAll(other, words));
+  if (at >= 0) return 4 + at / others.length;
+  if (hasAll(`${own} ${about}`, words)) return DESCRIBED + placeIn(about, words);
+  return hasAll(more, words) ? DESCRIBED + 1 + placeIn(more, words) : NOT_FOUND;
 }
 
 /**
@@ -41,10 +56,44 @@ function rank({ name, aliases, about, words: more }, words) {
  * @param {string} text
  */
 export function findLooks(looks, text) {
-  const words = text.toLowerCase().split(/\s+/).filter(Boolean);
+  const words = normal(text).split(/\s+/).filter(Boolean);
   if (!words.length) return [...looks.keys()];
   const ranks = looks.map((look) => rank(look, words));
   const best = Math.min(...ranks);
   const limit = best < DESCRIBED ? DESCRIBED : best < NOT_FOUND ? Math.floor(best) + 1 : 0;
   return [...looks.keys()].filter((number) => ranks[number] < limit).sort((one, other) => ranks[one] - ranks[other]);
+}
+
+/** Returns the pairs of letters of a text. @param {string} text */
+const pairsOf = (text) => new Set([...text.slice(1)].map((letter, place) => text[place] + letter));
+
+/** Returns which part of their pairs of letters two texts share, 0 to 1. @param {string} one @param {string} other */
+function likeness(one, other) {
+  const [pairs, others] = [pairsOf(normal(one)), pairsOf(normal(other))];
+  return (2 * [...pairs].filter((pair) => others.has(pair)).length) / (pairs.size + others.size || 1);
+}
+
+/**
+ * Returns words that find looks where a text finds none: the nearest names, or else those that most looks share.
+ * @param {Look[]} looks
+ * @param {string} text
+ */
+function wordsToTry(looks, text) {
+  const names = looks.flatMap(({ name, aliases }) => [name, ...aliasesOf(aliases)]);
+  const count = (/** @type {string} */ word) => names.filter((name) => name === word).length;
+  const all = [...new Set(names)];
+  const near = all.filter((word) => likeness(word, text) >= MIN_LIKENESS_RATIO).sort((one, other) => likeness(other, text) - likeness(one, text));
+  return (near.length ? near : all.sort((one, other) => count(other) - count(one))).slice(0, MAX_WORDS_TO_TRY);
+}
+
+/**
+ * Offers words in place of an empty list; those of looks of another kind first.
+ * @param {Look[]} looks
+ * @param {string} text
+ * @param {(word: string) => void} choose searches for one of them
+ */
+export function offerWords(looks, text, choose) {
+  const found = text.trim() ? findLooks(looks, text).map((number) => looks[number].name) : [];
+  const offered = found.length ? found.slice(0, MAX_WORDS_TO_TRY) : wordsToTry(looks, text);
+  get("words-to-try").replaceChildren(...offered.map((word) => make("button", { type: "button", textContent: word, onclick: () => choose(word) })));
 }

@@ -1,7 +1,7 @@
 // The page of a preview sheet. `vidstyle.gallery.preview` joins it with the modules that it imports.
 
 import { get, icon, make, press, title } from "./elements.js";
-import { findLooks } from "./find_looks.js";
+import { findLooks, offerWords } from "./find_looks.js";
 import { rove } from "./roving.js";
 import { SHARED_KEYS } from "./shared_keys.js";
 import { switchTheme } from "./theme.js";
@@ -69,7 +69,7 @@ const isStarred = (figure) => figure.querySelector(".star")?.ariaPressed === "tr
 /** Shows the styles of the chosen kind that are asked for, best first, or only those that are starred. */
 function filter() {
   const looks = figures.map((figure, number) => ({
-    name: title(pictureOf(number).alt), aliases: figure.dataset.aliases ?? "", about: `${figure.querySelector(".about")?.textContent} ${figure.dataset.kinds}`, words: "",
+    name: title(pictureOf(number).alt), aliases: figure.dataset.aliases ?? "", about: `${figure.querySelector(".about")?.textContent} ${figure.dataset.kinds}`, words: figure.dataset.words ?? "",
   }));
   const found = findLooks(looks, finder.value).map((number) => figures[number]);
   const isAll = !finder.value.trim() && group === ALL && !onlyStarred;
@@ -77,6 +77,7 @@ function filter() {
   for (const figure of figures) figure.hidden = !shownFigures.includes(figure);
   sheet.append(...shownFigures);
   get("no-look").hidden = shownFigures.length > 0;
+  if (!shownFigures.length) offerWords(looks.slice(1), finder.value, search);
   even(shownFigures.length);
 }
 
@@ -94,6 +95,15 @@ function choose(name) {
   group = name;
   for (const button of get("groups").children) press(button, button.textContent === name);
   filter();
+}
+
+/** Shows the styles of all kinds that a text finds. @param {string} text */
+function search(text) {
+  finder.value = text;
+  onlyStarred = false;
+  press(get("starred"), false);
+  choose(ALL);
+  finder.focus();
 }
 
 /** Shows how many styles are starred. */
@@ -154,11 +164,7 @@ get("starred").addEventListener("click", () => {
   countStars();
 });
 get("copy-starred").addEventListener("click", copyStarred);
-get("all-looks").addEventListener("click", () => {
-  finder.value = "";
-  choose(ALL);
-  finder.focus();
-});
+get("all-looks").addEventListener("click", () => search(""));
 finder.addEventListener("input", filter);
 finder.addEventListener("keydown", (event) => {
   const first = /** @type {HTMLElement | null} */ (sheet.querySelector(":scope > figure:not([hidden]) button"));

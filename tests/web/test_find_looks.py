@@ -1,0 +1,41 @@
+"""The search of looks that pages share, used on a preview sheet: words of laypeople, best first."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from browser import Browser
+from browser import browser as browser
+
+from vidstyle.gallery.preview import preview_page
+from vidstyle.gallery.style_samples import StyleSample
+from vidstyle.style import load_style, style_names
+
+FIND = """
+const finder = document.getElementById('find-look');
+finder.value = text;
+finder.dispatchEvent(new Event('input'));
+const names = document.querySelectorAll('main figure:not([hidden]) strong');
+return [...names].map((each) => each.textContent);
+"""
+OFFERED = "return [...document.querySelectorAll('#words-to-try button')].map((each) => each.textContent)"
+
+
+def test_looks_are_found_by_the_words_of_laypeople_best_first(tmp_path: Path, browser: Browser) -> None:
+    gray = np.full((9, 16, 3), 128, np.uint8)
+    names = ["plain", *(name for name in style_names() if name != "plain")]
+    page = tmp_path / "sheet.html"
+    samples = [StyleSample(load_style(name), gray) for name in names]
+    page.write_text(preview_page("in.png", "in.png", samples), encoding="utf-8")
+    browser.open(page.as_uri())
+    for text in ("watercolor", "Watercolour"):
+        assert browser.run(FIND, text=text) == ["Watercolour"]
+    assert browser.run(FIND, text="van gogh")[0] == "Impressionist", "it is its first other name"
+    assert browser.run(FIND, text="lego") == ["Mosaic"], "a word of its block"
+    assert browser.run(FIND, text="rembrant") == []
+    assert browser.run(OFFERED)[0] == "rembrandt", "the nearest name"
+    assert browser.run(FIND, text="qqq") == []
+    assert "black and white" in browser.run(OFFERED), "words that many looks share"
+    browser.click("#words-to-try button")
+    browser.until("document.querySelectorAll('main figure:not([hidden])').length > 1")
