@@ -425,6 +425,12 @@ def test_by_keyboard_alone_a_look_is_found_kept_compared_and_saved(
     shown = page.exploration.tile(page.state()["tiles"][2]["tile"]).style
     assert load_style("by-keyboard").layers == shown.layers
     opened.run("document.getElementById('lightbox').close()")
+    opened.run("history.back()")
+    eventually(lambda: chooser.at < at)
+    opened.until("document.getElementById('tiles').ariaBusy === 'false'")
+    opened.run("history.forward()")
+    eventually(lambda: chooser.at == at)
+    opened.until("document.getElementById('tiles').ariaBusy === 'false'")
     press(opened, ",")
     eventually(lambda: chooser.at < at)
     press(opened, "?")

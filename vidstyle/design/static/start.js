@@ -87,6 +87,9 @@ export class Start {
       this.finder.focus();
     });
     get("back").addEventListener("click", () => this.show(false));
+    addEventListener("popstate", ({ state }) => {
+      if (state && (state.isStart || session.state)) this.show(state.isStart);
+    });
     get("all-looks").addEventListener("click", () => this.#search(""));
     const picker = /** @type {HTMLInputElement} */ (get("file"));
     for (const button of document.querySelectorAll(".choose-file")) button.addEventListener("click", () => picker.click());
@@ -108,8 +111,17 @@ export class Start {
     return !this.root.hidden;
   }
 
+  /** Keeps this screen and the opened look apart in the history of the browser, for its button Back. @param {boolean} isStart */
+  #remember(isStart) {
+    if (history.state?.isStart === isStart) return;
+    const isFirst = !history.state;
+    if (isFirst) history.replaceState({ isStart: this.session.state ? !isStart : isStart }, "");
+    if (!isFirst || this.session.state) history.pushState({ isStart }, "");
+  }
+
   /** @param {boolean} open */
   show(open) {
+    if (open !== this.isOpen) this.#remember(open);
     this.root.hidden = !open;
     for (const id of ["work", "panel"]) get(id).inert = open;
     document.body.classList.toggle("starting", open);

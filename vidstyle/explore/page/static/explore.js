@@ -151,6 +151,9 @@ function showTried({ step, done, total, shown }) {
 /** @param {State} next */
 function takeState(next) {
   const isNew = next.at !== state.at || !state.tiles.length;
+  // So that the browser's button Back returns to the screen before.
+  if (!state.tiles.length) history.replaceState({ screen: next.at }, "");
+  else if (history.state?.screen !== next.at) history.pushState({ screen: next.at }, "");
   state = next;
   tiles.show(next.tiles, new Set(next.stars.map(({ tile }) => tile)));
   painter.keep(new Set(next.tiles.map(({ tile }) => String(tile))));
@@ -396,6 +399,7 @@ get("moment").addEventListener("change", async () => {
 });
 get("back").onclick = () => ask("back");
 get("forward").onclick = () => ask("forward");
+addEventListener("popstate", ({ state: entry }) => entry && entry.screen !== state.at && ask("jump", { screen: entry.screen }));
 get("fresh").onclick = fresh;
 const referenceFile = /** @type {HTMLInputElement} */ (get("reference-file"));
 get("match").onclick = () => referenceFile.click();
