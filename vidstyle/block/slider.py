@@ -24,7 +24,7 @@ class Slider(Control):
     Attributes:
         low, high: ends of the range, both included.
         help: one line, without a full stop.
-        unit: "px" for lengths that scale with the picture, "s", "degrees", "levels of 255" and so on.
+        unit: "px" for lengths that scale with the picture, "s", "degrees", "of 255" and so on.
         explore: the range for random styles; None keeps the default.
         power: the power of the picture's size that the value is proportional to, in styles with a `height`: 1
             for the slope of edges and for lengths (implied by "px"); -1 for the width of a ramp of tones.

@@ -31,7 +31,7 @@ def contour(
     ] = "source",
     threshold: Annotated[
         float,
-        Slider(0, 64, "edges of this strength are drawn half", "levels of 255", label="Faintest edge"),
+        Slider(0, 64, "edges of this strength are drawn half", "of 255", label="Faintest edge"),
     ] = 6,
     sparsity: Annotated[
         float,

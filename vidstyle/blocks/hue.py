@@ -28,15 +28,11 @@ def hue(
     angle: Annotated[
         float, Slider(-180, 180, "rotation in the chroma plane", "degrees", (-60, 60), label="Hue")
     ] = 60,
-    red: Annotated[
-        float, Slider(-255, 255, "amount added to red", "levels of 255", (-30, 30), label="Red")
-    ] = 0,
+    red: Annotated[float, Slider(-255, 255, "amount added to red", "of 255", (-30, 30), label="Red")] = 0,
     green: Annotated[
-        float, Slider(-255, 255, "amount added to green", "levels of 255", (-30, 30), label="Green")
+        float, Slider(-255, 255, "amount added to green", "of 255", (-30, 30), label="Green")
     ] = 0,
-    blue: Annotated[
-        float, Slider(-255, 255, "amount added to blue", "levels of 255", (-30, 30), label="Blue")
-    ] = 0,
+    blue: Annotated[float, Slider(-255, 255, "amount added to blue", "of 255", (-30, 30), label="Blue")] = 0,
 ) -> Mixed:
     """Shift all colours around the colour wheel, and add a tint.
 

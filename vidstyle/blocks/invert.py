@@ -22,7 +22,7 @@ def invert(
     out: ResultRows,
     above: Annotated[
         float,
-        Slider(0, 255, "darkest tone to invert; 0 inverts all tones", "levels of 255", label="Invert above"),
+        Slider(0, 255, "darkest tone to invert; 0 inverts all tones", "of 255", label="Invert above"),
     ] = 0,
 ) -> np.ndarray:
     """Turn the picture into a negative, or solarize it if dark tones are kept.

@@ -31,7 +31,7 @@ def minimum_range(
             0,
             255,
             "minimum distance between the 5 % and 95 % percentiles",
-            "levels of 255",
+            "of 255",
             (100, 200),
             label="Contrast",
         ),

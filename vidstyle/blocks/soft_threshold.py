@@ -41,7 +41,7 @@ def soft_threshold(
             0,
             255,
             "threshold: brighter tones become white",
-            "levels of 255",
+            "of 255",
             explore=(50, 110),
             label="Amount of black",
         ),

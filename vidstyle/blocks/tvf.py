@@ -49,7 +49,7 @@ def tvf(
             1,
             12,
             "time of each pass of variation",
-            "levels of 255 x pixels",
+            "levels x px",
             (4, 12),
             label="Flatness of a pass",
         ),
