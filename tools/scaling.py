@@ -91,7 +91,7 @@ def _print_speeds(job: FilmJob, rounds: int, wake_up: float) -> None:
 
 
 def frames_per_second(record: Recording, cores: int, machine: Machine) -> float:
-    """Return the predicted rate of a film, measured like that of a real one."""
+    """Return the predicted rate of a film, measured as for a real film."""
     frames = len(record.reading)
     few = short_frames(frames)
     seconds = predicted_seconds(record, cores, machine) - predicted_seconds(record, cores, machine, few)

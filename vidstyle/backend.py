@@ -28,8 +28,8 @@ class FrameRequest:
         rgb: packed RGB of the target's depth is wanted instead of luma and chroma.
         measured: gets the percentiles that are measured on this picture.
         tones: percentiles of a larger picture, which this one is a part of; None: this picture is measured.
-        edit: returns what is restyled in place of `picture`, in the same layout; cuts and motion are still
-            those of `picture`. It may be called in any thread, and again. None: no change.
+        edit: returns the picture to restyle in place of `picture`, in the same layout; cuts and motion still
+            come from `picture`. It may be called in any thread, and again. None: no change.
     """
 
     picture: Picture

@@ -75,7 +75,7 @@ class FilmTimes:
 
 
 def short_frames(frames: int) -> int:
-    """Return the frames of the short film whose times are subtracted from those of a film."""
+    """Return the number of frames of the short film whose times are subtracted."""
     return int(SHORT_RATIO * frames)
 
 

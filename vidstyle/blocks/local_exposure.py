@@ -12,7 +12,7 @@ from vidstyle.core.kernels import compiled, interleaved
 MAX_LIFT_LUMA = np.float32(0.8)
 """Largest value of lift times shade: shadows become at most five times as bright."""
 MAX_ABOVE_NEAR_LUMA = np.float32(0.12)
-"""How much brighter than `near` a pixel is still in its shade; a wall beside a dark figure is not."""
+"""How much brighter than `near` a pixel is still in its shade; a wall next to a dark figure is not."""
 
 
 @block(

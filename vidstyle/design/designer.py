@@ -217,7 +217,7 @@ class Designer:
         self._is_kept = True
 
     def _drop_draft(self) -> None:
-        """Remove the draft of the open style; that of an earlier run remains."""
+        """Remove the draft of the open style; the draft of an earlier run remains."""
         if self._is_kept:
             self._drafts.remove()
         self._is_kept = False

@@ -12,7 +12,7 @@ from vidstyle.style import load_style, style_names
 def list_styles(folder: Path) -> dict[str, str]:
     """Return the names of all styles, with what `load_style` reads for each.
 
-    The valid style files of the folder, into which the designer saves, follow those of `style_names`.
+    The valid style files of the folder, into which the designer saves, follow the styles of `style_names`.
     """
     listed = {name: name for name in style_names()}
     for path in sorted(folder.absolute().glob("*.toml")):

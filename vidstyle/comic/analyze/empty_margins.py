@@ -16,9 +16,9 @@ _DEVIATION_PX, _DETAIL_PERCENTILE, _MIN_DETAIL_LEVELS = 1.5, 97, 5.0
 """Standard deviation of the Gaussian before slopes are measured, and the percentile of a row's slopes from
 which, in levels of 255 per pixel, the row is not empty."""
 _ROOM_RATIO, _MIN_CUT_RATIO, _MAX_CUT_RATIO = 0.08, 0.12, 0.4
-"""Empty part that is left, and minimum and maximum of what is removed, relative to the picture's height."""
+"""Empty part that is kept, and minimum and maximum of the removed part, relative to the picture's height."""
 _MAX_ASPECT = 2.4
-"""Maximum aspect of what is left."""
+"""Maximum aspect of the remaining picture."""
 
 
 def find_content(picture: np.ndarray) -> Box[float]:

@@ -1,4 +1,4 @@
-"""How well a panel can be read as it is drawn: its detail, black areas and main face."""
+"""How well a drawn panel can be read: its detail, black areas and main face."""
 
 from __future__ import annotations
 

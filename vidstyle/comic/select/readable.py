@@ -18,7 +18,7 @@ Readability = Callable[[Sequence[Candidate]], Sequence[float]]
 _MAX_ROUNDS = 2
 """Number of times that frames are chosen, without those that could not be read once they were drawn."""
 _REFUSED_SECONDS = 1.2
-"""Time around such a frame in which none is chosen: darkness and blur last."""
+"""Time around such a frame without another choice: darkness and blur last."""
 _MIN_READABILITY, _MIN_PLACE_READABILITY = 0.55, 0.73
 """Minimum readability, see `measure_readability`; the second value is for a panel without a subject."""
 _READABILITY_WEIGHT = 0.5

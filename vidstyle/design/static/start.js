@@ -14,10 +14,10 @@ const OTHER_PAGES = {
   live: ["camera", "Live camera", "Restyle a webcam while you watch"],
 };
 
-/** The pages that are made of a film, and what is said meanwhile. @type {Record<string, string>} */
+/** The pages that the front page makes from a film, and their progress messages. @type {Record<string, string>} */
 const MADE = { comic: "Choosing key frames and drawing pages…", print: "Drawing pages for print…" };
 
-/** What the live page shows where there is no camera. */
+/** The sources of the live page without a camera. */
 const WITHOUT_CAMERA = { "live-film": "Use this film", "live-test": "Use a test picture" };
 
 /** The button for looks of all kinds. */
@@ -269,7 +269,7 @@ export class Start {
     return button;
   }
 
-  /** Asks for a film where a comic is wanted and none is open. @param {string} kind */
+  /** Asks for a film before a comic can be made. @param {string} kind */
   #mayMake(kind) {
     if (!(kind in MADE) || (this.#isFilm && this.#name !== EXAMPLE)) return true;
     this.session.onerror(this.#name === EXAMPLE ? "Open a film first: a comic shows its key frames." : "A comic needs a film; this is a photograph.");

@@ -87,7 +87,7 @@ function wordsToTry(looks, text) {
 }
 
 /**
- * Offers words in place of an empty list; those of looks of another kind first.
+ * Offers words in place of an empty list; words of looks of another kind come first.
  * @param {Look[]} looks
  * @param {string} text
  * @param {(word: string) => void} choose searches for one of them

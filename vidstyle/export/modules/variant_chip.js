@@ -4,7 +4,7 @@ import { make, title } from "./elements.js";
 
 /** @typedef {{name: string, ink?: string, paper?: string, colors?: string[]}} Variant */
 
-/** Returns bands of colours, one beside the other. @param {string[]} colors */
+/** Returns bands of colours, one next to the other. @param {string[]} colors */
 const bandsOf = (colors) => colors.map((color, at) => `${color} ${(100 * at) / colors.length}% ${(100 * (at + 1)) / colors.length}%`).join(", ");
 
 /** Returns a button. @param {Variant} variant @param {() => void} onclick */

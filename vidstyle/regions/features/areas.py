@@ -9,7 +9,7 @@ from vidstyle.regions.face_tracks import Face
 
 EYES_RADIUS_RATIO, MOUTH_RADIUS_RATIO, NOSE_RADIUS_RATIO = 0.2, 0.14, 0.24
 """Distances from the line between the eyes, from the mouth and from the line between both, relative to the
-face's height, up to which features belong to them: with brows and glasses; with folds beside the nose."""
+face's height, up to which features belong to them: with brows and glasses; with folds next to the nose."""
 EDGE_RANGE = 1.2, 0.7
 """Distances at which an area ends, and up to which it is whole, relative to these."""
 
@@ -36,7 +36,7 @@ def _middle(one: Point, other: Point) -> Point:
 
 
 def _near(start: Point, end: Point, radius: float, window: Rectangle) -> np.ndarray:
-    """Return a soft mask of what is near the line between two points, H x W float32, 0..1."""
+    """Return a soft mask of the pixels near the line between two points, H x W float32, 0..1."""
     none, whole = EDGE_RANGE
     distance = _distance(start, end, window) / np.float32(radius)
     ramp = np.clip((np.float32(none) - distance) / np.float32(none - whole), 0, 1)

@@ -21,11 +21,11 @@ from vidstyle.style import Style
 INK_RANGE = 0.26, 0.55
 """Darkness at which a pixel begins to be ink, and from which it is, relative to the strongest nearby."""
 FULL_INK_WEIGHT = 0.33
-"""Weight of features from which strokes are full ink, where there is ink: line drawings have no gray."""
+"""Weight of features from which strokes are full ink: line drawings have no gray."""
 LIGHT_WEIGHT = 0.8
 """Opacity of whites of eyes and teeth in styles with lines."""
 SHADE_WEIGHT = 0.6
-"""Weight of tones under the ink, in styles with continuous tones beside lines."""
+"""Weight of tones under the ink, in styles with continuous tones next to lines."""
 MAX_DOT_RATIO = 3 / 720
 """Largest side of the squares that features consist of in styles of squares, relative to the picture's
 shorter side."""
@@ -35,11 +35,11 @@ light lines on black, and up to which they do completely."""
 GLOW_SHARE = 0.02
 """Share of the brightest pixels around a face that show the colour of that light."""
 SKIN_SHARE, MIN_SKIN_RATIO = 0.9, 0.1
-"""Quantile of luma that counts as that of the skin: between letters it is black; and that luma, at least."""
+"""Quantile of luma that counts as the skin, which is black between letters; and minimum luma of skin."""
 
 
 class _Marks(NamedTuple):
-    """What is laid over the page, H x W float32: coverage by ink, by paper and by light, and a factor."""
+    """Layers over the page, H x W float32: coverage by ink, by paper and by light, and a factor."""
 
     ink: np.ndarray
     paper: np.ndarray
@@ -56,7 +56,7 @@ def draw_features(
 ) -> Picture:
     """Return a picture with features over it.
 
-    Styles with lines draw them in ink, with paper for the whites of eyes; others darken what is there.
+    Styles with lines draw them in ink, with paper for the whites of eyes; other styles darken their result.
 
     Args:
         page: the restyled picture; only read.
@@ -104,7 +104,7 @@ def _marks(
     region: np.ndarray | None,
     raster: PageRaster,
 ) -> _Marks:
-    """Return what is laid over the page for the features of a face; `luma`: that of the page."""
+    """Return the layers over the page for the features of a face; `luma`: of the page."""
     weight = each.weight if region is None else each.weight * region[plane_area(each.window, (1, 1))]
     if raster.cell is not None:
         weight = weight * (patch_mask(Patch(each.window, each.window, each.face), raster.cell) > 0)

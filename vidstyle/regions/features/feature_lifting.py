@@ -1,7 +1,7 @@
 """Takes eyes, nose and mouth off the patches of small faces, and keeps their tones.
 
-What is darker than the skin around is found by a morphological closing, as for writing. The style then draws
-a face without lines, and cannot make an eye larger than it is.
+A morphological closing finds details that are darker than the skin around them, as for writing. The style
+then draws a face without lines, and cannot make an eye larger than it is.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ parts such as teeth, relative to the face's height."""
 SOFTNESS_RATIO = 0.03
 """Standard deviation of the Gaussian that smooths skin without features, in the same way."""
 SHADE_EXPONENT = 0.4
-"""How much of the shade between strokes, such as that of an eye socket, is kept: 1 for all."""
+"""How much of the shade between strokes, such as in an eye socket, is kept: 1 for all."""
 NEAR_RATIO = 0.25
 """Side of the square in which the strongest stroke is full ink, in the same way."""
 DARKNESS_RANGE = 0.1, 0.8
@@ -65,7 +65,7 @@ class Features(NamedTuple):
         window: their box in the picture.
         weight: how much of them has been lifted, 0..1.
         dark, light: coverage by dark strokes, and by whites of eyes and teeth, 0..1.
-        tone: luma relative to that of the skin, with the contrast that is to be shown.
+        tone: luma relative to the skin, with the contrast to show.
         skin_luma: mean luma of the skin, 0..1.
         face: the face.
         amount: the largest weight.

@@ -10,7 +10,7 @@ from vidstyle.regions.boxes import Box, Point
 class Landmarks(NamedTuple):
     """Positions in a face, relative to its box: 0 at the left and the top, 1 at the right and the bottom.
 
-    Left and right are those of the picture.
+    Left and right are as seen in the picture.
     """
 
     left_eye: Point

@@ -279,10 +279,10 @@ const connection = new Connection({
 
 const STAYING = "The present looks stay until the next ones are found.";
 
-/** Requests another screen. @param {string} kind @param {object} [fields] @param {[string?, string?]} lead what is being made, and what is seen meanwhile */
+/** Requests another screen. @param {string} kind @param {object} [fields] @param {[string?, string?]} lead the heading and the text to show while it is made */
 const ask = (kind, fields, ...lead) => change(() => connection.ask(kind, fields), ...lead);
 
-/** Makes another screen, one at a time. @param {() => Promise<any>} request @param {string} [heading] what is being made @param {string} [more] what is seen meanwhile */
+/** Makes another screen, one at a time. @param {() => Promise<any>} request @param {string} [heading] names the next screen @param {string} [more] text to show until it is there */
 async function change(request, heading = "One moment…", more = STAYING) {
   if (busy) return;
   busy = true;
