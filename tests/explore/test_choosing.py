@@ -14,19 +14,14 @@ from covering import of_the_day
 from media import photograph
 
 from tools.explore.simulated_user import radius_of, screens_needed, seen
-from vidstyle.explore import chooser as chooser_module
-from vidstyle.explore.chooser import (
-    FIRST_SCREEN_KINDS,
-    MIN_LOOK_DISTANCE,
-    MIN_TILE_DISTANCE,
-    SCREEN_KINDS,
-    Chooser,
-    Tile,
-)
+from vidstyle.explore.choosing import candidate_generator
+from vidstyle.explore.choosing.chooser import MAX_ROUNDS, Chooser
+from vidstyle.explore.choosing.taste import Taste
+from vidstyle.explore.choosing.tile_screen import FIRST_SCREEN_KINDS, SCREEN_KINDS, Tile
+from vidstyle.explore.choosing.tile_selector import MIN_LOOK_DISTANCE, MIN_TILE_DISTANCE
 from vidstyle.explore.generate import random_style
 from vidstyle.explore.look import Look, look_distance, look_of
 from vidstyle.explore.phrases import shipped_styles
-from vidstyle.explore.taste import Taste
 from vidstyle.explore.tuning_pad import tuning_pad_of
 from vidstyle.style import Style, load_style
 
@@ -47,7 +42,7 @@ def looks(styles: Sequence[Style]) -> list[Look | None]:
 def few(monkeypatch: pytest.MonkeyPatch) -> None:
     """Fewer candidates than on the page, as each takes 25 ms."""
     fewer = {"values": 6, "step": 3, "cross": 1, "wild": 1, "shipped": 4}
-    monkeypatch.setattr(chooser_module, "CANDIDATE_COUNTS", fewer)
+    monkeypatch.setattr(candidate_generator, "CANDIDATE_COUNTS", fewer)
 
 
 def chooser(seed: int = 1, **given: object) -> Chooser:
@@ -109,7 +104,7 @@ def test_a_screen_shows_different_looks_and_repeated_choices_do_not_end_that(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     more = {"values": 6, "step": 4, "cross": 2, "wild": 3, "shipped": 10}
-    monkeypatch.setattr(chooser_module, "CANDIDATE_COUNTS", more)
+    monkeypatch.setattr(candidate_generator, "CANDIDATE_COUNTS", more)
     made, place = chooser(near=0.1), 2
     assert different_looks(made.screen.tiles) >= 7
     counts = []
@@ -210,7 +205,7 @@ def test_later_tiles_are_crossed_with_what_is_kept() -> None:
     kept = made.screen.tiles[0]
     made.star(kept, True)
     assert made.stars == [kept]
-    crossed = [each for each in made._draws(made.screen.tiles[2], 0) if each.kind == "cross"]
+    crossed = [each for each in made._generate(made.screen.tiles[2], 0) if each.kind == "cross"]
     assert kept.style.name in crossed[0].parents
     made.star(kept, False)
     assert made.stars == []
@@ -278,8 +273,8 @@ def test_nine_tiles_differ_even_where_all_that_is_near_the_choice_looks_alike() 
     made = chooser()
     taken = made.screen.tiles[2]
     made._learn(2)
-    rounds = range(chooser_module.MAX_ROUNDS)
-    alike = {repr(each.style) for number in rounds for each in made._draws(taken, number)}
+    rounds = range(MAX_ROUNDS)
+    alike = {repr(each.style) for number in rounds for each in made._generate(taken, number)}
     made.looks = lambda styles: [taken.look if repr(each) in alike else looks([each])[0] for each in styles]
     tiles = made.more_like(2).tiles
     apart = [look_distance(one.look, other.look) for at, one in enumerate(tiles) for other in tiles[:at]]

@@ -24,7 +24,8 @@ from websockets.exceptions import ConnectionClosed
 
 from vidstyle.cli.explore import designer_until
 from vidstyle.errors import UsageError
-from vidstyle.explore import chooser, like
+from vidstyle.explore import like
+from vidstyle.explore.choosing import candidate_generator
 from vidstyle.explore.look import MAX_LOOK_SIDE_PX
 from vidstyle.explore.page import exploration as exploration_file
 from vidstyle.explore.page import explore_server
@@ -61,7 +62,7 @@ def page(folder: Path) -> Iterator[ExploreServer]:
     clip = open_clip(film)
     fewer = {"values": 6, "step": 3, "cross": 1, "wild": 1, "shipped": 4}
     with pytest.MonkeyPatch.context() as patch, Exploration(clip, 3) as exploration:
-        patch.setattr(chooser, "CANDIDATE_COUNTS", fewer)
+        patch.setattr(candidate_generator, "CANDIDATE_COUNTS", fewer)
         patch.setattr(exploration_file, "PAD_GRID_SIZE", 3)
         likeliest = exploration.chooser.by_liking
         patch.setattr(exploration.chooser, "by_liking", lambda: likeliest()[:1])

@@ -17,7 +17,7 @@ from statistics import median
 import cv2
 import numpy as np
 
-from vidstyle.explore.chooser import Chooser
+from vidstyle.explore.choosing.chooser import Chooser
 from vidstyle.explore.generate import random_style
 from vidstyle.explore.look import Look, look_of
 from vidstyle.explore.measure import reduce_picture

@@ -18,7 +18,8 @@ import numpy as np
 
 from tools.explore.simulated_user import looks_with
 from vidstyle.explore.appearance import appearance_distance, appearance_of
-from vidstyle.explore.chooser import CHOSEN_KIND, Chooser, TileScreen
+from vidstyle.explore.choosing.chooser import Chooser
+from vidstyle.explore.choosing.tile_screen import CHOSEN_KIND, TileScreen
 from vidstyle.explore.colors import oklab
 from vidstyle.explore.measure import reduce_picture
 from vidstyle.explore.phrases import shipped_styles

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from vidstyle.blocks import all_blocks
-from vidstyle.explore.chooser import CHOSEN_KIND, Tile
+from vidstyle.explore.choosing.tile_screen import CHOSEN_KIND, Tile
 from vidstyle.explore.page.exploration import Exploration
 from vidstyle.explore.wording import name_blocks, name_look, name_step_changes, name_visible_changes
 from vidstyle.export.export_targets import describe_targets

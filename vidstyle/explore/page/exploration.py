@@ -15,7 +15,8 @@ import numpy as np
 
 from vidstyle.core.closing import Closing
 from vidstyle.errors import UsageError
-from vidstyle.explore.chooser import Chooser, Tile
+from vidstyle.explore.choosing.chooser import Chooser
+from vidstyle.explore.choosing.tile_screen import Tile
 from vidstyle.explore.crops.full_size import MAX_SIDE_PX, FullSize
 from vidstyle.explore.like import match_styles
 from vidstyle.explore.look import MAX_LOOK_SIDE_PX, Look, look_of

@@ -9,7 +9,7 @@ from typing import Any
 from aiohttp import web
 
 from vidstyle.errors import UsageError
-from vidstyle.explore.chooser import Tile
+from vidstyle.explore.choosing.tile_screen import Tile
 from vidstyle.explore.page.exploration import Exploration
 from vidstyle.web.page_server import jpeg_response
 from vidstyle.web.server import Handler

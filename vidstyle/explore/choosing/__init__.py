@@ -1,0 +1,1 @@
+"""Screens of nine tiles from which a user chooses, and the taste learned from the choices."""
