@@ -1,8 +1,13 @@
-"""A fixture for tests of faces."""
+"""Fixtures for tests of faces and people."""
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
+from face_network import red_people
+
+from vidstyle.regions.chosen_files import MODEL_VARIABLE
 
 
 @pytest.fixture
@@ -11,3 +16,12 @@ def faces_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
         "vidstyle.regions.writing.lifting.lift_writing", lambda picture, amount: (picture, [])
     )
+
+
+@pytest.fixture
+def red_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A model for which everything red is people."""
+    path = tmp_path / "red.onnx"
+    path.write_bytes(red_people())
+    monkeypatch.setenv(MODEL_VARIABLE, str(path))
+    return path

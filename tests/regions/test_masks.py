@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import os
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -12,29 +11,23 @@ import cv2
 import numpy as np
 import pytest
 from covering import in_one_test
-from face_network import brightness_judge, red_people, remembering_people
+from face_network import gray_and_red, red_people
 from films import page, picture
-from media import make_clip, photograph
+from media import photograph
 from pictures import FLOAT, SOURCES, VIDEO, codes, noise, picture_with_face, same_bits
 
 from vidstyle.backend import FrameRequest
-from vidstyle.cli import main
-from vidstyle.core.convert import to_rgb
 from vidstyle.core.picture import Picture
 from vidstyle.core.scene_cuts import KnownCuts
 from vidstyle.design.restyling import StepPictures
-from vidstyle.errors import InputError, StyleError, UsageError
+from vidstyle.errors import StyleError
 from vidstyle.export.export_style import export_style
 from vidstyle.gpu.compile.es import es_plan
-from vidstyle.media.frame import Frame
 from vidstyle.media.options import ReadOptions, WriteOptions
-from vidstyle.media.read.reader import open_reader
 from vidstyle.pipeline.resume import setting_parts
-from vidstyle.regions.backdrop import Backdrop
-from vidstyle.regions.chosen_files import BACKDROP_VARIABLE, MODEL_VARIABLE, people_model
+from vidstyle.regions.chosen_files import MODEL_VARIABLE
 from vidstyle.regions.frame_masks import FrameMasks
 from vidstyle.regions.mask_edges import refine
-from vidstyle.regions.people import PeopleNetwork
 from vidstyle.regions.steady_mask import SteadyMask
 from vidstyle.renderer import open_renderer, stylize
 from vidstyle.style import Style, load_style, style_from_table, table_from_style
@@ -54,22 +47,6 @@ def green_screen(height: int = 120, width: int = 160) -> np.ndarray:
     color = np.array(cv2.resize(photograph(), (width, height), interpolation=cv2.INTER_AREA))
     color[:, width // 2 :] = 0, 177, 64
     return color
-
-
-def gray_and_red() -> np.ndarray:
-    """A gray photograph with a red right half."""
-    color = np.repeat(photograph()[:144, :256, 1:2], 3, axis=2)
-    color[:, 128:] = 250, 10, 10
-    return color
-
-
-@pytest.fixture
-def red_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A model for which everything red is people."""
-    path = tmp_path / "red.onnx"
-    path.write_bytes(red_people())
-    monkeypatch.setenv(MODEL_VARIABLE, str(path))
-    return path
 
 
 def masks_of(style: dict[str, object] | Style, color: np.ndarray) -> dict[str, np.ndarray]:
@@ -363,88 +340,6 @@ def test_focus_and_masks_work_together() -> None:
     assert np.abs(result[:100].astype(int) - color[:100]).mean() > 5
 
 
-def test_without_a_model_one_line_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv(MODEL_VARIABLE, raising=False)
-    if people_model() is not None:
-        pytest.skip("a model is installed")
-    with pytest.raises(
-        UsageError, match="mask people needs a model .* --no-deps mediapipe==0.10.14, or give --model"
-    ):
-        FrameMasks(load_style(table(only="people")))
-
-
-def test_wrong_models_are_refused_in_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    good = red_people()
-    for name, content in {
-        "lost.onnx": None,
-        "text.txt": b"no model",
-        "noise.tflite": bytes(range(256)) * 8,
-        "noise.onnx": bytes(range(256)) * 8,
-        "cut.onnx": good[:150],
-        "judge.onnx": brightness_judge(1),
-        "empty.tflite": b"",
-        "lost-state.onnx": remembering_people(("r1i", "memory")),
-        "other-state.onnx": remembering_people(state_shape=[1, 1, 1, 1]),
-        "vast-state.onnx": remembering_people(state_shape=[1, 1, 1 << 20, 1 << 20]),
-        "narrow.onnx": remembering_people(size=(16, 8)),
-        "wide.onnx": remembering_people(size=(4096, 64)),
-    }.items():
-        path = tmp_path / name
-        if content is not None:
-            path.write_bytes(content)
-        monkeypatch.setenv(MODEL_VARIABLE, str(path))
-        with pytest.raises(InputError, match="give a TFLite or ONNX model") as caught:
-            FrameMasks(load_style(table(only="people")))
-        assert "\n" not in str(caught.value), name
-
-
-def test_a_model_that_crashes_is_reported(red_model: Path) -> None:
-    """It runs in another process: the program goes on."""
-    network = PeopleNetwork(red_model)
-    color = np.zeros((network.size[1], network.size[0], 3), np.uint8)
-    color[:, 100:] = 250, 10, 10
-    found = network.find(color)
-    assert found[:, 110:].min() > 0.9 and found[:, :90].max() < 0.1
-    network._process._process.kill()
-    with pytest.raises(InputError, match="red.onnx: crashes the program that runs it") as caught:
-        network.find(color)
-    assert "\n" not in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("state", "result"),
-    [(("r1i", "r1o"), "pha"), (("state_in", "state_out"), "people"), (("past", "present"), "a")],
-)
-def test_a_model_may_remember_earlier_pictures(state: tuple[str, str], result: str, tmp_path: Path) -> None:
-    """Its inputs and outputs are found by their names, and what it remembers ends with a scene."""
-    path = tmp_path / "matting.onnx"
-    path.write_bytes(remembering_people(state, result))
-    network, color = PeopleNetwork(path), np.zeros((144, 256, 3), np.uint8)
-    color[...] = 250, 10, 10
-    found = [network.find(color, is_first).mean() for is_first in (True, False, False, True)]
-    assert np.allclose(found, [0.5, 0.75, 0.875, 0.5], atol=0.01)
-
-
-def test_what_a_model_remembers_ends_at_a_cut(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = tmp_path / "matting.onnx"
-    path.write_bytes(remembering_people())
-    monkeypatch.setenv(MODEL_VARIABLE, str(path))
-    frames, results = [Picture.from_array(gray_and_red())] * 6, []
-    for first in (0, 3):
-        masks = FrameMasks(load_style(table(only="people")), KnownCuts([0.0, 3 / 25]))
-        results.append([masks.of(frames[n], n / 25)["people"] for n in range(first, 6)])
-        masks.close()
-    assert results[0][2].mean() > 1.2 * results[0][0].mean()
-    assert all(map(np.array_equal, results[0][3:], results[1]))
-
-
-@pytest.mark.skipif(people_model() is None, reason="no model that finds people is installed")
-def test_the_installed_model_finds_an_astronaut() -> None:
-    color = photograph("astronaut")
-    people = masks_of(table(only="people"), color)["people"]
-    assert people[300:, 150:300].mean() > 240 and people[20:200, 330:].mean() < 40
-
-
 def test_the_designer_shows_masks(red_model: Path) -> None:
     """In thumbnails of steps, in previews that began without masks, and exactly."""
     style = load_style({"format": 1, "background": [{"from": "people"}, {"block": "hue"}], "keep": "people"})
@@ -472,74 +367,6 @@ def test_exported_styles_have_fixed_masks(
     assert "masks are not exported (people, faces): people fill the picture" in caplog.text
     assert "masks" in es_plan(style, 32, 18)["server"]
     assert "masks" not in es_plan(load_style("poster"), 32, 18)["server"]
-
-
-@pytest.mark.parametrize("device", ["cpu", "gpu"])
-def test_a_picture_stands_behind_people(
-    device: str, red_model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Its middle fills the picture; people stand before it."""
-    wide = np.zeros((50, 200, 3), np.uint8)
-    wide[:, 75:125] = 10, 200, 30  # blue, green, red of OpenCV
-    assert cv2.imwrite(str(tmp_path / "wide.png"), wide)
-    monkeypatch.setenv(BACKDROP_VARIABLE, str(tmp_path / "wide.png"))
-    color = np.full((144, 144, 3), 120, np.uint8)
-    color[40:100, 60:120] = 250, 10, 10
-    style = replace(load_style("plain"), behind=style_behind("backdrop"))
-    result = stylize(color, style, device)
-    assert (result[:30, 20:-20] == (30, 200, 10)).all()
-    assert np.abs(result[50:90, 70:110].astype(int) - color[50:90, 70:110]).max() <= 1
-
-
-def test_a_film_behind_people_repeats(tmp_path: Path) -> None:
-    """Frames are shown at their times; after the last one, and after a jump back, the film begins again."""
-    film = make_clip(tmp_path / "film.mkv", size=(64, 36), rate=10, frames=5, codec="ffv1")
-    own = [to_rgb(each.picture) for each in open_reader(film) if isinstance(each, Frame)]
-    with Backdrop(film) as backdrop:
-        for time, number in [
-            (0, 0),
-            (0.11, 1),
-            (0.19, 1),
-            (0.45, 4),
-            (0.5, 0),
-            (0.85, 3),
-            (3.25, 2),
-            (0.1, 1),
-        ]:
-            assert np.array_equal(backdrop.at(time, (36, 64)), own[number]), time
-        assert np.array_equal(backdrop.at(None, (36, 64)), own[0])
-        assert backdrop.at(0.0, (90, 31)).shape == (90, 31, 3)
-
-
-def test_a_backdrop_is_a_picture_or_a_film(
-    red_model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    style = load_style(table(behind={"background": [{"from": "backdrop"}]}))
-    monkeypatch.delenv(BACKDROP_VARIABLE, raising=False)
-    with pytest.raises(UsageError, match="give a picture or a film as --background"):
-        FrameMasks(style)
-    (tmp_path / "noise.mp4").write_bytes(bytes(range(256)))
-    monkeypatch.setenv(BACKDROP_VARIABLE, str(tmp_path / "noise.mp4"))
-    with pytest.raises(InputError, match="noise.mp4"):
-        FrameMasks(style)
-
-
-@pytest.mark.parametrize("background", ["blur", "#102030", "poster", "beach.png"])
-def test_render_takes_a_background(
-    background: str, red_model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """And a model and regions by options; the environment is as before."""
-    monkeypatch.delenv(MODEL_VARIABLE)
-    monkeypatch.chdir(tmp_path)
-    assert cv2.imwrite("beach.png", np.full((9, 16, 3), 77, np.uint8))
-    assert cv2.imwrite("in.png", gray_and_red()[..., ::-1])
-    options = ["--style", "plain", "--background", background, "--model", str(red_model), "--device", "cpu"]
-    assert main(["render", "in.png", "out.png", *options]) == 0
-    result = cv2.imread("out.png")
-    assert np.abs(result[:, 170:].astype(int) - (10, 10, 250)).max() <= 1
-    assert np.abs(result[:, :80].astype(int) - gray_and_red()[:, :80]).mean() > 5
-    assert BACKDROP_VARIABLE not in os.environ and MODEL_VARIABLE not in os.environ
-    assert main(["render", "in.png", "kept.png", "--style", "poster", "--keep", "screen"]) == 2
 
 
 def test_an_interrupted_run_continues_only_with_the_same_regions(

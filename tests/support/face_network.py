@@ -1,4 +1,4 @@
-"""Minimal networks as ONNX files: everything red is a face, as for YuNet, or people; and a judge."""
+"""Minimal networks as ONNX files: everything red is a face, as for YuNet, or people; a judge; a picture."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import struct
 from collections.abc import Iterable
 
 import numpy as np
+from media import photograph
 
 STRIDES = (8, 16, 32)
 FACE = 64
@@ -154,3 +155,10 @@ def _varint(value: int) -> bytes:
         parts.append(value & 127 | 128)
         value >>= 7
     return struct.pack(f"{len(parts) + 1}B", *parts, value)
+
+
+def gray_and_red() -> np.ndarray:
+    """A gray photograph with a red right half."""
+    color = np.repeat(photograph()[:144, :256, 1:2], 3, axis=2)
+    color[:, 128:] = 250, 10, 10
+    return color
