@@ -16,14 +16,16 @@ from vidstyle.cli import main
 from vidstyle.explore import like
 from vidstyle.explore.appearance import appearance_distance, appearance_of
 from vidstyle.explore.fitting.tune import tune_style
+from vidstyle.explore.gates import faults
 from vidstyle.explore.like import (
+    LOST_SUBJECT_FAULTS,
     MAX_NEAR_DISTANCE,
     MIN_FAR_DISTANCE,
     known_styles,
     rank_styles,
     search_styles,
 )
-from vidstyle.explore.measure import reduce_picture
+from vidstyle.explore.measure import Original, reduce_picture
 from vidstyle.explore.phrases import shipped_styles
 from vidstyle.gallery.style_samples import restyle_picture
 from vidstyle.style import Step, Style, load_style
@@ -78,6 +80,19 @@ def test_search_comes_nearer(monkeypatch: pytest.MonkeyPatch) -> None:
     known = rank_styles(wanted, photograph("chelsea"), [load_style("ink:blue")])
     found = search_styles(wanted, photograph("chelsea"), known)[0]
     assert found.distance < known[0].distance
+
+
+def test_a_search_does_not_lose_the_subject(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A reference without edges is nearest to a blur of the photograph, which nobody wants."""
+    for name, value in {"SEARCH_ROUNDS": 1, "PARENT_COUNT": 1, "CHILD_COUNT": 1, "TUNED_COUNT": 1}.items():
+        monkeypatch.setattr(like, name, value)
+    blurred, given = cv2.GaussianBlur(photograph("coffee"), (0, 0), 12), photograph("chelsea")
+    soft = {"block": "gaussian", "sigma": 1.0}
+    known = rank_styles(blurred, given, [load_style({"format": 1, "background": [soft]})])
+    found = search_styles(blurred, given, known)[0]
+    assert found.distance <= known[0].distance
+    original = Original(given)
+    assert not LOST_SUBJECT_FAULTS.intersection(faults(original.measure(restyle_picture(given, found.style))))
 
 
 def test_a_variation_that_cannot_be_rendered_comes_last() -> None:

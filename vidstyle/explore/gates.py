@@ -29,17 +29,19 @@ class Gate:
     reason: str
 
 
+BLURRED_FAULT, NO_SUBJECT_FAULT = "blurred", "without the subject"
+
 GATES = (
     Gate("paper", 0, 0.80, "blank"),
     Gate("ink", 0, 0.70, "black"),
     Gate("range", 0.40, 1, "muddy"),
     Gate("contrast", 0.045, 1, "muddy"),
-    Gate("sharp", 0.105, 1, "blurred"),
-    Gate("crisp", 0.075, 1, "blurred"),
+    Gate("sharp", 0.105, 1, BLURRED_FAULT),
+    Gate("crisp", 0.075, 1, BLURRED_FAULT),
     Gate("clutter", 0, 0.17, "cluttered"),
     Gate("noise", 0, 0.165, "cluttered"),
     Gate("tone", -0.30, 1, "a negative"),
-    Gate("edges", 0.45, 1, "without the subject"),
+    Gate("edges", 0.45, 1, NO_SUBJECT_FAULT),
     Gate("garish", 0, 0.47, "garish"),
     Gate("change", 0.028, 9, "like the source"),
     Gate("photo", -1, 0.9, "like the source"),
@@ -49,7 +51,7 @@ GATES = (
 FULL_SIZE_GATES = (
     Gate("edge_hardness", 0.5, 9, "blurred at full size"),
     Gate("fineness", -1.3, 9, "blurred at full size"),
-    Gate("detail_kept", 0.3, 1, "without the subject"),
+    Gate("detail_kept", 0.3, 1, NO_SUBJECT_FAULT),
     Gate("mark_width", 0, 15, "with marks as wide as the features"),
     Gate("burnt", -1, 0.8, "burnt to white or black"),
     Gate("fine_kept", -1, 0.9, "like the source"),
@@ -85,15 +87,17 @@ UNSTEADY_FAULT, DUPLICATE_FAULT, DOUBTFUL_FAULT, UNUSABLE_FAULT, NO_FAULT = (
 )
 
 
-def fault(measures: PictureMetrics | FullSizeMetrics, rules: Rules = "open") -> str:
-    """Return why a picture is rejected, in a few words; "" if it passes."""
+def faults(measures: PictureMetrics | FullSizeMetrics, rules: Rules = "open") -> list[str]:
+    """Return all reasons to reject a picture, in a few words each."""
     gates: tuple[Gate, ...] = GATES if isinstance(measures, PictureMetrics) else FULL_SIZE_GATES
     if rules == "paper" and isinstance(measures, FullSizeMetrics):
         gates += PAPER_GATES
-    for gate in gates:
-        if not gate.low <= getattr(measures, gate.measure) <= gate.high:
-            return gate.reason
-    return NO_FAULT
+    return [gate.reason for gate in gates if not gate.low <= getattr(measures, gate.measure) <= gate.high]
+
+
+def fault(measures: PictureMetrics | FullSizeMetrics, rules: Rules = "open") -> str:
+    """Return the first reason to reject a picture; "" if it passes."""
+    return next(iter(faults(measures, rules)), NO_FAULT)
 
 
 def doubt(score: float) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from math import inf
@@ -13,8 +13,9 @@ from vidstyle.core.machine.cores import available_cores
 from vidstyle.errors import StyleError
 from vidstyle.explore.appearance import appearance_distance, appearance_of
 from vidstyle.explore.fitting.tune import tune_style
+from vidstyle.explore.gates import BLURRED_FAULT, NO_SUBJECT_FAULT, faults
 from vidstyle.explore.generate import alter, cross, mutate
-from vidstyle.explore.measure import reduce_picture
+from vidstyle.explore.measure import Original, reduce_picture
 from vidstyle.explore.phrases import shipped_styles
 from vidstyle.gallery.preview import read_still
 from vidstyle.gallery.style_samples import restyle_picture
@@ -32,6 +33,8 @@ PARENT_COUNT, CHILD_COUNT = 4, 3
 """Number of styles kept in each round, and of variations of each kind per style."""
 TUNED_COUNT = 2
 """Number of styles whose values are tuned one by one after the search."""
+LOST_SUBJECT_FAULTS = {BLURRED_FAULT, NO_SUBJECT_FAULT}
+"""Faults of variations that are not offered, however near: the distance does not depend on the subject."""
 
 
 @dataclass(frozen=True)
@@ -73,6 +76,7 @@ def rank_styles(
     photograph: np.ndarray,
     styles: Iterable[Style],
     on_step: ProgressCallback = ignore_progress,
+    original: Original | None = None,
 ) -> list[Likeness]:
     """Return styles sorted by the distance of their rendering of `photograph` to `wanted`, nearest first.
 
@@ -80,23 +84,33 @@ def rank_styles(
 
     Args:
         wanted, photograph: H x W x 3 uint8.
+        original: the photograph, if styles in which its subject is lost come last, too.
     """
     target, styles = appearance_of(wanted), list(styles)
     found: list[Likeness] = []
-    for style, distance in zip(styles, _distances(photograph, target, styles), strict=True):
+    for style, distance in zip(styles, _distances(photograph, target, styles, original), strict=True):
         found.append(Likeness(style, distance))
         on_step("comparing looks", len(found), len(styles))
     return sorted(found, key=lambda each: each.distance)
 
 
-def _distances(photograph: np.ndarray, target: np.ndarray, styles: Iterable[Style]) -> Iterator[float]:
-    """Yield the distance of each style's rendering to an appearance, using all cores."""
+def _distances(
+    photograph: np.ndarray, target: np.ndarray, styles: Iterable[Style], original: Original | None = None
+) -> Iterator[float]:
+    """Yield the distance of each style's rendering to an appearance, using all cores.
+
+    Args:
+        original: the photograph, if renderings in which the subject is lost count as infinitely far.
+    """
 
     def distance(style: Style) -> float:
         try:
-            return appearance_distance(appearance_of(restyle_picture(photograph, style)), target)
+            rendering = restyle_picture(photograph, style)
         except StyleError:  # a variation that needs too large a working size for this photograph
             return inf
+        if original is not None and LOST_SUBJECT_FAULTS.intersection(faults(original.measure(rendering))):
+            return inf
+        return appearance_distance(appearance_of(rendering), target)
 
     with ThreadPoolExecutor(available_cores(), thread_name_prefix="vidstyle-explore") as pool:
         yield from pool.map(distance, styles)
@@ -118,7 +132,7 @@ def search_styles(
     Returns:
         The best styles, at most `PARENT_COUNT + TUNED_COUNT`, nearest first.
     """
-    best = known[:PARENT_COUNT]
+    best, original = known[:PARENT_COUNT], Original(photograph)
     for turn in range(SEARCH_ROUNDS):
         reach = 0.5 / (1 + turn / 2)
         children = [
@@ -126,10 +140,10 @@ def search_styles(
             for number, parent in enumerate(best)
             for child in _children(parent.style, best[0].style, f"{turn}-{number}", reach)
         ]
-        best += rank_styles(wanted, photograph, children)
+        best += rank_styles(wanted, photograph, children, original=original)
         best = sorted(best, key=lambda each: each.distance)[:PARENT_COUNT]
         on_step("searching", turn + 1, SEARCH_ROUNDS)
-    tuned = [_tuned(each, wanted, photograph, on_step) for each in best[:TUNED_COUNT]]
+    tuned = [_tuned(each.style, wanted, original, on_step) for each in best[:TUNED_COUNT]]
     return sorted([*tuned, *best], key=lambda each: each.distance)
 
 
@@ -142,14 +156,14 @@ def match_styles(
     return sorted({repr(each.style): each for each in found}.values(), key=lambda each: each.distance)
 
 
-def _tuned(
-    found: Likeness, wanted: np.ndarray, photograph: np.ndarray, on_step: ProgressCallback
-) -> Likeness:
+def _tuned(style: Style, wanted: np.ndarray, original: Original, on_step: ProgressCallback) -> Likeness:
     """Return the style with values at which its rendering is nearer to the wanted look."""
     target = appearance_of(wanted)
-    return Likeness(
-        *tune_style(found.style, lambda styles: list(_distances(photograph, target, styles)), on_step=on_step)
-    )
+
+    def distances(styles: Sequence[Style]) -> list[float]:
+        return list(_distances(original.large, target, styles, original))
+
+    return Likeness(*tune_style(style, distances, on_step=on_step))
 
 
 def _children(style: Style, best: Style, seed: str, reach: float) -> list[Style]:
