@@ -32,7 +32,11 @@ def test_looks_are_found_by_the_words_of_laypeople_best_first(tmp_path: Path, br
     for text in ("watercolor", "Watercolour"):
         assert browser.run(FIND, text=text) == ["Watercolour"]
     assert browser.run(FIND, text="van gogh")[0] == "Impressionist", "it is its first other name"
-    assert browser.run(FIND, text="lego") == ["Mosaic"], "a word of its block"
+    assert browser.run(FIND, text="lego") == ["Mosaic", "Pixel"]
+    assert browser.run(FIND, text="gameboy") == browser.run(FIND, text="game-boy") == ["Dither", "Pixel"]
+    assert browser.run(FIND, text="watercolour like turner") == ["Watercolour"], "the word that names a look"
+    assert browser.run(FIND, text="scary")[0] in ("Woodcut", "Charcoal", "Noir"), "a mood"
+    assert browser.run(FIND, text="star trek") == [], "Starry night is another star"
     assert browser.run(FIND, text="rembrant") == []
     assert browser.run(OFFERED)[0] == "rembrandt", "the nearest name"
     assert browser.run(FIND, text="qqq") == []

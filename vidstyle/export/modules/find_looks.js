@@ -20,8 +20,11 @@ const NOT_FOUND = 7;
 const MIN_LIKENESS_RATIO = 0.5;
 const MAX_WORDS_TO_TRY = 4;
 
-/** Returns a text in lower case and in the American spelling. @param {string} text */
-const normal = (text) => text.toLowerCase().replaceAll("colour", "color").replaceAll("grey", "gray");
+/** Returns a text in lower case, in the American spelling and without hyphens. @param {string} text */
+const normal = (text) => text.toLowerCase().replaceAll("colour", "color").replaceAll("grey", "gray").replaceAll("&", "and").replaceAll("-", " ");
+
+/** Returns a text without spaces: "game boy" and "gameboy" are the same. @param {string} text */
+const joined = (text) => text.replaceAll(" ", "");
 
 /** Returns the other names of a look. @param {string} aliases */
 const aliasesOf = (aliases) => aliases.split(/,\s*/).filter(Boolean);
@@ -41,7 +44,8 @@ function rank(look, words) {
   const [own, about, more] = [look.name, look.about, look.words].map(normal);
   const others = aliasesOf(normal(look.aliases));
   if (own === asked) return 0;
-  if (others.includes(asked)) return 1 + others.indexOf(asked) / others.length;
+  const named = others.findIndex((other) => joined(other) === joined(asked));
+  if (named >= 0) return 1 + named / others.length;
   if (own.startsWith(asked)) return 2;
   if (words.some((word) => own === word || (word.length >= MIN_BEGINNING_LENGTH && own.startsWith(word)))) return 3;
   const at = others.findIndex((other) => hasAll(other, words));
@@ -51,17 +55,28 @@ function rank(look, words) {
 }
 
 /**
- * Returns the numbers of the looks that a text names, best first; those that it describes only if it names none.
+ * Returns the numbers of the looks that a text names, best first; those that it describes only if it names none,
+ * and those that one of its longer words names only if it describes none.
  * @param {Look[]} looks
  * @param {string} text
  */
 export function findLooks(looks, text) {
   const words = normal(text).split(/\s+/).filter(Boolean);
   if (!words.length) return [...looks.keys()];
-  const ranks = looks.map((look) => rank(look, words));
+  const ranks = ranksOf(looks, words);
+  if (words.length === 1 || Math.min(...ranks) < NOT_FOUND) return bestOf(ranks);
+  const single = words.filter((word) => word.length > MIN_BEGINNING_LENGTH).map((word) => ranksOf(looks, [word]));
+  return bestOf(looks.map((_, number) => Math.min(NOT_FOUND, ...single.map((each) => each[number]))));
+}
+
+/** @param {Look[]} looks @param {string[]} words */
+const ranksOf = (looks, words) => looks.map((look) => rank(look, words));
+
+/** Returns the numbers of the looks with the best kind of rank, best first. @param {number[]} ranks */
+function bestOf(ranks) {
   const best = Math.min(...ranks);
   const limit = best < DESCRIBED ? DESCRIBED : best < NOT_FOUND ? Math.floor(best) + 1 : 0;
-  return [...looks.keys()].filter((number) => ranks[number] < limit).sort((one, other) => ranks[one] - ranks[other]);
+  return [...ranks.keys()].filter((number) => ranks[number] < limit).sort((one, other) => ranks[one] - ranks[other]);
 }
 
 /** Returns the pairs of letters of a text. @param {string} text */
