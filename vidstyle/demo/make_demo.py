@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -74,9 +74,13 @@ def make_page(film: Path, target: Path) -> Path:
     return make_comic(film, target, options).files[0]
 
 
-def make_film(path: Path, repeats: int = 1) -> None:
-    """Write the generated film with its sound, repeated if asked."""
+def make_film(path: Path, repeats: int = 1, draw: Callable[[float], np.ndarray] = film_picture) -> None:
+    """Write the generated film with its sound, repeated if asked.
+
+    Args:
+        draw: returns the picture at a time in seconds, H x W x 3 uint8 RGB.
+    """
     times = (number / FILM_RATE % FILM_SECONDS for number in range(repeats * FILM_SECONDS * FILM_RATE))
-    pictures = (convert(Picture.from_array(film_picture(time)), Encoding()) for time in times)
+    pictures = (convert(Picture.from_array(draw(time)), Encoding()) for time in times)
     sound = np.tile(film_sound(), repeats)
     write_film(path, pictures, Fraction(FILM_RATE), sound)

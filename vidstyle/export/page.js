@@ -2,12 +2,14 @@
 
 import { announce } from "./announce.js";
 import { get, title } from "./elements.js";
-import { examplePicture } from "./example.js";
 import { missing, Runner } from "./runner.js";
 import { loadPicture } from "./source.js";
 import { Viewer } from "./viewer.js";
 
 /** @typedef {import("./viewer.js").StyleData} StyleData */
+
+/** The example is too small for more detail. */
+const EXAMPLE_SIDE = 720;
 
 /** Puts the shared texts and textures into the plans. */
 function readData() {
@@ -34,11 +36,12 @@ async function start() {
   else if (!viewer.source.picture) await showExample(viewer);
 }
 
-/** Shows what the style does, behind the invitation to open a file. @param {Viewer} viewer */
+/** Shows what the style does, above the invitation to open a file. @param {Viewer} viewer */
 async function showExample(viewer) {
-  const picture = await loadPicture(examplePicture());
+  const picture = await loadPicture(/** @type {HTMLImageElement} */ (get("example")).src);
   if (viewer.source.picture) return; // opened meanwhile
   viewer.source.show(picture);
+  if (!new URLSearchParams(location.search).has("side")) viewer.choose(EXAMPLE_SIDE);
   document.body.classList.add("empty", "example");
 }
 

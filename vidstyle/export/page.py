@@ -14,6 +14,7 @@ from string import Template
 from typing import Any
 
 import vidstyle
+from vidstyle.demo.photograph import PHOTOGRAPH_FILE
 from vidstyle.export import join_modules, module_text
 from vidstyle.export.adjust import is_alike, main_controls, tables_fit, tables_of, with_tints
 from vidstyle.gpu.compile.es import EsPlan
@@ -38,6 +39,7 @@ def page_of_style(style: Style) -> str:
     return Template(_text("page.html")).substitute(
         name=escape(style.name),
         stage=viewer_markup(style),
+        example=_example_address(),
         css=css,
         css_sum=_sum(css),
         script=script,
@@ -130,6 +132,10 @@ def _variants(style: Style, controls: list[dict[str, Any]]) -> dict[str, dict[st
 
 def _width(side: int) -> int:
     return -(-side * 16 // 9)
+
+
+def _example_address() -> str:
+    return "data:image/webp;base64," + base64.b64encode(PHOTOGRAPH_FILE.read_bytes()).decode()
 
 
 def _text(name: str) -> str:

@@ -1,4 +1,4 @@
-"""Clips for pages: frames of a film, a photograph, a folder of pictures, a camera or the demo film."""
+"""Clips for pages: frames of a film, a photograph, a folder of pictures, a camera or the example."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from typing import Protocol
 import numpy as np
 
 from vidstyle.core.convert import to_rgb
-from vidstyle.demo.drawing import FILM_HEIGHT_PX, FILM_RATE, FILM_SECONDS, FILM_WIDTH_PX, film_picture
+from vidstyle.demo.drawing import FILM_HEIGHT_PX, FILM_RATE, FILM_SECONDS, FILM_WIDTH_PX
+from vidstyle.demo.photograph import photograph_picture
 from vidstyle.errors import InputError
 from vidstyle.media.capture.sources import SourceOptions, is_file_name, resolve_source
 from vidstyle.media.read.file_structure.headers import has_picture_ending
@@ -82,7 +83,7 @@ def open_clip(source: str | os.PathLike[str] | None) -> Clip:
 
     Args:
         source: a film, a photograph, a folder of pictures, a pattern such as "%05d.png", a word that
-            `vidstyle live` knows ("camera", "test"), or None for the demo film.
+            `vidstyle live` knows ("camera", "test"), or None for the example.
 
     Raises:
         InputError: the source cannot be read.
@@ -219,7 +220,7 @@ def _open_sampler(path: str | os.PathLike[str]) -> FilmSampler:
 
 
 class DemoClip:
-    """The film of `vidstyle demo`, drawn frame by frame; see `Clip`."""
+    """The example that is shown until a file is opened; see `Clip`."""
 
     name, source, live = "demo", "film.mp4", False
     count, fps, size = FILM_SECONDS * FILM_RATE, float(FILM_RATE), (FILM_WIDTH_PX, FILM_HEIGHT_PX)
@@ -242,7 +243,7 @@ class DemoClip:
 
         if self._folder is None:
             self._folder = tempfile.TemporaryDirectory(prefix="vidstyle-")
-            make_film(Path(self._folder.name) / "demo.mp4")
+            make_film(Path(self._folder.name) / "demo.mp4", draw=photograph_picture)
         return str(Path(self._folder.name) / "demo.mp4")
 
     def close(self) -> None:
@@ -252,7 +253,7 @@ class DemoClip:
 
 
 def _draw_frame(number: int) -> np.ndarray:
-    picture = film_picture(number / FILM_RATE)
+    picture = photograph_picture(number / FILM_RATE)
     picture.flags.writeable = False
     return picture
 

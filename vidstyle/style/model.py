@@ -136,7 +136,7 @@ _CONTROLS: dict[str, Control] = {
     "height": Slider(
         16, 65536, "picture height for which lengths are given", unit="px", label="Reference height"
     ),
-    "ink": Color("colour of the lines", label="Line colour", aliases=("ink", "pen")),
+    "ink": Color("of outlines, hatching and solid shapes", label="Line colour", aliases=("ink", "pen")),
     "paper": Color(
         "colour of the paper, which tints the background", label="Paper colour", aliases=("paper", "canvas")
     ),

@@ -4,6 +4,9 @@ import { make } from "./elements.js";
 
 /** @typedef {HTMLVideoElement | HTMLImageElement} Picture */
 
+/** The position of a film that does not play: its first frame is often blank. */
+const FIRST_POSITION_RATIO = 0.4;
+
 /** @param {MediaProvider | null} stream */
 function stop(stream) {
   if (stream instanceof MediaStream) stream.getTracks().forEach((track) => track.stop());
@@ -26,6 +29,8 @@ export async function loadPicture(src) {
 export class Source {
   /** The element to restyle; null before the first is opened. @type {Picture | null} */
   picture = null;
+  /** Whether a film starts to play when it is opened. */
+  autoplay = true;
 
   /**
    * @param {object} events
@@ -95,11 +100,13 @@ export class Source {
       this.onframe();
     });
     await new Promise((done, fail) => {
-      video.addEventListener("loadeddata", done);
+      video.addEventListener(this.autoplay ? "loadeddata" : "seeked", done);
+      if (!this.autoplay) video.addEventListener("loadedmetadata", () => (video.currentTime = FIRST_POSITION_RATIO * video.duration));
       video.addEventListener("error", () => fail(new Error("this browser cannot play this file")));
     });
     this.show(video);
     this.#markPlaying(video);
+    if (!this.autoplay) return;
     await video.play().catch(() => {
       video.muted = true;
       return video.play();

@@ -1,14 +1,14 @@
 // The large picture of a page: one style, its controls, before and after, and saving.
 
 import { announce } from "./announce.js";
-import { Divider } from "./divider.js";
-import { download, get, make, oncePerFrame, press, resize } from "./elements.js";
+import { download, get, make, oncePerFrame, press } from "./elements.js";
 import { planValues } from "./plan_values.js";
 import { record } from "./recording.js";
 import { SHARED_KEYS } from "./shared_keys.js";
 import { addressOf } from "./shared_link.js";
 import { Source } from "./source.js";
 import { StylePanel } from "./style_panel.js";
+import { StyledCanvas } from "./styled_canvas.js";
 import { switchTheme } from "./theme.js";
 
 /** @typedef {import("./plan_values.js").SizedPlan} SizedPlan */
@@ -29,21 +29,18 @@ import { switchTheme } from "./theme.js";
 const MAX_FRAME_MS = 70;
 /** Number of consecutive slow frames after which the detail is reduced. */
 const MAX_SLOW_FRAMES = 12;
+/** After one frame that takes as long, it is reduced at once. */
+const MAX_STALL_MS = 700;
 const SIDES = [360, 720, 1080];
 /** Photographs are shown in full detail: faces lose their features in a smaller picture. */
 const PHOTOGRAPH_SIDE = SIDES[2];
-/** Without a GPU, a photograph is drawn in full detail once its values have not changed for this time. */
+/** Without a GPU, a photograph is drawn in full detail once it has not changed for this time. */
 const REFINE_MS = 500;
+const [DRAWING, REFINING] = ["Drawing…", "Draft; drawing in full detail…"];
 /** The buttons that keys press. @type {Object<string, string>} */
 const KEYS = {
   [SHARED_KEYS.compare]: "compare", [SHARED_KEYS.save]: "save", [SHARED_KEYS.full]: "full", [SHARED_KEYS.play]: "play", " ": "play", r: "record", [SHARED_KEYS.help]: "ask",
 };
-
-/** Returns the working size: the shorter side is that of the plan. @param {[number, number]} size @param {number} side @returns {[number, number]} */
-export function workingSize([width, height], side) {
-  const long = Math.max(side, Math.round((side * Math.max(width, height)) / Math.min(width, height)));
-  return width < height ? [side, long] : [long, side];
-}
 
 /** Returns a style that is loaded for one working size. @param {Runner} runner @param {SizedPlan} sized @returns {Promise<SizedPlan & {style: LoadedStyle}>} */
 export async function loadStyle(runner, sized) {
@@ -53,24 +50,24 @@ export async function loadStyle(runner, sized) {
 
 /** Shows a picture in a style, in the elements of `stage.html`. */
 export class Viewer {
-  canvas = /** @type {HTMLCanvasElement} */ (get("picture"));
   /** @type {StyleData | null} */
   data = null;
   /** @type {StylePanel | null} */
   panel = null;
   #place = /** @type {HTMLInputElement} */ (get("place"));
   #detail = /** @type {HTMLSelectElement} */ (get("side"));
-  redraw = oncePerFrame(() => this.#drawSoon());
-  #divider = new Divider(this.canvas, get("divider"), this.redraw);
+  redraw = oncePerFrame(() => this.#styled.draw());
   source = new Source({
     onopen: () => this.#opened(),
-    onphotograph: () => this.#isChosen || this.#choose(PHOTOGRAPH_SIDE),
+    onphotograph: () => this.#isChosen || this.choose(PHOTOGRAPH_SIDE),
     onframe: () => this.#framed(),
     onjump: () => this.#shown?.style.restart(),
     report: (text, seconds) => this.say(text, seconds),
   });
   /** The loaded style for the current detail. @type {(SizedPlan & {style: LoadedStyle}) | null} */
   #shown = null;
+  /** @type {StyledCanvas} */
+  #styled;
   /** @type {MediaRecorder | null} */
   #recorder = null;
   #slow = 0;
@@ -79,16 +76,16 @@ export class Viewer {
   /** The working size that is shown, or will be once it is compiled. */
   #wanted = 0;
   #refining = 0;
-  /** Whether the original is shown while a button or key is held. */
-  #held = false;
   /** Is called when a value of a control has changed. @type {() => void} */
   onchange = () => {};
 
   /** @param {Runner} runner */
   constructor(runner) {
     this.runner = runner;
+    this.#styled = new StyledCanvas(runner, this.source);
+    this.#styled.ondrawn = (milliseconds) => this.#drawn(milliseconds);
     this.#detail.value = String(this.#filmSide);
-    this.#divider.listen();
+    this.source.autoplay = !runner.isSoftware; // without a GPU, decoding would slow down the first frame
     this.#listen();
     switchTheme(get("theme"));
   }
@@ -113,7 +110,7 @@ export class Viewer {
     if (side) this.#isChosen = true;
     this.data = data;
     this.panel = new StylePanel(data, () => this.#edited());
-    await this.#choose(side ?? this.side);
+    await this.choose(side ?? this.side);
     get("facts").textContent = this.#facts(data).join(" ");
   }
 
@@ -128,126 +125,133 @@ export class Viewer {
   }
 
   /** Shows this detail in the list, and switches to it. @param {number} side */
-  #choose(side) {
+  choose(side) {
     this.#detail.value = String(side);
-    return this.#use(side);
+    return this.#use(this.#isRefined ? SIDES[0] : side);
+  }
+
+  /** Whether the picture is first drawn in little detail: a photograph without a GPU. */
+  get #isRefined() {
+    return Boolean(this.source.picture) && !this.source.video && this.runner.isSoftware && this.side > SIDES[0];
   }
 
   /** Switches to the plan for this side once it is compiled. @param {number} side */
   async #use(side) {
+    clearTimeout(this.#refining);
     this.#wanted = side;
-    this.#wait(Boolean(this.source.picture));
+    this.#wait(this.#reason);
     const wanted = /** @type {StyleData} */ (this.data);
     const found = await loadStyle(this.runner, /** @type {SizedPlan} */ (wanted.plans.find((each) => each.side === side)));
     if (this.data !== wanted || this.#wanted !== side) return;
     if (found !== this.#shown) this.#shown?.style.release();
-    this.#shown = found;
+    this.#shown = this.#styled.shown = found;
     this.#changed();
     found.style.restart();
   }
 
   /** Shows changed values: in a photograph quickly, then in full detail. */
   #edited() {
-    clearTimeout(this.#refining);
-    if (!this.source.picture || this.source.video || !this.runner.isSoftware || this.side === SIDES[0]) return this.#changed();
-    this.#use(SIDES[0]);
-    this.#refining = setTimeout(() => this.#use(this.side), REFINE_MS);
+    if (this.#isRefined) this.#use(SIDES[0]);
+    else this.#changed();
   }
 
   #changed() {
     if (this.#shown && this.data?.plans.includes(this.#shown) && this.panel)
       this.#shown.style.values = planValues(this.#shown, this.data.controls, this.panel.values);
     this.onchange();
+    if (this.runner.isSoftware && !this.source.video) this.#wait(this.#reason);
     this.redraw();
   }
 
-  /** Says that a frame is not ready yet. @param {boolean} on */
-  #wait(on) {
-    get("busy").hidden = !on;
+  /** Why the picture is not ready yet. */
+  get #reason() {
+    if (!this.source.picture) return "";
+    return this.#isRefined && this.#wanted === this.side ? REFINING : DRAWING;
   }
 
-  /** Draws a photograph after the notice of it is on the screen, as drawing may block the page. */
-  #drawSoon() {
-    this.#wait(Boolean(this.source.picture));
-    requestAnimationFrame(() => requestAnimationFrame(() => {
-      this.draw();
-      this.#wait(this.#shown?.side !== this.side);
-    }));
+  /** Shows why the picture is not ready yet. @param {string} text */
+  #wait(text) {
+    get("busy").hidden = !text;
+    get("busy").textContent = text;
   }
 
   #opened() {
     clearTimeout(this.#refining);
-    this.#wait(true);
-    if (this.source.video && !this.#isChosen) this.#choose(this.#filmSide);
-    this.#shown?.style.restart();
-    document.body.classList.remove("empty");
+    this.#wait(DRAWING);
+    document.body.classList.remove("empty", "example");
     get("film").hidden = !this.source.film;
+    this.#styled.open();
+    if (this.source.video && !this.#isChosen) this.choose(this.#filmSide);
+    this.#shown?.style.restart();
   }
 
   #framed() {
-    const { film } = this.source;
-    if (!this.source.video) return this.redraw();
-    this.draw();
-    requestAnimationFrame(() => this.#wait(false));
+    const { film, video } = this.source;
+    if (!video) return this.redraw();
+    if (this.#styled.isHeld) this.#styled.compose();
+    else if (!this.runner.isSoftware || this.#shown?.side === this.#wanted) this.#styled.draw();
     if (film) this.#place.value = String(film.duration ? film.currentTime / film.duration : 0);
   }
 
-  draw() {
-    const { picture, size: own, video } = this.source;
-    if (!picture || !own[0]) return;
-    if (!this.#shown) {
-      resize(this.canvas, own);
-      this.canvas.getContext("2d")?.drawImage(picture, 0, 0);
+  /** @param {number} milliseconds that the last frame took */
+  #drawn(milliseconds) {
+    const { video } = this.source;
+    if (video) {
+      this.#wait(milliseconds > MAX_STALL_MS && this.side === SIDES[0] ? `Without a GPU: a frame takes ${(milliseconds / 1000).toFixed(1)} s` : "");
+      if (!video.paused) this.#watchSpeed(milliseconds);
+    } else if (this.#styled.isOutdated) {
       return;
-    }
-    const size = workingSize(own, this.#shown.side);
-    resize(this.canvas, size);
-    const began = performance.now();
-    if (this.#held) return this.canvas.getContext("2d")?.drawImage(picture, 0, 0, ...size);
-    if (!this.runner.draw(this.#shown.style, picture, this.canvas, { time: this.source.time, size })) return;
-    this.#divider.paint(picture, own);
-    if (video && !video.paused) this.#watchSpeed(performance.now() - began);
-    this.#divider.place();
+    } else if (this.#shown?.side !== this.side) {
+      this.#wait(REFINING);
+      this.#refining = setTimeout(() => this.#use(this.side), REFINE_MS);
+    } else this.#wait("");
   }
 
   /** Switches to the next smaller size after many slow frames in a row. @param {number} milliseconds */
   #watchSpeed(milliseconds) {
     this.#slow = milliseconds > MAX_FRAME_MS ? this.#slow + 1 : 0;
     const smaller = Math.max(...SIDES.filter((each) => each < this.side));
-    if (this.#slow < MAX_SLOW_FRAMES || smaller < 0) return;
+    if ((this.#slow < MAX_SLOW_FRAMES && milliseconds < MAX_STALL_MS) || smaller < 0) return;
     this.#slow = 0;
-    this.#choose(smaller);
+    this.choose(smaller);
     this.say("Detail reduced to keep up with the frame rate.");
   }
 
-  #save() {
-    this.draw();
-    this.canvas.toBlob((blob) => blob && download(blob, `${this.data?.name}.png`));
+  async #save() {
+    if (this.#shown?.side !== this.side) await this.#use(this.side);
+    await this.#styled.draw();
+    this.#styled.canvas.toBlob((blob) => blob && download(blob, `${this.data?.name}.png`));
   }
 
   #record() {
     if (this.#recorder) return this.#recorder.stop();
-    this.#recorder = record(this.canvas, this.source.video, (clip, extension) => {
+    this.#recorder = record(this.#styled.canvas, this.source.video, (clip, extension) => {
       this.#recorder = null;
-      press(get("record"), false);
+      this.#markRecording(false);
       if (clip.size) download(clip, `${this.data?.name}.${extension}`);
       else this.say("Nothing was recorded.");
     });
     if (!this.#recorder) return this.say("This browser cannot record.");
-    press(get("record"), true);
+    this.#markRecording(true);
     this.redraw();
   }
 
+  /** @param {boolean} on */
+  #markRecording(on) {
+    press(get("record"), on);
+    get("record-label").textContent = on ? "Stop recording" : "Record clip";
+  }
+
   #compare() {
-    this.#divider.toggle();
-    press(get("compare"), this.#divider.split !== null);
+    this.#styled.divider.toggle();
+    press(get("compare"), this.#styled.divider.split !== null);
   }
 
   /** @param {boolean} on whether to show the original */
   #hold(on) {
-    this.#held = on;
+    this.#styled.isHeld = on;
     press(get("hold"), on);
-    this.redraw();
+    this.#styled.compose();
   }
 
   async #copyLink() {
@@ -278,7 +282,7 @@ export class Viewer {
     for (const [id, act] of Object.entries(clicks)) get(id)?.addEventListener("click", act);
     this.#detail.onchange = () => {
       this.#isChosen = true;
-      this.#choose(this.side);
+      this.choose(this.side);
     };
     this.#place.oninput = () => {
       const { film } = this.source;

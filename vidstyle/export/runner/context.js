@@ -63,6 +63,15 @@ export class Context {
     return this.gl.getProgramParameter(found.program, this.parallel.COMPLETION_STATUS_KHR);
   }
 
+  /** Resolves once the GPU has done what was asked of it. */
+  async finish() {
+    const gl = this.gl;
+    const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    gl.flush();
+    do await new Promise((done) => setTimeout(done)); while (fence && gl.clientWaitSync(fence, 0, 0) === gl.TIMEOUT_EXPIRED);
+    gl.deleteSync(fence);
+  }
+
   /**
    * Returns a compiled program.
    * @param {string} vertex @param {string} fragment

@@ -97,18 +97,26 @@ export class Frame {
     return made;
   }
 
-  /** @param {LoadedStyle} style @param {Source} source @param {number | null} time */
-  draw(style, source, time) {
+  /**
+   * Draws a picture; pauses after each part of the work.
+   * @param {LoadedStyle} style @param {Source} source @param {number | null} time
+   * @param {number} [rows] of a pass that are drawn at once
+   */
+  *parts(style, source, time, rows = Infinity) {
     const gl = this.context.gl;
     gl.bindTexture(gl.TEXTURE_2D, this.source);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, /** @type {TexImageSource} */ (source));
     this.takeColors(style, time);
     let at = this.pages.length - 1;
     const ends = style.plan.passes.map((pass) => (at += countOf(pass)));
-    style.plan.passes.forEach((pass, number) => {
-      this.pass(style, pass, this.targets[number], ends[number] - countOf(pass), Math.floor((time ?? 0) * 1000 + 0.5));
+    for (const [number, pass] of style.plan.passes.entries()) {
+      const [width, height] = this.images[pass.writes[0]].size;
+      for (let top = 0; top < height; top += rows) {
+        this.pass(style, pass, this.targets[number], ends[number] - countOf(pass), Math.floor((time ?? 0) * 1000 + 0.5), [0, top, width, Math.min(rows, height - top)]);
+        yield;
+      }
       if (pass.measures !== undefined) this.measure(style, pass, time, at);
-    });
+    }
   }
 
   /** Updates the tables of film colours. @param {LoadedStyle} style @param {number | null} time */
@@ -124,8 +132,9 @@ export class Frame {
   /**
    * @param {LoadedStyle} style @param {PlanPass} pass @param {WebGLFramebuffer} target @param {number} at index of its first value
    * @param {number} moment the time of the frame in whole milliseconds
+   * @param {[number, number, number, number]} part to draw: left, top, width and height
    */
-  pass(style, pass, target, at, moment) {
+  pass(style, pass, target, at, moment, part) {
     const { plan, values } = style;
     const gl = this.context.gl;
     const { program, locations } = this.context.program(plan.vertex, plan.shaders[pass.shader]);
@@ -156,7 +165,10 @@ export class Frame {
     });
     gl.bindFramebuffer(gl.FRAMEBUFFER, target);
     gl.viewport(0, 0, ...this.images[pass.writes[0]].size);
+    gl.enable(gl.SCISSOR_TEST);
+    gl.scissor(...part);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
+    gl.disable(gl.SCISSOR_TEST);
   }
 
   /**

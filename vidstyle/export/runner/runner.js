@@ -25,6 +25,9 @@ import { Context, floatTargets } from "./context.js";
 import { Frame } from "./frame.js";
 import { FilmColors, Smoother } from "./measured.js";
 
+/** Without a GPU, a part of a pass with as many pixels takes less than half a second (two cores, the most expensive block). */
+const MAX_PIXELS_AT_ONCE = 120_000;
+
 /** The version of plans that this runner reads. */
 export const FORMAT = 1;
 
@@ -214,6 +217,46 @@ export class Runner {
    * @returns {Size | null} the size of the result; null if there is no picture yet, or no context now
    */
   draw(style, source, canvas, options = {}) {
+    const begun = this.begin(style, source, options);
+    if (!begun) return null;
+    for (const _ of begun.parts);
+    this.present(begun.frame);
+    const { size } = begun.frame;
+    const target = /** @type {CanvasRenderingContext2D | null | undefined} */ (canvas?.getContext("2d"));
+    if (canvas && target) target.drawImage(this.canvas, 0, 0, ...size, 0, 0, canvas.width, canvas.height);
+    return size;
+  }
+
+  /**
+   * Draws a picture like `draw` without a canvas, in parts, between which the page stays responsive without a GPU.
+   * @param {LoadedStyle} style it is not drawn otherwise meanwhile
+   * @param {Source} source
+   * @param {object} [options]
+   * @param {number | null} [options.time]
+   * @param {Size} [options.size]
+   * @param {() => boolean} [options.isOutdated] whether the picture is no longer wanted
+   * @returns {Promise<Size | null>} null also if it is no longer wanted
+   */
+  async drawInParts(style, source, options = {}) {
+    const begun = this.begin(style, source, options, Math.ceil(MAX_PIXELS_AT_ONCE / (options.size ?? sizeOf(source) ?? [1])[0]));
+    if (!begun) return null;
+    const { frame, parts } = begun;
+    for (const _ of parts) {
+      await frame.context.finish();
+      if (options.isOutdated?.() || style.frame !== frame || frame.context !== this.context || frame.context.gl.isContextLost()) return null;
+    }
+    this.present(frame);
+    return frame.size;
+  }
+
+  /**
+   * Returns the frame of a style for this size, and its drawing in parts; null if there is no picture yet, or no context now.
+   * @private
+   * @param {LoadedStyle} style @param {Source} source
+   * @param {{time?: number | null, size?: Size}} options
+   * @param {number} [rows] of a pass that are one part
+   */
+  begin(style, source, options, rows) {
     const own = sizeOf(source);
     if (!this.context || this.context.gl.isContextLost() || !own) return null;
     const size = options.size ?? own;
@@ -221,11 +264,7 @@ export class Runner {
       style.release();
       style.frame = new Frame(this.context, style, size);
     }
-    style.frame.draw(style, this.resize(source, own, size), options.time ?? null);
-    this.present(style.frame);
-    const target = /** @type {CanvasRenderingContext2D | null | undefined} */ (canvas?.getContext("2d"));
-    if (canvas && target) target.drawImage(this.canvas, 0, 0, ...size, 0, 0, canvas.width, canvas.height);
-    return size;
+    return { frame: style.frame, parts: style.frame.parts(style, this.resize(source, own, size), options.time ?? null, rows) };
   }
 
   /** Frees the context and all that was made with it. */

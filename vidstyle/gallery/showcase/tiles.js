@@ -2,7 +2,8 @@
 
 import { get, make, resize } from "./elements.js";
 import { loadStyleData } from "./store.js";
-import { loadStyle, workingSize } from "./viewer.js";
+import { workingSize } from "./styled_canvas.js";
+import { loadStyle } from "./viewer.js";
 
 /** @typedef {{name: string, note: string}} Listed */
 

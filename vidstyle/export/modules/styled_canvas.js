@@ -1,0 +1,86 @@
+// A canvas with a picture in a style, and the original left of a divider or while it is held.
+
+import { Divider } from "./divider.js";
+import { get, make, resize } from "./elements.js";
+
+/** @typedef {import("./runner.js").LoadedStyle} LoadedStyle */
+/** @typedef {{style: LoadedStyle, side: number}} Shown a style and the shorter side at which it is drawn */
+
+/** Returns the working size: the shorter side is that of the plan. @param {[number, number]} size @param {number} side @returns {[number, number]} */
+export function workingSize([width, height], side) {
+  const long = Math.max(side, Math.round((side * Math.max(width, height)) / Math.min(width, height)));
+  return width < height ? [side, long] : [long, side];
+}
+
+/** Draws the present frame of a source; without a GPU in parts, so that the page stays responsive. */
+export class StyledCanvas {
+  canvas = /** @type {HTMLCanvasElement} */ (get("picture"));
+  divider = new Divider(this.canvas, get("divider"), () => this.compose());
+  /** @type {Shown | null} */
+  shown = null;
+  /** Whether the original is shown instead. */
+  isHeld = false;
+  /** Whether the last frame is drawn. */
+  isDrawn = false;
+  /** Whether it has changed since the last frame began. */
+  isOutdated = false;
+  /** Is called with the time that a frame took, in milliseconds. @type {(milliseconds: number) => void} */
+  ondrawn = () => {};
+  #result = make("canvas");
+  /** @type {Promise<void> | null} */
+  #drawing = null;
+
+  /** @param {import("./runner.js").Runner} runner @param {import("./source.js").Source} source */
+  constructor(runner, source) {
+    this.runner = runner;
+    this.source = source;
+    this.divider.listen();
+  }
+
+  /** Shows a new picture as it is, until it is drawn. */
+  open() {
+    this.isDrawn = false;
+    this.compose();
+  }
+
+  /** Draws the present frame, after the one that is being drawn. */
+  draw() {
+    this.isOutdated = true;
+    this.#drawing ??= this.#drawAll().finally(() => (this.#drawing = null));
+    return this.#drawing;
+  }
+
+  async #drawAll() {
+    while (this.isOutdated) {
+      this.isOutdated = false;
+      await this.#drawOnce();
+    }
+  }
+
+  async #drawOnce() {
+    const { runner, shown } = this;
+    const { picture, size: own, time } = this.source;
+    if (!picture || !own[0] || !shown) return this.compose();
+    const began = performance.now();
+    const size = workingSize(own, shown.side);
+    const isOutdated = () => this.shown !== shown || this.source.picture !== picture;
+    if (!(runner.isSoftware ? await runner.drawInParts(shown.style, picture, { time, size, isOutdated }) : runner.draw(shown.style, picture, undefined, { time, size }))) return;
+    resize(this.#result, size);
+    this.#result.getContext("2d")?.drawImage(runner.canvas, 0, 0, ...size, 0, 0, ...size);
+    this.isDrawn = true;
+    this.compose();
+    this.ondrawn(performance.now() - began);
+  }
+
+  /** Shows what is drawn, with the original in its part. */
+  compose() {
+    const { picture, size: own } = this.source;
+    if (!picture || !own[0]) return;
+    const size = this.isDrawn ? [this.#result.width, this.#result.height] : workingSize(own, this.shown?.side ?? Math.min(...own));
+    resize(this.canvas, size);
+    const isOriginal = this.isHeld || !this.isDrawn;
+    this.canvas.getContext("2d")?.drawImage(isOriginal ? picture : this.#result, 0, 0, size[0], size[1]);
+    if (!isOriginal) this.divider.paint(picture, own);
+    this.divider.place();
+  }
+}
