@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from functools import cache
-from pathlib import Path
 
 import cv2
 import numpy as np
 
 from vidstyle.demo.drawing import FILM_HEIGHT_PX, FILM_SECONDS, FILM_WIDTH_PX
+from vidstyle.export import EXAMPLE_FILE
 
-PHOTOGRAPH_FILE = Path(__file__).with_name("astronaut.webp")
-"""The astronaut Eileen Collins: a photograph of NASA, in the public domain, from scikit-image."""
-_FACE_POINT = (225.0, 125.0)
-"""The point that the camera moves back from: x and y in pixels of the photograph."""
+_FACE_PX = (225.0, 125.0)
+"""The point that the camera moves back from: x and y in the photograph."""
 _FIRST_WIDTH_RATIO = 0.75
 """Width of the first picture, relative to the photograph."""
 
@@ -23,7 +21,7 @@ def photograph_picture(time: float) -> np.ndarray:
     photograph = _photograph()
     ratio = _FIRST_WIDTH_RATIO + (1 - _FIRST_WIDTH_RATIO) * min(1.0, time / FILM_SECONDS)
     scale = FILM_WIDTH_PX / (photograph.shape[1] * ratio)
-    shift = [-scale * (1 - ratio) * place for place in _FACE_POINT]
+    shift = [-scale * (1 - ratio) * place for place in _FACE_PX]
     matrix = np.array([[scale, 0, shift[0]], [0, scale, shift[1]]])
     size = (FILM_WIDTH_PX, FILM_HEIGHT_PX)
     return cv2.warpAffine(photograph, matrix, size, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
@@ -31,6 +29,6 @@ def photograph_picture(time: float) -> np.ndarray:
 
 @cache
 def _photograph() -> np.ndarray:
-    picture = cv2.imdecode(np.fromfile(PHOTOGRAPH_FILE, np.uint8), cv2.IMREAD_COLOR)
-    assert picture is not None, PHOTOGRAPH_FILE
+    picture = cv2.imdecode(np.fromfile(EXAMPLE_FILE, np.uint8), cv2.IMREAD_COLOR)
+    assert picture is not None, EXAMPLE_FILE
     return np.ascontiguousarray(picture[..., ::-1])

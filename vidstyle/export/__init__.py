@@ -10,6 +10,8 @@ RUNNER_FOLDER = _FOLDER / "runner"
 """The JavaScript modules that run plans in a browser; import `runner.js`."""
 SCRIPT_FOLDERS = (RUNNER_FOLDER, _FOLDER / "modules")
 """The JavaScript modules that every page of vidstyle may import."""
+EXAMPLE_FILE = _FOLDER / "example.webp"
+"""The astronaut Eileen Collins: a photograph of NASA, in the public domain, from scikit-image."""
 _IMPORT = re.compile(r'^import [^;]* from "\./([\w.]+)";\n', re.MULTILINE)
 
 

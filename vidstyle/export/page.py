@@ -14,8 +14,7 @@ from string import Template
 from typing import Any
 
 import vidstyle
-from vidstyle.demo.photograph import PHOTOGRAPH_FILE
-from vidstyle.export import join_modules, module_text
+from vidstyle.export import EXAMPLE_FILE, join_modules, module_text
 from vidstyle.export.adjust import is_alike, main_controls, tables_fit, tables_of, with_tints
 from vidstyle.gpu.compile.es import EsPlan
 from vidstyle.style import Style, set_values
@@ -135,7 +134,7 @@ def _width(side: int) -> int:
 
 
 def _example_address() -> str:
-    return "data:image/webp;base64," + base64.b64encode(PHOTOGRAPH_FILE.read_bytes()).decode()
+    return "data:image/webp;base64," + base64.b64encode(EXAMPLE_FILE.read_bytes()).decode()
 
 
 def _text(name: str) -> str:
