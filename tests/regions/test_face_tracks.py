@@ -23,6 +23,7 @@ from vidstyle.regions.face_tracks import (
     FaceFollower,
 )
 from vidstyle.regions.faces import FaceFinder
+from vidstyle.regions.features.landmarks import MarkedFaces
 
 
 @pytest.fixture
@@ -82,6 +83,25 @@ def test_a_face_that_turns_away_fades_after_some_searches() -> None:
         ]
     assert all(count == 1 for time, count in seen if time < last)
     assert all(count == 0 for time, count in seen if time > last + FADE_SECONDS + 0.08)
+
+
+def test_landmarks_move_half_way_to_those_of_a_new_search() -> None:
+    """As the box does, so that eyes do not jump each second."""
+
+    class Doubtful(FaceFinder):
+        searches = 0
+
+        def find(self, color: np.ndarray, least: float = 0.05) -> MarkedFaces:
+            self.searches += 1
+            low = 0.5 if self.searches == 1 else 0.6
+            return {box: marks._replace(nose=(0.5, low)) for box, marks in super().find(color, least).items()}
+
+    with FaceFollower(Doubtful()) as follower:
+        noses = [
+            follower.follow(picture, time)[0].landmarks.nose[1]
+            for picture, time in film_with_face(lambda _: 250, 60)
+        ]
+    assert noses[0] == 0.5 and noses[-1] == pytest.approx(0.55) and set(noses) == {noses[0], noses[-1]}
 
 
 def test_a_scene_cut_starts_again(follower: FaceFollower) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import av
+import cv2
 import numpy as np
 import pytest
 from pictures import FACE, picture_with_face
@@ -12,10 +13,12 @@ from vidstyle.media.frame import picture_from_frame
 from vidstyle.regions.boxes import Box
 from vidstyle.regions.face_tracks import Face
 from vidstyle.regions.faces import FaceFinder
-from vidstyle.regions.features import feature_lifting
+from vidstyle.regions.features import tones
 from vidstyle.regions.features.feature_drawing import draw_features
-from vidstyle.regions.features.feature_lifting import FACE_RATIOS, Features, lift_features
-from vidstyle.regions.patches import Patch
+from vidstyle.regions.features.feature_lifting import Features, LiftedFeatures, lift_features
+from vidstyle.regions.features.landmarks import USUAL_LANDMARKS
+from vidstyle.regions.features.media import FACE_RATIOS, Medium
+from vidstyle.regions.patches import Patch, plane_area
 from vidstyle.regions.rasters import NO_RASTER, PageRaster
 from vidstyle.regions.writing.lifting import luma_in
 from vidstyle.style import load_style
@@ -28,10 +31,10 @@ EYES = np.s_[48:60, 40:64]
 pytestmark = pytest.mark.usefixtures("faces_alone")
 
 
-def lifted(picture: Picture, amount: float = 1.0, side: float = 480.0) -> tuple[np.ndarray, list[Features]]:
+def lifted(picture: Picture, amount: float = 1.0) -> tuple[np.ndarray, list[Features]]:
     """Return the luma of the window without features, and these."""
     copied = picture.map_planes(lambda plane, _: plane.copy())
-    features = lift_features(copied, [Patch(WINDOW, WINDOW, Face(0, PLACE))], amount, side)
+    features = lift_features(copied, [Patch(WINDOW, WINDOW, Face(0, PLACE))], lambda face: amount, 480.0)
     return luma_in(copied, WINDOW), features
 
 
@@ -41,7 +44,7 @@ def test_eyes_are_taken_off_every_layout_of_planes(format: str) -> None:
     picture = picture_from_frame(frame.reformat(format=format))
     before, (after, (found,)) = luma_in(picture, WINDOW), lifted(picture)
     assert after[EYES].min() > before[EYES].min() + 0.2
-    assert np.array_equal(before[:20], after[:20]) and found.dark[EYES].max() == 1
+    assert np.array_equal(before[:20], after[:20]) and found.tones.dark[EYES].max() > 0.6
 
 
 def test_grain_is_no_feature(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -49,19 +52,64 @@ def test_grain_is_no_feature(monkeypatch: pytest.MonkeyPatch) -> None:
     noisy = picture_with_face() + np.random.default_rng(5).normal(0, 9, (480, 640, 1))
     picture = Picture.from_array(np.clip(noisy, 0, 255).astype(np.uint8))
     (smooth,) = lifted(picture)[1]
-    monkeypatch.setattr(feature_lifting, "MIN_GRAIN_LUMA", 1.0)
+    monkeypatch.setattr(tones, "MIN_GRAIN_LUMA", 1.0)
     (grainy,) = lifted(picture)[1]
-    steps = [np.abs(np.diff(each.dark * each.weight)).mean() for each in (smooth, grainy)]
+    steps = [np.abs(np.diff(each.tones.dark * each.weight)).mean() for each in (smooth, grainy)]
     assert steps[0] < 0.7 * steps[1]
 
 
-def test_features_go_as_far_as_focus_and_the_size_of_a_face() -> None:
+def test_features_go_as_far_as_focus() -> None:
     picture = Picture.from_array(picture_with_face())
     before, whole = luma_in(picture, WINDOW), lifted(picture)[0]
-    assert np.abs(lifted(picture, 0.5)[0] - (before + whole) / 2).max() < 0.01
-    assert lifted(picture, 0.0)[1] == lifted(picture, side=PLACE.height / FACE_RATIOS[1])[1] == []
-    (half,) = lifted(picture, side=2 * PLACE.height / sum(FACE_RATIOS))[1]
-    assert half.amount == pytest.approx(0.5)
+    half, (features,) = lifted(picture, 0.5)
+    assert np.abs(half - (before + whole) / 2).max() < 0.01
+    assert features.amount == 0.5 and lifted(picture, 0.0)[1] == []
+
+
+def test_ink_alone_draws_large_faces_itself() -> None:
+    """Other styles get the features of faces of every size."""
+    shares = [
+        [Medium.of(load_style(name), raster).lifted_share(size) for size in (0.1, sum(FACE_RATIOS) / 2, 0.4)]
+        for name, raster in (("ink", NO_RASTER), ("poster", NO_RASTER), ("comic", PageRaster(is_screen=True)))
+    ]
+    assert shares[0] == shares[2] == pytest.approx([1, 0.5, 0]) and shares[1] == [1, 1, 1]
+
+
+def test_features_of_a_large_face_are_lifted_from_the_whole_picture() -> None:
+    """As much as it is opaque; the source is not changed."""
+    source = Picture.from_array(picture_with_face())
+    before = source.color.copy()
+    faces = [Face(3, PLACE, 0.5)]
+    large = LiftedFeatures(lambda: source, faces, 1.0, 100.0)
+    (found,) = large.features()
+    assert found.amount == 0.5 and found.window.intersection(WINDOW) == found.window
+    changed = (large.picture().color != before).any(axis=2)
+    assert changed[found.window.top :, found.window.left :].any() and np.array_equal(source.color, before)
+    changed[plane_area(found.window, (1, 1))] = False
+    assert not changed.any()
+
+
+def test_a_strap_is_no_face() -> None:
+    """A false face whose eyes are the upper edge of something dark gets no marks."""
+    picture = picture_with_face()
+    eyes = round(PLACE.top + 0.4 * PLACE.height)
+    picture[eyes - 4 :, PLACE.left - 20 : PLACE.right + 20] = 25
+    after, found = lifted(Picture.from_array(picture))
+    assert found == [] and np.array_equal(after, luma_in(Picture.from_array(picture), WINDOW))
+
+
+def test_light_lines_fill_no_dark_shape() -> None:
+    """White eyes would make a face a negative: only their outlines are drawn."""
+    picture = picture_with_face()
+    eye = USUAL_LANDMARKS.inside(PLACE).left_eye
+    cv2.circle(picture, (round(eye[0]), round(eye[1])), 9, (20, 20, 20), -1)
+    features, page = lifted(Picture.from_array(picture))[1], np.full((480, 640, 3), 90, np.uint8)
+    drawn = draw_features(Picture.from_array(page), features, load_style("blueprint"), None, NO_RASTER)
+    luma = luma_in(drawn, WINDOW)[
+        round(eye[1]) - WINDOW.top - 10 : round(eye[1]) - WINDOW.top + 11,
+        round(eye[0]) - WINDOW.left - 10 : round(eye[0]) - WINDOW.left + 11,
+    ]
+    assert luma[9:12, 9:12].max() < 90.5 / 255 and luma.max() > 0.7
 
 
 @pytest.mark.parametrize("ground", [40, 190])
@@ -72,7 +120,7 @@ def test_light_marks_are_on_skin_alone(ground: int) -> None:
     mouth[:] = ground
     mouth[6:8, 12:33] = 250
     (found,) = lifted(Picture.from_array(picture))[1]
-    assert (found.light[PLACE.top + 40 - found.window.top :].max() > 0.3) == (ground > 100)
+    assert (found.tones.light[PLACE.top + 40 - found.window.top :].max() > 0.3) == (ground > 100)
 
 
 @pytest.mark.parametrize(

@@ -93,6 +93,9 @@ class Raster:
         return cls(tuple((math.cos(turn) / pitch, math.sin(turn) / pitch) for turn in turns))
 
 
+NO_PERIOD = Raster(())
+"""The raster of dots or lines that follow the picture."""
+
 RasterFunction = Callable[..., "Raster | None"]
 """Maps the values of a block that it takes as parameters to its raster; None: with these, it has none."""
 

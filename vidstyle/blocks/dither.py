@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from vidstyle.block import Asset, PageRegion, ResultRows, Slider, block
+from vidstyle.block import NO_PERIOD, Asset, PageRegion, ResultRows, Slider, block
 from vidstyle.blocks.pattern import read_tile
 from vidstyle.blocks.pixelate import whole_side
 from vidstyle.core.kernels import clipped_sum, compiled, interleaved, look_up_at
@@ -42,6 +42,7 @@ def read_thresholds(path: Path) -> tuple[np.ndarray]:
     on="channels",
     label="Dither",
     category="print",
+    raster=lambda: NO_PERIOD,
     aliases="8-bit, retro, old computer, game console, dots, stipple, stippling",
 )
 def dither(

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from vidstyle.block import PageRegion, SavedRef, Slider, block
+from vidstyle.block import NO_PERIOD, PageRegion, SavedRef, Slider, block
 from vidstyle.core.kernels import compiled
 
 
@@ -17,6 +17,7 @@ from vidstyle.core.kernels import compiled
     chroma="dropped",
     label="Engraving lines",
     category="print",
+    raster=lambda: NO_PERIOD,
     aliases="banknote, etching, woodcut, linocut, scanlines, scan lines, old television, old tv, crt",
 )
 def line_screen(

@@ -21,10 +21,12 @@ from vidstyle.regions.boxes import Box, Rectangle
 from vidstyle.regions.masks import inner_box, inner_mask
 from vidstyle.regions.patches import Patch, plane_area
 
-FACE_LUMA_RANGE, SKIN_LUMA_RANGE = (0.08, 0.8), (0.6, 0.85)
+FACE_LUMA_RANGE, SKIN_LUMA_RANGE = (0.08, 0.8), (0.6, 0.82)
 """Target luma of the darkest and the brightest tone of a face, and of one without eyes, nose and mouth."""
 RANGE_WEIGHT = 0.5
 """Weight of the middle of that range; the rest is the weight of the face's original brightness."""
+BRIGHT_SKIN_WEIGHT = 0.65
+"""The same for a face without eyes, nose and mouth that is brighter: skin is darker than paper."""
 CONTRAST_EXPONENT = 0.7
 """Exponent of the contrast factor that would fill the range: 1 fills it, 0 keeps the contrast."""
 CLIP_LUMA_RANGE = 0.04, 0.9
@@ -37,7 +39,7 @@ PAGE_QUANTILES = 0.05, 0.95
 """Quantiles of luma of the page between which styles stretch contrast."""
 SHOWN_RANGE = 0.67
 """The range between them after the stretch, as in most styles."""
-SHADING_WEIGHT, SKIN_SHADING_WEIGHT = 0.5, 0.8
+SHADING_WEIGHT, SKIN_SHADING_WEIGHT = 0.5, 0.7
 """Share of light and shadow on a face that is removed: in few tones, they would divide it; and the same for a
 face without eyes, nose and mouth."""
 SHADING_RADIUS_RATIO = 0.25
@@ -154,7 +156,10 @@ def expose_face(
     gain = ((high - low) / max(bright - dark, 1e-3)) ** CONTRAST_EXPONENT
     gain = min(_mixed(CONTRAST_FACTOR_RANGE[1], 1.0, bare), max(CONTRAST_FACTOR_RANGE[0], gain))
     middle = (dark + bright) / 2
-    moved = middle + RANGE_WEIGHT * ((low + high) / 2 - middle)
+    wanted = (low + high) / 2
+    moved = middle + _mixed(RANGE_WEIGHT, BRIGHT_SKIN_WEIGHT if wanted < middle else RANGE_WEIGHT, bare) * (
+        wanted - middle
+    )
     shown = stretch.shown(luma)
     even = shown - np.float32(_mixed(SHADING_WEIGHT, SKIN_SHADING_WEIGHT, bare)) * (
         _shading(shown, skin, height) - np.float32(middle)

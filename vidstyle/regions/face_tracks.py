@@ -251,7 +251,7 @@ class FaceFollower(Closing):
                 track.misses += 1
                 continue
             (marks, track.template), track.misses, track.is_lost = left.pop(near), 0, False
-            track.box, track.landmarks = _approach(track.box, near), marks
+            track.box, track.landmarks = _approach(track.box, near), _between(track.landmarks, marks)
         self._tracks += [
             _Track(next(self._numbers), box, marks, opacity, template)
             for box, (marks, template) in left.items()
@@ -318,6 +318,16 @@ def _distance(one: Box[float], other: Box[float]) -> float:
 def _approach(box: Box[float], found: Box[float]) -> Box[float]:
     """Interpolate between the box of a tracked face and its box in a new search."""
     return Box(*(now + _SIZE_WEIGHT * (then - now) for now, then in zip(box, found, strict=True)))
+
+
+def _between(marks: Landmarks, found: Landmarks) -> Landmarks:
+    """Interpolate between the landmarks of a tracked face and those of a new search, as `_approach`."""
+    return Landmarks(
+        *(
+            (x + _SIZE_WEIGHT * (then_x - x), y + _SIZE_WEIGHT * (then_y - y))
+            for (x, y), (then_x, then_y) in zip(marks, found, strict=True)
+        )
+    )
 
 
 def _peak(line: np.ndarray, place: int) -> float:

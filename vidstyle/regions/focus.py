@@ -15,7 +15,8 @@ from vidstyle.core.scene_cuts import KnownCuts
 from vidstyle.core.shared_tones import SharedTones
 from vidstyle.regions.face_tracks import Face
 from vidstyle.regions.features.feature_drawing import draw_features
-from vidstyle.regions.features.feature_lifting import Features
+from vidstyle.regions.features.feature_lifting import Features, LiftedFeatures
+from vidstyle.regions.features.media import Medium
 from vidstyle.regions.patch_blending import lay_over, patch_mask
 from vidstyle.regions.patch_renderer import OpenRenderer, PatchRenderer
 from vidstyle.regions.patches import PatchPlanner, PatchSet, plane_area
@@ -28,10 +29,6 @@ from vidstyle.style import Style
 FACE_RATIOS = 0.22, 0.32
 """Heights of faces relative to the picture's shorter side. Focus is complete up to the first; from the second
 on there is none, as marks are small enough for the face."""
-
-
-MAX_CELL_RATIO = 6 / 720
-"""Largest side of squares in which features are drawn, relative to the picture's shorter side."""
 
 
 class FaceSource(Protocol):
@@ -52,12 +49,14 @@ class FocusedPicture:
         writing: is drawn over it, in the ink of the style.
         region: where the style applies, H x W float32, 0..1; None: everywhere.
         raster: the dots and squares of the style.
-        features: eyes, noses and mouths, which are drawn over the faces.
+        features: eyes, noses and mouths of small faces, which are drawn over the faces.
+        large: those of large faces, which are drawn over the picture.
     """
 
     page: PendingPicture
     faces: Sequence[tuple[PendingPicture, PatchSet]]
     features: Sequence[Features]
+    large: LiftedFeatures
     writing: LiftedWriting
     style: Style
     region: np.ndarray | None
@@ -68,8 +67,8 @@ class FocusedPicture:
         page = styled = self.page.result()
         for fine, patches in self.faces:
             page = lay_over(page, styled, fine.result(), patches, self.region, self.raster.cell)
-        if self.features:
-            page = draw_features(page, self.features, self.style, self.region, self.raster)
+        if features := [*self.features, *self.large.features()]:
+            page = draw_features(page, features, self.style, self.region, self.raster)
         if strokes := self.writing.strokes():
             page = draw_writing(page, strokes, self.style, self.region, self.raster.cell)
         return page
@@ -80,8 +79,9 @@ class FocusedPicture:
         for _, patches in self.faces:
             for patch in patches.visible:
                 whole[plane_area(patch.window, (1, 1))] |= patch_mask(patch, self.raster.cell) > 0
-        for strokes in self.writing.strokes():
-            whole[plane_area(strokes.window, (1, 1))] = True
+        windows = [each.window for each in self.large.features()]
+        for window in windows + [each.window for each in self.writing.strokes()]:
+            whole[plane_area(window, (1, 1))] = True
         return whole
 
 
@@ -156,30 +156,35 @@ class FocusRenderer(Backend):
         self, request: FrameRequest, start: Callable[[Backend, FrameRequest], PendingPicture]
     ) -> PendingPicture:
         request, style = flatten_still(request, self._style.steady), self._style
-        sets, tones = self._plan(request), SharedTones()
         if not self._is_focused:
             return start(self._page, request)
+        found, tones = self._source.follow(request.picture, request.time), SharedTones()
+        sets, side = self._plan(request, found), self._side_ratio * min(request.picture.shape)
         writing = LiftedWriting(request.picture, style.focus)
-        request = replace(request, edit=writing.picture)
+        large = LiftedFeatures(writing.picture, self._large(found, request, side), style.focus, side)
+        lifted = replace(request, edit=writing.picture)
+        request = replace(request, edit=large.picture)
         if request.time is None:
-            request = request.edited()
-            if not sets and not writing.strokes():
+            lifted, request = lifted.edited(), request.edited()
+            if not sets and not large.faces and not writing.strokes():
                 return start(self._page, request)
         page = start(self._page, replace(request, measured=tones) if sets else request)
-        lifted = replace(request.edited(), tones=tones) if sets else request
+        lifted = replace(lifted.edited(), tones=tones) if sets else lifted
         faces = list[tuple[PendingPicture, PatchSet]]()
         features = dict[int, Features]()
         for patches in sets:
-            backend, fine, found = self._prepare(lifted, patches)
+            backend, fine, marked = self._prepare(lifted, patches)
             faces.append((start(backend, fine), patches))
-            features |= {each.face.track: each for each in found}
+            features |= {each.face.track: each for each in marked}
         region, raster = _region(request.picture, style), self._raster_on(request)
-        return FocusedPicture(page, faces, list(features.values()), writing, style, region, raster)
+        return FocusedPicture(page, faces, list(features.values()), large, writing, style, region, raster)
 
     def skip(self, request: FrameRequest) -> None:
         """Follow faces and their tones through a picture that is not restyled."""
-        for patches in self._plan(request):
-            self._patches_of(patches).cut(request, patches, self._style.focus, self._lift(request))
+        if not self._is_focused:
+            return
+        for patches in self._plan(request, self._source.follow(request.picture, request.time)):
+            self._patches_of(patches).cut(request, patches, self._style.focus, self._lifted_share(request))
 
     def overlay(self, picture: Picture) -> np.ndarray | None:
         """Return what focus changes in a single picture, to be laid over it by other means.
@@ -205,23 +210,30 @@ class FocusRenderer(Backend):
     def _prepare(
         self, request: FrameRequest, patches: PatchSet
     ) -> tuple[Backend, FrameRequest, list[Features]]:
-        return self._patches_of(patches).prepare(request, patches, self._style, self._lift(request))
+        raster, share = self._raster_on(request), self._lifted_share(request)
+        return self._patches_of(patches).prepare(request, patches, self._style, share, raster)
 
-    def _lift(self, request: FrameRequest) -> float:
-        """Return how much of features is drawn over the result: nothing in large squares and letters."""
-        cell, most = self._raster_on(request).cell, MAX_CELL_RATIO * min(request.picture.shape)
-        return 0.0 if cell and max(cell) > most else self._style.focus
+    def _lifted_share(self, request: FrameRequest) -> Callable[[Face], float]:
+        """Return what returns how much of the features of a face is drawn over its patch, 0..1."""
+        medium = Medium.of(self._style, self._raster_on(request))
+        side = self._side_ratio * min(request.picture.shape)
+        return lambda face: self._style.focus * medium.lifted_share(face.box.height / side)
+
+    def _large(self, faces: Sequence[Face], request: FrameRequest, side: float) -> list[Face]:
+        """Return the faces that are too large for a patch, less opaque where they still have one."""
+        large = [replace(face, opacity=face.opacity * (1 - _small_share(face, side))) for face in faces]
+        large = [face for face in large if face.opacity > 0]
+        is_ink = bool(large) and Medium.of(self._style, self._raster_on(request)) is Medium.INK
+        return [] if is_ink else large
 
     def _patches_of(self, patches: PatchSet) -> PatchRenderer:
         return self._patches[patches.number % len(self._patches)]
 
-    def _plan(self, request: FrameRequest) -> list[PatchSet]:
+    def _plan(self, request: FrameRequest, found: Sequence[Face]) -> list[PatchSet]:
         """Return the patches for the faces that need finer detail."""
         picture = request.picture
-        if not self._is_focused:
-            return []
         side = self._side_ratio * min(picture.shape)
-        small = [_limited(face, side) for face in self._source.follow(picture, request.time)]
+        small = [replace(face, opacity=face.opacity * _small_share(face, side)) for face in found]
         across, down = map(max, picture.encoding.subsampling, request.encoding.subsampling)
         faces = [face for face in small if face.opacity > 0]
         raster = self._raster_on(request) if faces else NO_RASTER
@@ -235,11 +247,10 @@ class FocusRenderer(Backend):
         return self._raster[1]
 
 
-def _limited(face: Face, side: float) -> Face:
-    """Return the face with less opacity the larger it is in a picture with this shorter side."""
+def _small_share(face: Face, side: float) -> float:
+    """Return how much finer detail a face gets: less, the larger it is relative to the shorter side."""
     small, large = FACE_RATIOS
-    share = (large - face.box.height / side) / (large - small)
-    return replace(face, opacity=face.opacity * min(1.0, max(0.0, share)))
+    return min(1.0, max(0.0, (large - face.box.height / side) / (large - small)))
 
 
 def _region(picture: Picture, style: Style) -> np.ndarray | None:

@@ -10,8 +10,10 @@ from vidstyle.core.closing import Closing
 from vidstyle.core.picture import Picture
 from vidstyle.core.scene_cuts import KnownCuts
 from vidstyle.regions.exposure import Exposure
+from vidstyle.regions.face_tracks import Face
 from vidstyle.regions.features.feature_lifting import Features, lift_features
 from vidstyle.regions.patches import PatchSet, cut_patches
+from vidstyle.regions.rasters import PageRaster
 from vidstyle.style import Style
 
 FACE_DETAIL_RATIO = 0.38
@@ -19,6 +21,13 @@ FACE_DETAIL_RATIO = 0.38
 Tuned on the pictures of `exposure`."""
 DETAIL_RANGE = 2.4, 3.6
 """Minimum and maximum level of detail at `focus` 1."""
+
+MAX_CELL_RATIO = 6 / 720
+SCREEN_DETAIL_RATIO, SCREEN_DETAIL_RANGE = 0.12, (1.0, 2.0)
+"""The same for styles of dots, squares or ruled lines: finer ones would look like another print."""
+
+LiftedShare = Callable[[Face], float]
+"""Returns how much of the features of a face is lifted, 0..1."""
 
 OpenRenderer = Callable[[Style, KnownCuts | None], Backend]
 """Opens a renderer for a style and scene cuts; None: they are detected."""
@@ -49,7 +58,7 @@ class PatchRenderer(Closing):
             self._backend.close()
 
     def prepare(
-        self, request: FrameRequest, patches: PatchSet, style: Style, lift: float
+        self, request: FrameRequest, patches: PatchSet, style: Style, lift: LiftedShare, raster: PageRaster
     ) -> tuple[Backend, FrameRequest, list[Features]]:
         """Return the renderer of a picture of patches, the request for it, and the features to draw.
 
@@ -57,16 +66,20 @@ class PatchRenderer(Closing):
             request: the whole picture.
             patches: the patches; the first of a set begin a scene.
             style: the style of the whole picture.
-            lift: how much of eyes, nose and mouth is drawn over the result, 0..1.
+            lift: returns how much of eyes, nose and mouth of a face is drawn over the result, 0..1.
+            raster: the rasters of the style.
         """
         cut, features = self.cut(request, patches, style.focus, lift)
         share = patches.least / (self._side_ratio * min(request.picture.shape))
-        detail = min(max(FACE_DETAIL_RATIO / share, DETAIL_RANGE[0]), DETAIL_RANGE[1]) ** style.focus
+        is_fine = raster.is_screen and max(raster.cell or (0,)) <= MAX_CELL_RATIO * min(request.picture.shape)
+        low, high = SCREEN_DETAIL_RANGE if is_fine else DETAIL_RANGE
+        ratio = SCREEN_DETAIL_RATIO if is_fine else FACE_DETAIL_RATIO
+        detail = min(max(ratio / share, low), high) ** style.focus
         backend = self._use(style, detail, cut.shape, request.picture.shape)
         return backend, replace(request, picture=cut, target=request.encoding), features
 
     def cut(
-        self, request: FrameRequest, patches: PatchSet, focus: float, lift: float
+        self, request: FrameRequest, patches: PatchSet, focus: float, lift: LiftedShare
     ) -> tuple[Picture, list[Features]]:
         """Return the picture of all patches, with tones that suit the style by `focus`; and its features."""
         if patches.is_new and request.time is not None:

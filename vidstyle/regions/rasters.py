@@ -32,6 +32,14 @@ class PageRaster:
 
     waves: tuple[Wave, ...] = ()
     cell: tuple[int, int] | None = None
+    is_screen: bool = False
+
+    def dot(self, widest: float) -> tuple[int, int]:
+        """Return height and width of the squares in which features are drawn."""
+        if self.cell is None or max(self.cell) > 2 * widest:
+            return 1, 1
+        down, across = (side if side <= widest else -(-side // 2) for side in self.cell)
+        return down, across
 
     def gap(self, right: int, down: int, step: tuple[int, int]) -> tuple[int, int]:
         """Return by how much more to move a part of the page that is moved by `right` and `down`.
@@ -60,14 +68,15 @@ def raster_of(style: Style, request: FrameRequest) -> PageRaster:
     picture = request.picture
     steps = resolve(style, *picture.shape)
     lowered = lower(style, steps, PictureLayout.of(picture), request.encoding, request.rgb)
-    waves, cells = dict[Wave, None](), [(1, 1)]
+    waves, cells, is_screen = dict[Wave, None](), [(1, 1)], False
     for node in nodes_in_order(lowered.outputs):
         if node.block is not None and (raster := node.block.raster_for(node.values)):
+            is_screen = True
             down, right = (page / side for page, side in zip(picture.shape, node.shape, strict=True))
             waves |= {(across / right, along / down): None for across, along in raster.waves}
             cells += [(round(raster.cell[0] * down), round(raster.cell[1] * right))] if raster.cell else []
     cell = max(cells)
-    return PageRaster(tuple(waves), None if cell == (1, 1) else cell)
+    return PageRaster(tuple(waves), None if cell == (1, 1) else cell, is_screen)
 
 
 def divided_cell(cell: tuple[int, int], widest: float) -> tuple[int, int]:

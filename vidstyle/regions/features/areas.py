@@ -1,52 +1,144 @@
-"""Where the eyes and the mouth are in a face."""
+"""Where the eyes, the nose and the mouth are in a face."""
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
-from vidstyle.regions.boxes import Point, Rectangle
+from vidstyle.regions.boxes import Box, Point, Rectangle
 from vidstyle.regions.face_tracks import Face
+from vidstyle.regions.features.tones import Areas
 
-EYES_RADIUS_RATIO, MOUTH_RADIUS_RATIO, NOSE_RADIUS_RATIO = 0.2, 0.14, 0.24
-"""Distances from the line between the eyes, from the mouth and from the line between both, relative to the
-face's height, up to which features belong to them: with brows and glasses; with folds next to the nose."""
-EDGE_RANGE = 1.2, 0.7
+EYE_RADIUS_RATIOS, MOUTH_RADIUS_RATIO, NOSE_RADIUS_RATIOS = (0.17, 0.12), 0.1, (0.11, 0.06)
+"""Radii of an eye with its brow along and across the line between the eyes, distance from the line between
+the corners of the mouth, and radii of the tip of the nose, relative to the face's height."""
+BROW_RATIO, NOSTRIL_RATIO = 0.03, 0.03
+"""How far the middle of an eye with its brow is above the eye, and nostrils are below the tip of the nose, in
+the same way."""
+BRIDGE_RADIUS_RATIO, CENTER_RADIUS_RATIO = 0.2, 0.24
+"""Distances from the line between the eyes, and from the middle line of the face, within which features lie:
+with glasses; with folds next to the nose."""
+EDGE_RANGE = 1.25, 0.75
 """Distances at which an area ends, and up to which it is whole, relative to these."""
+EYE_WEIGHT, MOUTH_WEIGHT, NOSE_WEIGHT, REST_WEIGHT = 1.0, 1.0, 0.6, 0.4
+"""Weights of dark marks: a shadow beside the nose is no line."""
 
 
-def feature_areas(face: Face, window: Rectangle) -> tuple[np.ndarray, np.ndarray]:
-    """Return soft masks of eyes and mouth, and of these and the nose, in a window, H x W float32, 0..1."""
+SAMPLE_RADIUS_RATIO, EYE_SHARE = 0.06, 0.25
+"""Half the side of the squares in which luma of eyes, cheeks and forehead is compared, relative to the face's
+height; and the quantile of luma that counts as the eye."""
+EYE_LUMA_RATIO_RANGE, CHEEK_LUMA_RATIO_RANGE = (0.9, 0.97), (0.5, 0.35)
+"""Luma of an eye relative to the cheek below, and of that cheek relative to the forehead, from which it is
+doubtful, and from which it is certain that there is no eye. On 24 faces and the strap of a watch."""
+MIN_LUMA = 0.03
+"""Added to luma before it is compared, because of noise."""
+
+
+def feature_areas(face: Face, window: Rectangle) -> Areas:
+    """Return where features are in a window."""
     marks, height = face.landmarks.inside(face.box), face.box.height
-    lines = (
-        (marks.left_eye, marks.right_eye, EYES_RADIUS_RATIO),
-        (marks.mouth_left, marks.mouth_right, MOUTH_RADIUS_RATIO),
-        (
-            _middle(marks.left_eye, marks.right_eye),
-            _middle(marks.mouth_left, marks.mouth_right),
-            NOSE_RADIUS_RATIO,
-        ),
-    )
-    eyes, mouth, nose = (_near(start, end, ratio * height, window) for start, end, ratio in lines)
+    along = _direction(marks.left_eye, marks.right_eye)
+    down = -along[1], along[0]
+
+    def ellipse(center: Point, lower: float, radii: tuple[float, float]) -> np.ndarray:
+        across, below = (center[axis] + lower * height * down[axis] for axis in (0, 1))
+        return _soft(_distance((across, below), along, window, radii, height))
+
+    def capsule(start: Point, end: Point, ratio: float) -> np.ndarray:
+        return _soft(_line_distance(start, end, window) / np.float32(ratio * height))
+
+    eyes = np.maximum(*(ellipse(eye, -BROW_RATIO, EYE_RADIUS_RATIOS) for eye in marks[:2]))
+    mouth = capsule(marks.mouth_left, marks.mouth_right, MOUTH_RADIUS_RATIO)
+    nose = ellipse(marks.nose, NOSTRIL_RATIO, NOSE_RADIUS_RATIOS)
+    middle = _middle(*marks[:2]), _middle(*marks[3:])
+    rest = np.maximum(capsule(*marks[:2], BRIDGE_RADIUS_RATIO), capsule(*middle, CENTER_RADIUS_RATIO))
     both = np.maximum(eyes, mouth)
-    return both, np.maximum(both, nose)
+    weights = (
+        (eyes, EYE_WEIGHT), (mouth, MOUTH_WEIGHT), (nose, NOSE_WEIGHT), (np.ones_like(rest), REST_WEIGHT)
+    )  # fmt: skip
+    marked = np.maximum.reduce([np.float32(weight) * area for area, weight in weights])
+    return Areas(both, np.maximum(both, rest), marked)
+
+
+def eye_doubt(luma: np.ndarray, face: Face, window: Rectangle) -> float:
+    """Return how unlikely it is that a face has eyes, 0..1: an eye is darker than the cheek below it.
+
+    A cheek that is much darker than the forehead, and no eye above it, are a dark edge, such as a strap.
+
+    Args:
+        luma: the window, H x W float32, 0..1.
+    """
+    marks, radius = face.landmarks.inside(face.box), SAMPLE_RADIUS_RATIO * face.box.height
+
+    def level(point: Point, share: float) -> float:
+        left, top = point[0] - window.left, point[1] - window.top
+        box = Box(
+            *(round(each) for each in (left - radius, top - radius, left + radius + 1, top + radius + 1))
+        )
+        inside = box.intersection(Box(0, 0, luma.shape[1], luma.shape[0]))
+        samples = luma[inside.top : inside.bottom, inside.left : inside.right]
+        return MIN_LUMA + (float(np.quantile(samples, share)) if samples.size else 0.0)
+
+    between = _middle(*marks[:2])
+    forehead = level(_toward(between, _middle(*marks[3:]), -0.4), 0.5)
+    doubts = []
+    for eye, corner in zip(marks[:2], marks[3:], strict=True):
+        cheek = level(_middle(eye, corner), 0.5)
+        doubts.append(
+            min(
+                _share(level(eye, EYE_SHARE) / cheek, EYE_LUMA_RATIO_RANGE),
+                _share(cheek / forehead, CHEEK_LUMA_RATIO_RANGE),
+            )
+        )
+    return max(doubts)
+
+
+def _share(value: float, ends: tuple[float, float]) -> float:
+    return min(1.0, max(0.0, (value - ends[0]) / (ends[1] - ends[0])))
+
+
+def _toward(start: Point, end: Point, share: float) -> Point:
+    return start[0] + share * (end[0] - start[0]), start[1] + share * (end[1] - start[1])
+
+
+def _direction(start: Point, end: Point) -> Point:
+    across, down = end[0] - start[0], end[1] - start[1]
+    length = math.hypot(across, down)
+    return (across / length, down / length) if length else (1.0, 0.0)
 
 
 def _middle(one: Point, other: Point) -> Point:
     return (one[0] + other[0]) / 2, (one[1] + other[1]) / 2
 
 
-def _near(start: Point, end: Point, radius: float, window: Rectangle) -> np.ndarray:
-    """Return a soft mask of the pixels near the line between two points, H x W float32, 0..1."""
+def _soft(distance: np.ndarray) -> np.ndarray:
+    """Return a soft mask of the pixels up to a relative distance of 1, H x W float32, 0..1."""
     none, whole = EDGE_RANGE
-    distance = _distance(start, end, window) / np.float32(radius)
     ramp = np.clip((np.float32(none) - distance) / np.float32(none - whole), 0, 1)
     return np.asarray(ramp * ramp * (3 - 2 * ramp), np.float32)
 
 
-def _distance(start: Point, end: Point, window: Rectangle) -> np.ndarray:
+def _offsets(point: Point, window: Rectangle) -> tuple[np.ndarray, np.ndarray]:
+    """Return how far pixels of a window are to the right of a point, 1 x W, and below it, H x 1, float32."""
+    columns = np.arange(window.left, window.right, dtype=np.float32) + np.float32(0.5 - point[0])
+    rows = np.arange(window.top, window.bottom, dtype=np.float32) + np.float32(0.5 - point[1])
+    return columns[None], rows[:, None]
+
+
+def _distance(
+    center: Point, along: Point, window: Rectangle, radii: tuple[float, float], height: float
+) -> np.ndarray:
+    """Return the distance of each pixel from the centre of an ellipse, relative to its edge."""
+    columns, rows = _offsets(center, window)
+    first = (columns * np.float32(along[0]) + rows * np.float32(along[1])) / np.float32(radii[0] * height)
+    other = (rows * np.float32(along[0]) - columns * np.float32(along[1])) / np.float32(radii[1] * height)
+    return np.hypot(first, other)
+
+
+def _line_distance(start: Point, end: Point, window: Rectangle) -> np.ndarray:
     """Return the distance of each pixel of a window from the line between two points, H x W float32."""
-    columns = np.arange(window.left, window.right, dtype=np.float32) + np.float32(0.5 - start[0])
-    rows = np.arange(window.top, window.bottom, dtype=np.float32)[:, None] + np.float32(0.5 - start[1])
+    columns, rows = _offsets(start, window)
     across, down = np.float32(end[0] - start[0]), np.float32(end[1] - start[1])
     share = np.clip((columns * across + rows * down) / max(float(across**2 + down**2), 1e-6), 0, 1)
     return np.hypot(columns - share * across, rows - share * down)

@@ -12,39 +12,53 @@ from vidstyle.block import rgb_from_text
 from vidstyle.core.picture import Picture
 from vidstyle.core.plain_codes import codes_from_values, values_from_codes
 from vidstyle.regions.features.feature_lifting import Features
+from vidstyle.regions.features.media import Medium
 from vidstyle.regions.patch_blending import patch_mask
 from vidstyle.regions.patches import Patch, plane_area
-from vidstyle.regions.rasters import PageRaster, cell_means, divided_cell
+from vidstyle.regions.rasters import PageRaster, cell_means
 from vidstyle.regions.writing.lifting import luma_in
 from vidstyle.style import Style
 
-INK_RANGE = 0.26, 0.55
-"""Darkness at which a pixel begins to be ink, and from which it is, relative to the strongest nearby."""
+INK_RANGE, CORE_RANGE, LINE_RANGE = (0.2, 0.5), (0.45, 0.95), (0.2, 0.6)
+"""Darkness at which a pixel begins to be ink, and from which it is, relative to the strongest nearby; the
+same over tones; and for lines in light."""
+CORE_WEIGHT = 0.7
+"""Opacity of ink over tones."""
 FULL_INK_WEIGHT = 0.33
 """Weight of features from which strokes are full ink: line drawings have no gray."""
 LIGHT_WEIGHT = 0.8
-"""Opacity of whites of eyes and teeth in styles with lines."""
-SHADE_WEIGHT = 0.6
-"""Weight of tones under the ink, in styles with continuous tones next to lines."""
+"""Opacity of whites of eyes and teeth between lines."""
+CLEAR_RATIO, CLEAR_WEIGHT, GROUND_RATIO = 0.035, 0.9, 0.12
+"""Distance from ink in which dots and hatching are cleared, relative to the face's height; how far; and side
+of the square whose mean replaces them in colour, in the same way."""
 MAX_DOT_RATIO = 3 / 720
 """Largest side of the squares that features consist of in styles of squares, relative to the picture's
 shorter side."""
+TONE_STEP = 0.15
+"""Difference of tones in such squares: they have few colours."""
 GLOW_RATIO_RANGE = 0.4, 0.2
 """Luma of skin in the result, relative to the source, at which features begin to glow, as in styles with
 light lines on black, and up to which they do completely."""
-GLOW_SHARE = 0.02
-"""Share of the brightest pixels around a face that show the colour of that light."""
+BRIGHT_SHARE = 0.02
+"""Share of the brightest pixels around a face that show the colour of paper or light."""
 SKIN_SHARE, MIN_SKIN_RATIO = 0.9, 0.1
 """Quantile of luma that counts as the skin, which is black between letters; and minimum luma of skin."""
 
 
 class _Marks(NamedTuple):
-    """Layers over the page, H x W float32: coverage by ink, by paper and by light, and a factor."""
+    """Layers over the page, H x W float32, in this order: a factor, and coverage.
 
-    ink: np.ndarray
-    paper: np.ndarray
-    glow: np.ndarray
+    Attributes:
+        factor: of the page.
+        clear: coverage by even ground.
+        bright: coverage by the brightest colour of the page, paper or light.
+        ink: coverage by the ink of the style.
+    """
+
     factor: np.ndarray
+    clear: np.ndarray
+    bright: np.ndarray
+    ink: np.ndarray
 
 
 def draw_features(
@@ -61,35 +75,38 @@ def draw_features(
     Args:
         page: the restyled picture; only read.
         features: the features.
-        style: its ink and paper are the colours.
+        style: its ink is the colour.
         region: where the style applies, H x W float32, 0..1; None: everywhere.
         raster: its dots and squares.
     """
-    colors = [rgb_from_text(text) for text in (style.ink, style.paper)]
-    tones = [page.encoding.yuv_from_color(color) for color in colors]
-    samples = [
-        *([[tone[0] for tone in tones]] if page.luma is not None else ()),
-        *([[tone[channel] for tone in tones] for channel in (1, 2)] if page.chroma else ()),
-        *([colors] if page.color is not None else ()),
+    color = rgb_from_text(style.ink)
+    luma, *chroma = page.encoding.yuv_from_color(color)
+    inks = [
+        *((luma,) if page.luma is not None else ()),
+        *(chroma if page.chroma else ()),
+        *((color,) if page.color is not None else ()),
     ]
     bright = [luma_in(page, each.window) for each in features]
     marks = [
         _marks(each, luma, style, page, region, raster) for each, luma in zip(features, bright, strict=True)
     ]
+    is_flat = raster.cell is not None or not style.background
 
     def draw(plane: np.ndarray, kind: str) -> np.ndarray:
         if kind not in ("luma", "chroma", "color"):
             return plane
         step, plane = page.encoding.subsampling if kind == "chroma" else (1, 1), plane.copy()
-        inks = np.array(samples.pop(0), np.float32)
+        ink = np.array(inks.pop(0), np.float32)
         for each, luma, found in zip(features, bright, marks, strict=True):
             area = plane_area(each.window, step)
             values = values_from_codes(plane[area], kind, page.encoding)
             factor = np.minimum(found.factor, 1) if kind == "chroma" else found.factor
-            light = _brightest(values, luma) if found.glow.any() else inks[1]
+            light = _brightest(values, luma)
+            ground = light if is_flat else _mean(values, GROUND_RATIO * each.face.box.height, step)
             drawn = values * _like(factor, values)
-            for ink, cover in ((light, found.glow), (inks[0], found.ink), (inks[1], found.paper)):
-                drawn = drawn + _like(cover, values) * (ink - drawn)
+            for color, cover in ((ground, found.clear), (light, found.bright), (ink, found.ink)):
+                if cover.any():
+                    drawn = drawn + _like(cover, values) * (color - drawn)
             plane[area] = codes_from_values(drawn, kind, page.encoding)
         return plane
 
@@ -108,20 +125,47 @@ def _marks(
     weight = each.weight if region is None else each.weight * region[plane_area(each.window, (1, 1))]
     if raster.cell is not None:
         weight = weight * (patch_mask(Patch(each.window, each.window, each.face), raster.cell) > 0)
-    low, high = INK_RANGE
-    ink = np.clip((each.dark - np.float32(low)) / np.float32(high - low), 0, 1)
-    ink *= np.minimum(weight / np.float32(FULL_INK_WEIGHT), 1)
-    paper, none = np.float32(LIGHT_WEIGHT) * weight * each.light, np.zeros_like(weight)
-    change = weight * (each.tone - 1)
-    if raster.cell is not None:
-        dot = divided_cell(raster.cell, MAX_DOT_RATIO * min(page.shape))
-        ink, paper, change = (cell_means(plane, each.window, dot) for plane in (ink, paper, change))
-        ink, paper = ((plane >= 0.5).astype(np.float32) for plane in (ink, paper))
-    if style.lines:
-        shade = SHADE_WEIGHT if style.background and not raster.waves else 0.0
-        return _Marks(ink, paper, none, 1 + np.float32(shade) * change)
+    tones, none = each.tones, np.zeros_like(weight)
+    cover, same = np.minimum(weight / np.float32(FULL_INK_WEIGHT), 1), none + 1
+    change, dot = weight * (tones.tone - 1), raster.dot(MAX_DOT_RATIO * min(page.shape))
+    match Medium.of(style, raster):
+        case Medium.LIGHT_LINES:
+            return _Marks(same, none, none, cover * _ramp(tones.contour, LINE_RANGE))
+        case Medium.INK_OVER_TONES:
+            core = np.float32(CORE_WEIGHT) * cover * _ramp(tones.dark, CORE_RANGE)
+            return _Marks(1 + change, none, none, core)
+        case Medium.INK:
+            paper = np.float32(LIGHT_WEIGHT) * weight * tones.light
+            ink, paper = (
+                _in_dots(plane, each, dot) for plane in (cover * _ramp(tones.dark, INK_RANGE), paper)
+            )
+            return _Marks(same, _cleared(each, ink, raster), paper, ink)
+    if dot != (1, 1):
+        change = np.round(cell_means(change, each.window, dot) / np.float32(TONE_STEP)) * np.float32(
+            TONE_STEP
+        )
     glow = _glow(each, luma)
-    return _Marks(none, none, glow * ink, 1 + change)
+    return _Marks(1 + (1 - glow) * change, none, glow * cover * _ramp(tones.contour, LINE_RANGE), none)
+
+
+def _in_dots(plane: np.ndarray, each: Features, dot: tuple[int, int]) -> np.ndarray:
+    """Return coverage in which the squares of a page are full or empty; the same without squares."""
+    if dot == (1, 1):
+        return plane
+    return (cell_means(plane, each.window, dot) >= 0.5).astype(np.float32)
+
+
+def _cleared(each: Features, ink: np.ndarray, raster: PageRaster) -> np.ndarray:
+    """Return where dots and hatching are cleared: close to ink, which is hard to see among them."""
+    side = 2 * max(1, round(CLEAR_RATIO * each.face.box.height)) + 1
+    near = cv2.dilate(ink * each.tones.near, np.ones((side, side), np.uint8))
+    near = near if raster.cell is not None else cv2.blur(near, (side, side))
+    return np.float32(CLEAR_WEIGHT) * near * each.tones.near
+
+
+def _ramp(plane: np.ndarray, ends: tuple[float, float]) -> np.ndarray:
+    low, high = map(np.float32, ends)
+    return np.clip((plane - low) / (high - low), 0, 1)
 
 
 def _glow(each: Features, luma: np.ndarray) -> np.float32:
@@ -136,7 +180,12 @@ def _brightest(values: np.ndarray, luma: np.ndarray) -> np.ndarray:
     """Return the mean of the samples where luma is highest."""
     if luma.shape != values.shape[:2]:
         luma = cv2.resize(luma, values.shape[1::-1], interpolation=cv2.INTER_AREA)
-    return np.asarray(values[luma >= np.quantile(luma, 1 - GLOW_SHARE)].mean(axis=0), np.float32)
+    return np.asarray(values[luma >= np.quantile(luma, 1 - BRIGHT_SHARE)].mean(axis=0), np.float32)
+
+
+def _mean(values: np.ndarray, size: float, step: tuple[int, int]) -> np.ndarray:
+    """Return the mean of the samples nearby."""
+    return cv2.blur(values, (max(1, round(size / step[0])), max(1, round(size / step[1]))))
 
 
 def _like(plane: np.ndarray, values: np.ndarray) -> np.ndarray:

@@ -1,0 +1,42 @@
+"""How a style draws: in ink alone, in ink over tones, in tones, or in light."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+from vidstyle.block import rgb_from_text
+from vidstyle.regions.rasters import PageRaster
+from vidstyle.style import Style
+
+FACE_RATIOS = 0.16, 0.22
+"""Heights of faces relative to the picture's shorter side. Where all is ink, features are lifted completely
+up to the first; from the second on not at all, as the style draws them well itself."""
+
+
+class Medium(Enum):
+    """What the marks of a style are."""
+
+    INK = "lines, and screens of dots or lines: no tones between ink and paper"
+    INK_OVER_TONES = "lines over continuous tones"
+    TONES = "no lines"
+    LIGHT_LINES = "lines that are lighter than the paper"
+
+    @classmethod
+    def of(cls, style: Style, raster: PageRaster) -> Medium:
+        """Return the medium of a style with these rasters."""
+        if not style.lines:
+            return cls.TONES
+        if sum(rgb_from_text(style.ink)) > sum(rgb_from_text(style.paper)):
+            return cls.LIGHT_LINES
+        return cls.INK_OVER_TONES if style.background and not raster.is_screen else cls.INK
+
+    def lifted_share(self, size_ratio: float) -> float:
+        """Return how much of the features of a face is lifted, 0..1.
+
+        Args:
+            size_ratio: the height of the face relative to the picture's shorter side.
+        """
+        if self is not Medium.INK:
+            return 1.0
+        whole, none = FACE_RATIOS
+        return min(1.0, max(0.0, (none - size_ratio) / (none - whole)))

@@ -1,0 +1,169 @@
+"""Dark and light marks of a face: what differs from the skin around, by morphological closing and opening."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+FEATURE_RATIO, STROKE_RATIO, HIGHLIGHT_RATIO = 0.2, 0.1, 0.07
+"""Diameters of the discs that fill features such as an eye with its brow, strokes such as a lid, and bright
+parts such as teeth, relative to the face's height."""
+SOFTNESS_RATIO = 0.03
+"""Standard deviation of the Gaussian that smooths skin without features, in the same way."""
+SHADE_EXPONENT = 0.4
+"""How much of the shade between strokes, such as in an eye socket, is kept: 1 for all."""
+NEAR_RATIO = 0.25
+"""Side of the square in which the strongest stroke is full ink, in the same way."""
+DARKNESS_RANGE = 0.16, 0.8
+"""Darkness of the strongest stroke nearby, relative to the skin, at least and at most: a faint shadow does
+not become black."""
+MIN_DARKNESS_RATIO, STRONGEST_SHARE = 0.5, 0.97
+"""The same, at least, relative to the darkness of the face's strongest strokes; and the quantile that counts
+as these."""
+LIGHT_RATIO_RANGE = 0.1, 0.4
+"""Brightness relative to the skin at which whites of eyes and teeth begin, and from which they are white."""
+LIT_RATIO_RANGE, SKIN_SHARE = (0.45, 0.75), 0.75
+"""Luma of the ground relative to the face's skin from which bright parts count, and from which they count
+fully: not on a dark collar below a bowed head, or in a beard; and the quantile that counts as the skin."""
+MIN_LUMA = 0.08
+"""Added to luma before tones are compared: noise of dark skin is no feature."""
+SHOWN_LUMA_RATIO, MAX_EXPONENT, MAX_TONE = 0.3, 2.2, 1.25
+"""Luma of the strongest strokes to which contrast is raised, relative to the skin; the exponent that does
+it, at most; and the brightest tone."""
+LINE_SIGMA_RATIO, LINE_SIGMA_RANGE = 0.012, (0.7, 0.002)
+"""Standard deviation of the Gaussian whose difference from a wider one is a line, relative to the face's
+height; at least, in pixels; and at most, relative to the picture's shorter side."""
+LINE_WIDTH_FACTOR, LINE_GAIN = 2.5, 4.0
+"""Standard deviation of the wider one relative to it, and the factor that makes strong lines 1."""
+LAPLACIAN_WEIGHTS, GRAIN_FACTOR = np.array([[1, -2, 1], [-2, 4, -2], [1, -2, 1]], np.float32), 6 * 0.6745
+"""Laplacian of luma, and the median of its size for noise with a standard deviation of 1."""
+MIN_GRAIN_LUMA, GRAIN_CONTRAST_RATIO, GRAIN_RADIUS_PX = 0.004, 4.0, 1.5
+"""Grain from which luma is smoothed; contrast that counts as grain, relative to it; and standard deviation of
+the Gaussian that smooths. On faces of 50 to 130 lines in six photographs."""
+MAX_SEARCHED_HEIGHT_PX = 96
+"""Larger faces are searched for skin in a reduced copy."""
+
+
+class Areas(NamedTuple):
+    """Soft masks in the window of a face, H x W float32, 0..1.
+
+    Attributes:
+        parts: eyes and mouth.
+        whole: all that belongs to features.
+        weights: how much a dark mark counts.
+    """
+
+    parts: np.ndarray
+    whole: np.ndarray
+    weights: np.ndarray
+
+
+class FeatureTones(NamedTuple):
+    """What is darker or lighter than skin in the window of a face, H x W float32.
+
+    Attributes:
+        dark, light: coverage by dark strokes, and by whites of eyes and teeth, 0..1.
+        contour: the same by thin lines where it is dark: a dark shape is not filled.
+        tone: luma relative to the skin, with the contrast to show.
+        near: eyes and mouth on skin in light, 0..1.
+    """
+
+    dark: np.ndarray
+    contour: np.ndarray
+    light: np.ndarray
+    tone: np.ndarray
+    near: np.ndarray
+
+
+def without_grain(luma: np.ndarray) -> np.ndarray:
+    """Return luma of a face without noise, stubble and blocks of compression, H x W float32.
+
+    Immerkær 1996, "Fast Noise Variance Estimation", with a median in place of the mean.
+    """
+    luma = np.asarray(luma, np.float32)
+    grain = float(np.median(np.abs(cv2.filter2D(luma, -1, LAPLACIAN_WEIGHTS)))) / GRAIN_FACTOR
+    if grain < MIN_GRAIN_LUMA:
+        return luma
+    return cv2.bilateralFilter(luma, 5, GRAIN_CONTRAST_RATIO * grain, GRAIN_RADIUS_PX)
+
+
+def skin_luma(luma: np.ndarray, height: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return luma without features, and luma without strokes; `height`: of the face."""
+    factor = max(1.0, height / MAX_SEARCHED_HEIGHT_PX)
+    size = tuple(max(1, round(side / factor)) for side in luma.shape[::-1])
+    small = luma if factor == 1 else cv2.resize(luma, size, interpolation=cv2.INTER_AREA)
+    height /= factor
+    calm = cv2.morphologyEx(small, cv2.MORPH_OPEN, _disc(HIGHLIGHT_RATIO * height))
+    skin = cv2.morphologyEx(calm, cv2.MORPH_CLOSE, _disc(FEATURE_RATIO * height))
+    skin = cv2.GaussianBlur(skin, (0, 0), max(0.5, SOFTNESS_RATIO * height))
+    strokes = np.minimum(cv2.morphologyEx(small, cv2.MORPH_CLOSE, _disc(STROKE_RATIO * height)), skin)
+    if factor == 1:
+        return skin, strokes
+    skin, strokes = (
+        cv2.resize(each, luma.shape[::-1], interpolation=cv2.INTER_LINEAR) for each in (skin, strokes)
+    )
+    return skin, strokes
+
+
+def feature_tones(
+    luma: np.ndarray, grounds: tuple[np.ndarray, np.ndarray], areas: Areas, height: float, page_side: float
+) -> FeatureTones:
+    """Return the marks of a face.
+
+    Args:
+        luma: the window of the face, H x W float32, 0..1.
+        grounds: see `skin_luma`.
+        areas: where features are.
+        height: height of the face in pixels.
+        page_side: shorter side of the whole picture.
+    """
+    luma, skin, strokes = (each + np.float32(MIN_LUMA) for each in (luma, *grounds))
+    tone = luma / strokes * (strokes / skin) ** np.float32(SHADE_EXPONENT)
+    darkness = np.maximum(1 - tone, 0)
+    peak = _peak(darkness, areas.parts, height)
+    lit = _lit(skin, areas.whole)
+    low, high = LIGHT_RATIO_RANGE
+    light = areas.parts * lit * np.clip((tone - np.float32(1 + low)) / np.float32(high - low), 0, 1)
+    exponent = np.clip(np.float32(np.log(SHOWN_LUMA_RATIO)) / np.log(1 - peak), 1, MAX_EXPONENT)
+    tone = np.clip(tone, 0, MAX_TONE)
+    shown = np.where(tone > 1, 1 + (tone - 1) * lit, tone) ** exponent
+    share = darkness / peak
+    return FeatureTones(
+        np.minimum(areas.weights * share, 1),
+        np.clip(areas.weights * _lines(share, height, page_side), 0, 1),
+        light,
+        shown,
+        areas.parts * lit,
+    )
+
+
+def _peak(darkness: np.ndarray, parts: np.ndarray, height: float) -> np.ndarray:
+    """Return the darkness of the strongest mark nearby, within limits."""
+    size = max(1, round(NEAR_RATIO * height))
+    peak = cv2.blur(cv2.dilate(darkness * parts, np.ones((size, size), np.uint8)), (size, size))
+    least, most = DARKNESS_RANGE
+    strongest = float(np.quantile(darkness[parts > 0.5], STRONGEST_SHARE)) if parts.max() > 0.5 else most
+    return np.clip(peak, min(most, max(least, MIN_DARKNESS_RATIO * strongest)), most)
+
+
+def _lines(share: np.ndarray, height: float, page_side: float) -> np.ndarray:
+    """Return how much each pixel is a line or the edge of a dark shape: a difference of Gaussians."""
+    least, most = LINE_SIGMA_RANGE
+    sigma = max(least, min(LINE_SIGMA_RATIO * height, most * page_side))
+    fine, wide = (cv2.GaussianBlur(share, (0, 0), each) for each in (sigma, LINE_WIDTH_FACTOR * sigma))
+    return (fine - wide) * np.float32(LINE_GAIN)
+
+
+def _lit(skin: np.ndarray, inside: np.ndarray) -> np.ndarray:
+    """Return where the ground is skin in light, H x W float32, 0..1; `inside`: mask of the face."""
+    low, high = LIT_RATIO_RANGE
+    face = skin[inside > 0.5]
+    share = skin / np.float32(np.quantile(face, SKIN_SHARE) if face.size else 1)
+    return np.asarray(np.clip((share - np.float32(low)) / np.float32(high - low), 0, 1), np.float32)
+
+
+def _disc(size: float) -> np.ndarray:
+    side = max(3, 2 * int(size / 2) + 1)
+    return cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
