@@ -22,9 +22,10 @@ Tuned on the pictures of `exposure`."""
 DETAIL_RANGE = 2.4, 3.6
 """Minimum and maximum level of detail at `focus` 1."""
 
-MAX_CELL_RATIO = 6 / 720
 SCREEN_DETAIL_RATIO, SCREEN_DETAIL_RANGE = 0.12, (1.0, 2.0)
 """The same for styles of dots, squares or ruled lines: finer ones would look like another print."""
+MAX_CELL_RATIO = 6 / 720
+"""Largest side of squares for which this holds, relative to the shorter side: letters are larger."""
 
 LiftedShare = Callable[[Face], float]
 """Returns how much of the features of a face is lifted, 0..1."""

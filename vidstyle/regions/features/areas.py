@@ -22,7 +22,7 @@ with glasses; with folds next to the nose."""
 EDGE_RANGE = 1.25, 0.75
 """Distances at which an area ends, and up to which it is whole, relative to these."""
 EYE_WEIGHT, MOUTH_WEIGHT, NOSE_WEIGHT, REST_WEIGHT = 1.0, 1.0, 0.6, 0.4
-"""Weights of dark marks: a shadow beside the nose is no line."""
+"""Weights of dark marks: a shadow next to the nose is no line."""
 
 
 SAMPLE_RADIUS_RATIO, EYE_SHARE = 0.06, 0.25

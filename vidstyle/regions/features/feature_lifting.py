@@ -28,7 +28,7 @@ class Features(NamedTuple):
     Attributes:
         window: their box in the picture.
         weight: how much of them has been lifted, H x W float32, 0..1.
-        tones: what is darker and lighter than the skin.
+        tones: marks that are darker or lighter than the skin.
         skin_luma: mean luma of the skin, 0..1.
         face: the face.
         amount: the largest weight.

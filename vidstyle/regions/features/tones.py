@@ -35,7 +35,7 @@ it, at most; and the brightest tone."""
 LINE_SIGMA_RATIO, LINE_SIGMA_RANGE = 0.012, (0.7, 0.002)
 """Standard deviation of the Gaussian whose difference from a wider one is a line, relative to the face's
 height; at least, in pixels; and at most, relative to the picture's shorter side."""
-LINE_WIDTH_FACTOR, LINE_GAIN = 2.5, 4.0
+LINE_WIDTH_FACTOR, LINE_CONTRAST_FACTOR = 2.5, 4.0
 """Standard deviation of the wider one relative to it, and the factor that makes strong lines 1."""
 LAPLACIAN_WEIGHTS, GRAIN_FACTOR = np.array([[1, -2, 1], [-2, 4, -2], [1, -2, 1]], np.float32), 6 * 0.6745
 """Laplacian of luma, and the median of its size for noise with a standard deviation of 1."""
@@ -61,7 +61,7 @@ class Areas(NamedTuple):
 
 
 class FeatureTones(NamedTuple):
-    """What is darker or lighter than skin in the window of a face, H x W float32.
+    """Marks darker or lighter than the skin in the window of a face, H x W float32.
 
     Attributes:
         dark, light: coverage by dark strokes, and by whites of eyes and teeth, 0..1.
@@ -153,7 +153,7 @@ def _lines(share: np.ndarray, height: float, page_side: float) -> np.ndarray:
     least, most = LINE_SIGMA_RANGE
     sigma = max(least, min(LINE_SIGMA_RATIO * height, most * page_side))
     fine, wide = (cv2.GaussianBlur(share, (0, 0), each) for each in (sigma, LINE_WIDTH_FACTOR * sigma))
-    return (fine - wide) * np.float32(LINE_GAIN)
+    return (fine - wide) * np.float32(LINE_CONTRAST_FACTOR)
 
 
 def _lit(skin: np.ndarray, inside: np.ndarray) -> np.ndarray:
