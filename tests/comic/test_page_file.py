@@ -197,6 +197,18 @@ def test_options_that_a_page_file_sets_are_refused(folder: Path) -> None:
         make_comic(folder / "film.mp4", folder / "other.png", ComicOptions(save=folder / "page.txt"))
 
 
+def test_a_page_file_reproduces_a_panel_without_its_empty_sky(tmp_path: Path) -> None:
+    roofs = next(story(1, 1))
+    picture = np.full((200, 256, 3), 200, np.uint8)
+    picture[-roofs.shape[0] + 40 :] = roofs[40:]
+    film = write_film(tmp_path / "film.mp4", [picture] * 20)
+    options = ComicOptions(styles=("plain",), size="420x600", save=tmp_path / "comic.toml")
+    comic = make_comic(film, tmp_path / "page.png", options)
+    assert comic.key_frames[0].trimmed > 20
+    again = make_comic(tmp_path / "comic.toml", tmp_path / "again.png")
+    assert again.files[0].read_bytes() == comic.files[0].read_bytes()
+
+
 @pytest.mark.parametrize("is_folder", [False, True])
 def test_a_film_on_its_side_is_turned_and_its_page_file_keeps_that(
     folder: Path, tmp_path: Path, is_folder: bool

@@ -206,10 +206,10 @@ class _Job:
         styles = self._styles.of(_shown(plan))
         key_frames, pages, folder = list(plan.key_frames), len(plan.layout.sizes), self._options.frames
         if save := self._options.save:
-            content = self._page_file(plan, save)
+            content = self._page_file(plan, save, film.rotate)
             with atomic_file(save, self._source, self._options.overwrite) as write:
                 write(content.encode())
-        edited = self._page_file(plan, self._output.target) if self._output.is_strip else ""
+        edited = self._page_file(plan, self._output.target, film.rotate) if self._output.is_strip else ""
         with (
             Frames(folder, len(key_frames), self._options.overwrite) if folder else nullcontext() as frames,
             PanelRenderer(styles, plan.dpi, self._options.device) as renderer,
@@ -219,15 +219,14 @@ class _Job:
         omitted = tuple(time for line in self._omitted for time in line.times)
         return Comic(files, key_frames, pages, film.damage, omitted)
 
-    def _page_file(self, plan: PagePlan, target: Path) -> str:
+    def _page_file(self, plan: PagePlan, target: Path, rotate: int | None) -> str:
         """Return the comic as a file to edit next to `target`; empty if a style has no name."""
         if not self._has_names:
             return ""
         styles = [str(each) for each in self._style_names]
         if self._options.by is not None:
             styles = [styles[number] for number in self._styles.numbers(_shown(plan))]
-        options = self._options
-        return page_file(plan, self._source, target, options.title, styles, options.rotate)
+        return page_file(plan, self._source, target, self._options.title, styles, rotate)
 
     @property
     def _has_names(self) -> bool:

@@ -44,6 +44,16 @@ class Orientation:
         """Whether it is the identity."""
         return not (self.transpose or self.mirror_x or self.mirror_y)
 
+    @property
+    def rotation(self) -> int | None:
+        """The clockwise rotation in degrees; None if it mirrors.
+
+        >>> Orientation.from_rotation(270).rotation, Orientation(mirror_x=True).rotation
+        (270, None)
+        """
+        turns = (0, 90, 180, 270)
+        return next((each for each in turns if self == Orientation.from_rotation(each)), None)
+
     @classmethod
     def from_rotation(cls, degrees: int) -> Orientation:
         """Return a clockwise rotation by a multiple of 90 degrees.

@@ -81,6 +81,22 @@ def test_other_frames_are_chosen_for_those_that_cannot_be_read(film: Path) -> No
         assert 1 in [each.scene for each in requested]
 
 
+def test_the_second_choice_avoids_what_could_not_be_read(tmp_path: Path) -> None:
+    measured = list[Sequence[Candidate]]()
+
+    def readability(candidates: Sequence[Candidate]) -> list[float]:
+        measured.append(candidates)
+        return [float(len(measured) > 1) for _ in candidates]
+
+    with open_film(write_film(tmp_path / "long.mp4", story(2, 90))) as opened:
+        find_key_frames(opened, readability=readability)
+    refused, others = measured
+    assert others
+    for each in others:
+        distances = [abs(each.time - other.time) for other in refused if other.scene == each.scene]
+        assert min(distances, default=1.0) > 0.8
+
+
 def test_a_film_without_a_readable_frame_shows_the_best_one(
     film: Path, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from bisect import bisect_right
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
 from dataclasses import replace
 from fractions import Fraction
@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from vidstyle.comic.analyze.action import add_actions
-from vidstyle.comic.analyze.defect_limits import DefectLimits, damaged_spans, spread_damage
+from vidstyle.comic.analyze.candidate_motion import CandidateMotion
 from vidstyle.comic.analyze.defects import is_combed, measure_blockiness
 from vidstyle.comic.analyze.face_search import add_faces
 from vidstyle.comic.analyze.features import (
@@ -24,16 +24,18 @@ from vidstyle.comic.analyze.features import (
     Survey,
     extract_features,
 )
+from vidstyle.comic.analyze.film_defects import FilmDefects
 from vidstyle.comic.analyze.key_frame_source import STEP_NAME, Film
 from vidstyle.comic.analyze.measured_candidates import MeasuredCandidates
-from vidstyle.comic.analyze.motion_blur import FlowMeter, mark_fast_faces
+from vidstyle.comic.analyze.motion_blur import mark_fast_faces
 from vidstyle.comic.analyze.picture_folder import PictureFolder
-from vidstyle.comic.analyze.shots import KeyShots, ShotFinder, is_in_transition
-from vidstyle.comic.analyze.subject_motion import SubjectMotion, add_moving_subjects, follow_subject
+from vidstyle.comic.analyze.shots import KeyShots, is_in_transition
+from vidstyle.comic.analyze.subject_motion import add_moving_subjects, follow_subject
+from vidstyle.comic.analyze.upright import GLANCE_SIDE_PX, MAX_GLANCES, find_turn
 from vidstyle.comic.select.choose import default_panels
 from vidstyle.core.convert import to_rgb
 from vidstyle.core.sampling import small_luma
-from vidstyle.errors import InputError, UsageError
+from vidstyle.errors import InputError, UsageError, log
 from vidstyle.media.read.sampler import FilmSampler, SampledFrame, exact_time
 from vidstyle.pipeline.progress import ProgressCallback
 from vidstyle.regions.faces import FaceFinder
@@ -44,7 +46,7 @@ MAX_WHOLE_PIXELS = 2 * 10**9
 MIN_KEYS_PER_PANEL = 2.5
 """Minimum number of key frames per panel; a long film with fewer is decoded whole nevertheless."""
 _SHOT_SIDE_PX = 128
-"""Longer side of the copies in which cuts are detected."""
+"""Longer side of the copies of key frames in which cuts are detected."""
 
 # Candidates.
 MAX_CANDIDATES = 3600
@@ -53,10 +55,6 @@ _MIN_CANDIDATE_SECONDS = 1 / 4
 """Minimum interval between candidates."""
 _SHORT_FILM_CANDIDATES = 8
 """Number of candidates of a film that is shorter than this many intervals."""
-
-# Films that are interlaced, though their frames lack the flag.
-_MIN_COMBED_MOTION, _MIN_COMBED_SHARE = 0.02, 0.5
-"""Motion from which a frame would be combed, and share of combed frames, above the 0.4 of telecined films."""
 
 # The search for a better frame near a candidate.
 _CUT_MARGIN_SECONDS = 0.1
@@ -73,13 +71,12 @@ class FilmFile(Film):
     """A film, an animation or numbered pictures."""
 
     def __init__(self, source: str | os.PathLike[str], faces: FaceFinder, rotate: int | None = None) -> None:
-        super().__init__(faces)
+        super().__init__(faces, rotate)
         self.name = str(source)
         self._sampler = FilmSampler(source, rotate)
         self._search_seconds = _SEARCH_SECONDS
-        self._limits: DefectLimits | None = None
-        self._damaged_spans: list[tuple[float, float]] = []
-        self._is_interlaced = False
+        self._defects = FilmDefects()
+        self._may_turn = rotate is None
         self._transitions: list[tuple[float, float]] = []
 
     def close(self) -> None:
@@ -87,6 +84,28 @@ class FilmFile(Film):
         self._sampler.close()
 
     def _survey(self, on_step: ProgressCallback) -> Survey:
+        found = self._survey_as_it_is(on_step)
+        return self._survey_as_it_is(on_step) if self._turn_upright(found) else found
+
+    def _turn_upright(self, survey: Survey) -> bool:
+        """Turn a film without faces if its people lie on their side; return whether it was turned."""
+        if not (self._may_turn and self._faces.has_model) or any(each.faces for each in survey.candidates):
+            return False
+        turn = find_turn(self._glance(survey), self._faces)
+        self._may_turn, rotate = False, self._sampler.turn(turn) if turn else None
+        if rotate is None:
+            return False
+        self.rotate, self._defects = rotate, FilmDefects()
+        log.info("faces are upright only if the film is turned by %d degrees: --rotate %d", turn, rotate)
+        return True
+
+    def _glance(self, survey: Survey) -> Iterator[np.ndarray]:
+        """Yield small pictures of the film: first a few from all over it."""
+        times = [each.time for each in survey.candidates[:: 1 + len(survey.candidates) // MAX_GLANCES]]
+        for time in (time for first in range(3) for time in times[first::3]):
+            yield to_rgb(next(self._sampler.frames(exact_time(time))).picture(GLANCE_SIDE_PX))
+
+    def _survey_as_it_is(self, on_step: ProgressCallback) -> Survey:
         seconds = float(self._sampler.seconds)
 
         def on_time(time: float) -> None:
@@ -103,32 +122,22 @@ class FilmFile(Film):
     def around(self, candidate: Candidate) -> list[Candidate]:
         reach = self._search_seconds
         context = _KEY_CONTEXT_SECONDS if reach == _KEY_SEARCH_SECONDS else _CONTEXT_SECONDS
-        shots, measured, motions = ShotFinder(), list[Future[Candidate]](), list[float]()
-        subjects, meter, flows = SubjectMotion(), FlowMeter(), list[np.ndarray | None]()
+        motion, measured = CandidateMotion(candidate.action is not None), list[Future[Candidate]]()
         start, end = candidate.time - reach - context, candidate.time + (reach + context)
         for sample in self._sampler.frames(Fraction(max(0.0, start)), Fraction(end)):
-            time = float(sample.time)
-            luma, is_near = small_luma(sample.picture(_SHOT_SIDE_PX)), abs(time - candidate.time) <= reach
-            motion, flow = shots.push(time, luma), meter.push(time, luma, is_near)
-            if candidate.action:
-                subjects.push(time, luma, is_near)
+            is_near = abs(float(sample.time) - candidate.time) <= reach
+            motion.push(sample, is_near)
             if is_near:
                 measured.append(self._measure(sample))
-                motions.append(motion)
-                flows.append(flow)
-        begins = shots.shots()
+        begins = motion.shots.shots()
         shot = bisect_right(begins, candidate.time)
         # Transitions of the whole film, too: a part of a long one does not look like one.
-        transitions = [*shots.transitions, *self._transitions]
-        masks = subjects.masks() or [None] * len(measured)
-        candidates = [
-            replace(each.result(), motion=motion, flow=flow)
-            for each, motion, flow in zip(measured, motions, flows, strict=True)
-        ]
-        followed = follow_subject(candidate.action, candidates, masks) if candidate.action else []
+        transitions = [*motion.shots.transitions, *self._transitions]
+        candidates = motion.add_to([each.result() for each in measured])
+        followed = follow_subject(candidate.action, candidates, motion.masks()) if candidate.action else []
         actions = {each.time: each.action for each in followed}
         return [
-            self._mark(
+            self._defects.mark(
                 replace(
                     each,
                     scene=candidate.scene,
@@ -150,37 +159,27 @@ class FilmFile(Film):
         return self._sampler.image_at(time)
 
     def _survey_whole(self, gap: float, on_time: Callable[[float], None]) -> Survey:
-        shots, measured, motions, time, last = ShotFinder(), MeasuredCandidates(), list[float](), 0.0, -gap
-        runs, run, subjects = list[int](), 0, SubjectMotion()
-        meter, flows = FlowMeter(), list[np.ndarray | None]()
+        motion, measured, runs, run = CandidateMotion(), MeasuredCandidates(), list[int](), 0
+        time, last = 0.0, -gap
         for sample in self._sampler.frames():
             time = float(sample.time)
             on_time(time)
-            luma, is_candidate = small_luma(sample.picture(_SHOT_SIDE_PX)), time - last >= gap - 1e-3
-            motion, flow = shots.push(time, luma), meter.push(time, luma, is_candidate)
-            subjects.push(time, luma, is_candidate)
+            is_candidate = time - last >= gap - 1e-3
+            motion.push(sample, is_candidate)
             run += sample.is_key
             if is_candidate:
                 measured.append(time, partial(self._measure, sample))
-                motions.append(motion)
-                flows.append(flow)
                 runs.append(run)
                 last = time
         self.damage = self._sampler.damage
-        begins = shots.shots()
-        self._transitions = shots.transitions
+        begins = motion.shots.shots()
+        self._transitions = motion.shots.transitions
         mixed = [
-            replace(
-                each,
-                motion=motion,
-                flow=flow,
-                key_run=run,
-                in_transition=shots.is_transition(each.time),
-            )
-            for each, motion, flow, run in zip(measured.candidates(), motions, flows, runs, strict=True)
+            replace(each, key_run=run, in_transition=motion.shots.is_transition(each.time))
+            for each, run in zip(motion.add_to(measured.candidates()), runs, strict=True)
         ]
         placed = _mark_cut_frames(self._assign_scenes(mixed, begins), begins)
-        moving = dict(zip((each.time for each in placed), subjects.masks(), strict=True))
+        moving = dict(zip((each.time for each in placed), motion.masks(), strict=True))
         shots_of = groupby(placed, key=lambda each: each.scene)
         tracked = [
             each
@@ -211,29 +210,10 @@ class FilmFile(Film):
         scenes = [max(0, bisect_right(starts, each.time) - 1) for each in candidates]
         placed = [replace(each, scene=scene) for each, scene in zip(candidates, scenes, strict=True)]
         shots = [list(shot) for _, shot in groupby(placed, key=lambda each: each.scene)]
-        return self._mark_defects([each for shot in shots for each in add_actions(shot, shot)])
-
-    def _mark_defects(self, candidates: Sequence[Candidate]) -> list[Candidate]:
-        """Mark damaged and blurred candidates, compared with the film, and remember the limits.
-
-        If most moving frames are combed, the film is interlaced without the flag: frames are deinterlaced.
-        """
-        moving = [each.combed for each in candidates if each.motion > _MIN_COMBED_MOTION]
-        if sum(moving) > _MIN_COMBED_SHARE * len(moving):
-            self._is_interlaced = True
+        marked = self._defects.mark_all([each for shot in shots for each in add_actions(shot, shot)])
+        if self._defects.is_interlaced:
             self._sampler.deinterlace_all()
-            candidates = [replace(each, combed=False) for each in candidates]
-        self._limits = DefectLimits.of(candidates)
-        marked = spread_damage([self._limits.mark(each) for each in candidates])
-        self._damaged_spans = damaged_spans(marked)
         return marked
-
-    def _mark(self, candidate: Candidate) -> Candidate:
-        """Mark a single frame as `_mark_defects` marks candidates."""
-        marked = self._limits.mark(candidate) if self._limits else candidate
-        is_damaged = any(first <= candidate.time <= last for first, last in self._damaged_spans)
-        is_combed = marked.combed and not self._is_interlaced
-        return replace(marked, damaged=marked.damaged or is_damaged, combed=is_combed)
 
     def _measure(self, sample: SampledFrame, finds_faces: bool | None = None) -> Future[Candidate]:
         """Start measuring the features of a frame.

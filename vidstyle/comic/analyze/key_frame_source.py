@@ -32,11 +32,13 @@ class Film(Closing):
     Attributes:
         name: of the source.
         damage: the damage that `survey` found in the frames that it decoded.
+        rotate: degrees clockwise instead of the rotation in the metadata; None: that rotation.
     """
 
     name: str
 
-    def __init__(self, faces: FaceFinder) -> None:
+    def __init__(self, faces: FaceFinder, rotate: int | None = None) -> None:
+        self.rotate = rotate
         self.damage = DecodeReport()
         self._kept: dict[float, np.ndarray] = {}
         self._found: Survey | None = None

@@ -39,8 +39,8 @@ class PictureFolder(Film):
         Raises:
             InputError: there are none.
         """
-        super().__init__(faces)
-        self.name, self._rotate = str(path), rotate
+        super().__init__(faces, rotate)
+        self.name = str(path)
         self._has_warned = False
         self._paths = sorted(
             (
@@ -81,11 +81,11 @@ class PictureFolder(Film):
         return self._features(self._number(time))
 
     def _decode_image(self, time: float) -> np.ndarray:
-        with FilmSampler(self._paths[self._number(time)], self._rotate) as sampler:
+        with FilmSampler(self._paths[self._number(time)], self.rotate) as sampler:
             return sampler.image_at(0)
 
     def _features(self, number: int) -> Candidate:
-        with FilmSampler(self._paths[number], self._rotate) as sampler:
+        with FilmSampler(self._paths[number], self.rotate) as sampler:
             sample = next(sampler.frames(), None)
             if sample is None:
                 raise InputError(self._paths[number], "no frame could be decoded")

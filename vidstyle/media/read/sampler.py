@@ -127,6 +127,23 @@ class FilmSampler(Closing):
         """The damage found since all frames or key frames were requested; complete after the last one."""
         return replace(self._source.damage)
 
+    def turn(self, degrees: int) -> int | None:
+        """Rotate all frames clockwise by a multiple of 90 degrees, beyond the rotation in the metadata.
+
+        Returns:
+            The rotation together with that of the metadata, as in the constructor; None: the metadata mirror
+            the film, which is not turned.
+        """
+        if self._copies is None:
+            next(self.frames())
+        assert self._copies is not None
+        before = self._copies.orientation.rotation
+        if before is None:
+            return None
+        rotate = (before + degrees) % 360
+        self._turned, self._copies = Orientation.from_rotation(rotate), None
+        return rotate
+
     def deinterlace_all(self) -> None:
         """Deinterlace all frames of `image_at`, also those without the flag."""
         self._deinterlacer = Deinterlacer(self._source.time_base, every_frame=True)
@@ -254,6 +271,7 @@ class SmallCopies:
 
     Attributes:
         shape: height and width of the full frames, upright and with square pixels.
+        orientation: from the stored to the upright frames.
     """
 
     def __init__(self, first: av.VideoFrame, source: VideoSource, turned: Orientation | None = None) -> None:
@@ -269,9 +287,9 @@ class SmallCopies:
         self._format = first.format.name
         # swscale cannot scale indices into a palette.
         self._scaled_format = "rgba" if self._format == "pal8" else None
-        self._orientation = turned or source.orientation or orientation_of(first)
+        self.orientation = turned or source.orientation or orientation_of(first)
         self._square = max(1, round(first.width * (source.sample_aspect or 1))), first.height
-        width, height = self._orientation.size(*self._square)
+        width, height = self.orientation.size(*self._square)
         self.shape = height, width
         self._reformatter = av.video.reformatter.VideoReformatter()
         self._converters: dict[tuple[int, int], FrameConverter] = {}
@@ -292,7 +310,7 @@ class SmallCopies:
         """See `SampledFrame`."""
         width, height = self._size(side)
         small = self._reformatter.reformat(native, width, height, "rgb24", interpolation="AREA")
-        return self._orientation.plane(small.to_ndarray())
+        return self.orientation.plane(small.to_ndarray())
 
     def _size(self, side: int) -> tuple[int, int]:
         """Return the stored width and height of a copy with at most `side` pixels on its longer side."""
@@ -306,7 +324,7 @@ class SmallCopies:
         small = self._reduced(native, width, height)
         if (width, height) not in self._converters:
             self._converters[width, height] = FrameConverter(
-                small, self._source.codec, self._source.name, orientation=self._orientation
+                small, self._source.codec, self._source.name, orientation=self.orientation
             )
         return self._converters[width, height].convert(small)[0]
 
