@@ -13,10 +13,10 @@ import pytest
 from media import photograph
 from stories import PLACES, RATE, shot, story, view, write_film
 
-from vidstyle.comic.analyze.defect_limits import DefectLimits, damaged_spans, spread_damage
-from vidstyle.comic.analyze.defects import is_combed, is_test_picture, measure_blockiness
 from vidstyle.comic.analyze.features import Candidate, extract_features
 from vidstyle.comic.analyze.film import open_film
+from vidstyle.comic.analyze.flaws.defect_limits import DefectLimits, damaged_spans, fill_damage, spread_damage
+from vidstyle.comic.analyze.flaws.defects import is_combed, is_test_picture, measure_blockiness
 from vidstyle.comic.select.choose import choose
 from vidstyle.comic.select.key_frames import KeyFrameOptions, find_key_frames
 from vidstyle.errors import InputError
@@ -100,6 +100,14 @@ def test_damage_spreads_to_the_frames_predicted_from_it() -> None:
     spread = spread_damage(frames)
     assert [each.time for each in spread if each.damaged] == [4, 5]
     assert damaged_spans(spread) == [(3.5, 5)]
+
+
+def test_damage_of_a_film_that_was_encoded_again_ends_with_the_last_damaged_frame() -> None:
+    picture = view(PLACES[0])
+    frames = [
+        candidate(picture, time=time / 2, scene=time // 9, damaged=time in (2, 6, 9)) for time in range(12)
+    ]
+    assert [each.time for each in fill_damage(frames) if each.damaged] == [1, 1.5, 2, 2.5, 3, 4.5]
 
 
 def test_interlaced_fields_of_a_moving_picture_are_combed() -> None:

@@ -15,10 +15,10 @@ from media import photograph
 from stories import PLACES, shot, view, write_film
 
 from vidstyle.comic.analyze.action import add_actions, subject_difference
-from vidstyle.comic.analyze.defects import is_smeared
 from vidstyle.comic.analyze.face_search import add_faces, follow_faces
 from vidstyle.comic.analyze.features import Foreground, Survey, add_saliency, extract_features
 from vidstyle.comic.analyze.film import open_film
+from vidstyle.comic.analyze.flaws.defects import is_smeared
 from vidstyle.comic.analyze.letterbox import content_area
 from vidstyle.comic.select.choose import choose
 from vidstyle.comic.select.key_frames import KeyFrameOptions, find_key_frames

@@ -10,8 +10,8 @@ import pytest
 from media import photograph
 
 from vidstyle.comic.analyze.action import add_actions
-from vidstyle.comic.analyze.defect_limits import DefectLimits
 from vidstyle.comic.analyze.features import extract_features
+from vidstyle.comic.analyze.flaws.defect_limits import DefectLimits
 from vidstyle.comic.output.compression_noise import smooth_compression_noise
 
 SHARP = cv2.resize(photograph("chelsea"), (640, 360))

@@ -10,10 +10,10 @@ import pytest
 from media import photograph
 from stories import small_luma
 
-from vidstyle.comic.analyze.defect_limits import DefectLimits
-from vidstyle.comic.analyze.defects import count_block_corners
 from vidstyle.comic.analyze.features import Candidate, extract_features
-from vidstyle.comic.analyze.motion_blur import FlowMeter, mark_fast_faces, region_flow
+from vidstyle.comic.analyze.flaws.defect_limits import DefectLimits
+from vidstyle.comic.analyze.flaws.defects import count_block_corners
+from vidstyle.comic.analyze.flaws.motion_blur import FlowMeter, mark_fast_faces, region_flow
 from vidstyle.regions.boxes import Box
 
 STILL = cv2.resize(photograph("chelsea"), (640, 360))

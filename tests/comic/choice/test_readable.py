@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -13,7 +14,8 @@ from stories import story, write_film
 from vidstyle.comic.analyze.features import Candidate
 from vidstyle.comic.analyze.film import open_film
 from vidstyle.comic.output.readability import measure_detail, measure_readability
-from vidstyle.comic.select.frame_scores import prefer_people
+from vidstyle.comic.select.frame_scores import prefer_people, scores, subject_strength
+from vidstyle.comic.select.framing import widen_soft_faces
 from vidstyle.comic.select.key_frame_options import KeyFrameOptions
 from vidstyle.comic.select.key_frames import find_key_frames
 from vidstyle.regions.boxes import Box
@@ -79,6 +81,22 @@ def test_other_frames_are_chosen_for_those_that_cannot_be_read(film: Path) -> No
         assert len(find_key_frames(opened, KeyFrameOptions(4), readability=readability)) == 4
         requested = find_key_frames(opened, KeyFrameOptions(at=(1.4,)), readability=readability)
         assert 1 in [each.scene for each in requested]
+
+
+def test_a_soft_face_is_lost_in_a_sharp_room_and_shown_without_enlargement() -> None:
+    sharp, face = scene(), Box(200, 100, 360, 320)
+    soft = sharp.copy()
+    soft[100:320, 200:360] = cv2.GaussianBlur(sharp[100:320, 200:360], (0, 0), 40)
+    values = [measure_readability(each, each, face, lambda *_: None) for each in (sharp, soft)]
+    assert values[0] == 1 and values[1] < 0.55
+    person = Candidate(
+        *(0, (480, 640), 1.0, face, (face,), 0), sharpness=1, clarity=1, blank=False, face_detail=3.0,
+        thumbnail=np.zeros((32, 48, 3), np.uint8), histogram=np.zeros(64, np.float32),
+    )  # fmt: skip
+    clear, small = replace(person, face_detail=20.0), replace(person, faces=(Box(0, 0, 20, 30),))
+    assert [each.framing for each in widen_soft_faces([person, clear, small])] == ["wide", "usual", "usual"]
+    assert subject_strength(person) < subject_strength(clear)
+    assert scores([person, clear], np.ones(1)).argmax() == 1
 
 
 def test_the_second_choice_avoids_what_could_not_be_read(tmp_path: Path) -> None:

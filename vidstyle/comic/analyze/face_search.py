@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from vidstyle.comic.analyze.features import Candidate
+from vidstyle.comic.analyze.sharpness import measure_detail
 from vidstyle.regions.boxes import Box, Point
 from vidstyle.regions.faces import (
     LARGE_FACE_HEIGHT_RATIO,
@@ -51,8 +52,9 @@ def add_faces(
     found = sorted(mouths, key=lambda face: -face.area)
     luma = cv2.cvtColor(color, cv2.COLOR_RGB2GRAY)
     eyes = eye_contrast(luma, found[0]) if found else 0.0
+    detail = measure_detail(cut_face(color, found[0])) if found else None
     scaled = {face.scaled(factor): (mouths[face][0] * factor, mouths[face][1] * factor) for face in found}
-    return replace(candidate, faces=tuple(scaled), mouths=scaled, eyes=eyes)
+    return replace(candidate, faces=tuple(scaled), mouths=scaled, eyes=eyes, face_detail=detail)
 
 
 def follow_faces(candidate: Candidate, frames: Sequence[Candidate]) -> dict[Box, Point]:
@@ -94,6 +96,13 @@ def _follow_face(candidate: Candidate, other: Candidate, face: Box) -> dict[Box,
 
 def _overlaps(face: Box, others: Sequence[Box]) -> bool:
     return any(face.intersection(other).area > 0 for other in others)
+
+
+def cut_face(color: np.ndarray, face: Box) -> np.ndarray:
+    """Return the part of a picture, H x W x 3 uint8, that shows a face."""
+    height, width = color.shape[:2]
+    left, top = min(max(0, round(face.left)), width - 1), min(max(0, round(face.top)), height - 1)
+    return color[top : max(top + 1, round(face.bottom)), left : max(left + 1, round(face.right))]
 
 
 def eye_contrast(luma: np.ndarray, face: Box) -> float:

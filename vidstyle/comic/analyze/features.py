@@ -8,7 +8,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from vidstyle.comic.analyze.defects import Blockiness, count_block_corners, is_smeared, is_test_picture
+from vidstyle.comic.analyze.flaws.defects import Blockiness, count_block_corners, is_smeared, is_test_picture
 from vidstyle.comic.analyze.letterbox import content_area
 from vidstyle.comic.analyze.picture_contrast import color_histogram, is_blank, measure_exposure, measure_forms
 from vidstyle.comic.analyze.saliency import find_blobs, saliency_map, salient_box
@@ -57,6 +57,7 @@ class Candidate(KeyFrame):
         thumbnail: the copy that is compared with other pictures, see `similarity`.
         histogram: shares of 64 colours, float32, of sum 1.
         eyes: contrast around the eyes of the largest face, higher with open eyes; 0 without a face.
+        face_detail: slope of the edges in the largest face, see `measure_detail`; None if it is not known.
         motion: see `ShotFinder.push`; 0 if only key frames were decoded.
         flow: how far each part moves during an exposure, see `FlowMeter`; None if it is not known.
         action: the moving subject in front of a still camera; None if the camera moves, or nothing does.
@@ -80,6 +81,7 @@ class Candidate(KeyFrame):
     histogram: np.ndarray
     detail: np.ndarray | None = None
     eyes: float = 0.0
+    face_detail: float | None = None
     motion: float = 0.0
     flow: np.ndarray | None = None
     action: Foreground | None = None

@@ -16,7 +16,6 @@ import numpy as np
 
 from vidstyle.comic.analyze.action import add_actions
 from vidstyle.comic.analyze.candidate_motion import CandidateMotion
-from vidstyle.comic.analyze.defects import is_combed, measure_blockiness
 from vidstyle.comic.analyze.face_search import add_faces
 from vidstyle.comic.analyze.features import (
     MEASURED_SIDE_PX,
@@ -24,10 +23,11 @@ from vidstyle.comic.analyze.features import (
     Survey,
     extract_features,
 )
-from vidstyle.comic.analyze.film_defects import FilmDefects
+from vidstyle.comic.analyze.flaws.defects import is_combed, measure_blockiness
+from vidstyle.comic.analyze.flaws.film_defects import FilmDefects
+from vidstyle.comic.analyze.flaws.motion_blur import mark_fast_faces
 from vidstyle.comic.analyze.key_frame_source import STEP_NAME, Film
 from vidstyle.comic.analyze.measured_candidates import MeasuredCandidates
-from vidstyle.comic.analyze.motion_blur import mark_fast_faces
 from vidstyle.comic.analyze.picture_folder import PictureFolder
 from vidstyle.comic.analyze.shots import KeyShots, is_in_transition
 from vidstyle.comic.analyze.subject_motion import add_moving_subjects, follow_subject

@@ -47,9 +47,10 @@ class MeasuredCandidates:
         return [
             each
             if looked or each.scene not in scenes
-            else replace(
-                each,
-                faces=min(scenes[each.scene], key=lambda other: abs(other.time - each.time)).faces,
-            )
+            else _with_faces_of(each, min(scenes[each.scene], key=lambda other: abs(other.time - each.time)))
             for each, looked in zip(candidates, self._looked, strict=True)
         ]
+
+
+def _with_faces_of(candidate: Candidate, other: Candidate) -> Candidate:
+    return replace(candidate, faces=other.faces, face_detail=other.face_detail)

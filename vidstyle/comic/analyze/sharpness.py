@@ -29,6 +29,20 @@ They were tuned on seven films with blurred intervals, of known direction or of 
 whole of five films: blurred frames have at most 0.76 and 0.83, of 900 others one has less.
 """
 
+# The sharpest part of a picture.
+FULL_FACE_DETAIL_LEVELS = 10.0
+"""Detail of a face from which it survives being drawn, see `measure_detail`.
+
+Of 30 faces on pages that two judges had seen, the six that were called dissolved have 4 to 8, others mostly
+10 to 20.
+"""
+_MEASURED_PX = 360
+"""Side of a square with the area of the copies that are measured."""
+_CELL_COUNT, _PART_CELL_COUNT = 6, 2
+"""The picture is divided into this many cells a side; overlapping parts of some cells a side are measured."""
+_DETAIL_DEVIATION_PX, _DETAIL_PERCENTILE = 0.7, 98
+"""Standard deviation of the Gaussian under which slopes are measured, and their percentile that counts."""
+
 _CLUTTER_SLOPE_RANGE = 5.5, 7.5
 """Mean coarse slopes, of 255, of a picture without clutter and of one that is nothing but clutter.
 
@@ -107,3 +121,27 @@ def lacks_detail(detail: np.ndarray, near: Sequence[np.ndarray]) -> bool:
         if max(parts, own[0, axis] / most[axis]) < _MAX_DETAIL_RATIO and fineness < _MAX_FINENESS_RATIO:
             return True
     return False
+
+
+def measure_detail(color: np.ndarray) -> float:
+    """Return the slope of the edges in the sharpest part of a picture, H x W x 3 uint8, of 255 per pixel.
+
+    Soft surroundings of something sharp do not count.
+    """
+    factor = _MEASURED_PX / np.sqrt(color.shape[0] * color.shape[1])
+    method = cv2.INTER_AREA if factor < 1 else cv2.INTER_CUBIC
+    size = (max(_CELL_COUNT, round(side * factor)) for side in color.shape[1::-1])
+    luma = cv2.cvtColor(cv2.resize(color, tuple(size), interpolation=method), cv2.COLOR_RGB2GRAY)
+    smooth = cv2.GaussianBlur(luma.astype(np.float32), (0, 0), _DETAIL_DEVIATION_PX)
+    slopes = np.hypot(cv2.Sobel(smooth, -1, 1, 0, ksize=1), cv2.Sobel(smooth, -1, 0, 1, ksize=1)) / 2
+    height, width = slopes.shape
+    starts = range(_CELL_COUNT - _PART_CELL_COUNT + 1)
+    parts = (
+        slopes[
+            row * height // _CELL_COUNT : (row + _PART_CELL_COUNT) * height // _CELL_COUNT,
+            column * width // _CELL_COUNT : (column + _PART_CELL_COUNT) * width // _CELL_COUNT,
+        ]
+        for row in starts
+        for column in starts
+    )
+    return max(float(np.percentile(part, _DETAIL_PERCENTILE)) for part in parts)

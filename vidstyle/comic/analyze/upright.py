@@ -1,4 +1,4 @@
-"""Films that lie on their side although no metadata say so: only turned pictures show faces."""
+"""Films that lie on their side although their metadata do not report it: only turned pictures show faces."""
 
 from __future__ import annotations
 

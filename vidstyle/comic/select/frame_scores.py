@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from vidstyle.comic.analyze.features import Candidate, Survey
-from vidstyle.comic.analyze.sharpness import measure_clutter
+from vidstyle.comic.analyze.sharpness import FULL_FACE_DETAIL_LEVELS, measure_clutter
 
 _FILM_RANK_WEIGHT, _SCENE_RANK_WEIGHT = 0.15, 0.25
 """Weights of the rank of a frame's sharpness in the film and in its scene."""
@@ -29,6 +29,8 @@ _MAX_MOTION_COST, _MAX_COST_MOTION = 0.5, 0.6
 """Maximum cost of motion, and the motion that has it: motion blur beyond what edges show."""
 _ACTION_SCORE, _MAX_CUT_SUBJECT_COST = 0.3, 0.8
 """Score of a moving subject, and maximum cost of one that the picture's edge cuts off."""
+_SOFT_FACE_COST, _SOFT_FACE_STRENGTH_RATIO = 0.5, 0.5
+"""Maximum cost of a large face that is not sharp, and how much weaker a subject it is at most."""
 _CLUTTER_COST = 0.4
 """Cost of a picture that is nothing but edges, in which style and reader lose the subject."""
 # The importance of chosen frames.
@@ -106,6 +108,7 @@ def scores(pool: Sequence[Candidate], scenes: np.ndarray) -> np.ndarray:
         - _MAX_MOTION_COST * np.minimum(1, [each.motion / _MAX_COST_MOTION for each in pool])
         + np.array([_action_value(each) for each in pool])
         - _CLUTTER_COST * np.array([clutter(each) for each in pool])
+        - _SOFT_FACE_COST * np.array([face_softness(each) for each in pool])
         - _MAX_BLUR_COST * (1 - sharp / np.maximum(wanted, 1e-6)).clip(0, 0.5) * 2
     )
 
@@ -124,10 +127,24 @@ def face_share(candidate: Candidate) -> float:
     return min(1.0, candidate.faces[0].area / (height * width) / _FULL_SCORE_FACE_SHARE)
 
 
+def face_softness(candidate: Candidate) -> float:
+    """Return how far the main face of a frame is from sharp, 0..1; 0 for small faces."""
+    if candidate.face_detail is None or not is_person(candidate):
+        return 0.0
+    return max(0.0, 1 - candidate.face_detail / FULL_FACE_DETAIL_LEVELS)
+
+
+def is_person(candidate: Candidate) -> bool:
+    """Whether a frame shows a person near enough to be recognized."""
+    height = candidate.faces[0].height if candidate.faces else 0.0
+    return height >= _MIN_PERSON_RATIO * candidate.shape[0]
+
+
 def subject_strength(candidate: Candidate) -> float:
     """Return how clearly a frame shows a subject, 0..1: a face, a moving object, or a small salient area."""
     if candidate.faces:
-        return _FACE_SUBJECT_SCORE + (1 - _FACE_SUBJECT_SCORE) * face_share(candidate)
+        strength = _FACE_SUBJECT_SCORE + (1 - _FACE_SUBJECT_SCORE) * face_share(candidate)
+        return strength * (1 - _SOFT_FACE_STRENGTH_RATIO * face_softness(candidate))
     if candidate.action and not candidate.action.is_gone:
         return _ACTION_SUBJECT_SCORE * candidate.action.share * (1 - candidate.action.cut)
     height, width = candidate.shape
@@ -177,12 +194,9 @@ def importance(chosen: Sequence[Candidate], survey: Survey) -> list[float]:
 
 def prefer_people(chosen: Sequence[Candidate]) -> list[Candidate]:
     """Return the frames of a film with those without a person less important than the main person."""
-    shown = [
-        bool(each.faces) and each.faces[0].height >= _MIN_PERSON_RATIO * each.shape[0] for each in chosen
-    ]
-    people = [each.importance for each, is_person in zip(chosen, shown, strict=True) if is_person]
+    people = [each.importance for each in chosen if is_person(each)]
     most = _MAX_PLACE_IMPORTANCE_RATIO * max(people) if people else 1.0
     return [
-        each if is_person or each.forced else replace(each, importance=min(each.importance, most))
-        for each, is_person in zip(chosen, shown, strict=True)
+        each if is_person(each) or each.forced else replace(each, importance=min(each.importance, most))
+        for each in chosen
     ]

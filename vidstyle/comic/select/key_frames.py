@@ -14,7 +14,7 @@ from vidstyle.comic.select.choose import (
     usable_candidates,
 )
 from vidstyle.comic.select.frame_scores import importance, prefer_people
-from vidstyle.comic.select.framing import alternate_framing, merge_equal, remove_repeats
+from vidstyle.comic.select.framing import alternate_framing, merge_equal, remove_repeats, widen_soft_faces
 from vidstyle.comic.select.key_frame_options import KeyFrameOptions as KeyFrameOptions
 from vidstyle.comic.select.prune import prune
 from vidstyle.comic.select.readable import Readability, ReadableSearch
@@ -64,7 +64,7 @@ def find_key_frames(
     ]
     if survey.is_folder:
         return list(weighted)
-    framed = alternate_framing(prefer_people(weighted))
+    framed = widen_soft_faces(alternate_framing(prefer_people(weighted)))
     if options.panels is not None:
         return list(framed)
     if options.min_panels:

@@ -25,8 +25,11 @@ _MIN_SCENE_SIMILARITY = 0.25
 _MAX_PLACE_PANELS = 1
 """Maximum number of panels of a film of one place in which nothing is a subject."""
 
-_MIN_FIGURE_RATIO, _MIN_FIGURES = 4, 3
-"""From the second number of panels with a face or a mover on, one place is kept for each first number."""
+_MIN_FIGURE_RATIO, _MIN_FIGURES, _MIN_STORY_PANELS = 4, 2, 4
+"""From the second number of panels with a face or a mover on, one place is kept for each first number.
+
+The third value is the number of panels that are left at least.
+"""
 
 # Clutter.
 _MAX_CLUTTER, _MIN_CALM_PANELS = 0.5, 2
@@ -126,7 +129,8 @@ def _find_surplus_place(key_frames: Sequence[Candidate]) -> int | None:
     """Return the least important place of a story that has enough people and movers without it."""
     places = [number for number, each in enumerate(key_frames) if not has_figure(each)]
     figures = len(key_frames) - len(places)
-    if figures < _MIN_FIGURES or len(places) <= max(1, figures // _MIN_FIGURE_RATIO):
+    few = len(key_frames) <= _MIN_STORY_PANELS or figures < _MIN_FIGURES
+    if few or len(places) <= max(1, figures // _MIN_FIGURE_RATIO):
         return None
     return _weakest(key_frames, places)
 

@@ -8,8 +8,8 @@ from dataclasses import replace
 
 from vidstyle.comic.analyze.action import add_actions
 from vidstyle.comic.analyze.features import Candidate, Survey
+from vidstyle.comic.analyze.flaws.motion_blur import MAX_PICTURE_FLOW, subject_flow
 from vidstyle.comic.analyze.key_frame_source import Film
-from vidstyle.comic.analyze.motion_blur import MAX_PICTURE_FLOW, subject_flow
 from vidstyle.comic.analyze.similarity import DIFFERENT_SIMILARITY, similarity
 from vidstyle.comic.select.best_path import LOOKBACK_PANELS
 from vidstyle.pipeline.progress import ProgressCallback

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
 from vidstyle.comic.analyze.features import Candidate
-from vidstyle.comic.analyze.motion_blur import MAX_PICTURE_FLOW, region_flow
+from vidstyle.comic.analyze.flaws.motion_blur import MAX_PICTURE_FLOW, region_flow
 from vidstyle.comic.analyze.sharpness import lacks_detail
 from vidstyle.comic.analyze.similarity import SAME_SIMILARITY, similarity
 
@@ -29,6 +30,8 @@ _MIN_CORNERS_LIMIT, _USUAL_CORNERS_FACTOR, _CORNERS_TOLERANCE = 14, 3, 8
 They were tuned on a damaged trailer that was scaled and encoded again, which has 40 to 70, and on five
 undamaged films, which have up to 13.
 """
+_MAX_DAMAGE_GAP_SECONDS = 2.5
+"""Time between two damaged frames of a scene in which the other frames are damaged, too."""
 _MIN_NEARBY_CORNERS, _MAX_SPREAD_SECONDS = 6, 0.6
 """A frame of the same scene within this time of a damaged one is damaged from this number of corners."""
 
@@ -156,6 +159,24 @@ def spread_damage(candidates: Sequence[Candidate]) -> list[Candidate]:
         run = each.key_run if each.damaged else run
         marked.append(replace(each, damaged=each.key_run == run))
     return marked
+
+
+def fill_damage(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Mark as damaged what lies between two damaged candidates of a scene that are near each other.
+
+    It is for films in which the decoder reports nothing: they were damaged before they were encoded again,
+    and their key frames do not end the damage.
+    """
+    broken = [each for each in candidates if each.damaged]
+    gaps = [
+        (first.time, last.time)
+        for first, last in pairwise(broken)
+        if first.scene == last.scene and last.time - first.time <= _MAX_DAMAGE_GAP_SECONDS
+    ]
+    return [
+        replace(each, damaged=each.damaged or any(first < each.time < last for first, last in gaps))
+        for each in candidates
+    ]
 
 
 def damaged_spans(candidates: Sequence[Candidate]) -> list[tuple[float, float]]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from vidstyle.comic.analyze.defect_limits import DefectLimits, damaged_spans, spread_damage
 from vidstyle.comic.analyze.features import Candidate
+from vidstyle.comic.analyze.flaws.defect_limits import DefectLimits, damaged_spans, fill_damage, spread_damage
 
 # Films that are interlaced, though their frames lack the flag.
 _MIN_COMBED_MOTION, _MIN_COMBED_SHARE = 0.02, 0.5
@@ -32,7 +32,9 @@ class FilmDefects:
         if self.is_interlaced:
             candidates = [replace(each, combed=False) for each in candidates]
         self._limits = DefectLimits.of(candidates)
-        marked = spread_damage([self._limits.mark(each) for each in candidates])
+        is_reported = any(each.damaged and not each.broken for each in candidates)
+        spread = spread_damage if is_reported else fill_damage
+        marked = spread([self._limits.mark(each) for each in candidates])
         self._damaged_spans = damaged_spans(marked)
         return marked
 

@@ -1,0 +1,1 @@
+"""Defects of frames: damage, blur and combs."""
