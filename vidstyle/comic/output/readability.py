@@ -25,6 +25,8 @@ _FACE_DEVIATION_RATIO, _MIN_FACE_DEVIATION_PX = 1 / 60, 0.5
 """Standard deviation of the Gaussian that removes dots, in heights of the face, and its minimum."""
 _MIN_FACE_SCORE, _MIN_FACE_SCORE_RATIO = 0.2, 0.35
 """A face is lost if it scores less than the first value, and less than this fraction of its source."""
+_MIN_DARK_FACE_SCORE, _MAX_FACE_BLACK_SHARE = 0.4, 0.42
+"""A face is also lost below this score if more of it is black."""
 _LOST_FACE_FACTOR = 0.6
 """Factor on the readability of a panel whose face is lost."""
 
@@ -57,4 +59,6 @@ def _is_face_lost(source: np.ndarray, drawn: np.ndarray, face: Box, face_score: 
     before, after = face_score(source, face), face_score(cv2.GaussianBlur(drawn, (0, 0), deviation), face)
     if before is None or after is None:
         return False
-    return after < min(_MIN_FACE_SCORE, _MIN_FACE_SCORE_RATIO * before)
+    black = float(np.mean(cv2.cvtColor(cut_face(drawn, face), cv2.COLOR_RGB2GRAY) < _BLACK_LEVEL))
+    is_dark = black > _MAX_FACE_BLACK_SHARE and after < _MIN_DARK_FACE_SCORE
+    return is_dark or after < min(_MIN_FACE_SCORE, _MIN_FACE_SCORE_RATIO * before)

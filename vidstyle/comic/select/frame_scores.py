@@ -29,6 +29,8 @@ _MAX_MOTION_COST, _MAX_COST_MOTION = 0.5, 0.6
 """Maximum cost of motion, and the motion that has it: motion blur beyond what edges show."""
 _ACTION_SCORE, _MAX_CUT_SUBJECT_COST = 0.3, 0.8
 """Score of a moving subject, and maximum cost of one that the picture's edge cuts off."""
+_SHARP_FACE_RATIO, _MAX_LEADING_SOFTNESS = 1.5, 0.3
+"""Detail of a sharp face relative to one that survives being drawn; softness up to which a person leads."""
 _SOFT_FACE_COST, _SOFT_FACE_STRENGTH_RATIO = 0.5, 0.5
 """Maximum cost of a large face that is not sharp, and how much weaker a subject it is at most."""
 _CLUTTER_COST = 0.4
@@ -131,7 +133,7 @@ def face_softness(candidate: Candidate) -> float:
     """Return how far the main face of a frame is from sharp, 0..1; 0 for small faces."""
     if candidate.face_detail is None or not is_person(candidate):
         return 0.0
-    return max(0.0, 1 - candidate.face_detail / FULL_FACE_DETAIL_LEVELS)
+    return max(0.0, 1 - candidate.face_detail / (_SHARP_FACE_RATIO * FULL_FACE_DETAIL_LEVELS))
 
 
 def is_person(candidate: Candidate) -> bool:
@@ -194,7 +196,9 @@ def importance(chosen: Sequence[Candidate], survey: Survey) -> list[float]:
 
 def prefer_people(chosen: Sequence[Candidate]) -> list[Candidate]:
     """Return the frames of a film with those without a person less important than the main person."""
-    people = [each.importance for each in chosen if is_person(each)]
+    people = [
+        each.importance for each in chosen if is_person(each) and face_softness(each) <= _MAX_LEADING_SOFTNESS
+    ]
     most = _MAX_PLACE_IMPORTANCE_RATIO * max(people) if people else 1.0
     return [
         each if is_person(each) or each.forced else replace(each, importance=min(each.importance, most))
