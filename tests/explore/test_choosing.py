@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import pairwise, product
 
 import cv2
 import numpy as np
@@ -13,13 +13,12 @@ import pytest
 from covering import of_the_day
 from media import photograph
 
-from tools.explore.simulated_user import radius_of, screens_needed, seen
 from vidstyle.explore.choosing import candidate_generator
 from vidstyle.explore.choosing.chooser import MAX_ROUNDS, Chooser
 from vidstyle.explore.choosing.taste import Taste
 from vidstyle.explore.choosing.tile_screen import FIRST_SCREEN_KINDS, SCREEN_KINDS, Tile
 from vidstyle.explore.choosing.tile_selector import MIN_LOOK_DISTANCE, MIN_TILE_DISTANCE
-from vidstyle.explore.generate import random_style
+from vidstyle.explore.colors import oklab
 from vidstyle.explore.look import Look, look_distance, look_of
 from vidstyle.explore.phrases import shipped_styles
 from vidstyle.explore.tuning_pad import tuning_pad_of
@@ -225,40 +224,53 @@ def test_taste_follows_clicks() -> None:
 
 
 def test_a_tuning_pad_has_the_style_on_it_and_changes_what_is_seen() -> None:
-    style = load_style("ink")
+    paint = {"block": "posterize", "levels": 4}, {"block": "saturation", "factor": 0.5}
+    lines = {"block": "flow_xdog", "sigma": 1.4, "p": 20}
+    knobs = ["flow_xdog.p", "saturation.factor"]
+    table = {"format": 1, "height": 720, "background": [*paint], "lines": [lines]}
+    style, plain = load_style({**table, "knobs": knobs}), tuning_pad_of(load_style(table), looks)
     pad = tuning_pad_of(style, looks)
-    assert pad is not None
-    assert {re.sub("#[0-9]", "", axis.path) for axis in pad.axes} <= {
-        "minimum_range.dynamic_range", "blend.opacity", "scale.factor", "flow_dog.p", "flow_dog.sigma",
-        "lines.soft_threshold.epsilon", "lines.soft_threshold.phi", "lines.scale.factor",
-        "base.channel_mixer.red", "base.invert.above",
-    }  # fmt: skip
+    assert plain is not None and pad is not None
+    assert {axis.path for axis in pad.axes} == set(knobs) != {axis.path for axis in plain.axes}
     (same,) = looks([pad.style_at(*pad.start)])
     (own, *corners) = looks([style, *(pad.style_at(x, y) for x in (0, 1) for y in (0, 1))])
     assert own is not None and same is not None and look_distance(own, same) < 0.02
     assert all(each is not None and look_distance(own, each) > MIN_TILE_DISTANCE for each in corners)
 
 
-@pytest.mark.parametrize("name", of_the_day(["charcoal", "ink", "noir", "poster"], 1))
-def test_somebody_with_a_look_in_mind_finds_it(name: str) -> None:
-    """See `tools/explore/simulated_user.py`, which does this for all shipped styles and for random ones."""
-    random = looks([random_style(seed) for seed in range(40)])
-    others = [seen(look.picture) for look in random if look is not None and not look.fault]
-    hidden = looks([load_style(name)])[0]
-    assert hidden is not None
-    target = seen(hidden.picture)
-    radius, found, missed = radius_of(target, others), 0, []
-    for seed in (3, 4, 5):  # two of three users: each draws other tiles
-        needed, nearest = screens_needed(Chooser(looks, shipped_styles(), seed), target, radius, 8)
-        found += needed is not None
-        missed += [nearest] * (needed is None)
-        if found == 2 or len(missed) == 2:
-            break
-    assert found == 2, missed
+class ColorLook(Look):
+    """What somebody sees who looks at ink and paper only."""
+
+    appearance = property(lambda self: self.signature)  # type: ignore[assignment]
+
+
+def point_of(*colors: str) -> np.ndarray:
+    codes = [[int(color[place : place + 2], 16) / 255 for place in (1, 3, 5)] for color in colors]
+    return 5 * oklab(np.array(codes)).ravel()
+
+
+def color_looks(styles: Sequence[Style]) -> list[Look | None]:
+    points = [point_of(style.ink, style.paper) for style in styles]
+    return [ColorLook(np.zeros((1, 1, 3), np.uint8), point, point) for point in points]
+
+
+def test_who_takes_the_nearest_tile_comes_nearer_than_who_takes_any() -> None:
+    """`tools/explore/simulated_user.py` does the same with pictures."""
+    wishes = [point_of("#102a80", "#f5d0d8"), point_of("#f0e060", "#203010"), point_of("#803010", "#e8f4ff")]
+    nearest: dict[bool, list[float]] = {True: [], False: []}
+    for choice, seed, wish in product(nearest, (3, 4, 5), wishes):
+        made, random = Chooser(color_looks, shipped_styles(), seed), np.random.default_rng(seed)
+        made.new_screen()
+        for _ in range(5):
+            apart = [float(np.linalg.norm(tile.look.signature - wish)) for tile in made.screen.tiles]
+            made.more_like(int(np.argmin(apart)) if choice else int(random.integers(9)))
+        nearest[choice].append(min(apart))
+    assert np.mean(nearest[True]) < 0.8 * np.mean(nearest[False])
 
 
 def test_a_tile_that_is_taken_again_gives_nearer_ones() -> None:
-    made, place = chooser(), 2
+    made, place = Chooser(color_looks, shipped_styles()), 2
+    made.new_screen()
     found = [distances(made, place)]
     for _ in range(3):
         made.more_like(place)
