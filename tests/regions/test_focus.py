@@ -17,7 +17,7 @@ from vidstyle.core.scene_cuts import KnownCuts
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.media.frame import picture_from_frame
 from vidstyle.regions.boxes import Box
-from vidstyle.regions.exposure import FACE_LUMA_RANGE, FACE_QUANTILES, Stretch, expose_face
+from vidstyle.regions.exposure import FACE_LUMA_RANGE, FACE_QUANTILES, PAGE_QUANTILES, Stretch, expose_face
 from vidstyle.regions.face_tracks import Face, FaceFollower
 from vidstyle.regions.faces import FaceFinder
 from vidstyle.regions.features.landmarks import USUAL_LANDMARKS
@@ -393,6 +393,15 @@ def test_tones_of_a_face_approach_one_range(dark: float, bright: float) -> None:
         abs(after.mean() - np.mean(FACE_LUMA_RANGE))
         < 0.7 * abs(tones.mean() - np.mean(FACE_LUMA_RANGE)) + 0.02
     )
+
+
+def test_the_stretch_is_what_styles_do() -> None:
+    """Else skin that is bright on a dull page becomes paper white."""
+    page = np.tile(np.linspace(0.02, 0.55, 200, dtype=np.float32)[:, None], (100, 1, 3))
+    equalize = {"block": "equalize", "low": 1, "high": 99.7}
+    wanted = stylize(page, load_style({"format": 1, "name": "x", "background": [equalize]}), device="cpu")
+    shown = Stretch.of(*np.quantile(page, PAGE_QUANTILES)).shown(page)
+    assert np.abs(np.clip(shown, 0, 1) - wanted).max() < 0.02
 
 
 def test_exposure_takes_the_stretch_of_the_style_into_account() -> None:

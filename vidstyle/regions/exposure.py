@@ -35,10 +35,10 @@ FACE_QUANTILES = 0.02, 0.98
 """Quantiles of luma in a face that define its darkest and brightest tone."""
 CONTRAST_FACTOR_RANGE = 0.6, 1.9
 """Minimum and maximum contrast factor."""
-PAGE_QUANTILES = 0.05, 0.95
-"""Quantiles of luma of the page between which styles stretch contrast."""
-SHOWN_RANGE = 0.67
-"""The range between them after the stretch, as in most styles."""
+PAGE_QUANTILES = 0.01, 0.997
+"""Quantiles of luma of the page that become black and white, as in most styles."""
+SHOWN_RANGE = 1.0
+"""The range between them after the stretch."""
 SHADING_WEIGHT, SKIN_SHADING_WEIGHT = 0.5, 0.7
 """Share of light and shadow on a face that is removed: in few tones, they would divide it; and the same for a
 face without eyes, nose and mouth."""
@@ -124,7 +124,7 @@ class Stretch(NamedTuple):
 
     @classmethod
     def of(cls, dark: float, bright: float) -> Stretch:
-        """Return the stretch for the darkest and brightest tone of a page; see the block minimum_range."""
+        """Return the stretch for the darkest and brightest tone of a page; see the block equalize."""
         gain = max(1.0, SHOWN_RANGE / max(bright - dark, 0.03))
         middle = (dark + bright) / 2
         limit = SHOWN_RANGE / 2 if gain > 1 else 0.0
