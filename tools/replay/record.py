@@ -16,6 +16,7 @@ import cv2
 
 from vidstyle.core.kernels import library
 from vidstyle.core.kernels.arguments import MIN_UNLOCKED_NUMBERS
+from vidstyle.core.kernels.declare import OTHER_TYPES
 from vidstyle.core.picture import Picture
 from vidstyle.cpu.frame_order import FrameOrder
 from vidstyle.cpu.renderer import CpuRenderer
@@ -23,6 +24,7 @@ from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import Reader
 from vidstyle.media.write.film_writer import FilmWriter
 from vidstyle.pipeline.stages import Stages
+from vidstyle.stabilize import motion
 
 Event = tuple[str, float | int]
 """("python" or "native", seconds) of work with and without Python's lock, ("enter" or "leave", number of the
@@ -115,7 +117,7 @@ def recording() -> Iterator[Recording]:
         _note(("leave", number))
 
     def timed_entry(*arguments: Any) -> Callable[..., object]:
-        return _native(entry(*arguments), _is_unlocked)
+        return _native(entry(*arguments), _has_unlocked)
 
     patches = {
         (CpuRenderer, "_follow"): _recorded(CpuRenderer._follow, made.begun),
@@ -130,6 +132,7 @@ def recording() -> Iterator[Recording]:
             for name in ("read", "style", "write")
         },
         (library, "entry"): timed_entry,
+        (motion, "_dense_flow"): _native(motion._dense_flow),  # a method, which the next lines do not find
         **{
             (cv2, name): _native(each)
             for name, each in vars(cv2).items()
@@ -149,23 +152,27 @@ def _note(event: Event) -> None:
 
 
 def _native(
-    function: Callable[..., Any], is_unlocked: Callable[..., bool] = lambda *_, **__: True
+    function: Callable[..., Any], has_unlocked: Callable[..., bool] = lambda *_, **__: True
 ) -> Callable[..., Any]:
-    """Return a function whose time counts as time without Python's lock, if its arguments are such."""
+    """Return a function whose time counts as time without Python's lock.
+
+    Args:
+        has_unlocked: takes the result and the arguments, and returns whether the call has released the lock.
+    """
 
     def call(*arguments: Any, **named: Any) -> Any:
         _marks.mark("python")
         result = function(*arguments, **named)
-        if is_unlocked(*arguments, **named):
+        if has_unlocked(result, *arguments, **named):
             _marks.mark("native")
         return result
 
     return call
 
 
-def _is_unlocked(arguments: tuple[Any, ...]) -> bool:
-    """Whether a kernel with these arguments releases Python's lock."""
-    return _numbers(arguments) > MIN_UNLOCKED_NUMBERS
+def _has_unlocked(result: int, arguments: tuple[Any, ...]) -> bool:
+    """Whether a kernel has run and released Python's lock; of several entries, some are for other types."""
+    return result != OTHER_TYPES and _numbers(arguments) > MIN_UNLOCKED_NUMBERS
 
 
 def _numbers(value: Any) -> int:
