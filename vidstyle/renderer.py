@@ -24,7 +24,7 @@ from vidstyle.style import PLAIN, Style, load_style
 if TYPE_CHECKING:
     import av
 
-    from vidstyle.core.scene_cuts import KnownCuts
+    from vidstyle.core.scene_cuts import KnownCuts, SceneCuts
     from vidstyle.gpu.device.devices import Device
     from vidstyle.regions.face_tracks import FaceFollower, FacelessStart
     from vidstyle.regions.faces import FaceFinder
@@ -58,8 +58,8 @@ def open_renderer(
     style = style if isinstance(style, CueList) else load_style(style)
     chosen = _choice(style, device).device
 
-    def opened(style: Style, cuts: KnownCuts | None) -> Backend:
-        return _with_masks(style, chosen, cuts, faces)
+    def opened(style: Style, cuts: SceneCuts | None) -> Backend:
+        return _with_masks(style, chosen, cuts or _shared_cuts(chosen), faces)
 
     renderer: Backend
     if chosen is None and style.is_plain and faces is None:
@@ -102,14 +102,14 @@ def follow_faces(style: Style, cuts: KnownCuts, faceless: FacelessStart | None =
 
 
 def _with_masks(
-    style: Style, device: Device | None, cuts: KnownCuts | None, faces: FaceSource | None
+    style: Style, device: Device | None, cuts: SceneCuts | None, faces: FaceSource | None
 ) -> Backend:
     """Open a renderer that computes the masks that a style reads."""
     return MaskRenderer(style, lambda: _with_focus(style, device, cuts, faces), cuts)
 
 
 def _with_focus(
-    style: Style, device: Device | None, cuts: KnownCuts | None, faces: FaceSource | None
+    style: Style, device: Device | None, cuts: SceneCuts | None, faces: FaceSource | None
 ) -> Backend:
     """Open a renderer that keeps writing, and restyles faces in finer detail, if they can be found."""
     from vidstyle.regions.face_tracks import FaceFollower
@@ -121,13 +121,20 @@ def _with_focus(
     return FocusRenderer(style, lambda style, cuts: _opened(style, device, cuts), faces, cuts)
 
 
+def _shared_cuts(device: Device | None) -> SceneCuts | None:
+    """Return what detects cuts for all parts of a renderer; None on a GPU, as its thread lags behind."""
+    from vidstyle.core.scene_cuts import SceneCutDetector
+
+    return SceneCutDetector() if device is None else None
+
+
 def _face_finder() -> FaceFinder:
     from vidstyle.regions.faces import FaceFinder
 
     return FaceFinder()
 
 
-def _opened(style: Style, device: Device | None, cuts: KnownCuts | None) -> Backend:
+def _opened(style: Style, device: Device | None, cuts: SceneCuts | None) -> Backend:
     """Imports what this renderer needs alone."""
     from vidstyle.cpu.renderer import CpuRenderer
 

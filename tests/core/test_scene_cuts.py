@@ -12,6 +12,7 @@ from pictures import noise
 
 from vidstyle.core.block_matching import SEARCH_RADIUS_PX, best_correlations, blocks_of
 from vidstyle.core.kernels import dry_run
+from vidstyle.core.picture import Picture
 from vidstyle.core.scene_cuts import MAX_BLANKS, SceneCutDetector
 
 PAIRS = [("astronaut", "rocket"), ("rocket", "coffee"), ("coffee", "chelsea"), ("chelsea", "astronaut")]
@@ -191,3 +192,10 @@ def test_blocks_are_matched_as_by_opencv(shape: tuple[int, int]) -> None:
     np.testing.assert_allclose(best_correlations(blocks, places, second, 0), wanted, atol=2e-4)
     with dry_run():
         assert (best_correlations(blocks, places, second, 0) == 1).all(), "a rehearsal has no cuts"
+
+
+def test_renderers_that_share_a_detector_get_one_answer_for_a_frame() -> None:
+    detector = SceneCutDetector()
+    frames = [Picture.from_array(photograph(name)) for name in ("astronaut", "astronaut", "rocket")]
+    found = [[detector.begins_scene(frame, n / 25) for _ in range(2)] for n, frame in enumerate(frames)]
+    assert found == [[True, True], [False, False], [True, True]]

@@ -13,7 +13,7 @@ from pictures import FACE, film_with_face, picture_with_face
 
 from vidstyle.backend import FrameRequest
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.core.scene_cuts import KnownCuts
+from vidstyle.core.scene_cuts import KnownCuts, SceneCuts
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.media.frame import picture_from_frame
 from vidstyle.regions.boxes import Box
@@ -474,9 +474,9 @@ def planes(picture: Picture) -> list[np.ndarray]:
 
 def test_only_new_windows_begin_a_scene_of_the_patches() -> None:
     """A single picture begins none: it has no time."""
-    known: list[KnownCuts | None] = []
+    known: list[SceneCuts | None] = []
 
-    def open_backend(style: Style, cuts: KnownCuts | None) -> CpuRenderer:
+    def open_backend(style: Style, cuts: SceneCuts | None) -> CpuRenderer:
         known.append(cuts)
         return CpuRenderer(style, cuts=cuts)
 
@@ -491,4 +491,4 @@ def test_only_new_windows_begin_a_scene_of_the_patches() -> None:
             )
     (cuts,) = known
     assert cuts is not None
-    assert [cuts.is_cut(np.zeros((4, 4)), time) for time in times] == [True, False, True, False]
+    assert [cuts.begins_scene(picture, time) for time in times] == [True, False, True, False]

@@ -8,6 +8,8 @@ import cv2
 import numpy as np
 
 from vidstyle.core.block_matching import best_correlations, blocks_of
+from vidstyle.core.picture import Picture
+from vidstyle.core.sampling import small_luma
 
 MIN_CUT_SHARE = 0.27
 """At a cut, at least this part of a picture has no match in the one before, 0..1, beyond the usual loss.
@@ -46,13 +48,25 @@ class SceneCutDetector:
         self._before: list[np.ndarray] = []
         self._blanks = 0
         self._average_loss = 0.0
+        self._last: tuple[object, float | None, bool] | None = None
 
-    def is_cut(self, luma: np.ndarray, time: float | None = None) -> bool:
+    def begins_scene(self, picture: Picture, time: float | None) -> bool:
+        """Return whether a frame begins a scene; several renderers of a film may ask for the same frame.
+
+        Args:
+            picture: the next frame, or the last one again.
+            time: its presentation time in seconds; None: of a picture that stands alone.
+        """
+        plane = picture.luma if picture.color is None else picture.color
+        if self._last is None or time is None or self._last[0] is not plane or self._last[1] != time:
+            self._last = plane, time, self.is_cut(small_luma(picture))
+        return self._last[2]
+
+    def is_cut(self, luma: np.ndarray) -> bool:
         """Return whether the next frame begins a scene; one of another size does.
 
         Args:
             luma: a small copy of the frame's luma, H x W float32, 0..1.
-            time: presentation time in seconds, which is not used.
         """
         first, self._shape = luma.shape != self._shape, luma.shape
         if first:
@@ -90,9 +104,12 @@ class KnownCuts:
         """Add a frame that begins a scene."""
         self._times.add(time)
 
-    def is_cut(self, luma: np.ndarray, time: float | None = None) -> bool:
-        """Return whether the frame of this time begins a scene."""
+    def begins_scene(self, picture: Picture, time: float | None) -> bool:
+        """Return whether the frame of this time begins a scene; see `SceneCutDetector.begins_scene`."""
         return time in self._times
+
+
+SceneCuts = SceneCutDetector | KnownCuts
 
 
 def _reduced(luma: np.ndarray) -> np.ndarray:

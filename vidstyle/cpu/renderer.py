@@ -23,8 +23,8 @@ from vidstyle.core.color.film_colors import FilmPalettes
 from vidstyle.core.kernels.library import rehearsing
 from vidstyle.core.machine.cores import available_cores, single_threaded_opencv
 from vidstyle.core.picture import Encoding, Picture, PictureLayout
-from vidstyle.core.sampling import ExponentialSmoother, small_luma
-from vidstyle.core.scene_cuts import KnownCuts, SceneCutDetector
+from vidstyle.core.sampling import ExponentialSmoother
+from vidstyle.core.scene_cuts import SceneCutDetector, SceneCuts
 from vidstyle.cpu.execute import FrameExecutor
 from vidstyle.cpu.frame_memory import frame_bytes, pictures_in_memory
 from vidstyle.cpu.frame_order import FrameOrder
@@ -78,7 +78,7 @@ class CpuRenderer(Backend):
 
     Args:
         threads: number of threads. Default: `available_cores`.
-        cuts: scene cuts of the film; None: they are detected.
+        cuts: scene cuts of the film, or what detects them for several renderers; None: they are detected.
 
     Attributes:
         frames_in_flight: number of pictures to start before the result of the first is requested: more than
@@ -87,7 +87,7 @@ class CpuRenderer(Backend):
 
     device_kind = "cpu"
 
-    def __init__(self, style: Style, threads: int | None = None, cuts: KnownCuts | None = None) -> None:
+    def __init__(self, style: Style, threads: int | None = None, cuts: SceneCuts | None = None) -> None:
         keep_freed_memory()
         self.style = style
         self._threads = threads or available_cores()
@@ -220,7 +220,7 @@ class CpuRenderer(Backend):
         layout = stabilized_layout(picture) if is_steady else PictureLayout.of(picture)
         plan = self._plan(layout, request.encoding, request.rgb)
         remembers = bool(self._smoothers or stabilizer or self._film_palettes)
-        is_cut = remembers and self._cuts.is_cut(small_luma(picture), time)
+        is_cut = remembers and self._cuts.begins_scene(picture, time)
         if stabilizer is not None and time is not None:
             pair = stabilizer.follow(picture, time, is_cut)
         self._order = FrameOrder(self._order)

@@ -11,7 +11,6 @@ import numpy as np
 
 from vidstyle.backend import Backend, FrameRequest, PendingPicture
 from vidstyle.core.picture import Picture
-from vidstyle.core.sampling import small_luma
 from vidstyle.core.scene_cuts import KnownCuts, SceneCutDetector
 from vidstyle.cues.cue_list import ActiveStyle, CueList, Moment
 from vidstyle.cues.transitions import mixed_picture
@@ -129,7 +128,7 @@ class CueRenderer(Backend):
         moment = self._cues.at(time or 0)
         wanted = [each for each in (moment.ending, moment.active) if each]
         slots = self._shown = [self._slot(each, wanted, time) for each in wanted]
-        if self._cuts.is_cut(small_luma(request.picture), time) and time is not None:
+        if self._cuts.begins_scene(request.picture, time) and time is not None:
             for slot in slots:
                 slot.cuts.add(time)
         return moment, slots[0].backend if moment.ending else None, slots[-1].backend

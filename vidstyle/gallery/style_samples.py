@@ -13,7 +13,7 @@ import numpy as np
 from vidstyle.block import Block
 from vidstyle.blocks import all_blocks
 from vidstyle.core.machine.cores import available_cores
-from vidstyle.core.scene_cuts import KnownCuts
+from vidstyle.core.scene_cuts import SceneCuts
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.media.picture_bytes import jpeg_bytes, png_bytes
 from vidstyle.regions.focus import FocusRenderer
@@ -58,7 +58,7 @@ def samples_of(picture: np.ndarray, styles: Iterable[Style]) -> Iterator[StyleSa
 def restyle_picture(picture: np.ndarray, style: Style, faces: KnownFaces = NO_FACES) -> np.ndarray:
     """Render a picture, H x W x 3 uint8, in a style, with focus on these faces. Uses one thread."""
 
-    def open_backend(style: Style, cuts: KnownCuts | None) -> CpuRenderer:
+    def open_backend(style: Style, cuts: SceneCuts | None) -> CpuRenderer:
         return CpuRenderer(style, threads=1)
 
     style = replace(style, steady=0.0)

@@ -8,7 +8,7 @@ from concurrent.futures import TimeoutError as FutureTimeout
 
 from vidstyle.backend import Backend, FrameRequest
 from vidstyle.core.picture import Picture
-from vidstyle.core.scene_cuts import KnownCuts
+from vidstyle.core.scene_cuts import SceneCuts
 from vidstyle.errors import DeviceError, log
 from vidstyle.gpu.compile.glsl import Form
 from vidstyle.gpu.device.devices import Device
@@ -64,7 +64,7 @@ class GpuRenderer(Backend):
         device: Device,
         fallback: Callable[[Style], Backend],
         form: Form | None = None,
-        cuts: KnownCuts | None = None,
+        cuts: SceneCuts | None = None,
     ) -> None:
         self._style = style
         self._device, self._form, self._cuts = device, form, cuts

@@ -17,8 +17,8 @@ from vidstyle.core.bands import shared_workers
 from vidstyle.core.color.film_colors import FilmPalettes
 from vidstyle.core.picture import Picture, PictureLayout
 from vidstyle.core.planes import alpha_in_depth
-from vidstyle.core.sampling import ExponentialSmoother, small_luma
-from vidstyle.core.scene_cuts import KnownCuts, SceneCutDetector
+from vidstyle.core.sampling import ExponentialSmoother
+from vidstyle.core.scene_cuts import SceneCutDetector, SceneCuts
 from vidstyle.errors import DeviceError, log
 from vidstyle.gpu.compile.glsl import Form
 from vidstyle.gpu.compile.plan import Plan, make_plan
@@ -76,7 +76,7 @@ class GpuSession:
         form: Form | None = None,
         fused: bool = True,
         max_side: int = MAX_SIDE,
-        cuts: KnownCuts | None = None,
+        cuts: SceneCuts | None = None,
     ) -> None:
         self._form: Form = form or device.form
         self._fused = fused
@@ -118,7 +118,7 @@ class GpuSession:
             runner, shown, finish = self._prepare(style, request), request.picture, None
             stabilizer, measures = self._stabilizer, runner.plan.measures
             remembers = bool(stabilizer or measures or self._film_palettes)
-            scene_cut = remembers and self._cuts.is_cut(small_luma(shown), request.time)
+            scene_cut = remembers and self._cuts.begins_scene(shown, request.time)
             request = request.edited()
             picture = request.picture
             self._film_palettes.follow(picture, request.time, scene_cut)

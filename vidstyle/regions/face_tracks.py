@@ -14,8 +14,7 @@ import numpy as np
 from vidstyle.core.closing import Closing
 from vidstyle.core.picture import SITINGS, Picture
 from vidstyle.core.planes import color_rows
-from vidstyle.core.sampling import small_luma
-from vidstyle.core.scene_cuts import KnownCuts, SceneCutDetector
+from vidstyle.core.scene_cuts import SceneCutDetector, SceneCuts
 from vidstyle.regions.boxes import Box, Point
 from vidstyle.regions.faces import FaceFinder
 from vidstyle.regions.features.landmarks import USUAL_LANDMARKS, Landmarks, MarkedFaces
@@ -151,7 +150,7 @@ class FaceFollower(Closing):
     """
 
     def __init__(
-        self, finder: FaceFinder, cuts: KnownCuts | None = None, faceless: FacelessStart | None = None
+        self, finder: FaceFinder, cuts: SceneCuts | None = None, faceless: FacelessStart | None = None
     ) -> None:
         """Start without faces.
 
@@ -211,7 +210,7 @@ class FaceFollower(Closing):
 
     def _starts(self, picture: Picture, time: float) -> bool:
         """Whether there is no state of earlier frames."""
-        is_cut, elapsed = self._cuts.is_cut(small_luma(picture), time), time - self._time
+        is_cut, elapsed = self._cuts.begins_scene(picture, time), time - self._time
         before, self._shape = self._shape, picture.shape
         return is_cut or before != picture.shape or not 0 <= elapsed <= MAX_GAP_SECONDS
 

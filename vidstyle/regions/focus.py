@@ -11,7 +11,7 @@ import numpy as np
 
 from vidstyle.backend import Backend, FrameRequest, PendingPicture, completed_future
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.core.scene_cuts import KnownCuts
+from vidstyle.core.scene_cuts import SceneCuts
 from vidstyle.core.shared_tones import SharedTones
 from vidstyle.regions.face_tracks import Face
 from vidstyle.regions.features.feature_drawing import draw_features
@@ -109,7 +109,7 @@ class FocusRenderer(Backend):
         style: Style,
         open_backend: OpenRenderer,
         faces: FaceSource,
-        cuts: KnownCuts | None = None,
+        cuts: SceneCuts | None = None,
         side_ratio: float = 1.0,
     ) -> None:
         self._style, self._side_ratio = style, side_ratio

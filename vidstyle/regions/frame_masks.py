@@ -14,8 +14,7 @@ from vidstyle.block.gray_png import read_gray_png
 from vidstyle.core.closing import Closing
 from vidstyle.core.picture import Picture
 from vidstyle.core.planes import luma_rows
-from vidstyle.core.sampling import small_luma
-from vidstyle.core.scene_cuts import KnownCuts, SceneCutDetector
+from vidstyle.core.scene_cuts import SceneCutDetector, SceneCuts
 from vidstyle.errors import StyleError, UsageError
 from vidstyle.regions.backdrop import Backdrop
 from vidstyle.regions.boxes import Box
@@ -49,10 +48,9 @@ class FrameMasks(Closing):
         StyleError: the file of a mask cannot be used.
     """
 
-    def __init__(self, style: Style, cuts: KnownCuts | None = None) -> None:
+    def __init__(self, style: Style, cuts: SceneCuts | None = None) -> None:
         self._names = masks_read(style)
-        self._cuts = cuts
-        self._detector = cuts or SceneCutDetector()
+        self._cuts = cuts or SceneCutDetector()
         self._follower: FaceFollower | None = None
         self._files: Backdrop | None = None
         found = [PEOPLE if name == BACKGROUND else name for name in self._names]
@@ -66,7 +64,7 @@ class FrameMasks(Closing):
 
     def of(self, picture: Picture, time: float | None) -> dict[str, np.ndarray]:
         """Return the masks of the next frame by name, H x W uint8; `time`: in seconds, None for a still."""
-        is_cut = bool(self._names) and self._detector.is_cut(small_luma(picture), time)
+        is_cut = bool(self._names) and self._cuts.begins_scene(picture, time)
         masks = {name: make(picture, time, is_cut) for name, make in self._makers.items()}
         if BACKGROUND in self._names:
             masks[BACKGROUND] = 255 - masks[PEOPLE]

@@ -14,7 +14,7 @@ from vidstyle.style.resolve import masks_read
 if TYPE_CHECKING:
     import numpy as np
 
-    from vidstyle.core.scene_cuts import KnownCuts
+    from vidstyle.core.scene_cuts import SceneCuts
     from vidstyle.regions.frame_masks import FrameMasks
 
 
@@ -31,7 +31,7 @@ class MaskRenderer(Backend):
     """
 
     def __init__(
-        self, style: Style, open_backend: Callable[[], Backend], cuts: KnownCuts | None = None
+        self, style: Style, open_backend: Callable[[], Backend], cuts: SceneCuts | None = None
     ) -> None:
         self._cuts = cuts
         self._key = _key(style)
@@ -93,7 +93,7 @@ class MaskRenderer(Backend):
         return replace(request, picture=replace(picture, masks=self._masks.of(picture, request.time)))
 
 
-def _open_masks(style: Style, cuts: KnownCuts | None) -> FrameMasks | None:
+def _open_masks(style: Style, cuts: SceneCuts | None) -> FrameMasks | None:
     """Return what computes the masks of a style; None if it reads none, so that nothing heavy is imported."""
     if not masks_read(style):
         return None

@@ -8,7 +8,7 @@ from dataclasses import replace
 from vidstyle.backend import Backend, FrameRequest
 from vidstyle.core.closing import Closing
 from vidstyle.core.picture import Picture
-from vidstyle.core.scene_cuts import KnownCuts
+from vidstyle.core.scene_cuts import KnownCuts, SceneCuts
 from vidstyle.regions.exposure import Exposure
 from vidstyle.regions.face_tracks import Face
 from vidstyle.regions.features.feature_lifting import Features, lift_features
@@ -30,7 +30,7 @@ MAX_CELL_RATIO = 6 / 720
 LiftedShare = Callable[[Face], float]
 """Returns how much of the features of a face is lifted, 0..1."""
 
-OpenRenderer = Callable[[Style, KnownCuts | None], Backend]
+OpenRenderer = Callable[[Style, SceneCuts | None], Backend]
 """Opens a renderer for a style and scene cuts; None: they are detected."""
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from vidstyle.backend import FrameRequest
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.core.scene_cuts import KnownCuts
+from vidstyle.core.scene_cuts import SceneCuts
 from vidstyle.core.shared_tones import SharedTones
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.explore.crops.crop_measures import ComparedCrop, FullSizeMetrics
@@ -120,7 +120,7 @@ def faces_of(picture: np.ndarray) -> MarkedFaces:
     return {box: marks for box, marks in faces.items() if min(box.width, box.height) >= MIN_FACE_SIDE_PX}
 
 
-def _open_renderer(style: Style, cuts: KnownCuts | None) -> CpuRenderer:
+def _open_renderer(style: Style, cuts: SceneCuts | None) -> CpuRenderer:
     return CpuRenderer(style, threads=1)
 
 

@@ -82,25 +82,27 @@ def find_writing(picture: Picture) -> list[Writing]:
     small = _small_luma(picture)
     if min(small.shape) < CELL_PX:
         return []
-    (dark, on_paper), (light, on_dark) = (_side(each) for each in (small, cv2.bitwise_not(small)))
+    weights, ground = _sides(cv2.merge((small, cv2.bitwise_not(small))))
+    if not weights.any():
+        return []
     # Between light letters the ground looks like dark strokes, and the other way round: a word has one side.
     word = _cells(WORD_RATIO * thickness_of(small.shape))
-    side = _mean(dark * on_paper - light * on_dark, word) / SIDE_DIFFERENCE
-    weights = np.maximum(dark, light) * np.stack([_ramp(side, (0, 1)), _ramp(-side, (0, 1))])
+    side = _mean(cv2.subtract(*cv2.split(weights * ground)), word) / SIDE_DIFFERENCE
+    weights = weights.max(axis=2) * np.stack([_ramp(side, (0, 1)), _ramp(-side, (0, 1))])
     weights *= _ramp(_rest_contrast(small, weights), REST_CONTRAST_RANGE)
     return [_writing(weights, box, picture) for box in _boxes(weights)]
 
 
-def _side(small: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the weight of dark strokes in each cell of a luma plane, and how far their ground continues.
+def _sides(small: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the weight of dark strokes in each cell, and how far their ground continues.
 
     Args:
-        small: H x W uint8.
+        small: luma and its negative, H x W x 2 uint8: together, as each call has to wait for Python's lock.
 
     Returns:
-        Two planes of h x w float32, 0..1. The second is low if the ground is only as large as a word.
+        Both h x w x 2 float32, 0..1. The second is low if the ground is only as large as a word.
     """
-    thick = thickness_of(small.shape)
+    thick = thickness_of(small.shape[:2])
     closed = _closed(small, thick)
     strokes = cv2.subtract(closed, small)
     peaks = cv2.blur(cv2.dilate(strokes, _square(thick)), (thick, thick))
@@ -116,7 +118,7 @@ def _side(small: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _writing_weights(
     small: np.ndarray, closed: np.ndarray, strokes: np.ndarray, peaks: np.ndarray
 ) -> np.ndarray:
-    """Return the weight of dark strokes in each cell, h x w float32, 0..1.
+    """Return the weight of dark strokes in each cell, h x w x 2 float32, 0..1; see `_sides`.
 
     Args:
         small: luma.
@@ -124,7 +126,7 @@ def _writing_weights(
         strokes: their difference.
         peaks: its maximum nearby.
     """
-    thick = thickness_of(small.shape)
+    thick = thickness_of(small.shape[:2])
     wide = _closed(small, _odd(2 * thick))
     bright = cv2.subtract(closed, cv2.morphologyEx(closed, cv2.MORPH_OPEN, _square(thick)))
     limit = cv2.convertScaleAbs(peaks, alpha=EVEN_LEVEL_RATIO, beta=EVEN_LEVEL)
@@ -136,7 +138,7 @@ def _writing_weights(
     weight *= _ramp(rest / (ink + np.float32(0.25)), BRIGHT_RANGE)
     if not weight.any():
         return weight
-    weight *= _ramp(_coherence(strokes, weight.shape[::-1], near), COHERENCE_RANGE)
+    weight *= _ramp(_coherence(strokes, weight.shape[1::-1], near), COHERENCE_RANGE)
     around = _cells(AGREEMENT_WINDOW_RATIO * thick)
     agreement = _mean(total * weight, around) / (_mean(total, around) + np.float32(0.25))
     weight *= _ramp(agreement, AGREEMENT_RANGE)
@@ -145,7 +147,7 @@ def _writing_weights(
 
 
 def _coherence(strokes: np.ndarray, cells: tuple[int, int], window: int) -> np.ndarray:
-    """Return how much strokes in a window around each cell have one direction, h x w float32, 0..1."""
+    """Return how much strokes in a window around each cell have one direction, h x w x 2 float32, 0..1."""
     half = cv2.resize(strokes, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
     across, down = (cv2.Sobel(half, cv2.CV_16S, *order) for order in ((1, 0), (0, 1)))
     squares, others, mixed = (
@@ -230,8 +232,8 @@ def levels_of(luma: np.ndarray, picture: Picture) -> np.ndarray:
 
 
 def _in_cells(plane: np.ndarray) -> np.ndarray:
-    """Return the mean of a plane in each cell, h x w float32."""
-    height, width = (max(1, round(side / CELL_PX)) for side in plane.shape)
+    """Return the mean of planes, H x W x 2, in each cell, h x w x 2 float32."""
+    height, width = (max(1, round(side / CELL_PX)) for side in plane.shape[:2])
     return cv2.resize(plane, (width, height), interpolation=cv2.INTER_AREA).astype(np.float32)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import cv2
@@ -42,35 +43,48 @@ class _Parts(NamedTuple):
         labels: number of the part of each pixel, H x W int32; 0 outside.
         sizes: width, height and area of each part, N x 3; of the first one, the outside, 0.
         centers: of each part, N x 2 float64, across and down.
-        widths: half the width of the stroke where it is widest, N float32.
     """
 
     labels: np.ndarray
     sizes: np.ndarray
     centers: np.ndarray
-    widths: np.ndarray
 
     def means(self, plane: np.ndarray) -> np.ndarray:
         """Return the mean of a plane, H x W, in each part."""
         total = np.bincount(self.labels.ravel(), plane.ravel(), len(self.sizes))
         return total / np.maximum(self.sizes[:, 2], 1)
 
+    def widths(self, mask: np.ndarray) -> np.ndarray:
+        """Return half the width of each part of `mask` where it is widest, float32; 0 for other parts."""
+        widths, (rows, columns) = np.zeros(len(self.sizes), np.float32), np.nonzero(mask)
+        distances = cv2.distanceTransform(mask, cv2.DIST_L2, 3)
+        np.maximum.at(widths, self.labels[rows, columns].astype(np.intp), distances[rows, columns])
+        return widths
 
-def letter_mask(coverage: np.ndarray, contrast: np.ndarray, wide: np.ndarray, thickness: int) -> np.ndarray:
-    """Return which strokes are letters: H x W bool.
+
+def letter_mask(
+    coverage: np.ndarray, contrast: np.ndarray, wide: Callable[[], np.ndarray], thickness: int
+) -> np.ndarray | None:
+    """Return which strokes are letters: H x W bool; None if no strokes are.
 
     Args:
         coverage: by strokes, H x W float32, 0..1.
         contrast: of strokes to their ground, H x W uint8.
-        wide: where something wider than strokes has their tone, H x W uint8, 0 or 255.
+        wide: returns where something wider than strokes has their tone, H x W uint8, 0 or 255.
         thickness: width of strokes that count as thin, in pixels.
     """
     strokes = (coverage >= MIN_COVERAGE).astype(np.uint8)
     parts = _parts(strokes)
-    thin = parts.means(cv2.dilate(wide, np.ones((3, 3), np.uint8)) > 0) <= MAX_THICK_SHARE
     least, possible = _sizes(parts, thickness)
-    strength = parts.means(contrast)
-    limits = _least_strengths(parts, thin & least & possible, strength, thickness)
+    if np.count_nonzero(least & possible) < MIN_LETTERS:
+        return None
+    thin = parts.means(cv2.dilate(wide(), np.ones((3, 3), np.uint8)) > 0) <= MAX_THICK_SHARE
+    letters, strength = thin & least & possible, parts.means(contrast)
+    if np.count_nonzero(letters) < MIN_LETTERS:
+        return None
+    limits = _least_strengths(parts, letters, strength, thickness)
+    if not limits.any():
+        return None
     # Dots, accents, broken strokes and short words belong to the letters beside them.
     near = cv2.dilate(limits[parts.labels], _square(WORD_GAP_RATIO * thickness))
     limit = parts.means(near)
@@ -92,6 +106,7 @@ def _least_strengths(parts: _Parts, letters: np.ndarray, strength: np.ndarray, t
     A group has several letters of similar height and contrast.
     """
     mask = letters[parts.labels].astype(np.uint8)
+    widths = parts.widths(mask)
     _, groups = cv2.connectedComponents(cv2.dilate(mask, _square(GAP_RATIO * thickness)))
     rows, columns = np.nonzero(mask)
     group_of = np.zeros(len(letters), np.int64)
@@ -107,7 +122,7 @@ def _least_strengths(parts: _Parts, letters: np.ndarray, strength: np.ndarray, t
         slender = heights**2 > MAX_SLENDERNESS_RATIO * parts.sizes[members, 2]
         if slender.mean() > MAX_SLENDER_SHARE:
             continue
-        if _is_one_hand(parts.widths[members]) and _has_lines(parts.centers[members], heights):
+        if _is_one_hand(widths[members]) and _has_lines(parts.centers[members], heights):
             limits[members] = limit
     # Beside print, grain of the paper looks like pale letters.
     return np.where(limits >= MIN_CONTRAST_RATIO * limits.max(), limits, np.float32(0))
@@ -136,10 +151,7 @@ def _parts(mask: np.ndarray) -> _Parts:
     _, labels, found, centers = cv2.connectedComponentsWithStats(mask)
     sizes = found[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT, cv2.CC_STAT_AREA]]
     sizes[0] = 0
-    widths = np.zeros(len(sizes), np.float32)
-    inside = np.nonzero(mask)
-    np.maximum.at(widths, labels[inside].astype(np.intp), cv2.distanceTransform(mask, cv2.DIST_L2, 3)[inside])
-    return _Parts(labels, sizes, centers, widths)
+    return _Parts(labels, sizes, centers)
 
 
 def _square(side: float) -> np.ndarray:

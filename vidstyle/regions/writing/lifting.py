@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import NamedTuple
 
 import cv2
@@ -110,7 +111,10 @@ def _strokes(picture: Picture, writing: Writing) -> tuple[Strokes, np.ndarray]:
         peak = cv2.blur(cv2.dilate(height, np.ones((reach, reach), np.uint8)), (size, size))
         share = cv2.divide(height, np.maximum(peak, np.uint8(MIN_STRENGTH_LEVEL)), dtype=cv2.CV_32F)
         cover, near = weight * _between(share, *STROKE_RANGE), cv2.dilate(share, np.ones((3, 3), np.uint8))
-        letters = letter_mask(cover, height, _wider(plane, height, peak, size), size)
+        letters = letter_mask(cover, height, partial(_wider, plane, height, peak, size), size)
+        if letters is None:
+            covers.append(np.zeros_like(weight))
+            continue
         covers.append(np.where(letters, cover, np.float32(0)))
         close = cv2.dilate(letters.astype(np.uint8), square) > 0
         trace = np.maximum(trace, np.where(close, weight * _between(near, 0, TRACE_RATIO), np.float32(0)))
