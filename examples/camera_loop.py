@@ -15,7 +15,7 @@ size = (
 )
 writer = cv2.VideoWriter(target, cv2.VideoWriter.fourcc(*"mp4v"), rate, size)
 try:
-    with vidstyle.Renderer("comic") as renderer:
+    with vidstyle.Renderer("cartoon") as renderer:
         while True:
             found, bgr = capture.read()
             if not found:

@@ -68,10 +68,10 @@ def test_a_camera_loop_has_red_and_blue_where_they_belong(tmp_path: Path) -> Non
     clip = make_clip(tmp_path / "in.mp4", frames=8, size=(320, 180))
     succeed(sys.executable, EXAMPLES / "camera_loop.py", clip, "out.mp4", folder=tmp_path)
     before, after = read_all(clip), read_all(tmp_path / "out.mp4")
-    with vidstyle.Renderer("comic", device="cpu") as renderer:
+    with vidstyle.Renderer("cartoon", device="cpu") as renderer:
         expected = [renderer(frame.to_ndarray(format="rgb24"), frame.time) for frame in before]
     for restyled, wanted in zip(after, expected, strict=True):
-        # Dots do not survive the encoder unharmed, what they add up to does.
+        # Fine lines do not survive the encoder unharmed, the colours of areas do.
         seen, wanted = (cv2.blur(each, (31, 31)) for each in (restyled.to_ndarray(format="rgb24"), wanted))
         assert rms_error(seen, wanted) < 8 < 16 < rms_error(seen, wanted[..., ::-1])
 
