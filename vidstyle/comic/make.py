@@ -6,36 +6,24 @@ from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import chain
 from pathlib import Path
 
 from vidstyle.comic.analyze.film import open_film
 from vidstyle.comic.analyze.key_frame_source import Film
-from vidstyle.comic.analyze.saliency import attention_map, box_attention
 from vidstyle.comic.comic_options import ComicOptions as ComicOptions
 from vidstyle.comic.comic_options import read_saved
 from vidstyle.comic.drawn_check import DrawnCheck
 from vidstyle.comic.key_frame import KeyFrame
-from vidstyle.comic.layout.fit import fit_paper, place_panels
-from vidstyle.comic.layout.inset import find_insets
-from vidstyle.comic.layout.layout import PageLayout, lay_out
-from vidstyle.comic.layout.pages import default_pages
 from vidstyle.comic.layout.paper import BORDER_POINTS, paper
-from vidstyle.comic.layout.storyboard import contact_sheet, time_labels
 from vidstyle.comic.lettering.characters import control_character
-from vidstyle.comic.lettering.dialogue import assign_lines, count_panels
-from vidstyle.comic.lettering.fonts import Letters, check_pillow, choose_letters, letter_size
-from vidstyle.comic.lettering.letter import PanelText, TextStyle, letter_panels
+from vidstyle.comic.lettering.fonts import Letters, check_pillow
 from vidstyle.comic.lettering.omitted import list_omitted
 from vidstyle.comic.lettering.subtitle_lines import Line, read_lines_of_file, read_lines_of_film
-from vidstyle.comic.lettering.title import make_title, move_below_title, page_numbers, shrink_paper
 from vidstyle.comic.output.page_file import PageFile, page_file
 from vidstyle.comic.output.panel_renderer import PagePlan, PanelRenderer, draw_pages
-from vidstyle.comic.output.sheet import Label
 from vidstyle.comic.output.write import Frames, Output
 from vidstyle.comic.panel_styles import PanelStyles
-from vidstyle.comic.select.choose import MAX_DEFAULT_PANELS
-from vidstyle.comic.select.key_frames import KeyFrameOptions, find_key_frames
+from vidstyle.comic.planner import Planner
 from vidstyle.errors import UsageError, counted, log, printable, text_of_name
 from vidstyle.media.options import check_rotation
 from vidstyle.media.read.decode_report import DecodeReport
@@ -46,8 +34,6 @@ from vidstyle.style import PLAIN, load_style
 
 PAGE_FILE_SUFFIX = ".toml"
 """Suffix of an editable comic."""
-_MAX_WORD_ROUNDS = 2
-"""Number of times that panels are added for words without room."""
 _NO_FACES_NOTICE = "face detection is off: pip install 'vidstyle[comic]', or add --face-model FILE"
 
 
@@ -119,11 +105,8 @@ class _Job:
             self._check_save(options.save)
         if control := control_character(options.title):
             raise UsageError("--title", f"holds the control character {control}", "remove it")
-        self._right_to_left = options.right_to_left or options.layout == "manga"
-        self._letters = Letters(options.font)
-        self._size = letter_size(self._paper)
-        self._title: Label | None = None
-        self._title_height = 0
+        # An unusable font is an error before the film is analyzed.
+        Letters(options.font)
         self._omitted: list[Line] = []
         self._lines: list[Line] | None = None
         if options.subtitles is not None:
@@ -138,46 +121,20 @@ class _Job:
             lines = self._dialogue_lines()
             if lines and not faces.has_model:
                 log.info(_NO_FACES_NOTICE)
-            self._choose_font(lines)
+            trims = self._options.size is None and not self._output.is_printed
+            planner = Planner(film, self._options, self._step, self._paper, trims)
             with self._open_check(film, faces) as check:
-                plan = self._plan_with_words(film, lines, check)
+                plan = planner.plan(lines, check)
+            self._omitted = planner.omitted
             self._report_single(plan, film)
             self._report_omitted(lines)
-            self._report_lacking()
+            _report_lacking(plan.letters)
             return self._draw(plan, film)
 
     def _open_check(self, film: Film, faces: FaceFinder) -> AbstractContextManager[DrawnCheck | None]:
         """Return the check of key frames; None for a contact sheet, which shows any frame."""
         options = self._options
         return nullcontext() if options.storyboard else DrawnCheck(film, self._styles, options.device, faces)
-
-    def _plan_with_words(self, film: Film, lines: Sequence[Line], check: DrawnCheck | None) -> PagePlan:
-        """Plan the comic; words that have no room get more panels, as far as that helps."""
-        spoken = tuple((line.start, line.end) for line in lines if not line.narrated)
-        options = replace(
-            self._options.key_frames,
-            min_panels=count_panels(lines),
-            spoken=spoken,
-            seed=self._options.seed,
-        )
-        plan = self._plan(film, self._find_key_frames(film, options, check), lines)
-        best = plan, self._omitted
-        for _ in range(_MAX_WORD_ROUNDS if options.panels is None else 0):
-            if not self._omitted or len(plan.key_frames) >= MAX_DEFAULT_PANELS:
-                break
-            options = replace(options, words=(*options.words, *(line.start for line in self._omitted)))
-            plan = self._plan(film, self._find_key_frames(film, options, check), lines)
-            if len(self._omitted) < len(best[1]):
-                best = plan, self._omitted
-        plan, self._omitted = best
-        return plan
-
-    def _find_key_frames(
-        self, film: Film, options: KeyFrameOptions, check: DrawnCheck | None
-    ) -> list[KeyFrame]:
-        if check is None:
-            return find_key_frames(film, options, self._step)
-        return check.trim(find_key_frames(film, options, self._step, check.readability))
 
     def _report_single(self, plan: PagePlan, film: Film) -> None:
         """Explain why a film gets a single panel."""
@@ -194,12 +151,6 @@ class _Job:
         text, verb = counted(count, "subtitle"), "is" if count == 1 else "are"
         places = ", ".join(list_omitted(self._omitted, lines))
         log.warning("%s %s not shown, at %s; increase --panels to show more of them", text, verb, places)
-
-    def _report_lacking(self) -> None:
-        """Report the letters that the font does not have."""
-        if self._letters.lacking:
-            lacking = " ".join(self._letters.lacking)
-            log.warning("the font %s has no %s; give another one with --font", self._letters.family, lacking)
 
     def _draw(self, plan: PagePlan, film: Film) -> Comic:
         self._output.check_pages(plan.layout.sizes)
@@ -246,25 +197,6 @@ class _Job:
         with atomic_file(target, self._source, self._options.overwrite):
             pass
 
-    def _choose_font(self, lines: Sequence[Line]) -> None:
-        title = self._options.title
-        if not self._options.storyboard:
-            self._letters = choose_letters([title, *(line.text for line in lines)], self._letters)
-        if title:
-            self._title, self._title_height = make_title(title, self._paper, self._size, self._letters)
-
-    def _plan(self, film: Film, key_frames: Sequence[KeyFrame], lines: Sequence[Line]) -> PagePlan:
-        self._step("laying out", 0, 0)
-        if self._options.storyboard:
-            layout = contact_sheet(key_frames, self._paper, self._size, self._title_height)
-            labels = time_labels(layout, key_frames, self._size)
-        else:
-            layout = self._comic_pages(film, key_frames, lines)
-            labels = page_numbers(layout, self._paper, self._size)
-        if self._title:
-            labels[0].append(self._title)
-        return PagePlan(key_frames, layout, labels, self._letters, self._paper.dpi, self._right_to_left)
-
     def _dialogue_lines(self) -> list[Line]:
         if self._options.storyboard:
             return []
@@ -272,54 +204,12 @@ class _Job:
             return self._lines
         return read_lines_of_film(self._source) if Path(self._source).is_file() else []
 
-    def _comic_pages(self, film: Film, key_frames: Sequence[KeyFrame], lines: Sequence[Line]) -> PageLayout:
-        spoken, lost = assign_lines(lines, key_frames)
-        border, safe = self._paper.border, self._paper.safe
-        style = TextStyle(self._letters, self._size, border, self._right_to_left, safe)
-        shown = list(zip(key_frames, spoken, strict=True))
-        colors = film.frames_at([key_frame.time for key_frame, said in shown if said], keep=True)
-        attention = (
-            attention_map(key_frame.picture(next(colors)), key_frame.faces)
-            if said
-            else box_attention(key_frame)
-            for key_frame, said in shown
-        )
-        texts = list(map(PanelText, key_frames, spoken, attention))
-        insets = find_insets(key_frames, list(map(bool, spoken)))
-        layout = letter_panels(partial(self._layout, key_frames, insets), texts, style)
-        unfit = (spoken[each.key_frame][len(each.bubbles) :] for each in layout.panels)
-        self._omitted = sorted([*lost, *chain.from_iterable(unfit)], key=lambda line: line.start)
-        return layout
 
-    def _layout(
-        self, key_frames: Sequence[KeyFrame], insets: Sequence[int], area_scales: Sequence[float]
-    ) -> PageLayout:
-        options = self._options
-        pages = options.pages or default_pages(len(key_frames))
-        sheet = shrink_paper(self._paper, self._title_height, pages)
-        is_fitted = pages == 1 and options.layout not in ("grid", "manga") and not options.bleeding
-        fitted = fit_paper(sheet, key_frames, area_scales) if is_fitted else sheet
-        layout = lay_out(
-            *(key_frames, fitted),
-            pages=options.pages,
-            seed=options.seed,
-            right_to_left=self._right_to_left,
-            bleeding=options.bleeding or options.layout == "manga",
-            kind=options.layout,
-            area_scales=area_scales,
-            insets=insets,
-        )
-        trims = options.size is None and not self._output.is_printed
-        layout = place_panels(
-            *(layout, fitted, sheet),
-            trims_width=trims and not self._title_height,
-            trims_height=trims,
-        )
-        return (
-            move_below_title(layout, key_frames, self._paper, self._title_height)
-            if self._title_height
-            else layout
-        )
+def _report_lacking(letters: Letters) -> None:
+    """Report the letters that the font does not have."""
+    if letters.lacking:
+        lacking = " ".join(letters.lacking)
+        log.warning("the font %s has no %s; give another one with --font", letters.family, lacking)
 
 
 def _shown(plan: PagePlan) -> list[KeyFrame]:
