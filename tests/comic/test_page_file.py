@@ -204,7 +204,7 @@ def test_a_page_file_reproduces_a_panel_without_its_empty_sky(tmp_path: Path) ->
     film = write_film(tmp_path / "film.mp4", [picture] * 20)
     options = ComicOptions(styles=("plain",), size="420x600", save=tmp_path / "comic.toml")
     comic = make_comic(film, tmp_path / "page.png", options)
-    assert comic.key_frames[0].trimmed[1] > 20
+    assert comic.key_frames[0].trimmed > 20
     again = make_comic(tmp_path / "comic.toml", tmp_path / "again.png")
     assert again.files[0].read_bytes() == comic.files[0].read_bytes()
 

@@ -29,7 +29,7 @@ class KeyFrame:
         scene: index of its scene.
         blobs: boxes of small conspicuous objects that no panel edge should cut.
         offset: left and top of the picture in its frame, greater than 0 if the frame has letterbox bars.
-        trimmed: empty columns and rows at the left and top that are not shown; a part of `offset`.
+        trimmed: empty rows at the top of the picture that are not shown; a part of `offset`.
         framing: whether the panel shows a wide view or a close-up, if key frames look alike.
         mouths: positions of the mouths of those faces for which they are known.
         light: mean luma of the picture, 0..1.
@@ -44,7 +44,7 @@ class KeyFrame:
     scene: int
     blobs: tuple[Box, ...] = ()
     offset: tuple[int, int] = (0, 0)
-    trimmed: tuple[int, int] = (0, 0)
+    trimmed: int = 0
     framing: Framing = "usual"
     mouths: Mapping[Box, Point] = field(default_factory=dict)
     light: float = 0.5

@@ -22,8 +22,8 @@ from vidstyle.comic.lettering.subtitle_lines import Line, read_lines_of_file, re
 from vidstyle.comic.output.page_file import PageFile, page_file
 from vidstyle.comic.output.panel_renderer import PagePlan, PanelRenderer, draw_pages
 from vidstyle.comic.output.write import Frames, Output
+from vidstyle.comic.page_planner import PagePlanner
 from vidstyle.comic.panel_styles import PanelStyles
-from vidstyle.comic.planner import Planner
 from vidstyle.errors import UsageError, counted, log, printable, text_of_name
 from vidstyle.media.options import check_rotation
 from vidstyle.media.read.decode_report import DecodeReport
@@ -122,7 +122,7 @@ class _Job:
             if lines and not faces.has_model:
                 log.info(_NO_FACES_NOTICE)
             trims = self._options.size is None and not self._output.is_printed
-            planner = Planner(film, self._options, self._step, self._paper, trims)
+            planner = PagePlanner(film, self._options, self._step, self._paper, trims)
             with self._open_check(film, faces) as check:
                 plan = planner.plan(lines, check)
             self._omitted = planner.omitted

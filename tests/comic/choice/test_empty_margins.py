@@ -35,20 +35,16 @@ def test_a_trimmed_key_frame_shows_the_same_things_and_keeps_its_subject() -> No
     trimmed = trim(key_frame, find_content(picture))
     frame = np.zeros((520, 406, 3), np.uint8)
     frame[20:500, 3:403] = picture
-    assert trimmed.trimmed == (0, 480 - trimmed.shape[0]) and trimmed.shape[0] < 380
-    assert np.array_equal(trimmed.picture(frame), picture[trimmed.trimmed[1] :])
-    assert trimmed.saliency == key_frame.saliency.moved(0, -trimmed.trimmed[1])
+    assert trimmed.trimmed == 480 - trimmed.shape[0] > 100
+    assert np.array_equal(trimmed.picture(frame), picture[trimmed.trimmed :])
+    assert trimmed.saliency == key_frame.saliency.moved(0, -trimmed.trimmed)
     moving = KeyFrame(0.0, (480, 400), 1.0, subject, (), 0, subject=subject)
     assert trim(moving, find_content(picture)).subject == Box(50, 0, 90, 100)
     face = KeyFrame(0.0, (480, 400), 1.0, subject, (subject,), 0)
     assert trim(face, find_content(picture)) is face
 
 
-def test_empty_sides_and_black_ground_are_cut() -> None:
-    street = np.full((300, 560, 3), 100, np.uint8)
-    street[60:280, 40:360] = skyline(0)[:220, :320]
-    content = find_content(street)
-    assert 0 <= content.left < 40 and 340 < content.right < 420
+def test_black_ground_is_cut() -> None:
     shore = skyline(0)
     shore[300:] //= 4
     assert 300 < find_content(shore).bottom < 400

@@ -1,4 +1,4 @@
-"""Empty parts around what a picture shows: sky, ceilings, asphalt and black ground."""
+"""Empty parts above and below what a picture shows: sky, ceilings and black ground."""
 
 from __future__ import annotations
 
@@ -18,46 +18,36 @@ which, in levels of 255 per pixel, the row is not empty."""
 _INK_LEVEL, _PAPER_LEVEL = 70, 225
 """Darker and lighter parts of a picture are printed without detail, of 255."""
 _ROOM_RATIO, _MIN_CUT_RATIO, _MAX_CUT_RATIO = 0.08, 0.12, 0.4
-"""Empty part that is kept, and minimum and maximum of the removed part, relative to the picture's height
-or width."""
-_ASPECT_RANGE = 0.7, 2.4
-"""Range of the aspect of the remaining picture."""
+"""Empty part that is kept, and minimum and maximum of the removed part, relative to the picture's height."""
+_MAX_ASPECT = 2.4
+"""Maximum aspect of the remaining picture."""
 
 
 def find_content(picture: np.ndarray) -> Box[float]:
-    """Return the part of a picture, H x W x 3 uint8, without empty parts around it.
+    """Return the part of a picture, H x W x 3 uint8, without an empty part above and below it.
 
-    It leaves some room around what it shows. Small empty parts are not removed.
+    It has the full width, and some room around what it shows. Small empty parts are not removed.
     """
     factor = min(1.0, _MEASURED_SIDE_PX / max(picture.shape))
-    size = tuple(max(1, round(side * factor)) for side in picture.shape[1::-1])
-    slopes = _measure_slopes(cv2.resize(picture, size, interpolation=cv2.INTER_AREA))
+    size = (max(1, round(side * factor)) for side in picture.shape[1::-1])
+    found = _find_rows(cv2.resize(picture, tuple(size), interpolation=cv2.INTER_AREA))
     height, width = picture.shape[:2]
-    least, most = _ASPECT_RANGE
-    top, bottom = _find_span(slopes, width / most / height)
-    left, right = _find_span(slopes.T, (bottom - top) * height * least / width)
-    return Box(left * width, top * height, right * width, bottom * height)
+    return Box(0.0, found[0] * height, float(width), found[1] * height)
 
 
-def _measure_slopes(color: np.ndarray) -> np.ndarray:
-    """Return the slopes of the tones that are printed, H x W float32, of 255 per pixel."""
+def _find_rows(color: np.ndarray) -> tuple[float, float]:
+    """Return the first and last row of the content relative to the height."""
+    height, width = color.shape[:2]
     luma = cv2.cvtColor(color, cv2.COLOR_RGB2GRAY).clip(_INK_LEVEL, _PAPER_LEVEL).astype(np.float32)
     smooth = cv2.GaussianBlur(luma, (0, 0), _DEVIATION_PX)
-    return np.hypot(cv2.Sobel(smooth, -1, 1, 0, ksize=1), cv2.Sobel(smooth, -1, 0, 1, ksize=1)) / 2
-
-
-def _find_span(slopes: np.ndarray, least: float) -> tuple[float, float]:
-    """Return the first and last row of the content relative to the height.
-
-    `least`: minimum height of the content, relative to the height.
-    """
-    height = len(slopes)
+    slopes = np.hypot(cv2.Sobel(smooth, -1, 1, 0, ksize=1), cv2.Sobel(smooth, -1, 0, 1, ksize=1)) / 2
     shown = np.flatnonzero(np.percentile(slopes, _DETAIL_PERCENTILE, axis=1) >= _MIN_DETAIL_LEVELS)
     if not len(shown):
         return 0.0, 1.0
     room = _ROOM_RATIO * height
     top, bottom = max(0.0, float(shown[0]) - room), min(float(height), float(shown[-1]) + 1 + room)
-    if not _MIN_CUT_RATIO <= 1 - (bottom - top) / height <= _MAX_CUT_RATIO or bottom - top < least * height:
+    cut = 1 - (bottom - top) / height
+    if not _MIN_CUT_RATIO <= cut <= _MAX_CUT_RATIO or width > _MAX_ASPECT * (bottom - top):
         return 0.0, 1.0
     return top / height, bottom / height
 
@@ -70,20 +60,18 @@ def trim(key_frame: KeyFrame, content: Box) -> KeyFrame:
     height, width = key_frame.shape
     kept = content if key_frame.subject is None else content.union(key_frame.subject)
     top, bottom = max(0, round(kept.top)), min(height, round(kept.bottom))
-    left, right = max(0, round(kept.left)), min(width, round(kept.right))
-    shape = bottom - top, right - left
-    if key_frame.faces or key_frame.framing == "near" or shape == key_frame.shape:
+    if key_frame.faces or key_frame.framing == "near" or bottom - top == height:
         return key_frame
 
     def move(box: Box) -> Box:
-        return box.intersection(Box(left, top, right, bottom)).moved(-left, -top)
+        return box.intersection(Box(0, top, width, bottom)).moved(0, -top)
 
-    (before, above), (aside, over) = key_frame.offset, key_frame.trimmed
+    left, above = key_frame.offset
     return replace(
         key_frame,
-        shape=shape,
-        offset=(before + left, above + top),
-        trimmed=(aside + left, over + top),
+        shape=(bottom - top, width),
+        offset=(left, above + top),
+        trimmed=key_frame.trimmed + top,
         saliency=move(key_frame.saliency),
         blobs=tuple(box for box in map(move, key_frame.blobs) if box.area > 0),
         subject=key_frame.subject and move(key_frame.subject),

@@ -17,12 +17,12 @@ MIN_TINY_FACE_WINDOW_RATIO = 0.35
 """Minimum size if the main face is tiny, and for close-ups."""
 MIN_FACELESS_WINDOW_RATIO = 0.75
 """Minimum size without a face: saliency is less certain than a face."""
-_MIN_SUBJECT_WINDOW_RATIO = 0.5
+_MIN_SUBJECT_WINDOW_RATIO = 0.6
 """Minimum size around a moving subject without a face."""
 TINY_FACE_HEIGHT_RATIO = 1 / 12
 """Height of a face, relative to the picture's, below which it is tiny."""
-CONTENT_WINDOW_RATIO, NEAR_CONTENT_WINDOW_RATIO, _SUBJECT_WINDOW_RATIO = 1.6, 1.05, 1.35
-"""Wanted size of a window, relative to its content; for close-ups; and for what moves, without faces."""
+CONTENT_WINDOW_RATIO, NEAR_CONTENT_WINDOW_RATIO = 1.6, 1.05
+"""Wanted size of a window, relative to its content; the second value is for close-ups."""
 
 # The room around a face, in sides of the face.
 HEAD_ROOM_FACE_RATIO = 0.4
@@ -155,8 +155,7 @@ def _scales(key_frame: KeyFrame, width: float, height: float) -> list[float]:
             else MIN_WINDOW_RATIO
         )
     kept = content_box(key_frame)
-    usual = _SUBJECT_WINDOW_RATIO if face is None and key_frame.subject else CONTENT_WINDOW_RATIO
-    around = NEAR_CONTENT_WINDOW_RATIO if key_frame.framing == "near" else usual
+    around = NEAR_CONTENT_WINDOW_RATIO if key_frame.framing == "near" else CONTENT_WINDOW_RATIO
     wanted = around * max(kept.width / width, kept.height / height)
     near = min(1.0, max(least, wanted))
     return [near, (near + least) / 2, least]

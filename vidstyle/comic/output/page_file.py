@@ -91,7 +91,7 @@ def _lines(
 
 
 def _panel(panel: Panel, key_frame: KeyFrame) -> Iterator[str]:
-    window = panel.crop.moved(*key_frame.trimmed)
+    window = panel.crop.moved(0, key_frame.trimmed)
     yield from ("", "[[page.panel]]", *_entries(time=key_frame.time, window=list(window)))
     yield from _entries(place=list(panel.rectangle), picture=list(panel.picture), leans=list(panel.leans))
     for bubble in panel.bubbles:

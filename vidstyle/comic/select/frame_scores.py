@@ -195,12 +195,21 @@ def importance(chosen: Sequence[Candidate], survey: Survey) -> list[float]:
 
 
 def prefer_people(chosen: Sequence[Candidate]) -> list[Candidate]:
-    """Return the frames of a film with those without a person less important than the main person."""
-    people = [
-        each.importance for each in chosen if is_person(each) and face_softness(each) <= _MAX_LEADING_SOFTNESS
-    ]
-    most = _MAX_PLACE_IMPORTANCE_RATIO * max(people) if people else 1.0
+    """Return the frames of a film with the others less important than the main person whose face is sharp.
+
+    Without such a person, neither people nor places are more important than the main one of the others.
+    """
+    people = [each for each in chosen if is_person(each)]
+    places = [each for each in chosen if not is_person(each)]
+    leading = [each for each in people if face_softness(each) <= _MAX_LEADING_SOFTNESS]
+    if leading:
+        most = _MAX_PLACE_IMPORTANCE_RATIO * max(each.importance for each in leading)
+    elif people and places:
+        most = min(max(each.importance for each in group) for group in (people, places))
+    else:
+        return list(chosen)
+    free = {each.time for each in leading}
     return [
-        each if is_person(each) or each.forced else replace(each, importance=min(each.importance, most))
+        each if each.forced or each.time in free else replace(each, importance=min(each.importance, most))
         for each in chosen
     ]

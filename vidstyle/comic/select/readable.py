@@ -40,13 +40,14 @@ class ReadableSearch:
     def run(self, survey: Survey, forced: Sequence[Candidate]) -> list[Candidate]:
         """Return the frames to show, in the order of time; empty if the film has none."""
         found, lost, refused, options = list[Candidate](), list[Candidate](), list[Candidate](), self._options
+        kept = list(forced)
         least = options.panels or max(options.min_panels, len(forced))
         usable = usable_candidates(survey.candidates)
         is_fixed = survey.is_folder or options.panels is not None
         for _ in range(_MAX_ROUNDS):
             left = [each for each in usable if not _is_near(each, refused)]
             chosen = choose(
-                *(replace(survey, candidates=left), forced, options.panels),
+                *(replace(survey, candidates=left), kept, options.panels),
                 *(options.min_panels, options.spoken, options.seed),
             )
             if not chosen:
@@ -54,11 +55,17 @@ class ReadableSearch:
             found = self._refinement.refine(chosen)
             self._known |= dict(zip((each.time for each in found), self._measure(found), strict=True))
             unreadable = [each for each in found if not self._is_readable(each)]
-            repeated = [] if is_fixed else _find_repeated_poses(found)
+            repeated = [] if is_fixed else _find_repeated_poses(list(filter(self._is_readable, found)))
             if survey.is_folder or not (unreadable or repeated or len(found) < least):
                 return found
             lost += unreadable
             refused += unreadable + repeated
+            bad = {each.time for each in refused}
+            kept = [
+                replace(each, forced=True)
+                for each, shown in zip(chosen, found, strict=True)
+                if shown.time not in bad
+            ]
         return self._keep_readable([*found, *lost], least)
 
     def legibility_of(self, candidate: Candidate) -> float:

@@ -33,7 +33,7 @@ _MAX_WORD_ROUNDS = 2
 """Number of times that panels are added for words without room."""
 
 
-class Planner:
+class PagePlanner:
     """Plans a comic.
 
     Attributes:
