@@ -13,7 +13,8 @@ several runs, the one with the least counts. *Busy* is the share of the time in 
 longer by the factor by which tasks take longer while all measured cores have the same tasks. A thread that
 waits for Python's lock continues after the time that this machine needs to wake a thread on another core.
 From eight cores on, pictures are restyled in processes. Compare it with the measured rows before you believe
-the virtual ones. Styles without steps have no tasks to replay.
+the virtual ones. Styles without steps have no tasks to replay. *Bound by* is the part without which the
+replay gains most frames per second, and how many it then has.
 
 The last table has the processor time of a frame of 1920x1080, the part outside kernels, which is at most the
 time with Python's lock, and the fewest virtual cores for 30 and 60 frames a second. Needs Linux.
@@ -25,6 +26,7 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))  # also if it is run as a file
@@ -39,7 +41,7 @@ VIRTUAL_CORES = (4, 8, 16, 32)
 HD, RATES, MAX_CORES = (1920, 1080), (30, 60), 128
 COLUMNS = (
     *("style", "cores", "s", "frames/s", "speed-up", "used", "others", "busy, %", "switches"),
-    *("predicted frames/s", "off, %"),
+    *("predicted frames/s", "off, %", "bound by"),
 )
 
 
@@ -86,7 +88,15 @@ def _print_speeds(job: FilmJob, rounds: int, wake_up: float) -> None:
     single = frames_per_second(record, 1, machine)
     for number in VIRTUAL_CORES:
         speed = frames_per_second(record, number, machine)
-        cells = ("", "", f"{speed / single:.1f}", "", "", "", "", f"{speed:.0f}", "")
+        cells = (
+            "",
+            "",
+            f"{speed / single:.1f}",
+            *[""] * 4,
+            f"{speed:.0f}",
+            "",
+            bound(record, number, machine),
+        )
         print(_row([job.style, f"{number} virtual", *cells]))
 
 
@@ -96,6 +106,20 @@ def frames_per_second(record: Recording, cores: int, machine: Machine) -> float:
     few = short_frames(frames)
     seconds = predicted_seconds(record, cores, machine) - predicted_seconds(record, cores, machine, few)
     return (frames - few) / seconds
+
+
+def bound(record: Recording, cores: int, machine: Machine) -> str:
+    """Return which part of a film limits its rate on some cores, and the rate without it."""
+    parts = {
+        "Python's lock": (record.without("lock"), machine),
+        "the time to pass on Python's lock": (record, replace(machine, wake_up_seconds=0)),
+        "the order of frames": (record.without("order"), machine),
+        "reading": (record.without("reading"), machine),
+        "writing": (record.without("writing"), machine),
+    }
+    speeds = {name: frames_per_second(each, cores, on) for name, (each, on) in parts.items()}
+    most = max(speeds, key=lambda name: speeds[name])
+    return f"{most} ({speeds[most]:.0f} without)"
 
 
 def _print_needs(arguments: argparse.Namespace, cores: Sequence[int], wake_up: float) -> None:

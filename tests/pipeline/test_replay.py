@@ -12,7 +12,7 @@ from tools.replay.film_job import FilmTimes
 from tools.replay.machine import slowdown
 from tools.replay.record import Recording, recording
 from tools.replay.virtual_cores import MAX_SLICE_SECONDS, Give, Operation, Semaphore, Take, Work, run
-from tools.scaling import cores_for
+from tools.scaling import bound, cores_for
 from vidstyle.core.machine.cores import use_threads
 from vidstyle.pipeline.render import render
 
@@ -65,6 +65,15 @@ def test_decoding_is_done_by_one_thread_and_encoding_by_several() -> None:
 def test_the_fewest_cores_for_a_rate() -> None:
     assert [cores_for(film([("native", 0.1)]), rate, IDEAL) for rate in (5, 35)] == ["1", "4"]
     assert cores_for(film([("python", 0.1)]), 11, IDEAL).startswith("over")
+
+
+def test_the_part_that_limits_a_film_is_named() -> None:
+    locked = [("python", 0.02), ("native", 0.08)]
+    ordered = [("native", 0.08), ("enter", 0), ("native", 0.02), ("leave", 0)]
+    free = [("native", 0.001)]
+    parts = film(locked), film(ordered), film(free, reading=0.1), film(free, writing=0.2)
+    names = ["Python's lock", "the order of frames", "reading", "writing"]
+    assert [bound(each, 16, IDEAL).split(" (")[0] for each in parts] == names
 
 
 def test_tasks_take_longer_while_other_cores_are_in_use() -> None:

@@ -6,10 +6,10 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from types import BuiltinFunctionType
-from typing import Any
+from typing import Any, Literal
 from unittest.mock import patch
 
 import cv2
@@ -24,6 +24,8 @@ from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import Reader
 from vidstyle.media.write.film_writer import FilmWriter
 from vidstyle.pipeline.stages import Stages
+from vidstyle.regions.focus import FocusedPicture
+from vidstyle.regions.mask_renderer import MaskRenderer
 from vidstyle.stabilize import motion
 
 Event = tuple[str, float | int]
@@ -38,7 +40,8 @@ class Recording:
 
     Attributes:
         reading, writing: of each frame; with one thread, writing includes encoding.
-        begun, finished: of each frame, its events while it is begun, and while it is restyled.
+        begun, finished: of each frame, its events while it is begun and drawn over by `FocusedPicture`, and
+            while it is restyled.
         ending: of the frames that the encoder still has after the last one was written.
         stages: of the whole threads that read, restyle and write; with one thread, they do all tasks.
     """
@@ -59,6 +62,26 @@ class Recording:
     def seconds(self) -> float:
         """Processor time of all tasks."""
         return sum((*self.reading, *self.writing, *self.ending, self._restyling)) + sum(self.between.values())
+
+    def without(self, part: Literal["lock", "order", "reading", "writing"]) -> Recording:
+        """Return a recording without Python's lock, order of frames, or time of reading or writing."""
+        match part:
+            case "lock":
+                frames = self._changed(lambda kind, value: [("native" if kind == "python" else kind, value)])
+                return replace(frames, stages={})
+            case "order":
+                return self._changed(lambda *event: [] if event[0] in ("enter", "leave") else [event])
+            case "reading":
+                return replace(self, reading=[0.0] * len(self.reading), stages={**self.stages, "read": 0.0})
+        stages = {**self.stages, "write": 0.0}
+        return replace(self, writing=[0.0] * len(self.writing), ending=[], stages=stages)
+
+    def _changed(self, change: Callable[[str, float | int], list[Event]]) -> Recording:
+        begun, finished = (
+            [[new for event in events for new in change(*event)] for events in frames]
+            for frames in (self.begun, self.finished)
+        )
+        return replace(self, begun=begun, finished=finished)
 
     @property
     def between(self) -> dict[str, float]:
@@ -86,10 +109,14 @@ TIMED = ("python", "native")
 
 
 class _Marks(threading.local):
-    """The events of the frame that this thread works on, and when the last one ended."""
+    """The events of the frame that this thread works on, and when the last one ended.
+
+    Attributes:
+        overhead: seconds that recording took.
+    """
 
     events: list[Event] | None = None
-    last = 0.0
+    last = overhead = 0.0
 
     def mark(self, kind: str) -> None:
         """Add the time since the last event."""
@@ -97,6 +124,18 @@ class _Marks(threading.local):
             now = time.thread_time()
             self.events.append((kind, now - self.last))
             self.last = time.thread_time()
+            self.overhead += self.last - now
+
+    @contextmanager
+    def into(self, events: list[Event]) -> Iterator[None]:
+        """Within the block, add events to this list."""
+        self.mark("python")
+        before, self.events, self.last = self.events, events, time.thread_time()
+        try:
+            yield
+            self.mark("python")
+        finally:
+            self.events, self.last = before, time.thread_time()
 
 
 _marks = _Marks()
@@ -120,8 +159,9 @@ def recording() -> Iterator[Recording]:
         return _native(entry(*arguments), _has_unlocked)
 
     patches = {
-        (CpuRenderer, "_follow"): _recorded(CpuRenderer._follow, made.begun),
-        (CpuRenderer, "_finish"): _recorded(CpuRenderer._finish, made.finished),
+        (MaskRenderer, "begin"): _begun(MaskRenderer.begin, made),
+        (FocusedPicture, "result"): _drawn(FocusedPicture.result, made),
+        (CpuRenderer, "_finish"): _finished(CpuRenderer._finish, made),
         (CpuRenderer, "_restyle"): _movable(CpuRenderer._restyle),
         (FrameOrder, "at"): ordered,
         (Reader, "__iter__"): _timed_frames(Reader.__iter__, made.reading),
@@ -198,27 +238,41 @@ def _movable(restyle: Callable[..., Picture]) -> Callable[..., Picture]:
     return call
 
 
-def _recorded(method: Callable[..., Any], frames: list[list[Event]]) -> Callable[..., Any]:
+def _begun(method: Callable[..., Any], made: Recording) -> Callable[..., Any]:
     def call(*arguments: Any) -> Any:
-        if _marks.events is not None:  # a dry run within a frame
+        made.begun.append([])
+        made.finished.append([])
+        with _marks.into(made.begun[-1]):
             return method(*arguments)
-        _marks.events, _marks.last = [], time.thread_time()
-        try:
-            result = method(*arguments)
-            _marks.mark("python")
-            frames.append(_marks.events)
-            return result
-        finally:
-            _marks.events = None
+
+    return call
+
+
+def _drawn(method: Callable[..., Any], made: Recording) -> Callable[..., Any]:
+    def call(*arguments: Any) -> Any:
+        with _marks.into(made.begun[-1]):
+            return method(*arguments)
+
+    return call
+
+
+def _finished(method: Callable[..., Any], made: Recording) -> Callable[..., Any]:
+    """Record all that restyles a frame, the whole and its faces; with one thread, while it is begun."""
+
+    def call(*arguments: Any) -> Any:
+        if not made.begun or _marks.events is not made.begun[-1]:  # a dry run within a frame
+            return method(*arguments)
+        with _marks.into(made.finished[-1]):
+            return method(*arguments)
 
     return call
 
 
 def _timed(method: Callable[..., None], note: Callable[[float], None]) -> Callable[..., None]:
     def timed(*arguments: Any) -> None:
-        began = time.thread_time()
+        began = time.thread_time() - _marks.overhead
         method(*arguments)
-        note(time.thread_time() - began)
+        note(time.thread_time() - _marks.overhead - began)
 
     return timed
 

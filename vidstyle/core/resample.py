@@ -47,10 +47,7 @@ class Resampling:
 
     def rows_read(self, top: int, bottom: int) -> tuple[int, int]:
         """Return the old rows that the new rows top..bottom read: the first, and the one after the last."""
-        first, weights = _taps(self.method, self.old[0], self.new[0], self.border)
-        end = int(first[bottom - 1]) + weights.shape[1]
-        start = min(max(int(first[top]), 0), self.old[0] - 1)
-        return start, max(min(end, self.old[0]), start + 1)
+        return _rows_read(self, top, bottom)
 
     def rows(
         self, plane: np.ndarray, first: int, top: int, bottom: int, out: np.ndarray | None = None
@@ -105,6 +102,16 @@ def fitting_method(method: str, old: tuple[int, int], new: tuple[int, int]) -> s
     """
     grows = new[0] > old[0] or new[1] > old[1]
     return "bicubic" if method == "area" and grows else method
+
+
+@lru_cache(maxsize=512)
+def _rows_read(resampling: Resampling, top: int, bottom: int) -> tuple[int, int]:
+    """See `Resampling.rows_read`; all frames of a film read the same rows in each band."""
+    old = resampling.old[0]
+    first, weights = _taps(resampling.method, old, resampling.new[0], resampling.border)
+    end = int(first[bottom - 1]) + weights.shape[1]
+    start = min(max(int(first[top]), 0), old - 1)
+    return start, max(min(end, old), start + 1)
 
 
 @lru_cache(maxsize=64)

@@ -136,10 +136,10 @@ class FrameExecutor:
                 values[node, margin] = self._load(node, first, last)
                 continue
             if node.op not in TAKES_DEFERRED or step.twin is not None:
-                values |= {key: at_every_pixel(values[key]) for _, key in step.inputs}
+                for _, key in step.inputs:
+                    values[key] = at_every_pixel(values[key])
             inputs = {name: values[key] for name, key in step.inputs}
-            halves = [each for each in (node, step.twin) if each in sweep.stores and not margin]
-            stored = {each: self._load(each, first, last) for each in halves}
+            stored = {each: self._load(each, first, last) for each in step.stores}
             if step.twin is not None:
                 luma, *chroma = yuv_from_rgb(inputs["color"], encoding_of(node.matrix))
                 for half in (node, step.twin):

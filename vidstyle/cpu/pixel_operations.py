@@ -18,6 +18,7 @@ Value = Any
 """float32: luma, N x W; RGB, N x W x 3, `Mixed` or `Printed`; or blue and red difference, two of N x W or
 `Tints`."""
 
+DEFERRED_COLORS = Mixed, Printed
 TAKES_DEFERRED = ("luma_from_rgb", "inked_color", "inked_chroma")
 """Operations that accept deferred values: `Mixed`, `Printed` and `Tints`."""
 
@@ -74,7 +75,7 @@ def planes_of(chroma: Chroma | Tints) -> tuple[tuple[np.ndarray, ...], np.ndarra
 
 def at_every_pixel(value: Value, out: Value | None = None) -> Value:
     """Return the value as planes, in `out` if possible."""
-    if isinstance(value, Mixed | Printed):
+    if isinstance(value, DEFERRED_COLORS):
         return value.whole(out)
     return value.chroma() if isinstance(value, Tints) else value
 

@@ -32,6 +32,7 @@ class BandStep:
         is_loaded: whether it is read from planes instead of computed.
         inputs: its inputs, by the names of the operation's inputs.
         twin: the other half of a conversion from RGB, computed together with it.
+        stores: those of both halves that are stored as whole planes.
         releases: values that no later step of the band reads.
     """
 
@@ -40,6 +41,7 @@ class BandStep:
     is_loaded: bool
     inputs: tuple[tuple[str, Key], ...]
     twin: Node | None
+    stores: tuple[Node, ...]
     releases: tuple[Key, ...]
 
 
@@ -189,18 +191,16 @@ class _Scheduler:
         order = [key for key in order if key not in twins.values()]
         last = {key: number for number, each in enumerate(order) for _, key in self._inputs(each)}
         kept = roots if is_output else ()
-        steps = tuple(
-            BandStep(
-                *key,
-                self._is_loaded(key[0]),
-                self._inputs(key),
-                twins[key][0] if key in twins else None,
-                tuple(each for each, end in last.items() if end == number and each[0] not in kept),
-            )
-            for number, key in enumerate(order)
-        )
+        steps = list[BandStep]()
+        for number, key in enumerate(order):
+            (node, margin), twin = key, twins[key][0] if key in twins else None
+            stored = () if margin else tuple(each for each in (node, twin) if each in stores)
+            ends = tuple(each for each, end in last.items() if end == number and each[0] not in kept)
+            steps.append(BandStep(*key, self._is_loaded(node), self._inputs(key), twin, stored, ends))
         self._done |= set(stores)
-        return Sweep(steps, tuple(roots), tuple(stores), max((margin for _, margin in order), default=0))
+        return Sweep(
+            tuple(steps), tuple(roots), tuple(stores), max((margin for _, margin in order), default=0)
+        )
 
     def _is_loaded(self, node: Node) -> bool:
         return node in self._done or node.is_given

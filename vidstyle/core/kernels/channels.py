@@ -23,6 +23,8 @@ def interleaved(color: np.ndarray) -> np.ndarray:
     There, channels lie three numbers apart. Of an array of three dimensions the compiler does not know that,
     and makes no vectors.
     """
+    if color.ndim == 2 and color.flags.c_contiguous:
+        return color
     if is_gray(color):
         rows = np.empty((len(color), 3 * color.shape[1]), np.float32)
         _repeat_rows(np.ascontiguousarray(color[:, :, 0]), rows)
