@@ -20,7 +20,7 @@ from vidstyle.media.frame import picture_from_frame
 from vidstyle.regions.boxes import Box
 from vidstyle.regions.focus import FocusRenderer
 from vidstyle.regions.still_faces import KnownFaces
-from vidstyle.regions.writing import lifting
+from vidstyle.regions.writing import letters, lifting
 from vidstyle.regions.writing.finding import find_writing
 from vidstyle.regions.writing.lifting import lift_writing, luma_in
 from vidstyle.renderer import stylize
@@ -109,6 +109,34 @@ def test_a_thick_title_and_pale_grain_are_left_as_they_are() -> None:
     assert writing and np.ptp(after[110:210, 130:380]) < 0.12
     assert np.array_equal(before[30:104], after[30:104])
     assert np.array_equal(before[222:260], after[222:260])
+
+
+def word(letters: str, gap: int) -> np.ndarray:
+    """Return a picture with a word over a spaced one, H x W x 3 uint8."""
+    picture = np.full((480, 640, 3), 200, np.uint8)
+    picture[300:, :320], picture[300:, 320:] = 5, 250
+    cv2.putText(picture, "shipment", (150, 150), cv2.FONT_HERSHEY_SIMPLEX, 1.2, (20, 20, 20), 3, cv2.LINE_AA)
+    for place, letter in enumerate(letters):
+        at = 150 + place * gap, 196
+        cv2.putText(picture, letter, at, cv2.FONT_HERSHEY_SIMPLEX, 0.9, (20, 20, 20), 3, cv2.LINE_AA)
+    return picture
+
+
+def test_spaced_words_are_whole() -> None:
+    """Each letter follows from the one before it."""
+    picture = word("LONDON", 36)
+    lifted, _ = lift_writing(Picture.from_array(picture), 1.0)
+    left = luma_in(lifted, Box(140, 160, 400, 205))
+    assert left.min() > 0.7 and luma_in(Picture.from_array(picture), Box(140, 160, 400, 205)).min() < 0.2
+
+
+def test_half_a_word_is_left_to_the_style() -> None:
+    """Crisp letters next to painted ones would show where the search ends."""
+    kept, strokes = np.zeros((40, 200), bool), np.zeros((40, 200), bool)
+    strokes[10:30, 10:190:6] = True
+    kept[10:30, 100:190:6] = True
+    assert not (kept & letters._whole_words(kept, strokes, 9)).any()
+    assert letters._whole_words(strokes, strokes, 9)[strokes].all()
 
 
 def test_blades_of_grass_are_no_letters() -> None:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
+import cv2
 import numpy as np
 
 from vidstyle.regions.boxes import Box, Point, Rectangle
@@ -25,6 +27,8 @@ EYE_WEIGHT, MOUTH_WEIGHT, NOSE_WEIGHT, REST_WEIGHT = 1.0, 1.0, 0.6, 0.4
 """Weights of dark marks: a shadow next to the nose is no line."""
 
 
+MAX_MASK_HEIGHT_PX = 64
+"""Height of a face from which its masks are enlarged."""
 SAMPLE_RADIUS_RATIO, EYE_SHARE = 0.06, 0.25
 """Half the side of the squares in which luma of eyes, cheeks and forehead is compared, relative to the face's
 height; and the quantile of luma that counts as the eye."""
@@ -36,7 +40,23 @@ MIN_LUMA = 0.03
 
 
 def feature_areas(face: Face, window: Rectangle) -> Areas:
-    """Return where features are in a window."""
+    """Return where features are in a window; the masks of a large face are computed in a reduced copy."""
+    factor = max(1.0, face.box.height / MAX_MASK_HEIGHT_PX)
+    if factor == 1:
+        return _areas(face, window)
+    width, height = (max(1, round(side / factor)) for side in (window.width, window.height))
+    moved = face.box.moved(-window.left, -window.top)
+    box = Box(
+        moved.left * width / window.width,
+        moved.top * height / window.height,
+        moved.right * width / window.width,
+        moved.bottom * height / window.height,
+    )
+    small = _areas(replace(face, box=box), Box(0, 0, width, height))
+    return Areas(*(cv2.resize(each, (window.width, window.height)) for each in small))
+
+
+def _areas(face: Face, window: Rectangle) -> Areas:
     marks, height = face.landmarks.inside(face.box), face.box.height
     along = _direction(marks.left_eye, marks.right_eye)
     down = -along[1], along[0]

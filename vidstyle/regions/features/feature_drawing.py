@@ -31,9 +31,14 @@ LIGHT_WEIGHT = 0.8
 CLEAR_RATIO, CLEAR_WEIGHT, GROUND_RATIO = 0.035, 0.9, 0.12
 """Distance from ink in which dots and hatching are cleared, relative to the face's height; how far; and side
 of the square whose mean replaces them in colour, in the same way."""
+CALM_WEIGHT_RANGE, CALM_CELL_FACTOR = (0.5, 0.75), 6.0
+"""How far scan lines and letters are cleared under features; letters, by their height relative to the face's
+times this factor."""
 MAX_DOT_RATIO = 3 / 720
 """Largest side of the squares that features consist of in styles of squares, relative to the picture's
 shorter side."""
+MIN_DOT_COVERAGE = 0.4
+"""Coverage from which such a square is full."""
 TONE_STEP = 0.15
 """Difference of tones in such squares: they have few colours."""
 GLOW_RATIO_RANGE = 0.4, 0.2
@@ -41,6 +46,8 @@ GLOW_RATIO_RANGE = 0.4, 0.2
 light lines on black, and up to which they do completely."""
 BRIGHT_SHARE = 0.02
 """Share of the brightest pixels around a face that show the colour of paper or light."""
+MAX_SAMPLES = 16_384
+"""Samples of a face that are measured for these colours, at most."""
 SKIN_SHARE, MIN_SKIN_RATIO = 0.9, 0.1
 """Quantile of luma that counts as the skin, which is black between letters; and minimum luma of skin."""
 
@@ -90,7 +97,7 @@ def draw_features(
     marks = [
         _marks(each, luma, style, page, region, raster) for each, luma in zip(features, bright, strict=True)
     ]
-    is_flat = raster.cell is not None or not style.background
+    is_flat = Medium.of(style, raster) is Medium.INK and (raster.cell is not None or not style.background)
 
     def draw(plane: np.ndarray, kind: str) -> np.ndarray:
         if kind not in ("luma", "chroma", "color"):
@@ -101,10 +108,12 @@ def draw_features(
             area = plane_area(each.window, step)
             values = values_from_codes(plane[area], kind, page.encoding)
             factor = np.minimum(found.factor, 1) if kind == "chroma" else found.factor
-            light = _brightest(values, luma)
-            ground = light if is_flat else _mean(values, GROUND_RATIO * each.face.box.height, step)
-            drawn = values * _like(factor, values)
-            for color, cover in ((ground, found.clear), (light, found.bright), (ink, found.ink)):
+            drawn, light = values, _brightest(values, luma)
+            if found.clear.any():
+                ground = light if is_flat else _mean(values, GROUND_RATIO * each.face.box.height, step)
+                drawn = drawn + _like(found.clear, values) * (ground - drawn)
+            drawn = drawn * _like(factor, values)
+            for color, cover in ((light, found.bright), (ink, found.ink)):
                 if cover.any():
                     drawn = drawn + _like(cover, values) * (color - drawn)
             plane[area] = codes_from_values(drawn, kind, page.encoding)
@@ -145,14 +154,15 @@ def _marks(
             TONE_STEP
         )
     glow = _glow(each, luma)
-    return _Marks(1 + (1 - glow) * change, none, glow * cover * _ramp(tones.contour, LINE_RANGE), none)
+    calm = _calm(each, raster) * weight if dot == (1, 1) else none
+    return _Marks(1 + (1 - glow) * change, calm, glow * cover * _ramp(tones.contour, LINE_RANGE), none)
 
 
 def _in_dots(plane: np.ndarray, each: Features, dot: tuple[int, int]) -> np.ndarray:
     """Return coverage in which the squares of a page are full or empty; the same without squares."""
     if dot == (1, 1):
         return plane
-    return (cell_means(plane, each.window, dot) >= 0.5).astype(np.float32)
+    return (cell_means(plane, each.window, dot) >= MIN_DOT_COVERAGE).astype(np.float32)
 
 
 def _cleared(each: Features, ink: np.ndarray, raster: PageRaster) -> np.ndarray:
@@ -161,6 +171,15 @@ def _cleared(each: Features, ink: np.ndarray, raster: PageRaster) -> np.ndarray:
     near = cv2.dilate(ink * each.tones.near, np.ones((side, side), np.uint8))
     near = near if raster.cell is not None else cv2.blur(near, (side, side))
     return np.float32(CLEAR_WEIGHT) * near * each.tones.near
+
+
+def _calm(each: Features, raster: PageRaster) -> np.float32:
+    """Return how far a style's letters or scan lines are cleared under features, 0..1."""
+    if not raster.waves:
+        return np.float32(0)
+    least, most = CALM_WEIGHT_RANGE
+    share = CALM_CELL_FACTOR * raster.cell[0] / each.face.box.height if raster.cell else 0.0
+    return np.float32(min(most, max(least, share)))
 
 
 def _ramp(plane: np.ndarray, ends: tuple[float, float]) -> np.ndarray:
@@ -177,9 +196,10 @@ def _glow(each: Features, luma: np.ndarray) -> np.float32:
 
 
 def _brightest(values: np.ndarray, luma: np.ndarray) -> np.ndarray:
-    """Return the mean of the samples where luma is highest."""
-    if luma.shape != values.shape[:2]:
-        luma = cv2.resize(luma, values.shape[1::-1], interpolation=cv2.INTER_AREA)
+    """Return the mean of the samples where luma is highest, of `MAX_SAMPLES` at most."""
+    every = max(1, round((luma.size / MAX_SAMPLES) ** 0.5))
+    luma = luma[::every, ::every]
+    values = cv2.resize(values, luma.shape[::-1], interpolation=cv2.INTER_NEAREST)
     return np.asarray(values[luma >= np.quantile(luma, 1 - BRIGHT_SHARE)].mean(axis=0), np.float32)
 
 

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 
 from vidstyle.core.picture import Picture
@@ -115,7 +116,7 @@ def _lift(
     plane = picture.color if picture.luma is None else picture.luma
     assert plane is not None
     values = values_from_codes(plane[area], "luma", picture.encoding)
-    luma = values if values.ndim == 2 else values @ picture.encoding.weights
+    luma = values if values.ndim == 2 else cv2.transform(values, picture.encoding.weights[None])
     amount *= 1 - eye_doubt(luma, face, window)
     if not amount:
         return None

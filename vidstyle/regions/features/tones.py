@@ -120,15 +120,15 @@ def feature_tones(
         page_side: shorter side of the whole picture.
     """
     luma, skin, strokes = (each + np.float32(MIN_LUMA) for each in (luma, *grounds))
-    tone = luma / strokes * (strokes / skin) ** np.float32(SHADE_EXPONENT)
+    tone = luma / strokes * cv2.pow(strokes / skin, SHADE_EXPONENT)
     darkness = np.maximum(1 - tone, 0)
     peak = _peak(darkness, areas.parts, height)
     lit = _lit(skin, areas.whole)
     low, high = LIGHT_RATIO_RANGE
     light = areas.parts * lit * np.clip((tone - np.float32(1 + low)) / np.float32(high - low), 0, 1)
     exponent = np.clip(np.float32(np.log(SHOWN_LUMA_RATIO)) / np.log(1 - peak), 1, MAX_EXPONENT)
-    tone = np.clip(tone, 0, MAX_TONE)
-    shown = np.where(tone > 1, 1 + (tone - 1) * lit, tone) ** exponent
+    tone = np.clip(tone, MIN_LUMA, MAX_TONE)
+    shown = cv2.exp(exponent * cv2.log(np.where(tone > 1, 1 + (tone - 1) * lit, tone)))
     share = darkness / peak
     return FeatureTones(
         np.minimum(areas.weights * share, 1),

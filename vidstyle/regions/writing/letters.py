@@ -21,6 +21,11 @@ GAP_RATIO = 1.2
 """Gap between letters of a group, at most, in the same way."""
 WORD_GAP_RATIO = 4
 """Distance from such a group within which all strokes of its contrast belong to it, in the same way."""
+MAX_WORD_LETTERS, SPACED_GAP_RATIO = 12, 8
+"""Letters of a spaced word that are added to a group one after the other, at most; and their distance, in the
+same way."""
+MIN_WORD_SHARE = 0.75
+"""Share of the strokes of a word that are found, at least."""
 MIN_LETTERS, MAX_HEIGHT_FACTOR, MIN_SIMILAR_SHARE = 4, 2.0, 0.6
 """Letters in a group, at least; how many times the median height counts as similar;
 and share of similar ones, at least."""
@@ -63,18 +68,22 @@ class _Parts(NamedTuple):
 
 
 def letter_mask(
-    coverage: np.ndarray, contrast: np.ndarray, wide: Callable[[], np.ndarray], thickness: int
+    coverage: np.ndarray,
+    strokes: np.ndarray,
+    contrast: np.ndarray,
+    wide: Callable[[], np.ndarray],
+    thickness: int,
 ) -> np.ndarray | None:
     """Return which strokes are letters: H x W bool; None if no strokes are.
 
     Args:
-        coverage: by strokes, H x W float32, 0..1.
+        coverage: by strokes of writing, H x W float32, 0..1.
+        strokes: coverage by any strokes, in the same way.
         contrast: of strokes to their ground, H x W uint8.
         wide: returns where something wider than strokes has their tone, H x W uint8, 0 or 255.
         thickness: width of strokes that count as thin, in pixels.
     """
-    strokes = (coverage >= MIN_COVERAGE).astype(np.uint8)
-    parts = _parts(strokes)
+    parts = _parts((coverage >= MIN_COVERAGE).astype(np.uint8))
     least, possible = _sizes(parts, thickness)
     if np.count_nonzero(least & possible) < MIN_LETTERS:
         return None
@@ -85,11 +94,41 @@ def letter_mask(
     limits = _least_strengths(parts, letters, strength, thickness)
     if not limits.any():
         return None
+    strong = (strokes >= MIN_COVERAGE) & (contrast >= limits[limits > 0].min())
     # Dots, accents, broken strokes and short words belong to the letters beside them.
-    near = cv2.dilate(limits[parts.labels], _square(WORD_GAP_RATIO * thickness))
-    limit = parts.means(near)
-    kept = thin & possible & (limit > 0) & (strength >= limit)
-    return cv2.dilate(kept[parts.labels].astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+    limits = _spread(limits, parts, letters, strength, thickness)
+    limit = parts.means(cv2.dilate(limits[parts.labels], _square(WORD_GAP_RATIO * thickness)))
+    kept = (thin & possible & (limit > 0) & (strength >= limit))[parts.labels]
+    kept &= _whole_words(kept, strong, thickness)
+    return cv2.dilate(kept.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+
+
+def _spread(
+    limits: np.ndarray, parts: _Parts, letters: np.ndarray, strength: np.ndarray, thickness: int
+) -> np.ndarray:
+    """Return limits for the letters of spaced words too, one after the other, from a letter with a limit."""
+    for _ in range(MAX_WORD_LETTERS):
+        near = cv2.dilate(limits[parts.labels], _square(SPACED_GAP_RATIO * thickness))
+        limit = limits.max() * (parts.means(near) > 0)
+        found = letters & (limits == 0) & (limit > 0) & (strength >= limit)
+        if not found.any():
+            break
+        limits = np.where(found, limit, limits).astype(np.float32)
+    return limits
+
+
+def _whole_words(kept: np.ndarray, strokes: np.ndarray, thickness: int) -> np.ndarray:
+    """Return where most strokes of a word are kept, H x W bool: a word is drawn as a whole, or not at all.
+
+    Args:
+        kept: which pixels belong to letters.
+        strokes: which pixels belong to any strokes of the contrast of letters.
+        thickness: see `letter_mask`.
+    """
+    every = kept | strokes
+    _, words = cv2.connectedComponents(cv2.dilate(every.astype(np.uint8), _square(GAP_RATIO * thickness)))
+    total, found = (np.bincount(words[each], minlength=words.max() + 1) for each in (every, kept))
+    return (found >= MIN_WORD_SHARE * total)[words]
 
 
 def _sizes(parts: _Parts, thickness: int) -> tuple[np.ndarray, np.ndarray]:

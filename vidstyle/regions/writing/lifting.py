@@ -110,8 +110,9 @@ def _strokes(picture: Picture, writing: Writing) -> tuple[Strokes, np.ndarray]:
         height = cv2.subtract(cv2.morphologyEx(plane, cv2.MORPH_CLOSE, square), plane)
         peak = cv2.blur(cv2.dilate(height, np.ones((reach, reach), np.uint8)), (size, size))
         share = cv2.divide(height, np.maximum(peak, np.uint8(MIN_STRENGTH_LEVEL)), dtype=cv2.CV_32F)
-        cover, near = weight * _between(share, *STROKE_RANGE), cv2.dilate(share, np.ones((3, 3), np.uint8))
-        letters = letter_mask(cover, height, partial(_wider, plane, height, peak, size), size)
+        strokes, near = _between(share, *STROKE_RANGE), cv2.dilate(share, np.ones((3, 3), np.uint8))
+        cover = weight * strokes
+        letters = letter_mask(cover, strokes, height, partial(_wider, plane, height, peak, size), size)
         if letters is None:
             covers.append(np.zeros_like(weight))
             continue
