@@ -41,7 +41,7 @@ MIN_DOT_COVERAGE = 0.4
 """Coverage from which such a square is full."""
 TONE_STEP = 0.15
 """Difference of tones in such squares: they have few colours."""
-GLOW_RATIO_RANGE = 0.4, 0.2
+GLOW_RATIO_RANGE = 1.0, 0.88
 """Luma of skin in the result, relative to the source, at which features begin to glow, as in styles with
 light lines on black, and up to which they do completely."""
 BRIGHT_SHARE = 0.02

@@ -12,6 +12,9 @@ FACE_RATIOS = 0.16, 0.22
 """Heights of faces relative to the picture's shorter side. Where all is ink, features are lifted completely
 up to the first; from the second on not at all, as the style draws them well itself."""
 
+MIN_LIGHT_INK = 0.5
+"""Mean of red, green and blue from which an ink is light, 0..1."""
+
 
 class Medium(Enum):
     """What the marks of a style are."""
@@ -19,15 +22,15 @@ class Medium(Enum):
     INK = "lines, and screens of dots or lines: no tones between ink and paper"
     INK_OVER_TONES = "lines over continuous tones"
     TONES = "no lines"
-    LIGHT_LINES = "lines that are lighter than the paper"
+    LIGHT_LINES = "lines of a light ink"
 
     @classmethod
     def of(cls, style: Style, raster: PageRaster) -> Medium:
         """Return the medium of a style with these rasters."""
+        if sum(rgb_from_text(style.ink)) / 3 > MIN_LIGHT_INK:
+            return cls.LIGHT_LINES
         if not style.lines:
             return cls.TONES
-        if sum(rgb_from_text(style.ink)) > sum(rgb_from_text(style.paper)):
-            return cls.LIGHT_LINES
         return cls.INK_OVER_TONES if style.background and not raster.is_screen else cls.INK
 
     def lifted_share(self, size_ratio: float) -> float:

@@ -27,6 +27,8 @@ LIGHT_RATIO_RANGE = 0.1, 0.4
 LIT_RATIO_RANGE, SKIN_SHARE = (0.45, 0.75), 0.75
 """Luma of the ground relative to the face's skin from which bright parts count, and from which they count
 fully: not on a dark collar below a bowed head, or in a beard; and the quantile that counts as the skin."""
+NEAR_LIT_FACTOR = 2.0
+"""How much more of the ground counts as skin on which dark marks lie."""
 MIN_LUMA = 0.08
 """Added to luma before tones are compared: noise of dark skin is no feature."""
 SHOWN_LUMA_RATIO, MAX_EXPONENT, MAX_TONE = 0.3, 2.2, 1.25
@@ -67,7 +69,7 @@ class FeatureTones(NamedTuple):
         dark, light: coverage by dark strokes, and by whites of eyes and teeth, 0..1.
         contour: the same by thin lines where it is dark: a dark shape is not filled.
         tone: luma relative to the skin, with the contrast to show.
-        near: eyes and mouth on skin in light, 0..1.
+        near: eyes and mouth on skin, also in half shadow, 0..1.
     """
 
     dark: np.ndarray
@@ -135,7 +137,7 @@ def feature_tones(
         np.clip(areas.weights * _lines(share, height, page_side), 0, 1),
         light,
         shown,
-        areas.parts * lit,
+        areas.parts * np.minimum(np.float32(NEAR_LIT_FACTOR) * lit, 1),
     )
 
 

@@ -20,7 +20,7 @@ PAINT_WEIGHT = 0.8
 """Opacity of writing in styles without ink, in which nothing is quite black."""
 CALM_WEIGHT = 0.6
 """Weight of the mean nearby in the ground around strokes: dots, tiles and letters there would hide them."""
-MIN_CONTRAST = 0.25
+MIN_CONTRAST = 0.3
 """Difference in luma from the ground below which writing has the other colour, ink or paper."""
 GROUND_RATIO = 6
 """Side of the square around a pixel whose mean is its ground, relative to the thickness of strokes."""
