@@ -41,15 +41,14 @@ MIN_DOT_COVERAGE = 0.4
 """Coverage from which such a square is full."""
 TONE_STEP = 0.15
 """Difference of tones in such squares: they have few colours."""
-GLOW_RATIO_RANGE = 1.0, 0.88
-"""Luma of skin in the result, relative to the source, at which features begin to glow, as in styles with
-light lines on black, and up to which they do completely."""
+MIN_LIGHT_INK = 1.5
+"""Sum of red, green and blue from which an ink is the colour of light lines; otherwise the page shows it."""
 BRIGHT_SHARE = 0.02
 """Share of the brightest pixels around a face that show the colour of paper or light."""
+GROUND_SHARE = 0.1
+"""Share of the brightest pixels near eyes and mouth that show the ground between dots and hatching."""
 MAX_SAMPLES = 16_384
 """Samples of a face that are measured for these colours, at most."""
-SKIN_SHARE, MIN_SKIN_RATIO = 0.9, 0.1
-"""Quantile of luma that counts as the skin, which is black between letters; and minimum luma of skin."""
 
 
 class _Marks(NamedTuple):
@@ -94,10 +93,8 @@ def draw_features(
         *((color,) if page.color is not None else ()),
     ]
     bright = [luma_in(page, each.window) for each in features]
-    marks = [
-        _marks(each, luma, style, page, region, raster) for each, luma in zip(features, bright, strict=True)
-    ]
-    is_flat = Medium.of(style, raster) is Medium.INK and (raster.cell is not None or not style.background)
+    marks = [_marks(each, style, page, region, raster) for each in features]
+    is_ink = Medium.of(style, raster) is Medium.INK
 
     def draw(plane: np.ndarray, kind: str) -> np.ndarray:
         if kind not in ("luma", "chroma", "color"):
@@ -108,9 +105,13 @@ def draw_features(
             area = plane_area(each.window, step)
             values = values_from_codes(plane[area], kind, page.encoding)
             factor = np.minimum(found.factor, 1) if kind == "chroma" else found.factor
-            drawn, light = values, _brightest(values, luma)
+            drawn, light = values, _brightest(values, luma, BRIGHT_SHARE)
             if found.clear.any():
-                ground = light if is_flat else _mean(values, GROUND_RATIO * each.face.box.height, step)
+                ground = (
+                    _brightest(values, np.where(each.tones.near > 0.5, luma, 0), GROUND_SHARE)
+                    if is_ink
+                    else _mean(values, GROUND_RATIO * each.face.box.height, step)
+                )
                 drawn = drawn + _like(found.clear, values) * (ground - drawn)
             drawn = drawn * _like(factor, values)
             for color, cover in ((light, found.bright), (ink, found.ink)):
@@ -124,13 +125,12 @@ def draw_features(
 
 def _marks(
     each: Features,
-    luma: np.ndarray,
     style: Style,
     page: Picture,
     region: np.ndarray | None,
     raster: PageRaster,
 ) -> _Marks:
-    """Return the layers over the page for the features of a face; `luma`: of the page."""
+    """Return the layers over the page for the features of a face."""
     weight = each.weight if region is None else each.weight * region[plane_area(each.window, (1, 1))]
     if raster.cell is not None:
         weight = weight * (patch_mask(Patch(each.window, each.window, each.face), raster.cell) > 0)
@@ -139,7 +139,9 @@ def _marks(
     change, dot = weight * (tones.tone - 1), raster.dot(MAX_DOT_RATIO * min(page.shape))
     match Medium.of(style, raster):
         case Medium.LIGHT_LINES:
-            return _Marks(same, none, none, cover * _ramp(tones.contour, LINE_RANGE))
+            line = cover * _ramp(tones.contour, LINE_RANGE)
+            is_light = sum(rgb_from_text(style.ink)) > MIN_LIGHT_INK
+            return _Marks(same, none, none, line) if is_light else _Marks(same, none, line, none)
         case Medium.INK_OVER_TONES:
             core = np.float32(CORE_WEIGHT) * cover * _ramp(tones.dark, CORE_RANGE)
             return _Marks(1 + change, none, none, core)
@@ -153,9 +155,8 @@ def _marks(
         change = np.round(cell_means(change, each.window, dot) / np.float32(TONE_STEP)) * np.float32(
             TONE_STEP
         )
-    glow = _glow(each, luma)
     calm = _calm(each, raster) * weight if dot == (1, 1) else none
-    return _Marks(1 + (1 - glow) * change, calm, glow * cover * _ramp(tones.contour, LINE_RANGE), none)
+    return _Marks(1 + change, calm, none, none)
 
 
 def _in_dots(plane: np.ndarray, each: Features, dot: tuple[int, int]) -> np.ndarray:
@@ -187,20 +188,12 @@ def _ramp(plane: np.ndarray, ends: tuple[float, float]) -> np.ndarray:
     return np.clip((plane - low) / (high - low), 0, 1)
 
 
-def _glow(each: Features, luma: np.ndarray) -> np.float32:
-    """Return how much features glow on the page, 0..1."""
-    none, whole = GLOW_RATIO_RANGE
-    skin = float(np.quantile(luma[each.weight >= 0.5 * each.weight.max()], SKIN_SHARE))
-    share = skin / max(each.skin_luma, MIN_SKIN_RATIO)
-    return np.float32(min(1.0, max(0.0, (none - share) / (none - whole))))
-
-
-def _brightest(values: np.ndarray, luma: np.ndarray) -> np.ndarray:
+def _brightest(values: np.ndarray, luma: np.ndarray, share: float) -> np.ndarray:
     """Return the mean of the samples where luma is highest, of `MAX_SAMPLES` at most."""
     every = max(1, round((luma.size / MAX_SAMPLES) ** 0.5))
     luma = luma[::every, ::every]
     values = cv2.resize(values, luma.shape[::-1], interpolation=cv2.INTER_NEAREST)
-    return np.asarray(values[luma >= np.quantile(luma, 1 - BRIGHT_SHARE)].mean(axis=0), np.float32)
+    return np.asarray(values[luma >= np.quantile(luma, 1 - share)].mean(axis=0), np.float32)
 
 
 def _mean(values: np.ndarray, size: float, step: tuple[int, int]) -> np.ndarray:

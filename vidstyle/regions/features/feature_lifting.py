@@ -30,7 +30,6 @@ class Features(NamedTuple):
         window: their box in the picture.
         weight: how much of them has been lifted, H x W float32, 0..1.
         tones: marks that are darker or lighter than the skin.
-        skin_luma: mean luma of the skin, 0..1.
         face: the face.
         amount: the largest weight.
     """
@@ -38,7 +37,6 @@ class Features(NamedTuple):
     window: Rectangle
     weight: np.ndarray
     tones: FeatureTones
-    skin_luma: float
     face: Face
     amount: float
 
@@ -129,4 +127,4 @@ def _lift(
     plane[area] = codes_from_values(values, "luma", picture.encoding)
     tones = feature_tones(luma, (skin, strokes), areas, height, page_side)
     weight = np.float32(amount * face.opacity) * areas.whole
-    return Features(window, weight, tones, float(skin.mean()), face, amount)
+    return Features(window, weight, tones, face, amount)

@@ -12,8 +12,8 @@ FACE_RATIOS = 0.16, 0.22
 """Heights of faces relative to the picture's shorter side. Where all is ink, features are lifted completely
 up to the first; from the second on not at all, as the style draws them well itself."""
 
-MIN_LIGHT_INK = 0.5
-"""Mean of red, green and blue from which an ink is light, 0..1."""
+CONTOUR_BLOCK = "contour"
+"""The block that draws light lines on black, where no layer turns them into ink."""
 
 
 class Medium(Enum):
@@ -22,15 +22,16 @@ class Medium(Enum):
     INK = "lines, and screens of dots or lines: no tones between ink and paper"
     INK_OVER_TONES = "lines over continuous tones"
     TONES = "no lines"
-    LIGHT_LINES = "lines of a light ink"
+    LIGHT_LINES = "lines lighter than their ground"
 
     @classmethod
     def of(cls, style: Style, raster: PageRaster) -> Medium:
         """Return the medium of a style with these rasters."""
-        if sum(rgb_from_text(style.ink)) / 3 > MIN_LIGHT_INK:
-            return cls.LIGHT_LINES
         if not style.lines:
-            return cls.TONES
+            steps = (*style.base, *style.background)
+            return cls.LIGHT_LINES if any(step.block == CONTOUR_BLOCK for step in steps) else cls.TONES
+        if sum(rgb_from_text(style.ink)) > sum(rgb_from_text(style.paper)):
+            return cls.LIGHT_LINES
         return cls.INK_OVER_TONES if style.background and not raster.is_screen else cls.INK
 
     def lifted_share(self, size_ratio: float) -> float:

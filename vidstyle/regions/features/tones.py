@@ -31,9 +31,9 @@ NEAR_LIT_FACTOR = 2.0
 """How much more of the ground counts as skin on which dark marks lie."""
 MIN_LUMA = 0.08
 """Added to luma before tones are compared: noise of dark skin is no feature."""
-SHOWN_LUMA_RATIO, MAX_EXPONENT, MAX_TONE = 0.3, 2.2, 1.25
+SHOWN_LUMA_RATIO, MAX_EXPONENT, MAX_TONE = 0.3, 2.2, 1.3
 """Luma of the strongest strokes to which contrast is raised, relative to the skin; the exponent that does
-it, at most; and the brightest tone."""
+it, at most; and the brightest tone, as light marks get no contrast: noise would glitter."""
 LINE_SIGMA_RATIO, LINE_SIGMA_RANGE = 0.012, (0.7, 0.002)
 """Standard deviation of the Gaussian whose difference from a wider one is a line, relative to the face's
 height; at least, in pixels; and at most, relative to the picture's shorter side."""
@@ -130,7 +130,7 @@ def feature_tones(
     light = areas.parts * lit * np.clip((tone - np.float32(1 + low)) / np.float32(high - low), 0, 1)
     exponent = np.clip(np.float32(np.log(SHOWN_LUMA_RATIO)) / np.log(1 - peak), 1, MAX_EXPONENT)
     tone = np.clip(tone, MIN_LUMA, MAX_TONE)
-    shown = cv2.exp(exponent * cv2.log(np.where(tone > 1, 1 + (tone - 1) * lit, tone)))
+    shown = np.where(tone > 1, 1 + (tone - 1) * lit, cv2.exp(exponent * cv2.log(tone)))
     share = darkness / peak
     return FeatureTones(
         np.minimum(areas.weights * share, 1),
