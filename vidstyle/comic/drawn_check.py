@@ -18,8 +18,8 @@ from vidstyle.core.closing import Closing
 from vidstyle.regions.boxes import Box, Rectangle
 from vidstyle.regions.faces import FaceFinder
 
-_DRAFT_DPI = 100.0
-_DRAFT_WIDTH_PX, _DRAFT_ASPECT_RANGE = 560, (0.8, 2.0)
+_DRAFT_DPI = 72.0
+_DRAFT_WIDTH_PX, _DRAFT_ASPECT_RANGE = 400, (0.8, 2.0)
 """Width of a draft, 14 cm on paper, and the range of its aspect."""
 _MIN_MAIN_FACE_RATIO = 0.2
 """Height of a face, relative to the picture's, from which it is what the panel shows."""
