@@ -88,7 +88,7 @@ def find_writing(picture: Picture) -> list[Writing]:
     # Between light letters the ground looks like dark strokes, and the other way round: a word has one side.
     word = _cells(WORD_RATIO * thickness_of(small.shape))
     side = _mean(cv2.subtract(*cv2.split(weights * ground)), word) / SIDE_DIFFERENCE
-    weights = weights.max(axis=2) * np.stack([_ramp(side, (0, 1)), _ramp(-side, (0, 1))])
+    weights = cv2.max(*cv2.split(weights)) * np.stack([_ramp(side, (0, 1)), _ramp(-side, (0, 1))])
     weights *= _ramp(_rest_contrast(small, weights), REST_CONTRAST_RANGE)
     return [_writing(weights, box, picture) for box in _boxes(weights)]
 
@@ -111,7 +111,8 @@ def _sides(small: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return weight, weight
     near = _cells(WINDOW_RATIO * thick)
     island = cv2.subtract(closed, cv2.morphologyEx(closed, cv2.MORPH_OPEN, _square(ISLAND_RATIO * thick)))
-    share = _mean(_in_cells(island), near) / (_mean(_in_cells(peaks), near) + 1)
+    islands, tops = (_mean(each, near) for each in _in_cells(island, peaks))
+    share = islands / (tops + 1)
     return weight, np.maximum(1 - share, np.float32(MIN_GROUND_WEIGHT))
 
 
@@ -132,9 +133,9 @@ def _writing_weights(
     limit = cv2.convertScaleAbs(peaks, alpha=EVEN_LEVEL_RATIO, beta=EVEN_LEVEL)
     even = cv2.compare(cv2.subtract(wide, small), limit, cv2.CMP_LT)
     near = _cells(WINDOW_RATIO * thick)
-    total = _in_cells(strokes)
-    ink, rest, ground = (_mean(each, near) for each in (total, _in_cells(bright), _in_cells(even)))
-    weight = _ramp(_in_cells(peaks), STRENGTH_RANGE) * _ramp(ground / 255, GROUND_RANGE)
+    (total, bright), (even, tops) = _in_cells(strokes, bright), _in_cells(even, peaks)
+    ink, rest, ground = (_mean(each, near) for each in (total, bright, even))
+    weight = _ramp(tops, STRENGTH_RANGE) * _ramp(ground / 255, GROUND_RANGE)
     weight *= _ramp(rest / (ink + np.float32(0.25)), BRIGHT_RANGE)
     if not weight.any():
         return weight
@@ -148,7 +149,7 @@ def _writing_weights(
 
 def _coherence(strokes: np.ndarray, cells: tuple[int, int], window: int) -> np.ndarray:
     """Return how much strokes in a window around each cell have one direction, h x w x 2 float32, 0..1."""
-    half = cv2.resize(strokes, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
+    half = cv2.merge([_halved(each) for each in cv2.split(strokes)])
     across, down = (cv2.Sobel(half, cv2.CV_16S, *order) for order in ((1, 0), (0, 1)))
     squares, others, mixed = (
         cv2.resize(product, cells, interpolation=cv2.INTER_AREA).astype(np.float32)
@@ -231,10 +232,21 @@ def levels_of(luma: np.ndarray, picture: Picture) -> np.ndarray:
     return cv2.convertScaleAbs(luma, alpha=255 / (white - black), beta=-255 * black / (white - black))
 
 
-def _in_cells(plane: np.ndarray) -> np.ndarray:
-    """Return the mean of planes, H x W x 2, in each cell, h x w x 2 float32."""
-    height, width = (max(1, round(side / CELL_PX)) for side in plane.shape[:2])
-    return cv2.resize(plane, (width, height), interpolation=cv2.INTER_AREA).astype(np.float32)
+def _in_cells(one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the means of two arrays, H x W x 2 uint8, in each cell, h x w x 2 float32.
+
+    Together, as OpenCV halves pictures of one and of four channels ten times as fast as those of two.
+    """
+    height, width = (max(1, round(side / CELL_PX)) for side in one.shape[:2])
+    four = cv2.merge((*cv2.split(one), *cv2.split(other)))
+    both = cv2.resize(_halved(four), (width, height), interpolation=cv2.INTER_AREA)
+    cells = [np.empty((height, width, 2), np.uint8) for _ in range(2)]
+    cv2.mixChannels([both], cells, [0, 0, 1, 1, 2, 2, 3, 3])
+    return cells[0].astype(np.float32), cells[1].astype(np.float32)
+
+
+def _halved(plane: np.ndarray) -> np.ndarray:
+    return cv2.resize(plane, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
 
 
 def _closed(plane: np.ndarray, size: int) -> np.ndarray:
