@@ -7,6 +7,7 @@ from collections.abc import Callable, Hashable, Sequence
 from concurrent.futures import Future
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
+from threading import Lock
 from typing import Protocol
 
 import numpy as np
@@ -145,3 +146,23 @@ def completed_future(picture: Picture) -> Future[Picture]:
     future: Future[Picture] = Future()
     future.set_result(picture)
     return future
+
+
+def joined_future(parts: Sequence[Future[Picture]], join: Callable[[], Picture]) -> Future[Picture]:
+    """Return the picture that `join` makes of several ones, in the thread that completes the last of them."""
+    joined: Future[Picture] = Future()
+    lock, waiting = Lock(), list(parts)
+
+    def complete(part: Future[Picture]) -> None:
+        with lock:
+            waiting.remove(part)
+            if waiting:
+                return
+        try:
+            joined.set_result(join())
+        except BaseException as error:  # raised again by `result`
+            joined.set_exception(error)
+
+    for part in parts:
+        part.add_done_callback(complete)
+    return joined

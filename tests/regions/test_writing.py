@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from dataclasses import replace
+from types import ModuleType
 
 import av
 import cv2
@@ -17,6 +18,7 @@ from vidstyle.core.picture import Picture
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.demo.drawing import film_picture
 from vidstyle.media.frame import picture_from_frame
+from vidstyle.regions import focus
 from vidstyle.regions.boxes import Box
 from vidstyle.regions.focus import FocusRenderer
 from vidstyle.regions.still_faces import KnownFaces
@@ -173,16 +175,19 @@ def test_a_word_is_drawn_in_the_colours_of_the_style() -> None:
         assert (words[strokes].mean() > rest + 60) == (not is_dark)
 
 
-def test_the_threads_that_restyle_a_film_take_writing_off(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(("owner", "name"), [(lifting, "lift_writing"), (focus, "draw_writing")])
+def test_the_threads_that_restyle_a_film_take_writing_off_and_draw_it(
+    owner: ModuleType, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """All at the same time, as one thread begins all frames; the result is the same for each number."""
     style, threads = replace(load_style("ink"), steady=0.5), set[str]()
     page = picture_with_writing()
     film = [Picture.from_array(np.roll(page, 3 * number, axis=1)) for number in range(4)]
-    lift = lifting.lift_writing
+    function = getattr(owner, name)
 
-    def noted(picture: Picture, amount: float) -> tuple[Picture, list[lifting.Strokes]]:
+    def noted(*arguments: object) -> object:
         threads.add(threading.current_thread().name)
-        return lift(picture, amount)
+        return function(*arguments)
 
     def restyled(count: int) -> list[Picture]:
         with FocusRenderer(style, lambda each, _: CpuRenderer(each, count), KnownFaces()) as renderer:
@@ -190,6 +195,6 @@ def test_the_threads_that_restyle_a_film_take_writing_off(monkeypatch: pytest.Mo
             return [each.result() for each in pending]
 
     alone = restyled(1)
-    monkeypatch.setattr(lifting, "lift_writing", noted)
+    monkeypatch.setattr(owner, name, noted)
     assert all(map(same_bits, alone, restyled(3)))
     assert threads and threading.current_thread().name not in threads

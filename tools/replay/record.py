@@ -40,8 +40,7 @@ class Recording:
 
     Attributes:
         reading, writing: of each frame; with one thread, writing includes encoding.
-        begun, finished: of each frame, its events while it is begun and drawn over by `FocusedPicture`, and
-            while it is restyled.
+        begun, finished: of each frame, its events while it is begun, and while it is restyled.
         ending: of the frames that the encoder still has after the last one was written.
         stages: of the whole threads that read, restyle and write; with one thread, they do all tasks.
     """
@@ -160,7 +159,7 @@ def recording() -> Iterator[Recording]:
 
     patches = {
         (MaskRenderer, "begin"): _begun(MaskRenderer.begin, made),
-        (FocusedPicture, "result"): _drawn(FocusedPicture.result, made),
+        (FocusedPicture, "result"): _finished(FocusedPicture.result, made),
         (CpuRenderer, "_finish"): _finished(CpuRenderer._finish, made),
         (CpuRenderer, "_restyle"): _movable(CpuRenderer._restyle),
         (FrameOrder, "at"): ordered,
@@ -242,14 +241,6 @@ def _begun(method: Callable[..., Any], made: Recording) -> Callable[..., Any]:
     def call(*arguments: Any) -> Any:
         made.begun.append([])
         made.finished.append([])
-        with _marks.into(made.begun[-1]):
-            return method(*arguments)
-
-    return call
-
-
-def _drawn(method: Callable[..., Any], made: Recording) -> Callable[..., Any]:
-    def call(*arguments: Any) -> Any:
         with _marks.into(made.begun[-1]):
             return method(*arguments)
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import Future
 from dataclasses import dataclass, replace
 from typing import Protocol
 
 import cv2
 import numpy as np
 
-from vidstyle.backend import Backend, FrameRequest, PendingPicture, completed_future
+from vidstyle.backend import Backend, FrameRequest, PendingPicture, completed_future, joined_future
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.core.scene_cuts import SceneCuts
 from vidstyle.core.shared_tones import SharedTones
@@ -149,8 +150,16 @@ class FocusRenderer(Backend):
         return self._start(request, lambda backend, each: completed_future(backend.restyle(each))).result()
 
     def begin(self, request: FrameRequest) -> PendingPicture:
-        """Find the faces of a picture, and start to restyle the picture and the faces."""
-        return self._start(request, lambda backend, each: backend.begin(each))
+        """Find the faces of a picture, and start to restyle the picture and the faces.
+
+        On the CPU, the thread that finishes the last of these lays them over each other.
+        """
+        started = self._start(request, lambda backend, each: backend.begin(each))
+        if not isinstance(started, FocusedPicture):
+            return started
+        parts = [started.page, *(fine for fine, _ in started.faces)]
+        futures = [each for each in parts if isinstance(each, Future)]
+        return joined_future(futures, started.result) if len(futures) == len(parts) else started
 
     def _start(
         self, request: FrameRequest, start: Callable[[Backend, FrameRequest], PendingPicture]
