@@ -120,3 +120,13 @@ def test_a_dark_panel_without_forms_is_murk(light: float, kept: int) -> None:
     clear = [key_frame(view(PLACES[number], 0, 0, (320, 180)), number, scene=number) for number in range(3)]
     unclear = key_frame(view(PLACES[5], 0, 0, (320, 180)), 3, clarity=0.3, light=light, scene=3)
     assert len(prune([*clear, unclear], 0)) == kept
+
+
+def test_an_empty_place_that_another_panel_shows_with_somebody_is_removed() -> None:
+    room = key_frame(view(PLACES[0], 0, 0, (320, 180)), 0)
+    visited = replace(
+        key_frame(view(PLACES[0], 9, 0, (320, 180)), 3), faces=(Box(100, 60, 140, 110),), framing="near"
+    )
+    other = key_frame(view(PLACES[1], 0, 0, (320, 180)), 6, scene=1)
+    assert prune([room, visited, other], 0) == [visited, other]
+    assert prune([room, other], 0) == [room, other]

@@ -29,8 +29,11 @@ _MAX_MOTION_COST, _MAX_COST_MOTION = 0.5, 0.6
 """Maximum cost of motion, and the motion that has it: motion blur beyond what edges show."""
 _ACTION_SCORE, _MAX_CUT_SUBJECT_COST = 0.3, 0.8
 """Score of a moving subject, and maximum cost of one that the picture's edge cuts off."""
-_SHARP_FACE_RATIO, _MAX_LEADING_SOFTNESS = 1.5, 0.3
-"""Detail of a sharp face relative to one that survives being drawn; softness up to which a person leads."""
+_SHARP_FACE_RATIO, MAX_LEADING_SOFTNESS = 1.5, 0.3
+"""Detail of a sharp face relative to one that survives being drawn; softness up to which a person leads.
+
+Softer faces are not enlarged.
+"""
 _SOFT_FACE_COST, _SOFT_FACE_STRENGTH_RATIO = 0.5, 0.5
 """Maximum cost of a large face that is not sharp, and how much weaker a subject it is at most."""
 _CLUTTER_COST = 0.4
@@ -201,7 +204,7 @@ def prefer_people(chosen: Sequence[Candidate]) -> list[Candidate]:
     """
     people = [each for each in chosen if is_person(each)]
     places = [each for each in chosen if not is_person(each)]
-    leading = [each for each in people if face_softness(each) <= _MAX_LEADING_SOFTNESS]
+    leading = [each for each in people if face_softness(each) <= MAX_LEADING_SOFTNESS]
     if leading:
         most = _MAX_PLACE_IMPORTANCE_RATIO * max(each.importance for each in leading)
     elif people and places:

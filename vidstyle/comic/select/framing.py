@@ -9,7 +9,7 @@ import cv2
 
 from vidstyle.comic.analyze.features import Candidate
 from vidstyle.comic.analyze.similarity import SAME_SIMILARITY, similarity
-from vidstyle.comic.select.frame_scores import face_softness
+from vidstyle.comic.select.frame_scores import MAX_LEADING_SOFTNESS, face_softness
 from vidstyle.regions.boxes import Box
 
 # Close-ups.
@@ -71,8 +71,11 @@ def alternate_framing(key_frames: Sequence[Candidate]) -> list[Candidate]:
 
 
 def widen_soft_faces(key_frames: Sequence[Candidate]) -> list[Candidate]:
-    """Show frames whose face is not sharp as a whole, so that the face is not enlarged."""
-    return [replace(each, framing="wide") if face_softness(each) > 0 else each for each in key_frames]
+    """Show frames whose face is soft as a whole, so that the face is not enlarged."""
+    return [
+        replace(each, framing="wide") if face_softness(each) > MAX_LEADING_SOFTNESS else each
+        for each in key_frames
+    ]
 
 
 def merge_equal(key_frames: Sequence[Candidate]) -> list[Candidate]:

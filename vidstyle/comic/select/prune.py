@@ -110,6 +110,22 @@ def _find_repeated_place(key_frames: Sequence[Candidate]) -> int | None:
     return _weakest(key_frames, alike)
 
 
+def _find_empty_place(key_frames: Sequence[Candidate]) -> int | None:
+    """Return a frame without a figure whose place another frame of its scene shows with one."""
+    like = likeness(key_frames, scenes=1)
+    empty = [
+        number
+        for number, each in enumerate(key_frames)
+        if not has_figure(each)
+        and any(
+            has_figure(other) and _is_same_place(key_frames, (number, place), float(like[number, place]))
+            for place, other in enumerate(key_frames)
+            if other.scene == each.scene
+        )
+    ]
+    return _weakest(key_frames, empty)
+
+
 def _is_same_place(key_frames: Sequence[Candidate], pair: tuple[int, int], like: float) -> bool:
     one, other = (key_frames[number] for number in pair)
     return like > (_MIN_SCENE_SIMILARITY if one.scene == other.scene else SAME_SIMILARITY)
@@ -167,6 +183,7 @@ _FINDERS = (
     _find_twin,
     _find_same_moment,
     _find_repeated_place,
+    _find_empty_place,
     _find_clutter,
     _find_soft,
     _find_surplus_place,
