@@ -4,12 +4,13 @@
 
 // Strokes of one colour each along the edges, at random positions of a grid, from the topmost down.
 vec3 strokes(
-    ivec2 at, uint moment, vec3 flow, vec3 under, float length_, float width, float density, float angle,
+    ivec2 at, ivec2 page, uint moment, vec3 flow, vec3 under, float length_, float width, float density, float angle,
     float angle_strength, float variation, float colors, float bristles, int rate) {
     vec2 direction = stroke_direction(flow, fixed_stroke_direction(angle, angle_strength)), here = vec2(at) + 0.5;
     float pitch = max(width / sqrt(density), max(length_, width) / 5.0), reach = ceil(max(length_, width) / 2.0 + 1.0);
     float half_length = max(length_ - width, 0.0) / 2.0, half_width = width / 2.0, shown = 1.0, last_order = 2.0;
-    ivec2 first = ivec2(floor((here - reach) / pitch)) - 1, last = ivec2(ceil((here + reach) / pitch));
+    ivec2 first = ivec2(floor((here - reach) / pitch)) - 1 - BESIDE;
+    ivec2 last = ivec2(ceil((here + reach) / pitch)) + BESIDE;
     vec3 color = vec3(0.0);
     int drawing = drawing_at(moment, rate) * APART;
     for (int layer = 0; layer < 16 && shown >= 1.0 / 512.0; layer++) {
@@ -19,12 +20,13 @@ vec3 strokes(
         vec2 middle = here, inside = vec2(0.0);
         for (int row = first.y; row <= last.y; row++) {
             for (int column = first.x; column <= last.x; column++) {
-                ivec2 point = ivec2(4 * column, row + drawing);
+                vec2 moved = drift_of(ivec2(column, row), pitch, page), passed = floor(moved + 0.5);
+                ivec2 point = ivec2(4 * (column - int(passed.x)), row - int(passed.y) + drawing);
                 float own_order = white_noise(point + ivec2(2, 0));
                 if (own_order <= order || own_order >= last_order)
                     continue;
                 vec2 random = vec2(white_noise(point), white_noise(point + ivec2(1, 0)));
-                vec2 own_middle = (vec2(column, row) + random) * pitch, away = here - own_middle;
+                vec2 own_middle = (vec2(column, row) + (random + (moved - passed))) * pitch, away = here - own_middle;
                 vec2 place = abs(vec2(dot(away, direction), away.y * direction.x - away.x * direction.y));
                 float own_cover = min(half_width + 0.5 - length(max(place - vec2(half_length, 0.0), 0.0)), 1.0);
                 if (own_cover > 0.0) {

@@ -13,6 +13,7 @@ from pictures import FLOAT, codes, noise, planes, run, same_bits, step, style
 from vidstyle.block import (
     Asset,
     Block,
+    Drift,
     FrameTime,
     Limits,
     LumaWeights,
@@ -83,6 +84,7 @@ def call(block: Block, values: dict[str, Any], array: np.ndarray, other: np.ndar
         Margin: (0, 0),
         LumaWeights: Encoding().weights,
         FrameTime: 0,
+        Drift: noise(3, 4, 2, low=-2, high=2),
         Limits: RANGES["luma" if array.ndim == 2 else "color"],
         ResultRows: np.empty(array.shape, np.float32),
         Percentiles: np.percentile(luma, block.percentiles_for(complete)),

@@ -15,7 +15,7 @@ from pictures import RGB8, noise, step, style
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.gpu.compile.glsl import Form
-from vidstyle.style import Style
+from vidstyle.style import Step, Style
 
 LINES = style(step("gaussian", sigma=1), step("sobel"), steady=0.5)
 STROKES = style(step("pattern", levels=4), steady=0.5)
@@ -71,6 +71,13 @@ def frame_faults(
 def test_films_agree(sessions: Sessions, form: Form, kind: str, turn: int) -> None:
     chosen = (LINES, STROKES, COLORS)[(list(FILMS).index(kind) + turn) % 3]
     assert frame_faults(sessions, form, chosen, FILMS[kind](), rgb=kind == "rgb") == []
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("moving", [step("mosaic", size=9, edges=0.5), step("strokes", length=9, width=5)])
+def test_moving_marks_agree(sessions: Sessions, form: Form, moving: Step) -> None:
+    chosen = style(step("gaussian", sigma=1), moving, steady=0.5)
+    assert frame_faults(sessions, form, chosen, panned_film(4, deviation=1), rgb=False) == []
 
 
 @pytest.mark.parametrize("form", FORMS)

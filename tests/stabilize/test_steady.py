@@ -17,7 +17,8 @@ from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.stabilize.blend import source_rows
 from vidstyle.stabilize.blend_codes import FULL_WEIGHT
-from vidstyle.stabilize.motion import _dense_flow, noise_level
+from vidstyle.stabilize.flow import dense_flow
+from vidstyle.stabilize.motion import noise_level
 from vidstyle.stabilize.segment import SEGMENT_SIZE
 from vidstyle.stabilize.stabilizer import Stabilized, Stabilizer
 from vidstyle.stabilize.warp import in_segments, moves_of
@@ -204,7 +205,7 @@ def test_motion_of_narrow_pictures_is_found(shape: tuple[int, int]) -> None:
     before = np.random.default_rng(3).integers(0, 255, shape).astype(np.uint8)
     before = cv2.GaussianBlur(before, (0, 0), 2)
     now = np.roll(before, 3, axis=1)
-    flow = _dense_flow(now, before)
+    flow = dense_flow(now, before)
     assert flow.shape == (*shape, 2)
     inner = flow[6:-6, 8:-8] if min(shape) > 20 else flow[4:-4, 8:-8]
     assert np.median(inner[..., 0]) == pytest.approx(-3, abs=0.5)

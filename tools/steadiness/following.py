@@ -29,7 +29,7 @@ class Way:
     Attributes:
         first: the number of the first frame.
         flow: H x W x 2 float32, pixels to the right and down, from the second frame to the first.
-        moving: H x W bool.
+        moving: H x W bool, where it moves and `seen_in_both` knows how.
     """
 
     first: int
@@ -40,8 +40,8 @@ class Way:
 def ways_of(frames: Sequence[np.ndarray]) -> list[Way]:
     """The pairs of a film, H x W x 3 uint8 RGB, in which enough moves."""
     firsts = range(0, len(frames) - APART, EVERY)
-    flows = [(first, find_motion(frames[first + APART], frames[first]).flow) for first in firsts]
-    ways = [Way(first, flow, np.hypot(flow[..., 0], flow[..., 1]) >= MOVING) for first, flow in flows]
+    motions = [(first, find_motion(frames[first + APART], frames[first])) for first in firsts]
+    ways = [Way(first, each.flow, each.seen & (_speed(each.flow) >= MOVING)) for first, each in motions]
     return [way for way in ways if way.moving.sum() >= LEAST]
 
 
@@ -68,6 +68,10 @@ def correlations(styles: Sequence[Style], clip: Clip, device: str) -> list[tuple
         return [(float("nan"), float("nan"))] * (len(styles) + 1)
     films = [restyled(style, clip, device) for style in styles]
     return [followed(frames, ways) for frames in (*films, clip.frames)]
+
+
+def _speed(flow: np.ndarray) -> np.ndarray:
+    return np.hypot(flow[..., 0], flow[..., 1])
 
 
 def _marks(frame: np.ndarray) -> np.ndarray:

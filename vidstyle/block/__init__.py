@@ -99,6 +99,9 @@ NO_PERIOD = Raster(())
 RasterFunction = Callable[..., "Raster | None"]
 """Maps the values of a block that it takes as parameters to its raster; None: with these, it has none."""
 
+MovesFunction = Callable[..., bool]
+"""Maps the values of a block that takes `Drift` to whether its marks move."""
+
 PercentileFunction = Callable[..., Sequence[float]]
 """Maps the values of a measured block that it takes as parameters to the percentiles of luma that the block
 needs."""
@@ -128,6 +131,9 @@ Percentiles = NewType("Percentiles", np.ndarray)
 """Injected into a measured block: the percentiles of luma that it requests, smoothed over time."""
 FrameTime = NewType("FrameTime", int)
 """Injected: the time of the frame in whole milliseconds, below 2**32; 0 for a single picture."""
+Drift = NewType("Drift", np.ndarray)
+"""Injected: how far marks have moved with a film, see `core.drift`; None for none. The marks of a block that
+takes it move with the objects of the film."""
 
 Limits = NewType("Limits", tuple[float, float])
 """Injected into a block whose result may exceed the range of its input and 0..1: the range, from
@@ -143,6 +149,7 @@ INJECTED_TYPES: tuple[object, ...] = (
     LumaWeights,
     Percentiles,
     FrameTime,
+    Drift,
     Limits,
     ResultRows,
 )
@@ -177,6 +184,7 @@ class Block:
         label: its name in plain words.
         category: a key of `CATEGORIES`.
         aliases: other words by which people search it.
+        moves: for a block that takes `Drift`, whether its marks then move; None: always.
     """
 
     name: str
@@ -195,6 +203,7 @@ class Block:
     label: str = ""
     category: str = "parts"
     aliases: tuple[str, ...] = ()
+    moves: MovesFunction | None = None
 
     @property
     def overshoots(self) -> bool:
@@ -236,6 +245,12 @@ class Block:
         """Return where its dots, squares or lines lie with these values; None if it has none."""
         return None if self.raster is None else _call_with_known(self.raster, values)
 
+    def moves_for(self, values: dict[str, Any]) -> bool:
+        """Return whether its marks move with the objects of a film with these values."""
+        if Drift not in self.injected.values():
+            return False
+        return self.moves is None or bool(_call_with_known(self.moves, values))
+
     def percentiles_for(self, values: dict[str, Any]) -> tuple[float, ...]:
         """Return the percentiles of luma that it needs with these values; none unless it is measured."""
         return () if self.percentiles is None else tuple(_call_with_known(self.percentiles, values))
@@ -259,6 +274,7 @@ def block(
     label: str = "",
     category: str = "parts",
     aliases: str = "",
+    moves: MovesFunction | None = None,
 ) -> Callable[[Callable[..., Any]], Block]:
     """Declare a function as a block of the same name.
 
@@ -277,6 +293,7 @@ def block(
         label: its name in plain words; by default the name of the function.
         category: a key of `CATEGORIES`.
         aliases: other words by which people search it, separated by commas.
+        moves: for a block that takes `Drift`, whether its marks then move; None: always.
 
     Raises:
         TypeError: at import, for an invalid declaration, such as a default out of range.
@@ -298,7 +315,7 @@ def block(
         return Block(
             name, kind, on, function, parameters, injected, percentiles, radius, raster, chroma, saves,
             is_identity, exact, label or label_of_name(name), category,
-            tuple(aliases.split(", ")) if aliases else (),
+            tuple(aliases.split(", ")) if aliases else (), moves,
         )  # fmt: skip
 
     return declare

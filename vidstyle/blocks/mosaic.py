@@ -7,18 +7,16 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from vidstyle.block import Color, PageRegion, ResultRows, Slider, block
-from vidstyle.core.edge_tiles import COLOR_WEIGHT, border_offsets, fill_tiles, find_tiles
+from vidstyle.block import Color, Drift, PageRegion, ResultRows, Slider, block
+from vidstyle.core.drift import drifted_noise
+from vidstyle.core.edge_tiles import COLOR_WEIGHT, NEAR_CELLS, border_offsets, fill_tiles, find_tiles
 from vidstyle.core.kernels import cached, clipped_sum, compiled, interleaved, look_up_at
-from vidstyle.core.white_noise import white_noise
-
-NEAR_CELLS = 2
-"""Squares of the grid on each side that are searched for the nearest tile."""
 
 
 def _radius(size: float, gap: float, edges: float) -> int:
-    # The nearest point is at most a diagonal away; the point of the most similar colour at most two squares.
-    return math.ceil(2 * size + gap / 2 if edges else 1.4143 * size) + 1
+    # The nearest point is at most a diagonal away; the point of the most similar colour at most two
+    # squares, and as it moves half a square more.
+    return math.ceil(2.5 * size + gap / 2 if edges else 1.4143 * size) + 1
 
 
 @block(
@@ -30,10 +28,12 @@ def _radius(size: float, gap: float, edges: float) -> int:
     aliases=(
         "stained glass, tiles, cells, voronoi, cross stitch, crystal, polygons, low poly, lego, patchwork"
     ),
+    moves=lambda edges: edges > 0,
 )
 def mosaic(
     picture: np.ndarray,
     place: PageRegion,
+    drift: Drift,
     out: ResultRows,
     size: Annotated[
         float, Slider(3, 96, "size of a tile", "px", explore=(8, 32), label="Tile size", max_detail=3)
@@ -56,14 +56,15 @@ def mosaic(
 ) -> np.ndarray:
     """Divide the picture into tiles of one colour each, as in stained glass, mosaic or cross stitch.
 
-    Each tile is the Voronoi cell of a random point in a square of a grid, which is fixed to the page. It has
-    the picture's colour at that point, so smooth the picture first. Worley 1996, "A Cellular Texture Basis
-    Function". With `edges`, pixels belong to the point that is nearest in place and colour: one step of SLIC,
-    Achanta et al. 2012, "SLIC Superpixels Compared to State-of-the-Art Superpixel Methods".
+    Each tile is the Voronoi cell of a random point in a square of a grid. It has the picture's colour there,
+    so smooth the picture first. Worley 1996, "A Cellular Texture Basis Function". With `edges`, pixels belong
+    to the point that is nearest in place and colour: one step of SLIC, Achanta et al. 2012, "SLIC Superpixels
+    Compared to State-of-the-Art Superpixel Methods"; in films, the points move with the objects. Without
+    `edges`, they are fixed to the page.
     """
     if edges:
         grid, looks = (size, irregularity), (gap, np.float32(gap_color), variation, edges)
-        return _along_edges(picture, place, grid, looks, out)
+        return _along_edges(picture, place, drift, grid, looks, out)
     tiles, owners, gaps = _tiles(size, irregularity, gap, place.height, place.width)
     top = place.top + place.margin[0]
     bottom, colors = top + len(out), np.empty(tiles.shape, np.float32)
@@ -78,6 +79,7 @@ def mosaic(
 def _along_edges(
     picture: np.ndarray,
     place: PageRegion,
+    drift: np.ndarray | None,
     grid: tuple[float, float],
     looks: tuple[float, Any, float, float],
     out: np.ndarray,
@@ -93,17 +95,21 @@ def _along_edges(
     above, below = (min(math.ceil(gap / 2), each) for each in place.margin)
     inner = slice(place.margin[0] - above, len(picture) - place.margin[1] + below)
     top = place.top + inner.start
-    tiles = _points(size, irregularity, place.height, place.width)
+    tiles, shifts = (
+        _points(size, irregularity, place.height, place.width)
+        if drift is None
+        else _drifted_points(size, irregularity, place.height, place.width, drift)
+    )
     colors = np.empty(tiles.shape, np.float32)
     middles = np.arange(top, place.top + inner.stop, dtype=np.float32) + np.float32(0.5)
     squares = (middles / np.float32(size)).astype(np.int32) + NEAR_CELLS
-    used = slice(squares[0] - 1, squares[-1] + 2)
+    used = slice(squares[0] - NEAR_CELLS, squares[-1] + NEAR_CELLS + 1)
     _color_tiles(rows, place.top, tiles[used], np.float32(0), colors[used])
     owners = np.empty((inner.stop - inner.start, place.width), np.int32)
     planes, best = np.empty((3, place.width), np.float32), np.empty(place.width, np.float32)
-    scale = np.float32(1 / size**2), np.float32(edges * COLOR_WEIGHT)
+    scale = np.float32(size), np.float32(1 / size**2), np.float32(edges * COLOR_WEIGHT)
     starts = _first_columns(size, place.width)
-    find_tiles(rows[inner], top, (squares, starts), tiles, colors, scale, planes, best, owners)
+    find_tiles(rows[inner], top, (squares, starts), (tiles, shifts), colors, scale, planes, best, owners)
     _color_tiles(rows, place.top, tiles[used], np.float32(variation), colors[used])
     fill_tiles(owners, above, near, colors.reshape(-1), gap_color, interleaved(out))
     return out
@@ -124,28 +130,39 @@ def _tiles(size: float, irregularity: float, gap: float, height: int, width: int
         Column and row of the middle of each tile and its tone, rows x columns x 3; the number of each pixel's
         tile; the share of the pixel that is gap, in 255ths.
     """
-    middles = _points(size, irregularity, height, width)
+    middles, _ = _points(size, irregularity, height, width)
     owners, gaps = np.empty((height, width), np.int32), np.empty((height, width), np.uint8)
     _divide(middles, np.float32(size), np.float32(gap / 2), owners, gaps)
     return middles, owners, gaps
 
 
 @cached(maxsize=6)
-def _points(size: float, irregularity: float, height: int, width: int) -> np.ndarray:
-    """Return column and row of the middle of each tile of a page, and its tone: rows x columns x 3."""
-    count = math.ceil(height / size) + 2 * NEAR_CELLS, math.ceil(width / size) + 2 * NEAR_CELLS
-    rows, columns = (np.arange(-NEAR_CELLS, each - NEAR_CELLS) for each in count)
-    numbers = white_noise(rows, np.arange(-3 * NEAR_CELLS, 3 * (count[1] - NEAR_CELLS))).reshape(*count, 3)
-    spread = np.float32(irregularity)
-    middles = np.empty((*count, 3), np.float32)
-    middles[..., 0] = (columns + np.float32(0.5) + spread * (numbers[..., 0] - np.float32(0.5))) * np.float32(
-        size
+def _points(size: float, irregularity: float, height: int, width: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the points of tiles that have not moved, cached for the next frame; see `_drifted_points`."""
+    return _drifted_points(size, irregularity, height, width, None)
+
+
+def _drifted_points(
+    size: float, irregularity: float, height: int, width: int, drift: np.ndarray | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the tiles of a page, one for each square of a grid.
+
+    Returns:
+        Column and row of the middle of each tile, and its tone: rows x columns x 3; and how far it is beside
+        its square, see `drifted_noise`.
+    """
+    (rows, columns), page = (
+        ((-NEAR_CELLS, math.ceil(side / size) + NEAR_CELLS) for side in (height, width)),
+        (height, width),
     )
-    middles[..., 1] = (
-        rows[:, None] + np.float32(0.5) + spread * (numbers[..., 1] - np.float32(0.5))
-    ) * np.float32(size)
+    numbers, shifts = drifted_noise(drift, rows, columns, size, page, 3)
+    half, spread, middles = np.float32(0.5), np.float32(irregularity), np.empty(numbers.shape, np.float32)
+    for axis, square in enumerate((np.arange(*columns), np.arange(*rows)[:, None])):
+        offset = spread * (numbers[..., axis] - half)
+        offset = offset if drift is None else offset + shifts[..., axis]
+        middles[..., axis] = (square + half + offset) * np.float32(size)
     middles[..., 2] = numbers[..., 2]
-    return middles
+    return middles, shifts
 
 
 @compiled(fastmath=True)

@@ -8,6 +8,8 @@ import numpy as np
 
 from vidstyle.core.kernels import compiled, look_up_at
 
+NEAR_CELLS = 2
+"""Squares of the grid on each side that are searched for the nearest tile."""
 COLOR_WEIGHT = 30.0
 """Weight of the squared difference of two colours, 0..3, next to the squared distance in sizes of a tile."""
 
@@ -35,12 +37,14 @@ def find_tiles(picture, top, squares, tiles, colors, scale, planes, best, owners
         picture: the rows to divide, with interleaved channels; `top` is the first one's row on the page.
         squares: the square of the grid of each row, and the first column of each square and the end of the
             last one; the numbers of squares are those of `tiles`.
-        tiles, colors: column and row of the middle of each tile, and its colour.
-        scale: the weights of squared distances and of squared differences of colour.
+        tiles: column and row of the middle of each tile, and how far it is beside its square, in squares.
+        colors: of the tiles.
+        scale: side of a square, and weights of squared distances and of squared differences of colour.
         planes, best: scratch for a row: its channels, and the least distances.
         owners: the numbers of tiles, written.
     """
-    (rows, starts), (nearness, likeness), half = squares, scale, np.float32(0.5)
+    (rows, starts), (middles, shifts), (size, nearness, likeness) = squares, tiles, scale
+    half, zero = np.float32(0.5), np.float32(0)
     red, green, blue = planes[0], planes[1], planes[2]
     for y in range(owners.shape[0]):
         line, owner, here_y = picture[y], owners[y], np.float32(y + top) + half
@@ -50,12 +54,16 @@ def find_tiles(picture, top, squares, tiles, colors, scale, planes, best, owners
             blue[x] = min(max(line[3 * x + 2], np.float32(0)), np.float32(1))
             best[x] = np.float32(1e9)
         for square in range(starts.size - 1):
-            for i in range(rows[y] - 1, rows[y] + 2):
-                for j in range(square + 1, square + 4):
+            # Where tiles have moved by half a square, their squares have, too.
+            right, down = shifts[rows[y], square + 2, 0], shifts[rows[y], square + 2, 1]
+            row = rows[y] if down == zero else np.int32(np.floor(here_y / size - down)) + NEAR_CELLS
+            left, end = square + (0 if right > zero else 1), square + (5 if right < zero else 4)
+            for i in range(row - 1, row + 2):
+                for j in range(left, end):
                     number, x_of, dy = (
-                        np.int32(i * tiles.shape[1] + j),
-                        tiles[i, j, 0],
-                        tiles[i, j, 1] - here_y,
+                        np.int32(i * middles.shape[1] + j),
+                        middles[i, j, 0],
+                        middles[i, j, 1] - here_y,
                     )
                     r, g, b = colors[i, j, 0], colors[i, j, 1], colors[i, j, 2]
                     for x in range(starts[square], starts[square + 1]):

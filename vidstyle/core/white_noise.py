@@ -29,13 +29,20 @@ def white_noise(rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
 @compiled
 def _hash(rows, columns, numbers):  # type: ignore[no-untyped-def]
     for i in range(rows.size):
-        of_row = np.uint32(rows[i] * np.uint32(0x85EBCA77))
         for j in range(columns.size):
-            bits = np.uint32(columns[j] * np.uint32(0x9E3779B1)) ^ of_row
-            bits = np.uint32((bits ^ (bits >> np.uint32(15))) * np.uint32(0x2C1B3C6D))
-            bits = np.uint32((bits ^ (bits >> np.uint32(12))) * np.uint32(0x297A2D39))
-            bits = np.uint32(bits ^ (bits >> np.uint32(15))) >> np.uint32(8)
-            numbers[i, j] = np.float32(np.int32(bits)) * np.float32(2.0**-24)
+            numbers[i, j] = lattice_noise(rows[i], columns[j])
+
+
+@compiled
+def lattice_noise(row, column):  # type: ignore[no-untyped-def]
+    """Return the number of one point, see `white_noise`."""
+    bits = np.uint32(np.uint32(column) * np.uint32(0x9E3779B1)) ^ np.uint32(
+        np.uint32(row) * np.uint32(0x85EBCA77)
+    )
+    bits = np.uint32((bits ^ (bits >> np.uint32(15))) * np.uint32(0x2C1B3C6D))
+    bits = np.uint32((bits ^ (bits >> np.uint32(12))) * np.uint32(0x297A2D39))
+    bits = np.uint32(bits ^ (bits >> np.uint32(15))) >> np.uint32(8)
+    return np.float32(np.int32(bits)) * np.float32(2.0**-24)
 
 
 def pairs_of(noise: np.ndarray) -> np.ndarray:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from vidstyle.block import FrameTime, Limits, LumaWeights, Margin, PageRegion, ResultRows
+from vidstyle.block import Drift, FrameTime, Limits, LumaWeights, Margin, PageRegion, ResultRows
 from vidstyle.core.bands import BandWorkers, in_bands
 from vidstyle.core.codes import Chroma, chroma_radius
 from vidstyle.core.color.deferred_color import Mixed
@@ -31,6 +31,16 @@ from vidstyle.cpu.schedule import Key, Schedule, Sweep
 from vidstyle.style.nodes import LoweredStyle, Node, PercentileRequest, encoding_of
 
 
+class FilmState(NamedTuple):
+    """What blocks get of the film in addition to the picture: `FrameTime` and `Drift`."""
+
+    moment: int = 0
+    drift: np.ndarray | None = None
+
+
+STILL = FilmState()
+
+
 class FrameExecutor:
     """Runs the tasks of a schedule for one picture.
 
@@ -38,7 +48,7 @@ class FrameExecutor:
         workers: threads for the bands.
         source: the picture; its planes are only read.
         follow: takes the measurements of a step and returns the smoothed numbers.
-        moment: `FrameTime` of the frame.
+        shown: what blocks get of the film.
     """
 
     def __init__(
@@ -47,10 +57,10 @@ class FrameExecutor:
         schedule: Schedule,
         source: Picture,
         follow: Callable[[PercentileRequest[Node], np.ndarray], np.ndarray],
-        moment: int = 0,
+        shown: FilmState = STILL,
     ) -> None:
         self._workers, self._source, self._output = workers, source, schedule.output
-        self._moment = moment
+        self._shown = shown
         self._stored: dict[Node, Value] = {}
         self._numbers: dict[PercentileRequest[Node], np.ndarray] = {}
         for task, releases in schedule.tasks:
@@ -195,7 +205,9 @@ class FrameExecutor:
             return encoding_of(node.matrix).weights
         if kind is Limits:
             return node.limits
-        return self._moment if kind is FrameTime else self._numbers.get(node.measure)  # type: ignore[arg-type]
+        if kind is FrameTime:
+            return self._shown.moment
+        return self._shown.drift if kind is Drift else self._numbers.get(node.measure)  # type: ignore[arg-type]
 
     def _load(self, node: Node, top: int, bottom: int) -> Value:
         if node.op == "mask":

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vidstyle.core.picture import Picture
+from vidstyle.cpu.execute import FilmState
 from vidstyle.cpu.frame_memory import processes_in_memory
 from vidstyle.cpu.style_process import Follow
 from vidstyle.cpu.style_processes import (
@@ -43,7 +44,7 @@ class RemoteStyle:
             self._processes = borrow_processes(count, each, job)
 
     def restyle(
-        self, job: bytes | None, picture: Picture, moment: int, follow: Follow
+        self, job: bytes | None, picture: Picture, shown: FilmState, follow: Follow
     ) -> tuple[Picture | None, Follow]:
         """Restyle a picture; see `StyleProcesses.restyle`.
 
@@ -54,7 +55,7 @@ class RemoteStyle:
         if self._processes is None or job is None:
             return None, follow
         known: list[np.ndarray] = []
-        result = self._processes.restyle(job, picture, moment, _noted(follow, known))
+        result = self._processes.restyle(job, picture, shown, _noted(follow, known))
         return result, _continued(follow, known)
 
     def kill(self) -> None:

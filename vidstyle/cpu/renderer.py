@@ -25,7 +25,7 @@ from vidstyle.core.machine.cores import available_cores, single_threaded_opencv
 from vidstyle.core.picture import Encoding, Picture, PictureLayout
 from vidstyle.core.sampling import ExponentialSmoother
 from vidstyle.core.scene_cuts import SceneCutDetector, SceneCuts
-from vidstyle.cpu.execute import FrameExecutor
+from vidstyle.cpu.execute import FilmState, FrameExecutor
 from vidstyle.cpu.frame_memory import frame_bytes, pictures_in_memory
 from vidstyle.cpu.frame_order import FrameOrder
 from vidstyle.cpu.remote_style import RemoteStyle
@@ -37,7 +37,14 @@ from vidstyle.stabilize.still import flatten_still
 from vidstyle.style import Style
 from vidstyle.style.lower import lower
 from vidstyle.style.nodes import LoweredStyle, Node, PercentileRequest, StepKey
-from vidstyle.style.resolve import ResolvedStep, film_tables, has_fixed_marks, measurement_key, resolve
+from vidstyle.style.resolve import (
+    ResolvedStep,
+    film_tables,
+    has_fixed_marks,
+    has_moving_marks,
+    measurement_key,
+    resolve,
+)
 
 WAITING_FRAMES = 2
 """Pictures that wait for a thread, so that no thread waits for them."""
@@ -243,7 +250,7 @@ class CpuRenderer(Backend):
                 warp = frame.pair.warp() if frame.pair else None
                 with order.at(stabilizer.source):
                     stable = stabilizer.before(picture, warp, workers, frame.lowered.reads_chroma)
-            result = self._restyle(frame, stable.picture, workers)
+            result = self._restyle(frame, stable.picture, workers, stable.drift)
             with order.at(stabilizer.result):
                 return stabilizer.after(result, stable, workers)
 
@@ -269,7 +276,8 @@ class CpuRenderer(Backend):
         if not needs_stabilizer:
             self._stabilizer = None
         elif self._stabilizer is None:
-            self._stabilizer = Stabilizer(self.style.steady, has_fixed_marks(steps))
+            marks = has_fixed_marks(steps), has_moving_marks(steps)
+            self._stabilizer = Stabilizer(self.style.steady, *marks)
         else:
             self._stabilizer.change_strength(self.style.steady, has_fixed_marks(steps))
         self._film_palettes.use(film_tables(steps))
@@ -287,9 +295,11 @@ class CpuRenderer(Backend):
             self._lowered[layout, target, rgb] = lowered, tasks, None if stays_here else job.packed()
         return self._lowered[layout, target, rgb]
 
-    def _restyle(self, frame: _Frame, picture: Picture, workers: BandWorkers) -> Picture:
+    def _restyle(
+        self, frame: _Frame, picture: Picture, workers: BandWorkers, drift: np.ndarray | None = None
+    ) -> Picture:
         time = frame.request.time
-        moment = moment_of(time)
+        shown = FilmState(moment_of(time), drift)
 
         def follow(step: StepKey, time_constant: float, measured: np.ndarray) -> np.ndarray:
             smoother = self._smoothers[step]
@@ -299,11 +309,11 @@ class CpuRenderer(Backend):
                 own = smoother.follow(measured, time, time_constant)
             return frame.request.tones_of(step, lambda: own)
 
-        result, follow_here = self._remote.restyle(frame.job, picture, moment, follow)
+        result, follow_here = self._remote.restyle(frame.job, picture, shown, follow)
         if result is not None:
             return result
 
         def smoothed(measure: PercentileRequest[Node], measured: np.ndarray) -> np.ndarray:
             return follow_here(measure.step, measure.time_constant, measured)
 
-        return FrameExecutor(workers, frame.tasks, picture, smoothed, moment).picture(frame.lowered)
+        return FrameExecutor(workers, frame.tasks, picture, smoothed, shown).picture(frame.lowered)

@@ -10,6 +10,7 @@ from multiprocessing.connection import Connection
 import numpy as np
 
 from vidstyle.core.picture import Picture
+from vidstyle.cpu.execute import FilmState
 from vidstyle.cpu.shared_pictures import SharedPictures
 from vidstyle.style.nodes import StepKey
 
@@ -55,18 +56,18 @@ class StyleProcess:
         """
         self.number = int(self._connection.recv())
 
-    def restyle(self, job: bytes, picture: Picture, moment: int, follow: Follow) -> Picture:
+    def restyle(self, job: bytes, picture: Picture, shown: FilmState, follow: Follow) -> Picture:
         """Restyle a picture.
 
         Args:
             job: a pickled `StyleJob`.
-            moment: `FrameTime` of the frame.
+                shown: what blocks get of the film.
 
         Raises:
             WorkerError: it cannot restyle the picture.
             EOFError, OSError: it has ended.
         """
-        self._connection.send((job, *self._pictures.store(picture), moment))
+        self._connection.send((job, *self._pictures.store(picture), shown))
         while True:
             kind, *content = self._connection.recv()
             if kind == "picture":

@@ -13,6 +13,7 @@ from typing import Any
 from vidstyle.core.machine.cores import THREADS_VARIABLE
 from vidstyle.core.machine.free_memory import reserve_memory
 from vidstyle.core.picture import Picture
+from vidstyle.cpu.execute import FilmState
 from vidstyle.cpu.style_process import Follow, StyleProcess, WorkerError
 from vidstyle.errors import log
 
@@ -53,7 +54,7 @@ class StyleProcesses:
         self._reserved = memory * len(self._starting)
         reserve_memory(self._reserved)
 
-    def restyle(self, job: bytes, picture: Picture, moment: int, follow: Follow) -> Picture | None:
+    def restyle(self, job: bytes, picture: Picture, shown: FilmState, follow: Follow) -> Picture | None:
         """Restyle a picture in a process that is free; see `StyleProcess.restyle`.
 
         Returns:
@@ -64,7 +65,7 @@ class StyleProcesses:
             return None
         result: Picture | None = None
         try:
-            result = process.restyle(job, picture, moment, follow)
+            result = process.restyle(job, picture, shown, follow)
         except (WorkerError, EOFError, OSError) as error:
             self._report(error)
         finally:

@@ -3,7 +3,7 @@
 It prepares a first job, and forks a process for each pair of descriptors, which begins at once and shares the
 memory of what is loaded. No thread may run before that.
 
-A request is a packed `StyleJob`, a stored picture, the offset after it, and the `FrameTime`. The answer is
+A request is a packed `StyleJob`, a stored picture, the offset after it, and the `FilmState`. The answer is
 ("measured", step, time constant, percentiles) for each measurement, to which the renderer replies with the
 smoothed percentiles, and then ("picture", stored picture) or ("error", text).
 """
@@ -34,12 +34,12 @@ def _prepare(job: bytes) -> None:
     """Load what a job needs, by restyling a blank picture."""
     with suppress(Exception), np.errstate(all="ignore"):  # the first picture raises it again
         lowered, tasks = plan(job)
-        executor = FrameExecutor(WORKERS, tasks, blank_picture(job), lambda _, measured: measured, 0)
+        executor = FrameExecutor(WORKERS, tasks, blank_picture(job), lambda _, measured: measured)
         executor.picture(lowered)
 
 
 def _answer(connection: Connection, pictures: SharedPictures) -> None:
-    job, stored, end, moment = connection.recv()
+    job, stored, end, shown = connection.recv()
 
     def follow(measure: PercentileRequest[Node], measured: np.ndarray) -> Any:
         connection.send(("measured", measure.step, measure.time_constant, measured))
@@ -47,7 +47,7 @@ def _answer(connection: Connection, pictures: SharedPictures) -> None:
 
     try:
         lowered, tasks = plan(job)
-        executor = FrameExecutor(WORKERS, tasks, pictures.load(stored), follow, moment)
+        executor = FrameExecutor(WORKERS, tasks, pictures.load(stored), follow, shown)
         result, _ = pictures.store(executor.picture(lowered), end)
     except (EOFError, OSError):
         raise

@@ -33,7 +33,7 @@ from vidstyle.stabilize.stabilizer import Stabilizer, planes_encoding, stabilize
 from vidstyle.stabilize.still import flatten_still
 from vidstyle.style import Style
 from vidstyle.style.lower import Steps
-from vidstyle.style.resolve import film_tables, has_fixed_marks, measurement_key, resolve
+from vidstyle.style.resolve import film_tables, has_fixed_marks, has_moving_marks, measurement_key, resolve
 
 END_SECONDS = 2.0
 """Maximum time to wait for closing a context."""
@@ -127,12 +127,12 @@ class GpuSession:
                 assert request.time is not None
                 pair = stabilizer.follow(shown, request.time, scene_cut)
                 stabilized = stabilizer.before(picture, pair.warp() if pair else None, shared_workers())
-                readbacks = runner.start(request, stabilized.picture, weights)
+                readbacks = runner.start(request, stabilized.picture, weights, drift=stabilized.drift)
                 finish = partial(stabilizer.after, stabilized=stabilized, workers=shared_workers())
             elif stabilizer is not None:
                 assert request.time is not None
                 stabilizer.estimate(shown, request.time, scene_cut)
-                readbacks = runner.start(request, with_planes(picture), weights, stabilizer)
+                readbacks = runner.start(request, with_planes(picture), weights, stabilizer, stabilizer.drift)
             else:
                 readbacks = runner.start(request, picture, weights)
             self._check()
@@ -165,20 +165,22 @@ class GpuSession:
             self._stabilizer = None
         self._runner = Runner(self._resources, plan, self._max_side)
         if is_steady:
-            self._stabilize(style.steady, request, has_fixed_marks(steps), self._runner.is_tiled)
+            self._stabilize(style.steady, request, self._runner.is_tiled, steps)
         self._film_palettes.use(film_tables(steps))
         self._style, self._steps = style, steps
         return self._runner
 
-    def _stabilize(self, steady: float, request: FrameRequest, is_fixed: bool, is_tiled: bool) -> None:
+    def _stabilize(self, steady: float, request: FrameRequest, is_tiled: bool, steps: Steps) -> None:
+        is_fixed, follows = has_fixed_marks(steps), has_moving_marks(steps)
         if self._stabilizer is not None:
             self._stabilizer.change_strength(steady, is_fixed)
         elif is_tiled:
             log.info("pictures larger than one texture: stabilization runs on the CPU, which is slower")
-            self._stabilizer = Stabilizer(steady, is_fixed)
+            self._stabilizer = Stabilizer(steady, is_fixed, follows)
         else:
             source = planes_encoding(request.picture)
-            self._stabilizer = GpuStabilizer(self._resources, steady, is_fixed, source, request.encoding)
+            target = request.encoding
+            self._stabilizer = GpuStabilizer(self._resources, steady, is_fixed, source, target, follows)
 
     def _blend_weights(
         self, measures: list[ShaderPercentileRequest], time: float | None, scene_cut: bool

@@ -18,7 +18,7 @@ from vidstyle.media.read.reader import Reader
 from vidstyle.pipeline.segment_plan import FilmSegment, FrameDigest, SegmentPlan
 from vidstyle.renderer import follow_faces, has_followed_faces, runs_on_cpu
 from vidstyle.style import Style
-from vidstyle.style.resolve import ResolvedStep, film_tables, masks_read, resolve
+from vidstyle.style.resolve import ResolvedStep, film_tables, has_moving_marks, masks_read, resolve
 
 WARM_UP_FRAMES = 120
 """Frames after which a stabilizer usually remembers the same, wherever it began."""
@@ -80,7 +80,8 @@ class _Borders:
 
     A style without memory of earlier frames may be divided anywhere. Otherwise segments begin at scene cuts,
     where a style forgets, and in long scenes at frames without faces in focus. On a GPU, and if a style reads
-    masks or has colours of the film, which follow a whole scene, scenes are not divided.
+    masks, has colours of the film or marks that move with it, which follow a whole scene, scenes are not
+    divided.
 
     Where the style changes without a transition, the new one remembers nothing, as at a scene cut. A scene
     with several styles is not divided within a transition, nor if faces are in focus.
@@ -103,7 +104,7 @@ class _Borders:
         self._style = style
         styles = [(each, resolve(each, info.height, info.width)) for each in styles_of(style)]
         self._seconds, self._has_memory = seconds, any(has_memory(*each) for each in styles)
-        follows_scene = any(film_tables(steps) or masks_read(each) for each, steps in styles)
+        follows_scene = any(_follows_scene(*each) for each in styles)
         warm_up = max(warm_up_frames(steps, float(info.rate or 25)) for _, steps in styles)
         self._recent: deque[int] = deque(maxlen=warm_up)
         self._part_seconds = max(seconds, MIN_PART_SECONDS, MIN_PART_RATIO * warm_up / (info.rate or 25))
@@ -191,6 +192,12 @@ def has_memory(style: Style, steps: Mapping[str, tuple[ResolvedStep, ...]]) -> b
     follows_faces = style.focus and style.height is not None
     follows = style.steady or follows_faces or masks_read(style)
     return bool(follows or _settle_times(steps) or film_tables(steps))
+
+
+def _follows_scene(style: Style, steps: Mapping[str, tuple[ResolvedStep, ...]]) -> bool:
+    """Whether the look of a frame depends on the whole scene before it."""
+    moves = style.steady > 0 and has_moving_marks(steps)
+    return bool(moves or film_tables(steps) or masks_read(style))
 
 
 def warm_up_frames(steps: Mapping[str, tuple[ResolvedStep, ...]], rate: float) -> int:

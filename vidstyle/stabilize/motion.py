@@ -4,30 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import cv2
 import numpy as np
 
 from vidstyle.core.kernels import compiled
 from vidstyle.core.picture import Picture
-from vidstyle.stabilize.segment import SEGMENT_SIZE
+from vidstyle.stabilize.flow import flows
 
-# These numbers control where motion is estimated, and which estimates are accepted.
 MAX_FLOW_SIDE_PX = 480
 """Maximum side of the copy in which motion is estimated, the picture repeatedly halved."""
-MIN_FLOW_SIDE_PX = 32
-"""Smaller pictures are padded: OpenCV's search ends the process for some of them, such as 320 x 30 pixels."""
-FLOW_GRID_PX = 2
-"""Pixels of the copy between two samples of the stored flow, which are at least half a `SEGMENT_SIZE`
-apart."""
-MAX_STILL_CHANGE = 1
-"""Mean change of the copy, in 8-bit codes, below which a picture counts as still."""
-NOISE_AREA_PX = 5
-"""Side of the area over which changes of the copy are averaged."""
-MAX_RESIDUAL_RATIO = 3, 4
-"""Motion is accepted if its residual is below this fraction (numerator, denominator) of the residual without
-motion."""
 MAX_JUMP_PX = 0.5
 """Maximum difference of motion between neighbours, in pixels of the copy, without a border of motion."""
 
@@ -64,6 +50,7 @@ class Warp:
         result_weight: weight of the previous result.
         is_fixed: whether the style draws marks that are fixed to the page.
         max_jump: maximum difference of flow between neighbours for blending a result, in pixels.
+        marks_flow: `flow` for marks that move with the film: smooth, and also known in even areas.
     """
 
     weight: float
@@ -72,6 +59,7 @@ class Warp:
     result_weight: float
     is_fixed: bool
     max_jump: float = np.inf
+    marks_flow: np.ndarray | None = None
 
     @cached_property
     def result_flow(self) -> np.ndarray | None:
@@ -124,6 +112,7 @@ class FramePair:
         before, now: reduced luma of the previous frame and of this one, uint8.
         weight: weight of the previous frame for unchanged pixels, 0..1.
         is_fixed: whether the style draws marks that are fixed to the page.
+        follows: whether it draws marks that move with the film, which take finer motion.
     """
 
     picture: Picture
@@ -131,14 +120,15 @@ class FramePair:
     now: np.ndarray
     weight: float
     is_fixed: bool
+    follows: bool = False
 
     def warp(self) -> Warp:
         """Return the warp of the previous frame into this one."""
         width = self.picture.shape[1]
         limit = float(np.hypot(MIN_LIMIT, NOISE_FACTOR * noise_level(self.picture)))
         jump = MAX_JUMP_PX * width / self.now.shape[1]
-        flow = _flow(self.before, self.now, width)
-        return Warp(self.weight, limit, flow, RESULT_FACTOR * self.weight, self.is_fixed, jump)
+        flow, marks_flow = flows(self.before, self.now, width, self.follows)
+        return Warp(self.weight, limit, flow, RESULT_FACTOR * self.weight, self.is_fixed, jump, marks_flow)
 
 
 class MotionEstimator:
@@ -147,9 +137,11 @@ class MotionEstimator:
     Args:
         steady: 0 to 1, as in a style.
         is_fixed: whether the style draws marks that are fixed to the page.
+        follows: whether it draws marks that move with the film.
     """
 
-    def __init__(self, steady: float, is_fixed: bool) -> None:
+    def __init__(self, steady: float, is_fixed: bool, follows: bool = False) -> None:
+        self._follows = follows
         self.change_strength(steady, is_fixed)
         self._reduced: np.ndarray | None = None
         self._shape: tuple[int, int] | None = None
@@ -176,64 +168,7 @@ class MotionEstimator:
         self._shape = picture.shape
         if before is None or not continues or not 0 <= elapsed <= MAX_GAP_SECONDS:
             return None
-        return FramePair(picture, before, self._reduced, self._weight, self._is_fixed)
-
-
-def _flow_estimator() -> Any:
-    """Return a dense inverse search (Kroeger 2016) without variational refinement.
-
-    Refinement doubles the time without improving stability. Patches are compared after subtracting their
-    mean: otherwise they explain more of the change, but more noise becomes motion, and still areas flicker
-    more. Use it for one pair of frames only: at some sizes, its next flow depends on earlier ones.
-    """
-    estimator = cv2.DISOpticalFlow.create(cv2.DISOPTICAL_FLOW_PRESET_FAST)
-    estimator.setVariationalRefinementIterations(0)
-    return estimator
-
-
-def _flow(before: np.ndarray, now: np.ndarray, width: int) -> np.ndarray | None:
-    """Return the flow of a `Warp` for a picture of this width; None if nothing moves."""
-    change = _change(now, before)
-    if min(now.shape) < 16 or change.max() <= MAX_STILL_CHANGE * NOISE_AREA_PX**2:
-        return None
-    flow = _dense_flow(now, before)
-    is_better = _is_better(flow, now, before, change)
-    if not is_better.any():
-        return None
-    flow = cv2.copyTo(flow, is_better.view(np.uint8))
-    scale = width / now.shape[1]
-    cell = max(FLOW_GRID_PX, round(SEGMENT_SIZE / 2 / scale))
-    grid = now.shape[1] // cell, now.shape[0] // cell
-    return cv2.resize(flow, grid, interpolation=cv2.INTER_AREA) * np.float32(scale)
-
-
-def _dense_flow(now: np.ndarray, before: np.ndarray) -> np.ndarray:
-    """Return where each pixel was, relative to its place: h x w x 2 float32."""
-    height, width = now.shape
-    below, beside = max(0, MIN_FLOW_SIDE_PX - height), max(0, MIN_FLOW_SIDE_PX - width)
-    padded = (cv2.copyMakeBorder(each, 0, below, 0, beside, cv2.BORDER_REPLICATE) for each in (now, before))
-    flow: np.ndarray = _flow_estimator().calc(*padded, None)
-    return flow[:height, :width]
-
-
-def _change(now: np.ndarray, before: np.ndarray) -> np.ndarray:
-    """Sum differences over a neighbourhood, h x w uint16."""
-    return cv2.boxFilter(
-        cv2.absdiff(now, before), cv2.CV_16U, (NOISE_AREA_PX, NOISE_AREA_PX), normalize=False
-    )
-
-
-def _is_better(flow: np.ndarray, now: np.ndarray, before: np.ndarray, still: np.ndarray) -> np.ndarray:
-    """Return where motion explains a change better than noise on a still picture, h x w bool.
-
-    Args:
-        still: the change without motion.
-    """
-    both: Any = None  # coordinates are in the first map
-    relative = cv2.INTER_LINEAR | cv2.WARP_RELATIVE_MAP
-    moved = cv2.remap(before, flow, both, relative, borderMode=cv2.BORDER_REPLICATE)
-    part, whole = MAX_RESIDUAL_RATIO
-    return (still > MAX_STILL_CHANGE * NOISE_AREA_PX**2) & (whole * _change(now, moved) < part * still)
+        return FramePair(picture, before, self._reduced, self._weight, self._is_fixed, self._follows)
 
 
 def reduced_luma(picture: Picture) -> np.ndarray:
@@ -250,6 +185,14 @@ def reduced_luma(picture: Picture) -> np.ndarray:
         return small.copy() if small is plane else small
     most = 2**picture.encoding.depth - 1 if picture.encoding.depth else 1
     return np.clip(small * np.float32(255 / most), 0, 255).astype(np.uint8)
+
+
+def reduced_shape(shape: tuple[int, int]) -> tuple[int, int]:
+    """Return height and width of `reduced_luma` of a picture of this size."""
+    height, width = shape
+    while max(height, width) > MAX_FLOW_SIDE_PX and min(height, width) > 1:
+        height, width = height // 2, width // 2
+    return height, width
 
 
 def noise_level(picture: Picture) -> float:

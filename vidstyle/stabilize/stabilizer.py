@@ -13,6 +13,7 @@ from vidstyle.core.picture import Encoding, Picture, PictureLayout
 from vidstyle.core.planes import alpha_in_depth, color_rows, yuv_from_rgb
 from vidstyle.stabilize.blend import Rows, result_rows, source_rows
 from vidstyle.stabilize.motion import FramePair, MotionEstimator, Warp
+from vidstyle.stabilize.travel import DriftFollower
 from vidstyle.stabilize.warp import Moves, in_segments, moves_of
 
 BAND_RADIUS_ROWS = 24
@@ -30,11 +31,13 @@ class Stabilized:
     Attributes:
         warp: warp of the previous frame, or None if it was not blended.
         weights: weights of the previous frame at each pixel, H x W uint8; see `source_rows`.
+        drift: how far marks have moved; None for none.
     """
 
     picture: Picture
     warp: Warp | None = None
     weights: np.ndarray | None = None
+    drift: np.ndarray | None = None
 
 
 @dataclass(eq=False)
@@ -56,14 +59,16 @@ class Stabilizer:
         steady: 0 to 1, as in a style.
         is_fixed: whether the style draws marks fixed to the page, which are not warped, and are blended only
             where nothing moves.
+        follows: whether the style draws marks that move with the film.
 
     Attributes:
         source: what `before` keeps.
         result: what `after` keeps.
     """
 
-    def __init__(self, steady: float, is_fixed: bool) -> None:
-        self._motion = MotionEstimator(steady, is_fixed)
+    def __init__(self, steady: float, is_fixed: bool, follows: bool = False) -> None:
+        self._motion = MotionEstimator(steady, is_fixed, follows)
+        self._drift = DriftFollower() if follows else None
         self.source = PreviousFrame()
         self.result = PreviousFrame()
 
@@ -77,7 +82,8 @@ class Stabilizer:
 
     def memory(self) -> list[np.ndarray]:
         """Return all arrays that are kept of the previous frame."""
-        return [*self._motion.memory(), *self.source.planes.values(), *self.result.planes.values()]
+        drift = self._drift.memory() if self._drift else []
+        return [*self._motion.memory(), *self.source.planes.values(), *self.result.planes.values(), *drift]
 
     def before(
         self, picture: Picture, warp: Warp | None, workers: BandWorkers, needs_chroma: bool = True
@@ -89,6 +95,7 @@ class Stabilizer:
             warp: the warp of the pair that `follow` returned; None for none.
             needs_chroma: whether the style reads chroma; otherwise the result has none.
         """
+        drift = self._drift.follow(picture, warp) if self._drift else None
         now = with_planes(picture)
         shown = now if needs_chroma else replace(now, chroma=None)
         encoding, planes = stabilized_encoding(now.encoding), dict(_named_planes(shown))
@@ -109,7 +116,7 @@ class Stabilizer:
         chroma = (planes["blue"], planes["red"]) if "blue" in planes else None
         alpha = alpha_in_depth(now, encoding.depth)
         stable = Picture(encoding, planes["luma"], chroma, alpha=alpha, masks=now.masks)
-        return Stabilized(stable, warp, weights)
+        return Stabilized(stable, warp, weights, drift)
 
     def _blend(
         self, now: Planes, old: Encoding, new: Encoding, warp: Warp, workers: BandWorkers

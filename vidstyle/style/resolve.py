@@ -13,7 +13,7 @@ from typing import Any
 
 from vidstyle.blade.bank import Bank
 from vidstyle.blade.before.percentile_curve import SETTLE_SECONDS
-from vidstyle.block import Asset, Block, Control, PageRegion, Slider
+from vidstyle.block import Asset, Block, Control, Drift, PageRegion, Slider
 from vidstyle.core.color.film_colors import FilmTable
 from vidstyle.errors import StyleError
 from vidstyle.style import SOURCE, Step, Style, expand
@@ -51,9 +51,19 @@ class ResolvedStep:
 
 
 def has_fixed_marks(layers: Mapping[str, tuple[ResolvedStep, ...]]) -> bool:
-    """Return whether any step of a style makes marks that lie still on the page: dots, strokes."""
-    blocks = (step.block for steps in layers.values() for step in steps if step.block)
-    return any(PageRegion in block.injected.values() for block in blocks)
+    """Return whether any step of a style makes marks that lie still on the page, as dots and hatching do."""
+    blocks = ((each.block, each.values) for each in _steps(layers) if each.block)
+    marking = ((block, values) for block, values in blocks if PageRegion in block.injected.values())
+    return any(not block.moves_for(values) for block, values in marking)
+
+
+def has_moving_marks(layers: Mapping[str, tuple[ResolvedStep, ...]]) -> bool:
+    """Return whether any step of a style can make marks that move with the objects of a film."""
+    return any(Drift in each.block.injected.values() for each in _steps(layers) if each.block)
+
+
+def _steps(layers: Mapping[str, tuple[ResolvedStep, ...]]) -> Iterator[ResolvedStep]:
+    return (step for steps in layers.values() for step in steps)
 
 
 def film_tables(layers: Mapping[str, tuple[ResolvedStep, ...]]) -> list[FilmTable]:

@@ -38,7 +38,7 @@ from vidstyle.gpu.compile.asset_texture import AssetTexture, asset_texture
 from vidstyle.gpu.compile.glsl import TRIANGLE_SHADER, Form, read_source
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan, plan_for_rgb
-from vidstyle.gpu.compile.shader import ImageOf, Shader
+from vidstyle.gpu.compile.shader import DRIFT, ImageOf, SamplerInput, Shader
 from vidstyle.gpu.compile.shader_nodes import Format, ShaderNode, ShaderPercentileRequest
 from vidstyle.gpu.compile.shader_writer import write_shader
 from vidstyle.gpu.compile.slots import Slots, TexturePool
@@ -187,9 +187,10 @@ class EsPlan:
         }
         return found | ({"measures": self._plan.measures.index(each.sampled)} if each.sampled else {})
 
-    def _read(self, what: ImageOf | ShaderPercentileRequest | tuple) -> dict[str, Any]:
+    def _read(self, what: SamplerInput) -> dict[str, Any]:
         if isinstance(what, PercentileRequest):
             return {"measure": self._plan.measures.index(what)}
+        assert what != DRIFT  # no shader of this form reads it
         if not isinstance(what, ImageOf):
             return {"texture": self._texture(what)}
         nodes: dict[ShaderNode, Any] = self._slots.nodes

@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal
 
 from vidstyle.core.picture import MASK_ENCODING, Encoding
 from vidstyle.core.sampling import Sampling
@@ -59,8 +59,10 @@ class ImageOf:
     part: int = 0
 
 
-SamplerInput = ImageOf | ShaderPercentileRequest | tuple
-"""The input of a sampler: a picture, the percentiles of a measure, or an asset's arrays."""
+DRIFT: Literal["drift"] = "drift"
+"""The input of a sampler that reads the drift of the marks of a film."""
+SamplerInput = ImageOf | ShaderPercentileRequest | tuple | Literal["drift"]
+"""The input of a sampler: a picture, the percentiles of a measure, an asset's arrays, or `DRIFT`."""
 
 
 @dataclass(eq=False)

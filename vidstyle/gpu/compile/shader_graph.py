@@ -11,7 +11,7 @@ from vidstyle.blade.bins import MIDDLE_CURVATURE, Bins, Feature
 from vidstyle.blade.choice import feature_radius
 from vidstyle.blade.inference import BankRun
 from vidstyle.blade.structure_tensor import half_window, window_radius
-from vidstyle.block import Block, Choice, LumaWeights
+from vidstyle.block import Block, Choice, Drift, LumaWeights
 from vidstyle.core.picture import RANGES
 from vidstyle.core.resample import METHODS
 from vidstyle.gpu.compile.glsl import Form, functions_of_block, signatures
@@ -160,6 +160,7 @@ class ShaderGraph:
                 measure=self._measure(node.measure),
                 is_wide=node.is_wide or node in self._exact,
                 limits=node.limits,
+                moves=Drift in block.injected.values(),
             )
             if block.kind == "filter":
                 call = replace(call, around=image, radius=node.radius)

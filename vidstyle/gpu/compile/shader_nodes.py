@@ -56,6 +56,7 @@ class ShaderNode:
         is_wide: whether its range, or the nodes that read it, require storing it as float32.
         limits: the range that its values are clipped to, or None.
         mask: the name of a mask of the source, or empty.
+        moves: whether its marks move with a film, see `core.drift`.
     """
 
     kind: ShaderKind
@@ -72,6 +73,7 @@ class ShaderNode:
     is_wide: bool = False
     limits: tuple[float, float] | None = None
     mask: str = ""
+    moves: bool = False
 
     @property
     def is_plane(self) -> bool:

@@ -18,6 +18,7 @@ from vidstyle.gpu.compile.glsl import VALUE_TYPES, Assembly, ShaderParameter, si
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan
 from vidstyle.gpu.compile.shader import (
+    DRIFT,
     Shader,
     ShaderText,
     declare_image,
@@ -132,6 +133,8 @@ class _Writer:
             function = node.function.name
             if node.around is not None:
                 self._add_around(node)
+            if node.moves:
+                self._add_drift()
             self._text.include(node.function.file, node.function.channels)
         parameters = node.function.signature.parameters
         arguments = ", ".join(self._argument(node, number, each) for each in parameters)
@@ -166,6 +169,14 @@ class _Writer:
             return
         reads = "chroma_at" if node.function.name == "shrunk_chroma" else "picture_at"
         self._text.add_once(f"{type_name} {reads}(ivec2 at) {{ return {image}_at(at); }}")
+
+    def _add_drift(self) -> None:
+        """Add what tells how far marks have moved; a page in a browser does not know it."""
+        if self._plan.form == "es":
+            self._text.include("lib/no_drift.glsl")
+        elif DRIFT not in self.shader.samplers:
+            self.shader.add_sampler(DRIFT, "sampler2D", lambda each: DRIFT)
+            self._text.include("lib/drift.glsl")
 
     def _argument(self, node: ShaderNode, number: int, parameter: ShaderParameter) -> str:
         name = parameter.name.rstrip("_")  # added to names that are keywords of GLSL

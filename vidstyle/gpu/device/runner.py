@@ -14,8 +14,8 @@ from vidstyle.core.picture import Picture
 from vidstyle.core.sampling import Sampling
 from vidstyle.gpu.compile.passes import Pass
 from vidstyle.gpu.compile.plan import Plan
-from vidstyle.gpu.compile.shader import ImageOf, Shader
-from vidstyle.gpu.compile.shader_nodes import ShaderNode, ShaderPercentileRequest
+from vidstyle.gpu.compile.shader import DRIFT, ImageOf, SamplerInput, Shader
+from vidstyle.gpu.compile.shader_nodes import Format, ShaderNode, ShaderPercentileRequest
 from vidstyle.gpu.compile.shader_writer import write_shader
 from vidstyle.gpu.compile.slots import Slots
 from vidstyle.gpu.compile.tiles import Job, Window, jobs_of
@@ -27,6 +27,8 @@ from vidstyle.style.nodes import PercentileRequest
 if TYPE_CHECKING:
     import moderngl
 
+DRIFT_FORMAT = Format(2, "f4")
+NO_DRIFT_CELLS = np.zeros((1, 1, 2), np.float32)
 BlendWeights = Mapping[tuple[str, int], float]
 """The weight of new percentiles, 0..1, by layer and number of the measured step."""
 
@@ -57,6 +59,7 @@ class Runner:
         }
         resources.trim(self._shaders.values())
         self._measured: dict[ShaderPercentileRequest, moderngl.Texture] = {}
+        self._drift: moderngl.Texture | None = None
         self._request: FrameRequest
 
     @property
@@ -70,6 +73,7 @@ class Runner:
         picture: Picture,
         weights: BlendWeights,
         stabilizer: GpuStabilizer | None = None,
+        drift: np.ndarray | None = None,
     ) -> list[Readback]:
         """Start all passes of a picture without waiting for the GPU, except for percentiles that it shares.
 
@@ -78,14 +82,27 @@ class Runner:
             picture: a picture of the plan's layout, or planes that `stabilizer` converts to it.
             weights: weights of the new percentiles of each measured step.
             stabilizer: temporal stabilization; not supported for pages in tiles.
+            drift: how far marks have moved; None for none.
         """
         self._request = request
+        if any(DRIFT in each.samplers for each in self._shaders.values()):
+            self._upload_drift(NO_DRIFT_CELLS if drift is None else drift)
         found = (self._run_job(job, picture, weights, stabilizer) for job in self._jobs)
         return [fetch for fetch in found if fetch is not None]
 
     def release(self) -> None:
         """Return the textures to the pool."""
         self._slots.release()
+        if self._drift is not None:
+            self._resources.textures.give(self._drift, DRIFT_FORMAT)
+
+    def _upload_drift(self, drift: np.ndarray) -> None:
+        shape, textures = (drift.shape[0], drift.shape[1]), self._resources.textures
+        if self._drift is None or (self._drift.height, self._drift.width) != shape:
+            if self._drift is not None:
+                textures.give(self._drift, DRIFT_FORMAT)
+            self._drift = textures.take(shape, DRIFT_FORMAT, exact=True)
+        self._drift.write(np.ascontiguousarray(drift))
 
     def _run_job(
         self, job: Job, picture: Picture, weights: BlendWeights, stabilizer: GpuStabilizer | None
@@ -144,11 +161,11 @@ class Runner:
         if each.sampled is not None and job.ends_measure:
             self._measure(each.sampled, weights)
 
-    def _texture_of(
-        self, what: ImageOf | ShaderPercentileRequest | tuple, uploaded: Mapping[str, moderngl.Texture]
-    ) -> Any:
+    def _texture_of(self, what: SamplerInput, uploaded: Mapping[str, moderngl.Texture]) -> Any:
         if isinstance(what, PercentileRequest):
             return self._measured[what]
+        if what == DRIFT:
+            return self._drift
         if not isinstance(what, ImageOf):
             return self._resources.assets.get(what)
         if what.node.is_plane:

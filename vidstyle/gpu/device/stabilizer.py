@@ -21,6 +21,7 @@ from vidstyle.stabilize.stabilizer import (
     segment_flow,
     stabilized_encoding,
 )
+from vidstyle.stabilize.travel import DriftFollower
 from vidstyle.stabilize.warp import in_segments
 from vidstyle.style.nodes import Shape
 
@@ -39,13 +40,25 @@ class GpuStabilizer:
         is_fixed: whether the style draws marks fixed to the page.
         source: encoding of the input planes.
         target: encoding of the planes of the result.
+        follows: whether the style draws marks that move with the film.
+
+    Attributes:
+        drift: how far they have moved in the last picture; None for none.
     """
 
     def __init__(
-        self, resources: GpuResources, steady: float, is_fixed: bool, source: Encoding, target: Encoding
+        self,
+        resources: GpuResources,
+        steady: float,
+        is_fixed: bool,
+        source: Encoding,
+        target: Encoding,
+        follows: bool = False,
     ) -> None:
         self._resources = resources
-        self._motion = MotionEstimator(steady, is_fixed)
+        self._motion = MotionEstimator(steady, is_fixed, follows)
+        self._marks = DriftFollower() if follows else None
+        self.drift: np.ndarray | None = None
         self._source, self._target = source, target
         self._warp: Warp | None = None
         self._taken: dict[str, tuple[moderngl.Texture, Format]] = {}
@@ -59,6 +72,7 @@ class GpuStabilizer:
         """Estimate the warp of the previous planes into the planes of this picture."""
         pair = self._motion.follow(picture, time, scene_cut)
         self._warp = pair.warp() if pair else None
+        self.drift = self._marks.follow(picture, self._warp) if self._marks else None
 
     def before(
         self, uploaded: Mapping[str, moderngl.Texture], shapes: Mapping[str, Shape]
