@@ -12,7 +12,7 @@ import pytest
 from comic_key_frames import LANDSCAPE, PORTRAIT, SQUARE, WIDE, even_film, random_film
 
 from vidstyle.comic.key_frame import KeyFrame
-from vidstyle.comic.layout.cost import MAX_PANEL_ASPECT, MIN_PANEL_ASPECT
+from vidstyle.comic.layout.cost import MAX_PANEL_ASPECT, MIN_PANEL_ASPECT, perturb_weights, wanted_areas
 from vidstyle.comic.layout.crop import largest_window, required_box
 from vidstyle.comic.layout.inset import find_insets
 from vidstyle.comic.layout.layout import PageLayout, Panel, lay_out
@@ -191,6 +191,14 @@ def test_seeds_differ_from_one_another() -> None:
         tuple(panel.rectangle for panel in lay_out(film, PAPERS[0], seed=seed).panels) for seed in range(8)
     }
     assert len(pages) >= 5
+
+
+def test_the_main_key_frame_is_meant_to_be_the_largest_with_every_seed() -> None:
+    film = random_film(4, 5)
+    main = max(range(5), key=lambda number: film[number].importance)
+    for seed in range(20):
+        areas = wanted_areas(film, 1e6, 1.0, perturb_weights(seed, 0, 5, []))
+        assert areas[main] == areas.max()
 
 
 def test_right_to_left_order_mirrors_the_page() -> None:

@@ -139,8 +139,12 @@ def wanted_areas(
     A key frame that stands out among at least four is a splash and gets a large share of a page.
     """
     above = deviations(key_frames)
-    added = 0.0 if weights.jitter is None else weights.jitter[:, 0]
-    shares = np.exp(_AREA_LOG_FACTOR * np.clip(above + added, -2.0, 2.0))
+    main = int(above.argmax())
+    if weights.jitter is not None:
+        above = above + weights.jitter[:, 0]
+        # In every variation the most important key frame stays the largest.
+        above[main] = above.max()
+    shares = np.exp(_AREA_LOG_FACTOR * np.clip(above, -2.0, 2.0))
     areas = shares / shares.sum() * paper_area * pages
     top = find_splash(key_frames)
     if top is not None:
