@@ -7,6 +7,7 @@ from typing import Any
 import cv2
 import numpy as np
 
+from vidstyle.core.sampling import percentiles
 from vidstyle.stabilize.segment import SEGMENT_SIZE
 
 # These numbers control where motion is estimated, and which estimates are accepted.
@@ -102,16 +103,17 @@ def _marks_flow(
         width: of the picture.
     """
     contrast = cv2.boxFilter(cv2.morphologyEx(now, cv2.MORPH_GRADIENT, np.ones((3, 3), np.uint8)), -1, (5, 5))
-    shows, speed = contrast >= MIN_CONTRAST, np.where(moves, cv2.magnitude(*cv2.split(flow)), np.float32(0))
+    shows, moved = contrast >= MIN_CONTRAST, cv2.copyTo(flow, moves.view(np.uint8))
+    squared_speed = np.einsum("ijk,ijk->ij", moved, moved)
     rests = change <= MAX_STILL_CHANGE * NOISE_AREA_PX**2
-    if shows.any() and np.median(speed[shows]) >= MIN_CAMERA_MOTION_PX:
+    if shows.any() and percentiles(squared_speed[shows], (50,))[0] >= MIN_CAMERA_MOTION_PX**2:
         unseen = 0.0  # even areas only seem to rest
     else:
-        moves = moves & (speed >= MIN_OBJECT_MOTION_PX) & (change > MIN_OBJECT_CHANGE * NOISE_AREA_PX**2)
-        unseen = EVEN_WEIGHT
+        moves = squared_speed >= MIN_OBJECT_MOTION_PX**2
+        moves &= change > MIN_OBJECT_CHANGE * NOISE_AREA_PX**2
+        moved, unseen = cv2.copyTo(flow, moves.view(np.uint8)), EVEN_WEIGHT
     weights = np.where(moves | (rests & shows), np.float32(1), np.float32(unseen))
-    moved = cv2.copyTo(flow, moves.view(np.uint8))
-    known = _in_grid(cv2.merge([*cv2.split(moved), weights]), width)
+    known = np.dstack([_in_grid(moved, width), _in_grid(weights, width)])
     columns, rows = known.shape[1::-1]
     small = (-(-columns // WIDE_FACTOR), -(-rows // WIDE_FACTOR))
     wide = cv2.resize(known, small, interpolation=cv2.INTER_AREA)
