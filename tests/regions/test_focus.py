@@ -75,7 +75,7 @@ def likeness(one: np.ndarray, other: np.ndarray) -> float:
     [
         ("cartoon", 0.87),
         ("comic", 0.75),
-        ("engraving", 0.79),
+        ("engraving", 0.76),
         ("ink", 0.81),
         ("manga", 0.8),
         ("poster", 0.84),

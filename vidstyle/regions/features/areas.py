@@ -97,8 +97,8 @@ def eye_doubt(luma: np.ndarray, face: Face, window: Rectangle) -> float:
             *(round(each) for each in (left - radius, top - radius, left + radius + 1, top + radius + 1))
         )
         inside = box.intersection(Box(0, 0, luma.shape[1], luma.shape[0]))
-        samples = luma[inside.top : inside.bottom, inside.left : inside.right]
-        return MIN_LUMA + (float(np.quantile(samples, share)) if samples.size else 0.0)
+        samples = np.sort(luma[inside.top : inside.bottom, inside.left : inside.right], axis=None)
+        return MIN_LUMA + (float(samples[int(share * (samples.size - 1))]) if samples.size else 0.0)
 
     between = _middle(*marks[:2])
     forehead = level(_toward(between, _middle(*marks[3:]), -0.4), 0.5)

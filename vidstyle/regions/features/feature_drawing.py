@@ -13,6 +13,7 @@ from vidstyle.core.picture import Picture
 from vidstyle.core.plain_codes import codes_from_values, values_from_codes
 from vidstyle.regions.features.feature_lifting import Features
 from vidstyle.regions.features.media import Medium
+from vidstyle.regions.features.page_colors import brightest_color, local_mean, mean_chroma
 from vidstyle.regions.patch_blending import patch_mask
 from vidstyle.regions.patches import Patch, plane_area
 from vidstyle.regions.rasters import PageRaster, cell_means
@@ -28,9 +29,10 @@ FULL_INK_WEIGHT = 0.33
 """Weight of features from which strokes are full ink: line drawings have no gray."""
 LIGHT_WEIGHT = 0.8
 """Opacity of whites of eyes and teeth between lines."""
-CLEAR_RATIO, CLEAR_WEIGHT, GROUND_RATIO = 0.035, 0.9, 0.12
-"""Distance from ink in which dots and hatching are cleared, relative to the face's height; how far; and side
-of the square whose mean replaces them in colour, in the same way."""
+CLEAR_RATIO, CLEAR_RANGE, GROUND_RATIO = 0.035, (0.3, 0.5), 0.12
+"""Distance from ink in which dots and hatching are cleared, relative to the face's height; nearness from
+which they begin to be, and from which they are, as there is no gray; and side of the square whose mean
+replaces letters and scan lines, in the same way."""
 CALM_WEIGHT_RANGE, CALM_CELL_FACTOR = (0.5, 0.75), 6.0
 """How far scan lines and letters are cleared under features; letters, by their height relative to the face's
 times this factor."""
@@ -45,10 +47,10 @@ MIN_LIGHT_INK = 1.5
 """Sum of red, green and blue from which an ink is the colour of light lines; otherwise the page shows it."""
 BRIGHT_SHARE = 0.02
 """Share of the brightest pixels around a face that show the colour of paper or light."""
+MAX_PAPER_CHROMA = 0.12
+"""Mean chroma around a face up to which the ground between dots is paper: inks of colours print skin."""
 GROUND_SHARE = 0.1
 """Share of the brightest pixels near eyes and mouth that show the ground between dots and hatching."""
-MAX_SAMPLES = 16_384
-"""Samples of a face that are measured for these colours, at most."""
 
 
 class _Marks(NamedTuple):
@@ -95,22 +97,26 @@ def draw_features(
     bright = [luma_in(page, each.window) for each in features]
     marks = [_marks(each, style, page, region, raster) for each in features]
     is_ink = Medium.of(style, raster) is Medium.INK
+    has_paper = [is_ink and mean_chroma(page, each.window) < MAX_PAPER_CHROMA for each in features]
 
     def draw(plane: np.ndarray, kind: str) -> np.ndarray:
         if kind not in ("luma", "chroma", "color"):
             return plane
         step, plane = page.encoding.subsampling if kind == "chroma" else (1, 1), plane.copy()
         ink = np.array(inks.pop(0), np.float32)
-        for each, luma, found in zip(features, bright, marks, strict=True):
+        for each, luma, found, is_paper in zip(features, bright, marks, has_paper, strict=True):
             area = plane_area(each.window, step)
             values = values_from_codes(plane[area], kind, page.encoding)
             factor = np.minimum(found.factor, 1) if kind == "chroma" else found.factor
-            drawn, light = values, _brightest(values, luma, BRIGHT_SHARE)
+            drawn, light = (
+                values,
+                brightest_color(values, luma, BRIGHT_SHARE, found.factor) if found.bright.any() else ink,
+            )
             if found.clear.any():
                 ground = (
-                    _brightest(values, np.where(each.tones.near > 0.5, luma, 0), GROUND_SHARE)
-                    if is_ink
-                    else _mean(values, GROUND_RATIO * each.face.box.height, step)
+                    brightest_color(values, luma, GROUND_SHARE, each.tones.near)
+                    if is_paper
+                    else local_mean(values, GROUND_RATIO * each.face.box.height, step)
                 )
                 drawn = drawn + _like(found.clear, values) * (ground - drawn)
             drawn = drawn * _like(factor, values)
@@ -171,7 +177,7 @@ def _cleared(each: Features, ink: np.ndarray, raster: PageRaster) -> np.ndarray:
     side = 2 * max(1, round(CLEAR_RATIO * each.face.box.height)) + 1
     near = cv2.dilate(ink * each.tones.near, np.ones((side, side), np.uint8))
     near = near if raster.cell is not None else cv2.blur(near, (side, side))
-    return np.float32(CLEAR_WEIGHT) * near * each.tones.near
+    return _ramp(near * each.tones.near, CLEAR_RANGE)
 
 
 def _calm(each: Features, raster: PageRaster) -> np.float32:
@@ -186,19 +192,6 @@ def _calm(each: Features, raster: PageRaster) -> np.float32:
 def _ramp(plane: np.ndarray, ends: tuple[float, float]) -> np.ndarray:
     low, high = map(np.float32, ends)
     return np.clip((plane - low) / (high - low), 0, 1)
-
-
-def _brightest(values: np.ndarray, luma: np.ndarray, share: float) -> np.ndarray:
-    """Return the mean of the samples where luma is highest, of `MAX_SAMPLES` at most."""
-    every = max(1, round((luma.size / MAX_SAMPLES) ** 0.5))
-    luma = luma[::every, ::every]
-    values = cv2.resize(values, luma.shape[::-1], interpolation=cv2.INTER_NEAREST)
-    return np.asarray(values[luma >= np.quantile(luma, 1 - share)].mean(axis=0), np.float32)
-
-
-def _mean(values: np.ndarray, size: float, step: tuple[int, int]) -> np.ndarray:
-    """Return the mean of the samples nearby."""
-    return cv2.blur(values, (max(1, round(size / step[0])), max(1, round(size / step[1]))))
 
 
 def _like(plane: np.ndarray, values: np.ndarray) -> np.ndarray:
