@@ -29,6 +29,7 @@ class FrameRequest:
         rgb: packed RGB of the target's depth is wanted instead of luma and chroma.
         measured: gets the percentiles that are measured on this picture.
         tones: percentiles of a larger picture, which this one is a part of; None: this picture is measured.
+        is_clean: whether noise of a picture that stands alone has been removed.
         edit: returns the picture to restyle in place of `picture`, in the same layout; cuts and motion still
             come from `picture`. It may be called in any thread, and again. None: no change.
     """
@@ -39,6 +40,7 @@ class FrameRequest:
     rgb: bool = False
     measured: SharedTones | None = None
     tones: SharedTones | None = None
+    is_clean: bool = False
     edit: Callable[[], Picture] | None = None
 
     def edited(self) -> FrameRequest:

@@ -37,6 +37,7 @@ from vidstyle.regions.patches import (
 from vidstyle.regions.rasters import NO_RASTER
 from vidstyle.regions.still_faces import KnownFaces
 from vidstyle.renderer import open_renderer, restyle_array, stylize
+from vidstyle.stabilize.still import flatten_still
 from vidstyle.style import Style, load_style, style_from_table
 from vidstyle.style.resolve import resolve
 
@@ -492,3 +493,14 @@ def test_only_new_windows_begin_a_scene_of_the_patches() -> None:
     (cuts,) = known
     assert cuts is not None
     assert [cuts.begins_scene(picture, time) for time in times] == [True, False, True, False]
+
+
+def test_features_come_from_the_cleaned_picture() -> None:
+    """Else noise and blocks of JPEG return as specks of faces; and patches are not cleaned a second time."""
+    _, data = cv2.imencode(".jpg", picture_with_face()[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 25])
+    dirty = cv2.imdecode(data, cv2.IMREAD_COLOR)[..., ::-1]
+    clean = flatten_still(FrameRequest(Picture.from_array(dirty)), 1).picture.color
+    assert clean is not None and not np.array_equal(clean, dirty)
+    chosen = load_style("ink")
+    made = focused_on([PLACE], dirty, chosen)
+    assert np.array_equal(made, focused_on([PLACE], clean, replace(chosen, steady=0)))

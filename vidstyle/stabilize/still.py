@@ -34,14 +34,15 @@ def flatten_still(request: FrameRequest, steady: float) -> FrameRequest:
         steady: as in a style; 0 for no change.
 
     Returns:
-        The same request if it is a frame of a film, or clean.
+        The same request if it is a frame of a film, or done already; the same picture if it is clean.
     """
-    if not steady or request.time is not None:
+    if not steady or request.time is not None or request.is_clean:
         return request
     noise = measure_still(request.picture)
-    if not noise.planes and not noise.step:
-        return request
-    return replace(request, picture=cleaned(request.picture, noise))
+    is_clean = not noise.planes and not noise.step
+    return replace(
+        request, picture=request.picture if is_clean else cleaned(request.picture, noise), is_clean=True
+    )
 
 
 def cleaned(picture: Picture, noise: StillNoise) -> Picture:
