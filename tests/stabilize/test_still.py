@@ -15,6 +15,7 @@ from pictures import style
 
 from vidstyle.backend import FrameRequest
 from vidstyle.core.picture import Encoding, Picture
+from vidstyle.gallery.style_samples import restyle_picture
 from vidstyle.pipeline.render import render
 from vidstyle.renderer import open_renderer, stylize
 from vidstyle.stabilize.still import MARGIN_PX, cleaned, flatten_still
@@ -179,7 +180,7 @@ def test_alpha_is_kept() -> None:
 
 
 def test_render_treats_one_picture_as_a_still(tmp_path: Path) -> None:
-    """As `stylize` does, which has no time."""
+    """As `stylize` does, which has no time, and the gallery."""
     random = np.random.default_rng(1)
     dirty = np.clip(random.normal(128, DEVIATION, (64, 96, 3)), 0, 255).astype(np.uint8)
     chosen = style(steady=1)
@@ -188,3 +189,4 @@ def test_render_treats_one_picture_as_a_still(tmp_path: Path) -> None:
     made = cv2.imread(str(tmp_path / "out.png"))
     assert made.std() < DEVIATION / 3
     assert np.array_equal(made, stylize(dirty[..., ::-1], chosen, device="cpu")[..., ::-1])
+    assert np.array_equal(made, restyle_picture(dirty[..., ::-1], chosen)[..., ::-1])

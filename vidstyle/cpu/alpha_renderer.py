@@ -95,7 +95,7 @@ class AlphaRenderer(Backend):
 def _as_gray(request: FrameRequest) -> FrameRequest:
     """Return a request for the alpha channel as a gray picture, which has no memory of earlier ones."""
     encoding = Encoding(full_range=True, depth=request.picture.encoding.depth, subsampling=(1, 1))
-    return FrameRequest(Picture(encoding, luma=request.picture.alpha))
+    return FrameRequest(Picture(encoding, luma=request.picture.alpha), is_clean=True)
 
 
 def _with_edges(picture: Picture, alpha: np.ndarray, edges: Picture) -> Picture:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -150,7 +151,9 @@ class Original:
         """
         noise = np.random.RandomState(1).normal(0, GRAIN_DEVIATION, (2, *self.picture.shape[:2], 1))
         grainy = [np.clip(self.picture + each, 0, 255).round().astype(np.uint8) for each in noise]
-        changes = _changes([picture, *(restyle_picture(frame, style) for frame in grainy)])
+        # The grain is not removed as the noise of single pictures is: it stands for the noise of a film.
+        bare = replace(style, steady=0.0)
+        changes = _changes([picture, *(restyle_picture(frame, bare) for frame in grainy)])
         return changes / max(_changes([self.picture, *grainy]), 1e-6)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from base64 import b64encode
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -61,7 +61,6 @@ def restyle_picture(picture: np.ndarray, style: Style, faces: KnownFaces = NO_FA
     def open_backend(style: Style, cuts: SceneCuts | None) -> CpuRenderer:
         return CpuRenderer(style, threads=1)
 
-    style = replace(style, steady=0.0)
     with MaskRenderer(style, lambda: FocusRenderer(style, open_backend, faces)) as renderer:
         return restyle_array(renderer, picture)
 

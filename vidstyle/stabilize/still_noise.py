@@ -50,8 +50,8 @@ MIN_STEP = 12.0
 """Step, relative to the contrast, below which its traces are faint; quality 60 has 10."""
 STEP_RANGE = range(8, 101)
 """Steps that are found; quality 6 has 100."""
-MAX_MULTIPLE = 12.5
-"""Largest multiple of the step that is looked at."""
+MULTIPLE_RANGE = 0.3, 12.5
+"""Coefficients that count, relative to the step: zeros, but for rounding, fit every step."""
 MIN_COMB = 0.5
 """How closely coefficients match multiples of the step: 1 for exactly, 0 for anywhere."""
 JPEG_POSITIONS = (0, 1), (1, 0), (1, 1)
@@ -173,7 +173,7 @@ def _comb_step(sizes: np.ndarray) -> float:
     """Return the largest step of whose multiples the sizes of a coefficient are; 0 if there is none."""
     steps = np.array(STEP_RANGE, np.float32)
     ratios = sizes[:, None] / steps
-    counted = (ratios > 0.6) & (ratios < MAX_MULTIPLE)
+    counted = (ratios > MULTIPLE_RANGE[0]) & (ratios < MULTIPLE_RANGE[1])
     counts = counted.sum(axis=0)
     combs = (np.cos(2 * np.pi * ratios) * counted).sum(axis=0) / np.maximum(counts, 1)
     matching = steps[(combs > MIN_COMB) & (counts >= MIN_BLOCKS)]

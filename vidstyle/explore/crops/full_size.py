@@ -91,7 +91,6 @@ class Crop:
         Args:
             tones: the percentiles of the whole picture in this style.
         """
-        style = replace(style, steady=0.0)
         if style.height:
             style = replace(style, height=style.height * self._height_ratio)
         request = FrameRequest(Picture.from_array(self._source), target=RGB_ENCODING, rgb=True, tones=tones)
