@@ -86,8 +86,8 @@ def test_dark_areas_may_have_more_noise() -> None:
 
 
 def jpeg(color: np.ndarray, quality: int) -> np.ndarray:
-    _, data = cv2.imencode(".jpg", color, [cv2.IMWRITE_JPEG_QUALITY, quality])
-    return cv2.imdecode(data, cv2.IMREAD_COLOR)
+    _, data = cv2.imencode(".jpg", color[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, quality])
+    return cv2.imdecode(data, cv2.IMREAD_COLOR)[..., ::-1]
 
 
 def seams(color: np.ndarray, corner: int) -> float:

@@ -50,7 +50,7 @@ MIN_STEP = 12.0
 """Step, relative to the contrast, below which its traces are faint; quality 60 has 10."""
 STEP_RANGE = range(8, 101)
 """Steps that are found; quality 6 has 100."""
-MULTIPLE_RANGE = 0.3, 12.5
+MULTIPLE_RANGE = 0.4, 12.5
 """Coefficients that count, relative to the step: zeros, but for rounding, fit every step."""
 MIN_COMB = 0.5
 """How closely coefficients match multiples of the step: 1 for exactly, 0 for anywhere."""
