@@ -142,7 +142,7 @@ def test_a_film_palette_is_followed_one_picture_at_a_time() -> None:
     chosen = style(step("palette", colors="film-16"))
     with CpuRenderer(chosen, 4) as renderer:
         pending = [renderer.begin(FrameRequest(each, number / RATE)) for number, each in enumerate(FILM)]
-        assert renderer._workers(renderer._side_by_side, FILM[0]).count == 4
+        assert renderer._threads.workers(renderer._threads.side_by_side, FILM[0]).count == 4
     assert differing([each.result() for each in started(chosen, 1, FILM)], pending) == []
 
 
@@ -204,8 +204,8 @@ def test_estimated_memory_grows_with_the_picture_and_the_style() -> None:
     for shape in ((45, 60), (90, 120)):
         with CpuRenderer(REMEMBERING, 2) as renderer:
             renderer.begin(FrameRequest(next(film(shape)), 0.0)).result(LONG)
-            (_, schedule, _), *_ = renderer._lowered.values()
-            arguments = schedule, shape, FILM[0].encoding, True
-            sizes[shape] = frame_memory.frame_bytes(*arguments, renderer._workers(2, FILM[0]))
+            [plan] = renderer._film._plans.values()
+            arguments = plan.tasks, shape, FILM[0].encoding, True
+            sizes[shape] = frame_memory.frame_bytes(*arguments, renderer._threads.workers(2, FILM[0]))
     assert 3 < sizes[90, 120] / sizes[45, 60] < 5
     assert sizes[45, 60] > np.zeros((45, 60, 3), np.float32).nbytes

@@ -2,49 +2,32 @@
 
 from __future__ import annotations
 
-import threading
-from concurrent.futures import Future, ThreadPoolExecutor, wait
-from contextlib import AbstractContextManager, ExitStack
+from concurrent.futures import Future
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from vidstyle.backend import Backend, FrameRequest, completed_future
 from vidstyle.block import moment_of
-from vidstyle.core.bands import (
-    MAX_SMALL_BAND_THREADS,
-    ONE_THREAD,
-    BandWorkers,
-    keep_freed_memory,
-    threads_for,
-    useful_threads,
-)
-from vidstyle.core.color.film_colors import FilmPalettes
+from vidstyle.core.bands import ONE_THREAD, BandWorkers, keep_freed_memory
 from vidstyle.core.kernels.library import rehearsing
-from vidstyle.core.machine.cores import available_cores, single_threaded_opencv
-from vidstyle.core.picture import Encoding, Picture, PictureLayout
-from vidstyle.core.sampling import ExponentialSmoother
+from vidstyle.core.machine.cores import available_cores
+from vidstyle.core.picture import Picture, PictureLayout
 from vidstyle.core.scene_cuts import SceneCutDetector, SceneCuts
 from vidstyle.cpu.execute import FilmState, FrameExecutor
+from vidstyle.cpu.film_style import FilmStyle, PicturePlan
 from vidstyle.cpu.frame_memory import frame_bytes, pictures_in_memory
 from vidstyle.cpu.frame_order import FrameOrder
+from vidstyle.cpu.frame_threads import FrameThreads
 from vidstyle.cpu.remote_style import RemoteStyle
-from vidstyle.cpu.schedule import Schedule, schedule
-from vidstyle.cpu.style_job import StyleJob
+from vidstyle.cpu.schedule import Schedule
 from vidstyle.stabilize.motion import FramePair
-from vidstyle.stabilize.stabilizer import Stabilized, Stabilizer, stabilized_layout
+from vidstyle.stabilize.stabilizer import Stabilized, stabilized_layout
 from vidstyle.stabilize.still import flatten_still
 from vidstyle.style import Style
-from vidstyle.style.lower import lower
-from vidstyle.style.nodes import LoweredStyle, Node, PercentileRequest, StepKey
-from vidstyle.style.resolve import (
-    ResolvedStep,
-    film_tables,
-    has_fixed_marks,
-    has_moving_marks,
-    measurement_key,
-    resolve,
-)
+from vidstyle.style.nodes import Node, PercentileRequest, StepKey
 
 WAITING_FRAMES = 2
 """Pictures that wait for a thread, so that no thread waits for them."""
@@ -58,16 +41,14 @@ class _Frame:
         is_cut: whether it begins a scene.
         pair: the picture and the previous one, if its motion is wanted.
         order: its place among the pictures.
-        job: for other processes; None if they cannot restyle it.
+        plan: how it is restyled.
     """
 
     request: FrameRequest
     is_cut: bool
     pair: FramePair | None
     order: FrameOrder
-    lowered: LoweredStyle
-    tasks: Schedule
-    job: bytes | None
+    plan: PicturePlan
 
 
 class CpuRenderer(Backend):
@@ -96,63 +77,48 @@ class CpuRenderer(Backend):
 
     def __init__(self, style: Style, threads: int | None = None, cuts: SceneCuts | None = None) -> None:
         keep_freed_memory()
-        self.style = style
-        self._threads = threads or available_cores()
-        self._pool = threads_for(self._threads, "vidstyle-cpu")
-        self._cancelled = threading.Event()
-        self._frame_pool = self._pool
-        self._settings = ExitStack()
+        self._threads = FrameThreads(threads or available_cores())
+        self._film = FilmStyle(style, self._threads.settle)
         self._fitted: Schedule | None = None
-        self._side_by_side = self._threads
-        self._started: list[Future[Picture]] = []
         self._begun = 0
         self._remote = RemoteStyle()
         self._order = FrameOrder()
         self._cuts = cuts or SceneCutDetector()
-        self._shape: tuple[int, int] | None = None
-        self._prepared: Style | None = None
-        self._steps: dict[str, tuple[ResolvedStep, ...]] = {}
-        self._lowered: dict[object, tuple[LoweredStyle, Schedule, bytes | None]] = {}
-        self._smoothers: dict[StepKey, ExponentialSmoother] = {}
-        self._stabilizer: Stabilizer | None = None
-        self._film_palettes = FilmPalettes()
 
     @property
     def frames_in_flight(self) -> int:
-        return self._side_by_side + WAITING_FRAMES
+        return self._threads.side_by_side + WAITING_FRAMES
 
     def memory(self) -> list[np.ndarray]:
         """Return the memory of earlier pictures; see `Backend.memory`."""
-        numbers = [each.numbers for each in self._smoothers.values() if each.numbers is not None]
-        return numbers + (self._stabilizer.memory() if self._stabilizer else [])
+        return self._film.memory()
 
     def cancel(self) -> None:
         """Stop the started pictures after their current bands; their results raise CancelledError."""
-        self._cancelled.set()
+        self._threads.cancelled.set()
         self._remote.kill()
 
     def close(self) -> None:
         """Finish the started pictures, then end the threads."""
-        wait(self._started)  # their bands need threads
+        self._threads.settle()
         self._remote.close()
-        self._settings.close()
-        self._pool.shutdown()
+        self._threads.close()
 
     def change_style(self, style: Style) -> None:
         """Use another style from the next picture on."""
-        self.style = style
+        self._film.style = style
 
     def restyle(self, request: FrameRequest) -> Picture:
         """Restyle a picture with several threads; see `Backend.restyle`."""
-        if request.is_passthrough(self.style):
+        if request.is_passthrough(self._film.style):
             return request.picture
-        wait(self._started)
+        self._threads.settle()
         with self._rehearsing(request):
-            return self._finish(self._follow(request), self._workers(1, request.picture))
+            return self._finish(self._follow(request), self._threads.workers(1, request.picture))
 
     def begin(self, request: FrameRequest) -> Future[Picture]:
         """Restyle a picture in other threads."""
-        if request.is_passthrough(self.style):
+        if request.is_passthrough(self._film.style):
             return completed_future(request.picture)
         with self._rehearsing(request):
             frame = self._follow(request)
@@ -160,11 +126,8 @@ class CpuRenderer(Backend):
         self._begun += 1
         if self._begun > self.frames_in_flight:  # the first one is finished, so all kernels are stored
             self._start_processes(frame)
-        pending = self._frame_pool.submit(
-            self._finish_begun, frame, self._workers(self._side_by_side, request.picture)
-        )
-        self._started = [*(each for each in self._started if not each.done()), pending]
-        return pending
+        workers = self._threads.workers(self._threads.side_by_side, request.picture)
+        return self._threads.submit(partial(self._finish_begun, frame, workers))
 
     def _finish_begun(self, frame: _Frame, workers: BandWorkers) -> Picture:
         with self._rehearsing(frame.request):
@@ -172,66 +135,52 @@ class CpuRenderer(Backend):
 
     def _use_memory(self, frame: _Frame) -> None:
         """Choose how many pictures like this one are restyled at the same time."""
-        if frame.tasks is self._fitted:
+        tasks, request = frame.plan.tasks, frame.request
+        if tasks is self._fitted:
             return
-        self._fitted, self._side_by_side = frame.tasks, 1
-        if not self._film_palettes:
-            request = frame.request
+        self._fitted, pictures = tasks, 1
+        if not self._film.palettes:
             shape, target = request.picture.shape, request.encoding
-            is_steady = self._stabilizer is not None and request.time is not None
-            self._side_by_side = pictures_in_memory(frame.tasks, shape, target, is_steady, self._threads)
-        self._settings.close()
-        self._frame_pool = self._pool
-        if self._side_by_side < self._threads:
-            # A separate pool of few threads, as the C library keeps the memory of a frame for each thread.
-            self._frame_pool = ThreadPoolExecutor(self._side_by_side, "vidstyle-frame")
-            self._settings.enter_context(self._frame_pool)
-        if self._side_by_side > 1:
-            self._settings.enter_context(single_threaded_opencv())
+            is_steady = self._film.stabilizer is not None and request.time is not None
+            pictures = pictures_in_memory(tasks, shape, target, is_steady, self._threads.count)
+        self._threads.share(pictures)
 
     def _start_processes(self, frame: _Frame) -> None:
         """Start processes once, if many pictures are restyled at the same time."""
-        if self._remote.may_start(frame.job, self._side_by_side):
-            request = frame.request
-            picture = frame_bytes(frame.tasks, request.picture.shape, request.encoding, False, ONE_THREAD)
-            self._remote.start(frame.job, self._side_by_side, picture)
-
-    def _workers(self, frames: int, picture: Picture) -> BandWorkers:
-        """Return the threads of a picture, one of `frames` that are restyled at the same time."""
-        threads = useful_threads(picture.shape, -(-self._threads // frames))
-        seldom_waits = self._threads <= MAX_SMALL_BAND_THREADS
-        return BandWorkers(self._pool, threads, self._cancelled, seldom_waits)
+        (_, tasks, job), count, request = frame.plan, self._threads.side_by_side, frame.request
+        if self._remote.may_start(job, count):
+            picture = frame_bytes(tasks, request.picture.shape, request.encoding, False, ONE_THREAD)
+            self._remote.start(job, count, picture)
 
     def measured(self, picture: Picture) -> dict[StepKey, np.ndarray]:
         """Return the percentiles that each measured step measures on a single picture."""
         self.restyle(FrameRequest(picture, rgb=picture.color is not None))
-        return {step: each.numbers for step, each in self._smoothers.items() if each.numbers is not None}
+        return {step: each.numbers for step, each in self._film.smoothers.items() if each.numbers is not None}
 
     def _rehearsing(self, request: FrameRequest) -> AbstractContextManager[None]:
         return rehearsing(self, lambda: self._rehearse(request))
 
     def _rehearse(self, request: FrameRequest) -> None:
         """Restyle this picture and a similar one, in another thread if necessary, without keeping state."""
-        with CpuRenderer(self.style, threads=1) as renderer:
+        with CpuRenderer(self._film.style, threads=1) as renderer:
             for later in (0, 0.01):
                 time = None if request.time is None else request.time + later
                 renderer.restyle(replace(request, time=time, measured=None, tones=None))
 
     def _follow(self, request: FrameRequest) -> _Frame:
         """Detect a cut, and keep what the next picture needs of this one."""
-        request = flatten_still(request, self.style.steady)
+        request = flatten_still(request, self._film.style.steady)
         picture, time = request.picture, request.time
-        self._prepare(picture)
-        stabilizer, pair = self._stabilizer, None
+        self._film.prepare(picture)
+        stabilizer, pair = self._film.stabilizer, None
         is_steady = stabilizer is not None and time is not None
         layout = stabilized_layout(picture) if is_steady else PictureLayout.of(picture)
-        plan = self._plan(layout, request.encoding, request.rgb)
-        remembers = bool(self._smoothers or stabilizer or self._film_palettes)
-        is_cut = remembers and self._cuts.begins_scene(picture, time)
+        plan = self._film.plan(layout, request.encoding, request.rgb)
+        is_cut = self._film.remembers and self._cuts.begins_scene(picture, time)
         if stabilizer is not None and time is not None:
             pair = stabilizer.follow(picture, time, is_cut)
         self._order = FrameOrder(self._order)
-        return _Frame(request, is_cut, pair, self._order, *plan)
+        return _Frame(request, is_cut, pair, self._order, plan)
 
     def _finish(self, frame: _Frame, workers: BandWorkers) -> Picture:
         with frame.request.measuring():
@@ -239,81 +188,40 @@ class CpuRenderer(Backend):
 
     def _stabilize(self, frame: _Frame, workers: BandWorkers) -> Picture:
         """Stabilize and restyle."""
-        order, stabilizer = frame.order, self._stabilizer
+        order, stabilizer = frame.order, self._film.stabilizer
         picture, time = frame.request.picture, frame.request.time
         with order:
-            self._film_palettes.follow(picture, time, frame.is_cut)
+            self._film.palettes.follow(picture, time, frame.is_cut)
             if stabilizer is None:
                 return self._restyle(frame, picture, workers)
             stable = Stabilized(picture)
             if time is not None:
                 warp = frame.pair.warp() if frame.pair else None
                 with order.at(stabilizer.source):
-                    stable = stabilizer.before(picture, warp, workers, frame.lowered.reads_chroma)
+                    stable = stabilizer.before(picture, warp, workers, frame.plan.lowered.reads_chroma)
             result = self._restyle(frame, stable.picture, workers, stable.drift)
             with order.at(stabilizer.result):
                 return stabilizer.after(result, stable, workers)
 
-    def _prepare(self, picture: Picture) -> None:
-        """Resolve the style again after a change of style or size; keep state if only values differ."""
-        if picture.shape == self._shape and self.style is self._prepared:
-            return
-        steps = resolve(self.style, *picture.shape)
-        same_steps = measurement_key(steps) == measurement_key(self._steps)
-        has_other_structure = picture.shape != self._shape or not same_steps
-        needs_stabilizer = self.style.steady > 0
-        if has_other_structure or needs_stabilizer != bool(self._stabilizer) or film_tables(self._steps):
-            wait(self._started)  # they use what changes here
-        if has_other_structure:
-            self._stabilizer = None
-            self._film_palettes = FilmPalettes()
-            self._smoothers = {
-                (layer, number): ExponentialSmoother()
-                for layer, each in steps.items()
-                for number, step in enumerate(each)
-                if step.settle is not None
-            }
-        if not needs_stabilizer:
-            self._stabilizer = None
-        elif self._stabilizer is None:
-            marks = has_fixed_marks(steps), has_moving_marks(steps)
-            self._stabilizer = Stabilizer(self.style.steady, *marks)
-        else:
-            self._stabilizer.change_strength(self.style.steady, has_fixed_marks(steps))
-        self._film_palettes.use(film_tables(steps))
-        self._steps, self._shape, self._prepared = steps, picture.shape, self.style
-        self._lowered = {}
-
-    def _plan(
-        self, layout: PictureLayout, target: Encoding, rgb: bool
-    ) -> tuple[LoweredStyle, Schedule, bytes | None]:
-        if (layout, target, rgb) not in self._lowered:
-            assert self._prepared is not None
-            lowered = lower(self._prepared, self._steps, layout, target, rgb)
-            tasks, job = schedule(lowered), StyleJob(self._prepared, layout, target, rgb)
-            stays_here = tasks.has_network or bool(film_tables(self._steps))
-            self._lowered[layout, target, rgb] = lowered, tasks, None if stays_here else job.packed()
-        return self._lowered[layout, target, rgb]
-
     def _restyle(
         self, frame: _Frame, picture: Picture, workers: BandWorkers, drift: np.ndarray | None = None
     ) -> Picture:
-        time = frame.request.time
+        plan, time = frame.plan, frame.request.time
         shown = FilmState(moment_of(time), drift)
 
         def follow(step: StepKey, time_constant: float, measured: np.ndarray) -> np.ndarray:
-            smoother = self._smoothers[step]
+            smoother = self._film.smoothers[step]
             with frame.order.at(smoother):
                 if frame.is_cut:
                     smoother.restart()
                 own = smoother.follow(measured, time, time_constant)
             return frame.request.tones_of(step, lambda: own)
 
-        result, follow_here = self._remote.restyle(frame.job, picture, shown, follow)
+        result, follow_here = self._remote.restyle(plan.job, picture, shown, follow)
         if result is not None:
             return result
 
         def smoothed(measure: PercentileRequest[Node], measured: np.ndarray) -> np.ndarray:
             return follow_here(measure.step, measure.time_constant, measured)
 
-        return FrameExecutor(workers, frame.tasks, picture, smoothed, shown).picture(frame.lowered)
+        return FrameExecutor(workers, plan.tasks, picture, smoothed, shown).picture(plan.lowered)
