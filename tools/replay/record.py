@@ -26,7 +26,7 @@ from vidstyle.media.write.film_writer import FilmWriter
 from vidstyle.pipeline.stages import Stages
 from vidstyle.regions.focus import FocusedPicture
 from vidstyle.regions.mask_renderer import MaskRenderer
-from vidstyle.stabilize import motion
+from vidstyle.stabilize import flow
 
 Event = tuple[str, float | int]
 """("python" or "native", seconds) of work with and without Python's lock, ("enter" or "leave", number of the
@@ -171,7 +171,9 @@ def recording() -> Iterator[Recording]:
             for name in ("read", "style", "write")
         },
         (library, "entry"): timed_entry,
-        (motion, "_dense_flow"): _native(motion._dense_flow),  # a method, which the next lines do not find
+        (flow, "dense_flow"): _native(
+            flow.dense_flow
+        ),  # a method of OpenCV, which the next lines do not find
         **{
             (cv2, name): _native(each)
             for name, each in vars(cv2).items()
