@@ -80,7 +80,7 @@ def test_other_pages_and_folders_are_opened_where_the_command_allows_it(
     server: DesignServer, revealed: list[Path], tmp_path: Path
 ) -> None:
     with shown(server) as page:
-        assert page.told["front"] == {"pages": ["explore"], "reveal": True, "launch": False}
+        assert page.told["front"] == {"pages": ["explore"], "reveal": True}
         assert page.ask("page", kind="explore")["url"] == "http://127.0.0.1:1/?of=film.mp4"
         assert "cannot be opened" in page.error("page", kind="passwords")
         page.ask("open", style="sketch")
@@ -88,7 +88,31 @@ def test_other_pages_and_folders_are_opened_where_the_command_allows_it(
         page.ask("reveal", job=page.told["queue"][0]["number"])
         assert revealed == [tmp_path / "film-sketch.mp4"]
         assert "no job" in page.error("reveal", job=99)
-        assert "cannot be opened from here" in page.error("watch_file", job=page.told["queue"][0]["number"])
+
+
+def test_a_rendered_file_is_served_to_be_played_and_no_other_file(
+    server: DesignServer, tmp_path: Path
+) -> None:
+    opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
+    root = server.url.partition("/?")[0]
+    with shown(server) as page, opener.open(server.url):
+        page.ask("open", style="plain")
+        page.ask("render", name="", overwrite=False, frames=2)
+        (job,) = page.told["queue"]
+        film = tmp_path / "film-plain.mp4"
+        part = urllib.request.Request(root + job["address"], headers={"Range": "bytes=4-11"})
+        with opener.open(part) as answer:
+            assert (
+                answer.read() == film.read_bytes()[4:12] and answer.headers.get_content_type() == "video/mp4"
+            )
+        for wrong in ("", "?of=0", "?of=2", "?of=-1", "?of=../film.mp4", f"?of={film}"):
+            with pytest.raises(urllib.error.HTTPError, match="404"):
+                opener.open(f"{root}/rendered{wrong}")
+        with pytest.raises(urllib.error.HTTPError, match="403"):
+            urllib.request.urlopen(root + job["address"])
+        film.unlink()
+        with pytest.raises(urllib.error.HTTPError, match="404"):
+            opener.open(root + job["address"])
 
 
 def test_a_comic_is_made_and_shown_under_its_own_policy(server: DesignServer, tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from browser import browser as browser
 from vidstyle.gallery.preview import preview_page
 from vidstyle.gallery.style_samples import StyleSample
 from vidstyle.style import load_style, style_names
+from vidstyle.style.model import KINDS
 
 FIND = """
 const finder = document.getElementById('find-look');
@@ -43,3 +44,10 @@ def test_looks_are_found_by_the_words_of_laypeople_best_first(tmp_path: Path, br
     assert "black and white" in browser.run(OFFERED), "words that many looks share"
     browser.click("#words-to-try button")
     browser.until("document.querySelectorAll('main figure:not([hidden])').length > 1")
+    kinds = browser.run(
+        "return [...document.querySelectorAll('#groups button')].map((each) => each.textContent)"
+    )
+    assert kinds == ["All", *KINDS.values()], "the order of the front page"
+    assert browser.run(FIND, text="mosaic") == ["Mosaic"]
+    browser.press("Enter", "s", "Escape")
+    assert browser.run("return document.querySelector('[aria-label=\"Star mosaic\"]').ariaPressed") == "true"

@@ -18,17 +18,11 @@ class FrontDoor:
     Attributes:
         pages: opens other pages of vidstyle, by name.
         reveal: shows a file in its folder; None without a desktop.
-        launch: opens a file in the program for its type; None without a desktop.
     """
 
     pages: Mapping[str, OpenPage] = field(default_factory=dict)
     reveal: Callable[[Path], None] | None = None
-    launch: Callable[[Path], None] | None = None
 
     def describe(self) -> dict[str, Any]:
         """Return the message for the page."""
-        return {
-            "pages": list(self.pages),
-            "reveal": self.reveal is not None,
-            "launch": self.launch is not None,
-        }
+        return {"pages": list(self.pages), "reveal": self.reveal is not None}

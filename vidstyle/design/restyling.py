@@ -25,7 +25,7 @@ from vidstyle.renderer import open_renderer, restyle_array
 from vidstyle.style import Style
 from vidstyle.style.nodes import StepKey
 
-MAX_LARGE_SECONDS = 0.5
+MAX_LARGE_SECONDS = 1.2
 """Target time for a preview while nothing changes."""
 
 

@@ -112,6 +112,7 @@ def preview_page(heading: str, source: str, samples: Sequence[StyleSample], endi
     template = Template((_SHEET_FOLDER / "sheet.html").read_text(encoding="utf-8"))
     return template.substitute(
         heading=escape(printable(heading)),
+        kinds=escape(", ".join(KINDS.values())),
         figures="".join(_figure(source, ending, sample) for sample in samples),
         style=module_text("components.css"),
         script=join_modules(_SHEET_FOLDER / "sheet.js"),
@@ -123,7 +124,10 @@ def _figure(source: str, ending: str, sample: StyleSample) -> str:
     style, name = sample.style, sample.style.name
     labels = [knob.label for knob in knobs_of(style, table_from_style(style)).values()]
     note = f"{style.about} Adjust: {', '.join(labels)}." if labels else style.about
-    command = f"vidstyle render {shlex.quote(printable(source))} OUTPUT --style {shlex.quote(name + ending)}"
+    path = Path(printable(source))
+    output = f"{path.stem}-{name}{path.suffix}"
+    files = f"{shlex.quote(str(path))} {shlex.quote(output)}"
+    command = f"vidstyle render {files} --style {shlex.quote(name + ending)}"
     return _FIGURE_TEMPLATE.substitute(
         name=escape(name),
         command=escape(command),

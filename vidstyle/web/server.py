@@ -41,7 +41,7 @@ class SocketViewer(Protocol):
 Viewing = TypeVar("Viewing", bound=SocketViewer)
 
 CONTENT_POLICY = (
-    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; media-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
 """Content security policy of the pages; the server adds its own WebSockets."""

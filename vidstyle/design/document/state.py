@@ -122,7 +122,11 @@ class _Describer:
         }
 
     def _main(self, entries: list[dict[str, Any]]) -> str:
-        """Return the value for the card of a step: a knob, else a changed value, else the first."""
+        """Return the value for the card of a step: a knob, else a changed value, else the first.
+
+        Names of saved pictures say little there; wires show them.
+        """
+        entries = [entry for entry in entries if entry["picks"] != "picture"]
         ways: list[Callable[[dict[str, Any]], bool]] = [
             lambda entry: entry["knob"],
             lambda entry: entry["value"] != entry["default"],

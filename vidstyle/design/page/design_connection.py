@@ -268,19 +268,11 @@ class DesignConnection(DesignView):
     @message
     async def reveal(self, job: int) -> None:
         """Show the file of a job in its folder."""
-        await self._launch(job, "reveal")
-
-    @message
-    async def watch_file(self, job: int) -> None:
-        """Open the file of a job in the program for its type."""
-        await self._launch(job, "launch")
-
-    async def _launch(self, job: int, way: Literal["reveal", "launch"]) -> None:
         path = self.server.queue.job(job).path
-        launch: Callable[[Path], None] | None = getattr(self.server.front, way, None)
-        if launch is None:
-            raise UsageError(str(path), "cannot be opened from here", "open it yourself")
-        await asyncio.to_thread(launch, path)
+        reveal = self.server.front.reveal if self.server.front is not None else None
+        if reveal is None:
+            raise UsageError(str(path), "cannot be shown from here", "open its folder yourself")
+        await asyncio.to_thread(reveal, path)
 
     @message(in_background=True)
     async def page(self, kind: str) -> Answer:

@@ -15,6 +15,7 @@ from vidstyle.design.page.design_session import DesignSession
 from vidstyle.design.page.design_view import DesignView, clip_message
 from vidstyle.design.page.frames import PictureType
 from vidstyle.design.page.made_documents import DOCUMENT_PATH, MadeDocuments
+from vidstyle.design.page.rendered_files import RENDERED_PATH, RenderedFiles
 from vidstyle.design.page.render_queue import RenderQueue
 from vidstyle.design.page.steady_preview import SteadyPreview
 from vidstyle.design.samples import block_sample, sample_names
@@ -74,6 +75,7 @@ class DesignServer(PageServer[DesignView]):
         handlers = {
             "/block.jpg": self._samples(sample_names, block_sample),
             DOCUMENT_PATH: self.documents.serve,
+            RENDERED_PATH: RenderedFiles(lambda number: self.queue.finished(number)).serve,
         }
         super().__init__(
             "designer", lambda: connect(self), handlers, STATIC_FOLDER, "index.html",

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from vidstyle.cues.cue_list import CueList
 from vidstyle.design.page.design_session import DesignSession
+from vidstyle.design.page.rendered_files import RENDERED_PATH
 from vidstyle.errors import UsageError, VidstyleError
 from vidstyle.media.write.temporary_files import partial_path
 from vidstyle.preview.clip import Clip
@@ -61,7 +62,9 @@ class RenderJob:
         """Return what the page shows of it."""
         shown = {name: getattr(self, name) for name in ("number", "state", "done", "total", "text")}
         names = {"file": self.path.name, "folder": str(self.path.parent), "style": self.style.name}
-        return shown | names | {"source": Path(self.clip.name).name}
+        is_file = self.state == "done" and self.path.is_file()
+        address = f"{RENDERED_PATH}?of={self.number}" if is_file else ""
+        return shown | names | {"source": Path(self.clip.name).name, "address": address}
 
 
 class RenderQueue:
@@ -123,6 +126,11 @@ class RenderQueue:
             if job.number == number:
                 return job
         raise UsageError("the queue", f"has no job {number}")
+
+    def finished(self, number: int) -> Path | None:
+        """Return the file of a finished job; None for other numbers, and for a file that was removed."""
+        found = next((job for job in self._jobs if job.number == number), None)
+        return found.path if found and found.state == "done" and found.path.is_file() else None
 
     async def release(self, clip: Clip) -> None:
         """Close a clip once no job needs its file."""

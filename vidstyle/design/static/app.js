@@ -215,6 +215,7 @@ session.on("picture", ({ type, number, file }) => {
 const lost = new LostNotice("vidstyle design", [get("app"), get("start")], "Unsaved changes are kept and offered there.");
 session.on("connection", (loss) => {
   lost.show(loss);
+  bar.lose(Boolean(loss));
   if (!loss) preview.watch().then(() => preview.refresh());
 });
 

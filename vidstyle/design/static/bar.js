@@ -1,11 +1,9 @@
 // The bar below the picture: playback, before and after, zoom, and the renderer.
 
 import { get, icon, press } from "./elements.js";
+import { rove } from "./roving.js";
 
 /** @typedef {import("./preview.js").Preview} Preview */
-
-/** Preview sizes on offer: lengths of the shorter side in pixels. */
-const PREVIEW_SIDES = [180, 270, 360, 540, 720, 1080];
 
 /** Shows the state of a `Preview` and controls it. */
 export class Bar {
@@ -30,6 +28,7 @@ export class Bar {
     });
     for (const kind of ["pointerup", "pointercancel", "keyup", "blur"]) hold.addEventListener(kind, () => preview.view.hold(false));
     hold.addEventListener("keydown", (event) => [" ", "Enter"].includes(event.key) && preview.view.hold(true));
+    for (const group of ["modes", "zooms"]) rove(get(group), "button");
     this.#menu();
   }
 
@@ -40,7 +39,10 @@ export class Bar {
     const page = new Option(restyler.runner ? "this browser" : `this browser (${restyler.reason})`, "page");
     page.disabled = !restyler.runner;
     where.replaceChildren(page, new Option("the server", "server"));
-    const choose = () => this.preview.renderIn(/** @type {import("./preview.js").Where} */ (where.value), Number(side.value)).then(() => this.show());
+    const choose = () => {
+      this.preview.chosenSide = Number(side.value);
+      return this.preview.renderIn(/** @type {import("./preview.js").Where} */ (where.value), this.preview.chosenSide || this.preview.side).then(() => this.show());
+    };
     where.addEventListener("change", choose);
     side.addEventListener("change", choose);
     get("check").addEventListener("click", () => this.check());
@@ -77,7 +79,7 @@ export class Bar {
   }
 
   show() {
-    const { player, view, where, side, restyler } = this.preview;
+    const { player, view, where, restyler } = this.preview;
     const { clip, number, range } = player;
     get("film").hidden = !player.isFilm;
     this.place.max = String(Math.max(1, clip.count - 1));
@@ -98,16 +100,21 @@ export class Bar {
     this.#placeZoom();
     press(get("hold"), view.holding);
     this.#placeLabels();
-    const [wide, high] = clip.size;
-    const own = Math.min(wide, high);
-    const sides = [...new Set([...PREVIEW_SIDES.filter((each) => each < own), Math.min(own, 2160)])];
+    const own = Math.min(...clip.size);
+    const { sides, chosenSide } = this.preview;
     const menu = /** @type {HTMLSelectElement} */ (get("side"));
-    if (menu.options.length !== sides.length || menu.options[sides.length - 1]?.value !== String(sides.at(-1)))
-      menu.replaceChildren(...sides.map((each) => new Option(each === own ? `${each} lines (film size)` : `${each} lines`, String(each))));
-    menu.value = String(sides.reduce((best, each) => (each <= side ? each : best), sides[0]));
+    if (menu.options.length !== sides.length + 1 || menu.options[sides.length]?.value !== String(sides.at(-1)))
+      menu.replaceChildren(new Option("as shown", "0"), ...sides.map((each) => new Option(each === own ? `${each} lines (film size)` : `${each} lines`, String(each))));
+    menu.value = String(chosenSide && sides.reduce((best, each) => (each <= chosenSide ? each : best), sides[0]));
     /** @type {HTMLSelectElement} */ (get("where")).value = where;
     get("who").textContent = where === "server" ? "Preview by vidstyle" : restyler.isFast ? "Preview on the GPU" : "Preview in software";
     get("device").textContent = where === "page" ? restyler.runner?.device ?? "" : "vidstyle renders on this computer and sends the frames.";
+  }
+
+  /** Shows whether vidstyle answers. @param {boolean} on */
+  lose(on) {
+    get("view").classList.toggle("stopped", on);
+    get("state").textContent = on ? "Stopped" : "Preview";
   }
 
   /** Shows a zoom that has no button. */

@@ -1,7 +1,7 @@
 // The diagram: a card for each step, wires between the cards, and a button on each wire that adds a step.
 
 import { get, icon, make, makeSvg, words } from "./elements.js";
-import { fold, nameOfFold } from "./fold.js";
+import { fold, purposeOf } from "./fold.js";
 import { layoutOf, pathOf } from "./layout.js";
 import { nameOf, placeOf, stepsOf } from "./types.js";
 import { enableDragging } from "./drag.js";
@@ -131,9 +131,7 @@ export class Diagram {
     if (step.muted) marks.push(make("span", { className: "badge", title: "Muted" }, icon("mute")));
     if (this.solo === step.step) marks.push(make("span", { className: "badge solo", title: "Solo: the picture shows the output of this step" }, icon("solo")));
     if (step.save) {
-      const saved = make("span", { className: `badge save wire-${this.#color(step.save)}` });
-      saved.dataset.name = step.save; // drawn by the style sheet: the accessible name of the card has it at another place
-      marks.push(saved);
+      marks.push(make("span", { className: `badge save wire-${this.#color(step.save)}`, title: `Other steps use this picture, as “${step.save}”` }));
     }
     badges.replaceChildren(...marks);
   }
@@ -180,14 +178,15 @@ export class Diagram {
   }
 
   /** Fills the cards of folds, and the button that opens all. @param {import("./fold.js").Folded} folded */
-  #showFolds({ items }) {
-    const folds = Object.values(items).flat().filter(({ steps }) => steps.length > 1);
-    for (const { step, steps } of folds) {
-      const card = this.#card(step);
+  #showFolds(folded) {
+    const folds = Object.values(folded.items).flat().filter(({ steps }) => steps.length > 1);
+    for (const each of folds) {
+      const { step, steps } = each;
+      const [card, name, purpose] = [this.#card(step), `${steps.length} helper steps`, purposeOf(folded, each)];
       card.classList.add("fold");
       card.title = `${steps.map(nameOf).join(", ")}: open to edit`;
-      this.#write(card, nameOfFold(steps), `${steps.length} helper steps`);
-      card.setAttribute("aria-label", `${nameOfFold(steps)}, ${steps.length} helper steps, folded: ${steps.map(nameOf).join(", ")}`);
+      this.#write(card, name, purpose);
+      card.setAttribute("aria-label", `${name} ${purpose}, folded: ${steps.map(nameOf).join(", ")}`);
       card.dataset.last = String(steps[steps.length - 1].step);
       const address = this.#pictures.get(steps[steps.length - 1].step);
       if (address) /** @type {HTMLImageElement} */ (card.firstElementChild).src = address;

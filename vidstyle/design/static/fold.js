@@ -1,7 +1,6 @@
 // Runs of steps that make pictures for others, such as masks, folded into one card each: the main path stays short.
 
-import { title, words } from "./elements.js";
-import { LAYERS } from "./types.js";
+import { LAYERS, nameOf } from "./types.js";
 
 /** @typedef {import("./types.js").Layer} Layer */
 /** @typedef {import("./types.js").State} State */
@@ -84,8 +83,9 @@ function runsOf(steps) {
   return runs;
 }
 
-/** Returns the name of a fold: what its steps make. @param {Step[]} steps */
-export function nameOfFold(steps) {
-  const saved = steps.map(({ save }) => save).filter(Boolean);
-  return saved.length ? title(words(saved.join(", "))) : "Helper steps";
+/** Returns what the pictures of a fold are for; "" if that is not one step. @param {Folded} folded @param {Item} fold */
+export function purposeOf({ items, edges }, fold) {
+  const next = edges.find(({ from }) => from === fold.step)?.to;
+  const user = LAYERS.flatMap((layer) => items[layer]).find(({ step, steps }) => step === next && steps.length === 1);
+  return user ? `for ${nameOf(user.steps[0])}` : "";
 }

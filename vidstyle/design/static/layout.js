@@ -32,6 +32,8 @@ const CARD_SIZES = [168, 156, 144, 132, 122, 112, 104].map((w) => {
 });
 /** Space on the left and right of the diagram. All lengths are CSS pixels. */
 const MARGIN_PX = 36;
+/** Where the first and the last wire run that pass rows on the left. */
+const MARGIN_WIRES_PX = [12, 4];
 /** Distance between parallel wires of saved pictures. */
 const TRACK_PX = 7;
 /** Space for the name of a layer before its first card. */
@@ -284,7 +286,7 @@ class Arrangement {
     let points = [[exit, out], [exit, first], [entry, first], [entry, into]];
     if (margin >= 0) {
       const second = at(to.row - 1, tracks[1]);
-      const x = MARGIN_PX - 24 - 4 * margin;
+      const x = MARGIN_WIRES_PX[0] - margin * Math.min(4, (MARGIN_WIRES_PX[0] - MARGIN_WIRES_PX[1]) / Math.max(1, this.margin.length - 1));
       points = [[exit, out], [exit, first], [x, first], [x, second], [entry, second], [entry, into]];
     }
     return { points, saved: edge.name, used: true, from: edge.from, to: edge.to };

@@ -54,7 +54,8 @@ export class Palette {
   open(where, near, chosen) {
     this.#chosen = chosen;
     this.search.value = "";
-    this.search.placeholder = `Add to ${where}`;
+    this.search.placeholder = "Search: outline, blur, paper…";
+    get("palette-where").textContent = `Add to ${where}`;
     this.#filter();
     const dialog = /** @type {HTMLDialogElement} */ (this.dialog);
     dialog.showModal();

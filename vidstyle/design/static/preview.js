@@ -11,8 +11,12 @@ import { Restyler } from "./restyle.js";
 /** Types of the pictures from the server. */
 export const PACKET = { source: 1, styled: 2, step: 3, exact: 4, style: 5, steady: 6, faces: 7, glance: 8 };
 
-/** Default preview sizes with and without a GPU: the shorter side in pixels. */
-const DEFAULT_SIDES = { fast: 720, slow: 360 };
+/** Preview sizes on offer: lengths of the shorter side in pixels. */
+const PREVIEW_SIDES = [180, 270, 360, 540, 720, 1080, 1440, 2160];
+/** Time without a change of the window or the zoom after which the preview gets the size that is shown. */
+const FIT_MS = 300;
+/** A picture that is enlarged by more is a draft. */
+const MAX_DRAFT_SCALE = 1.15;
 /** Time without a new picture after which `onsettled` is called. */
 const SETTLED_MS = 160;
 /** Longest wait of `check` for the full-size picture. */
@@ -22,7 +26,9 @@ const MAX_CHECK_MS = 5000;
 export class Preview {
   /** @type {Where} */
   where;
-  side;
+  side = 360;
+  /** The preview size that the user chose; 0: the size that is shown. */
+  chosenSide = 0;
   /** The soloed step. @type {number | null} */
   solo = null;
   /** The current frame of the source. @type {ImageBitmap | null} */
@@ -37,6 +43,8 @@ export class Preview {
   #result = make("canvas");
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #timer;
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  #fitting;
   #packets = Promise.resolve();
 
   /**
@@ -48,11 +56,10 @@ export class Preview {
   constructor(session, handlers) {
     this.session = session;
     this.handlers = handlers;
-    this.view = new PictureView(/** @type {HTMLCanvasElement} */ (get("picture")), get("divider"), handlers.onchange);
+    this.view = new PictureView(/** @type {HTMLCanvasElement} */ (get("picture")), get("divider"), () => this.#changed());
     this.player = new Player((kind, fields) => session.ask(kind, fields), handlers.onchange);
     this.restyler = new Restyler(() => this.restyle(), session.onerror);
     this.where = /** @type {Where} */ (this.restyler.isFast ? "page" : "server");
-    this.side = this.restyler.isFast ? DEFAULT_SIDES.fast : DEFAULT_SIDES.slow;
     session.on("plan", (plan) => {
       this.styled = null;
       if (plan.plan?.server.includes("masks")) this.renderIn("server", this.side);
@@ -67,6 +74,41 @@ export class Preview {
   /** Tells the server which pictures this page needs. */
   watch() {
     return this.session.ask("watch", { solo: this.solo, side: this.side, where: this.where });
+  }
+
+  /** The preview sizes for this film: its own is the largest. */
+  get sides() {
+    const own = Math.min(...this.view.size);
+    return [...PREVIEW_SIDES.filter((each) => each < own), Math.min(own, PREVIEW_SIDES[PREVIEW_SIDES.length - 1])];
+  }
+
+  /** The shorter side of the picture on the screen, in its pixels, or that of the film if it is smaller. */
+  get #shownSide() {
+    return Math.min(...this.view.size) * Math.min(1, this.view.scale * devicePixelRatio);
+  }
+
+  /** Follows a change of the mode, the zoom or the window. */
+  #changed() {
+    this.handlers.onchange();
+    this.#fitSoon();
+  }
+
+  /** The preview size that fits best. */
+  get #fittingSide() {
+    const { sides, chosenSide } = this;
+    return chosenSide || (sides.find((each) => each >= this.#shownSide) ?? sides[sides.length - 1]);
+  }
+
+  /** Renders at the size that is shown, once that stays the same, and marks drafts until then. */
+  #fitSoon() {
+    if (!this.source || !this.view.canvas.clientWidth) return;
+    const { size } = this.view.result ?? { size: [Infinity] };
+    get("draft-note").hidden = this.player.playing || Math.min(...size) * MAX_DRAFT_SCALE >= this.#shownSide;
+    if (this.#fittingSide === this.side || this.#fitting) return;
+    this.#fitting = setTimeout(() => {
+      this.#fitting = undefined;
+      if (this.#fittingSide !== this.side) this.renderIn(this.where, this.#fittingSide);
+    }, FIT_MS);
   }
 
   /** @param {Where} where @param {number} side */
@@ -142,6 +184,7 @@ export class Preview {
     this.revision = revision;
     this.view.result = { picture, size: [picture.width, picture.height] };
     this.view.draw();
+    this.#fitSoon();
     this.view.canvas.dataset.revision = String(this.session.state?.revision ?? "");
     clearTimeout(this.#timer);
     this.#timer = setTimeout(this.handlers.onsettled, SETTLED_MS);

@@ -13,9 +13,13 @@ import { get, make } from "./elements.js";
  * @property {string} folder
  * @property {string} style
  * @property {string} source
+ * @property {string} address of the file, once it is there
  */
 
 const STATES = { waiting: "Waiting", rendering: "Rendering", done: "Saved in", stopped: "Stopped", failed: "Failed" };
+
+/** @param {string} file */
+const isPicture = (file) => /\.(png|jpe?g|webp|avif|tiff?)$/i.test(file);
 
 /** Lists the jobs; a button of the bar opens the list and tells how many are not finished. */
 export class Queue {
@@ -48,7 +52,7 @@ export class Queue {
 
   /** @param {Job} job */
   #row(job) {
-    const { number, state, done, total, text, file, folder, style, source } = job;
+    const { number, state, done, total, text, file, folder, style, source, address } = job;
     const isOver = state !== "waiting" && state !== "rendering";
     const part = total ? `${Math.floor((100 * done) / total)} %` : "";
     const facts = { waiting: "", rendering: [part, text].filter(Boolean).join(", "), done: folder, stopped: "", failed: text }[state];
@@ -56,14 +60,28 @@ export class Queue {
     if (total) [bar.max, bar.value] = [total, done];
     const buttons = make("div", { className: "row" });
     if (!isOver) buttons.append(this.#button(`stop-${number}`, state === "waiting" ? "Remove" : "Stop", () => this.session.ask("stop", { job: number })));
-    if (state === "done" && this.reveals) {
-      buttons.append(this.#button(`open-${number}`, "Open", () => this.session.ask("watch_file", { job: number })));
-      buttons.append(this.#button(`reveal-${number}`, "Show in folder", () => this.session.ask("reveal", { job: number })));
+    if (address) {
+      const play = this.#button(`play-${number}`, isPicture(file) ? "Show" : "Play", () => this.#play(file, address));
+      play.className = "strong";
+      buttons.append(play);
+      if (this.reveals) buttons.append(this.#button(`reveal-${number}`, "Show in folder", () => this.session.ask("reveal", { job: number })));
+      else buttons.append(make("a", { className: "button", href: address, download: file, textContent: "Download" }));
     }
-    if (state === "done" && navigator.clipboard) buttons.append(make("button", { type: "button", className: "plain", textContent: "Copy path", onclick: () => navigator.clipboard.writeText(`${folder}/${file}`) }));
     return make("li", {}, make("b", { textContent: file }), make("span", { className: "quiet", textContent: `${source}, ${style}` }),
       make("span", { className: state === "failed" ? "failed" : "quiet", textContent: `${STATES[state]} ${facts}`.trim() }),
       ...(state === "rendering" ? [bar] : []), buttons);
+  }
+
+  /** Shows a rendered film or picture on this page. @param {string} file @param {string} address */
+  #play(file, address) {
+    const player = /** @type {HTMLDialogElement} */ (get("player"));
+    const shown = isPicture(file) ? make("img", { src: address, alt: file }) : make("video", { src: address, controls: true, autoplay: true, loop: true });
+    shown.onerror = () => get("player-note").textContent = "This browser cannot show this type of file; open it in its folder.";
+    get("player-name").textContent = file;
+    get("player-note").textContent = "";
+    get("player-place").replaceChildren(shown);
+    player.onclose = () => get("player-place").replaceChildren();
+    player.showModal();
   }
 
   /** @param {string} action @param {string} label @param {() => void} onclick */

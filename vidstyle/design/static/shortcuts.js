@@ -1,5 +1,6 @@
 // The keyboard shortcuts of the designer.
 
+import { get } from "./elements.js";
 import { SHARED_KEYS } from "./shared_keys.js";
 
 /**
@@ -48,11 +49,15 @@ export function shortcuts({ steps, diagram, preview, bar, dialogs, history, star
     if (!isBuilding() || (!card && document.activeElement !== document.body)) return false;
     steps.select(diagram.neighbour(focused(), event.key));
   };
+  const toValues = () => {
+    const first = document.querySelector("#panel [role=tabpanel]:not([hidden]) .values :is(input:not([type=number]), select)");
+    /** @type {HTMLElement | null} */ (first)?.focus();
+  };
+  get("skip").addEventListener("click", toValues);
   const inspect = () => {
     if (!document.activeElement?.closest(".card")) return false;
     steps.select(focused());
-    const first = document.querySelector("#panel [role=tabpanel]:not([hidden]) :is(.values input:not([type=number]), select)");
-    /** @type {HTMLElement | null} */ (first)?.focus();
+    toValues();
   };
   const leave = () => {
     if (start.isOpen) return start.show(false);
@@ -88,7 +93,8 @@ export function shortcuts({ steps, diagram, preview, bar, dialogs, history, star
     { keys: ["Ctrl+e"], help: "Export", run: open(() => dialogs.export()), typing: true },
     { keys: ["Ctrl+Enter"], help: "Render this film", run: open(render), typing: true },
     { keys: ["Ctrl+o"], help: "Show all styles", run: () => start.show(true), typing: true },
-    { group: "Knobs", keys: ["ArrowLeft", "ArrowRight", "PageUp", "PageDown"], help: "Change the value", inControl: true, run: () => {} },
+    { group: "Knobs", keys: ["v"], help: "Go to the values", run: open(toValues) },
+    { keys: ["ArrowLeft", "ArrowRight", "PageUp", "PageDown"], help: "Change the value", inControl: true, run: () => {} },
     { keys: ["Enter"], help: "Type the value; Enter or Escape returns to the slider", inControl: true, run: () => {} },
     { keys: ["Delete", "Backspace"], help: "Reset the value", inControl: true, run: () => {} },
     { keys: ["F2"], help: "Rename the knob", inControl: true, run: () => {} },

@@ -1,6 +1,7 @@
 // The style panel: knobs, variants, colours and note.
 
 import { make, press } from "./elements.js";
+import { rove } from "./roving.js";
 import { ValueList } from "./values.js";
 import { variantChip } from "./variant_chip.js";
 
@@ -25,7 +26,8 @@ export class StylePanel {
     this.variants = make("div", { className: "chips" });
     this.variants.setAttribute("role", "group");
     this.variants.setAttribute("aria-label", "Variants");
-    this.none = make("p", { className: "quiet", textContent: "No knobs yet. Pin a parameter of a step to show it here." });
+    rove(this.variants, "button");
+    this.none = make("p", { className: "quiet", textContent: "No sliders yet. Open Diagram, choose a step, and press the pin beside a value to have it here." });
     this.errors = make("div", { className: "error" });
     this.more = make("details", {}, make("summary", { textContent: "Colours, size and note" }), this.fields.element,
       make("label", { htmlFor: "note", textContent: "Note", className: "above" }), this.note);

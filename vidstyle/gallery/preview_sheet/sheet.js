@@ -35,9 +35,21 @@ function show(number) {
   const note = figures[shown].querySelector(".note")?.cloneNode(true);
   get("note").replaceChildren(...(note?.childNodes ?? []));
   get("command").textContent = String(figures[shown].dataset.command);
+  showStar();
   split(isSplit);
   if (!large.open) large.showModal();
 }
+
+/** Shows whether the enlarged style is starred. */
+function showStar() {
+  const star = starOf(figures[shown]);
+  get("star").hidden = !star;
+  press(get("star"), star?.ariaPressed === "true");
+  get("star-word").textContent = star?.ariaPressed === "true" ? "Starred" : "Star";
+}
+
+/** @param {HTMLElement} figure @returns {HTMLElement | null} */
+const starOf = (figure) => figure.querySelector(".star");
 
 /** Shows the original next to the style, or only the style. @param {boolean} on */
 function split(on) {
@@ -64,7 +76,7 @@ async function copy() {
 }
 
 /** Whether a style is starred. @param {HTMLElement} figure */
-const isStarred = (figure) => figure.querySelector(".star")?.ariaPressed === "true";
+const isStarred = (figure) => starOf(figure)?.ariaPressed === "true";
 
 /** Shows the styles of the chosen kind that are asked for, best first, or only those that are starred. */
 function filter() {
@@ -139,6 +151,7 @@ const KEYS = {
   [SHARED_KEYS.compare]: () => split(!isSplit),
   [SHARED_KEYS.original]: () => hold(true),
   [SHARED_KEYS.zoom]: () => large.close(),
+  [SHARED_KEYS.save]: () => get("star").click(),
 };
 
 for (const [number, figure] of figures.entries()) {
@@ -154,10 +167,15 @@ for (const star of /** @type {NodeListOf<HTMLElement>} */ (document.querySelecto
     countStars();
   });
 }
-figures[0].querySelector(".star")?.remove();
-const kinds = new Set(figures.flatMap((figure) => figure.dataset.kinds?.split(", ").filter(Boolean) ?? []));
+starOf(figures[0])?.remove();
+get("star").append(icon("star"), make("span", { id: "star-word", textContent: "Star" }));
+get("star").addEventListener("click", () => {
+  starOf(figures[shown])?.click();
+  showStar();
+});
+const kinds = (sheet.dataset.kinds ?? "").split(", ").filter((kind) => figures.some((figure) => figure.dataset.kinds?.includes(kind)));
 get("groups").replaceChildren(...[ALL, ...kinds].map((name) => make("button", { type: "button", textContent: name, onclick: () => choose(name) })));
-get("groups").hidden = kinds.size < 2;
+get("groups").hidden = kinds.length < 2;
 rove(get("groups"), "button");
 get("starred").addEventListener("click", () => {
   onlyStarred = !onlyStarred;

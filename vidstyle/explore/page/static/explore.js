@@ -17,6 +17,8 @@ import { nameOf, Tiles } from "./tiles.js";
 /** @typedef {import("./explore_types.js").Tile} Tile */
 
 const LOCK_LABELS = { lines: "Lines", background: "Background", colors: "Colours", steps: "Steps" };
+/** Sizes at which opened looks are rendered: the shorter side in pixels. */
+const OPENED_SIDES = [360, 540, 720, 1080];
 /** Sizes at which tiles are rendered: the shorter side in pixels. */
 const TILE_SIDES = [180, 270, 360, 540];
 /** Time for drawing in each screen refresh. */
@@ -77,6 +79,14 @@ function tileSide() {
   const wanted = Math.min(...(tiles.size ?? [1, 1])) * devicePixelRatio;
   const most = inPage ? 540 : 270;
   return TILE_SIDES.find((side) => side >= Math.min(wanted, most)) ?? most;
+}
+
+/** Returns the size at which an opened look is rendered: its size on screen, or that of the film if it is smaller. */
+function openedSide() {
+  const [width, height] = clip?.size ?? [1, 1];
+  const { clientWidth, clientHeight } = get("large");
+  const shown = Math.min(width, height) * Math.min(1, Math.min(clientWidth / width, clientHeight / height) * devicePixelRatio);
+  return OPENED_SIDES.find((side) => side >= shown) ?? OPENED_SIDES[OPENED_SIDES.length - 1];
 }
 
 // State from the server
@@ -292,6 +302,7 @@ async function change(request, heading = "One moment…", more = STAYING) {
     await request();
   } catch (error) {
     say(/** @type {Error} */ (error).message);
+    tiles.show(state.tiles, new Set(state.stars.map(({ tile }) => tile)));
   }
   get("tiles").setAttribute("aria-busy", "false");
   busy = isLeaving = false;
@@ -369,7 +380,7 @@ lightbox = new Lightbox({
   ask: (kind, fields) => connection.ask(kind, fields),
   subjectOf,
   painterOf,
-  side: () => (inPage ? 720 : 540),
+  side: openedSide,
   isPlaying: () => source.playing,
   onlike: (tile) => ask("like", { tile }, MORE),
   onstar: toggleStar,

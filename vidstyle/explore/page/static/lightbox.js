@@ -88,9 +88,11 @@ export class Lightbox {
   open(tile, clip, other = null, small = null) {
     const isNew = this.clip !== clip || !this.source.pictures.length;
     Object.assign(this, { tile, other, clip, moved: false });
+    if (!dialog.open) dialog.showModal();
     if (other) this.divider.move(0.5);
     this.#play(this.handlers.isPlaying());
     this.#shown = null;
+    get("draft").hidden = !small;
     if (small) {
       resize(canvas, [small.width, small.height]);
       canvas.getContext("2d")?.drawImage(small, 0, 0);
@@ -101,7 +103,6 @@ export class Lightbox {
     if (other) this.painter.prepare(this.handlers.subjectOf(other.tile), this.handlers.side());
     this.#describe(tile, clip);
     get("render").after(get("progress"));
-    if (!dialog.open) dialog.showModal();
     get("like").focus();
     this.#loadPad(tile);
   }
@@ -142,7 +143,7 @@ export class Lightbox {
     if (!this.dirty && place === this.#place) return;
     [this.#place, this.dirty] = [place, false];
     if (this.held) return this.#drawBefore(before, place, canvas);
-    this.painter.draw(this.#shown, place, canvas);
+    if (this.painter.draw(this.#shown, place, canvas)) get("draft").hidden = true;
     if (this.divider.split !== null) {
       [this.#scratch.width, this.#scratch.height] = [canvas.width, canvas.height];
       this.#drawBefore(before, place, this.#scratch);
@@ -180,7 +181,7 @@ export class Lightbox {
     this.padTile = tile;
     pad.classList.remove("ready");
     pad.setAttribute("aria-busy", "true");
-    get("pad-note").textContent = "Finding the two most influential parameters…";
+    get("pad-note").textContent = "Finding the two values that change most…";
     get("axes").replaceChildren();
     point.hidden = true;
     try {
@@ -193,7 +194,7 @@ export class Lightbox {
       await samples.decode();
       if (this.padTile === tile) pad.classList.add("ready");
     } catch (error) {
-      if (this.padTile === tile) get("pad-note").textContent = "This style has no two parameters to tune.";
+      if (this.padTile === tile) get("pad-note").textContent = "This look has no two values to tune.";
     }
     pad.setAttribute("aria-busy", "false");
   }

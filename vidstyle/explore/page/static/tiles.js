@@ -113,6 +113,7 @@ export class Tiles {
   show(tiles, kept) {
     const before = this.shown;
     this.shown = tiles;
+    this.element.classList.remove("leaving");
     for (const [place, tile] of tiles.entries()) {
       const { cell, take, star, enlarge, name, summary } = this.cells[place];
       if (before[place]?.tile !== tile.tile) {
@@ -185,8 +186,9 @@ export class Tiles {
     (this.cells[to] ?? this.cells[now]).take.focus();
   }
 
-  /** Moves the chosen tile to the middle and fades the others. @param {number} place */
+  /** Moves the chosen tile to the middle, under its own name, and fades the others. @param {number} place */
   leave(place) {
+    this.element.classList.add("leaving");
     const middle = this.cells[4].cell.getBoundingClientRect();
     const reduced = matchMedia("(prefers-reduced-motion: reduce)").matches;
     for (const [each, { cell }] of this.cells.entries()) {
@@ -199,7 +201,11 @@ export class Tiles {
       }
     }
     const [from, to] = [this.cells[place].canvas, this.cells[4].canvas];
+    const { name, summary } = this.cells[4];
+    const chosen = this.shown[place];
     setTimeout(() => {
+      if (this.shown[place] !== chosen) return;
+      [name.textContent, name.title, summary.textContent] = ["Your choice", "", chosen.look];
       if (from === to) return;
       [to.width, to.height] = [from.width, from.height];
       to.getContext("2d")?.drawImage(from, 0, 0);

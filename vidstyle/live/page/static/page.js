@@ -58,7 +58,7 @@ const connection = new Connection({
     lost.show(loss);
     setLink(loss ? "No connection" : "");
   },
-  onend: () => setLink("The session has ended"),
+  onend: () => setLink("The session has ended. Start “vidstyle live” again to continue."),
 });
 
 /** Sends a message; resolves to whether it succeeded. @param {string} kind @param {object} [fields] */
@@ -114,6 +114,17 @@ function shareOf({ frames, dropped }) {
   return part > 0.98 ? "" : `${Math.round(100 * part)} % of the frames`;
 }
 
+/** Below this number of frames per second a film does not look like one. */
+const MIN_SMOOTH_RATE = 12;
+
+/** Says how the session goes. @param {Status} now */
+function sentenceOf(now) {
+  const shown = Math.round(rate());
+  if (now.degraded) return `Slow computer: the picture is smaller, ${shown} frames per second`;
+  if (shown < MIN_SMOOTH_RATE && times.length) return `Slow computer: only ${shown} frames per second`;
+  return `Live, ${shown} frames per second`;
+}
+
 /** @param {Status} now */
 function showStatus(now) {
   const facts = [
@@ -124,6 +135,8 @@ function showStatus(now) {
     [now.degraded, "a smaller picture is restyled and enlarged, to keep the frame rate"],
     ...now.targets.filter(([name]) => name !== "page").map((target) => [target.join(": "), "another target"]),
   ];
+  get("sentence").textContent = sentenceOf(now);
+  get("reduced").hidden = !now.degraded;
   get("line").replaceChildren(...facts.filter(([text]) => text).map(([textContent, title]) => make("span", { textContent, title })));
   const size = get("full-size");
   size.hidden = !now.degraded && !now.full_size;

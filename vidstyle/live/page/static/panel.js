@@ -49,6 +49,7 @@ export class Panel {
   constructor(send) {
     this.send = send;
     addEventListener("pointerup", () => (this.#dragged = null));
+    addEventListener("resize", () => this.#showChosen());
     get("reset").onclick = () => this.#last && this.choose("choose", { style: fullName(this.#last) });
     get("copy").onclick = () => this.#copy();
   }
@@ -126,6 +127,12 @@ export class Panel {
     const row = get("styles");
     const [left, top] = [button.offsetLeft - (row.clientWidth - button.clientWidth) / 2, button.offsetTop - button.offsetHeight - ROW_GAP_PX];
     row.scrollTo({ left, top, behavior: "smooth" });
+  }
+
+  /** Keeps the chosen style in view when the list becomes a row, or rows. */
+  #showChosen() {
+    const chosen = /** @type {HTMLElement | null} */ (get("styles").querySelector("[aria-pressed=true]"));
+    if (chosen) this.#scrollTo(chosen);
   }
 
   /** @param {PanelState} panel */
