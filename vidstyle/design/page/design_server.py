@@ -15,8 +15,8 @@ from vidstyle.design.page.design_session import DesignSession
 from vidstyle.design.page.design_view import DesignView, clip_message
 from vidstyle.design.page.frames import PictureType
 from vidstyle.design.page.made_documents import DOCUMENT_PATH, MadeDocuments
-from vidstyle.design.page.rendered_files import RENDERED_PATH, RenderedFiles
 from vidstyle.design.page.render_queue import RenderQueue
+from vidstyle.design.page.rendered_files import RENDERED_PATH, RenderedFiles
 from vidstyle.design.page.steady_preview import SteadyPreview
 from vidstyle.design.samples import block_sample, sample_names
 from vidstyle.design.style_list import list_styles

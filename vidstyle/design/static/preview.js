@@ -13,6 +13,8 @@ export const PACKET = { source: 1, styled: 2, step: 3, exact: 4, style: 5, stead
 
 /** Preview sizes on offer: lengths of the shorter side in pixels. */
 const PREVIEW_SIDES = [180, 270, 360, 540, 720, 1080, 1440, 2160];
+/** The server accepts no smaller size. */
+const MIN_SIDE = 64;
 /** Time without a change of the window or the zoom after which the preview gets the size that is shown. */
 const FIT_MS = 300;
 /** A picture that is enlarged by more is a draft. */
@@ -78,11 +80,11 @@ export class Preview {
 
   /** The preview sizes for this film: its own is the largest. */
   get sides() {
-    const own = Math.min(...this.view.size);
-    return [...PREVIEW_SIDES.filter((each) => each < own), Math.min(own, PREVIEW_SIDES[PREVIEW_SIDES.length - 1])];
+    const own = Math.max(MIN_SIDE, Math.min(...this.view.size, PREVIEW_SIDES[PREVIEW_SIDES.length - 1]));
+    return [...PREVIEW_SIDES.filter((each) => each < own), own];
   }
 
-  /** The shorter side of the picture on the screen, in its pixels, or that of the film if it is smaller. */
+  /** The shorter side of the picture on the screen, in its pixels; at most the side of the film. */
   get #shownSide() {
     return Math.min(...this.view.size) * Math.min(1, this.view.scale * devicePixelRatio);
   }

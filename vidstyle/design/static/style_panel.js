@@ -27,7 +27,7 @@ export class StylePanel {
     this.variants.setAttribute("role", "group");
     this.variants.setAttribute("aria-label", "Variants");
     rove(this.variants, "button");
-    this.none = make("p", { className: "quiet", textContent: "No sliders yet. Open Diagram, choose a step, and press the pin beside a value to have it here." });
+    this.none = make("p", { className: "quiet", textContent: "No sliders yet. Open Diagram, choose a step, and press the pin next to a value to have it here." });
     this.errors = make("div", { className: "error" });
     this.more = make("details", {}, make("summary", { textContent: "Colours, size and note" }), this.fields.element,
       make("label", { htmlFor: "note", textContent: "Note", className: "above" }), this.note);

@@ -6,7 +6,7 @@ import { get, make, resize } from "./elements.js";
 /** @typedef {import("./runner.js").LoadedStyle} LoadedStyle */
 /** @typedef {{style: LoadedStyle, side: number}} Shown a style and the shorter side at which it is drawn */
 
-/** Returns the working size: the shorter side is that of the plan. @param {[number, number]} size @param {number} side @returns {[number, number]} */
+/** Returns the working size for a shorter side. @param {[number, number]} size @param {number} side @returns {[number, number]} */
 export function workingSize([width, height], side) {
   const long = Math.max(side, Math.round((side * Math.max(width, height)) / Math.min(width, height)));
   return width < height ? [side, long] : [long, side];
@@ -37,7 +37,7 @@ export class StyledCanvas {
     this.divider.listen();
   }
 
-  /** Shows a new picture as it is, until it is drawn. */
+  /** Shows a new picture unchanged, until it is drawn. */
   open() {
     this.isDrawn = false;
     this.compose();

@@ -81,7 +81,7 @@ function tileSide() {
   return TILE_SIDES.find((side) => side >= Math.min(wanted, most)) ?? most;
 }
 
-/** Returns the size at which an opened look is rendered: its size on screen, or that of the film if it is smaller. */
+/** Returns the size at which an opened look is rendered: its size on screen, at most the size of the film. */
 function openedSide() {
   const [width, height] = clip?.size ?? [1, 1];
   const { clientWidth, clientHeight } = get("large");
