@@ -452,17 +452,17 @@ def test_a_knob_is_renamed_by_keyboard(page: Page) -> None:
     browser = page.browser
     open_style(page, "Ink")
     browser.click("#tabs [value=style]")
-    browser.run("document.querySelector('[aria-label=\"Rename Solid ink\"]').focus()")
+    browser.run("document.querySelector('[aria-label=\"Rename Hatching\"]').focus()")
     browser.press("Enter")
     browser.until("document.activeElement.matches('.rename')")
     browser.type("Shadows")
     browser.press("Enter")
-    page.undone("Rename Amount of black: Shadows")
+    page.undone("Rename Thickest line: Shadows")
     browser.until("document.querySelector('[aria-label=\"Rename Shadows\"]')")
     labels = page.server.designer.opened.style.labels.values()
     assert any(label.startswith("Shadows:") for label in labels)
     browser.press("Ctrl+z")
-    browser.until("document.querySelector('[aria-label=\"Rename Solid ink\"]')")
+    browser.until("document.querySelector('[aria-label=\"Rename Hatching\"]')")
 
 
 def test_a_mistake_stands_at_its_card_and_goes_with_undo(page: Page) -> None:
