@@ -97,7 +97,7 @@ get("zoom").hidden = isStrip;
 // A whole page is seen first, except on a phone.
 const begin = () => arrange(!isStrip && innerWidth > innerHeight);
 begin();
-NARROW.addEventListener("change", begin);
+for (const shape of [NARROW, matchMedia("(orientation: portrait)")]) shape.addEventListener("change", begin);
 get("zoom").addEventListener("click", zoom);
 get("full").addEventListener("click", fill);
 get("full").hidden = !document.fullscreenEnabled;
