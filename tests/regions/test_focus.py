@@ -75,10 +75,10 @@ def likeness(one: np.ndarray, other: np.ndarray) -> float:
     ("name", "least"),
     [
         ("cartoon", 0.87),
-        ("comic", 0.75),
+        ("comic", 0.74),
         ("engraving", 0.76),
         ("ink", 0.81),
-        ("manga", 0.8),
+        ("manga", 0.79),
         ("poster", 0.84),
     ],
 )

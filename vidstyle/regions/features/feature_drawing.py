@@ -29,7 +29,7 @@ FULL_INK_WEIGHT = 0.33
 """Weight of features from which strokes are full ink: line drawings have no gray."""
 LIGHT_WEIGHT = 0.8
 """Opacity of whites of eyes and teeth between lines."""
-CLEAR_RATIO, CLEAR_RANGE, GROUND_RATIO = 0.035, (0.3, 0.5), 0.12
+CLEAR_RATIO, CLEAR_RANGE, GROUND_RATIO = 0.027, (0.4, 0.65), 0.12
 """Distance from ink in which dots and hatching are cleared, relative to the face's height; nearness from
 which they begin to be, and from which they are, as there is no gray; and side of the square whose mean
 replaces letters and scan lines, in the same way."""
