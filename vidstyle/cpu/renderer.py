@@ -86,6 +86,11 @@ class CpuRenderer(Backend):
         self._cuts = cuts or SceneCutDetector()
 
     @property
+    def style(self) -> Style:
+        """The style of the next picture."""
+        return self._film.style
+
+    @property
     def frames_in_flight(self) -> int:
         return self._threads.side_by_side + WAITING_FRAMES
 
@@ -110,7 +115,7 @@ class CpuRenderer(Backend):
 
     def restyle(self, request: FrameRequest) -> Picture:
         """Restyle a picture with several threads; see `Backend.restyle`."""
-        if request.is_passthrough(self._film.style):
+        if request.is_passthrough(self.style):
             return request.picture
         self._threads.settle()
         with self._rehearsing(request):
@@ -118,7 +123,7 @@ class CpuRenderer(Backend):
 
     def begin(self, request: FrameRequest) -> Future[Picture]:
         """Restyle a picture in other threads."""
-        if request.is_passthrough(self._film.style):
+        if request.is_passthrough(self.style):
             return completed_future(request.picture)
         with self._rehearsing(request):
             frame = self._follow(request)
