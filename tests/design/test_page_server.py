@@ -236,11 +236,11 @@ def test_a_dropped_file_becomes_the_clip(page: Page, tmp_path: Path) -> None:
 def test_an_edit_sends_only_what_it_changes(server: DesignServer, page: Page) -> None:
     page.ask("open", style="comic")
     last = page.told["state"]["layers"]["lines"][-1]
-    step, name = last["step"], "opacity"
+    step, name = last["step"], "epsilon"
     assert name in [entry["name"] for entry in last["entries"]]
     before = len(page.texts)
     edits: list[dict[str, Any]] = [
-        {"do": "set", "step": step, "name": name, "value": value, "gesture": 7} for value in (0.2, 0.3)
+        {"do": "set", "step": step, "name": name, "value": value, "gesture": 7} for value in (40.0, 50.0)
     ]
     edits += [{"do": "undo"}, {"do": "redo"}, {"do": "remove", "step": step, "gesture": 8}]
     for edit in edits:

@@ -167,7 +167,7 @@ def test_stopping_waits_for_no_frame_that_is_restyled(
 
     def endless(self: CpuRenderer, *_: object) -> Picture:
         stop.set()
-        assert self._cancelled.wait(LONG)
+        assert self._threads.cancelled.wait(LONG)
         raise CancelledError
 
     monkeypatch.setattr(CpuRenderer, "_finish", endless)
