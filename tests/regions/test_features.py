@@ -125,10 +125,10 @@ def test_light_marks_are_on_skin_alone(ground: int) -> None:
 
 @pytest.mark.parametrize(
     ("name", "paper", "is_dark"),
-    [("ink", 250, True), ("oil", 180, True), ("blueprint", 90, False), ("neon", 4, False)],
+    [("ink", 250, True), ("oil", 180, True), ("blueprint", 90, False), ("neon", 180, True)],
 )
 def test_eyes_are_drawn_in_the_colours_of_the_style(name: str, paper: int, is_dark: bool) -> None:
-    """Light on black, where a style paints light; and nothing around the face changes."""
+    """Light where the ink is lighter than the paper; and nothing around the face changes."""
     features, page = (
         lifted(Picture.from_array(picture_with_face()))[1],
         np.full((480, 640, 3), paper, np.uint8),

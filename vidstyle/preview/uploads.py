@@ -19,6 +19,9 @@ from vidstyle.style.files import read_style_text
 from vidstyle.web.messages import MessageError
 
 _SAFE_SUFFIX = re.compile(r"\.\w{1,8}")
+_UNSAFE_CHARACTERS = re.compile(r"[^\w-]+")
+MAX_NAME_CHARACTERS = 50
+"""Length of the temporary file's name, which comics have as their title."""
 
 
 class FileUpload:
@@ -30,7 +33,7 @@ class FileUpload:
     """
 
     def __init__(self, id: int, name: str, size: int) -> None:
-        """Create the temporary file, not under the name of the user, which is untrusted.
+        """Create the temporary file, under the letters and digits of the user's name, which is untrusted.
 
         Args:
             size: in bytes.
@@ -45,10 +48,10 @@ class FileUpload:
         if shutil.disk_usage(folder).free < size:
             raise OutputError(self._name, f"does not fit into {folder}", "name it on the command line")
         self._folder = tempfile.TemporaryDirectory(prefix="vidstyle-")
-        ending = Path(self._name).suffix
-        self._path = Path(self._folder.name) / (
-            "dropped" + (ending if _SAFE_SUFFIX.fullmatch(ending) else "")
-        )
+        given = Path(self._name)
+        stem = _UNSAFE_CHARACTERS.sub("-", given.stem)[:MAX_NAME_CHARACTERS].strip("-") or "dropped"
+        ending = given.suffix if _SAFE_SUFFIX.fullmatch(given.suffix) else ""
+        self._path = Path(self._folder.name) / f"{stem}{ending}"
         try:
             self._file = self._path.open("xb")
         except OSError as error:

@@ -33,7 +33,7 @@ const palette = new Palette(session, showField);
 const dialogs = new Dialogs(session, say);
 const preview = new Preview(session, { onchange: () => showPlace(), onsettled: drawResult });
 const bar = new Bar(preview, say);
-const scenes = new Scenes(session, preview, { say, onopen: showScenes });
+const scenes = new Scenes(session, preview, { say, onopen: showScenes, onchange: showUndo });
 const scopes = new Scopes(preview.view);
 const steps = new Steps(session, palette, say, showSelected, (name) => diagram.focus(name));
 const clipboard = new Clipboard(session, steps, say);
@@ -82,7 +82,7 @@ function showTab(name) {
 function showUndo() {
   for (const which of /** @type {const} */ (["undo", "redo"])) {
     const button = /** @type {HTMLButtonElement} */ (get(which)), edit = tab === "scenes" ? "" : session.state?.[which];
-    button.disabled = tab !== "scenes" && !edit;
+    button.disabled = tab === "scenes" ? !scenes.has(which) : !edit;
     button.title = `${which === "undo" ? "Undo" : "Redo"}${edit ? `: ${edit}` : ""} (Ctrl+${which === "undo" ? "Z" : "Y"})`;
   }
 }

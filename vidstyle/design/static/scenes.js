@@ -16,12 +16,14 @@ export class Scenes {
    * @param {object} handlers
    * @param {(text: string) => void} handlers.say
    * @param {(isOpen: boolean) => void} handlers.onopen is called when they are opened or closed
+   * @param {() => void} handlers.onchange is called after a change of the cues
    */
-  constructor(session, preview, { say, onopen }) {
+  constructor(session, preview, { say, onopen, onchange }) {
     this.session = session;
     this.preview = preview;
     this.say = say;
     this.onopen = onopen;
+    this.onchange = onchange;
     get("to-scenes").addEventListener("click", () => this.toggle());
     get("save-cues").addEventListener("click", () => this.save());
     session.on("clip", () => this.#close());
@@ -72,10 +74,16 @@ export class Scenes {
   /** Shows the cues in the picture, or says what is wrong with them. */
   async #send() {
     const editor = /** @type {CueEditor} */ (this.#editor);
+    this.onchange();
     sessionStorage.setItem(this.#place, editor.state);
     const text = editor.mistake ? "" : editor.text;
     get("cue-answer").textContent = editor.mistake;
     await this.session.ask("cues", { text });
+  }
+
+  /** Whether there is a change of the cues to undo, or to make again. @param {"undo" | "redo"} which */
+  has(which) {
+    return Boolean(this.#editor?.has(which === "undo" ? -1 : 1));
   }
 
   /** Undoes a change of the cues, or makes it again. @param {"undo" | "redo"} which */

@@ -303,13 +303,15 @@ export class Start {
   /** @param {string} kind @param {Object<string, any>} fields */
   async open(kind, fields) {
     if (!(await this.mayLeave())) return;
+    const isByKeyboard = document.activeElement?.matches(":focus-visible");
     this.opened(kind);
     if (!(await this.session.ask(kind, fields))) return;
     this.show(false);
     this.finder.value = "";
     this.#filter();
-    // The first control, so that the keyboard need not pass the bar.
-    if (kind !== "new") requestAnimationFrame(() => /** @type {HTMLElement | null} */ (document.querySelector("#style-tab-content :is(.chips button, input)"))?.focus());
+    // The first control, so that the keyboard need not pass the bar; after a click, keys are those of the page.
+    if (kind !== "new" && isByKeyboard)
+      requestAnimationFrame(() => /** @type {HTMLElement | null} */ (document.querySelector("#style-tab-content :is(.chips button, input:not([type=number]))"))?.focus());
   }
 
   /** @param {{name: string, when: string} | null} draft */

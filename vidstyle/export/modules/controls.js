@@ -139,7 +139,7 @@ function slider(entry, id, change) {
   range.oninput = () => move(Number(range.value));
   // With step "any" browsers disagree about arrow keys.
   range.onkeydown = (event) => {
-    if (event.key === "Enter") {
+    if (event.key === "Enter" && !event.ctrlKey && !event.metaKey) {
       event.preventDefault();
       return exact.select();
     }

@@ -97,6 +97,11 @@ export class CueEditor {
     return cueFile(this.sheet, this.cues);
   }
 
+  /** Whether there is a change to undo, or to make again. @param {-1 | 1} step */
+  has(step) {
+    return this.#states[this.#now + step] !== undefined;
+  }
+
   /** Undoes a change, or makes it again. @param {-1 | 1} step */
   undo(step = -1) {
     const state = this.#states[this.#now + step];

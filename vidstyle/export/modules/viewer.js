@@ -233,6 +233,7 @@ export class Viewer {
     });
     if (!this.#recorder) return this.say("This browser cannot record.");
     this.#markRecording(true);
+    if (this.source.video?.paused) this.source.video.play();
     this.redraw();
   }
 

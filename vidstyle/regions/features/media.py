@@ -12,9 +12,6 @@ FACE_RATIOS = 0.16, 0.22
 """Heights of faces relative to the picture's shorter side. Where all is ink, features are lifted completely
 up to the first; from the second on not at all, as the style draws them well itself."""
 
-CONTOUR_BLOCK = "contour"
-"""The block that draws light lines on black, where no layer turns them into ink."""
-
 
 class Medium(Enum):
     """What the marks of a style are."""
@@ -28,8 +25,7 @@ class Medium(Enum):
     def of(cls, style: Style, raster: PageRaster) -> Medium:
         """Return the medium of a style with these rasters."""
         if not style.lines:
-            steps = (*style.base, *style.background)
-            return cls.LIGHT_LINES if any(step.block == CONTOUR_BLOCK for step in steps) else cls.TONES
+            return cls.TONES
         if sum(rgb_from_text(style.ink)) > sum(rgb_from_text(style.paper)):
             return cls.LIGHT_LINES
         return cls.INK_OVER_TONES if style.background and not raster.is_screen else cls.INK

@@ -120,7 +120,7 @@ const MIN_SMOOTH_RATE = 12;
 /** Says how the session goes. @param {Status} now */
 function sentenceOf(now) {
   const shown = Math.round(rate());
-  if (now.degraded) return `Slow computer: the picture is smaller, ${shown} frames per second`;
+  if (now.degraded) return `Smaller picture to keep up: ${shown} frames per second`;
   if (shown < MIN_SMOOTH_RATE && times.length) return `Slow computer: only ${shown} frames per second`;
   return `Live, ${shown} frames per second`;
 }
@@ -183,6 +183,8 @@ function fill() {
   if (document.fullscreenElement) document.exitFullscreen();
   else get("stage").requestFullscreen?.().catch((error) => say(error.message, true));
 }
+
+get("snapshot").addEventListener("click", () => say("The picture is in your downloads."));
 
 const leave = /** @type {HTMLDialogElement} */ (get("leave"));
 const help = /** @type {HTMLDialogElement} */ (get("help"));
