@@ -20,7 +20,7 @@ from vidstyle.style.files import read_style_text
 
 @pytest.mark.parametrize("start", ["plain", "sketch"])
 def test_random_edits_agree_with_a_plain_model(start: str, tmp_path: Path) -> None:
-    assert run(start, 100, Random(random.randrange(2**32)), tmp_path / "style.toml") > 15
+    assert run(start, 100, Random(random.randrange(2**32)), tmp_path / "style.toml") > 9
 
 
 @pytest.mark.thorough
