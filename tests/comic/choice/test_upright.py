@@ -31,6 +31,8 @@ def test_a_film_is_turned_only_if_several_turned_pictures_show_faces() -> None:
     assert find_turn(lying[:2], finder) == 0
     assert find_turn([person(), *lying[:3]], finder) == 0
     assert find_turn([*empty * 4, *lying], finder) == 0
+    drawn = [np.ascontiguousarray(each[..., ::-1]) for each in lying]
+    assert find_turn(drawn, finder) == 0, "blue faces"
 
 
 def test_a_comic_of_a_film_on_its_side_is_upright_and_its_page_file_keeps_that(
