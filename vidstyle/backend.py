@@ -151,7 +151,7 @@ def completed_future(picture: Picture) -> Future[Picture]:
 
 
 def joined_future(parts: Sequence[Future[Picture]], join: Callable[[], Picture]) -> Future[Picture]:
-    """Return the picture that `join` makes of several ones, in the thread that completes the last of them."""
+    """Return the result of `join`, which the thread calls that completes the last of the pictures."""
     joined: Future[Picture] = Future()
     lock, waiting = Lock(), list(parts)
 

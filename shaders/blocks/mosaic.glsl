@@ -16,10 +16,10 @@ ivec2 tile_along_edges(ivec2 at, ivec2 page, float size, float irregularity, flo
     vec2 here = vec2(at) + 0.5;
     vec3 color = clamp(picture_at(at), 0.0, 1.0);
     ivec2 square = ivec2(here / size), nearest = square;
-    vec2 moved = drift_of(square, size, page), beside = moved - floor(moved + 0.5);
+    vec2 moved = drift_of(square, size, page), offset = moved - floor(moved + 0.5);
     // Where tiles have moved by half a square, their squares have, too.
-    int middle_row = beside.y == 0.0 ? square.y : int(floor(here.y / size - beside.y));
-    int left = square.x - (beside.x > 0.0 ? 2 : 1), right = square.x + (beside.x < 0.0 ? 2 : 1);
+    int middle_row = offset.y == 0.0 ? square.y : int(floor(here.y / size - offset.y));
+    int left = square.x - (offset.x > 0.0 ? 2 : 1), right = square.x + (offset.x < 0.0 ? 2 : 1);
     float least = 1e9, scale = 1.0 / (size * size);
     for (int row = middle_row - 1; row <= middle_row + 1; row++) {
         for (int column = left; column <= right; column++) {

@@ -1,5 +1,5 @@
-// Squares of a grid that marks may be beside their own: they move with the film.
-const int BESIDE = 1;
+// Marks move with the film: distance of a mark from the square that shows it, in squares of the grid.
+const int MAX_DRIFT_SQUARES = 1;
 
 // How far the mark that a square of a grid shows has moved, in squares. `drift` is relative to the page.
 vec2 drift_of(ivec2 square, float pitch, ivec2 page) {

@@ -148,7 +148,7 @@ def _drifted_points(
     """Return the tiles of a page, one for each square of a grid.
 
     Returns:
-        Column and row of the middle of each tile, and its tone: rows x columns x 3; and how far it is beside
+        Column and row of the middle of each tile, and its tone: rows x columns x 3; and its distance from
         its square, see `drifted_noise`.
     """
     (rows, columns), page = (

@@ -37,7 +37,7 @@ def find_tiles(picture, top, squares, tiles, colors, scale, planes, best, owners
         picture: the rows to divide, with interleaved channels; `top` is the first one's row on the page.
         squares: the square of the grid of each row, and the first column of each square and the end of the
             last one; the numbers of squares are those of `tiles`.
-        tiles: column and row of the middle of each tile, and how far it is beside its square, in squares.
+        tiles: column and row of the middle of each tile, and its distance from its square, in squares.
         colors: of the tiles.
         scale: side of a square, and weights of squared distances and of squared differences of colour.
         planes, best: scratch for a row: its channels, and the least distances.

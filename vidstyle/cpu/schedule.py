@@ -32,7 +32,7 @@ class BandStep:
         is_loaded: whether it is read from planes instead of computed.
         inputs: its inputs, by the names of the operation's inputs.
         twin: the other half of a conversion from RGB, computed together with it.
-        stores: those of both halves that are stored as whole planes.
+        stores: the pictures of both halves that are stored as whole planes.
         releases: values that no later step of the band reads.
     """
 

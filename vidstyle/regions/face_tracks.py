@@ -320,7 +320,7 @@ def _approach(box: Box[float], found: Box[float]) -> Box[float]:
 
 
 def _between(marks: Landmarks, found: Landmarks) -> Landmarks:
-    """Interpolate between the landmarks of a tracked face and those of a new search, as `_approach`."""
+    """Interpolate between landmarks of a tracked face and of a new search, as `_approach`."""
     return Landmarks(
         *(
             (x + _SIZE_WEIGHT * (then_x - x), y + _SIZE_WEIGHT * (then_y - y))

@@ -51,7 +51,7 @@ class FocusedPicture:
         region: where the style applies, H x W float32, 0..1; None: everywhere.
         raster: the dots and squares of the style.
         features: eyes, noses and mouths of small faces, which are drawn over the faces.
-        large: those of large faces, which are drawn over the picture.
+        large: features of large faces, which are drawn over the picture.
     """
 
     page: PendingPicture

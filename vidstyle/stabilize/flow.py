@@ -34,7 +34,7 @@ WIDE_FACTOR = 4
 MIN_NEAR_WEIGHT = 0.2
 """Part of the usual neighbourhood in which motion must be known."""
 MIN_CAMERA_MOTION_PX = 0.2
-"""Motion of half of what is seen, in pixels of the copy, from which the camera moves."""
+"""Median motion of visible structure, in pixels of the copy, from which the camera moves."""
 MIN_OBJECT_MOTION_PX = 0.3
 """Least motion of objects that marks follow while the camera rests: they would tremble in still areas."""
 MIN_OBJECT_CHANGE = 3

@@ -88,7 +88,7 @@ def _mean_flow(flow, axis, x, y):  # type: ignore[no-untyped-def]
     total, count = np.float32(0), np.float32(0)
     row = min(max(int(np.floor(y)), 0), flow.shape[0] - 1)
     column = min(max(int(np.floor(x)), 0), flow.shape[1] - 1)
-    if flow[row, column, 0] == 0 and flow[row, column, 1] == 0:  # it rests, also beside what moves
+    if flow[row, column, 0] == 0 and flow[row, column, 1] == 0:  # it rests, also next to moving objects
         return total
     for i in range(max(row - 2, 0), min(row + 3, flow.shape[0])):
         for j in range(max(column - 2, 0), min(column + 3, flow.shape[1])):

@@ -88,7 +88,7 @@ class FilmFile(Film):
         return self._survey_as_it_is(on_step) if self._turn_upright(found) else found
 
     def _turn_upright(self, survey: Survey) -> bool:
-        """Turn a film without faces if its people lie on their side; return whether it was turned."""
+        """Turn a film without faces if it shows people sideways; return whether it was turned."""
         if not (self._may_turn and self._faces.has_model) or any(each.faces for each in survey.candidates):
             return False
         turn = find_turn(self._glance(survey), self._faces)

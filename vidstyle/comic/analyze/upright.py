@@ -1,4 +1,4 @@
-"""Films that lie on their side although their metadata do not report it: only turned pictures show faces."""
+"""Sideways films whose metadata have no rotation: only turned pictures show faces."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vidstyle.regions.faces import LARGE_FACE_HEIGHT_RATIO, FaceFinder, is_color
 MAX_GLANCES, GLANCE_SIDE_PX = 24, 480
 """Number of pictures of a film that are searched, and their longer side."""
 _MIN_GLANCES = 8
-"""Number of pictures after which the search ends if none of them shows a face."""
+"""Number of pictures without a face after which the search ends."""
 _MIN_TURNED_FACES, _MIN_TURNED_RATIO = 3, 3
 """Number of pictures with a face once they are turned from which a film is turned; relative to the number as
 the film is, as a single one may be an error."""

@@ -309,7 +309,7 @@ export class Start {
     this.show(false);
     this.finder.value = "";
     this.#filter();
-    // The first control, so that the keyboard need not pass the bar; after a click, keys are those of the page.
+    // The first control, so that the keyboard need not pass the bar; after a click, shortcuts of the page work.
     if (kind !== "new" && isByKeyboard)
       requestAnimationFrame(() => /** @type {HTMLElement | null} */ (document.querySelector("#style-tab-content :is(.chips button, input:not([type=number]))"))?.focus());
   }

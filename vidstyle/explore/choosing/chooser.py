@@ -175,7 +175,7 @@ class Chooser:
     def _fill(
         self, kinds: Sequence[str], tiles: list[Tile], generate: Callable[[int], list[StyleCandidate]]
     ) -> tuple[Tile, ...]:
-        """Select nine distinct tiles: each the best of its kind, or of any kind if none is left.
+        """Select nine distinct tiles: each the best of its kind, or of any kind if too few pass.
 
         Args:
             kinds: the kind of each position.

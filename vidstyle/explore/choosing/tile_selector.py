@@ -27,7 +27,7 @@ MIN_REACH_DISTANCE, REACH_DISTANCE_RANGE = 0.2, 1.5
 MAX_REACH_RATIO = 2.0
 """Multiple of this distance beyond which a tile is no longer near the chosen one."""
 WILD_LIKING_WEIGHT = 0.6
-"""Weight of the predicted preference for wild cards beside a chosen tile, to show something unexpected."""
+"""Weight of the predicted preference for wild cards on a screen with a chosen tile, to surprise."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class TileSelector:
             found: the tiles to select from.
 
         Returns:
-            As many as are wanted, or fewer if the others are too similar.
+            The wanted number of tiles, or fewer if the others are too similar.
         """
         chosen: list[Tile] = []
         left = list(found)

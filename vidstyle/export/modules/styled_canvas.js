@@ -72,7 +72,7 @@ export class StyledCanvas {
     this.ondrawn(performance.now() - began);
   }
 
-  /** Shows what is drawn, with the original in its part. */
+  /** Shows the drawn picture, with the original in its part. */
   compose() {
     const { picture, size: own } = this.source;
     if (!picture || !own[0]) return;

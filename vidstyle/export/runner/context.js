@@ -63,7 +63,7 @@ export class Context {
     return this.gl.getProgramParameter(found.program, this.parallel.COMPLETION_STATUS_KHR);
   }
 
-  /** Resolves once the GPU has done what was asked of it. */
+  /** Resolves once the GPU has finished all commands. */
   async finish() {
     const gl = this.gl;
     const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);

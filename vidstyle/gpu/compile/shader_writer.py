@@ -171,7 +171,7 @@ class _Writer:
         self._text.add_once(f"{type_name} {reads}(ivec2 at) {{ return {image}_at(at); }}")
 
     def _add_drift(self) -> None:
-        """Add what tells how far marks have moved; a page in a browser does not know it."""
+        """Add the function for the movement of marks, which is 0 on a page in a browser."""
         if self._plan.form == "es":
             self._text.include("lib/no_drift.glsl")
         elif DRIFT not in self.shader.samplers:

@@ -131,8 +131,8 @@ class FilmSampler(Closing):
         """Rotate all frames clockwise by a multiple of 90 degrees, beyond the rotation in the metadata.
 
         Returns:
-            The rotation together with that of the metadata, as in the constructor; None: the metadata mirror
-            the film, which is not turned.
+            The sum of this rotation and the one in the metadata, as in the constructor; None: the metadata
+            mirror the film, which is not turned.
         """
         if self._copies is None:
             next(self.frames())

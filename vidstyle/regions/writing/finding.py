@@ -235,7 +235,7 @@ def levels_of(luma: np.ndarray, picture: Picture) -> np.ndarray:
 def _in_cells(one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the means of two arrays, H x W x 2 uint8, in each cell, h x w x 2 float32.
 
-    Together, as OpenCV halves pictures of one and of four channels ten times as fast as those of two.
+    Together, as OpenCV halves pictures of one or four channels ten times as fast as pictures of two.
     """
     height, width = (max(1, round(side / CELL_PX)) for side in one.shape[:2])
     four = cv2.merge((*cv2.split(one), *cv2.split(other)))

@@ -162,7 +162,7 @@ def spread_damage(candidates: Sequence[Candidate]) -> list[Candidate]:
 
 
 def fill_damage(candidates: Sequence[Candidate]) -> list[Candidate]:
-    """Mark as damaged what lies between two damaged candidates of a scene that are near each other.
+    """Mark candidates as damaged between two damaged ones of a scene that are near each other.
 
     It is for films in which the decoder reports nothing: they were damaged before they were encoded again,
     and their key frames do not end the damage.

@@ -14,7 +14,7 @@ _MIN_COMBED_MOTION, _MIN_COMBED_SHARE = 0.02, 0.5
 
 
 class FilmDefects:
-    """The defects of a film; before `mark_all`, single frames stay as they are.
+    """The defects of a film; before `mark_all`, single frames are unchanged.
 
     Attributes:
         is_interlaced: whether most moving frames are combed: the film is interlaced without the flag.
