@@ -33,7 +33,7 @@ PARENT_COUNT, CHILD_COUNT = 4, 3
 """Number of styles kept in each round, and of variations of each kind per style."""
 TUNED_COUNT = 2
 """Number of styles whose values are tuned one by one after the search."""
-LOST_SUBJECT_FAULTS = {BLURRED_FAULT, NO_SUBJECT_FAULT}
+LOST_SUBJECT_FAULTS = frozenset({BLURRED_FAULT, NO_SUBJECT_FAULT})
 """Faults of variations that are not offered, however near: the distance does not depend on the subject."""
 
 

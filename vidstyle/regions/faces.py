@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from threading import Lock
@@ -115,16 +115,25 @@ def is_colorful(color: np.ndarray) -> bool:
     return bool(np.mean(brightest - darkest) > 8)
 
 
+def skin_shares(color: np.ndarray, faces: Iterable[Box]) -> list[float]:
+    """Return the share of skin in each face of a picture, H x W x 3 uint8, 0..1; 1 in a gray picture."""
+    boxes = list(faces)
+    if not is_colorful(color):
+        return [1.0] * len(boxes)
+    skin = skin_map(color)
+    parts = [_crop(skin, box) for box in boxes]
+    return [float(part.mean()) if part.size else 0.0 for part in parts]
+
+
 def _create_mtcnn(networks: tuple[Weights, Weights, Weights]) -> _Detector:
     def find(color: np.ndarray, least: float) -> MarkedFaces:
         height, width = color.shape[:2]
-        rows = find_faces(color, networks, max(_MIN_FACE_PX, least * height))
-        whole, skin, colorful = Box(0, 0, width, height), skin_map(color), is_colorful(color)
+        rows = find_faces(color, networks, max(_MIN_FACE_PX, least * height)).tolist()
+        whole = Box(0, 0, width, height)
+        boxes = [Box(*map(round, row[:4])).intersection(whole) for row in rows]
         found: MarkedFaces = {}
-        for row in rows.tolist():
-            box = Box(*map(round, row[:4])).intersection(whole)
-            is_skin = not colorful or row[4] > _CERTAIN_SCORE or _crop(skin, box).mean() > _MIN_SKIN_SHARE
-            if box.area > 0 and is_skin:
+        for row, box, skin in zip(rows, boxes, skin_shares(color, boxes), strict=True):
+            if box.area > 0 and (row[4] > _CERTAIN_SCORE or skin > _MIN_SKIN_SHARE):
                 found[box] = Landmarks.of(list(zip(row[5::2], row[6::2], strict=True)), box)
         return found
 
@@ -148,12 +157,12 @@ def _create_cascade(path: Path) -> _Detector:
         found = cascade.detectMultiScale(
             luma, scaleFactor=1.1, minNeighbors=_MIN_CASCADE_NEIGHBOURS, minSize=(least, least)
         )
-        skin, colorful = skin_map(color), is_colorful(color)
         boxes = [Box[float](int(x), int(y), int(x + w), int(y + h)) for x, y, w, h in found]
+        shares = skin_shares(color, boxes)
         return {
             box: USUAL_LANDMARKS
-            for box in boxes
-            if not colorful or _crop(skin, box).mean() > _MIN_CASCADE_SKIN_SHARE
+            for box, skin in zip(boxes, shares, strict=True)
+            if skin > _MIN_CASCADE_SKIN_SHARE
         }
 
     return find

@@ -13,7 +13,8 @@ from stories import story, write_film
 
 from vidstyle.comic.analyze.features import Candidate
 from vidstyle.comic.analyze.film import open_film
-from vidstyle.comic.output.readability import measure_detail, measure_readability
+from vidstyle.comic.analyze.sharpness import measure_detail
+from vidstyle.comic.output.readability import measure_readability
 from vidstyle.comic.select.frame_scores import prefer_people, scores, subject_strength
 from vidstyle.comic.select.framing import widen_soft_faces
 from vidstyle.comic.select.key_frame_options import KeyFrameOptions

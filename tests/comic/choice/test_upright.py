@@ -43,7 +43,7 @@ def test_a_comic_of_a_film_on_its_side_is_upright_and_its_page_file_keeps_that(
     options = ComicOptions(styles=("plain",), size="420x600", save=tmp_path / "comic.toml")
     with caplog.at_level(logging.INFO):
         comic = make_comic(film, tmp_path / "page.png", options)
-    assert "--rotate 90" in caplog.text
+    assert "turned by 90 degrees" in caplog.text and "--rotate 0" in caplog.text
     assert comic.key_frames[0].shape == (180, 240) and comic.key_frames[0].faces
     again = make_comic(tmp_path / "comic.toml", tmp_path / "again.png")
     assert again.files[0].read_bytes() == comic.files[0].read_bytes()

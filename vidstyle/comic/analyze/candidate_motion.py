@@ -14,7 +14,7 @@ from vidstyle.comic.analyze.subject_motion import SubjectMotion
 from vidstyle.core.sampling import small_luma
 from vidstyle.media.read.sampler import SampledFrame
 
-_MEASURED_SIDE_PX = 128
+SHOT_SIDE_PX = 128
 """Longer side of the copies in which cuts and motion are measured."""
 
 
@@ -33,7 +33,7 @@ class CandidateMotion:
 
     def push(self, sample: SampledFrame, is_candidate: bool) -> None:
         """Add the next frame; all frames are needed, though only candidates are measured."""
-        time, luma = float(sample.time), small_luma(sample.picture(_MEASURED_SIDE_PX))
+        time, luma = float(sample.time), small_luma(sample.picture(SHOT_SIDE_PX))
         motion, flow = self.shots.push(time, luma), self._meter.push(time, luma, is_candidate)
         if self._subjects:
             self._subjects.push(time, luma, is_candidate)

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from vidstyle.comic.analyze.action import add_actions
-from vidstyle.comic.analyze.candidate_motion import CandidateMotion
+from vidstyle.comic.analyze.candidate_motion import SHOT_SIDE_PX, CandidateMotion
 from vidstyle.comic.analyze.face_search import add_faces
 from vidstyle.comic.analyze.features import (
     MEASURED_SIDE_PX,
@@ -45,8 +45,6 @@ MAX_WHOLE_PIXELS = 2 * 10**9
 """Films with at most this many pixels in all frames are decoded whole; of longer ones only key frames."""
 MIN_KEYS_PER_PANEL = 2.5
 """Minimum number of key frames per panel; a long film with fewer is decoded whole nevertheless."""
-_SHOT_SIDE_PX = 128
-"""Longer side of the copies of key frames in which cuts are detected."""
 
 # Candidates.
 MAX_CANDIDATES = 3600
@@ -96,14 +94,21 @@ class FilmFile(Film):
         if rotate is None:
             return False
         self.rotate, self._defects = rotate, FilmDefects()
-        log.info("faces are upright only if the film is turned by %d degrees: --rotate %d", turn, rotate)
+        log.info(
+            "turned by %d degrees, as people are upright only then; --rotate %d leaves the film sideways",
+            *(turn, (rotate - turn) % 360),
+        )
         return True
 
     def _glance(self, survey: Survey) -> Iterator[np.ndarray]:
         """Yield small pictures of the film: first a few from all over it."""
-        times = [each.time for each in survey.candidates[:: 1 + len(survey.candidates) // MAX_GLANCES]]
+        times = [
+            each.time for each in survey.candidates[:: max(1, -(-len(survey.candidates) // MAX_GLANCES))]
+        ]
         for time in (time for first in range(3) for time in times[first::3]):
-            yield to_rgb(next(self._sampler.frames(exact_time(time))).picture(GLANCE_SIDE_PX))
+            sample = next(self._sampler.frames(exact_time(time)), None)
+            if sample is not None:  # a damaged film may end earlier
+                yield to_rgb(sample.picture(GLANCE_SIDE_PX))
 
     def _survey_as_it_is(self, on_step: ProgressCallback) -> Survey:
         seconds = float(self._sampler.seconds)
@@ -195,7 +200,7 @@ class FilmFile(Film):
             time = float(sample.time)
             on_time(time)
             measured.append(time, partial(self._measure, sample))
-            lumas.append(small_luma(sample.picture(_SHOT_SIDE_PX)))
+            lumas.append(small_luma(sample.picture(SHOT_SIDE_PX)))
         self.damage = self._sampler.damage
         candidates = measured.candidates()
         for each, luma in zip(candidates, lumas, strict=True):

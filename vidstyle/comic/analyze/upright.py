@@ -6,8 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from vidstyle.regions.boxes import Box
-from vidstyle.regions.faces import LARGE_FACE_HEIGHT_RATIO, FaceFinder, is_colorful, skin_map
+from vidstyle.regions.faces import LARGE_FACE_HEIGHT_RATIO, FaceFinder, skin_shares
 
 MAX_GLANCES, GLANCE_SIDE_PX = 24, 480
 """Number of pictures of a film that are searched, and their longer side."""
@@ -16,7 +15,7 @@ _MIN_GLANCES = 8
 _MIN_TURNED_FACES, _MIN_TURNED_RATIO = 3, 3
 """Number of pictures with a face once they are turned from which a film is turned; relative to the number as
 the film is, as a single one may be an error."""
-_MIN_SKIN_RATIO = 0.4
+_MIN_SKIN_SHARE = 0.4
 """Share of a face in a colourful picture that has the colours of skin; drawn balls with faces have 0.13."""
 _TURN_DEGREES = 0, 90, 270, 180
 """Clockwise turns that are tried, the most likely one first."""
@@ -25,7 +24,7 @@ _TURN_DEGREES = 0, 90, 270, 180
 def find_turn(pictures: Iterable[np.ndarray], faces: FaceFinder) -> int:
     """Return by how many degrees clockwise a film must be turned so that its people are upright.
 
-    It is 0 if few turned pictures show faces, or many as the film is.
+    It is 0 if few turned pictures show faces, or if the film shows faces as it is.
 
     Args:
         pictures: of the film, in any order, H x W x 3 uint8.
@@ -45,10 +44,4 @@ def find_turn(pictures: Iterable[np.ndarray], faces: FaceFinder) -> int:
 def _shows_person(picture: np.ndarray, faces: FaceFinder) -> bool:
     """Whether there is a large face with the colours of skin in a picture, or any in a gray one."""
     found = faces.find(picture, LARGE_FACE_HEIGHT_RATIO)
-    if not found or not is_colorful(picture):
-        return bool(found)
-    skin = skin_map(picture)
-    places = [box.intersection(Box(0, 0, picture.shape[1], picture.shape[0])) for box in found]
-    return any(
-        float(skin[box.top : box.bottom, box.left : box.right].mean()) >= _MIN_SKIN_RATIO for box in places
-    )
+    return any(share >= _MIN_SKIN_SHARE for share in skin_shares(picture, found))

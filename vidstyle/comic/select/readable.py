@@ -61,6 +61,7 @@ class ReadableSearch:
             lost += unreadable
             refused += unreadable + repeated
             bad = {each.time for each in refused}
+            # `refine` returns its earlier results for these, without `forced`: they can still be pruned.
             kept = [
                 replace(each, forced=True)
                 for each, shown in zip(chosen, found, strict=True)

@@ -130,13 +130,13 @@ class FilmSampler(Closing):
     def turn(self, degrees: int) -> int | None:
         """Rotate all frames clockwise by a multiple of 90 degrees, beyond the rotation in the metadata.
 
+        At least one frame must have been read.
+
         Returns:
             The sum of this rotation and the one in the metadata, as in the constructor; None: the metadata
             mirror the film, which is not turned.
         """
-        if self._copies is None:
-            next(self.frames())
-        assert self._copies is not None
+        assert self._copies is not None, "no frame has been read"
         before = self._copies.orientation.rotation
         if before is None:
             return None
