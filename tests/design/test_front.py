@@ -27,6 +27,11 @@ from vidstyle.errors import UsageError
 from vidstyle.preview.clip import open_clip
 from vidstyle.preview.representative import representative_frame
 
+FOCUSED = """
+const frame = () => new Promise(requestAnimationFrame);
+return frame().then(frame).then(() => document.activeElement.outerHTML.slice(0, 90));
+"""
+
 
 @pytest.fixture
 def revealed() -> list[Path]:
@@ -110,6 +115,11 @@ def test_a_rendered_file_is_served_to_be_played_and_no_other_file(
                 opener.open(f"{root}/rendered{wrong}")
         with pytest.raises(urllib.error.HTTPError, match="403"):
             urllib.request.urlopen(root + job["address"])
+        for state in ("waiting", "rendering", "stopped", "failed"):
+            server.queue.job(job["number"]).state = state
+            with pytest.raises(urllib.error.HTTPError, match="404"):
+                opener.open(root + job["address"])
+        server.queue.job(job["number"]).state = "done"
         film.unlink()
         with pytest.raises(urllib.error.HTTPError, match="404"):
             opener.open(root + job["address"])
@@ -161,6 +171,15 @@ def test_a_film_that_begins_black_is_shown_by_a_later_frame(tmp_path: Path, blac
         picture = np.zeros((36, 64, 3), np.uint8) if each <= black - 1 else photograph("astronaut")[:36, :64]
         Image.fromarray(picture).save(tmp_path / f"{each:02}.png")
     assert representative_frame(open_clip(tmp_path)) == number
+
+
+def test_after_a_click_on_a_look_no_control_has_the_focus(server: DesignServer, browser: Browser) -> None:
+    """The keys are those of the page: the space bar plays the film."""
+    browser.open(server.url)
+    browser.until("document.querySelector('.tile:not(.new)')")
+    browser.click(".tile:not(.new)")
+    browser.until("document.getElementById('start').hidden && document.querySelector('.style-panel .value')")
+    assert browser.run(FOCUSED).startswith("<body")
 
 
 def test_by_keyboard_a_film_is_opened_restyled_adjusted_and_rendered(

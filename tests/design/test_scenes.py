@@ -32,6 +32,7 @@ seconds = 0.4
 """
 FRAMES = 40
 STYLED = 2
+DISABLED = "return ['undo', 'redo'].map((id) => document.getElementById(id).disabled)"
 SAVE = """
 globalThis.saved = null;
 URL.createObjectURL = (blob) => { globalThis.saved = blob; return "about:blank#saved"; };
@@ -148,6 +149,7 @@ def test_cues_are_made_by_mouse_and_by_keyboard_undone_and_saved(
     browser.until("document.getElementById('picture').dataset.revision")
     browser.press("t")
     browser.until("document.querySelectorAll('#cues li').length === 2")
+    assert browser.run(DISABLED) == [True, True]
     for scene, style in ((1, "ink"), (2, "comic")):
         browser.run(
             """const data = new DataTransfer();
@@ -167,6 +169,7 @@ def test_cues_are_made_by_mouse_and_by_keyboard_undone_and_saved(
     browser.run(f"document.querySelector({second!r}).focus()")
     browser.press("ArrowRight")
     assert saved(browser, tmp_path)[1] == (pytest.approx(moved + 0.1), "comic")
+    assert browser.run(DISABLED) == [False, True]
     browser.click("#undo")
     browser.click("#undo")
     browser.until("document.querySelectorAll('#cues li').length === 2")

@@ -5,7 +5,9 @@ from __future__ import annotations
 import asyncio
 import re
 import shutil
+import sys
 import tempfile
+import unicodedata
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -48,7 +50,7 @@ class FileUpload:
         if shutil.disk_usage(folder).free < size:
             raise OutputError(self._name, f"does not fit into {folder}", "name it on the command line")
         self._folder = tempfile.TemporaryDirectory(prefix="vidstyle-")
-        given = Path(self._name)
+        given = Path(_storable(self._name))
         stem = _UNSAFE_CHARACTERS.sub("-", given.stem)[:MAX_NAME_CHARACTERS].strip("-") or "dropped"
         ending = given.suffix if _SAFE_SUFFIX.fullmatch(given.suffix) else ""
         self._path = Path(self._folder.name) / f"{stem}{ending}"
@@ -120,6 +122,12 @@ class FileUpload:
             if isinstance(error, VidstyleError) and error.subject == printable(self._path):
                 raise InputError(self._name, error.reason, error.remedy) from error
             raise
+
+
+def _storable(name: str) -> str:
+    """Return a name with "?" for letters that the file system cannot store; é is one letter."""
+    encoding = sys.getfilesystemencoding()
+    return unicodedata.normalize("NFC", name).encode(encoding, "replace").decode(encoding)
 
 
 class UploadReceiver:

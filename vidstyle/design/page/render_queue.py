@@ -16,6 +16,7 @@ from vidstyle.cues.cue_list import CueList
 from vidstyle.design.page.design_session import DesignSession
 from vidstyle.design.page.rendered_files import RENDERED_PATH
 from vidstyle.errors import UsageError, VidstyleError
+from vidstyle.media.read.file_structure.headers import has_picture_ending
 from vidstyle.media.write.temporary_files import partial_path
 from vidstyle.preview.clip import Clip
 from vidstyle.preview.outputs import file_of, output_path
@@ -58,13 +59,18 @@ class RenderJob:
     def is_over(self) -> bool:
         return self.state not in ("waiting", "rendering")
 
+    @property
+    def made_file(self) -> Path | None:
+        """The file that the job wrote; None until it is done, and once the file is removed."""
+        return self.path if self.state == "done" and self.path.is_file() else None
+
     def describe(self) -> dict[str, Any]:
         """Return what the page shows of it."""
         shown = {name: getattr(self, name) for name in ("number", "state", "done", "total", "text")}
         names = {"file": self.path.name, "folder": str(self.path.parent), "style": self.style.name}
-        is_file = self.state == "done" and self.path.is_file()
-        address = f"{RENDERED_PATH}?of={self.number}" if is_file else ""
-        return shown | names | {"source": Path(self.clip.name).name, "address": address}
+        address = f"{RENDERED_PATH}?of={self.number}" if self.made_file else ""
+        kind = {"source": Path(self.clip.name).name, "is_picture": has_picture_ending(self.path)}
+        return shown | names | kind | {"address": address}
 
 
 class RenderQueue:
@@ -129,8 +135,7 @@ class RenderQueue:
 
     def finished(self, number: int) -> Path | None:
         """Return the file of a finished job; None for other numbers, and for a file that was removed."""
-        found = next((job for job in self._jobs if job.number == number), None)
-        return found.path if found and found.state == "done" and found.path.is_file() else None
+        return next((job.made_file for job in self._jobs if job.number == number), None)
 
     async def release(self, clip: Clip) -> None:
         """Close a clip once no job needs its file."""

@@ -15,7 +15,7 @@ export const PACKET = { source: 1, styled: 2, step: 3, exact: 4, style: 5, stead
 const PREVIEW_SIDES = [180, 270, 360, 540, 720, 1080, 1440, 2160];
 /** The server accepts no smaller size. */
 const MIN_SIDE = 64;
-/** Time without a change of the window or the zoom after which the preview gets the size that is shown. */
+/** Time from a change of the window or the zoom until the preview gets the size that is shown. */
 const FIT_MS = 300;
 /** A picture that is enlarged by more is a draft. */
 const MAX_DRAFT_SCALE = 1.15;
@@ -101,11 +101,11 @@ export class Preview {
     return chosenSide || (sides.find((each) => each >= this.#shownSide) ?? sides[sides.length - 1]);
   }
 
-  /** Renders at the size that is shown, once that stays the same, and marks drafts until then. */
+  /** Renders at the size that fits, a moment after it changes, and marks drafts until then. */
   #fitSoon() {
     if (!this.source || !this.view.canvas.clientWidth) return;
     const { size } = this.view.result ?? { size: [Infinity] };
-    get("draft-note").hidden = this.player.playing || Math.min(...size) * MAX_DRAFT_SCALE >= this.#shownSide;
+    get("draft-note").hidden = this.player.playing || Math.min(...size) * MAX_DRAFT_SCALE >= Math.min(this.#shownSide, this.#fittingSide);
     if (this.#fittingSide === this.side || this.#fitting) return;
     this.#fitting = setTimeout(() => {
       this.#fitting = undefined;

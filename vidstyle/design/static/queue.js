@@ -14,12 +14,10 @@ import { get, make } from "./elements.js";
  * @property {string} style
  * @property {string} source
  * @property {string} address of the file, once it is there
+ * @property {boolean} is_picture
  */
 
 const STATES = { waiting: "Waiting", rendering: "Rendering", done: "Saved in", stopped: "Stopped", failed: "Failed" };
-
-/** @param {string} file */
-const isPicture = (file) => /\.(png|jpe?g|webp|avif|tiff?)$/i.test(file);
 
 /** Lists the jobs; a button of the bar opens the list and tells how many are not finished. */
 export class Queue {
@@ -52,7 +50,7 @@ export class Queue {
 
   /** @param {Job} job */
   #row(job) {
-    const { number, state, done, total, text, file, folder, style, source, address } = job;
+    const { number, state, done, total, text, file, folder, style, source, address, is_picture: isPicture } = job;
     const isOver = state !== "waiting" && state !== "rendering";
     const part = total ? `${Math.floor((100 * done) / total)} %` : "";
     const facts = { waiting: "", rendering: [part, text].filter(Boolean).join(", "), done: folder, stopped: "", failed: text }[state];
@@ -61,7 +59,7 @@ export class Queue {
     const buttons = make("div", { className: "row" });
     if (!isOver) buttons.append(this.#button(`stop-${number}`, state === "waiting" ? "Remove" : "Stop", () => this.session.ask("stop", { job: number })));
     if (address) {
-      const play = this.#button(`play-${number}`, isPicture(file) ? "Show" : "Play", () => this.#play(file, address));
+      const play = this.#button(`play-${number}`, isPicture ? "Show" : "Play", () => this.#play(file, address, isPicture));
       play.className = "strong";
       buttons.append(play);
       if (this.reveals) buttons.append(this.#button(`reveal-${number}`, "Show in folder", () => this.session.ask("reveal", { job: number })));
@@ -72,11 +70,11 @@ export class Queue {
       ...(state === "rendering" ? [bar] : []), buttons);
   }
 
-  /** Shows a rendered film or picture on this page. @param {string} file @param {string} address */
-  #play(file, address) {
+  /** Shows a rendered film or picture on this page. @param {string} file @param {string} address @param {boolean} isPicture */
+  #play(file, address, isPicture) {
     const player = /** @type {HTMLDialogElement} */ (get("player"));
-    const shown = isPicture(file) ? make("img", { src: address, alt: file }) : make("video", { src: address, controls: true, autoplay: true, loop: true });
-    shown.onerror = () => get("player-note").textContent = "This browser cannot show this type of file; open it in its folder.";
+    const shown = isPicture ? make("img", { src: address, alt: file }) : make("video", { src: address, controls: true, autoplay: true, loop: true });
+    shown.onerror = () => get("player-note").textContent = "This file cannot be shown: it was removed, or this browser does not know its type.";
     get("player-name").textContent = file;
     get("player-note").textContent = "";
     get("player-place").replaceChildren(shown);

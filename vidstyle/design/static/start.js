@@ -160,7 +160,7 @@ export class Start {
     const tiles = styles.map(({ name, note, kinds, aliases, words }) => {
       const shown = make("img", { alt: "", className: "waiting", width: 320, height: 180 });
       this.#pictures.push(shown);
-      const tile = this.#tile(title(name), summary(note), () => this.open("open", { style: name }));
+      const tile = this.#tile(title(name), summary(note), (isByKeyboard) => this.open("open", { style: name }, isByKeyboard));
       tile.prepend(shown);
       Object.assign(tile.dataset, { note, kinds: kinds.join(", "), aliases, words });
       return tile;
@@ -203,10 +203,10 @@ export class Start {
     if (isEmpty) offerWords(looks, this.finder.value, (word) => this.#search(word));
   }
 
-  /** @param {string} name @param {string} text @param {() => void} chosen */
+  /** @param {string} name @param {string} text @param {(isByKeyboard: boolean) => void} chosen */
   #tile(name, text, chosen) {
     const tile = make("button", { className: "tile", type: "button" }, make("b", { textContent: name }), make("span", { className: "quiet", textContent: text }));
-    tile.addEventListener("click", chosen);
+    tile.addEventListener("click", ({ detail }) => chosen(!detail));
     return tile;
   }
 
@@ -300,17 +300,16 @@ export class Start {
     return Boolean(answer?.url);
   }
 
-  /** @param {string} kind @param {Object<string, any>} fields */
-  async open(kind, fields) {
+  /** @param {string} kind @param {Object<string, any>} fields @param {boolean} [isByKeyboard] */
+  async open(kind, fields, isByKeyboard = false) {
     if (!(await this.mayLeave())) return;
-    const isByKeyboard = document.activeElement?.matches(":focus-visible");
     this.opened(kind);
     if (!(await this.session.ask(kind, fields))) return;
     this.show(false);
     this.finder.value = "";
     this.#filter();
     // The first control, so that the keyboard need not pass the bar; after a click, shortcuts of the page work.
-    if (kind !== "new" && isByKeyboard)
+    if (isByKeyboard)
       requestAnimationFrame(() => /** @type {HTMLElement | null} */ (document.querySelector("#style-tab-content :is(.chips button, input:not([type=number]))"))?.focus());
   }
 

@@ -101,7 +101,7 @@ export class Source {
     });
     await new Promise((done, fail) => {
       video.addEventListener(this.autoplay ? "loadeddata" : "seeked", done);
-      if (!this.autoplay) video.addEventListener("loadedmetadata", () => (video.currentTime = FIRST_POSITION_RATIO * video.duration));
+      if (!this.autoplay) video.addEventListener("loadedmetadata", () => (video.currentTime = Number.isFinite(video.duration) ? FIRST_POSITION_RATIO * video.duration : 0));
       video.addEventListener("error", () => fail(new Error("this browser cannot play this file")));
     });
     this.show(video);

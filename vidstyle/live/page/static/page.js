@@ -1,7 +1,7 @@
 // The page of a live session: the picture, the status line, buttons and keyboard shortcuts.
 
 import { announce } from "./announce.js";
-import { get, make, press, resize, title } from "./elements.js";
+import { download, get, make, press, resize, title } from "./elements.js";
 import { LostNotice } from "./lost.js";
 import { Panel } from "./panel.js";
 import { SHARED_KEYS } from "./shared_keys.js";
@@ -184,7 +184,14 @@ function fill() {
   else get("stage").requestFullscreen?.().catch((error) => say(error.message, true));
 }
 
-get("snapshot").addEventListener("click", () => say("The picture is in your downloads."));
+get("snapshot").addEventListener("click", async (event) => {
+  event.preventDefault();
+  const answer = await fetch("picture.png").catch(() => null);
+  const name = /filename="(.*)"/.exec(answer?.headers.get("content-disposition") ?? "")?.[1];
+  if (!answer?.ok || !name) return say("The picture cannot be saved.", true);
+  download(await answer.blob(), name);
+  say("The picture is in your downloads.");
+});
 
 const leave = /** @type {HTMLDialogElement} */ (get("leave"));
 const help = /** @type {HTMLDialogElement} */ (get("help"));
