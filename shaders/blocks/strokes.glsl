@@ -9,8 +9,9 @@ vec3 strokes(
     vec2 direction = stroke_direction(flow, fixed_stroke_direction(angle, angle_strength)), here = vec2(at) + 0.5;
     float pitch = max(width / sqrt(density), max(length_, width) / 5.0), reach = ceil(max(length_, width) / 2.0 + 1.0);
     float half_length = max(length_ - width, 0.0) / 2.0, half_width = width / 2.0, shown = 1.0, last_order = 2.0;
-    ivec2 first = ivec2(floor((here - reach) / pitch)) - 1 - MAX_DRIFT_SQUARES;
-    ivec2 last = ivec2(ceil((here + reach) / pitch)) + MAX_DRIFT_SQUARES;
+    int around = max_drift_squares();
+    ivec2 first = ivec2(floor((here - reach) / pitch)) - 1 - around;
+    ivec2 last = ivec2(ceil((here + reach) / pitch)) + around;
     vec3 color = vec3(0.0);
     int drawing = drawing_at(moment, rate) * APART;
     for (int layer = 0; layer < 16 && shown >= 1.0 / 512.0; layer++) {

@@ -16,6 +16,7 @@ from vidstyle.core.picture import Picture
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.pipeline.scene_memory import memory_bytes, restore_memory
 from vidstyle.style import Style
+from vidstyle.style.resolve import has_moving_marks, measurement_key, resolve
 
 STONES = style(step("gaussian", sigma=1), step("mosaic", size=9, variation=0.4, edges=0.3), steady=0.5)
 DOTS = style(step("gaussian", sigma=1), step("strokes", length=8, width=8, variation=0.5), steady=0.5)
@@ -79,3 +80,9 @@ def test_any_threads_and_a_handed_on_memory_give_the_same_marks() -> None:
         frames(renderer, shown[3:4], 3)
         restore_memory(renderer, memory)
         assert all(map(same_bits, right[4:], frames(renderer, shown[4:], 4)))
+
+
+def test_marks_that_stay_on_the_page_ask_for_no_motion() -> None:
+    moving, fixed = (resolve(each, 180, 320) for each in (STONES, FIXED))
+    assert has_moving_marks(moving) and not has_moving_marks(fixed)
+    assert measurement_key(moving) != measurement_key(fixed), "a stabilizer for one does not serve the other"

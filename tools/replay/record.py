@@ -171,9 +171,8 @@ def recording() -> Iterator[Recording]:
             for name in ("read", "style", "write")
         },
         (library, "entry"): timed_entry,
-        (flow, "dense_flow"): _native(
-            flow.dense_flow
-        ),  # a method of OpenCV, which the next lines do not find
+        # A method of OpenCV, which the next lines do not find.
+        (flow, "dense_flow"): _native(flow.dense_flow),
         **{
             (cv2, name): _native(each)
             for name, each in vars(cv2).items()

@@ -95,22 +95,25 @@ def _along_edges(
     above, below = (min(math.ceil(gap / 2), each) for each in place.margin)
     inner = slice(place.margin[0] - above, len(picture) - place.margin[1] + below)
     top = place.top + inner.start
-    tiles, shifts = (
-        _points(size, irregularity, place.height, place.width)
-        if drift is None
-        else _drifted_points(size, irregularity, place.height, place.width, drift)
-    )
-    colors = np.empty(tiles.shape, np.float32)
     middles = np.arange(top, place.top + inner.stop, dtype=np.float32) + np.float32(0.5)
-    squares = (middles / np.float32(size)).astype(np.int32) + NEAR_CELLS
-    used = slice(squares[0] - NEAR_CELLS, squares[-1] + NEAR_CELLS + 1)
-    _color_tiles(rows, place.top, tiles[used], np.float32(0), colors[used])
+    squares = (middles / np.float32(size)).astype(np.int32)
+    first, end = int(squares[0]) - NEAR_CELLS, int(squares[-1]) + NEAR_CELLS + 1
+    if drift is None:
+        kept = slice(first + NEAR_CELLS, end + NEAR_CELLS)
+        tiles, shifts = (each[kept] for each in _points(size, irregularity, place.height, place.width))
+    else:
+        page = place.height, place.width
+        tiles, shifts = _drifted_points(size, irregularity, (first, end), page, drift)
+    colors = np.empty(tiles.shape, np.float32)
+    _color_tiles(rows, place.top, tiles, np.float32(0), colors)
     owners = np.empty((inner.stop - inner.start, place.width), np.int32)
     planes, best = np.empty((3, place.width), np.float32), np.empty(place.width, np.float32)
     scale = np.float32(size), np.float32(1 / size**2), np.float32(edges * COLOR_WEIGHT)
     starts = _first_columns(size, place.width)
-    find_tiles(rows[inner], top, (squares, starts), (tiles, shifts), colors, scale, planes, best, owners)
-    _color_tiles(rows, place.top, tiles[used], np.float32(variation), colors[used])
+    find_tiles(
+        rows[inner], top, (squares, starts, first), (tiles, shifts), colors, scale, planes, best, owners
+    )
+    _color_tiles(rows, place.top, tiles, np.float32(variation), colors)
     fill_tiles(owners, above, near, colors.reshape(-1), gap_color, interleaved(out))
     return out
 
@@ -139,11 +142,16 @@ def _tiles(size: float, irregularity: float, gap: float, height: int, width: int
 @cached(maxsize=6)
 def _points(size: float, irregularity: float, height: int, width: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the points of tiles that have not moved, cached for the next frame; see `_drifted_points`."""
-    return _drifted_points(size, irregularity, height, width, None)
+    rows = -NEAR_CELLS, math.ceil(height / size) + NEAR_CELLS
+    return _drifted_points(size, irregularity, rows, (height, width), None)
 
 
 def _drifted_points(
-    size: float, irregularity: float, height: int, width: int, drift: np.ndarray | None
+    size: float,
+    irregularity: float,
+    rows: tuple[int, int],
+    page: tuple[int, int],
+    drift: np.ndarray | None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the tiles of a page, one for each square of a grid.
 
@@ -151,10 +159,7 @@ def _drifted_points(
         Column and row of the middle of each tile, and its tone: rows x columns x 3; and its distance from
         its square, see `drifted_noise`.
     """
-    (rows, columns), page = (
-        ((-NEAR_CELLS, math.ceil(side / size) + NEAR_CELLS) for side in (height, width)),
-        (height, width),
-    )
+    columns = -NEAR_CELLS, math.ceil(page[1] / size) + NEAR_CELLS
     numbers, shifts = drifted_noise(drift, rows, columns, size, page, 3)
     half, spread, middles = np.float32(0.5), np.float32(irregularity), np.empty(numbers.shape, np.float32)
     for axis, square in enumerate((np.arange(*columns), np.arange(*rows)[:, None])):

@@ -152,7 +152,8 @@ def _strokes_in(
         strokes of each tile, see `paint_strokes`.
     """
     (pitch, reach), (height, width) = grid, shape
-    around = math.ceil(reach / pitch) + 2  # strokes that have moved are up to half a square outside their own
+    more = 0 if drift is None else 1  # strokes that have moved are up to half a square outside their own
+    around = math.ceil(reach / pitch) + 1 + more
     above, below = math.floor(place.top / pitch) - around, math.ceil((place.top + height) / pitch) + around
     left, right = -around, math.ceil(width / pitch) + around
     squares, page = ((above, below), (left, right)), (place.height, place.width)
@@ -169,7 +170,7 @@ def _strokes_in(
         -(-(place.top + height - place.margin[1]) // TILE_SIZE),
     )
     # Squares of the grid within reach of a tile, each with one stroke.
-    most = (math.ceil((TILE_SIZE + 2 * reach) / pitch) + 2) ** 2
+    most = (math.ceil((TILE_SIZE + 2 * reach) / pitch) + 1 + more) ** 2
     lists = np.empty((last - first, -(-width // TILE_SIZE), most), np.int32)
     counts = np.zeros(lists.shape[:2], np.int32)
     # Slightly more than the strokes that cover part of it, so that rounding, which depends on the first row,

@@ -34,8 +34,8 @@ def drifted_noise(
         drawing: added to the row of the lattice that the numbers are taken from.
 
     Returns:
-        rows x columns x count float32, 0..1; and how far each mark is from where it would be in the middle of
-        its way through the square, in squares, -0.5..0.5, to the right and down: rows x columns x 2 float32.
+        rows x columns x count float32, 0..1; and the distance of each mark from its own place in the square,
+        in squares, -0.5..0.5, to the right and down: rows x columns x 2 float32.
     """
     shape = rows[1] - rows[0], columns[1] - columns[0]
     if drift is None:
@@ -48,11 +48,11 @@ def drifted_noise(
 
 
 @compiled
-def drift_at(drift, axis, right, down):  # type: ignore[no-untyped-def]
+def _drift_at(drift, right, down):  # type: ignore[no-untyped-def]
     """Return the drift at a place, both relative to the page's width and height; not interpolated."""
     row = index_at(np.floor(down * np.float32(drift.shape[0])), drift.shape[0] - 1)
     column = index_at(np.floor(right * np.float32(drift.shape[1])), drift.shape[1] - 1)
-    return drift[row, column, axis]
+    return drift[row, column, 0], drift[row, column, 1]
 
 
 @compiled
@@ -64,8 +64,8 @@ def _find_marks(drift, first, size, drawing, numbers, shifts):  # type: ignore[n
         for j in range(numbers.shape[1]):
             column = j + first[1]
             right = (np.float32(column) + half) * pitch / width
-            across = drift_at(drift, 0, right, down) * width / pitch
-            along = drift_at(drift, 1, right, down) * height / pitch
+            across, along = _drift_at(drift, right, down)
+            across, along = across * width / pitch, along * height / pitch
             passed, sunk = np.floor(across + half), np.floor(along + half)
             shifts[i, j, 0], shifts[i, j, 1] = across - passed, along - sunk
             own_row, own = row - np.int32(sunk) + drawing, (column - np.int32(passed)) * numbers.shape[2]

@@ -31,19 +31,19 @@ def border_offsets(gap: float) -> tuple[np.ndarray, np.ndarray]:
 
 @compiled(fastmath=True, noalias=True)
 def find_tiles(picture, top, squares, tiles, colors, scale, planes, best, owners):  # type: ignore[no-untyped-def]
-    """Find the tile of each pixel: the one of nine around it that is nearest in place and colour.
+    """Find the tile of each pixel: the one around it that is nearest in place and colour.
 
     Args:
         picture: the rows to divide, with interleaved channels; `top` is the first one's row on the page.
         squares: the square of the grid of each row, and the first column of each square and the end of the
-            last one; the numbers of squares are those of `tiles`.
+            last one, and the square of the first row of `tiles`.
         tiles: column and row of the middle of each tile, and its distance from its square, in squares.
         colors: of the tiles.
         scale: side of a square, and weights of squared distances and of squared differences of colour.
         planes, best: scratch for a row: its channels, and the least distances.
         owners: the numbers of tiles, written.
     """
-    (rows, starts), (middles, shifts), (size, nearness, likeness) = squares, tiles, scale
+    (rows, starts, first), (middles, shifts), (size, nearness, likeness) = squares, tiles, scale
     half, zero = np.float32(0.5), np.float32(0)
     red, green, blue = planes[0], planes[1], planes[2]
     for y in range(owners.shape[0]):
@@ -55,9 +55,11 @@ def find_tiles(picture, top, squares, tiles, colors, scale, planes, best, owners
             best[x] = np.float32(1e9)
         for square in range(starts.size - 1):
             # Where tiles have moved by half a square, their squares have, too.
-            right, down = shifts[rows[y], square + 2, 0], shifts[rows[y], square + 2, 1]
-            row = rows[y] if down == zero else np.int32(np.floor(here_y / size - down)) + NEAR_CELLS
-            left, end = square + (0 if right > zero else 1), square + (5 if right < zero else 4)
+            own = rows[y] - first
+            right, down = shifts[own, square + NEAR_CELLS, 0], shifts[own, square + NEAR_CELLS, 1]
+            row = own if down == zero else np.int32(np.floor(here_y / size - down)) - first
+            middle = square + NEAR_CELLS
+            left, end = middle - (2 if right > zero else 1), middle + (3 if right < zero else 2)
             for i in range(row - 1, row + 2):
                 for j in range(left, end):
                     number, x_of, dy = (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Iterable
 
 import cv2
@@ -48,7 +49,7 @@ class SceneCutDetector:
         self._before: list[np.ndarray] = []
         self._blanks = 0
         self._average_loss = 0.0
-        self._last: tuple[object, float | None, bool] | None = None
+        self._last: tuple[weakref.ref[np.ndarray], float, bool] | None = None
 
     def begins_scene(self, picture: Picture, time: float | None) -> bool:
         """Return whether a frame begins a scene; several renderers of a film may ask for the same frame.
@@ -57,9 +58,12 @@ class SceneCutDetector:
             picture: the next frame, or the last one again.
             time: its presentation time in seconds; None: of a picture that stands alone.
         """
+        if time is None:
+            return self.is_cut(small_luma(picture))
         plane = picture.luma if picture.color is None else picture.color
-        if self._last is None or time is None or self._last[0] is not plane or self._last[1] != time:
-            self._last = plane, time, self.is_cut(small_luma(picture))
+        assert plane is not None
+        if self._last is None or self._last[0]() is not plane or self._last[1] != time:
+            self._last = weakref.ref(plane), time, self.is_cut(small_luma(picture))
         return self._last[2]
 
     def is_cut(self, luma: np.ndarray) -> bool:

@@ -19,6 +19,7 @@ Value = Any
 `Tints`."""
 
 DEFERRED_COLORS = Mixed, Printed
+"""A tuple, as a union would be built at each call of `isinstance`."""
 TAKES_DEFERRED = ("luma_from_rgb", "inked_color", "inked_chroma")
 """Operations that accept deferred values: `Mixed`, `Printed` and `Tints`."""
 

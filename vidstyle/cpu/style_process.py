@@ -61,7 +61,7 @@ class StyleProcess:
 
         Args:
             job: a pickled `StyleJob`.
-                shown: what blocks get of the film.
+            shown: what blocks get of the film.
 
         Raises:
             WorkerError: it cannot restyle the picture.

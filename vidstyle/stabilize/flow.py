@@ -20,6 +20,8 @@ MAX_STILL_CHANGE = 1
 """Mean change of the copy, in 8-bit codes, below which a picture counts as still."""
 NOISE_AREA_PX = 5
 """Side of the area over which changes of the copy are averaged."""
+MAX_STILL_SUM = MAX_STILL_CHANGE * NOISE_AREA_PX**2
+"""`MAX_STILL_CHANGE` as a sum over the area, as `_change` returns it."""
 MAX_RESIDUAL_RATIO = 3, 4
 """Motion is accepted if its residual is below this fraction (numerator, denominator) of the residual without
 motion."""
@@ -72,7 +74,7 @@ def flows(
         follows: whether the second one is wanted.
     """
     change = _change(now, before)
-    if min(now.shape) < 16 or change.max() <= MAX_STILL_CHANGE * NOISE_AREA_PX**2:
+    if min(now.shape) < 16 or change.max() <= MAX_STILL_SUM:
         return None, None
     flow = dense_flow(now, before, follows)
     is_better = _is_better(flow, now, before, change)
@@ -105,7 +107,7 @@ def _marks_flow(
     contrast = cv2.boxFilter(cv2.morphologyEx(now, cv2.MORPH_GRADIENT, np.ones((3, 3), np.uint8)), -1, (5, 5))
     shows, moved = contrast >= MIN_CONTRAST, cv2.copyTo(flow, moves.view(np.uint8))
     squared_speed = np.einsum("ijk,ijk->ij", moved, moved)
-    rests = change <= MAX_STILL_CHANGE * NOISE_AREA_PX**2
+    rests = change <= MAX_STILL_SUM
     if shows.any() and percentiles(squared_speed[shows], (50,))[0] >= MIN_CAMERA_MOTION_PX**2:
         unseen = 0.0  # even areas only seem to rest
     else:
@@ -162,4 +164,4 @@ def _is_better(flow: np.ndarray, now: np.ndarray, before: np.ndarray, still: np.
     relative = cv2.INTER_LINEAR | cv2.WARP_RELATIVE_MAP
     moved = cv2.remap(before, flow, both, relative, borderMode=cv2.BORDER_REPLICATE)
     part, whole = MAX_RESIDUAL_RATIO
-    return (still > MAX_STILL_CHANGE * NOISE_AREA_PX**2) & (whole * _change(now, moved) < part * still)
+    return (still > MAX_STILL_SUM) & (whole * _change(now, moved) < part * still)

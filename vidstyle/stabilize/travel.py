@@ -83,18 +83,19 @@ def _first_anchors(rows: int, columns: int) -> np.ndarray:
 
 
 @compiled
-def _mean_flow(flow, axis, x, y):  # type: ignore[no-untyped-def]
-    """Return the mean of the flow around a place, 5 x 5 cells."""
-    total, count = np.float32(0), np.float32(0)
+def _mean_flow(flow, x, y):  # type: ignore[no-untyped-def]
+    """Return the mean of the flow around a place, 5 x 5 cells: to the right, and down."""
+    right, down, count = np.float32(0), np.float32(0), np.float32(0)
     row = min(max(int(np.floor(y)), 0), flow.shape[0] - 1)
     column = min(max(int(np.floor(x)), 0), flow.shape[1] - 1)
     if flow[row, column, 0] == 0 and flow[row, column, 1] == 0:  # it rests, also next to moving objects
-        return total
+        return right, down
     for i in range(max(row - 2, 0), min(row + 3, flow.shape[0])):
         for j in range(max(column - 2, 0), min(column + 3, flow.shape[1])):
-            total += flow[i, j, axis]
+            right += flow[i, j, 0]
+            down += flow[i, j, 1]
             count += np.float32(1)
-    return total / count
+    return right / count, down / count
 
 
 @compiled
@@ -103,9 +104,8 @@ def _move_anchors(anchors, flow, counts, members):  # type: ignore[no-untyped-de
     for k in range(anchors.shape[0]):
         x, y = anchors[k, X], anchors[k, Y]
         if x > ENDED_PLACE_CELLS:
-            right, down = _mean_flow(flow, 0, x, y), _mean_flow(flow, 1, x, y)
-            # The flow is known at the new place.
-            right, down = _mean_flow(flow, 0, x - right, y - down), _mean_flow(flow, 1, x - right, y - down)
+            right, down = _mean_flow(flow, x, y)
+            right, down = _mean_flow(flow, x - right, y - down)  # it is known at the new place
             x, y = x - right, y - down
             row, column = int(np.floor(y / ANCHOR_CELLS)), int(np.floor(x / ANCHOR_CELLS))
             is_inside = 0 <= row < counts.shape[0] and 0 <= column < counts.shape[1]

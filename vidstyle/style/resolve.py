@@ -13,7 +13,7 @@ from typing import Any
 
 from vidstyle.blade.bank import Bank
 from vidstyle.blade.before.percentile_curve import SETTLE_SECONDS
-from vidstyle.block import Asset, Block, Control, Drift, PageRegion, Slider
+from vidstyle.block import Asset, Block, Control, PageRegion, Slider
 from vidstyle.core.color.film_colors import FilmTable
 from vidstyle.errors import StyleError
 from vidstyle.style import SOURCE, Step, Style, expand
@@ -58,8 +58,12 @@ def has_fixed_marks(layers: Mapping[str, tuple[ResolvedStep, ...]]) -> bool:
 
 
 def has_moving_marks(layers: Mapping[str, tuple[ResolvedStep, ...]]) -> bool:
-    """Return whether any step of a style can make marks that move with the objects of a film."""
-    return any(Drift in each.block.injected.values() for each in _steps(layers) if each.block)
+    """Return whether any step of a style makes marks that move with the objects of a film."""
+    return any(map(_moves, _steps(layers)))
+
+
+def _moves(step: ResolvedStep) -> bool:
+    return step.block is not None and step.block.moves_for(step.values)
 
 
 def _steps(layers: Mapping[str, tuple[ResolvedStep, ...]]) -> Iterator[ResolvedStep]:
@@ -164,9 +168,10 @@ def structure_key(style: Style) -> tuple[object, ...]:
 
 
 def measurement_key(layers: Mapping[str, tuple[ResolvedStep, ...]]) -> tuple[object, ...]:
-    """Return a key of resolved steps without their values: while it is equal, measurements remain valid."""
+    """Return a key of resolved steps without their values: while it is equal, memory remains valid."""
     return tuple(
-        (layer, *((step.wiring, step.settle is None) for step in steps)) for layer, steps in layers.items()
+        (layer, *((step.wiring, step.settle is None, _moves(step)) for step in steps))
+        for layer, steps in layers.items()
     )
 
 
