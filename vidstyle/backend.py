@@ -152,6 +152,7 @@ def completed_future(picture: Picture) -> Future[Picture]:
 
 def joined_future(parts: Sequence[Future[Picture]], join: Callable[[], Picture]) -> Future[Picture]:
     """Return the result of `join`, which the thread calls that completes the last of the pictures."""
+    assert parts, "nothing would complete the result"
     joined: Future[Picture] = Future()
     lock, waiting = Lock(), list(parts)
 

@@ -14,6 +14,7 @@ from media import photograph
 from pictures import style
 
 from vidstyle.backend import FrameRequest
+from vidstyle.core.bands import BandWorkers, CallingThread
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.gallery.style_samples import restyle_picture
 from vidstyle.pipeline.render import render
@@ -117,7 +118,8 @@ def test_jpeg_of_usual_quality_is_the_same(quality: int) -> None:
     assert flattened(fine) is fine
 
 
-def test_bands_equal_the_whole() -> None:
+def test_bands_equal_the_whole(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vidstyle.stabilize.still.shared_workers", lambda: BandWorkers(CallingThread(), 4))
     whole = Picture.from_array(
         cv2.resize(noisy(photograph("rocket"), 9, 1), (90, 1300)).clip(0, 255).astype(np.uint8)
     )

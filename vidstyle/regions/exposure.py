@@ -37,8 +37,6 @@ CONTRAST_FACTOR_RANGE = 0.6, 1.9
 """Minimum and maximum contrast factor."""
 PAGE_QUANTILES = 0.01, 0.997
 """Quantiles of luma of the page that become black and white, as in most styles."""
-SHOWN_RANGE = 1.0
-"""The range between them after the stretch."""
 SHADING_WEIGHT, SKIN_SHADING_WEIGHT = 0.5, 0.7
 """Share of light and shadow on a face that is removed: in few tones, they would divide it; and the same for a
 face without eyes, nose and mouth."""
@@ -96,7 +94,7 @@ class Exposure:
             plane = picture.color if picture.luma is None else picture.luma
             assert plane is not None
             values = values_from_codes(plane[area], "luma", picture.encoding)
-            luma = values if values.ndim == 2 else values @ picture.encoding.weights
+            luma = values if values.ndim == 2 else cv2.transform(values, picture.encoding.weights[None])
             bare = lifted.get(face.track, 0.0)
             inside = _inside_face(luma, face.box, box, bare)
             tones = self._smoothed(face.track, inside, FACE_QUANTILES, time)
@@ -116,26 +114,22 @@ class Exposure:
 
 
 class Stretch(NamedTuple):
-    """A stretch of contrast as most styles do it first: shown = moved + gain * (luma - middle)."""
+    """A stretch of contrast as most styles do it first: shown = 0.5 + gain * (luma - middle)."""
 
     middle: float
-    moved: float
     gain: float
 
     @classmethod
     def of(cls, dark: float, bright: float) -> Stretch:
         """Return the stretch for the darkest and brightest tone of a page; see the block equalize."""
-        gain = max(1.0, SHOWN_RANGE / max(bright - dark, 0.03))
-        middle = (dark + bright) / 2
-        limit = SHOWN_RANGE / 2 if gain > 1 else 0.0
-        return cls(middle, min(max(middle, limit), 1 - limit), gain)
+        return cls((dark + bright) / 2, 1 / max(bright - dark, 0.03))
 
     def shown(self, luma: np.ndarray) -> np.ndarray:
-        return np.float32(self.moved) + np.float32(self.gain) * (luma - np.float32(self.middle))
+        return np.float32(0.5) + np.float32(self.gain) * (luma - np.float32(self.middle))
 
     def luma(self, shown: np.ndarray) -> np.ndarray:
         """Return the luma that is shown like this."""
-        return np.float32(self.middle) + (shown - np.float32(self.moved)) / np.float32(self.gain)
+        return np.float32(self.middle) + (shown - np.float32(0.5)) / np.float32(self.gain)
 
 
 def expose_face(

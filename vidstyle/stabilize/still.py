@@ -82,8 +82,8 @@ def _clean_band(band: Picture, noise: StillNoise, top: int, out: Picture) -> Non
     """Write the cleaned planes of a band, without the first `top` rows, to `out`."""
     if band.color is not None:
         color = _levels(band.color, "color", band.encoding)
-        planes = [np.ascontiguousarray(plane) for plane in np.moveaxis(color @ JPEG.from_rgb.T, 2, 0)]
-        changes = np.stack(_changes(planes, noise), axis=2) @ JPEG.to_rgb.T
+        planes = list(cv2.split(cv2.transform(color, JPEG.from_rgb)))
+        changes = cv2.transform(cv2.merge(_changes(planes, noise)), JPEG.to_rgb)
         assert out.color is not None
         _write_changed(band.color, changes, "color", band.encoding, top, out.color)
         return

@@ -95,9 +95,11 @@ def draw_features(
         *((color,) if page.color is not None else ()),
     ]
     bright = [luma_in(page, each.window) for each in features]
-    marks = [_marks(each, style, page, region, raster) for each in features]
-    is_ink = Medium.of(style, raster) is Medium.INK
-    has_paper = [is_ink and mean_chroma(page, each.window) < MAX_PAPER_CHROMA for each in features]
+    medium, is_light = Medium.of(style, raster), sum(color) > MIN_LIGHT_INK
+    marks = [_marks(each, medium, is_light, page, region, raster) for each in features]
+    has_paper = [
+        medium is Medium.INK and mean_chroma(page, each.window) < MAX_PAPER_CHROMA for each in features
+    ]
 
     def draw(plane: np.ndarray, kind: str) -> np.ndarray:
         if kind not in ("luma", "chroma", "color"):
@@ -108,10 +110,8 @@ def draw_features(
             area = plane_area(each.window, step)
             values = values_from_codes(plane[area], kind, page.encoding)
             factor = np.minimum(found.factor, 1) if kind == "chroma" else found.factor
-            drawn, light = (
-                values,
-                brightest_color(values, luma, BRIGHT_SHARE, found.factor) if found.bright.any() else ink,
-            )
+            drawn = values
+            light = brightest_color(values, luma, BRIGHT_SHARE) if found.bright.any() else ink
             if found.clear.any():
                 ground = (
                     brightest_color(values, luma, GROUND_SHARE, each.tones.near)
@@ -131,22 +131,26 @@ def draw_features(
 
 def _marks(
     each: Features,
-    style: Style,
+    medium: Medium,
+    is_light: bool,
     page: Picture,
     region: np.ndarray | None,
     raster: PageRaster,
 ) -> _Marks:
-    """Return the layers over the page for the features of a face."""
+    """Return the layers over the page for the features of a face.
+
+    Args:
+        is_light: whether the ink has the colour of light lines.
+    """
     weight = each.weight if region is None else each.weight * region[plane_area(each.window, (1, 1))]
     if raster.cell is not None:
         weight = weight * (patch_mask(Patch(each.window, each.window, each.face), raster.cell) > 0)
     tones, none = each.tones, np.zeros_like(weight)
     cover, same = np.minimum(weight / np.float32(FULL_INK_WEIGHT), 1), none + 1
     change, dot = weight * (tones.tone - 1), raster.dot(MAX_DOT_RATIO * min(page.shape))
-    match Medium.of(style, raster):
+    match medium:
         case Medium.LIGHT_LINES:
             line = cover * _ramp(tones.contour, LINE_RANGE)
-            is_light = sum(rgb_from_text(style.ink)) > MIN_LIGHT_INK
             return _Marks(same, none, none, line) if is_light else _Marks(same, none, line, none)
         case Medium.INK_OVER_TONES:
             core = np.float32(CORE_WEIGHT) * cover * _ramp(tones.dark, CORE_RANGE)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from threading import Lock
 from typing import NamedTuple
 
 import cv2
@@ -21,6 +22,9 @@ from vidstyle.regions.features.areas import eye_doubt, feature_areas
 from vidstyle.regions.features.tones import FeatureTones, feature_tones, skin_luma, without_grain
 from vidstyle.regions.masks import face_mask, mask_box
 from vidstyle.regions.patches import Patch, plane_area
+
+LIGHT_RATIO = 0.08
+"""Standard deviation of the Gaussian that finds light and shade on a face, relative to its height."""
 
 
 class Features(NamedTuple):
@@ -76,6 +80,7 @@ class LiftedFeatures:
     ) -> None:
         self._source, self.faces, self._amount, self._page_side = source, faces, amount, page_side
         self._lifted: tuple[Picture, list[Features]] | None = None
+        self._lock = Lock()
 
     def picture(self) -> Picture:
         """Return the picture without the features."""
@@ -86,15 +91,16 @@ class LiftedFeatures:
         return self._both()[1]
 
     def _both(self) -> tuple[Picture, list[Features]]:
-        if self._lifted is None:
-            source = self._source()
-            whole = Box(0, 0, source.shape[1], source.shape[0])
-            patches = [Patch(whole, whole, replace(face, opacity=1.0)) for face in self.faces]
-            shares = {face.track: self._amount * face.opacity for face in self.faces}
-            picture = _copied(source) if patches else source
-            found = lift_features(picture, patches, lambda face: shares[face.track], self._page_side)
-            self._lifted = picture, found
-        return self._lifted
+        with self._lock:
+            if self._lifted is None:
+                source = self._source()
+                whole = Box(0, 0, source.shape[1], source.shape[0])
+                patches = [Patch(whole, whole, replace(face, opacity=1.0)) for face in self.faces]
+                shares = {face.track: self._amount * face.opacity for face in self.faces}
+                picture = _copied(source) if patches else source
+                found = lift_features(picture, patches, lambda face: shares[face.track], self._page_side)
+                self._lifted = picture, found
+            return self._lifted
 
 
 def _copied(picture: Picture) -> Picture:
@@ -122,7 +128,9 @@ def _lift(
     skin, strokes = skin_luma(luma, height)
     areas, inner = feature_areas(face, window), face_mask(face.box, window)
     areas = areas._replace(whole=areas.whole * inner)
-    change = np.float32(amount) * areas.whole * (skin - luma)
+    # The closing spreads a bright cheek over a shaded one, as a disc.
+    even = cv2.GaussianBlur(luma, (0, 0), LIGHT_RATIO * height)
+    change = np.float32(amount) * areas.whole * (np.minimum(skin, even) - luma)
     values = values + (change if values.ndim == 2 else change[..., None])
     plane[area] = codes_from_values(values, "luma", picture.encoding)
     tones = feature_tones(luma, (skin, strokes), areas, height, page_side)

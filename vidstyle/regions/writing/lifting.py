@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from threading import Lock
 from typing import NamedTuple
 
 import cv2
@@ -54,6 +55,7 @@ class LiftedWriting:
     def __init__(self, picture: Picture, amount: float) -> None:
         self._source, self._amount = picture, amount
         self._lifted: tuple[Picture, list[Strokes]] | None = None
+        self._lock = Lock()
 
     def picture(self) -> Picture:
         """Return the picture without its writing."""
@@ -64,9 +66,10 @@ class LiftedWriting:
         return self._both()[1]
 
     def _both(self) -> tuple[Picture, list[Strokes]]:
-        if self._lifted is None:
-            self._lifted = lift_writing(self._source, self._amount)
-        return self._lifted
+        with self._lock:
+            if self._lifted is None:
+                self._lifted = lift_writing(self._source, self._amount)
+            return self._lifted
 
 
 def lift_writing(picture: Picture, amount: float) -> tuple[Picture, list[Strokes]]:
