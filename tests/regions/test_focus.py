@@ -17,9 +17,15 @@ from vidstyle.core.scene_cuts import KnownCuts, SceneCuts
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.media.frame import picture_from_frame
 from vidstyle.regions.boxes import Box
-from vidstyle.regions.exposure import FACE_LUMA_RANGE, FACE_QUANTILES, PAGE_QUANTILES, Stretch, expose_face
 from vidstyle.regions.face_tracks import Face, FaceFollower
 from vidstyle.regions.faces import FaceFinder
+from vidstyle.regions.features.exposure import (
+    FACE_LUMA_RANGE,
+    FACE_QUANTILES,
+    PAGE_QUANTILES,
+    Stretch,
+    expose_face,
+)
 from vidstyle.regions.features.landmarks import USUAL_LANDMARKS
 from vidstyle.regions.focus import FACE_RATIOS, FocusRenderer
 from vidstyle.regions.masks import face_mask, inner_mask, mask_box

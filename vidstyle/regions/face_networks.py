@@ -36,8 +36,8 @@ _CONTRAST_LEVELS, _MIN_CONTRAST_LEVELS = 52.0, 8.0
 """Standard deviation of luma to which a face is stretched, and the minimum that is stretched, of 255."""
 _SCORED_MARGIN_RATIO = 0.15
 """Margin around a face that is scored, at each side, in its sides."""
-_MAX_PROPOSALS = 40
-"""Maximum number of proposals examined, the best first."""
+MAX_PROPOSALS = 40
+"""Maximum number of proposals examined, the best first, where no crowd is searched."""
 _MAX_OVERLAP_RATIOS = 0.5, 0.7, 0.7, 0.5
 """Maximum overlap of proposals of one size, of all sizes, after the second and after the third network."""
 _MAX_PRODUCT_SIZE = 1 << 17
@@ -69,7 +69,12 @@ def _load_weights(path: Path) -> Weights:
         return joblib.load(file)
 
 
-def find_faces(color: np.ndarray, networks: tuple[Weights, Weights, Weights], least: float) -> np.ndarray:
+def find_faces(
+    color: np.ndarray,
+    networks: tuple[Weights, Weights, Weights],
+    least: float,
+    max_proposals: int = MAX_PROPOSALS,
+) -> np.ndarray:
     """Detect faces in a picture, H x W x 3 uint8 RGB, that are at least `least` pixels high.
 
     The third network runs twice, the second time on the adjusted boxes, each time on four views of the box:
@@ -80,7 +85,7 @@ def find_faces(color: np.ndarray, networks: tuple[Weights, Weights, Weights], le
         left eye, right eye, nose, and left and right corner of the mouth: count x 15, the best score first.
     """
     first, second, third = networks
-    boxes = _refine(color, _propose(color, first, least), second)
+    boxes = _refine(color, _propose(color, first, least)[:max_proposals], second)
     found = _judge(color, boxes, third)
     # Below this score even a perfect second run would not reach the minimum mean.
     found = _suppress_overlaps(found[found[:, 4] > 2 * _MIN_SCORES[2] - 1], _MAX_OVERLAP_RATIOS[3])
@@ -117,7 +122,7 @@ def _propose(color: np.ndarray, weights: Weights, least: float) -> np.ndarray:
         scored = np.hstack([boxes, scores[rows, columns, np.newaxis]])
         found.append(_suppress_overlaps(scored, _MAX_OVERLAP_RATIOS[0]))
         scale *= _PYRAMID_FACTOR
-    return _make_square(_suppress_overlaps(np.concatenate(found), _MAX_OVERLAP_RATIOS[1])[:_MAX_PROPOSALS])
+    return _make_square(_suppress_overlaps(np.concatenate(found), _MAX_OVERLAP_RATIOS[1]))
 
 
 def _run_first_network(picture: np.ndarray, weights: Weights) -> tuple[np.ndarray, np.ndarray]:

@@ -16,6 +16,7 @@ from vidstyle.core.picture import SITINGS, Picture
 from vidstyle.core.planes import color_rows
 from vidstyle.core.scene_cuts import SceneCutDetector, SceneCuts
 from vidstyle.regions.boxes import Box, Point
+from vidstyle.regions.crowds import crowd_detail
 from vidstyle.regions.faces import FaceFinder
 from vidstyle.regions.features.landmarks import USUAL_LANDMARKS, Landmarks, MarkedFaces
 from vidstyle.stabilize.motion import reduced_luma
@@ -24,6 +25,8 @@ MIN_PICTURE_SIDE_PX = 240
 """Minimum shorter side for the detection of faces: in smaller pictures, faces have too few pixels."""
 MIN_FACE_RATIO = 0.05
 """Minimum height of a face, relative to the picture's shorter side: 54 of 1080 lines."""
+MIN_CROWD_FACE_RATIO, MAX_CROWD_PROPOSALS = 0.0185, 400
+"""The same in a crowd: 20 of 1080 lines; and how many parts of the picture are examined there."""
 MAX_SEARCHED_SIDE_PX = 720
 """Maximum shorter side of the copy in which faces are detected."""
 SEARCH_SECONDS = 1.2
@@ -147,6 +150,9 @@ class FaceFollower(Closing):
 
     A scene cut, a gap and a size change reset the tracking; then faces have full opacity at once. The results
     do not depend on the speed of the searches.
+
+    Attributes:
+        detail: see `FaceSource`.
     """
 
     def __init__(
@@ -167,11 +173,16 @@ class FaceFollower(Closing):
         self._thread = ThreadPoolExecutor(1, "vidstyle-faces")
         self._search: _Search | None = None
         self._still: tuple[object, tuple[Face, ...]] = (None, ())
+        self.detail = 1.0
 
     @property
     def idle_since(self) -> float | None:
-        """Time of the last search, if no face is tracked and no search is running; otherwise None."""
-        return None if self._tracks or self._search is not None else self._search_time
+        """Time of the last search, if no face is tracked and no search is running; otherwise None.
+
+        In a crowd it is None too, as `detail` would be lost.
+        """
+        is_idle = not self._tracks and self._search is None and self.detail == 1
+        return self._search_time if is_idle else None
 
     def close(self) -> None:
         """Wait for the last search, and end the thread."""
@@ -204,8 +215,10 @@ class FaceFollower(Closing):
         """Return the faces of a single picture; the same picture is not searched again."""
         plane = picture.color if picture.luma is None else picture.luma
         if self._still[0] is not plane:
-            found = find_boxes(self._finder, picture).items()
-            self._still = plane, tuple(Face(next(self._numbers), box, 1.0, marks) for box, marks in found)
+            found = find_boxes(self._finder, picture, searches_crowds=True)
+            self.detail = crowd_detail(found, min(picture.shape))
+            faces = (Face(next(self._numbers), box, 1.0, marks) for box, marks in found.items())
+            self._still = plane, tuple(faces)
         return self._still[1]
 
     def _starts(self, picture: Picture, time: float) -> bool:
@@ -218,6 +231,7 @@ class FaceFollower(Closing):
         """Detect the faces in the first frame of a scene."""
         self._tracks, self._search, self._search_time = [], None, time
         found = find_boxes(self._finder, picture)
+        self.detail = crowd_detail(found, min(picture.shape))
         if found:
             small = reduced_luma(picture)
             factor = picture.shape[1] / small.shape[1]
@@ -265,12 +279,21 @@ class FaceFollower(Closing):
         self._tracks = [each for each in self._tracks if each.opacity > 0]
 
 
-def find_boxes(finder: FaceFinder, picture: Picture) -> MarkedFaces:
-    """Return the faces of at least `MIN_FACE_RATIO` in a picture, in its pixels, the largest first."""
+def find_boxes(finder: FaceFinder, picture: Picture, searches_crowds: bool = False) -> MarkedFaces:
+    """Return the faces of at least `MIN_FACE_RATIO` in a picture, in its pixels, the largest first.
+
+    Args:
+        finder: detects faces.
+        picture: any picture.
+        searches_crowds: whether to search for smaller faces too where many are small, which takes seconds.
+    """
     color = searched_copy(picture)
-    least = MIN_FACE_RATIO * min(color.shape[:2]) / color.shape[0]
+    side = min(color.shape[:2])
+    found = finder.find(color, MIN_FACE_RATIO * side / color.shape[0])
+    if searches_crowds and crowd_detail(found, side) > 1:
+        found = finder.find(color, MIN_CROWD_FACE_RATIO * side / color.shape[0], MAX_CROWD_PROPOSALS)
     factor = picture.shape[1] / color.shape[1]
-    return {box.scaled(factor): marks for box, marks in finder.find(color, least).items()}
+    return {box.scaled(factor): marks for box, marks in found.items()}
 
 
 def _move(track: _Track, small: np.ndarray, factor: float) -> None:

@@ -14,7 +14,14 @@ import numpy as np
 from vidstyle.core.opencv_log import silent_opencv
 from vidstyle.errors import InputError
 from vidstyle.regions.boxes import Box
-from vidstyle.regions.face_networks import Weights, find_faces, load_networks, score_face, weights_folder
+from vidstyle.regions.face_networks import (
+    MAX_PROPOSALS,
+    Weights,
+    find_faces,
+    load_networks,
+    score_face,
+    weights_folder,
+)
 from vidstyle.regions.features.landmarks import USUAL_LANDMARKS, Landmarks, MarkedFaces
 
 _MODEL_REMEDY = "use an OpenCV cascade (.xml) or a YuNet model (.onnx)"
@@ -48,8 +55,9 @@ _TRIAL_SIDE_PX = 64
 
 _HAS_CASCADES = hasattr(cv2, "CascadeClassifier")
 
-_Detector = Callable[[np.ndarray, float], MarkedFaces]
-"""Finds faces at least as high as a fraction of the picture; OpenCV detectors use their own limit instead."""
+_Detector = Callable[[np.ndarray, float, int], MarkedFaces]
+"""Finds faces at least as high as a fraction of the picture among a number of proposals; OpenCV detectors use
+their own limits instead."""
 
 
 class FaceFinder:
@@ -80,17 +88,20 @@ class FaceFinder:
             self._detector = _create_mtcnn(self._networks)
         self.has_model = self._detector is not None
 
-    def find(self, color: np.ndarray, least: float = MIN_FACE_HEIGHT_RATIO) -> MarkedFaces:
+    def find(
+        self, color: np.ndarray, least: float = MIN_FACE_HEIGHT_RATIO, max_proposals: int = MAX_PROPOSALS
+    ) -> MarkedFaces:
         """Return the faces in a picture, the largest first.
 
         Args:
             color: H x W x 3 uint8.
             least: minimum height of a face, relative to the picture's height; a larger one is faster.
+            max_proposals: maximum number of parts of the picture that are examined.
         """
         if self._detector is None:
             return {}
         with self._lock:
-            found = self._detector(color, least)
+            found = self._detector(color, least, max_proposals)
         return {box: found[box] for box in sorted(found, key=lambda box: (-box.area, box.left, box.top))}
 
     def score(self, color: np.ndarray, face: Box) -> float | None:
@@ -126,9 +137,9 @@ def skin_shares(color: np.ndarray, faces: Iterable[Box]) -> list[float]:
 
 
 def _create_mtcnn(networks: tuple[Weights, Weights, Weights]) -> _Detector:
-    def find(color: np.ndarray, least: float) -> MarkedFaces:
+    def find(color: np.ndarray, least: float, max_proposals: int) -> MarkedFaces:
         height, width = color.shape[:2]
-        rows = find_faces(color, networks, max(_MIN_FACE_PX, least * height)).tolist()
+        rows = find_faces(color, networks, max(_MIN_FACE_PX, least * height), max_proposals).tolist()
         whole = Box(0, 0, width, height)
         boxes = [Box(*map(round, row[:4])).intersection(whole) for row in rows]
         found: MarkedFaces = {}
@@ -151,7 +162,7 @@ def _create_cascade(path: Path) -> _Detector:
     if cascade is None or cascade.empty():
         raise InputError(path, "is not a face detection model", _MODEL_REMEDY)
 
-    def find(color: np.ndarray, _: float) -> MarkedFaces:
+    def find(color: np.ndarray, _least: float, _max_proposals: int) -> MarkedFaces:
         luma = cv2.equalizeHist(cv2.cvtColor(color, cv2.COLOR_RGB2GRAY))
         least = max(20, round(_MIN_CASCADE_SIDE_RATIO * min(luma.shape)))
         found = cascade.detectMultiScale(
@@ -183,7 +194,7 @@ def _create_yunet(path: Path) -> _Detector:
     except cv2.error:
         raise InputError(path, "is not a face detection model", _MODEL_REMEDY) from None
 
-    def find(color: np.ndarray, _: float) -> MarkedFaces:
+    def find(color: np.ndarray, _least: float, _max_proposals: int) -> MarkedFaces:
         height, width = color.shape[:2]
         network.setInputSize((width, height))
         _, found = network.detect(np.ascontiguousarray(color[..., ::-1]))

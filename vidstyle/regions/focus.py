@@ -14,6 +14,7 @@ from vidstyle.backend import Backend, FrameRequest, PendingPicture, completed_fu
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.core.scene_cuts import SceneCuts
 from vidstyle.core.shared_tones import SharedTones
+from vidstyle.regions.crowds import style_for_crowd
 from vidstyle.regions.face_tracks import Face
 from vidstyle.regions.features.feature_drawing import draw_features
 from vidstyle.regions.features.feature_lifting import Features, LiftedFeatures
@@ -34,6 +35,10 @@ on there is none, as marks are small enough for the face."""
 
 class FaceSource(Protocol):
     """Returns the faces of pictures: `FaceFollower` of films, `StillFaces` of pictures."""
+
+    @property
+    def detail(self) -> float:
+        """Level of detail that the whole picture needs, for one scene; see `crowd_detail`."""
 
     def follow(self, picture: Picture, time: float | None) -> tuple[Face, ...]:
         """Return the faces of the next picture, the largest first; see `FaceFollower.follow`."""
@@ -87,7 +92,7 @@ class FocusedPicture:
 
 
 class FocusRenderer(Backend):
-    """Restyles pictures, and their faces a second time in finer detail.
+    """Restyles pictures, and their faces a second time in finer detail; crowds in finer detail as a whole.
 
     Only the parts of the picture around faces are restyled twice, side by side in one picture. Writing is
     taken off the picture before, and drawn over the result. Without a face and writing, the result is the
@@ -113,7 +118,8 @@ class FocusRenderer(Backend):
         cuts: SceneCuts | None = None,
         side_ratio: float = 1.0,
     ) -> None:
-        self._style, self._side_ratio = style, side_ratio
+        self._chosen = self._style = style
+        self._side_ratio, self._detail = side_ratio, 1.0
         self._page = open_backend(style, cuts)
         # Two sets of patches, while one replaces the other.
         self._patches = PatchRenderer(open_backend, side_ratio), PatchRenderer(open_backend, side_ratio)
@@ -142,8 +148,9 @@ class FocusRenderer(Backend):
 
     def change_style(self, style: Style) -> None:
         """Use another style from the next picture on."""
-        self._style = style
-        self._page.change_style(style)
+        self._chosen = style
+        self._style = style_for_crowd(style, self._detail)
+        self._page.change_style(self._style)
 
     def restyle(self, request: FrameRequest) -> Picture:
         """Restyle a picture, then its faces; see `Backend.restyle`."""
@@ -164,10 +171,11 @@ class FocusRenderer(Backend):
     def _start(
         self, request: FrameRequest, start: Callable[[Backend, FrameRequest], PendingPicture]
     ) -> PendingPicture:
-        request, style = flatten_still(request, self._style.steady), self._style
+        request = flatten_still(request, self._style.steady)
         if not self._is_focused:
             return start(self._page, request)
-        found, tones = self._source.follow(request.picture, request.time), SharedTones()
+        found, tones = self._follow(request), SharedTones()
+        style = self._style
         sets, side = self._plan(request, found), self._side_ratio * min(request.picture.shape)
         writing = LiftedWriting(request.picture, style.focus)
         large = LiftedFeatures(writing.picture, self._large(found, request, side), style.focus, side)
@@ -192,7 +200,7 @@ class FocusRenderer(Backend):
         """Follow faces and their tones through a picture that is not restyled."""
         if not self._is_focused:
             return
-        for patches in self._plan(request, self._source.follow(request.picture, request.time)):
+        for patches in self._plan(request, self._follow(request)):
             self._patches_of(patches).cut(request, patches, self._style.focus, self._lifted_share(request))
 
     def overlay(self, picture: Picture) -> np.ndarray | None:
@@ -210,7 +218,16 @@ class FocusRenderer(Backend):
             return None
         color = focused.result().color
         assert color is not None
-        return np.dstack([color, 255 * focused.covers(picture.shape).astype(np.uint8)])
+        changed = focused.covers(picture.shape) | (self._style != self._chosen)
+        return np.dstack([color, 255 * changed.astype(np.uint8)])
+
+    def _follow(self, request: FrameRequest) -> tuple[Face, ...]:
+        """Return the faces of the next picture, and use the style as fine as they need it."""
+        found, before = self._source.follow(request.picture, request.time), self._detail
+        self._detail = self._source.detail
+        if self._detail != before:
+            self.change_style(self._chosen)
+        return found
 
     @property
     def _is_focused(self) -> bool:
@@ -220,7 +237,9 @@ class FocusRenderer(Backend):
         self, request: FrameRequest, patches: PatchSet
     ) -> tuple[Backend, FrameRequest, list[Features]]:
         raster, share = self._raster_on(request), self._lifted_share(request)
-        return self._patches_of(patches).prepare(request, patches, self._style, share, raster)
+        assert self._style.height is not None and self._chosen.height is not None
+        fineness = self._style.height / self._chosen.height
+        return self._patches_of(patches).prepare(request, patches, self._style, share, raster, fineness)
 
     def _lifted_share(self, request: FrameRequest) -> Callable[[Face], float]:
         """Return what returns how much of the features of a face is drawn over its patch, 0..1."""

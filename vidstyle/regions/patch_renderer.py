@@ -9,8 +9,8 @@ from vidstyle.backend import Backend, FrameRequest
 from vidstyle.core.closing import Closing
 from vidstyle.core.picture import Picture
 from vidstyle.core.scene_cuts import KnownCuts, SceneCuts
-from vidstyle.regions.exposure import Exposure
 from vidstyle.regions.face_tracks import Face
+from vidstyle.regions.features.exposure import Exposure
 from vidstyle.regions.features.feature_lifting import Features, lift_features
 from vidstyle.regions.patches import PatchSet, cut_patches
 from vidstyle.regions.rasters import PageRaster
@@ -59,7 +59,13 @@ class PatchRenderer(Closing):
             self._backend.close()
 
     def prepare(
-        self, request: FrameRequest, patches: PatchSet, style: Style, lift: LiftedShare, raster: PageRaster
+        self,
+        request: FrameRequest,
+        patches: PatchSet,
+        style: Style,
+        lift: LiftedShare,
+        raster: PageRaster,
+        fineness: float = 1.0,
     ) -> tuple[Backend, FrameRequest, list[Features]]:
         """Return the renderer of a picture of patches, the request for it, and the features to draw.
 
@@ -69,13 +75,14 @@ class PatchRenderer(Closing):
             style: the style of the whole picture.
             lift: returns how much of eyes, nose and mouth of a face is drawn over the result, 0..1.
             raster: the rasters of the style.
+            fineness: level of detail of the whole picture, which patches exceed by less.
         """
         cut, features = self.cut(request, patches, style.focus, lift)
         share = patches.least / (self._side_ratio * min(request.picture.shape))
         is_fine = raster.is_screen and max(raster.cell or (0,)) <= MAX_CELL_RATIO * min(request.picture.shape)
         low, high = SCREEN_DETAIL_RANGE if is_fine else DETAIL_RANGE
         ratio = SCREEN_DETAIL_RATIO if is_fine else FACE_DETAIL_RATIO
-        detail = min(max(ratio / share, low), high) ** style.focus
+        detail = max(1.0, min(max(ratio / share, low), high) ** style.focus / fineness)
         backend = self._use(style, detail, cut.shape, request.picture.shape)
         return backend, replace(request, picture=cut, target=request.encoding), features
 

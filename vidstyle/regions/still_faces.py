@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vidstyle.core.picture import Picture
+from vidstyle.regions.crowds import crowd_detail
 from vidstyle.regions.face_tracks import MIN_PICTURE_SIDE_PX, Face, find_boxes
 from vidstyle.regions.faces import FaceFinder
 from vidstyle.regions.features.landmarks import MarkedFaces
@@ -24,9 +25,11 @@ class KnownFaces:
 
     Attributes:
         boxes: faces in a picture of height 1, the largest first.
+        detail: see `FaceSource`.
     """
 
     boxes: MarkedFaces = field(default_factory=dict)
+    detail: float = 1.0
 
     def follow(self, picture: Picture, time: float | None) -> tuple[Face, ...]:
         """Return the faces in a copy of the picture of any size."""
@@ -67,6 +70,11 @@ class StillFaces:
                 self._known.popitem(last=False)
         return self._known[key]
 
+    @property
+    def detail(self) -> float:
+        """See `FaceSource`."""
+        return self._shown.detail
+
     def show(self, key: Hashable) -> bool:
         """Use the faces of this picture from now on, none if they are not known; return whether they are."""
         self._shown = self._known.get(key, KnownFaces())
@@ -83,5 +91,6 @@ class StillFaces:
         height = color.shape[0]
         if min(color.shape[:2]) < MIN_PICTURE_SIDE_PX:
             return KnownFaces()
-        boxes = find_boxes(self._finder, Picture.from_array(color))
-        return KnownFaces({box.scaled(1 / height): marks for box, marks in boxes.items()})
+        boxes = find_boxes(self._finder, Picture.from_array(color), searches_crowds=True)
+        known = {box.scaled(1 / height): marks for box, marks in boxes.items()}
+        return KnownFaces(known, crowd_detail(boxes, min(color.shape[:2])))

@@ -192,7 +192,10 @@ def change_options(command: Callable[..., Any]) -> Callable[..., Any]:
                      help="Override a style parameter; may be repeated.")  # fmt: skip
     text = "Temporal smoothing, from 0 (off) to 1 (strongest).  [default: the style's]"
     steady = option("--steady", type=number(0, 1), group=group, help=text)
-    text = "Level of detail: 2 halves the size of lines and dots, 0.5 doubles it."
+    text = (
+        "Level of detail: 2 halves the size of lines and dots, 0.5 doubles it.  "
+        "[default: 1, and up to 2.5 in scenes of many small faces]"
+    )
     detail = option("--detail", type=number(0.125, 8), group=group, help=text)
     text = "Finer detail in small faces, from 0 (off) to 1.  [default: the style's]"
     focus = option("--focus", type=number(0, 1), group=group, help=text)
@@ -212,7 +215,8 @@ def style_from_options(options: Mapping[str, Any]) -> Style:
         if style.height is None:
             raise UsageError("--detail", f"{style.name} has no height; give one, such as --set height=720")
         values["height"] = style.height * options["detail"]
-    return with_background(set_values(style, values) if values else style, options)
+    style = set_values(style, values) if values else style
+    return with_background(dataclasses.replace(style, has_detail=options["detail"] is not None), options)
 
 
 def raw_video_options(rate_help: str, rate_name: str) -> Decorator:

@@ -1,1 +1,1 @@
-"""Features: eyes, nose and mouth of small faces, which a style would lose, drawn over its result."""
+"""What a style would lose of small faces: their tones, and eyes, nose and mouth, drawn over its result."""
