@@ -8,12 +8,13 @@ from concurrent.futures import Future
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from threading import Lock
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from vidstyle.core.closing import Closing
 from vidstyle.core.picture import Encoding, Picture
+from vidstyle.core.picture_edit import MakeChange, PictureEdit, make_here
 from vidstyle.core.shared_tones import SharedTones
 from vidstyle.style import Style
 
@@ -30,8 +31,8 @@ class FrameRequest:
         measured: gets the percentiles that are measured on this picture.
         tones: percentiles of a larger picture, which this one is a part of; None: this picture is measured.
         is_clean: whether noise of a picture that stands alone has been removed.
-        edit: returns the picture to restyle in place of `picture`, in the same layout; cuts and motion still
-            come from `picture`. It may be called in any thread, and again. None: no change.
+        edit: makes the picture to restyle in place of `picture`, in the same layout; cuts and motion still
+            come from `picture`. None: no change.
     """
 
     picture: Picture
@@ -41,11 +42,11 @@ class FrameRequest:
     measured: SharedTones | None = None
     tones: SharedTones | None = None
     is_clean: bool = False
-    edit: Callable[[], Picture] | None = None
+    edit: PictureEdit[Any] | None = None
 
-    def edited(self) -> FrameRequest:
-        """Return the request for the edited picture."""
-        return self if self.edit is None else replace(self, picture=self.edit(), edit=None)
+    def edited(self, make: MakeChange = make_here) -> FrameRequest:
+        """Return the request for the edited picture; `make` calls what changes it."""
+        return self if self.edit is None else replace(self, picture=self.edit.picture(make), edit=None)
 
     def tones_of(self, step: Hashable, measure: Callable[[], np.ndarray]) -> np.ndarray:
         """Return the percentiles of a step, those that `measure` returns or those to use instead."""

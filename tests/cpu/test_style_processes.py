@@ -10,14 +10,16 @@ import sys
 from concurrent.futures import CancelledError
 from contextlib import closing, suppress
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
+import av
 import numpy as np
 import pytest
 from covering import of_the_day
 from films import RATE
-from pictures import same_bits
+from pictures import FACE, picture_with_face, picture_with_writing, same_bits
 from remembering import FILM, REMEMBERING
 from waiting import LONG, eventually
 
@@ -29,6 +31,11 @@ from vidstyle.cpu.shared_pictures import SharedPictures
 from vidstyle.cpu.style_job import StyleJob, blank_picture
 from vidstyle.cpu.style_process import StyleProcess
 from vidstyle.cpu.style_processes import StyleProcesses, can_share_pictures
+from vidstyle.media.frame import picture_from_frame
+from vidstyle.regions.face_tracks import Face
+from vidstyle.regions.features.feature_lifting import lift_from_picture
+from vidstyle.regions.focus import FocusRenderer
+from vidstyle.regions.still_faces import KnownFaces
 from vidstyle.style import Style, load_style, style_names
 
 pytestmark = pytest.mark.skipif(not can_share_pictures(), reason="needs anonymous shared memory")
@@ -136,6 +143,49 @@ def test_a_failure_is_reported_once_in_plain_words(
     [text, *others] = [each for each in caplog.records if "process" in each.message]
     assert text.message == "a process for frames failed (it has ended); threads restyle its frames"
     assert all(vars(each)["once"] and each.message == text.message for each in [text, *others])
+
+
+def test_processes_take_writing_off(used: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
+    style, page, changed = replace(load_style("ink"), steady=0.5), picture_with_writing(), list[int]()
+    film = [Picture.from_array(np.roll(page, 3 * number, axis=1)) for number in range(4)]
+    make = StyleProcess.make
+
+    def noted(self: StyleProcess, *arguments: Any) -> Any:
+        result = make(self, *arguments)
+        changed.append(self.number)
+        return result
+
+    def restyled(threads: int) -> list[Picture]:
+        with FocusRenderer(style, lambda each, _: CpuRenderer(each, threads), KnownFaces()) as renderer:
+            pending = []
+            for number, each in enumerate(film):
+                pending.append(renderer.begin(FrameRequest(each, number / RATE)))
+                if number == 0 and threads > 1:
+                    pending[0].result()
+                    wait_for_processes()
+            return [each.result() for each in pending]
+
+    monkeypatch.setattr(StyleProcess, "make", noted)
+    assert differing(restyled(1), restyled(THREADS)) == []
+    assert changed
+
+
+def test_only_changed_planes_come_back_from_a_process() -> None:
+    """A process whose change fails is not used again."""
+    frame = av.VideoFrame.from_ndarray(picture_with_face(), "rgb24").reformat(format="yuv420p")
+    picture, faces = picture_from_frame(frame), [Face(3, FACE.moved(250, 150))]
+    lift = partial(lift_from_picture, faces=faces, amount=1.0)
+    with closing(StyleProcesses(1, 0, b"", lift)) as processes:
+        eventually(lambda: processes._starting[0].has_news)
+        made = processes.make(partial(lift, page_side=480.0), picture)
+        assert made is not None
+        (changed, (found,)), (here, (wanted,)) = made, lift(picture, page_side=480.0)
+        assert same_bits(changed, here) and not same_bits(changed, picture)
+        assert changed.chroma is not None and changed.chroma[0] is picture.chroma[0]  # type: ignore[index]
+        assert found.window == wanted.window and np.array_equal(found.weight, wanted.weight)
+        assert [processes.make(each, picture) for each in (lift, partial(lift, page_side=480.0))] == [
+            None
+        ] * 2
 
 
 @pytest.mark.parametrize("planes", ["gray", "chroma", "color"])

@@ -13,9 +13,7 @@ from vidstyle.regions.chosen_files import MODEL_VARIABLE
 @pytest.fixture
 def faces_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without writing: on the table and the clothes of `picture_with_face` there are thin strokes, too."""
-    monkeypatch.setattr(
-        "vidstyle.regions.writing.lifting.lift_writing", lambda picture, amount: (picture, [])
-    )
+    monkeypatch.setattr("vidstyle.regions.focus.lift_writing", lambda picture, amount: (picture, []))
 
 
 @pytest.fixture

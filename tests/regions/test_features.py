@@ -15,7 +15,7 @@ from vidstyle.regions.face_tracks import Face
 from vidstyle.regions.faces import FaceFinder
 from vidstyle.regions.features import tones
 from vidstyle.regions.features.feature_drawing import draw_features
-from vidstyle.regions.features.feature_lifting import Features, LiftedFeatures, lift_features
+from vidstyle.regions.features.feature_lifting import Features, lift_features, lift_from_picture
 from vidstyle.regions.features.landmarks import USUAL_LANDMARKS
 from vidstyle.regions.features.media import FACE_RATIOS, Medium
 from vidstyle.regions.patches import Patch, plane_area
@@ -80,10 +80,10 @@ def test_features_of_a_large_face_are_lifted_from_the_whole_picture() -> None:
     source = Picture.from_array(picture_with_face())
     before = source.color.copy()
     faces = [Face(3, PLACE, 0.5)]
-    large = LiftedFeatures(lambda: source, faces, 1.0, 100.0)
-    (found,) = large.features()
+    large, (found,) = lift_from_picture(source, faces, 1.0, 100.0)
     assert found.amount == 0.5 and found.window.intersection(WINDOW) == found.window
-    changed = (large.picture().color != before).any(axis=2)
+    assert large.color is not None
+    changed = (large.color != before).any(axis=2)
     assert changed[found.window.top :, found.window.left :].any() and np.array_equal(source.color, before)
     changed[plane_area(found.window, (1, 1))] = False
     assert not changed.any()

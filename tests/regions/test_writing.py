@@ -22,7 +22,7 @@ from vidstyle.regions import focus
 from vidstyle.regions.boxes import Box
 from vidstyle.regions.focus import FocusRenderer
 from vidstyle.regions.still_faces import KnownFaces
-from vidstyle.regions.writing import letters, lifting
+from vidstyle.regions.writing import letters
 from vidstyle.regions.writing.finding import find_writing
 from vidstyle.regions.writing.lifting import lift_writing, luma_in
 from vidstyle.renderer import stylize
@@ -175,7 +175,7 @@ def test_a_word_is_drawn_in_the_colours_of_the_style() -> None:
         assert (words[strokes].mean() > rest + 60) == (not is_dark)
 
 
-@pytest.mark.parametrize(("owner", "name"), [(lifting, "lift_writing"), (focus, "draw_writing")])
+@pytest.mark.parametrize(("owner", "name"), [(focus, "lift_writing"), (focus, "draw_writing")])
 def test_the_threads_that_restyle_a_film_take_writing_off_and_draw_it(
     owner: ModuleType, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -185,9 +185,9 @@ def test_the_threads_that_restyle_a_film_take_writing_off_and_draw_it(
     film = [Picture.from_array(np.roll(page, 3 * number, axis=1)) for number in range(4)]
     function = getattr(owner, name)
 
-    def noted(*arguments: object) -> object:
+    def noted(*arguments: object, **named: object) -> object:
         threads.add(threading.current_thread().name)
-        return function(*arguments)
+        return function(*arguments, **named)
 
     def restyled(count: int) -> list[Picture]:
         with FocusRenderer(style, lambda each, _: CpuRenderer(each, count), KnownFaces()) as renderer:

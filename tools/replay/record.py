@@ -19,7 +19,9 @@ from vidstyle.core.kernels.arguments import MIN_UNLOCKED_NUMBERS
 from vidstyle.core.kernels.declare import OTHER_TYPES
 from vidstyle.core.picture import Picture
 from vidstyle.cpu.frame_order import FrameOrder
+from vidstyle.cpu.remote_style import RemoteStyle
 from vidstyle.cpu.renderer import CpuRenderer
+from vidstyle.cpu.shared_pictures import planes_of
 from vidstyle.media.frame import Frame
 from vidstyle.media.read.reader import Reader
 from vidstyle.media.write.film_writer import FilmWriter
@@ -162,6 +164,7 @@ def recording() -> Iterator[Recording]:
         (FocusedPicture, "result"): _finished(FocusedPicture.result, made),
         (CpuRenderer, "_finish"): _finished(CpuRenderer._finish, made),
         (CpuRenderer, "_restyle"): _movable(CpuRenderer._restyle),
+        (RemoteStyle, "make"): _movable(RemoteStyle.make),
         (FrameOrder, "at"): ordered,
         (Reader, "__iter__"): _timed_frames(Reader.__iter__, made.reading),
         (FilmWriter, "write"): _timed_writes(FilmWriter.write, made.writing),
@@ -219,18 +222,24 @@ def _numbers(value: Any) -> int:
     return sum(map(_numbers, value)) if isinstance(value, tuple) else getattr(value, "size", 0)
 
 
-def _movable(restyle: Callable[..., Picture]) -> Callable[..., Picture]:
-    """Mark the part that another process can do, with the time of two copies of each picture."""
+def _movable(method: Callable[..., Any]) -> Callable[..., Any]:
+    """Mark what another process can do, with the time of two copies of each plane that it takes or makes.
 
-    def call(renderer: CpuRenderer, frame: Any, picture: Picture, *others: Any) -> Picture:
+    Args:
+        method: takes an object, another argument and the picture; returns one, or one and what it keeps.
+    """
+
+    def call(owner: object, other: Any, picture: Picture, *others: Any) -> Any:
         _note(("style", 0.0))
         place = len(_marks.events or ())
-        result = restyle(renderer, frame, picture, *others)
+        result = method(owner, other, picture, *others)
         _note(("styled", 0))
         if _marks.events is not None:
             began = time.thread_time()
-            for each in (picture, picture, result, result):
-                each.map_planes(lambda plane, _: plane.copy())
+            made = planes_of(result if isinstance(result, Picture) else result[0])
+            taken = planes_of(picture)
+            for plane in 2 * (taken + [each for each in made if not any(each is known for known in taken)]):
+                plane.copy()
             _marks.last = time.thread_time()
             _marks.events[place - 1] = ("style", _marks.last - began)
         return result

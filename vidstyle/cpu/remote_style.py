@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from vidstyle.core.picture import Picture
+from vidstyle.core.picture_edit import Change, Kept, PictureEdit, make_here
 from vidstyle.cpu.execute import FilmState
 from vidstyle.cpu.frame_memory import processes_in_memory
 from vidstyle.cpu.style_process import Follow
@@ -31,17 +34,20 @@ class RemoteStyle:
         """Whether processes are not started yet, and useful for this job and number of threads."""
         return self._may_start and job is not None and threads >= MIN_PROCESS_THREADS
 
-    def start(self, job: bytes | None, threads: int, frame_bytes: int) -> None:
+    def start(
+        self, job: bytes | None, threads: int, frame_bytes: int, edit: PictureEdit[Any] | None = None
+    ) -> None:
         """Start as many processes as are useful and fit into memory.
 
         Args:
             frame_bytes: memory that a picture takes.
+            edit: of the present picture; later ones are similar.
         """
         self._may_start = False
         each = PROCESS_BYTES + frame_bytes
         count = processes_in_memory(each, useful_processes(threads))
         if job is not None and count:
-            self._processes = borrow_processes(count, each, job)
+            self._processes = borrow_processes(count, each, job, None if edit is None else edit.change)
 
     def restyle(
         self, job: bytes | None, picture: Picture, shown: FilmState, follow: Follow
@@ -57,6 +63,11 @@ class RemoteStyle:
         known: list[np.ndarray] = []
         result = self._processes.restyle(job, picture, shown, _noted(follow, known))
         return result, _continued(follow, known)
+
+    def make(self, change: Change[Kept], picture: Picture) -> tuple[Picture, Kept]:
+        """Call a change of a picture in a process, or here if none is free."""
+        result = self._processes.make(change, picture) if self._processes is not None else None
+        return make_here(change, picture) if result is None else result
 
     def kill(self) -> None:
         """End the processes at once; pictures in progress become None."""

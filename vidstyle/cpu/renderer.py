@@ -155,7 +155,7 @@ class CpuRenderer(Backend):
         (_, tasks, job), count, request = frame.plan, self._threads.side_by_side, frame.request
         if self._remote.may_start(job, count):
             picture = frame_bytes(tasks, request.picture.shape, request.encoding, False, ONE_THREAD)
-            self._remote.start(job, count, picture)
+            self._remote.start(job, count, picture, request.edit)
 
     def measured(self, picture: Picture) -> dict[StepKey, np.ndarray]:
         """Return the percentiles that each measured step measures on a single picture."""
@@ -189,7 +189,8 @@ class CpuRenderer(Backend):
 
     def _finish(self, frame: _Frame, workers: BandWorkers) -> Picture:
         with frame.request.measuring():
-            return self._stabilize(replace(frame, request=frame.request.edited()), workers)
+            request = frame.request.edited(self._remote.make)
+            return self._stabilize(replace(frame, request=request), workers)
 
     def _stabilize(self, frame: _Frame, workers: BandWorkers) -> Picture:
         """Stabilize and restyle."""

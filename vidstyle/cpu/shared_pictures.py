@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import mmap
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -61,8 +63,14 @@ class SharedPictures:
         self.descriptor = descriptor
         self._memory: mmap.mmap | None = None
 
-    def store(self, picture: Picture, offset: int = 0) -> tuple[Picture, int]:
+    def store(
+        self, picture: Picture, offset: int = 0, known: Mapping[int, StoredPlane] = MappingProxyType({})
+    ) -> tuple[Picture, int]:
         """Copy a picture into the memory.
+
+        Args:
+            offset: after what must stay in the memory, in bytes.
+            known: places of planes that are in the memory, by their `id`.
 
         Returns:
             The picture with a `StoredPlane` in place of each plane, and the offset after its last byte.
@@ -71,19 +79,22 @@ class SharedPictures:
 
         def place(plane: np.ndarray, _: str) -> Any:
             nonlocal end
+            if id(plane) in known:
+                return known[id(plane)]
             stored = StoredPlane.of(plane, end)
             end = stored.end
-            self._view(stored)[...] = plane
+            self.view(stored)[...] = plane
             return stored
 
         return picture.map_planes(place), end
 
     def load(self, stored: Picture) -> Picture:
         """Return a stored picture, whose planes are views on the memory."""
-        view: Any = self._view
+        view: Any = self.view
         return stored.map_planes(lambda plane, _: view(plane))
 
-    def _view(self, plane: StoredPlane) -> np.ndarray:
+    def view(self, plane: StoredPlane) -> np.ndarray:
+        """Return a stored plane, a view on the memory."""
         if self._memory is None or len(self._memory) < plane.end:
             size = os.fstat(self.descriptor).st_size
             if size < plane.end:
@@ -93,3 +104,15 @@ class SharedPictures:
             self._memory = mmap.mmap(self.descriptor, size)
         rows = np.ndarray(plane.stored, plane.dtype, buffer=self._memory, offset=plane.offset)
         return rows[:, : plane.width]
+
+
+def planes_of(picture: Picture) -> list[Any]:
+    """Return the planes of a picture, or those of a stored one, in the order of `Picture.map_planes`."""
+    planes = list[Any]()
+
+    def note(plane: np.ndarray, _: str) -> np.ndarray:
+        planes.append(plane)
+        return plane
+
+    picture.map_planes(note)
+    return planes

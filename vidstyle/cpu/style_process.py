@@ -6,12 +6,14 @@ import os
 import socket
 from collections.abc import Callable
 from multiprocessing.connection import Connection
+from typing import Any
 
 import numpy as np
 
 from vidstyle.core.picture import Picture
+from vidstyle.core.picture_edit import Change, Kept
 from vidstyle.cpu.execute import FilmState
-from vidstyle.cpu.shared_pictures import SharedPictures
+from vidstyle.cpu.shared_pictures import SharedPictures, planes_of
 from vidstyle.style.nodes import StepKey
 
 Follow = Callable[[StepKey, float, np.ndarray], np.ndarray]
@@ -67,14 +69,30 @@ class StyleProcess:
             WorkerError: it cannot restyle the picture.
             EOFError, OSError: it has ended.
         """
-        self._connection.send((job, *self._pictures.store(picture), shown))
+        self._connection.send(("style", job, *self._pictures.store(picture), shown))
         while True:
-            kind, *content = self._connection.recv()
+            kind, *content = self._answer()
             if kind == "picture":
                 return self._pictures.load(content[0]).map_planes(lambda plane, _: plane.copy())
-            if kind == "error":
-                raise WorkerError(content[0])
             self._connection.send(follow(*content))
+
+    def make(self, change: Change[Kept], picture: Picture) -> tuple[Picture, Kept]:
+        """Change a picture; for the errors see `restyle`."""
+        stored, end = self._pictures.store(picture)
+        self._connection.send(("change", change, stored, end))
+        _, made, kept = self._answer()
+        own = dict(zip(planes_of(stored), planes_of(picture), strict=True))
+
+        def loaded(place: Any, _: str) -> np.ndarray:
+            return own[place] if place in own else self._pictures.view(place).copy()
+
+        return made.map_planes(loaded), kept
+
+    def _answer(self) -> tuple[Any, ...]:
+        answer: tuple[Any, ...] = self._connection.recv()
+        if answer[0] == "error":
+            raise WorkerError(answer[1])
+        return answer
 
     def close(self) -> None:
         """Have it end, and release its memory; no thread may wait for it."""

@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 import os
+import pickle
 import signal
 import subprocess
 import sys
 import threading
+from collections.abc import Callable
 from contextlib import suppress
-from typing import Any
+from typing import Any, TypeVar
 
 from vidstyle.core.machine.cores import THREADS_VARIABLE
 from vidstyle.core.machine.free_memory import reserve_memory
 from vidstyle.core.picture import Picture
+from vidstyle.core.picture_edit import Change, Kept
 from vidstyle.cpu.execute import FilmState
 from vidstyle.cpu.style_process import Follow, StyleProcess, WorkerError
 from vidstyle.errors import log
+
+Answer = TypeVar("Answer")
 
 MIN_PROCESS_THREADS = 8
 """Number of threads from which processes are faster: with fewer, the lock is seldom waited for."""
@@ -34,9 +39,10 @@ class StyleProcesses:
         count: number of processes; 0, if the system starts none.
         memory: bytes that each takes.
         job: the job to prepare; others are possible later.
+        change: of pictures, to be loaded too; None for none.
     """
 
-    def __init__(self, count: int, memory: int, job: bytes) -> None:
+    def __init__(self, count: int, memory: int, job: bytes, change: Change[Any] | None = None) -> None:
         self._lock = threading.Lock()
         self._starting: list[StyleProcess] = []
         self._idle: list[StyleProcess] = []
@@ -45,7 +51,7 @@ class StyleProcesses:
         self._is_killed = False
         try:
             self._starting.extend(StyleProcess() for _ in range(count))
-            self._parent = _started(self._starting, job)
+            self._parent = _started(self._starting, job, change)
         except OSError as error:
             self._report(error)
             self._close_unused()
@@ -60,12 +66,19 @@ class StyleProcesses:
         Returns:
             The picture, or None if no process is free, or the process failed: it is then ended.
         """
+        return self._ask(lambda process: process.restyle(job, picture, shown, follow))
+
+    def make(self, change: Change[Kept], picture: Picture) -> tuple[Picture, Kept] | None:
+        """Change a picture in a process that is free; see `restyle`."""
+        return self._ask(lambda process: process.make(change, picture))
+
+    def _ask(self, ask: Callable[[StyleProcess], Answer]) -> Answer | None:
         process = self._take()
         if process is None:
             return None
-        result: Picture | None = None
+        result: Answer | None = None
         try:
-            result = process.restyle(job, picture, shown, follow)
+            result = ask(process)
         except (WorkerError, EOFError, OSError) as error:
             self._report(error)
         finally:
@@ -131,12 +144,14 @@ class StyleProcesses:
             )
 
 
-def _started(processes: list[StyleProcess], job: bytes) -> subprocess.Popen[bytes]:
+def _started(
+    processes: list[StyleProcess], job: bytes, change: Change[Any] | None
+) -> subprocess.Popen[bytes]:
     """Start a process that forks these."""
     prepared = os.memfd_create("vidstyle-job")
     try:
         with open(prepared, "wb", closefd=False) as file:
-            file.write(job)
+            pickle.dump((job, change), file)
         descriptors = prepared, *(each for process in processes for each in process.descriptors)
         command = [sys.executable, "-P", "-m", "vidstyle.cpu.style_worker", *map(str, descriptors)]
         path = os.pathsep.join(each or os.curdir for each in sys.path)
@@ -158,15 +173,15 @@ _shared: StyleProcesses | None = None
 _users = 0
 
 
-def borrow_processes(count: int, memory: int, job: bytes) -> StyleProcesses:
+def borrow_processes(count: int, memory: int, job: bytes, change: Change[Any] | None) -> StyleProcesses:
     """Return the processes that all renderers of this program share; call `return_processes` at the end.
 
     Args:
-        count, memory, job: see `StyleProcesses`, if there are none yet.
+        count, memory, job, change: see `StyleProcesses`, if there are none yet.
     """
     global _shared, _users
     with _lock:
-        _shared = _shared or StyleProcesses(count, memory, job)
+        _shared = _shared or StyleProcesses(count, memory, job, change)
         _users += 1
         return _shared
 

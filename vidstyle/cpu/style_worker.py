@@ -3,15 +3,18 @@
 It prepares a first job, and forks a process for each pair of descriptors, which begins at once and shares the
 memory of what is loaded. No thread may run before that.
 
-A request is a packed `StyleJob`, a stored picture, the offset after it, and the `FilmState`. The answer is
-("measured", step, time constant, percentiles) for each measurement, to which the renderer replies with the
-smoothed percentiles, and then ("picture", stored picture) or ("error", text).
+A request is "style", a packed `StyleJob`, a stored picture, the offset after it, and the `FilmState`. The
+answer is ("measured", step, time constant, percentiles) for each measurement, to which the renderer replies
+with the smoothed percentiles, and then ("picture", stored picture). Or a request is "change", a `Change`, a
+stored picture and the offset after it, with the answer ("changed", stored picture, what the change keeps):
+planes that it leaves as they are have the places of the request. Instead there may be ("error", text).
 """
 
 from __future__ import annotations
 
 import gc
 import os
+import pickle
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
@@ -22,8 +25,10 @@ import numpy as np
 
 from vidstyle.core.bands import BandWorkers, CallingThread, keep_freed_memory
 from vidstyle.core.kernels.library import use_stored_kernels_only
-from vidstyle.cpu.execute import FrameExecutor
-from vidstyle.cpu.shared_pictures import SharedPictures
+from vidstyle.core.picture import Picture
+from vidstyle.core.picture_edit import Change
+from vidstyle.cpu.execute import FilmState, FrameExecutor
+from vidstyle.cpu.shared_pictures import SharedPictures, planes_of
 from vidstyle.cpu.style_job import blank_picture, plan
 from vidstyle.style.nodes import Node, PercentileRequest
 
@@ -39,22 +44,37 @@ def _prepare(job: bytes) -> None:
 
 
 def _answer(connection: Connection, pictures: SharedPictures) -> None:
-    job, stored, end, shown = connection.recv()
+    kind, *request = connection.recv()
+    try:
+        answer = (
+            _restyled(connection, pictures, *request) if kind == "style" else _changed(pictures, *request)
+        )
+    except (EOFError, OSError):
+        raise
+    except Exception as error:  # the renderer does it itself, and raises its own error
+        connection.send(("error", str(error) or repr(error)))
+    else:
+        connection.send(answer)
 
+
+def _restyled(
+    connection: Connection, pictures: SharedPictures, job: bytes, stored: Picture, end: int, shown: FilmState
+) -> tuple[Any, ...]:
     def follow(measure: PercentileRequest[Node], measured: np.ndarray) -> Any:
         connection.send(("measured", measure.step, measure.time_constant, measured))
         return connection.recv()
 
-    try:
-        lowered, tasks = plan(job)
-        executor = FrameExecutor(WORKERS, tasks, pictures.load(stored), follow, shown)
-        result, _ = pictures.store(executor.picture(lowered), end)
-    except (EOFError, OSError):
-        raise
-    except Exception as error:  # the renderer restyles the picture itself, and raises its own error
-        connection.send(("error", str(error) or repr(error)))
-    else:
-        connection.send(("picture", result))
+    lowered, tasks = plan(job)
+    executor = FrameExecutor(WORKERS, tasks, pictures.load(stored), follow, shown)
+    result, _ = pictures.store(executor.picture(lowered), end)
+    return "picture", result
+
+
+def _changed(pictures: SharedPictures, change: Change[Any], stored: Picture, end: int) -> tuple[Any, ...]:
+    source = pictures.load(stored)
+    result, kept = change(source)
+    places = dict(zip(map(id, planes_of(source)), planes_of(stored), strict=True))
+    return "changed", pictures.store(result, end, places)[0], kept
 
 
 def _serve(connection: Connection, pictures: SharedPictures) -> None:
@@ -74,7 +94,7 @@ def main(job: int, descriptors: Sequence[int]) -> None:
     use_stored_kernels_only()
     with open(job, "rb") as file:
         file.seek(0)
-        _prepare(file.read())
+        _prepare(pickle.load(file)[0])  # loads the change of pictures, too
     gc.freeze()  # collections in a process would copy the memory that they share
     for place in range(0, len(descriptors), 2):
         if os.fork() == 0:

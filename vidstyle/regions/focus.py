@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Protocol
 
 import cv2
@@ -12,18 +13,19 @@ import numpy as np
 
 from vidstyle.backend import Backend, FrameRequest, PendingPicture, completed_future, joined_future
 from vidstyle.core.picture import Encoding, Picture
+from vidstyle.core.picture_edit import PictureEdit
 from vidstyle.core.scene_cuts import SceneCuts
 from vidstyle.core.shared_tones import SharedTones
 from vidstyle.regions.crowds import style_for_crowd
 from vidstyle.regions.face_tracks import Face
 from vidstyle.regions.features.feature_drawing import draw_features
-from vidstyle.regions.features.feature_lifting import Features, LiftedFeatures
+from vidstyle.regions.features.feature_lifting import Features, lift_from_picture
 from vidstyle.regions.features.media import Medium
 from vidstyle.regions.patch_blending import lay_over, patch_mask
 from vidstyle.regions.patch_renderer import OpenRenderer, PatchRenderer
 from vidstyle.regions.patches import PatchPlanner, PatchSet, plane_area
 from vidstyle.regions.rasters import NO_RASTER, PageRaster, raster_of
-from vidstyle.regions.writing.lifting import LiftedWriting
+from vidstyle.regions.writing.lifting import Strokes, lift_writing
 from vidstyle.regions.writing.stroke_drawing import draw_writing
 from vidstyle.stabilize.still import flatten_still
 from vidstyle.style import Style
@@ -62,8 +64,8 @@ class FocusedPicture:
     page: PendingPicture
     faces: Sequence[tuple[PendingPicture, PatchSet]]
     features: Sequence[Features]
-    large: LiftedFeatures
-    writing: LiftedWriting
+    large: PictureEdit[list[Features]]
+    writing: PictureEdit[list[Strokes]]
     style: Style
     region: np.ndarray | None
     raster: PageRaster
@@ -73,9 +75,9 @@ class FocusedPicture:
         page = styled = self.page.result()
         for fine, patches in self.faces:
             page = lay_over(page, styled, fine.result(), patches, self.region, self.raster.cell)
-        if features := [*self.features, *self.large.features()]:
+        if features := [*self.features, *self.large.kept()]:
             page = draw_features(page, features, self.style, self.region, self.raster)
-        if strokes := self.writing.strokes():
+        if strokes := self.writing.kept():
             page = draw_writing(page, strokes, self.style, self.region, self.raster.cell)
         return page
 
@@ -85,8 +87,8 @@ class FocusedPicture:
         for _, patches in self.faces:
             for patch in patches.visible:
                 whole[plane_area(patch.window, (1, 1))] |= patch_mask(patch, self.raster.cell) > 0
-        windows = [each.window for each in self.large.features()]
-        for window in windows + [each.window for each in self.writing.strokes()]:
+        windows = [each.window for each in self.large.kept()]
+        for window in windows + [each.window for each in self.writing.kept()]:
             whole[plane_area(window, (1, 1))] = True
         return whole
 
@@ -177,13 +179,14 @@ class FocusRenderer(Backend):
         found, tones = self._follow(request), SharedTones()
         style = self._style
         sets, side = self._plan(request, found), self._side_ratio * min(request.picture.shape)
-        writing = LiftedWriting(request.picture, style.focus)
-        large = LiftedFeatures(writing.picture, self._large(found, request, side), style.focus, side)
-        lifted = replace(request, edit=writing.picture)
-        request = replace(request, edit=large.picture)
+        writing = PictureEdit(request.picture, partial(lift_writing, amount=style.focus))
+        close = self._large(found, request, side)
+        lift = partial(lift_from_picture, faces=close, amount=style.focus, page_side=side)
+        large = PictureEdit(writing, lift)
+        lifted, request = (replace(request, edit=each) for each in (writing, large if close else writing))
         if request.time is None:
             lifted, request = lifted.edited(), request.edited()
-            if not sets and not large.faces and not writing.strokes():
+            if not sets and not close and not writing.kept():
                 return start(self._page, request)
         page = start(self._page, replace(request, measured=tones) if sets else request)
         lifted = replace(lifted.edited(), tones=tones) if sets else lifted

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from threading import Lock
 from typing import NamedTuple
 
 import cv2
@@ -65,42 +64,24 @@ def lift_features(
     return lifted
 
 
-class LiftedFeatures:
-    """Features of a whole picture, lifted when they are first asked for: in the thread that restyles it.
+def lift_from_picture(
+    picture: Picture, faces: Sequence[Face], amount: float, page_side: float
+) -> tuple[Picture, list[Features]]:
+    """Return a whole picture without features, and these.
 
     Args:
-        source: returns the picture.
-        faces: the faces; their opacity is the amount.
+        picture: is only read.
+        faces: the faces; their opacity is the share of the amount.
         amount: 0..1.
-        page_side: shorter side of the whole picture.
+        page_side: see `lift_features`.
     """
-
-    def __init__(
-        self, source: Callable[[], Picture], faces: Sequence[Face], amount: float, page_side: float
-    ) -> None:
-        self._source, self.faces, self._amount, self._page_side = source, faces, amount, page_side
-        self._lifted: tuple[Picture, list[Features]] | None = None
-        self._lock = Lock()
-
-    def picture(self) -> Picture:
-        """Return the picture without the features."""
-        return self._both()[0]
-
-    def features(self) -> list[Features]:
-        """Return the features."""
-        return self._both()[1]
-
-    def _both(self) -> tuple[Picture, list[Features]]:
-        with self._lock:
-            if self._lifted is None:
-                source = self._source()
-                whole = Box(0, 0, source.shape[1], source.shape[0])
-                patches = [Patch(whole, whole, replace(face, opacity=1.0)) for face in self.faces]
-                shares = {face.track: self._amount * face.opacity for face in self.faces}
-                picture = _copied(source) if patches else source
-                found = lift_features(picture, patches, lambda face: shares[face.track], self._page_side)
-                self._lifted = picture, found
-            return self._lifted
+    if not faces:
+        return picture, []
+    whole = Box(0, 0, picture.shape[1], picture.shape[0])
+    patches = [Patch(whole, whole, replace(face, opacity=1.0)) for face in faces]
+    shares = {face.track: amount * face.opacity for face in faces}
+    picture = _copied(picture)
+    return picture, lift_features(picture, patches, lambda face: shares[face.track], page_side)
 
 
 def _copied(picture: Picture) -> Picture:

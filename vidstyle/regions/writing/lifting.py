@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import partial
-from threading import Lock
 from typing import NamedTuple
 
 import cv2
@@ -43,33 +42,6 @@ class Strokes(NamedTuple):
     window: Rectangle
     dark: np.ndarray
     light: np.ndarray
-
-
-class LiftedWriting:
-    """The writing of a picture, lifted when it is first asked for: in the thread that restyles the picture.
-
-    Args:
-        picture, amount: see `lift_writing`.
-    """
-
-    def __init__(self, picture: Picture, amount: float) -> None:
-        self._source, self._amount = picture, amount
-        self._lifted: tuple[Picture, list[Strokes]] | None = None
-        self._lock = Lock()
-
-    def picture(self) -> Picture:
-        """Return the picture without its writing."""
-        return self._both()[0]
-
-    def strokes(self) -> list[Strokes]:
-        """Return the writing."""
-        return self._both()[1]
-
-    def _both(self) -> tuple[Picture, list[Strokes]]:
-        with self._lock:
-            if self._lifted is None:
-                self._lifted = lift_writing(self._source, self._amount)
-            return self._lifted
 
 
 def lift_writing(picture: Picture, amount: float) -> tuple[Picture, list[Strokes]]:
