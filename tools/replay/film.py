@@ -11,6 +11,10 @@ from vidstyle.cpu.renderer import WAITING_FRAMES
 from vidstyle.cpu.style_processes import MIN_PROCESS_THREADS, useful_processes
 from vidstyle.pipeline.stages import MAX_QUEUED_BATCHES
 
+REQUEST_SECONDS = 0.00014
+"""Time with Python's lock in which a picture is handed to a process and taken back. For pictures of 512
+pixels, a change takes 0.09 ms and `ink` 0.19 ms of processor time, a part of it in the system."""
+
 
 @dataclass(frozen=True)
 class Machine:
@@ -136,6 +140,7 @@ class _Film:
                 is_here = not self._processes.permits
                 if not is_here:
                     yield Take(self._processes)
+                    yield from self._locked(REQUEST_SECONDS)
                     yield self._work_of(value)
             elif kind == "styled":
                 if not is_here:

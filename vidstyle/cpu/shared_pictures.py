@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import mmap
 import os
 from collections.abc import Mapping
@@ -17,6 +18,8 @@ ALIGNMENT_BYTES = 64
 """Planes begin at multiples of this, the size of a cache line."""
 ROW_PADDING_PX = 16
 """Additional width of a plane that is not contiguous."""
+MAX_VIEWS = 64
+"""Views that are kept for later pictures."""
 
 
 @dataclass(frozen=True)
@@ -28,12 +31,14 @@ class StoredPlane:
         stored: its shape with the padding of its rows.
         width: its width without padding.
         dtype: the NumPy type of its samples, as text.
+        end: the offset after its last byte.
     """
 
     offset: int
     stored: tuple[int, ...]
     width: int
     dtype: str
+    end: int
 
     @classmethod
     def of(cls, plane: np.ndarray, offset: int) -> StoredPlane:
@@ -44,12 +49,9 @@ class StoredPlane:
         """
         padding = 0 if plane.flags.c_contiguous else ROW_PADDING_PX
         stored = plane.shape[0], plane.shape[1] + padding, *plane.shape[2:]
-        return cls(-(-offset // ALIGNMENT_BYTES) * ALIGNMENT_BYTES, stored, plane.shape[1], plane.dtype.str)
-
-    @property
-    def end(self) -> int:
-        """The offset after its last byte."""
-        return self.offset + int(np.prod(self.stored)) * np.dtype(self.dtype).itemsize
+        first = -(-offset // ALIGNMENT_BYTES) * ALIGNMENT_BYTES
+        end = first + math.prod(stored) * plane.itemsize
+        return cls(first, stored, plane.shape[1], plane.dtype.str, end)
 
 
 class SharedPictures:
@@ -62,6 +64,7 @@ class SharedPictures:
     def __init__(self, descriptor: int) -> None:
         self.descriptor = descriptor
         self._memory: mmap.mmap | None = None
+        self._views: dict[StoredPlane, np.ndarray] = {}
 
     def store(
         self, picture: Picture, offset: int = 0, known: Mapping[int, StoredPlane] = MappingProxyType({})
@@ -94,16 +97,24 @@ class SharedPictures:
         return stored.map_planes(lambda plane, _: view(plane))
 
     def view(self, plane: StoredPlane) -> np.ndarray:
-        """Return a stored plane, a view on the memory."""
-        if self._memory is None or len(self._memory) < plane.end:
+        """Return a stored plane, a view on the memory: the same object each time, as pictures are alike."""
+        if plane not in self._views:
+            if len(self._views) == MAX_VIEWS:
+                self._views.clear()
+            rows = np.ndarray(plane.stored, plane.dtype, buffer=self._mapped(plane.end), offset=plane.offset)
+            self._views[plane] = rows[:, : plane.width]
+        return self._views[plane]
+
+    def _mapped(self, end: int) -> mmap.mmap:
+        """Return the memory, of at least this size."""
+        if self._memory is None or len(self._memory) < end:
             size = os.fstat(self.descriptor).st_size
-            if size < plane.end:
-                size = plane.end
+            if size < end:
+                size = end
                 os.ftruncate(self.descriptor, size)
             # Views on the earlier mapping keep it; both have the same content.
             self._memory = mmap.mmap(self.descriptor, size)
-        rows = np.ndarray(plane.stored, plane.dtype, buffer=self._memory, offset=plane.offset)
-        return rows[:, : plane.width]
+        return self._memory
 
 
 def planes_of(picture: Picture) -> list[Any]:
