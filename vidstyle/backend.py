@@ -14,8 +14,8 @@ import numpy as np
 
 from vidstyle.core.closing import Closing
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.core.picture_edit import MakeChange, PictureEdit, make_here
 from vidstyle.core.shared_tones import SharedTones
+from vidstyle.picture_edit import MakeChange, PictureEdit, make_here
 from vidstyle.style import Style
 
 

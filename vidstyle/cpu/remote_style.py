@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from vidstyle.core.picture import Picture
-from vidstyle.core.picture_edit import Change, Kept, PictureEdit, make_here
 from vidstyle.cpu.execute import FilmState
 from vidstyle.cpu.frame_memory import processes_in_memory
 from vidstyle.cpu.style_process import Follow
@@ -20,6 +19,7 @@ from vidstyle.cpu.style_processes import (
     return_processes,
     useful_processes,
 )
+from vidstyle.picture_edit import Change, Kept, PictureEdit, make_here
 from vidstyle.style.nodes import StepKey
 
 

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from vidstyle.core.picture import Picture
-from vidstyle.core.picture_edit import Change, Kept
 from vidstyle.cpu.execute import FilmState
 from vidstyle.cpu.shared_pictures import SharedPictures, planes_of
+from vidstyle.picture_edit import Change, Kept
 from vidstyle.style.nodes import StepKey
 
 Follow = Callable[[StepKey, float, np.ndarray], np.ndarray]

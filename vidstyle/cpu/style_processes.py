@@ -15,10 +15,10 @@ from typing import Any, TypeVar
 from vidstyle.core.machine.cores import THREADS_VARIABLE
 from vidstyle.core.machine.free_memory import reserve_memory
 from vidstyle.core.picture import Picture
-from vidstyle.core.picture_edit import Change, Kept
 from vidstyle.cpu.execute import FilmState
 from vidstyle.cpu.style_process import Follow, StyleProcess, WorkerError
 from vidstyle.errors import log
+from vidstyle.picture_edit import Change, Kept
 
 Answer = TypeVar("Answer")
 

@@ -26,10 +26,10 @@ import numpy as np
 from vidstyle.core.bands import BandWorkers, CallingThread, keep_freed_memory
 from vidstyle.core.kernels.library import use_stored_kernels_only
 from vidstyle.core.picture import Picture
-from vidstyle.core.picture_edit import Change
 from vidstyle.cpu.execute import FilmState, FrameExecutor
 from vidstyle.cpu.shared_pictures import SharedPictures, planes_of
 from vidstyle.cpu.style_job import blank_picture, plan
+from vidstyle.picture_edit import Change
 from vidstyle.style.nodes import Node, PercentileRequest
 
 WORKERS = BandWorkers(CallingThread(), 1, seldom_waits=True)

@@ -13,9 +13,9 @@ import numpy as np
 
 from vidstyle.backend import Backend, FrameRequest, PendingPicture, completed_future, joined_future
 from vidstyle.core.picture import Encoding, Picture
-from vidstyle.core.picture_edit import PictureEdit
 from vidstyle.core.scene_cuts import SceneCuts
 from vidstyle.core.shared_tones import SharedTones
+from vidstyle.picture_edit import PictureEdit
 from vidstyle.regions.crowds import style_for_crowd
 from vidstyle.regions.face_tracks import Face
 from vidstyle.regions.features.feature_drawing import draw_features
