@@ -12,9 +12,9 @@ several runs, the one with the least counts. *Busy* is the share of the time in 
 *Predicted* is the replay: the processor times of all tasks, measured on one core, on virtual cores. They are
 longer by the factor by which tasks take longer while all measured cores have the same tasks. A thread that
 waits for Python's lock continues after the time that this machine needs to wake a thread on another core.
-From eight cores on, pictures are restyled in processes. Compare it with the measured rows before you believe
-the virtual ones. Styles without steps have no tasks to replay. *Bound by* is the part without which the
-replay gains most frames per second, and how many it then has.
+From four cores on, a process takes writing off; from eight cores on, pictures are restyled in processes, too.
+Compare it with the measured rows before you believe the virtual ones. Styles without steps have no tasks to
+replay. *Bound by* is the part without which the replay gains most frames per second, and their number then.
 
 The last table has the processor time of a frame of 1920x1080, the part outside kernels, which is at most the
 time with Python's lock, and the fewest virtual cores for 30 and 60 frames a second. Needs Linux.

@@ -30,7 +30,7 @@ from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.cpu.shared_pictures import SharedPictures
 from vidstyle.cpu.style_job import StyleJob, blank_picture
 from vidstyle.cpu.style_process import StyleProcess
-from vidstyle.cpu.style_processes import StyleProcesses, can_share_pictures
+from vidstyle.cpu.style_processes import MIN_EDIT_THREADS, StyleProcesses, can_share_pictures
 from vidstyle.media.frame import picture_from_frame
 from vidstyle.regions.face_tracks import Face
 from vidstyle.regions.features.feature_lifting import lift_from_picture
@@ -145,7 +145,9 @@ def test_a_failure_is_reported_once_in_plain_words(
     assert all(vars(each)["once"] and each.message == text.message for each in [text, *others])
 
 
-def test_processes_take_writing_off(used: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("count", [MIN_EDIT_THREADS, THREADS])
+def test_processes_take_writing_off(count: int, used: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
+    """With few threads, they do nothing else."""
     style, page, changed = replace(load_style("ink"), steady=0.5), picture_with_writing(), list[int]()
     film = [Picture.from_array(np.roll(page, 3 * number, axis=1)) for number in range(4)]
     make = StyleProcess.make
@@ -166,8 +168,8 @@ def test_processes_take_writing_off(used: list[int], monkeypatch: pytest.MonkeyP
             return [each.result() for each in pending]
 
     monkeypatch.setattr(StyleProcess, "make", noted)
-    assert differing(restyled(1), restyled(THREADS)) == []
-    assert changed
+    assert differing(restyled(1), restyled(count)) == []
+    assert changed and bool(used) == (count == THREADS)
 
 
 def test_only_changed_planes_come_back_from_a_process() -> None:

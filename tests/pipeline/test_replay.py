@@ -93,9 +93,11 @@ def test_a_waiting_thread_gets_the_lock_late_and_a_running_one_first() -> None:
 
 
 def test_processes_need_no_lock_for_the_style() -> None:
-    made = film([("style", 0.01), ("python", 0.07), ("styled", 0)])
+    made = film([("style", 0.01), ("python", 0.07), ("moved", 0)])
     with_lock, without = (predicted_seconds(made, 16, Machine(has_processes=each)) for each in (False, True))
     assert with_lock == pytest.approx(FRAMES * 0.07, rel=0.02)
+    edits = film([("edit", 0.01), ("python", 0.07), ("moved", 0)])
+    assert predicted_seconds(edits, 4) < FRAMES * 0.07 == pytest.approx(predicted_seconds(made, 4), rel=0.05)
     # Twelve processes take four rounds; pictures for which none is free wait for the lock.
     assert 3 * 0.08 <= without <= 4 * 0.08 + 0.07
 
@@ -121,8 +123,8 @@ def test_a_film_is_recorded(tmp_path: Path) -> None:
     assert made.stages.keys() == {"read", "style", "write"}
     assert len(made.ending) == 1
     kinds = [kind for kind, _ in made.finished[-1]]
-    assert set(kinds) == {"python", "native", "enter", "leave", "style", "styled"}
-    assert kinds.index("style") < kinds.index("styled")
+    assert set(kinds) == {"python", "native", "enter", "leave", "edit", "style", "moved"}
+    assert kinds.index("edit") < kinds.index("moved") < kinds.index("style")
     assert 0 < made.python_seconds < made.seconds
     assert predicted_seconds(made, 1) == pytest.approx(made.seconds, rel=0.01)
     assert made.seconds / 4 < predicted_seconds(made, 4) < made.seconds

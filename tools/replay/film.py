@@ -61,8 +61,8 @@ class _Film:
         self._between = {name: each / made for name, each in recording.between.items()}
         self._encoding = [each + sum(recording.ending) / made for each in recording.writing]
         self._lock = Semaphore(1, machine.wake_up_seconds)  # Python's
-        has_processes = machine.has_processes and cores >= MIN_PROCESS_THREADS
-        self._processes = Semaphore(useful_processes(cores) if has_processes else 0)
+        self._processes = Semaphore(useful_processes(cores) if machine.has_processes else 0)
+        self._moved = ("edit", "style") if cores >= MIN_PROCESS_THREADS else ("edit",)
         self._read, self._result = _Queue(MAX_QUEUED_BATCHES), _Queue(MAX_QUEUED_BATCHES)
         self._encoder = _Queue(cores * 3 // 2 or 1)  # as many frames as x264 has threads
         self._begun = Semaphore()
@@ -136,13 +136,13 @@ class _Film:
                 yield Take(self._turn(value, number))
             elif kind == "leave":
                 yield Give(self._turn(value, number + 1))
-            elif kind == "style":
-                is_here = not self._processes.permits
+            elif kind in ("edit", "style"):
+                is_here = kind not in self._moved or not self._processes.permits
                 if not is_here:
                     yield Take(self._processes)
                     yield from self._locked(REQUEST_SECONDS)
                     yield self._work_of(value)
-            elif kind == "styled":
+            elif kind == "moved":
                 if not is_here:
                     yield Give(self._processes)
                 is_here = True

@@ -32,8 +32,8 @@ from vidstyle.stabilize import flow
 
 Event = tuple[str, float | int]
 """("python" or "native", seconds) of work with and without Python's lock, ("enter" or "leave", number of the
-memory of earlier frames), or, around what another process can do, ("style", seconds of copying its pictures)
-and ("styled", 0)."""
+memory of earlier frames), or, around what another process can do, ("edit" or "style", seconds of copying its
+pictures) and ("moved", 0)."""
 
 
 @dataclass
@@ -163,8 +163,8 @@ def recording() -> Iterator[Recording]:
         (MaskRenderer, "begin"): _begun(MaskRenderer.begin, made),
         (FocusedPicture, "result"): _finished(FocusedPicture.result, made),
         (CpuRenderer, "_finish"): _finished(CpuRenderer._finish, made),
-        (CpuRenderer, "_restyle"): _movable(CpuRenderer._restyle),
-        (RemoteStyle, "make"): _movable(RemoteStyle.make),
+        (CpuRenderer, "_restyle"): _movable(CpuRenderer._restyle, "style"),
+        (RemoteStyle, "make"): _movable(RemoteStyle.make, "edit"),
         (FrameOrder, "at"): ordered,
         (Reader, "__iter__"): _timed_frames(Reader.__iter__, made.reading),
         (FilmWriter, "write"): _timed_writes(FilmWriter.write, made.writing),
@@ -222,7 +222,7 @@ def _numbers(value: Any) -> int:
     return sum(map(_numbers, value)) if isinstance(value, tuple) else getattr(value, "size", 0)
 
 
-def _movable(method: Callable[..., Any]) -> Callable[..., Any]:
+def _movable(method: Callable[..., Any], kind: str) -> Callable[..., Any]:
     """Mark what another process can do, with the time of two copies of each plane that it takes or makes.
 
     Args:
@@ -230,10 +230,10 @@ def _movable(method: Callable[..., Any]) -> Callable[..., Any]:
     """
 
     def call(owner: object, other: Any, picture: Picture, *others: Any) -> Any:
-        _note(("style", 0.0))
+        _note((kind, 0.0))
         place = len(_marks.events or ())
         result = method(owner, other, picture, *others)
-        _note(("styled", 0))
+        _note(("moved", 0))
         if _marks.events is not None:
             began = time.thread_time()
             made = planes_of(result if isinstance(result, Picture) else result[0])
@@ -241,7 +241,7 @@ def _movable(method: Callable[..., Any]) -> Callable[..., Any]:
             for plane in 2 * (taken + [each for each in made if not any(each is known for known in taken)]):
                 plane.copy()
             _marks.last = time.thread_time()
-            _marks.events[place - 1] = ("style", _marks.last - began)
+            _marks.events[place - 1] = (kind, _marks.last - began)
         return result
 
     return call

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -24,30 +25,29 @@ from vidstyle.style.nodes import StepKey
 
 
 class RemoteStyle:
-    """Restyles pictures of a film in processes, after `start`, if one is free."""
+    """Edits and restyles pictures of a film in processes, after `start`, if one is free."""
 
     def __init__(self) -> None:
         self._processes: StyleProcesses | None = None
-        self._may_start = can_share_pictures()
+        self._may_start, self._restyles = can_share_pictures(), False
 
-    def may_start(self, job: bytes | None, threads: int) -> bool:
-        """Whether processes are not started yet, and useful for this job and number of threads."""
-        return self._may_start and job is not None and threads >= MIN_PROCESS_THREADS
-
-    def start(
-        self, job: bytes | None, threads: int, frame_bytes: int, edit: PictureEdit[Any] | None = None
+    def start_once(
+        self, job: bytes | None, threads: int, frame_bytes: Callable[[], int], edit: PictureEdit[Any] | None
     ) -> None:
-        """Start as many processes as are useful and fit into memory.
+        """Start as many processes as are useful and fit into memory, unless this was done.
 
         Args:
-            frame_bytes: memory that a picture takes.
+            frame_bytes: returns the memory that a picture takes.
             edit: of the present picture; later ones are similar.
         """
+        self._restyles = job is not None and threads >= MIN_PROCESS_THREADS
+        if not self._may_start or not (self._restyles or edit) or not useful_processes(threads):
+            return
         self._may_start = False
-        each = PROCESS_BYTES + frame_bytes
-        count = processes_in_memory(each, useful_processes(threads))
-        if job is not None and count:
-            self._processes = borrow_processes(count, each, job, None if edit is None else edit.change)
+        each = PROCESS_BYTES + frame_bytes()
+        if count := processes_in_memory(each, useful_processes(threads)):
+            prepared = (job or b"") if self._restyles else b""
+            self._processes = borrow_processes(count, each, prepared, None if edit is None else edit.change)
 
     def restyle(
         self, job: bytes | None, picture: Picture, shown: FilmState, follow: Follow
@@ -58,7 +58,7 @@ class RemoteStyle:
             The picture, or None and a function in place of `follow` for restyling it here: it continues with
             the percentiles that were already followed.
         """
-        if self._processes is None or job is None:
+        if self._processes is None or job is None or not self._restyles:
             return None, follow
         known: list[np.ndarray] = []
         result = self._processes.restyle(job, picture, shown, _noted(follow, known))

@@ -153,9 +153,9 @@ class CpuRenderer(Backend):
     def _start_processes(self, frame: _Frame) -> None:
         """Start processes once, if many pictures are restyled at the same time."""
         (_, tasks, job), count, request = frame.plan, self._threads.side_by_side, frame.request
-        if self._remote.may_start(job, count):
-            picture = frame_bytes(tasks, request.picture.shape, request.encoding, False, ONE_THREAD)
-            self._remote.start(job, count, picture, request.edit)
+        shape, target = request.picture.shape, request.encoding
+        picture = partial(frame_bytes, tasks, shape, target, False, ONE_THREAD)
+        self._remote.start_once(job, count, picture, request.edit)
 
     def measured(self, picture: Picture) -> dict[StepKey, np.ndarray]:
         """Return the percentiles that each measured step measures on a single picture."""

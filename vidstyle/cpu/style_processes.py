@@ -24,6 +24,9 @@ Answer = TypeVar("Answer")
 
 MIN_PROCESS_THREADS = 8
 """Number of threads from which processes are faster: with fewer, the lock is seldom waited for."""
+MIN_EDIT_THREADS = 4
+"""Number of threads from which one process that only edits pictures is faster. The search for writing makes
+many short calls, each of which gives the lock up and takes it back."""
 PROCESS_BYTES = 64 << 20
 """Memory of a process in addition to that of a picture; measured 40 to 60 MB."""
 END_SECONDS = 2.0
@@ -201,10 +204,10 @@ def useful_processes(threads: int) -> int:
 
     On 16 cores, 12 processes are as fast as 16.
 
-    >>> [useful_processes(threads) for threads in (8, 16)]
-    [6, 12]
+    >>> [useful_processes(threads) for threads in (2, 4, 8, 16)]
+    [0, 1, 6, 12]
     """
-    return threads * 3 // 4
+    return threads * 3 // 4 if threads >= MIN_PROCESS_THREADS else int(threads >= MIN_EDIT_THREADS)
 
 
 def can_share_pictures() -> bool:
