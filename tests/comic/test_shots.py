@@ -123,3 +123,11 @@ def test_motion_is_measured_if_each_frame_comes_twice() -> None:
     moved = [finder.push(number / RATE, small_luma(frame)) for number, frame in enumerate(film)]
     assert min(moved[2 : len(twice)]) > 0.01
     assert moved[len(twice) :] == [0.0] * 6
+
+
+@pytest.mark.parametrize("speed", [0.0, 6.0], ids=["still", "fast"])
+def test_a_dissolve_into_a_shot_that_is_cut_at_once_is_a_transition(speed: float) -> None:
+    second = [*shot(PLACES[1], 10, speed), *shot(PLACES[2], 50, speed)]
+    finder = finder_of(dissolved(shot(PLACES[0], 60), second, 20))
+    assert all(finder.is_transition(number / RATE) for number in range(43, 58))
+    assert not any(finder.is_transition(number / RATE) for number in (20, 80))

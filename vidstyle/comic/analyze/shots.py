@@ -6,10 +6,13 @@ import math
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import combinations
+from typing import NamedTuple
 
 import cv2
 import numpy as np
 
+from vidstyle.comic.analyze.dissolve import DISSOLVE_SIZE_PX, dissolve_share, is_camera_move
 from vidstyle.core.scene_cuts import SceneCutDetector
 
 # Dissolves and fades.
@@ -17,24 +20,14 @@ DISSOLVE_STEP_SECONDS = 0.075
 """Interval of the pictures in which dissolves are detected."""
 _DISSOLVE_SPAN_STEPS = (3, 6, 12)
 """Steps to either side: a dissolve is seen with the span that reaches from one shot well into the next."""
-_DISSOLVE_SIZE_PX = (32, 18)
-"""Width and height of these pictures."""
 _MIN_DISSOLVE_STEPS = 3
 """Minimum length of a dissolve in steps; anything shorter may be one or two pictures of movement."""
+_MIN_SHARE_RISE = 0.06
+"""Minimum growth of the second shot's share during a dissolve; in other motion it stays the same."""
 _MAX_DISSOLVE_SECONDS = 2.0
 """Maximum length of a dissolve."""
-_SAME_SHOT_CORRELATION = 0.6
-"""Pictures with a higher correlation belong to one shot."""
-_MIN_SHOT_DIFFERENCE = 0.05
-"""Minimum root mean square difference of two shots, 0..1."""
-_MAX_BLEND_REST_RATIO = 0.4
-"""Maximum residual of a picture as a blend of two others, relative to their difference."""
-_BLEND_SHARE_RANGE = (0.12, 0.88)
-"""Range of the second picture's share in a blend."""
 _TRANSITION_TOLERANCE_SECONDS = 0.2
 """Time before and after a dissolve in which a frame may still show a trace of the other shot."""
-_MATCH_CORRELATION = 0.75
-"""Correlation above which template matching has found a part of a picture in another: a camera move."""
 
 # Cuts and motion.
 MOTION_FRAME_SECONDS = 1 / 24
@@ -70,8 +63,29 @@ class _SceneCut:
         return bool(self.moved < _MIN_CUT_MOTION_RATIO * motion)
 
 
-_Transition = tuple[float, np.ndarray, np.ndarray]
-"""The time of a frame in a transition, and the frames shortly before and after it."""
+class _Mixture(NamedTuple):
+    """A frame that may be in a transition.
+
+    Attributes:
+        time: in seconds.
+        before: the picture shortly before it.
+        after: the picture shortly after it.
+        shares: of the second shot, for each span; None where it is no mixture.
+    """
+
+    time: float
+    before: np.ndarray
+    after: np.ndarray
+    shares: list[float | None]
+
+
+def _largest_rise(run: Sequence[_Mixture]) -> float:
+    """Return by how much the second shot's share grows within a run, by the span that tells most."""
+    spans = zip(*(each.shares for each in run), strict=True)
+    known = ([share for share in shares if share is not None] for shares in spans)
+    return max(
+        (later - earlier for shares in known for earlier, later in combinations(shares, 2)), default=0.0
+    )
 
 
 class ShotFinder:
@@ -86,7 +100,7 @@ class ShotFinder:
         self._found: list[_SceneCut] = []
         self._moves: deque[float] = deque(maxlen=_CUT_CONTEXT_FRAMES)
         self._recent: deque[tuple[float, np.ndarray]] = deque(maxlen=2 * _DISSOLVE_SPAN_STEPS[-1] + 1)
-        self._run: list[_Transition] = []
+        self._run: list[_Mixture] = []
         self._last: tuple[float, np.ndarray] | None = None
         self._motion = 0.0
         self.transitions: list[tuple[float, float]] = []
@@ -104,10 +118,8 @@ class ShotFinder:
             because some frames come twice in films with a raised frame rate. 0 for the first frame of a shot.
         """
         cut, before, self._last = self._cuts.is_cut(luma), self._last, (time, luma)
-        if cut:
-            self._end_shot()
         if not self._recent or time - self._recent[-1][0] >= DISSOLVE_STEP_SECONDS - 1e-3:
-            small = cv2.resize(luma, _DISSOLVE_SIZE_PX, interpolation=cv2.INTER_AREA)
+            small = cv2.resize(luma, DISSOLVE_SIZE_PX, interpolation=cv2.INTER_AREA)
             # Without its mean, as a change of light is no dissolve.
             self._recent.append((time, small - small.mean()))
             self._check_transition(len(self._recent) - 1 - _DISSOLVE_SPAN_STEPS[-1])
@@ -130,7 +142,7 @@ class ShotFinder:
 
     def shots(self) -> list[float]:
         """Return the start time of each shot in seconds; a dissolve or fade ends a shot in its middle."""
-        self._end_shot()
+        self._check_rest()
         middles = ((first + last) / 2 for first, last in self.transitions)
         cuts = [cut.time for number, cut in enumerate(self._found) if number == 0 or not cut.is_whip]
         separate = [
@@ -147,31 +159,34 @@ class ShotFinder:
         if middle < 0:
             return
         time, picture = self._recent[middle]
-        for span in _DISSOLVE_SPAN_STEPS:
-            if span <= middle < len(self._recent) - span and is_dissolve(
-                self._recent[middle - span][1], picture, self._recent[middle + span][1]
-            ):
-                near = (
-                    self._recent[middle - _DISSOLVE_SPAN_STEPS[0]][1],
-                    self._recent[middle + _DISSOLVE_SPAN_STEPS[0]][1],
-                )
-                self._run.append((time, *near))
-                return
-        if self._run and time - self._run[-1][0] > 3 * DISSOLVE_STEP_SECONDS:
+        shares = [
+            dissolve_share(self._recent[middle - span][1], picture, self._recent[middle + span][1])
+            if span <= middle < len(self._recent) - span
+            else None
+            for span in _DISSOLVE_SPAN_STEPS
+        ]
+        if any(share is not None for share in shares):
+            near = _DISSOLVE_SPAN_STEPS[0]
+            before, after = (self._recent[number][1] for number in (middle - near, middle + near))
+            self._run.append(_Mixture(time, before, after, shares))
+        elif self._run and time - self._run[-1].time > 3 * DISSOLVE_STEP_SECONDS:
             self._end_transition()
 
-    def _end_shot(self) -> None:
-        """Check the pictures that still wait for later ones: no dissolve crosses a cut."""
+    def _check_rest(self) -> None:
+        """Check the pictures that still wait for later ones."""
         for middle in range(max(0, len(self._recent) - _DISSOLVE_SPAN_STEPS[-1]), len(self._recent)):
             self._check_transition(middle)
         self._end_transition()
         self._recent.clear()
 
     def _end_transition(self) -> None:
-        if len(self._run) >= _MIN_DISSOLVE_STEPS:
-            (first, before, _), (last, _, after) = self._run[0], self._run[-1]
-            if last - first < _MAX_DISSOLVE_SECONDS and not is_camera_move(before, after):
-                self.transitions.append((first - DISSOLVE_STEP_SECONDS, last + DISSOLVE_STEP_SECONDS))
+        if len(self._run) >= _MIN_DISSOLVE_STEPS and _largest_rise(self._run) >= _MIN_SHARE_RISE:
+            first, last = self._run[0], self._run[-1]
+            if last.time - first.time < _MAX_DISSOLVE_SECONDS and not is_camera_move(
+                first.before, last.after
+            ):
+                span = first.time - DISSOLVE_STEP_SECONDS, last.time + DISSOLVE_STEP_SECONDS
+                self.transitions.append(span)
         self._run = []
 
 
@@ -199,42 +214,3 @@ def is_in_transition(time: float, transitions: Sequence[tuple[float, float]]) ->
     """Whether a time is in one of the transitions, see `ShotFinder`, or close to it."""
     margin = _TRANSITION_TOLERANCE_SECONDS
     return any(first - margin <= time <= last + margin for first, last in transitions)
-
-
-def is_dissolve(before: np.ndarray, picture: np.ndarray, after: np.ndarray) -> bool:
-    """Whether the picture is a blend of the two others, as in a dissolve or fade; all are H x W, mean 0."""
-    change = after - before
-    strength = float(np.sqrt(np.mean(change**2)))
-    if strength < _MIN_SHOT_DIFFERENCE or (
-        _correlation(before, after) > _SAME_SHOT_CORRELATION and not _is_fade(before, after)
-    ):
-        return False
-    share = float(np.mean((picture - before) * change)) / strength**2
-    if not _BLEND_SHARE_RANGE[0] < share < _BLEND_SHARE_RANGE[1]:
-        return False
-    rest = picture - before - share * change
-    return float(np.sqrt(np.mean(rest**2))) < _MAX_BLEND_REST_RATIO * strength
-
-
-def is_camera_move(before: np.ndarray, after: np.ndarray) -> bool:
-    """Whether the middle of one picture is found in the other by template matching."""
-    if _is_fade(before, after):
-        return False
-    down, across = before.shape[0] // 4, before.shape[1] // 4
-    for one, other in ((before, after), (after, before)):
-        middle = np.ascontiguousarray(one[down:-down, across:-across])
-        if cv2.matchTemplate(other, middle, cv2.TM_CCOEFF_NORMED).max() > _MATCH_CORRELATION:
-            return True
-    return False
-
-
-def _is_fade(before: np.ndarray, after: np.ndarray) -> bool:
-    """Whether one picture has much less contrast than the other."""
-    lower, higher = sorted((float(before.std()), float(after.std())))
-    return lower < 0.6 * higher
-
-
-def _correlation(one: np.ndarray, other: np.ndarray) -> float:
-    """Return the correlation of two pictures of mean 0; 0 if one is blank."""
-    energy = float(np.sqrt(np.mean(one**2) * np.mean(other**2)))
-    return float(np.mean(one * other)) / energy if energy > 1e-4 else 0.0
