@@ -150,10 +150,13 @@ def _with_whole_subjects(candidates: Sequence[Candidate]) -> list[Candidate]:
     """Return the candidates without those whose subject has left the picture or is cut off by its edge.
 
     Of a scene that has only such candidates, those with a cut subject are kept; or else all, if a film has
-    nothing else.
+    nothing else. A person whose face is seen has not left: only the hands have moved.
     """
-    shown = [each for each in candidates if not (each.action and each.action.is_gone)] or candidates
-    whole = [each for each in shown if not (each.action and each.action.cut > _MAX_SUBJECT_CUT_SHARE)]
+    shown = [each for each in candidates if each.faces or not (each.action and each.action.is_gone)]
+    shown = shown or list(candidates)
+    whole = [
+        each for each in shown if each.faces or not (each.action and each.action.cut > _MAX_SUBJECT_CUT_SHARE)
+    ]
     scenes = {each.scene for each in whole}
     return [each for each in shown if each.scene not in scenes] + whole
 

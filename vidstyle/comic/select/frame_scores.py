@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from vidstyle.comic.analyze.features import Candidate, Survey
+from vidstyle.comic.analyze.flaws.motion_blur import limb_blur
 from vidstyle.comic.analyze.sharpness import FULL_FACE_DETAIL_LEVELS, measure_clutter
 
 _FILM_RANK_WEIGHT, _SCENE_RANK_WEIGHT = 0.15, 0.25
@@ -27,6 +28,8 @@ _MIN_CLARITY = 0.35
 """Clarity below which sharpness counts less, as there is little to see."""
 _MAX_MOTION_COST, _MAX_COST_MOTION = 0.5, 0.6
 """Maximum cost of motion, and the motion that has it: motion blur beyond what edges show."""
+_MAX_LIMB_COST = 0.6
+"""Maximum cost of smeared hands."""
 _ACTION_SCORE, _MAX_CUT_SUBJECT_COST = 0.3, 0.8
 """Score of a moving subject, and maximum cost of one that the picture's edge cuts off."""
 _SHARP_FACE_RATIO, MAX_LEADING_SOFTNESS = 1.5, 0.3
@@ -111,6 +114,7 @@ def scores(pool: Sequence[Candidate], scenes: np.ndarray) -> np.ndarray:
         + _FACE_WEIGHT * np.array([face_share(each) for each in pool])
         + _SCENE_WEIGHT * np.sqrt(scenes[[each.scene for each in pool]])
         - _MAX_MOTION_COST * np.minimum(1, [each.motion / _MAX_COST_MOTION for each in pool])
+        - _MAX_LIMB_COST * np.array([limb_blur(each) for each in pool])
         + np.array([_action_value(each) for each in pool])
         - _CLUTTER_COST * np.array([clutter(each) for each in pool])
         - _SOFT_FACE_COST * np.array([face_softness(each) for each in pool])

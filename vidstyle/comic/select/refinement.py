@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from vidstyle.comic.analyze.action import add_actions
 from vidstyle.comic.analyze.features import Candidate, Survey
-from vidstyle.comic.analyze.flaws.motion_blur import MAX_PICTURE_FLOW, subject_flow
+from vidstyle.comic.analyze.flaws.motion_blur import MAX_PICTURE_FLOW, limb_blur, subject_flow
 from vidstyle.comic.analyze.key_frame_source import Film
 from vidstyle.comic.analyze.similarity import DIFFERENT_SIMILARITY, similarity
 from vidstyle.comic.select.best_path import LOOKBACK_PANELS
@@ -18,7 +18,7 @@ _CUT_FACTOR = 2.0
 """How much more it counts that a subject is cut off than that it is large."""
 _MAX_FACE_CANDIDATES = 3
 """Number of frames near a chosen one in which faces are detected: the best by all other features."""
-_CLARITY_WEIGHT, _MOTION_WEIGHT, _FLOW_WEIGHT = 0.8, 0.5, 0.5
+_CLARITY_WEIGHT, _MOTION_WEIGHT, _FLOW_WEIGHT, _LIMB_WEIGHT = 0.8, 0.5, 0.5, 0.6
 _ACTION_WEIGHT, _EYES_WEIGHT, _FACES_WEIGHT = 0.5, 0.5, 0.3
 """Weights of the features by which frames of one shot are compared, relative to sharpness."""
 
@@ -113,6 +113,7 @@ def _score_relative_to(nearby: Sequence[Candidate]) -> Callable[[Candidate], flo
         + _CLARITY_WEIGHT * each.clarity / clearest
         - _MOTION_WEIGHT * min(1.0, each.motion)
         - _FLOW_WEIGHT * min(1.0, subject_flow(each) / MAX_PICTURE_FLOW)
+        - _LIMB_WEIGHT * limb_blur(each)
         + (
             _ACTION_WEIGHT * (each.action.share - _CUT_FACTOR * each.action.cut)
             if each.action and not each.faces
