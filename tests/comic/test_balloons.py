@@ -16,7 +16,7 @@ from vidstyle.comic.layout.crop import map_to_page
 from vidstyle.comic.layout.layout import PageLayout, lay_out
 from vidstyle.comic.layout.paper import paper
 from vidstyle.comic.layout.slant import upright_area
-from vidstyle.comic.lettering.balloons import FreeSpace, Wording, place_bubbles
+from vidstyle.comic.lettering.balloons import FreeSpace, Wording, _is_read_after, place_bubbles
 from vidstyle.comic.lettering.bubble import (
     Bubble,
     BubbleKind,
@@ -193,6 +193,14 @@ def test_circles_lead_from_a_thought_to_its_head() -> None:
     assert far == sorted(far, reverse=True)
     assert wide == sorted(wide, reverse=True)
     assert not any(face.contains(Box(*point, *point)) for circle in circles for point in circle)
+
+
+def test_the_third_balloon_is_not_below_the_first_of_two_in_a_line() -> None:
+    """Readers would take it for the second."""
+    boxes = np.array([[10.0, 60, 50, 80], [70, 60, 110, 80]])
+    taken = np.array([[10.0, 10, 50, 30], [60, 10, 100, 30]])
+    assert list(_is_read_after(boxes, taken, follows=True)) == [False, True]
+    assert list(_is_read_after(boxes, taken, follows=False)) == [True, True]
 
 
 def test_a_panel_full_of_faces_has_no_room() -> None:

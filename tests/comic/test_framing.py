@@ -9,7 +9,7 @@ from media import photograph
 
 from vidstyle.comic.analyze.features import extract_features
 from vidstyle.comic.layout.crop import crop
-from vidstyle.comic.select.framing import alternate_framing, merge_equal, remove_repeats
+from vidstyle.comic.select.framing import alternate_framing, approach_subjects, merge_equal, remove_repeats
 from vidstyle.regions.boxes import Box
 
 
@@ -65,3 +65,13 @@ def test_a_small_local_change_is_no_repeat() -> None:
     changed[100:160, 100:180] = (255, 0, 0)
     seen, other = (extract_features(each, 0, each.shape[:2]) for each in (picture, changed))
     assert remove_repeats([seen, other, other]) == [seen, other]
+
+
+def test_small_sharp_faces_are_shown_nearer_except_in_an_establishing_view() -> None:
+    picture = photograph("astronaut")
+    seen = extract_features(picture, 0, picture.shape[:2])
+    sharp = replace(seen, faces=(Box(200.0, 90.0, 250.0, 150.0),), face_detail=20.0)
+    soft, large = replace(sharp, face_detail=3.0), replace(sharp, faces=(Box(150.0, 60.0, 300.0, 260.0),))
+    framings = [each.framing for each in approach_subjects([sharp, sharp, soft, large])]
+    assert framings == ["usual", "near", "usual", "usual"]
+    assert approach_subjects([sharp])[0].framing == "near"

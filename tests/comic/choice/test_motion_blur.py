@@ -91,3 +91,14 @@ def test_damage_spreads_to_frames_nearby_in_the_scene_only() -> None:
     times = {time: limits.mark(replace(weak, time=time)).damaged for time in (5.0, 6.5)}
     assert limits.mark(strong).damaged and times == {5.0: False, 6.5: True}
     assert not limits.mark(replace(weak, scene=1)).damaged
+
+
+def test_a_person_with_smeared_hands_before_a_still_camera_is_blurred() -> None:
+    flow = np.full((9, 16), 0.001, np.float32)
+    waving = flow.copy()
+    waving[6:8, 6:10] = 0.02
+    face = Box(300, 40, 360, 120)
+    resting, smeared, empty = (
+        seen(each, faces=faces) for each, faces in ((flow, (face,)), (waving, (face,)), (waving, ()))
+    )
+    assert [each.blurred for each in mark_fast_faces([resting, smeared, empty])] == [False, True, False]

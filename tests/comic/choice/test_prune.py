@@ -130,3 +130,24 @@ def test_an_empty_place_that_another_panel_shows_with_somebody_is_removed() -> N
     other = key_frame(view(PLACES[1], 0, 0, (320, 180)), 6, scene=1)
     assert prune([room, visited, other], 0) == [visited, other]
     assert prune([room, other], 0) == [room, other]
+
+
+@pytest.mark.parametrize(("cut", "kept"), [(0.7, [0]), (0.2, [0, 9])])
+def test_a_subject_outside_of_the_picture_is_removed_next_to_a_whole_one(cut: float, kept: list[int]) -> None:
+    subjects = [
+        Foreground(np.ones((32, 48), bool), Box(60, 40, 200, 130), 1.0, share, False) for share in (0, cut)
+    ]
+    whole, leaving = (
+        key_frame(view(PLACES[number], 0, 0, (320, 180)), 9 * number, action=subject, scene=number)
+        for number, subject in enumerate(subjects)
+    )
+    assert [each.time for each in prune([whole, leaving], 0)] == kept
+    assert prune([leaving], 0) == [leaving]
+
+
+@pytest.mark.parametrize(("detail", "is_kept"), [(30.0, True), (3.0, False)])
+def test_a_close_up_of_a_sharp_face_is_not_removed_for_its_few_edges(detail: float, is_kept: bool) -> None:
+    places = [key_frame(view(PLACES[number], 0, 0, (320, 180)), number, scene=number) for number in range(3)]
+    soft = key_frame(HALL, 5, scene=5, sharpness=0.0, faces=(Box(60, 10, 200, 170),), face_detail=detail)
+    calm = [*(with_slopes(each, 2) for each in places), with_slopes(soft, 2, sharpness=0.05)]
+    assert (calm[3] in prune(calm, 0)) == is_kept

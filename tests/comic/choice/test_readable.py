@@ -15,7 +15,7 @@ from vidstyle.comic.analyze.features import Candidate
 from vidstyle.comic.analyze.film import open_film
 from vidstyle.comic.analyze.sharpness import measure_detail
 from vidstyle.comic.output.readability import measure_readability
-from vidstyle.comic.select.frame_scores import prefer_people, scores, subject_strength
+from vidstyle.comic.select.frame_scores import prefer_subjects, scores, subject_strength
 from vidstyle.comic.select.framing import widen_soft_faces
 from vidstyle.comic.select.key_frame_options import KeyFrameOptions
 from vidstyle.comic.select.key_frames import find_key_frames
@@ -137,7 +137,7 @@ def test_people_are_more_important_than_places() -> None:
         )
         for time, faces in ((2, ()), (1, (Box(200, 100, 280, 200),)), (3, ()))
     )  # fmt: skip
-    assert [each.importance for each in prefer_people([place, person, asked])] == pytest.approx(
+    assert [each.importance for each in prefer_subjects([place, person, asked])] == pytest.approx(
         [0.8 * 0.6, 0.6, 1.0]
     )
-    assert prefer_people([place]) == [place]
+    assert prefer_subjects([place]) == [place]

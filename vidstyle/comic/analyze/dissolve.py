@@ -77,7 +77,7 @@ def _solve_mixture(first: np.ndarray, mixed: np.ndarray, change: np.ndarray) -> 
 
 
 def _faded_share(shot: np.ndarray, mixed: np.ndarray) -> float | None:
-    """Return the share of one shot in the mixture, whatever moves in the other; None if the tiles differ."""
+    """Return the share of one shot in the mixture; None if it differs between the tiles."""
     energies = (shot**2).sum(axis=1)
     shares = (mixed * shot).sum(axis=1) / (energies + 1e-6)
     share = _weighted_median(shares, energies)

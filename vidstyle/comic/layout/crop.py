@@ -28,6 +28,8 @@ CONTENT_WINDOW_RATIO, NEAR_CONTENT_WINDOW_RATIO = 1.6, 1.05
 HEAD_ROOM_FACE_RATIO = 0.4
 NECK_ROOM_FACE_RATIO = 0.25
 SIDE_ROOM_FACE_RATIO = 0.15
+_SHOULDER_FACE_RATIO = 1.0
+"""Room for shoulders that a window keeps if it is moved for the text."""
 
 # The costs of windows, in the order of their importance.
 _MAIN_FACE_COST = 1000.0
@@ -268,9 +270,11 @@ def map_point_to_page(point: Point, window: Box, picture: Rectangle) -> Point:
 
 
 def shift_window(window: Box, key_frame: KeyFrame) -> Iterator[Box]:
-    """Yield other windows of the same size that show as much of the main face, or else of the saliency."""
+    """Yield other windows of the same size that show as much of the main person, or else of the saliency."""
     height, width = key_frame.shape
-    kept = (main_face(key_frame) or key_frame.saliency).intersection(window)
+    face = main_face(key_frame)
+    kept = key_frame.saliency if face is None else face.padded(_SHOULDER_FACE_RATIO * face.width, 0, 0)
+    kept = kept.intersection(window)
     left, right = max(0.0, kept.right - window.width), min(width - window.width, kept.left)
     top, bottom = max(0.0, kept.bottom - window.height), min(height - window.height, kept.top)
     for x, y in _SHIFT_RATIOS:

@@ -109,7 +109,7 @@ def place_bubbles(
     """Place balloons and captions for all texts, in reading order; None if there is no room for all of them.
 
     They cover no face. Each is completely below every earlier one, or after it in reading direction and no
-    higher.
+    higher. Where there is room, none is below the start of its predecessor's line, but before it.
     """
     if right_to_left:
         axis = room.area.left + room.area.right
@@ -126,7 +126,9 @@ def place_bubbles(
         placed = place_bubbles(turned, FreeSpace(area, picture, faces, room.attention[:, ::-1]))
         return placed and [bubble.mirrored(axis) for bubble in placed]
     places = [_places(each, room) for each in wordings]
-    found = _find_combination(places, np.empty((0, 4)), _MAX_COVERED_SHARE * room.area.area)
+    most = _MAX_COVERED_SHARE * room.area.area
+    found = _find_combination(places, np.empty((0, 4)), most, follows=True)
+    found = found or _find_combination(places, np.empty((0, 4)), most, follows=False)
     if found is None:
         return None
     bubbles = [
@@ -214,12 +216,15 @@ def _box_costs(boxes: np.ndarray, wording: Wording, room: FreeSpace) -> np.ndarr
 
 
 def _find_combination(
-    places: Sequence[_Places], taken: np.ndarray, left: float
+    places: Sequence[_Places], taken: np.ndarray, left: float, follows: bool
 ) -> tuple[float, list[int]] | None:
-    """Return the cheapest combination of boxes for all texts, read after the taken boxes, and its cost."""
+    """Return the cheapest combination of boxes for all texts, read after the taken boxes, and its cost.
+
+    `left`: the area that they may cover; `follows`: see `_is_read_after`.
+    """
     if not places:
         return 0.0, []
-    first, free = places[0], _is_read_after(places[0].boxes, taken)
+    first, free = places[0], _is_read_after(places[0].boxes, taken, follows)
     sizes = (first.boxes[:, 2] - first.boxes[:, 0]) * (first.boxes[:, 3] - first.boxes[:, 1])
     numbers = np.flatnonzero(free & (sizes <= left))
     if len(places) > 1 and len(numbers) > _MAX_COMBINED_POSITIONS:
@@ -229,7 +234,7 @@ def _find_combination(
     best: tuple[float, list[int]] | None = None
     for number in map(int, numbers[: None if len(places) > 1 else 1]):
         rest = _find_combination(
-            places[1:], np.vstack([taken, first.boxes[number]]), left - float(sizes[number])
+            places[1:], np.vstack([taken, first.boxes[number]]), left - float(sizes[number]), follows
         )
         price = float(first.prices[number])
         if rest is not None and (best is None or price + rest[0] < best[0]):
@@ -237,10 +242,16 @@ def _find_combination(
     return best
 
 
-def _is_read_after(boxes: np.ndarray, taken: np.ndarray) -> np.ndarray:
-    """Return which boxes are read after all boxes in `taken`: below them, or next to them and no higher."""
+def _is_read_after(boxes: np.ndarray, taken: np.ndarray, follows: bool) -> np.ndarray:
+    """Return which boxes are read after all boxes in `taken`: below them, or next to them and no higher.
+
+    `follows`: a box also reaches as far in reading direction as the last one begins: below two balloons in
+    one line, it could be read as the second.
+    """
     free = np.ones(len(boxes), bool)
     for earlier in taken:
         below = boxes[:, 1] >= earlier[3] + _MIN_DISTANCE_PX
         free &= below | ((boxes[:, 0] >= earlier[2] + _MIN_DISTANCE_PX) & (boxes[:, 1] >= earlier[1]))
+    if follows and len(taken):
+        free &= boxes[:, 2] >= taken[-1][0]
     return free

@@ -201,22 +201,30 @@ def importance(chosen: Sequence[Candidate], survey: Survey) -> list[float]:
     return [float(each / most) if most > 0 else 1.0 for each in shown]
 
 
-def prefer_people(chosen: Sequence[Candidate]) -> list[Candidate]:
-    """Return the frames of a film with the others less important than the main person whose face is sharp.
+def prefer_subjects(chosen: Sequence[Candidate]) -> list[Candidate]:
+    """Return the frames of a film, those without a subject less important than the main one with a subject.
 
-    Without such a person, neither people nor places are more important than the main one of the others.
+    Subjects are people whose face is sharp, or else what moves. Without either, neither people nor places
+    are more important than the main one of the others.
     """
-    people = [each for each in chosen if is_person(each)]
-    places = [each for each in chosen if not is_person(each)]
-    leading = [each for each in people if face_softness(each) <= MAX_LEADING_SOFTNESS]
+    leading = [each for each in chosen if is_person(each) and face_softness(each) <= MAX_LEADING_SOFTNESS]
+    leading = leading or [each for each in chosen if has_figure(each) and not is_person(each)]
     if leading:
+        free = {each.time for each in leading}
         most = _MAX_PLACE_IMPORTANCE_RATIO * max(each.importance for each in leading)
-    elif people and places:
-        most = min(max(each.importance for each in group) for group in (people, places))
     else:
-        return list(chosen)
-    free = {each.time for each in leading}
+        free = set()
+        groups = [[each for each in chosen if is_person(each) == has_person] for has_person in (True, False)]
+        most = min(max(each.importance for each in group) for group in groups if group)
     return [
         each if each.forced or each.time in free else replace(each, importance=min(each.importance, most))
         for each in chosen
     ]
+
+
+def equalize_places(chosen: Sequence[Candidate]) -> list[Candidate]:
+    """Return the frames of a page, equally important if none has a figure: no place is the subject."""
+    if any(has_figure(each) or each.forced for each in chosen):
+        return list(chosen)
+    most = max((each.importance for each in chosen), default=0.0)
+    return [replace(each, importance=most) for each in chosen]

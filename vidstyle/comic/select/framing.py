@@ -8,6 +8,7 @@ from dataclasses import replace
 import cv2
 
 from vidstyle.comic.analyze.features import Candidate
+from vidstyle.comic.analyze.sharpness import FULL_FACE_DETAIL_LEVELS
 from vidstyle.comic.analyze.similarity import SAME_SIMILARITY, similarity
 from vidstyle.comic.select.frame_scores import MAX_LEADING_SOFTNESS, face_softness
 from vidstyle.regions.boxes import Box
@@ -23,6 +24,14 @@ _ACTION_MARGIN_RATIO, _MIN_ACTION_SIDE_RATIO = 1.25, 0.4
 """Side of a close-up of an action relative to the action, and its minimum relative to the picture's."""
 _MAX_NEAR_SIDE_RATIO = 0.85
 """Maximum side of a close-up relative to the picture's; a larger one would hardly differ from the whole."""
+
+_MAX_SMALL_FACE_RATIO, _MAX_SMALL_ACTION_RATIO = 0.22, 0.5
+"""Size of a face or an action, relative to the picture's, below which it is shown nearer."""
+_MAX_CUT_ACTION_SHARE = 0.3
+"""Part of such an action that the picture's edge may cut off."""
+_MIN_APPROACH_SIDE_RATIO, _MIN_ESTABLISHED_PANELS = 0.6, 3
+"""Minimum side of what is shown around an action, and the number of panels from which the first one is
+an establishing view, which is not changed."""
 
 # Repeats.
 _EQUAL_SIMILARITY = 0.95
@@ -78,6 +87,30 @@ def widen_soft_faces(key_frames: Sequence[Candidate]) -> list[Candidate]:
     ]
 
 
+def approach_subjects(key_frames: Sequence[Candidate]) -> list[Candidate]:
+    """Show people and actions that are small in their picture nearer, as the style loses small faces.
+
+    Soft faces are not enlarged.
+    """
+    first = 1 if len(key_frames) >= _MIN_ESTABLISHED_PANELS else 0
+    near = (
+        _zoom_in(each, _MIN_APPROACH_SIDE_RATIO) if each.framing == "usual" and _is_small(each) else each
+        for each in key_frames[first:]
+    )
+    return [*key_frames[:first], *near]
+
+
+def _is_small(candidate: Candidate) -> bool:
+    height, width = candidate.shape
+    if candidate.faces:
+        is_sharp = candidate.face_detail is not None and candidate.face_detail >= FULL_FACE_DETAIL_LEVELS
+        return is_sharp and candidate.faces[0].height < _MAX_SMALL_FACE_RATIO * height
+    action = candidate.action
+    if action is None or action.is_gone or action.cut > _MAX_CUT_ACTION_SHARE:
+        return False
+    return max(action.box.width / width, action.box.height / height) < _MAX_SMALL_ACTION_RATIO
+
+
 def merge_equal(key_frames: Sequence[Candidate]) -> list[Candidate]:
     """If one or two key frames look the same, without faces, return only the first one, shown whole."""
     like = similarity([each.thumbnail for each in key_frames])
@@ -90,8 +123,11 @@ def merge_equal(key_frames: Sequence[Candidate]) -> list[Candidate]:
     return [replace(key_frames[0], framing="wide")]
 
 
-def _zoom_in(key_frame: Candidate) -> Candidate:
-    """Return the key frame as a close-up; unchanged if its main face is large or it would be too wide."""
+def _zoom_in(key_frame: Candidate, least: float = _MIN_ACTION_SIDE_RATIO) -> Candidate:
+    """Return the key frame as a close-up; unchanged if its main face is large or it would be too wide.
+
+    `least`: minimum side around an action, relative to the picture's.
+    """
     height, width = key_frame.shape
     whole = Box(0.0, 0.0, float(width), float(height))
     if not key_frame.faces:
@@ -100,9 +136,7 @@ def _zoom_in(key_frame: Candidate) -> Candidate:
         if key_frame.action and not key_frame.action.is_gone:
             held = box = key_frame.action.box
             (x, y), blobs = box.center, ()
-            side = max(
-                _MIN_ACTION_SIDE_RATIO, _ACTION_MARGIN_RATIO * max(box.width / width, box.height / height)
-            )
+            side = max(least, _ACTION_MARGIN_RATIO * max(box.width / width, box.height / height))
         wide, high = side * width / 2, side * height / 2
         left, top = min(max(0.0, x - wide), width - 2 * wide), min(max(0.0, y - high), height - 2 * high)
         part = Box(left, top, left + 2 * wide, top + 2 * high)

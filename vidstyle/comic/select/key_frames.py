@@ -13,8 +13,14 @@ from vidstyle.comic.select.choose import (
     MAX_DEFAULT_PANELS,
     usable_candidates,
 )
-from vidstyle.comic.select.frame_scores import importance, prefer_people
-from vidstyle.comic.select.framing import alternate_framing, merge_equal, remove_repeats, widen_soft_faces
+from vidstyle.comic.select.frame_scores import equalize_places, importance, prefer_subjects
+from vidstyle.comic.select.framing import (
+    alternate_framing,
+    approach_subjects,
+    merge_equal,
+    remove_repeats,
+    widen_soft_faces,
+)
 from vidstyle.comic.select.key_frame_options import KeyFrameOptions as KeyFrameOptions
 from vidstyle.comic.select.prune import prune
 from vidstyle.comic.select.readable import Readability, ReadableSearch
@@ -64,12 +70,14 @@ def find_key_frames(
     ]
     if survey.is_folder:
         return list(weighted)
-    framed = widen_soft_faces(alternate_framing(prefer_people(weighted)))
+    framed = widen_soft_faces(alternate_framing(prefer_subjects(weighted)))
     if options.panels is not None:
         return list(framed)
     if options.min_panels:
-        return list(prune(framed, options.min_panels))
-    return list(merge_equal(prune(remove_repeats(framed), len(forced))))
+        kept = prune(framed, options.min_panels)
+    else:
+        kept = merge_equal(prune(remove_repeats(framed), len(forced)))
+    return list(approach_subjects(equalize_places(kept)))
 
 
 def _describe_unusable(candidates: Sequence[Candidate]) -> tuple[str, ...]:

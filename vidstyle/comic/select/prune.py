@@ -10,7 +10,14 @@ import numpy as np
 from vidstyle.comic.analyze.features import Candidate
 from vidstyle.comic.analyze.similarity import SAME_SIMILARITY
 from vidstyle.comic.select.choose import DISTINCT_PANELS, likeness
-from vidstyle.comic.select.frame_scores import clutter, has_figure, subject_strength
+from vidstyle.comic.select.frame_scores import (
+    MAX_LEADING_SOFTNESS,
+    clutter,
+    face_softness,
+    has_figure,
+    is_person,
+    subject_strength,
+)
 from vidstyle.comic.select.twins import is_twin
 
 # Moments.
@@ -30,6 +37,11 @@ _MIN_FIGURE_RATIO, _MIN_FIGURES, _MIN_STORY_PANELS = 4, 2, 4
 
 The third value is the number of panels that are left at least.
 """
+
+_MAX_SUBJECT_CUT_SHARE = 0.6
+"""A panel is removed if a larger part of its moving subject is outside of the picture."""
+_MIN_PLACE_IMPORTANCE = 0.1
+"""Importance below which a panel without a figure tells nothing next to panels with one."""
 
 # Clutter.
 _MAX_CLUTTER, _MIN_CALM_PANELS = 0.5, 2
@@ -126,6 +138,27 @@ def _find_empty_place(key_frames: Sequence[Candidate]) -> int | None:
     return _weakest(key_frames, empty)
 
 
+def _find_cut_subject(key_frames: Sequence[Candidate]) -> int | None:
+    """Return a frame whose moving subject is mostly outside of it, if another frame shows a figure."""
+    cut = [number for number, each in enumerate(key_frames) if _is_cut(each)]
+    return _weakest(key_frames, cut) if sum(map(has_figure, key_frames)) > 1 else None
+
+
+def _is_cut(candidate: Candidate) -> bool:
+    action = None if candidate.faces else candidate.action
+    return action is not None and action.cut > _MAX_SUBJECT_CUT_SHARE
+
+
+def _find_weak_place(key_frames: Sequence[Candidate]) -> int | None:
+    """Return the least important frame without a figure, if it tells nothing next to others with one."""
+    weak = [
+        number
+        for number, each in enumerate(key_frames)
+        if not has_figure(each) and each.importance < _MIN_PLACE_IMPORTANCE
+    ]
+    return _weakest(key_frames, weak) if sum(map(has_figure, key_frames)) >= _MIN_FIGURES else None
+
+
 def _is_same_place(key_frames: Sequence[Candidate], pair: tuple[int, int], like: float) -> bool:
     one, other = (key_frames[number] for number in pair)
     return like > (_MIN_SCENE_SIMILARITY if one.scene == other.scene else SAME_SIMILARITY)
@@ -156,8 +189,17 @@ def _find_soft(key_frames: Sequence[Candidate]) -> int | None:
     if len(key_frames) <= _MIN_CALM_PANELS:
         return None
     limit = _MIN_SHARPNESS_RATIO * float(np.median([each.sharpness for each in key_frames]))
-    soft = [number for number, each in enumerate(key_frames) if each.sharpness < limit and not each.forced]
+    soft = [
+        number
+        for number, each in enumerate(key_frames)
+        if each.sharpness < limit and not each.forced and not _is_sharp_close_up(each)
+    ]
     return min(soft, key=lambda number: key_frames[number].sharpness, default=None)
+
+
+def _is_sharp_close_up(candidate: Candidate) -> bool:
+    """Whether a frame shows a face that is sharp; close-ups have few other edges."""
+    return is_person(candidate) and face_softness(candidate) <= MAX_LEADING_SOFTNESS
 
 
 def _find_murk(key_frames: Sequence[Candidate]) -> int | None:
@@ -184,8 +226,10 @@ _FINDERS = (
     _find_same_moment,
     _find_repeated_place,
     _find_empty_place,
+    _find_cut_subject,
     _find_clutter,
     _find_soft,
     _find_surplus_place,
+    _find_weak_place,
     _find_murk,
 )
