@@ -23,13 +23,13 @@ def measure_pictures_once() -> Iterator[None]:
     """Cache the results of analysing a picture or a film; most tests use the same films."""
     surveys: dict[tuple[object, ...], tuple[Survey, DecodeReport]] = {}
     around: dict[tuple[object, ...], list[Candidate]] = {}
-    found: dict[tuple[bytes, tuple[int, ...], float], np.ndarray] = {}
+    found: dict[tuple[bytes, tuple[int, ...], tuple[float, ...]], np.ndarray] = {}
     measured: dict[tuple[bytes, object, float, object], Candidate] = {}
 
-    def find_faces_once(color: np.ndarray, networks: Any, least: float) -> np.ndarray:
-        key = color.tobytes(), color.shape, least
+    def find_faces_once(color: np.ndarray, networks: Any, *limits: float) -> np.ndarray:
+        key = color.tobytes(), color.shape, limits
         if key not in found:
-            found[key] = find_faces(color, networks, least)
+            found[key] = find_faces(color, networks, *limits)
         return found[key].copy()
 
     def extract_features_once(
