@@ -88,7 +88,7 @@ def pick(page: Browser, card: int, style: str) -> None:
     """Choose a style by mouse; "" continues the style before."""
     page.click(f"li:nth-child({card}) .style")
     names = page.run(f"return {BUTTONS}.map((each) => each.innerText.trim())")
-    page.click(f"dialog div button:nth-child({names.index(style.title() or 'as before') + 1})")
+    page.click(f"dialog div button:nth-child({names.index(style.title() or 'As the scene before') + 1})")
 
 
 def test_the_page_saves_what_the_command_wrote(page: Browser, tmp_path: Path) -> None:

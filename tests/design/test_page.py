@@ -2,149 +2,20 @@
 
 from __future__ import annotations
 
-import base64
-from collections.abc import Iterator
-from contextlib import contextmanager
-from itertools import combinations, product
 from pathlib import Path
 
 import pytest
 from browser import Browser
 from browser import browser as browser
-from media import make_clip, make_picture
+from design_page import CHOSEN, FRAMES, Page, open_style, shown
+from design_page import film as film
+from design_page import page as page
+from media import make_picture
 from waiting import eventually
 
 import vidstyle
-from vidstyle.design.designer import Designer
-from vidstyle.design.drafts import Drafts
-from vidstyle.design.page import open_page
-from vidstyle.design.page.design_server import DesignServer
-from vidstyle.preview.clip import Clip, open_clip
-from vidstyle.style import Step, Style, load_style, save_style, style_names
-
-WATCH = """
-globalThis.faults = [];
-globalThis.compiled = 0;
-addEventListener("error", (event) => faults.push(event.message));
-addEventListener("unhandledrejection", (event) => faults.push(String(event.reason)));
-addEventListener("securitypolicyviolation", (event) => faults.push(event.violatedDirective));
-addEventListener("beforeunload", (event) => event.stopImmediatePropagation());
-const compile = WebGL2RenderingContext.prototype.compileShader;
-WebGL2RenderingContext.prototype.compileShader = function (...all) {
-  globalThis.compiled += 1;
-  return compile.apply(this, all);
-};
-"""
-"""Counts shaders, notes what a page does wrong, and leaves it without a question."""
-FRAMES = 10
-CHOSEN = ".card.selected"
-
-
-class Page:
-    """A designer, and the browser that shows it."""
-
-    def __init__(self, browser: Browser, server: DesignServer, folder: Path) -> None:
-        self.browser, self.server, self.folder = browser, server, folder
-
-    def steps(self, layer: str) -> list[str]:
-        document = self.server.designer.opened
-        return [step.table["block"] for step in document.content.layers[layer]]
-
-    @property
-    def history(self) -> list[str]:
-        """The labels of the edits that can be undone, the last one last."""
-        return [each["label"] for each in self.server.designer.state["history"]]
-
-    def add(self, gap: str, block: str, name: str) -> None:
-        """Add a step by mouse."""
-        self.browser.click(f".gap{gap}")
-        self.browser.until("document.activeElement.id === 'search'")
-        self.browser.type(block)
-        self.browser.until(f"document.getElementById('blocks').dataset.asked === {block!r}")
-        self.browser.click("#blocks .option")
-        self.shows(name)
-
-    def slide(self, name: str, part: float) -> float:
-        """Drag a slider to a part of its length; the value that it then has."""
-        slider = f".inspector [data-path$='.{name}'] input[type=range]"
-        x, y, width, _ = self.browser.still(slider)
-        part_of = "return Number(document.querySelector(slider).style.getPropertyValue('--part'))"
-        now = self.browser.run(part_of, slider=slider)
-        self.browser.drag((x + (now - 0.5) * (width - 16), y), (x + (part - 0.5) * (width - 16), y))
-        number = slider.replace("range", "number")
-        return float(self.browser.run("return document.querySelector(number).value", number=number))
-
-    def drop(self, path: Path) -> None:
-        """Drop a file on the page."""
-        self.browser.run(
-            """const data = new DataTransfer();
-            data.items.add(new File([Uint8Array.from(atob(text), (each) => each.charCodeAt(0))], name));
-            dispatchEvent(new DragEvent("drop", { dataTransfer: data }));""",
-            text=base64.b64encode(path.read_bytes()).decode(), name=path.name,
-        )  # fmt: skip
-
-    def begin(self) -> None:
-        """Begin a style from nothing."""
-        self.browser.click(".tile.new")
-        self.browser.until("document.querySelectorAll('.gap').length === 3")
-
-    def moves(self) -> None:
-        """Wait until the picture has changed twice by itself."""
-        seen: set[str] = set()
-
-        def has_moved() -> bool:
-            seen.add(self.browser.run("return document.getElementById('picture').toDataURL()"))
-            return len(seen) > 2
-
-        eventually(has_moved, "the picture stands still")
-
-    def is_drawn(self) -> None:
-        """Wait until the picture is that of the present style."""
-        revision = self.server.designer.opened.revision
-        self.browser.until(f"document.getElementById('picture').dataset.revision >= {revision}")
-
-    def shows(self, text: str) -> None:
-        """Wait until the chosen card has this name, and the server has no more to say."""
-        self.browser.until(f"document.querySelector('{CHOSEN} .name')?.textContent === {text!r}")
-
-    def told(self, text: str) -> None:
-        """Wait for what a screen reader hears."""
-        self.browser.until(f"document.getElementById('toast').textContent.includes({text!r})")
-
-    def undone(self, label: str) -> None:
-        """Wait until undo would take this back."""
-        self.browser.until(f"document.getElementById('undo').title.includes({label!r})")
-
-
-@contextmanager
-def shown(browser: Browser, clip: Clip, folder: Path) -> Iterator[Page]:
-    """The page of a designer that writes into a folder."""
-    server = open_page(Designer(clip, folder, Drafts(folder / "draft.json")), 0, "cpu")
-    browser.call(
-        "Emulation.setDeviceMetricsOverride", width=1440, height=900, deviceScaleFactor=1, mobile=False
-    )
-    browser.call("Network.disable")  # it tells every message of every socket
-    watching = browser.call("Page.addScriptToEvaluateOnNewDocument", source=WATCH)["identifier"]
-    try:
-        browser.open(server.url)
-        browser.until("document.querySelector('.tile')")
-        yield Page(browser, server, folder)
-        assert browser.run("return faults") == []
-        browser.open("about:blank")
-    finally:
-        browser.call("Page.removeScriptToEvaluateOnNewDocument", identifier=watching)
-        server.close()
-
-
-@pytest.fixture
-def film(tmp_path: Path) -> Path:
-    return make_clip(tmp_path / "film.mp4", size=(128, 72), frames=FRAMES + 2)
-
-
-@pytest.fixture
-def page(browser: Browser, film: Path, tmp_path: Path) -> Iterator[Page]:
-    with shown(browser, open_clip(film), tmp_path) as page:
-        yield page
+from vidstyle.preview.clip import open_clip
+from vidstyle.style import Step, Style, save_style
 
 
 def by_hand(page: Page, **values: float) -> None:
@@ -349,7 +220,7 @@ def test_the_server_renders_styles_with_masks(page: Page, tmp_path: Path) -> Non
     )
     page.browser.until("document.getElementById('who').textContent === 'Preview in software'")
     page.drop(file)
-    page.browser.until("document.getElementById('name').value === 'keyed'")
+    page.browser.until("document.getElementById('name').value === 'Keyed'")
     page.browser.until("document.getElementById('who').textContent === 'Preview by vidstyle'")
     page.is_drawn()
 
@@ -361,7 +232,7 @@ def test_files_are_dropped_on_the_page(page: Page) -> None:
     browser.until("document.getElementById('previews').textContent.includes('picture.png')")
     save_style(Style("dropped", background=(Step("hue", {"angle": 90.0}),)), page.folder / "dropped.toml")
     page.drop(page.folder / "dropped.toml")
-    browser.until("document.getElementById('name').value === 'dropped'")
+    browser.until("document.getElementById('name').value === 'Dropped'")
     browser.until("document.querySelector('#card-source .main').textContent === '96 × 64'")
     assert page.steps("background") == ["hue"]
     (page.folder / "wrong.toml").write_text("format = 1\n[[lines]]\nblock = 'nothing'\n")
@@ -388,18 +259,6 @@ def test_a_draft_is_resumed(browser: Browser, film: Path, tmp_path: Path) -> Non
         browser.until("document.querySelector('.card[aria-label^=Hatching]')")
         browser.until("document.getElementById('saved').textContent === 'Edited'")
         assert page.steps("background") == ["pattern"]
-
-
-def open_style(page: Page, name: str) -> None:
-    """Open a shipped style, and show its diagram."""
-    page.browser.run(
-        "document.getElementById('to-styles').click();"
-        "[...document.querySelectorAll('.tile b')].find((each) => each.textContent === name).click()",
-        name=name,
-    )
-    page.browser.until(f"document.getElementById('name').value === {name.lower()!r}")
-    if not page.browser.run("return document.body.classList.contains('building')"):
-        page.browser.click("#to-diagram")
 
 
 def test_steps_are_copied_between_styles(page: Page) -> None:
@@ -465,25 +324,6 @@ def test_a_knob_is_renamed_by_keyboard(page: Page) -> None:
     browser.until("document.querySelector('[aria-label=\"Rename Hatching\"]')")
 
 
-def test_a_mistake_stands_at_its_card_and_goes_with_undo(page: Page) -> None:
-    browser = page.browser
-    steps = (Step("gaussian", save="soft"), Step("blend", {"other": "soft"}))
-    save_style(Style("soft", background=steps), page.folder / "soft.toml")
-    page.drop(page.folder / "soft.toml")
-    browser.until("document.querySelectorAll('.card').length === 4")
-    page.is_drawn()
-    browser.click(".card[aria-label^=Blur]")
-    browser.until("document.activeElement.matches('.card.selected[aria-label^=Blur]')")
-    browser.press("Delete")
-    browser.until("document.querySelector('.card.wrong[aria-label^=Blend] .badge.wrong')")
-    assert "'soft'" in browser.run("return document.querySelector('.card.wrong').title")
-    browser.click(".card.wrong")
-    browser.until("document.querySelector('.inspector .error').textContent.includes('soft')")
-    browser.press("Escape")
-    browser.press("Ctrl+z")
-    browser.until("!document.querySelector('.card.wrong')")
-
-
 @pytest.mark.thorough
 def test_a_second_of_film_is_shown_steadied(page: Page) -> None:
     page.begin()
@@ -500,84 +340,3 @@ def test_a_camera_is_shown_as_it_moves(browser: Browser, tmp_path: Path) -> None
         page.add("[data-layer=background]", "posterize", "Posterize")
         page.moves()
         assert browser.run("return document.getElementById('film').hidden")
-
-
-def overlaps(boxes: list[dict[str, float]]) -> list[tuple[float, ...]]:
-    """Pairs of boxes that share some of the page."""
-    edges = [(box["x"], box["y"], box["x"] + box["w"], box["y"] + box["h"]) for box in boxes]
-    return [
-        (*one, *other)
-        for one, other in combinations(edges, 2)
-        if one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]
-    ]
-
-
-SPACES = [(1153, 450), (772, 380), (820, 400)]
-"""What the diagram has in windows of 1440 x 900, 1024 x 768 and 820 x 1180."""
-
-
-def test_no_style_is_laid_out_with_overlaps(page: Page) -> None:
-    for name, (width, height), whole in product(style_names(), SPACES, (True, False)):
-        page.server.designer.open(name)
-        layout = page.browser.run(
-            """const { fold } = await import('/fold.js');
-            return (await import('/layout.js')).layoutOf(fold(state, null, whole), width, height)""",
-            state=page.server.designer.state, width=width, height=height, whole=whole,
-        )  # fmt: skip
-        size = layout["size"]
-        cards = [card | {"w": size["w"], "h": size["h"]} for card in layout["cards"]]
-        gaps = [{"x": gap["x"] - 9, "y": gap["y"] - 9, "w": 18, "h": 18} for gap in layout["gaps"]]
-        count = len(page.server.designer.opened.style.steps) + 2
-        assert len(cards) == count if whole else len(cards) <= count
-        assert len(gaps) == len(cards) + 1
-        assert overlaps(cards + gaps) == [], name
-        assert layout["width"] <= width, name
-
-
-def test_a_step_that_only_saves_has_a_name(page: Page) -> None:
-    steps = [
-        {"block": "soft_threshold", "label": "Black and white", "save": "kept"},
-        {"block": "", "save": "kept"},
-        {"block": "", "save": ""},
-    ]
-    named = page.browser.run("return steps.map((await import('/types.js')).nameOf)", steps=steps)
-    assert named == ["Black and white", "Kept", "Saved picture"]
-
-
-def test_cards_stand_where_the_layout_places_them(page: Page) -> None:
-    browser = page.browser
-    browser.run(
-        "[...document.querySelectorAll('.tile b')].find((each) => each.textContent === 'Oil').click()"
-    )
-    steps = len(load_style("oil").steps)
-    browser.click("#to-diagram")
-    browser.until("document.querySelector('.card.fold')")
-    browser.click(".whole")
-    browser.until(f"document.querySelectorAll('.card').length === {steps + 2}")
-    browser.run("await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
-    boxes = browser.run(
-        """document.getAnimations().forEach((each) => each.finish());
-        return [...document.querySelectorAll(".card")].map((card) => {
-          const { x, y, width: w, height: h } = card.getBoundingClientRect();
-          return { x, y, w, h };
-        });"""
-    )
-    assert len(boxes) == steps + 2
-    assert overlaps(boxes) == []
-    sides = "const { scrollWidth, clientWidth } = document.getElementById('diagram');"
-    assert browser.run(f"{sides} return scrollWidth <= clientWidth")
-
-
-def test_helper_steps_are_folded_until_one_is_selected(page: Page) -> None:
-    """The chain of a mask is one card; the step after it starts from the one before it in a straight line."""
-    page.server.designer.open("ink")
-    state = page.server.designer.state
-    helpers = [step["step"] for step in state["layers"]["base"] if step["aside"]]
-    script = "return (await import('/fold.js')).fold(state, selected, false)"
-    folded = page.browser.run(script, state=state, selected=None)
-    names = [item["step"] for item in folded["items"]["base"]]
-    assert any(str(name).startswith("fold-") for name in names) and not set(helpers) <= set(names)
-    shown = {item["step"] for items in folded["items"].values() for item in items}
-    assert {edge["from"] for edge in folded["edges"]} <= shown | {"source"}
-    opened = page.browser.run(script, state=state, selected=helpers[0])
-    assert helpers[0] in [item["step"] for item in opened["items"]["base"]]

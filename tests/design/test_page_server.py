@@ -204,7 +204,7 @@ def test_a_second_of_film_is_steadied(page: Page) -> None:
 
 
 def test_all_styles_are_shown_on_the_users_own_picture(page: Page) -> None:
-    page.ask("start")
+    page.ask("start", width=240)
     shown = {sent.number: sent.pixels for sent in page.pictures if sent.kind == 5}
     assert sorted(shown) == list(range(len(style_names())))
     assert len({pixels.tobytes() for pixels in shown.values()}) == len(shown)

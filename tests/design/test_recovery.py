@@ -43,7 +43,7 @@ def open_style(browser: Browser, name: str) -> None:
         browser.click("#to-styles")
     tiles = "[...document.querySelectorAll('.tile b')]"
     browser.run(f"{tiles}.find((each) => each.textContent === name).click()", name=name)
-    browser.until(f"document.getElementById('name').value === {name.lower()!r}")
+    browser.until(f"document.getElementById('name').value === {name!r}")
     browser.run("document.querySelector('[role=tab][value=history]').click()")
     eventually(lambda: browser.run(COLOR_OF_FIRST_ENTRY)[3] > 0, "the history has no picture")
 

@@ -45,3 +45,9 @@ def test_no_value_falls_below_its_slider_in_small_pictures(block: str, name: str
     control = all_blocks()[block].parameters[name].control
     assert isinstance(control, Slider)
     assert value_at(block, name, control.low, 0.25) >= control.low
+
+
+def test_dots_become_no_finer_in_small_pictures_than_one_sees_unless_they_are_meant_to() -> None:
+    assert value_at("halftone", "cell", 8.0, 0.1) == 3
+    assert value_at("halftone", "cell", 2.5, 0.1) == 2.5
+    assert value_at("halftone", "cell", 2.0, 2.0) == 4

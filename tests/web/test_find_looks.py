@@ -40,9 +40,15 @@ def test_looks_are_found_by_the_words_of_laypeople_best_first(tmp_path: Path, br
     assert browser.run(FIND, text="star trek") == [], "Starry night is another star"
     assert browser.run(FIND, text="rembrant") == []
     assert browser.run(OFFERED)[0] == "rembrandt", "the nearest name"
-    assert browser.run(FIND, text="qqq") == []
-    assert "black and white" in browser.run(OFFERED), "words that many looks share"
+    assert browser.run(FIND, text="qqq") == [] == browser.run(OFFERED), "no word is near"
+    assert browser.run(FIND, text="old photo")[0] == "Noir", "the whole phrase before its parts"
+    assert browser.run(FIND, text="crayons") == browser.run(FIND, text="like a crayon") == ["Crayon"]
+    assert browser.run(FIND, text="soft colours")[0] == "Watercolour", "a name before words of descriptions"
+    assert browser.run(FIND, text="watercolr") == []
     browser.click("#words-to-try button")
+    assert browser.run("return document.getElementById('find-look').value") == "Watercolour"
+    browser.run("document.getElementById('find-look').value = ''")
+    browser.run(FIND, text="")
     browser.until("document.querySelectorAll('main figure:not([hidden])').length > 1")
     kinds = browser.run(
         "return [...document.querySelectorAll('#groups button')].map((each) => each.textContent)"

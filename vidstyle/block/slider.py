@@ -31,6 +31,7 @@ class Slider(Control):
         grows_if: a switch of the block that must be on for the value to scale.
         max_detail: level of detail (focus) above which a length becomes no finer; 1 for dots, lines, grain
             and blurs that need one size in the whole picture.
+        finest: the length to which small pictures reduce longer ones, as finer dots would not be seen.
         stride: what variations change an integer by, or a multiple of it; 2 keeps odd numbers odd.
     """
 
@@ -42,6 +43,7 @@ class Slider(Control):
     power: int = 0
     grows_if: str = ""
     max_detail: float = math.inf
+    finest: float = -math.inf
     stride: int = 1
     changes_structure = False
     takes_text = False
@@ -124,8 +126,12 @@ class Slider(Control):
     def text(self, value: Any) -> str:
         return f"{value:g}"
 
+    def least_scaled(self, value: float) -> float:
+        """Return the least value to which this one is scaled in small pictures."""
+        return max(self.low, min(value, self.finest))
+
     def scale(self, value: Any, growth: float, values: Mapping[str, Any]) -> Any:
         if not self.power or (self.grows_if and not values[self.grows_if]):
             return value
-        grown = max(value * growth**self.power, self.low)
+        grown = max(value * growth**self.power, self.least_scaled(value))
         return grown if self.unit == "px" else min(grown, self.high)

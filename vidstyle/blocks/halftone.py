@@ -44,7 +44,10 @@ def halftone(
     picture: np.ndarray,
     place: PageRegion,
     cell: Annotated[
-        float, Slider(3, 64, "distance between dots", "px", explore=(4, 12), label="Dot size", max_detail=1)
+        float,
+        Slider(
+            2, 64, "distance between dots", "px", explore=(4, 12), label="Dot size", max_detail=1, finest=3
+        ),
     ] = 6,
     dot: Annotated[
         float, Slider(0.2, 1.5, "amount of ink; below 1 even black areas show dots", label="Amount of ink")

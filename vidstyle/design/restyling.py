@@ -16,11 +16,12 @@ from vidstyle.core.picture import Picture
 from vidstyle.cpu.step_pictures import step_pictures
 from vidstyle.cues.cue_list import Moment
 from vidstyle.cues.transitions import mixed_picture
+from vidstyle.design.look_tiles import LookTiles
 from vidstyle.design.working_size import WorkingSize
 from vidstyle.preview.clip import Clip
 from vidstyle.regions.frame_masks import FrameMasks
 from vidstyle.regions.mask_renderer import MaskRenderer
-from vidstyle.regions.still_faces import StillFaces
+from vidstyle.regions.still_faces import NO_FACES, KnownFaces, StillFaces
 from vidstyle.renderer import open_renderer, restyle_array
 from vidstyle.style import Style
 from vidstyle.style.nodes import StepKey
@@ -80,6 +81,12 @@ class Restyler:
         with closing(open_renderer(style, "cpu", announce=False, faces=self._faces)) as renderer:
             return restyle_array(renderer, clip.frame(number, side))
 
+    def tiles(self, clip: Clip, number: int) -> LookTiles:
+        """Return what renders the tiles of the start screen from a frame."""
+        if clip.live:
+            return LookTiles(clip, number, NO_FACES)
+        return LookTiles(clip, number, self._find_faces(clip, number))
+
     def render_faces(self, style: Style, clip: Clip, number: int, side: int) -> np.ndarray | None:
         """Render only the faces of a frame, for pages that render the rest; see `FocusRenderer.overlay`.
 
@@ -92,8 +99,11 @@ class Restyler:
 
     def _show_faces(self, clip: Clip, number: int) -> None:
         if not clip.live:
-            self._faces.find((clip, number), lambda: np.ascontiguousarray(clip.frame(number)))
+            self._find_faces(clip, number)
         self._faces.show((clip, number))
+
+    def _find_faces(self, clip: Clip, number: int) -> KnownFaces:
+        return self._faces.find((clip, number), lambda: np.ascontiguousarray(clip.frame(number)))
 
     def _render(self, style: Style, clip: Clip, number: int, side: int) -> np.ndarray:
         frame = clip.frame(number, side)

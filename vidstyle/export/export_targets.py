@@ -46,6 +46,7 @@ class ExportTarget:
 
     Attributes:
         title: its name on buttons.
+        use: what one does with the file, in plain words.
         help: what the file is, as a noun phrase.
         example: arguments of the command after the style, as an example.
         write: returns the text of the file.
@@ -55,6 +56,7 @@ class ExportTarget:
     """
 
     title: str
+    use: str
     help: str
     example: str
     write: Callable[[ExportRequest], str]
@@ -102,15 +104,18 @@ def _style_file(request: ExportRequest) -> str:
 
 EXPORT_TARGETS: Mapping[str, ExportTarget] = {
     "html": ExportTarget(
-        "Web page", "a page for the browser that restyles a camera, films and photographs", "ink.html", _page
+        "Web page", "To use this look in any browser, or to send it to somebody",
+        "a page for the browser that restyles a camera, films and photographs", "ink.html", _page,
     ),
     "hook": ExportTarget(
-        "Video player", "a shader for mpv, FFmpeg and other libplacebo players", "ink.hook --size 1280x720",
+        "Video player", "To watch films in this look in a player such as mpv",
+        "a shader for mpv, FFmpeg and other libplacebo players", "ink.hook --size 1280x720",
         _hook, uses_film=True,
     ),
     "toml": ExportTarget(
-        "Style file", "a style file with all changes, to edit and use with `--style`",
-        "my-ink.toml --steady 0.8", _style_file, has_focus=True, fixes_masks=False,
+        "Style file", "To keep this look with all changes, and open it here again",
+        "a style file with all changes, to edit and use with `--style`", "my-ink.toml --steady 0.8",
+        _style_file, has_focus=True, fixes_masks=False,
     ),
 }  # fmt: skip
 """The targets by the extension of their files."""
@@ -119,7 +124,7 @@ EXPORT_TARGETS: Mapping[str, ExportTarget] = {
 def describe_targets() -> list[dict[str, str]]:
     """Return what a page shows of each target."""
     return [
-        {"kind": kind, "title": target.title, "help": target.help.replace("`", "")}
+        {"kind": kind, "title": target.title, "use": target.use, "help": target.help.replace("`", "")}
         for kind, target in EXPORT_TARGETS.items()
     ]
 

@@ -284,7 +284,8 @@ class _Source:
         grown = f"{self._literal(name)} {'*' if self._lengths[name] == 1 else '/'} vidstyle_growth"
         if (declared := self._parameter(name)[1]) is None:
             return f"({grown})"
-        low, high = _float(declared.control.low), _float(declared.control.high)
+        low = _float(declared.control.least_scaled(self._values[name][0]))
+        high = _float(declared.control.high)
         return f"max({grown}, {low})" if declared.control.unit == "px" else f"clamp({grown}, {low}, {high})"
 
     def _parameter(self, name: str) -> tuple[str, Any]:

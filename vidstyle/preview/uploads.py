@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import mimetypes
 import re
 import shutil
 import sys
@@ -120,8 +121,16 @@ class FileUpload:
         except BaseException as error:
             self.drop()
             if isinstance(error, VidstyleError) and error.subject == printable(self._path):
-                raise InputError(self._name, error.reason, error.remedy) from error
+                raise InputError(self._name, *_explained(self._name, error)) from error
             raise
+
+
+def _explained(name: str, error: VidstyleError) -> tuple[str, str]:
+    """Return reason and remedy; of a file whose ending is that of another kind, that kind is the reason."""
+    kind = (mimetypes.guess_type(name)[0] or "").partition("/")[0]
+    if not error.reason.startswith("not a readable") or kind in ("", "video", "image", "audio"):
+        return error.reason, error.remedy
+    return "neither a film nor a photograph", "open a video, a picture or a style file (.toml)"
 
 
 def _storable(name: str) -> str:

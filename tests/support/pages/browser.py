@@ -53,7 +53,8 @@ class Browser:
         told = profile / "DevToolsActivePort"
         eventually(lambda: told.exists() and "\n" in told.read_text(), "Chromium does not start")
         address = "ws://127.0.0.1:" + told.read_text().replace("\n", "")
-        self._socket: ClientConnection = connect(address, max_size=None, compression=None)
+        # Without pings: Chromium may not answer one while it compiles shaders in software.
+        self._socket: ClientConnection = connect(address, max_size=None, compression=None, ping_interval=None)
         self._number = 0
         self.events: list[dict[str, Any]] = []
         self._session: str | None = None

@@ -135,7 +135,7 @@ class _Describer:
         for way in ways:
             for entry in filter(way, entries):
                 value = entry["value"]
-                shown = f"{value:g}" if isinstance(value, float) else str(value).lower()
+                shown = f"{value:g}" if isinstance(value, float) else str(value).lower().replace("_", " ")
                 return f"{shown} {entry['label'].lower()}"
         return ""
 

@@ -15,6 +15,7 @@ from vidstyle.design.document.document import SNAPSHOT_SLOTS
 from vidstyle.design.document.edit_values import EditResult
 from vidstyle.design.document.edits import EDITS
 from vidstyle.design.document.step_text import text_of_step
+from vidstyle.design.look_tiles import TILE_WIDTH_PX
 from vidstyle.design.page.design_server import DesignServer
 from vidstyle.design.page.design_view import DesignView
 from vidstyle.design.page.frames import PictureType
@@ -43,12 +44,12 @@ UploadSize = Annotated[int, integer_between(1, 2 << 30)]
 """In bytes."""
 PreviewSide = Annotated[int, integer_between(64, 2160)]
 """The shorter side of the preview in pixels."""
+TileWidth = Annotated[int, integer_between(16, TILE_WIDTH_PX)]
+"""The width of tiles on the start screen in pixels."""
 PlaybackRate = Annotated[float, number_between(0.1, 240)]
 SnapshotSlot = Annotated[str, one_of(SNAPSHOT_SLOTS)]
 CueText = Annotated[str, text_between(0, 50_000)]
 """The text of a cue file; empty: the open style."""
-STYLE_PREVIEW_PX = 160
-"""Shorter side of the previews on the start screen."""
 
 
 def _edit_message(name: str, edit: Callable[..., EditResult]) -> Message:
@@ -208,17 +209,17 @@ class DesignConnection(DesignView):
         self.server.refresh_steps()
 
     @message(in_background=True)
-    async def start(self) -> None:
-        """Send a preview of each style, rendered from the current frame; styles with few steps come first."""
+    async def start(self, width: TileWidth) -> None:
+        """Send a tile of each style, rendered from the current frame; styles with few steps come first."""
         number, session, clip = self.frames.shown.number, self.session, self.designer.clip
-        render = session.restyler.render_exactly
+        tiles = await session.picture(session.restyler.tiles, clip, number)
         order = await session.run(_by_cost, self.designer.folder)
         for done, (index, style) in enumerate(order):
             if self.designer.clip is not clip:  # another one was opened, and asks for its own previews
                 return
             await self.tell({"previews": {"done": done, "total": len(order)}})
             try:
-                picture = await session.picture(render, style, clip, number, STYLE_PREVIEW_PX)
+                picture = await session.picture(tiles.render, style, width)
             except StyleError:  # such as one whose mask does not fit this clip
                 continue
             await self.send_picture(PictureType.STYLE, index, 0, encode(picture, "jpeg"))

@@ -5,7 +5,7 @@ import { Bar } from "./bar.js";
 import { Diagram } from "./diagram.js";
 import { Clipboard } from "./clipboard.js";
 import { Dialogs } from "./dialogs.js";
-import { get, icon, make, press } from "./elements.js";
+import { get, icon, make, press, title } from "./elements.js";
 import { History } from "./history.js";
 import { Inspector } from "./inspector.js";
 import { describe, listen } from "./keys.js";
@@ -17,7 +17,7 @@ import { Scenes } from "./scenes.js";
 import { Scopes } from "./scopes.js";
 import { Session } from "./session.js";
 import { Splitter } from "./splitter.js";
-import { Start } from "./start.js";
+import { Start, START_KEYS } from "./start.js";
 import { Steps } from "./steps.js";
 import { switchTheme } from "./theme.js";
 import { StylePanel } from "./style_panel.js";
@@ -27,13 +27,19 @@ for (const place of document.querySelectorAll("[data-icon]"))
   place.prepend(icon(String(/** @type {HTMLElement} */ (place).dataset.icon)));
 
 /** @param {string} text @param {boolean} [alarm] */
-const say = (text, alarm = false) => announce(get("toast"), text, { alarm });
+function say(text, alarm = false) {
+  const toast = get("toast");
+  // The newest popover is on top: messages are seen above the queue and dialogs.
+  if (toast.matches(":popover-open")) toast.hidePopover();
+  toast.showPopover();
+  announce(toast, text, { alarm });
+}
 const session = new Session((text) => say(text, true));
 const palette = new Palette(session, showField);
 const dialogs = new Dialogs(session, say);
 const preview = new Preview(session, { onchange: () => showPlace(), onsettled: drawResult });
 const bar = new Bar(preview, say);
-const scenes = new Scenes(session, preview, { say, onopen: showScenes, onchange: showUndo });
+const scenes = new Scenes(session, preview, { say, onopen: showScenes, onchange: showUndo, pictureOf: (style) => start.pictureOf(style) });
 const scopes = new Scopes(preview.view);
 const steps = new Steps(session, palette, say, showSelected, (name) => diagram.focus(name));
 const clipboard = new Clipboard(session, steps, say);
@@ -163,10 +169,10 @@ function showState(state) {
   diagram.selected = steps.selected;
   diagram.show(state);
   const name = /** @type {HTMLInputElement} */ (get("name"));
-  if (document.activeElement !== name) name.value = state.name;
+  if (document.activeElement !== name) name.value = title(state.name);
   get("saved").textContent = state.dirty ? "Edited" : state.file ? "Saved" : "";
   showUndo();
-  document.title = `${state.dirty ? "• " : ""}${state.name} · vidstyle design`;
+  document.title = `${state.dirty ? "• " : ""}${title(state.name)} · vidstyle design`;
   refresh();
 }
 
@@ -209,7 +215,10 @@ session.on("clip", ({ size, count, live }) => {
 });
 session.on("picture", ({ type, number, file }) => {
   if (type === PACKET.step) diagram.picture(number, file);
-  if (type === PACKET.style) start.picture(number, file);
+  if (type === PACKET.style) {
+    start.picture(number, file);
+    scenes.showLooks();
+  }
   if (type === PACKET.source || type === PACKET.glance) start.source(file);
 });
 const lost = new LostNotice("vidstyle design", [get("app"), get("start")], "Unsaved changes are kept and offered there.");
@@ -235,6 +244,9 @@ function render() {
 
 const name = /** @type {HTMLInputElement} */ (get("name"));
 name.addEventListener("change", () => session.edit("rename", { name: name.value.trim() }));
+// The bar shows the same name as the tile; what is edited is the name of the file.
+name.addEventListener("focus", () => session.state && (name.value = session.state.name));
+name.addEventListener("blur", () => session.state && (name.value = title(session.state.name)));
 name.addEventListener("keydown", (event) => event.key === "Enter" && name.blur());
 get("undo").addEventListener("click", () => again("undo"));
 get("redo").addEventListener("click", () => again("redo"));
@@ -244,7 +256,7 @@ get("save").addEventListener("click", () => dialogs.save());
 get("save-as-new").addEventListener("click", () => dialogs.saveAs());
 get("export").addEventListener("click", () => dialogs.export());
 get("render").addEventListener("click", () => render());
-get("help").addEventListener("click", () => dialogs.help());
+get("help").addEventListener("click", () => help());
 get("unsolo").addEventListener("click", () => solo(null));
 for (const button of get("tabs").querySelectorAll("button"))
   button.addEventListener("click", () => showTab(/** @type {typeof tab} */ (button.value)));
@@ -255,8 +267,13 @@ get("tabs").addEventListener("keydown", (event) => {
   shownTabs[at]?.focus();
 });
 addEventListener("beforeunload", (event) => session.state?.dirty && event.preventDefault());
-const keys = shortcuts({ session, steps, diagram, preview, bar, dialogs, history, start, build, solo, render, scopes, scenes, again, clipboard });
+const keys = shortcuts({ session, steps, diagram, preview, bar, dialogs, history, start, build, solo, render, help, scopes, scenes, again, clipboard });
 listen(keys);
-describe(keys);
+
+/** Shows the keys of the present screen. */
+function help() {
+  describe(start.isOpen ? START_KEYS : keys);
+  return dialogs.help();
+}
 switchTheme(get("theme"));
 bar.show();

@@ -1,6 +1,6 @@
 // The dialogs for saving, exporting and rendering.
 
-import { get, make } from "./elements.js";
+import { get, make, title } from "./elements.js";
 
 /** @typedef {import("./session.js").Session} Session */
 
@@ -94,10 +94,10 @@ export class Dialogs {
     }
   }
 
-  /** Lists the export targets. @param {{kind: string, title: string, help: string}[]} targets */
+  /** Lists the export targets. @param {{kind: string, title: string, use: string, help: string}[]} targets */
   #fill(targets) {
-    get("targets").replaceChildren(...targets.map(({ kind, title, help }, number) => {
-      const about = make("span", {}, make("b", { textContent: title }), make("span", { className: "help", textContent: `A .${kind} file: ${help}.` }));
+    get("targets").replaceChildren(...targets.map(({ kind, title: name, use, help }, number) => {
+      const about = make("span", {}, make("b", { textContent: name }), make("span", { textContent: `${use}.` }), make("span", { className: "help", textContent: `A .${kind} file: ${help}` }));
       return make("label", { className: "radio" }, make("input", { type: "radio", name: "kind", value: kind, checked: !number }), about);
     }));
   }
@@ -182,7 +182,7 @@ export class Dialogs {
   async mayLeave() {
     const { state } = this.session;
     if (!state?.dirty) return true;
-    get("leave-text").textContent = `“${state.name}” has unsaved changes.`;
+    get("leave-text").textContent = `“${title(state.name)}” has unsaved changes.`;
     const answer = await openDialog("leave-dialog");
     if (answer === "save") await this.save();
     return answer === "discard" || (answer === "save" && !this.session.state?.dirty);

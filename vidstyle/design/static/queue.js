@@ -1,6 +1,6 @@
 // The queue of films that are rendered, or wait for it.
 
-import { get, make } from "./elements.js";
+import { get, make, title } from "./elements.js";
 
 /**
  * @typedef {object} Job
@@ -45,7 +45,12 @@ export class Queue {
     this.button.setAttribute("aria-label", left.length ? `Queue, ${left.length} not finished` : "Queue");
     const focused = /** @type {HTMLElement | null} */ (document.activeElement)?.dataset.action;
     get("jobs").replaceChildren(...[...jobs].reverse().map((job) => this.#row(job)));
-    /** @type {HTMLElement | null} */ (focused && document.querySelector(`[data-action="${focused}"]`) || null)?.focus();
+    if (focused) this.#focus(focused);
+  }
+
+  /** Focuses a button of the list, which may have been made again. @param {string} action */
+  #focus(action) {
+    /** @type {HTMLElement | null} */ (document.querySelector(`[data-action="${action}"]`))?.focus();
   }
 
   /** @param {Job} job */
@@ -59,26 +64,31 @@ export class Queue {
     const buttons = make("div", { className: "row" });
     if (!isOver) buttons.append(this.#button(`stop-${number}`, state === "waiting" ? "Remove" : "Stop", () => this.session.ask("stop", { job: number })));
     if (address) {
-      const play = this.#button(`play-${number}`, isPicture ? "Show" : "Play", () => this.#play(file, address, isPicture));
+      const action = `play-${number}`;
+      const play = this.#button(action, isPicture ? "Show" : "Play", () => this.#play(file, address, isPicture, action));
       play.className = "strong";
       buttons.append(play);
       if (this.reveals) buttons.append(this.#button(`reveal-${number}`, "Show in folder", () => this.session.ask("reveal", { job: number })));
       else buttons.append(make("a", { className: "button", href: address, download: file, textContent: "Download" }));
     }
-    return make("li", {}, make("b", { textContent: file }), make("span", { className: "quiet", textContent: `${source}, ${style}` }),
+    return make("li", {}, make("b", { textContent: file }), make("span", { className: "quiet", textContent: `${source}, ${title(style)}` }),
       make("span", { className: state === "failed" ? "failed" : "quiet", textContent: `${STATES[state]} ${facts}`.trim() }),
       ...(state === "rendering" ? [bar] : []), buttons);
   }
 
-  /** Shows a rendered film or picture on this page. @param {string} file @param {string} address @param {boolean} isPicture */
-  #play(file, address, isPicture) {
+  /** Shows a rendered film or picture on this page. @param {string} file @param {string} address @param {boolean} isPicture @param {string} action of the button that takes the focus back */
+  #play(file, address, isPicture, action) {
     const player = /** @type {HTMLDialogElement} */ (get("player"));
     const shown = isPicture ? make("img", { src: address, alt: file }) : make("video", { src: address, controls: true, autoplay: true, loop: true });
     shown.onerror = () => get("player-note").textContent = "This file cannot be shown: it was removed, or this browser does not know its type.";
     get("player-name").textContent = file;
     get("player-note").textContent = "";
     get("player-place").replaceChildren(shown);
-    player.onclose = () => get("player-place").replaceChildren();
+    player.onclose = () => {
+      get("player-place").replaceChildren();
+      this.open();
+      this.#focus(action);
+    };
     player.showModal();
   }
 

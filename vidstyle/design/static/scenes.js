@@ -1,7 +1,7 @@
 // Styles over time: the cues of the film, which the picture shows while they are open.
 
 import { CueEditor } from "./cue_editor.js";
-import { download, get, press } from "./elements.js";
+import { download, get, press, title } from "./elements.js";
 import { showPlayhead } from "./timeline.js";
 
 /** Edits cues, and has the server show them. */
@@ -17,13 +17,15 @@ export class Scenes {
    * @param {(text: string) => void} handlers.say
    * @param {(isOpen: boolean) => void} handlers.onopen is called when they are opened or closed
    * @param {() => void} handlers.onchange is called after a change of the cues
+   * @param {(style: string) => string} handlers.pictureOf returns the address of the film's picture in a style, or ""
    */
-  constructor(session, preview, { say, onopen, onchange }) {
+  constructor(session, preview, { say, onopen, onchange, pictureOf }) {
     this.session = session;
     this.preview = preview;
     this.say = say;
     this.onopen = onopen;
     this.onchange = onchange;
+    this.pictureOf = pictureOf;
     get("to-scenes").addEventListener("click", () => this.toggle());
     get("save-cues").addEventListener("click", () => this.save());
     session.on("clip", () => this.#close());
@@ -50,10 +52,20 @@ export class Scenes {
       onchange: () => this.#send(),
       seek: (time) => this.preview.player.show(Math.ceil(time * this.preview.player.clip.fps - 0.001)),
     }, kept);
+    this.showLooks();
     press(get("to-scenes"), true);
     this.onopen(true);
     this.follow();
     if (kept) this.#send();
+  }
+
+  /** Shows styles on the user's film, as far as there are pictures. */
+  showLooks() {
+    if (!this.#editor) return;
+    for (const style of Object.keys(this.#editor.sheet.styles)) {
+      const picture = this.pictureOf(style);
+      if (picture) this.#editor.showLook(style, picture);
+    }
   }
 
   /** Where the cues of this film are kept in case the page is loaded again. */
@@ -102,6 +114,6 @@ export class Scenes {
     const editor = /** @type {CueEditor} */ (this.#editor), { sheet } = editor;
     if (!editor.mistake) download(new Blob([editor.text], { type: "application/toml" }), sheet.file);
     const used = editor.cues.some(({ style }) => style === this.session.state?.name) && this.session.state?.dirty;
-    get("cue-answer").textContent = editor.mistake || `Saved as ${sheet.file} in your downloads: vidstyle render FILM OUTPUT --cues ${sheet.file}${used ? `. Save the style ${this.session.state?.name} too.` : ""}`;
+    get("cue-answer").textContent = editor.mistake || `Saved as ${sheet.file} in your downloads${used ? `. Save the look ${title(String(this.session.state?.name))} too` : ""}. On the command line: vidstyle render FILM OUTPUT --cues ${sheet.file}`;
   }
 }

@@ -17,6 +17,7 @@ import { SHARED_KEYS } from "./shared_keys.js";
  * @property {(on: boolean) => void} build
  * @property {(step: number | null) => unknown} solo
  * @property {() => unknown} render
+ * @property {() => unknown} help
  * @property {import("./scopes.js").Scopes} scopes
  * @property {import("./clipboard.js").Clipboard} clipboard
  * @property {import("./scenes.js").Scenes} scenes
@@ -27,7 +28,7 @@ import { SHARED_KEYS } from "./shared_keys.js";
  * @param {Parts} parts
  * @returns {import("./keys.js").Shortcut[]}
  */
-export function shortcuts({ steps, diagram, preview, bar, dialogs, history, start, build, solo, render, scopes, scenes, again, clipboard }) {
+export function shortcuts({ steps, diagram, preview, bar, dialogs, history, start, build, solo, render, help, scopes, scenes, again, clipboard }) {
   const { view, player } = preview;
   const isBuilding = () => document.body.classList.contains("building") && !start.isOpen;
   /** Returns the focused card, else the selected one. */
@@ -108,7 +109,7 @@ export function shortcuts({ steps, diagram, preview, bar, dialogs, history, star
     { keys: ["t"], help: "Show or hide the scenes: styles over time", run: open(() => scenes.toggle()) },
     { keys: ["h"], help: "Show or hide the scopes", run: open(() => scopes.toggle()) },
     { keys: ["k"], help: "Compare the preview with the exact result", run: () => bar.check() },
-    { keys: [SHARED_KEYS.help], help: "Show this list", run: () => dialogs.help() },
+    { keys: [SHARED_KEYS.help], help: "Show this list", run: () => help() },
   ];
 }
 

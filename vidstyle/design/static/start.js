@@ -22,14 +22,32 @@ const WITHOUT_CAMERA = { "live-film": "Use this film", "live-test": "Use a test 
 
 /** The button for looks of all kinds. */
 const ALL = "All";
+/** The style that changes nothing. */
+const PLAIN = "plain";
 /** The film of `vidstyle open` before one is opened. */
 const EXAMPLE = "demo";
+
+/** The widths of tiles that the server renders. */
+const [MIN_TILE_WIDTH, MAX_TILE_WIDTH] = [16, 640];
+
+/** Lengths of the units in which the wheel is reported: pixels and lines. */
+const WHEEL_UNITS_PX = [1, 18];
 
 /** The server accepts no larger files. */
 const MAX_UPLOAD_BYTES = 2 ** 31;
 
 /** A part of a description that is shorter says nothing that the name does not say. */
 const MIN_SUMMARY_LENGTH = 20;
+
+/** The keys of this screen, for the list of keys. @type {import("./keys.js").Shortcut[]} */
+export const START_KEYS = [
+  { group: "Looks", keys: ["/"], help: "Find a look", run: () => {} },
+  { keys: ["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"], help: "Move from look to look", run: () => {} },
+  { keys: ["Enter"], help: "Open the look; in the search, the first one", run: () => {} },
+  { keys: ["Tab"], help: "Move on: search, kinds of looks, looks, other pages", run: () => {} },
+  { keys: ["Escape"], help: "Return to the open style", run: () => {} },
+  { keys: ["?"], help: "Show this list", run: () => {} },
+];
 
 /** Returns the part of a description that says most in a few words. @param {string} note */
 function summary(note) {
@@ -48,6 +66,8 @@ export class Start {
   /** @type {HTMLImageElement[]} */
   #pictures = [];
   #fresh = false;
+  /** The names of the styles, in the order of their pictures. @type {string[]} */
+  #names = [];
   /** Whether the draft of an earlier run shall be offered later. */
   #postponed = false;
   #group = ALL;
@@ -77,6 +97,8 @@ export class Start {
       if (key === "Enter" && this.finder.value.trim()) found?.click();
       if (key === "ArrowDown") found?.focus();
     });
+    // The bar stands above the page, which scrolls by itself.
+    get("top").addEventListener("wheel", ({ deltaY, deltaMode }) => this.isOpen && this.root.scrollBy(0, deltaY * (WHEEL_UNITS_PX[deltaMode] ?? innerHeight)), { passive: true });
     rove(get("groups"), "button");
     rove(get("tiles"), ".tile");
     // The first tile has the focus at once; its ring would look like a choice before a key is pressed.
@@ -119,6 +141,12 @@ export class Start {
     if (!isFirst || this.session.state) history.pushState({ isStart }, "");
   }
 
+  /** The width of a tile on the screen, in its pixels. */
+  get #tileWidth() {
+    const shown = this.#pictures[0]?.clientWidth || MAX_TILE_WIDTH;
+    return Math.min(Math.max(Math.round(shown * devicePixelRatio), MIN_TILE_WIDTH), MAX_TILE_WIDTH);
+  }
+
   /** @param {boolean} open */
   show(open) {
     if (open !== this.isOpen) this.#remember(open);
@@ -128,8 +156,7 @@ export class Start {
     get("back").hidden = !open || !this.session.state;
     this.#placeOffer();
     if (!open) return;
-    if (!this.#fresh) this.session.ask("start");
-    this.#fresh = true;
+    this.#request();
     const isExample = document.body.classList.contains("front") && this.#name === EXAMPLE;
     /** @type {HTMLElement | null} */ (this.root.querySelector(isExample ? ".choose-file" : ".tile:not([hidden])"))?.focus();
   }
@@ -143,6 +170,7 @@ export class Start {
     const isExample = this.#name === EXAMPLE;
     get("source-name").textContent = isExample ? "An example" : this.#name;
     const size = clip.size.join(" × ");
+    get("source-name").title = clip.name;
     get("source-facts").textContent = clip.live ? "camera" : clip.count > 1 ? `${clock(clip.count / clip.fps)}, ${size}` : size;
     for (const button of document.querySelectorAll(".choose-file")) button.textContent = isExample ? "Open a film or photograph…" : "Open another…";
     document.body.classList.toggle("opened", !isExample);
@@ -157,6 +185,7 @@ export class Start {
     this.#new = fresh;
     fresh.prepend(make("span", { className: "blank" }, icon("plus")));
     this.#pictures = [];
+    this.#names = styles.map(({ name }) => name);
     const tiles = styles.map(({ name, note, kinds, aliases, words }) => {
       const shown = make("img", { alt: "", className: "waiting", width: 320, height: 180 });
       this.#pictures.push(shown);
@@ -210,12 +239,27 @@ export class Start {
     return tile;
   }
 
+  /** Returns the address of the tile of a style; "" if it is not there yet, and then asks for the tiles. @param {string} style */
+  pictureOf(style) {
+    const picture = this.#pictures[this.#names.indexOf(style)];
+    if (picture && !picture.classList.contains("waiting")) return picture.src;
+    this.#request();
+    return "";
+  }
+
+  /** Asks for the tiles, unless they are there or on their way. */
+  #request() {
+    if (!this.#fresh) this.session.ask("start", { width: this.#tileWidth });
+    this.#fresh = true;
+  }
+
   /** Shows the preview of a style. @param {number} number @param {Blob} file */
   picture(number, file) {
     const picture = this.#pictures[number];
     if (!picture) return;
     picture.classList.remove("waiting");
     this.#replace(picture, URL.createObjectURL(file));
+    if (this.#names[number] === PLAIN) this.source(file);
   }
 
   /** Shows the unchanged film, dimmed, in the tiles that wait for their previews. @param {Blob} file */

@@ -76,7 +76,6 @@ class Crop:
         right, bottom = min(box.right + MARGIN_PX, width), min(box.bottom + MARGIN_PX, height)
         self._source = np.ascontiguousarray(picture[top:bottom, left:right])
         self._inner = np.s_[box.top - top : box.bottom - top, box.left - left : box.right - left]
-        self._height_ratio = self._source.shape[0] / height
         self._side_ratio = min(height, width) / min(self._source.shape[:2])
         seen = {face: marks for face, marks in faces.items() if face.intersection(box).area}
         self._known = KnownFaces(
@@ -92,7 +91,7 @@ class Crop:
             tones: the percentiles of the whole picture in this style.
         """
         if style.height:
-            style = replace(style, height=style.height * self._height_ratio)
+            style = replace(style, height=style.height / self._side_ratio)
         request = FrameRequest(Picture.from_array(self._source), target=RGB_ENCODING, rgb=True, tones=tones)
         with MaskRenderer(style, lambda: self._focus(style)) as renderer:
             color = renderer.restyle(request).color

@@ -9,7 +9,7 @@ import { showStyles, showTimeline, takesStyles } from "./timeline.js";
 
 const FADE_SECONDS = 1;
 const CURVE_LABELS = /** @type {Record<string, string>} */ ({
-  hold: "stay", linear: "move evenly to the next", ease: "move gently to the next",
+  hold: "stay as they are", linear: "move evenly to the next", ease: "move gently to the next",
 });
 let controls = 0;
 
@@ -157,8 +157,10 @@ export class CueEditor {
     const scene = /** @type {import("./cue_text.js").Scene} */ (sheet.scenes[cue.scene]);
     const name = cue.time === null ? `Scene ${cue.scene + 1}, ${scene.clock}` : `Scene ${cue.scene + 1}, at ${cue.time} s`;
     const picture = make("img", { alt: "", src: sheet.styles[cue.style]?.picture ?? scene.still });
-    const style = make("button", { type: "button", className: "style" }, picture, make("span", {}, cue.style ? title(cue.style) : "as before"));
-    style.setAttribute("aria-label", `Style of ${name}: ${cue.style || "as before"}`);
+    picture.dataset["look"] = cue.style;
+    const chosen = cue.style ? title(cue.style) : this.#unchanged(number);
+    const style = make("button", { type: "button", className: "style" }, picture, make("span", {}, chosen));
+    style.setAttribute("aria-label", `Look of ${name}: ${chosen}`);
     style.dataset["place"] = `style-${number}`;
     style.addEventListener("click", () => { this.#pick(name, number, cue); });
     const variants = Object.keys(sheet.styles[cue.style]?.variants ?? {});
@@ -177,8 +179,8 @@ export class CueEditor {
       make("img", { src: scene.still, alt: `Scene ${cue.scene + 1}` }),
       make("h2", {}, name),
       make("div", { className: "fields" },
-        ...(cue.time === null ? [] : row("Starts at", start)), ...row("Style", style),
-        ...(variants.length ? row("Variant", variant) : []), ...row("Begins with", transition, seconds), ...row("Values", curve)),
+        ...(cue.time === null ? [] : row("Starts at", start)), ...row("Look", style),
+        ...(variants.length ? row("Variant", variant) : []), ...row("Begins with", transition, seconds), ...row("Sliders", curve)),
       this.#values(cue, number), this.#buttons(cue));
     takesStyles(made, (dropped) => { this.#choose(cue, dropped); });
     return made;
@@ -193,7 +195,7 @@ export class CueEditor {
 
   /** The values of a cue, which are shown on demand. @param {Cue} cue @param {number} number */
   #values(cue, number) {
-    const details = make("details", { open: this.#opened.has(cue) }, make("summary", {}, "Values of the style"));
+    const details = make("details", { open: this.#opened.has(cue) }, make("summary", {}, "Sliders of this look"));
     const fill = () => {
       const { style, values: before } = this.#inherited(number);
       for (const entry of details.childElementCount > 1 ? [] : this.sheet.styles[style]?.entries ?? []) {
@@ -217,9 +219,23 @@ export class CueEditor {
     return details;
   }
 
+  /** What a scene without a style shows. @param {number} number */
+  #unchanged(number) {
+    const { style } = this.#inherited(number);
+    return style ? `Still ${title(style)}` : "Choose a look";
+  }
+
+  /** Shows another picture of a style. @param {string} style @param {string} address */
+  showLook(style, address) {
+    const known = this.sheet.styles[style];
+    if (!known || known.picture === address) return;
+    known.picture = address;
+    for (const picture of document.querySelectorAll(`[data-look="${CSS.escape(style)}"]`)) /** @type {HTMLImageElement} */ (picture).src = address;
+  }
+
   /** Buttons that add a cue after a cue, and remove it. @param {Cue} cue */
   #buttons(cue) {
-    const add = make("button", { type: "button", className: "add" }, "Add a cue after it");
+    const add = make("button", { type: "button", className: "add" }, "Add a change after it");
     add.addEventListener("click", () => {
       const time = Number((timeOf(this.sheet, cue) + 1).toFixed(3));
       this.#replace([...this.cues, emptyCue(sceneAt(this.sheet, time), time)]);
@@ -234,10 +250,11 @@ export class CueEditor {
     const { styles } = this.sheet;
     const dialog = /** @type {HTMLDialogElement} */ (get("cue-styles"));
     const names = [...Object.keys(styles), ...(number ? [""] : [])];
-    /** @type {HTMLElement} */ (dialog.querySelector("strong")).textContent = `Style of ${place}`;
+    /** @type {HTMLElement} */ (dialog.querySelector("strong")).textContent = `Look of ${place}`;
     /** @type {HTMLElement} */ (dialog.querySelector("div")).replaceChildren(...names.map((name) => {
       const pictures = name ? [make("img", { src: styles[name]?.picture ?? "", alt: "" })] : [];
-      const button = make("button", { type: "button" }, ...pictures, name ? title(name) : "as before");
+      for (const each of pictures) each.dataset["look"] = name;
+      const button = make("button", { type: "button" }, ...pictures, name ? title(name) : "As the scene before");
       press(button, name === cue.style);
       button.addEventListener("click", () => {
         dialog.close();

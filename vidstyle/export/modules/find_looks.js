@@ -16,8 +16,12 @@ const MIN_BEGINNING_LENGTH = 4;
 /** Better than this rank, a look has the name that was asked. */
 const DESCRIBED = 5;
 const NOT_FOUND = 7;
+/** Words that say nothing about a look, unless they are all that is asked. */
+const FILLERS = new Set("a an and as by effect filter for from in like look looks my of on style the to with".split(" "));
+/** A word is an ending from this length on: "crayons" asks for crayon, but "dots" is no dot. */
+const MIN_PLURAL_LENGTH = 5;
 /** Words are near if they share this part of their pairs of letters. */
-const MIN_LIKENESS_RATIO = 0.5;
+const MIN_LIKENESS_RATIO = 0.6;
 const MAX_WORDS_TO_TRY = 4;
 
 /** Returns a text in lower case, in the American spelling and without hyphens. @param {string} text */
@@ -25,6 +29,16 @@ const normal = (text) => text.toLowerCase().replaceAll("colour", "color").replac
 
 /** Returns a text without spaces: "game boy" and "gameboy" are the same. @param {string} text */
 const joined = (text) => text.replaceAll(" ", "");
+
+/** Returns a word without the ending of a plural. @param {string} word */
+const singular = (word) => (word.length >= MIN_PLURAL_LENGTH && word.endsWith("s") && !word.endsWith("ss") ? word.slice(0, -1) : word);
+
+/** Returns the words of a text that say something about a look. @param {string} text */
+function askedWords(text) {
+  const words = normal(text).split(/\s+/).filter(Boolean);
+  const telling = words.filter((word) => !FILLERS.has(word));
+  return telling.length ? telling : words;
+}
 
 /** Returns the other names of a look. @param {string} aliases */
 const aliasesOf = (aliases) => aliases.split(/,\s*/).filter(Boolean);
@@ -35,42 +49,56 @@ function hasAll(text, words) {
   return words.every((word) => parts.some((part) => part.startsWith(word)) || (/[^\p{L}\p{N}]/u.test(word) && text.includes(word)));
 }
 
+/** Whether a name has one of these words. @param {string} name @param {string[]} words */
+const hasAny = (name, words) => words.some((word) => hasAll(name, [word]));
+
 /** Returns where in a text the first word stands: 0 at its beginning, less than 1. @param {string} text @param {string[]} words */
 const placeIn = (text, words) => Math.max(text.indexOf(words[0]), 0) / (text.length + 1);
 
-/** Returns how well a look fits: lower is better. @param {Look} look @param {string[]} words */
-function rank(look, words) {
-  const asked = words.join(" ");
+/** Returns how well a look fits: lower is better. @param {Look} look @param {string} phrase the whole text @param {string[]} words */
+function rank(look, phrase, words) {
+  const stems = words.map(singular), asked = stems.join(" ");
   const [own, about, more] = [look.name, look.about, look.words].map(normal);
   const others = aliasesOf(normal(look.aliases));
-  if (own === asked) return 0;
-  const named = others.findIndex((other) => joined(other) === joined(asked));
+  const same = (/** @type {string} */ name) => [phrase, words.join(" "), asked].some((each) => joined(each) === joined(name)) || (singular(name) === asked && asked !== "");
+  if (same(own)) return 0;
+  const named = others.findIndex(same);
   if (named >= 0) return 1 + named / others.length;
   if (own.startsWith(asked)) return 2;
-  if (words.some((word) => own === word || (word.length >= MIN_BEGINNING_LENGTH && own.startsWith(word)))) return 3;
-  const at = others.findIndex((other) => hasAll(other, words));
-  if (at >= 0) return 4 + at / others.length;
-  if (hasAll(`${own} ${about}`, words)) return DESCRIBED + placeIn(about, words);
-  return hasAll(more, words) ? DESCRIBED + 1 + placeIn(more, words) : NOT_FOUND;
+  if (stems.some((word) => own === word || (word.length >= MIN_BEGINNING_LENGTH && own.startsWith(word)))) return 3;
+  const at = others.findIndex((other) => hasAll(other, stems));
+  if (at >= 0) return 4 + (0.5 * at) / others.length;
+  const mixed = others.findIndex((other) => hasAny(other, stems));
+  if (mixed >= 0 && hasAll(`${own} ${others.join(" ")} ${about}`, stems)) return 4.5 + (0.5 * mixed) / others.length;
+  if (hasAll(`${own} ${about}`, stems)) return DESCRIBED + placeIn(about, stems);
+  return hasAll(more, stems) ? DESCRIBED + 1 + placeIn(more, stems) : NOT_FOUND;
 }
 
 /**
  * Returns the numbers of the looks that a text names, best first; those that it describes only if it names none,
- * and those that one of its longer words names only if it describes none.
+ * and those that fit most of its words only if none fits all of them.
  * @param {Look[]} looks
  * @param {string} text
  */
 export function findLooks(looks, text) {
-  const words = normal(text).split(/\s+/).filter(Boolean);
+  const words = askedWords(text);
   if (!words.length) return [...looks.keys()];
-  const ranks = ranksOf(looks, words);
+  const ranks = ranksOf(looks, normal(text).trim(), words);
   if (words.length === 1 || Math.min(...ranks) < NOT_FOUND) return bestOf(ranks);
-  const single = words.filter((word) => word.length > MIN_BEGINNING_LENGTH).map((word) => ranksOf(looks, [word]));
-  return bestOf(looks.map((_, number) => Math.min(NOT_FOUND, ...single.map((each) => each[number]))));
+  const long = words.filter((word) => word.length > MIN_BEGINNING_LENGTH);
+  return bestOf(byMostWords(long.map((word) => ranksOf(looks, word, [word]))));
 }
 
-/** @param {Look[]} looks @param {string[]} words */
-const ranksOf = (looks, words) => looks.map((look) => rank(look, words));
+/** Returns the ranks of looks that fit most words, by their best word. @param {number[][]} ranks of each word */
+function byMostWords(ranks) {
+  const looks = [...(ranks[0] ?? []).keys()];
+  const fitting = looks.map((look) => ranks.filter((each) => each[look] < NOT_FOUND).length);
+  const most = Math.max(...fitting);
+  return looks.map((look) => (most && fitting[look] === most ? Math.min(...ranks.map((each) => each[look])) : NOT_FOUND));
+}
+
+/** @param {Look[]} looks @param {string} phrase @param {string[]} words */
+const ranksOf = (looks, phrase, words) => looks.map((look) => rank(look, phrase, words));
 
 /** Returns the numbers of the looks with the best kind of rank, best first. @param {number[]} ranks */
 function bestOf(ranks) {
@@ -89,20 +117,19 @@ function likeness(one, other) {
 }
 
 /**
- * Returns words that find looks where a text finds none: the nearest names, or else those that most looks share.
+ * Returns names of looks that are near to a text that finds none, or to one of its words.
  * @param {Look[]} looks
  * @param {string} text
  */
 function wordsToTry(looks, text) {
-  const names = looks.flatMap(({ name, aliases }) => [name, ...aliasesOf(aliases)]);
-  const count = (/** @type {string} */ word) => names.filter((name) => name === word).length;
-  const all = [...new Set(names)];
-  const near = all.filter((word) => likeness(word, text) >= MIN_LIKENESS_RATIO).sort((one, other) => likeness(other, text) - likeness(one, text));
-  return (near.length ? near : all.sort((one, other) => count(other) - count(one))).slice(0, MAX_WORDS_TO_TRY);
+  const names = [...new Set(looks.flatMap(({ name, aliases }) => [name, ...aliasesOf(aliases)]))];
+  const nearness = (/** @type {string} */ name) => Math.max(likeness(name, text), ...askedWords(text).map((word) => likeness(name, word)));
+  const near = names.filter((name) => nearness(name) >= MIN_LIKENESS_RATIO);
+  return near.sort((one, other) => nearness(other) - nearness(one)).slice(0, MAX_WORDS_TO_TRY);
 }
 
 /**
- * Offers words in place of an empty list; words of looks of another kind come first.
+ * Offers words in place of an empty list; looks of another kind come first.
  * @param {Look[]} looks
  * @param {string} text
  * @param {(word: string) => void} choose searches for one of them
@@ -110,5 +137,6 @@ function wordsToTry(looks, text) {
 export function offerWords(looks, text, choose) {
   const found = text.trim() ? findLooks(looks, text).map((number) => looks[number].name) : [];
   const offered = found.length ? found.slice(0, MAX_WORDS_TO_TRY) : wordsToTry(looks, text);
-  get("words-to-try").replaceChildren(...offered.map((word) => make("button", { type: "button", textContent: word, onclick: () => choose(word) })));
+  const buttons = offered.map((word) => make("button", { type: "button", textContent: word, onclick: () => choose(word) }));
+  get("words-to-try").replaceChildren(...(offered.length ? ["Try ", ...buttons] : []));
 }

@@ -50,8 +50,8 @@ export function showTimeline(place, sheet, cues, { change, find, seek }) {
 
   /** A cue, which can be moved. @param {Cue} cue @param {number} start @param {number} seconds */
   function mark(cue, start, seconds) {
-    const made = make("button", { type: "button", className: "mark" }, cue.style || "values");
-    made.setAttribute("aria-label", `Cue at ${start} s: ${cue.style || "as before"}; arrow keys move it`);
+    const made = make("button", { type: "button", className: "mark" }, cue.style ? title(cue.style) : "sliders");
+    made.setAttribute("aria-label", `Change at ${start} s: ${cue.style ? title(cue.style) : "sliders"}; arrow keys move it`);
     made.dataset["place"] = `mark-${used.indexOf(cue)}`;
     put(made, start, seconds);
     let time = start;
@@ -86,7 +86,9 @@ export function showPlayhead(place, share) {
 /** Shows all styles, to be dragged. @param {HTMLElement} place @param {Sheet} sheet */
 export function showStyles(place, sheet) {
   place.replaceChildren(...Object.entries(sheet.styles).map(([name, { picture }]) => {
-    const tile = make("figure", { draggable: true, title: name }, make("img", { src: picture, alt: "", draggable: false }), make("figcaption", {}, title(name)));
+    const shown = make("img", { src: picture, alt: "", draggable: false });
+    shown.dataset["look"] = name;
+    const tile = make("figure", { draggable: true, title: name }, shown, make("figcaption", {}, title(name)));
     tile.addEventListener("dragstart", (event) => event.dataTransfer?.setData("text/plain", name));
     return tile;
   }));

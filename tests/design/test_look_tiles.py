@@ -1,0 +1,45 @@
+"""The tiles of the start screen: which part of a frame they show, and how finely."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from media import make_picture
+
+from vidstyle.design.look_tiles import MAX_ENLARGEMENT, TILE_ASPECT, LookTiles, tile_window
+from vidstyle.preview.clip import open_clip
+from vidstyle.regions.boxes import Box
+from vidstyle.regions.still_faces import NO_FACES
+from vidstyle.style import load_style
+
+SMALL_FACE = Box(0.1, 0.3, 0.16, 0.4)
+
+
+@pytest.mark.parametrize("aspect", [0.5, 1.0, 4 / 3, TILE_ASPECT, 2.4])
+@pytest.mark.parametrize(
+    "faces", [[], [SMALL_FACE], [SMALL_FACE, SMALL_FACE.moved(0.2, 0.1)], [Box(0.05, 0.1, 0.5, 0.7)]]
+)
+def test_a_tile_keeps_the_faces_and_lies_in_the_frame(aspect: float, faces: list[Box]) -> None:
+    window = tile_window(aspect, faces)
+    assert window.aspect == pytest.approx(TILE_ASPECT)
+    assert Box(-1e-9, -1e-9, aspect + 1e-9, 1 + 1e-9).contains(window)
+    largest = min(aspect, TILE_ASPECT)
+    assert largest / MAX_ENLARGEMENT - 1e-9 <= window.width <= largest + 1e-9
+    if faces and faces[0] is SMALL_FACE:
+        assert all(window.contains(face) for face in faces)
+        assert window.width < largest, "small faces are enlarged"
+    else:
+        assert window.width == pytest.approx(largest)
+
+
+@pytest.mark.parametrize(
+    ("size", "shape"), [((1, 1), (1, 1)), ((900, 600), (180, 320)), ((90, 12), (12, 22))]
+)
+def test_a_tile_of_any_frame_has_at_most_the_width_that_is_asked(
+    tmp_path: Path, size: tuple[int, int], shape: tuple[int, int]
+) -> None:
+    clip = open_clip(make_picture(tmp_path / "picture.png", size=size))
+    tile = LookTiles(clip, 0, NO_FACES).render(load_style("poster"), 320)
+    assert tile.shape == (*shape, 3)
+    clip.close()
