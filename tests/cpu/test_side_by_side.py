@@ -27,6 +27,7 @@ from vidstyle.cpu.execute import FrameExecutor
 from vidstyle.cpu.frame_order import FrameOrder
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.stabilize.stabilizer import Stabilizer
+from vidstyle.stabilize.travel import DriftFollower
 from vidstyle.style import Style, load_style, style_names
 
 
@@ -70,7 +71,7 @@ def test_a_measurement_out_of_order_would_change_the_result(monkeypatch: pytest.
 
 DELAYED = [
     (FrameExecutor, "_run_band"), (FrameOrder, "__exit__"), (FrameOrder, "_wait_for"),
-    (Stabilizer, "before"), (Stabilizer, "after"), (ExponentialSmoother, "follow"),
+    (Stabilizer, "before"), (Stabilizer, "after"), (DriftFollower, "follow"), (ExponentialSmoother, "follow"),
 ]  # fmt: skip
 """Methods that other threads may overtake before they begin and after they have ended."""
 

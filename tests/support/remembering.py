@@ -11,10 +11,15 @@ from pictures import step, style
 from vidstyle.core.picture import Picture
 
 REMEMBERING = replace(
-    style(step("gaussian", sigma=1.5), step("equalize", low=5.0, settle=1.0), steady=0.6),
+    style(
+        step("gaussian", sigma=1.5),
+        step("mosaic", size=5, variation=0.4, edges=0.3),
+        step("equalize", low=5.0, settle=1.0),
+        steady=0.6,
+    ),
     lines=(step("minimum_range", settle=0.5), step("sobel", invert=True)),
 )
-"""Everything that follows a film: two measurements, and stabilization of source and result."""
+"""Everything that follows a film: two measurements, marks that move, stabilization of source and result."""
 
 
 def film(shape: tuple[int, int] = (45, 60)) -> Iterator[Picture]:

@@ -200,12 +200,15 @@ class CpuRenderer(Backend):
             self._film.palettes.follow(picture, time, frame.is_cut)
             if stabilizer is None:
                 return self._restyle(frame, picture, workers)
-            stable = Stabilized(picture)
+            stable, drift = Stabilized(picture), None
             if time is not None:
                 warp = frame.pair.warp() if frame.pair else None
                 with order.at(stabilizer.source):
                     stable = stabilizer.before(picture, warp, workers, frame.plan.lowered.reads_chroma)
-            result = self._restyle(frame, stable.picture, workers, stable.drift)
+                if marks := stabilizer.marks:
+                    with order.at(marks):
+                        drift = marks.follow(picture, warp)
+            result = self._restyle(frame, stable.picture, workers, drift)
             with order.at(stabilizer.result):
                 return stabilizer.after(result, stable, workers)
 

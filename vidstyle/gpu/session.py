@@ -126,8 +126,10 @@ class GpuSession:
             if isinstance(stabilizer, Stabilizer):
                 assert request.time is not None
                 pair = stabilizer.follow(shown, request.time, scene_cut)
-                stabilized = stabilizer.before(picture, pair.warp() if pair else None, shared_workers())
-                readbacks = runner.start(request, stabilized.picture, weights, drift=stabilized.drift)
+                warp = pair.warp() if pair else None
+                stabilized = stabilizer.before(picture, warp, shared_workers())
+                drift = stabilizer.marks.follow(picture, warp) if stabilizer.marks else None
+                readbacks = runner.start(request, stabilized.picture, weights, drift=drift)
                 finish = partial(stabilizer.after, stabilized=stabilized, workers=shared_workers())
             elif stabilizer is not None:
                 assert request.time is not None

@@ -31,13 +31,11 @@ class Stabilized:
     Attributes:
         warp: warp of the previous frame, or None if it was not blended.
         weights: weights of the previous frame at each pixel, H x W uint8; see `source_rows`.
-        drift: how far marks have moved; None for none.
     """
 
     picture: Picture
     warp: Warp | None = None
     weights: np.ndarray | None = None
-    drift: np.ndarray | None = None
 
 
 @dataclass(eq=False)
@@ -64,13 +62,14 @@ class Stabilizer:
     Attributes:
         source: what `before` keeps.
         result: what `after` keeps.
+        marks: follows the marks; it takes the frames in their order, like the methods. None if none move.
     """
 
     def __init__(self, steady: float, is_fixed: bool, follows: bool = False) -> None:
         self._motion = MotionEstimator(steady, is_fixed, follows)
-        self._drift = DriftFollower() if follows else None
         self.source = PreviousFrame()
         self.result = PreviousFrame()
+        self.marks = DriftFollower() if follows else None
 
     def change_strength(self, steady: float, is_fixed: bool) -> None:
         """Use other values from the next picture on."""
@@ -82,7 +81,7 @@ class Stabilizer:
 
     def memory(self) -> list[np.ndarray]:
         """Return all arrays that are kept of the previous frame."""
-        drift = self._drift.memory() if self._drift else []
+        drift = self.marks.memory() if self.marks else []
         return [*self._motion.memory(), *self.source.planes.values(), *self.result.planes.values(), *drift]
 
     def before(
@@ -95,7 +94,6 @@ class Stabilizer:
             warp: the warp of the pair that `follow` returned; None for none.
             needs_chroma: whether the style reads chroma; otherwise the result has none.
         """
-        drift = self._drift.follow(picture, warp) if self._drift else None
         now = with_planes(picture)
         shown = now if needs_chroma else replace(now, chroma=None)
         encoding, planes = stabilized_encoding(now.encoding), dict(_named_planes(shown))
@@ -116,7 +114,7 @@ class Stabilizer:
         chroma = (planes["blue"], planes["red"]) if "blue" in planes else None
         alpha = alpha_in_depth(now, encoding.depth)
         stable = Picture(encoding, planes["luma"], chroma, alpha=alpha, masks=now.masks)
-        return Stabilized(stable, warp, weights, drift)
+        return Stabilized(stable, warp, weights)
 
     def _blend(
         self, now: Planes, old: Encoding, new: Encoding, warp: Warp, workers: BandWorkers
