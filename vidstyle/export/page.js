@@ -8,9 +8,6 @@ import { Viewer } from "./viewer.js";
 
 /** @typedef {import("./viewer.js").StyleData} StyleData */
 
-/** The example is too small for more detail. */
-const EXAMPLE_SIDE = 720;
-
 /** Puts the shared texts and textures into the plans. */
 function readData() {
   /** @type {StyleData & {shaders: string[], textures: import("./runner.js").Plan["textures"]}} */
@@ -41,7 +38,6 @@ async function showExample(viewer) {
   const picture = await loadPicture(/** @type {HTMLImageElement} */ (get("example")).src);
   if (viewer.source.picture) return; // opened meanwhile
   viewer.source.show(picture);
-  if (!new URLSearchParams(location.search).has("side")) viewer.choose(EXAMPLE_SIDE);
   document.body.classList.add("empty", "example");
 }
 

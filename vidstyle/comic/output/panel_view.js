@@ -1,6 +1,7 @@
 // Reading panel by panel: one panel fills the window.
 
 import { get, icon, makeSvg } from "./elements.js";
+import { reducePictures } from "./fine_pictures.js";
 import { SHARED_KEYS } from "./shared_keys.js";
 
 /** Returns x, y, width and height of a panel on its page, wherever it was moved. @param {SVGGElement} panel */
@@ -10,13 +11,22 @@ function placeOf(panel) {
   return [a * x + e, d * y + f, a * width, d * height];
 }
 
+/** A finger that has moved so far turns to another panel. */
+const MIN_SWIPE_PX = 40;
+
 /** Enlarges panels when they are clicked, or when Enter is pressed. */
 export class PanelView {
   #at = 0;
   #dialog = /** @type {HTMLDialogElement} */ (get("reading"));
 
-  /** @param {SVGGElement[]} panels in reading order */
-  constructor(panels) {
+  /** The place where a finger or the mouse was pressed. */
+  #pressed = 0;
+
+  /**
+   * @param {SVGGElement[]} panels in reading order
+   * @param {() => void} onclose is called when the page is seen again
+   */
+  constructor(panels, onclose) {
     this.panels = panels;
     panels.forEach((panel, number) => this.#prepare(panel, number));
     for (const [id, by, name] of /** @type {const} */ ([["panel-before", -1, "back"], ["panel-after", 1, "forward"]])) {
@@ -25,8 +35,13 @@ export class PanelView {
     }
     get("panel-close").prepend(icon("close"));
     get("panel-close").addEventListener("click", () => this.#dialog.close());
-    get("panel-picture").addEventListener("click", ({ clientX }) => this.#show(this.#at + (clientX < innerWidth / 2 ? -1 : 1)));
-    this.#dialog.addEventListener("close", () => this.panels[this.#at].focus());
+    get("panel-picture").addEventListener("pointerdown", ({ clientX }) => (this.#pressed = clientX));
+    get("panel-picture").addEventListener("pointerup", ({ clientX }) => this.#turn(clientX));
+    addEventListener("resize", () => this.refresh());
+    this.#dialog.addEventListener("close", () => {
+      this.panels[this.#at].focus();
+      onclose();
+    });
     this.#dialog.addEventListener("keydown", (event) => this.#key(event));
   }
 
@@ -56,6 +71,13 @@ export class PanelView {
     this.#show(number);
   }
 
+  /** Turns to the side of a click, or against the direction of a swipe. @param {number} x where the pointer was released */
+  #turn(x) {
+    const moved = x - this.#pressed;
+    const isBack = Math.abs(moved) > MIN_SWIPE_PX ? moved > 0 : x < innerWidth / 2;
+    this.#show(this.#at + (isBack ? -1 : 1));
+  }
+
   /** Shows the enlarged panel again, after the panels were placed differently. */
   refresh() {
     if (this.isOpen) this.#show(this.#at);
@@ -67,9 +89,11 @@ export class PanelView {
     if (!panel) return;
     this.#at = number;
     const [x, y, width, height] = placeOf(panel);
-    const whole = makeSvg("svg", { viewBox: `${x} ${y} ${width} ${height}`, "font-family": panel.ownerSVGElement?.getAttribute("font-family") ?? "" });
+    const whole = /** @type {SVGSVGElement} */ (makeSvg("svg", { viewBox: `${x} ${y} ${width} ${height}`, "font-family": panel.ownerSVGElement?.getAttribute("font-family") ?? "" }));
     whole.append(makeSvg("use", { href: `#${panel.id}` }));
     get("panel-picture").replaceChildren(whole);
+    const own = panel.transform.baseVal.consolidate()?.matrix.a ?? 1;
+    reducePictures(panel, own * (whole.getScreenCTM()?.a ?? 1) * devicePixelRatio);
     get("panel-number").textContent = `${number + 1} of ${this.panels.length}`;
     get("panel-note").textContent = panel.querySelector(":scope > title")?.textContent ?? "";
     for (const [id, by] of /** @type {const} */ ([["panel-before", -1], ["panel-after", 1]])) get(id).toggleAttribute("disabled", !this.panels[number + by]);

@@ -1,6 +1,7 @@
 // Reading a comic in the browser: theme, size of the pages, full screen, print, keys.
 
 import { get, icon, press } from "./elements.js";
+import { reducePictures } from "./fine_pictures.js";
 import { PanelView } from "./panel_view.js";
 import { SHARED_KEYS } from "./shared_keys.js";
 import { switchTheme } from "./theme.js";
@@ -16,7 +17,9 @@ const pages = /** @type {SVGSVGElement[]} */ ([...document.querySelectorAll("mai
 const boxes = pages.map((page) => page.getAttribute("viewBox") ?? "");
 const panels = /** @type {SVGGElement[]} */ ([...document.querySelectorAll("main > svg > g[id^=panel-]")]);
 const help = /** @type {HTMLDialogElement} */ (get("help"));
-const view = new PanelView(panels);
+/** The pages in the window or near it. @type {Set<Element>} */
+const near = new Set();
+const view = new PanelView(panels, () => near.forEach(refine));
 
 /** The number of the page in the middle of the window. */
 function current() {
@@ -27,15 +30,26 @@ function current() {
 /** Scrolls to the next page or the one before. @param {number} by */
 const turn = (by) => pages[Math.min(Math.max(current() + by, 0), pages.length - 1)]?.scrollIntoView();
 
-/** Places the panels of a page one below the other, each as wide as the page. @param {SVGSVGElement} page */
+/** Shows the pictures of a page at their size on the screen. @param {Element} page */
+function refine(page) {
+  for (const panel of /** @type {NodeListOf<SVGGElement>} */ (page.querySelectorAll(":scope > g"))) {
+    const { a } = /** @type {DOMMatrix} */ (panel.getScreenCTM());
+    reducePictures(panel, a * devicePixelRatio);
+  }
+}
+
+/** Places the panels of a page one below the other, each as wide as the page, with equal borders. @param {SVGSVGElement} page */
 function stack(page) {
   const { width } = page.viewBox.baseVal;
   const [margin, gutter] = [STACK_MARGIN_RATIO * width, STACK_GUTTER_RATIO * width];
+  const shown = /** @type {SVGGElement[]} */ ([...page.querySelectorAll(":scope > g")]);
+  const boxes = shown.map((panel) => panel.getBBox());
+  const scales = boxes.map((box) => Math.min((width - 2 * margin) / box.width, (MAX_STACKED_HEIGHT_RATIO * width) / box.height));
   let top = margin;
-  for (const panel of page.querySelectorAll(":scope > g")) {
-    const box = /** @type {SVGGElement} */ (panel).getBBox();
-    const scale = Math.min((width - 2 * margin) / box.width, (MAX_STACKED_HEIGHT_RATIO * width) / box.height);
+  for (const [number, panel] of shown.entries()) {
+    const [box, scale] = [boxes[number], scales[number]];
     panel.setAttribute("transform", `translate(${(width - scale * box.width) / 2 - scale * box.x} ${top - scale * box.y}) scale(${scale})`);
+    panel.style.setProperty("--covered", String(2 * Number(panel.dataset.border) * (1 - Math.min(...scales) / scale)));
     top += scale * box.height + gutter;
   }
   const height = top - gutter + margin;
@@ -62,6 +76,7 @@ function arrange(whole) {
   if (NARROW.matches && !whole) pages.forEach(stack);
   view.refresh();
   if (page) pages[page].scrollIntoView();
+  near.forEach(refine);
 }
 
 const zoom = () => arrange(!document.body.classList.contains("whole"));
@@ -80,6 +95,8 @@ function step(by) {
   panel?.scrollIntoView({ block: "nearest" });
 }
 
+/** The size of a window is final once it has not changed for this time. */
+const RESIZE_MS = 200;
 /** @type {Object<string, () => void>} */
 const KEYS = {
   ArrowRight: () => step(1),
@@ -97,6 +114,18 @@ get("zoom").hidden = isStrip;
 // A whole page is seen first, except on a phone.
 const begin = () => arrange(!isStrip && innerWidth > innerHeight);
 begin();
+const watcher = new IntersectionObserver((entries) => {
+  for (const { target, isIntersecting } of entries) {
+    if (isIntersecting) refine(target);
+    near[isIntersecting ? "add" : "delete"](target);
+  }
+}, { rootMargin: "100% 0%" });
+pages.forEach((page) => watcher.observe(page));
+let resized = 0;
+addEventListener("resize", () => {
+  clearTimeout(resized);
+  resized = setTimeout(() => near.forEach(refine), RESIZE_MS);
+});
 for (const shape of [NARROW, matchMedia("(orientation: portrait)")]) shape.addEventListener("change", begin);
 get("zoom").addEventListener("click", zoom);
 get("full").addEventListener("click", fill);

@@ -33,10 +33,14 @@ class RenderedPanel:
     leans: Leans = (0, 0)
 
     @property
+    def border(self) -> int:
+        """Width of the border in pixels."""
+        return self.picture.left - self.rectangle.left
+
+    @property
     def inside(self) -> Rectangle:
         """The rectangle without its border."""
-        border = self.picture.left - self.rectangle.left
-        return self.rectangle.padded(-border, -border, -border)
+        return self.rectangle.padded(-self.border, -self.border, -self.border)
 
     @property
     def band(self) -> Rectangle | None:

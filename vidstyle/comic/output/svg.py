@@ -110,18 +110,19 @@ def _font_face(sheet: Sheet) -> str:
 
 
 def _panel(panel: RenderedPanel, number: int) -> Iterator[str]:
-    yield f'<g id="panel-{number}">'
+    yield f'<g id="panel-{number}" data-border="{panel.border}">'
     if panel.note:
         yield f"<title>{xml_text(panel.note)}</title>"
     if panel.leans == (0, 0):
-        yield _rect(panel.rectangle, "#000")
+        yield f'<rect class="frame" {_place(panel.rectangle)} fill="#000"/>'
     else:
-        yield f'<polygon points="{_points(corners(panel.rectangle, panel.leans))}" fill="#000"/>'
+        outside = _points(corners(panel.rectangle, panel.leans))
+        yield f'<polygon class="frame" points="{outside}" fill="#000"/>'
         inside = _points(corners(panel.inside, panel.leans))
         yield f'<clipPath id="edge-{number}"><polygon points="{inside}"/></clipPath>'
         yield f'<g clip-path="url(#edge-{number})">'
     if panel.band:
-        yield _rect(panel.band, "#fff")
+        yield f'<rect {_place(panel.band)} fill="#fff"/>'
     yield (
         f'<image {_place(panel.picture)} preserveAspectRatio="none"'
         f' href="data:image/jpeg;base64,{b64encode(jpeg_bytes(panel.color, JPEG_QUALITY)).decode("ascii")}"/>'
@@ -135,10 +136,6 @@ def _panel(panel: RenderedPanel, number: int) -> Iterator[str]:
 
 def _points(points: Iterable[tuple[float, float]]) -> str:
     return " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
-
-
-def _rect(rectangle: Rectangle, fill: str) -> str:
-    return f'<rect {_place(rectangle)} fill="{fill}"/>'
 
 
 def _place(rectangle: Rectangle) -> str:

@@ -54,11 +54,14 @@ export function followPointer(element, follow, takes = () => true) {
   element.addEventListener("pointermove", (event) => element.hasPointerCapture(event.pointerId) && follow(event));
 }
 
+/** Saves what an address leads to, as a file with this name. @param {string} href @param {string} name */
+export const saveAs = (href, name) => make("a", { href, download: name }).click();
+
 /** Downloads a file. @param {Blob} blob @param {string} name */
 export function download(blob, name) {
-  const link = make("a", { href: URL.createObjectURL(blob), download: name });
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 60000);
+  const address = URL.createObjectURL(blob);
+  saveAs(address, name);
+  setTimeout(() => URL.revokeObjectURL(address), 60000);
 }
 
 /** Replaces underscores with spaces. @param {string} name */

@@ -35,14 +35,14 @@ export class Source {
   /**
    * @param {object} events
    * @param {() => void} events.onopen is called when another picture is shown
-   * @param {() => void} events.onphotograph is called when a photograph of the user is shown
+   * @param {() => void} events.onplay is called when a film starts to play or is paused
    * @param {() => void} events.onframe is called for each new frame
    * @param {() => void} events.onjump is called before the frame after a jump in a film
    * @param {(text: string, seconds?: number) => void} events.report shows a message
    */
-  constructor({ onopen, onphotograph, onframe, onjump, report }) {
+  constructor({ onopen, onplay, onframe, onjump, report }) {
     this.onopen = onopen;
-    this.onphotograph = onphotograph;
+    this.onplay = onplay;
     this.onframe = onframe;
     this.onjump = onjump;
     this.report = report;
@@ -83,10 +83,7 @@ export class Source {
     const src = URL.createObjectURL(file);
     try {
       if (file.type.startsWith("video/")) await this.#openFilm(make("video", { src, loop: true, playsInline: true }));
-      else {
-        this.show(await loadPicture(src));
-        this.onphotograph();
-      }
+      else this.show(await loadPicture(src));
     } catch (error) {
       this.report(`${file.name}: ${/** @type {Error} */ (error).message}`);
     }
@@ -94,7 +91,12 @@ export class Source {
 
   /** @param {HTMLVideoElement} video */
   async #openFilm(video) {
-    for (const event of ["play", "pause"]) video.addEventListener(event, () => this.#markPlaying(video));
+    for (const event of ["play", "pause"]) {
+      video.addEventListener(event, () => {
+        this.#markPlaying(video);
+        if (this.picture === video) this.onplay();
+      });
+    }
     video.addEventListener("seeked", () => {
       this.onjump();
       this.onframe();

@@ -1,7 +1,7 @@
 // The large picture of a page: one style, its controls, before and after, and saving.
 
 import { announce } from "./announce.js";
-import { download, get, make, oncePerFrame, press } from "./elements.js";
+import { clock, download, get, make, oncePerFrame, press } from "./elements.js";
 import { planValues } from "./plan_values.js";
 import { record } from "./recording.js";
 import { SHARED_KEYS } from "./shared_keys.js";
@@ -32,9 +32,9 @@ const MAX_SLOW_FRAMES = 12;
 /** After one frame that takes as long, it is reduced at once. */
 const MAX_STALL_MS = 700;
 const SIDES = [360, 720, 1080];
-/** Photographs are shown in full detail: faces lose their features in a smaller picture. */
-const PHOTOGRAPH_SIDE = SIDES[2];
-/** Without a GPU, a photograph is drawn in full detail once it has not changed for this time. */
+/** The choice of the detail by what is shown and by its speed. */
+const AUTOMATIC = "auto";
+/** Without a GPU, what stands still is drawn in full detail once it has not changed for this time. */
 const REFINE_MS = 500;
 const [DRAWING, REFINING] = ["Drawing…", "Draft; drawing in full detail…"];
 /** The buttons that keys press. @type {Object<string, string>} */
@@ -59,9 +59,9 @@ export class Viewer {
   redraw = oncePerFrame(() => this.#styled.draw());
   source = new Source({
     onopen: () => this.#opened(),
-    onphotograph: () => this.#isChosen || this.choose(PHOTOGRAPH_SIDE),
+    onplay: () => this.#adapt(),
     onframe: () => this.#framed(),
-    onjump: () => this.#shown?.style.restart(),
+    onjump: () => this.#jumped(),
     report: (text, seconds) => this.say(text, seconds),
   });
   /** The loaded style for the current detail. @type {(SizedPlan & {style: LoadedStyle}) | null} */
@@ -71,8 +71,10 @@ export class Viewer {
   /** @type {MediaRecorder | null} */
   #recorder = null;
   #slow = 0;
-  /** Whether the user has chosen the detail. */
-  #isChosen = false;
+  /** The detail of what moves, unless the user chooses it. */
+  #movingSide = SIDES[1];
+  /** The time that the last frame of what moves took; 0: none was slow. */
+  #stallMs = 0;
   /** The working size that is shown, or will be once it is compiled. */
   #wanted = 0;
   #refining = 0;
@@ -84,7 +86,7 @@ export class Viewer {
     this.runner = runner;
     this.#styled = new StyledCanvas(runner, this.source);
     this.#styled.ondrawn = (milliseconds) => this.#drawn(milliseconds);
-    this.#detail.value = String(this.#filmSide);
+    if (runner.isSoftware) this.#movingSide = SIDES[0];
     this.source.autoplay = !runner.isSoftware; // without a GPU, decoding would slow down the first frame
     this.#listen();
     switchTheme(get("theme"));
@@ -95,22 +97,30 @@ export class Viewer {
     announce(get("message"), text, { seconds });
   }
 
-  /** The detail that a film starts with. */
-  get #filmSide() {
-    return this.runner.isSoftware ? SIDES[0] : SIDES[1];
+  /** Whether a photograph or a paused film is shown. */
+  get #isStill() {
+    const { picture, video, film } = this.source;
+    return Boolean(picture) && (!video || Boolean(film?.paused));
+  }
+
+  /** The detail of what stands still: as much as it has. Faces lose their features in a smaller picture. */
+  get #stillSide() {
+    return SIDES.find((side) => side >= Math.min(...this.source.size)) ?? SIDES[SIDES.length - 1];
   }
 
   /** The working size: the length of the shorter side. */
   get side() {
-    return Number(this.#detail.value);
+    const { value } = this.#detail;
+    if (value !== AUTOMATIC) return Number(value);
+    return this.#isStill ? this.#stillSide : this.#movingSide;
   }
 
   /** Shows another style, once it is compiled. @param {StyleData} data @param {number} [side] the detail, which then stays */
   async show(data, side) {
-    if (side) this.#isChosen = true;
+    if (side) this.#detail.value = String(side);
     this.data = data;
     this.panel = new StylePanel(data, () => this.#edited());
-    await this.choose(side ?? this.side);
+    await this.#adapt();
     get("facts").textContent = this.#facts(data).join(" ");
   }
 
@@ -124,15 +134,14 @@ export class Viewer {
     return facts;
   }
 
-  /** Shows this detail in the list, and switches to it. @param {number} side */
-  choose(side) {
-    this.#detail.value = String(side);
-    return this.#use(this.#isRefined ? SIDES[0] : side);
+  /** Switches to the detail that fits what is shown. */
+  #adapt() {
+    return this.data && this.#use(this.#isRefined ? SIDES[0] : this.side);
   }
 
-  /** Whether the picture is first drawn in little detail: a photograph without a GPU. */
+  /** Whether the picture is first drawn in little detail: without a GPU, if it stands still. */
   get #isRefined() {
-    return Boolean(this.source.picture) && !this.source.video && this.runner.isSoftware && this.side > SIDES[0];
+    return this.#isStill && this.runner.isSoftware && this.side > SIDES[0];
   }
 
   /** Switches to the plan for this side once it is compiled. @param {number} side */
@@ -140,6 +149,7 @@ export class Viewer {
     clearTimeout(this.#refining);
     this.#wanted = side;
     this.#wait(this.#reason);
+    this.#describe();
     const wanted = /** @type {StyleData} */ (this.data);
     const found = await loadStyle(this.runner, /** @type {SizedPlan} */ (wanted.plans.find((each) => each.side === side)));
     if (this.data !== wanted || this.#wanted !== side) return;
@@ -149,7 +159,7 @@ export class Viewer {
     found.style.restart();
   }
 
-  /** Shows changed values: in a photograph quickly, then in full detail. */
+  /** Shows changed values: in what stands still quickly, then in full detail. */
   #edited() {
     if (this.#isRefined) this.#use(SIDES[0]);
     else this.#changed();
@@ -159,7 +169,7 @@ export class Viewer {
     if (this.#shown && this.data?.plans.includes(this.#shown) && this.panel)
       this.#shown.style.values = planValues(this.#shown, this.data.controls, this.panel.values);
     this.onchange();
-    if (this.runner.isSoftware && !this.source.video) this.#wait(this.#reason);
+    if (this.runner.isSoftware && this.#isStill) this.#wait(this.#reason);
     this.redraw();
   }
 
@@ -181,8 +191,14 @@ export class Viewer {
     document.body.classList.remove("empty", "example");
     get("film").hidden = !this.source.film;
     this.#styled.open();
-    if (this.source.video && !this.#isChosen) this.choose(this.#filmSide);
+    this.#adapt();
     this.#shown?.style.restart();
+  }
+
+  /** Another part of a film is about to be shown. */
+  #jumped() {
+    this.#shown?.style.restart();
+    if (this.#isRefined) this.#adapt();
   }
 
   #framed() {
@@ -190,15 +206,22 @@ export class Viewer {
     if (!video) return this.redraw();
     if (this.#styled.isHeld) this.#styled.compose();
     else if (!this.runner.isSoftware || this.#shown?.side === this.#wanted) this.#styled.draw();
-    if (film) this.#place.value = String(film.duration ? film.currentTime / film.duration : 0);
+    if (film) this.#showTime(film);
+  }
+
+  /** @param {HTMLVideoElement} film */
+  #showTime({ currentTime, duration }) {
+    const isEndless = !Number.isFinite(duration);
+    this.#place.value = String(isEndless ? 0 : currentTime / duration);
+    get("time").textContent = isEndless ? clock(currentTime) : `${clock(currentTime)} / ${clock(duration)}`;
+    this.#place.setAttribute("aria-valuetext", clock(currentTime));
   }
 
   /** @param {number} milliseconds that the last frame took */
   #drawn(milliseconds) {
-    const { video } = this.source;
-    if (video) {
-      this.#wait(milliseconds > MAX_STALL_MS && this.side === SIDES[0] ? `Without a GPU: a frame takes ${(milliseconds / 1000).toFixed(1)} s` : "");
-      if (!video.paused) this.#watchSpeed(milliseconds);
+    if (!this.#isStill) {
+      this.#wait("");
+      this.#watchSpeed(milliseconds);
     } else if (this.#styled.isOutdated) {
       return;
     } else if (this.#shown?.side !== this.side) {
@@ -207,40 +230,63 @@ export class Viewer {
     } else this.#wait("");
   }
 
-  /** Switches to the next smaller size after many slow frames in a row. @param {number} milliseconds */
+  /** Says under the choice of the detail what it is now, and why. */
+  #describe() {
+    const { film, picture } = this.source;
+    const isAutomatic = this.#detail.value === AUTOMATIC && picture;
+    const reason = this.#isStill ? "Full detail" : `${this.side} lines while it moves${film ? "; full detail when paused" : ""}`;
+    const speed = this.#isStill || !this.#stallMs ? "" : ` A frame takes ${(this.#stallMs / 1000).toFixed(1)} s${this.runner.isSoftware ? " without a GPU" : ""}.`;
+    get("quality").textContent = (isAutomatic ? `${reason}.` : "") + speed;
+  }
+
+  /** Switches to the next smaller size after many slow frames in a row, unless the user has chosen one. @param {number} milliseconds */
   #watchSpeed(milliseconds) {
+    this.#stallMs = milliseconds > MAX_STALL_MS ? milliseconds : 0;
     this.#slow = milliseconds > MAX_FRAME_MS ? this.#slow + 1 : 0;
-    const smaller = Math.max(...SIDES.filter((each) => each < this.side));
-    if ((this.#slow < MAX_SLOW_FRAMES && milliseconds < MAX_STALL_MS) || smaller < 0) return;
-    this.#slow = 0;
-    this.choose(smaller);
-    this.say("Detail reduced to keep up with the frame rate.");
+    const smaller = Math.max(...SIDES.filter((each) => each < this.#movingSide));
+    const isSlow = this.#slow >= MAX_SLOW_FRAMES || milliseconds >= MAX_STALL_MS;
+    if (isSlow && smaller > 0 && this.#detail.value === AUTOMATIC) {
+      this.#slow = 0;
+      this.#movingSide = smaller;
+      this.#adapt();
+      this.say("Less detail while it moves, to keep up with the film.");
+    } else this.#describe();
   }
 
   async #save() {
     if (this.#shown?.side !== this.side) await this.#use(this.side);
     await this.#styled.draw();
-    this.#styled.canvas.toBlob((blob) => blob && download(blob, `${this.data?.name}.png`));
+    const name = `${this.data?.name}.png`;
+    this.#styled.canvas.toBlob((blob) => {
+      if (blob) download(blob, name);
+      this.say(blob ? `${name} is in your downloads.` : "The picture cannot be saved.");
+    });
   }
 
   #record() {
     if (this.#recorder) return this.#recorder.stop();
-    this.#recorder = record(this.#styled.canvas, this.source.video, (clip, extension) => {
-      this.#recorder = null;
-      this.#markRecording(false);
-      if (clip.size) download(clip, `${this.data?.name}.${extension}`);
-      else this.say("Nothing was recorded.");
+    const { film } = this.source;
+    const isPaused = Boolean(film?.paused);
+    this.#recorder = record(this.#styled, this.source.video, {
+      ontime: (seconds) => (get("record-label").textContent = `Stop, ${clock(seconds)}`),
+      onend: (clip, extension) => this.#recorded(clip, extension, isPaused ? film : null),
     });
     if (!this.#recorder) return this.say("This browser cannot record.");
-    this.#markRecording(true);
-    if (this.source.video?.paused) this.source.video.play();
-    this.redraw();
+    press(get("record"), true);
+    if (isPaused) film?.play();
+    const speed = film && this.runner.isSoftware ? " Without a GPU it shows only few frames: “vidstyle render” draws them all." : "";
+    this.say(`Recording${isPaused ? "; the film plays meanwhile" : ""}.${speed}`, 0);
   }
 
-  /** @param {boolean} on */
-  #markRecording(on) {
-    press(get("record"), on);
-    get("record-label").textContent = on ? "Stop recording" : "Record clip";
+  /** Saves a clip. @param {Blob} clip @param {string} extension @param {HTMLVideoElement | null} paused the film to pause again */
+  #recorded(clip, extension, paused) {
+    this.#recorder = null;
+    paused?.pause();
+    press(get("record"), false);
+    get("record-label").textContent = "Record clip";
+    const name = `${this.data?.name}.${extension}`;
+    if (clip.size) download(clip, name);
+    this.say(clip.size ? `${name} is in your downloads.` : "The browser has recorded nothing.");
   }
 
   #compare() {
@@ -281,10 +327,7 @@ export class Viewer {
       ask: () => /** @type {HTMLDialogElement} */ (get("keys")).showModal(),
     };
     for (const [id, act] of Object.entries(clicks)) get(id)?.addEventListener("click", act);
-    this.#detail.onchange = () => {
-      this.#isChosen = true;
-      this.choose(this.side);
-    };
+    this.#detail.onchange = () => this.#adapt();
     this.#place.oninput = () => {
       const { film } = this.source;
       if (film) film.currentTime = Number(this.#place.value) * film.duration;

@@ -1,6 +1,6 @@
 // The page of a preview sheet. `vidstyle.gallery.preview` joins it with the modules that it imports.
 
-import { get, icon, make, press, title } from "./elements.js";
+import { get, icon, make, press, saveAs, title } from "./elements.js";
 import { findLooks, offerWords } from "./find_looks.js";
 import { rove } from "./roving.js";
 import { SHARED_KEYS } from "./shared_keys.js";
@@ -20,6 +20,8 @@ const COLUMN_PX = 290;
 /** The number of the enlarged style; the first is the original. */
 let shown = 0;
 let isSplit = true;
+/** For this time a button says what it has done. */
+const ANSWER_MS = 4000;
 
 /** @param {number} number */
 const pictureOf = (number) => /** @type {HTMLImageElement} */ (figures[number].querySelector("img"));
@@ -31,7 +33,8 @@ function show(number) {
   before.src = pictureOf(0).src;
   Object.assign(after, { src, alt });
   for (const id of ["name", "tag"]) get(id).textContent = title(alt);
-  get("count").textContent = shown ? `${shown} of ${figures.length - 1}` : "";
+  const looks = seenFigures().filter((figure) => figure !== figures[0]);
+  get("count").textContent = shown ? `${looks.indexOf(figures[shown]) + 1} of ${looks.length}` : "";
   const note = figures[shown].querySelector(".note")?.cloneNode(true);
   get("note").replaceChildren(...(note?.childNodes ?? []));
   get("command").textContent = String(figures[shown].dataset.command);
@@ -64,15 +67,26 @@ function hold(on) {
   large.classList.toggle("alone", on || !isSplit || !shown);
 }
 
+/** Shows an answer in place of the words of a button, for a moment. @param {string} id @param {string} text @param {string} usual */
+function answer(id, text, usual) {
+  get(id).textContent = text;
+  setTimeout(() => (get(id).textContent = usual), ANSWER_MS);
+}
+
 async function copy() {
   try {
     await navigator.clipboard.writeText(String(get("command").textContent));
-    get("copy").textContent = "Copied";
+    answer("copy", "Copied", "Copy");
   } catch {
     getSelection()?.selectAllChildren(get("command"));
-    get("copy").textContent = "Selected";
+    answer("copy", "Selected", "Copy");
   }
-  setTimeout(() => (get("copy").textContent = "Copy"), 1500);
+}
+
+/** Saves the picture of the enlarged style. */
+function save() {
+  saveAs(after.src, `${shown ? after.alt : "original"}.jpg`);
+  answer("save-word", "Saved", "Save picture");
 }
 
 /** Whether a style is starred. @param {HTMLElement} figure */
@@ -121,7 +135,7 @@ function search(text) {
 /** Shows how many styles are starred. */
 function countStars() {
   const count = figures.filter(isStarred).length;
-  for (const id of ["starred", "copy-starred"]) get(id).hidden = !count;
+  for (const id of ["starred", "copy-starred"]) /** @type {HTMLButtonElement} */ (get(id)).disabled = !count;
   get("starred").textContent = `Starred: ${count}`;
   if (!count) onlyStarred = false;
   press(get("starred"), onlyStarred);
@@ -130,13 +144,15 @@ function countStars() {
 
 async function copyStarred() {
   const names = figures.filter(isStarred).map((figure) => figure.querySelector("img")?.alt).join(",");
-  await navigator.clipboard.writeText(names).then(() => (get("copy-starred").textContent = "Copied"), () => (get("copy-starred").textContent = names));
-  setTimeout(() => (get("copy-starred").textContent = "Copy names"), 4000);
+  await navigator.clipboard.writeText(names).then(() => answer("copy-starred", "Copied", "Copy names"), () => answer("copy-starred", names, "Copy names"));
 }
+
+/** Returns the figures that the search and the chosen kind show, in their order. */
+const seenFigures = () => /** @type {HTMLElement[]} */ ([...sheet.querySelectorAll(":scope > figure:not([hidden])")]);
 
 /** Enlarges the next style that is shown, or the one before. @param {number} by */
 function step(by) {
-  const seen = /** @type {HTMLElement[]} */ ([...sheet.querySelectorAll(":scope > figure:not([hidden])")]);
+  const seen = seenFigures();
   const at = seen.indexOf(figures[shown]);
   show(figures.indexOf(seen[(at + by + seen.length) % seen.length]));
 }
@@ -152,6 +168,7 @@ const KEYS = {
   [SHARED_KEYS.original]: () => hold(true),
   [SHARED_KEYS.zoom]: () => large.close(),
   [SHARED_KEYS.save]: () => get("star").click(),
+  d: save,
 };
 
 for (const [number, figure] of figures.entries()) {
@@ -197,6 +214,7 @@ get("split").addEventListener("click", () => split(!isSplit));
 get("hold").addEventListener("pointerdown", () => hold(true));
 get("close").addEventListener("click", () => large.close());
 get("copy").addEventListener("click", copy);
+get("save").addEventListener("click", save);
 get("ask").addEventListener("click", () => help.showModal());
 for (const kind of ["pointerup", "pointercancel", "blur"]) addEventListener(kind, () => hold(false));
 addEventListener("keyup", (event) => event.key.toLowerCase() === SHARED_KEYS.original && hold(false));

@@ -1,0 +1,48 @@
+// Pictures of panels at their size on the screen: a browser that reduces halftone dots shows moiré.
+
+import { make, makeSvg } from "./elements.js";
+
+/** Standard deviation of the blur before a reduction, for each pixel that becomes one. */
+const BLUR_RATIO = 0.85;
+const JPEG_QUALITY = 0.95;
+
+/** The width that a picture should have by now. @type {WeakMap<SVGImageElement, number>} */
+const wanted = new WeakMap();
+
+/**
+ * Shows the pictures of a panel smoothly reduced, over the whole ones, which remain for print.
+ * @param {SVGGElement} panel
+ * @param {number} scale pixels of the screen for each of a picture's own
+ */
+export function reducePictures(panel, scale) {
+  return Promise.all([.../** @type {NodeListOf<SVGImageElement>} */ (panel.querySelectorAll("image:not(.reduced)"))].map((image) => fit(image, scale)));
+}
+
+/** @param {SVGImageElement} image @param {number} scale */
+async function fit(image, scale) {
+  const { width, height } = image;
+  const size = [width, height].map(({ baseVal: { value } }) => Math.max(1, Math.round(value * scale)));
+  if (wanted.get(image) === size[0]) return;
+  wanted.set(image, size[0]);
+  const href = scale < 1 ? await reduced(image.href.baseVal, size) : "";
+  if (wanted.get(image) !== size[0]) return;
+  if (image.nextElementSibling?.matches(".reduced")) image.nextElementSibling.remove();
+  if (!href) return;
+  const place = Object.fromEntries(["x", "y", "width", "height"].map((name) => [name, String(image.getAttribute(name))]));
+  image.after(makeSvg("image", { ...place, href, class: "reduced", preserveAspectRatio: "none" }));
+}
+
+/** Returns a smaller picture. @param {string} src @param {number[]} size @returns {Promise<string>} */
+async function reduced(src, size) {
+  const picture = make("img", { src });
+  await picture.decode();
+  const { naturalWidth: width, naturalHeight: height } = picture;
+  const ratio = Math.max(width / size[0], height / size[1]);
+  const [blurred, small] = [make("canvas", { width, height }), make("canvas", { width: size[0], height: size[1] })];
+  const context = /** @type {CanvasRenderingContext2D} */ (blurred.getContext("2d"));
+  context.drawImage(picture, 0, 0); // remains at the edges, where the blurred one is transparent
+  context.filter = `blur(${BLUR_RATIO * Math.sqrt(Math.max(0, ratio * ratio - 1))}px)`;
+  context.drawImage(picture, 0, 0);
+  small.getContext("2d")?.drawImage(blurred, 0, 0, size[0], size[1]);
+  return small.toDataURL("image/jpeg", JPEG_QUALITY);
+}
