@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import os
 from pathlib import Path
@@ -18,8 +19,11 @@ from waiting import eventually
 from vidstyle.comic.lettering.characters import xml_text
 from vidstyle.comic.lettering.fonts import Letters
 from vidstyle.comic.make import ComicOptions, make_comic
+from vidstyle.comic.output.sheet import RenderedPanel, Sheet
+from vidstyle.comic.output.svg import html
 from vidstyle.comic.select.key_frames import KeyFrameOptions
 from vidstyle.errors import InputError, UsageError
+from vidstyle.regions.boxes import Rectangle
 
 LABEL = '[[page.label]]\ntext = "MMMMMM"\nat = [9, 9]\nsize = 60\nbold = false\n'
 WORDS = '1\n00:00:00,200 --> 00:00:00,900\n[knocks]\n\n2\n00:00:01,400 --> 00:00:02,000\nWho is "it"?\n'
@@ -230,6 +234,45 @@ def test_a_film_on_its_side_is_turned_and_its_page_file_keeps_that(
     assert again.files[0].read_bytes() == turned.files[0].read_bytes() != upright.files[0].read_bytes()
     with pytest.raises(UsageError, match="--rotate: 45 is not a quarter turn; give 90, 180 or 270"):
         make_comic(source, tmp_path / "a.png", ComicOptions(rotate=45))
+
+
+def test_pictures_are_reduced_smoothly_and_stacked_panels_have_equal_borders(
+    tmp_path: Path, browser: Browser
+) -> None:
+    dots = np.full((400, 1560, 3), 255, np.uint8)
+    dots[:, ::3] = 0  # a fine screen, which beats with the pixels of a window
+    panels = [
+        RenderedPanel(
+            Rectangle(16, top, 24 + width, top + 408),
+            Rectangle(20, top + 4, 20 + width, top + 404),
+            dots[:, :width],
+        )
+        for top, width in ((16, 1560), (440, 780))
+    ]
+    (tmp_path / "page.html").write_bytes(html([Sheet(1600, 900, 150, Letters(), panels)], "", ""))
+    browser.open((tmp_path / "page.html").as_uri())
+    browser.run(
+        "while (document.querySelectorAll('.reduced').length < 2) await new Promise(requestAnimationFrame)"
+    )
+    href, scale = browser.run(
+        """const picture = document.querySelector('.reduced');
+        return [picture.href.baseVal, picture.getScreenCTM().a * devicePixelRatio]"""
+    )
+    data = np.frombuffer(base64.b64decode(href.split(",")[1]), np.uint8)
+    shown = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE)
+    assert shown.shape[1] == round(1560 * scale) < 1560
+    assert np.ptp(shown[50:-50, 50:-50]) < 50
+    browser.call(
+        "Emulation.setDeviceMetricsOverride", width=390, height=844, deviceScaleFactor=1, mobile=True
+    )
+    borders = browser.run(
+        """while (!document.body.matches('.stacked')) await new Promise(requestAnimationFrame);
+        return [...document.querySelectorAll('.frame')].map((frame) => {
+          const covered = parseFloat(getComputedStyle(frame).strokeWidth) / 2;
+          return (frame.parentElement.dataset.border - covered) * frame.getScreenCTM().a;
+        })"""
+    )
+    assert borders[0] == pytest.approx(borders[1], rel=0.02) and borders[0] > 0.5
 
 
 def test_a_comic_is_edited_in_a_browser(folder: Path, browser: Browser) -> None:

@@ -15,6 +15,7 @@ from browser import Browser
 from browser import browser as browser
 from covering import of_the_day
 from media import photograph
+from stories import write_film
 
 import vidstyle
 from vidstyle.cli import main
@@ -161,6 +162,23 @@ def test_a_page_restyles_a_picture_from_a_file_and_asks_nobody(
     ]
     assert {url.partition(":")[0] for url in asked} <= {"file", "blob", "data"}
     assert not [event for event in browser.events if event["method"] == "Runtime.exceptionThrown"]
+
+
+def test_a_paused_film_is_drawn_in_full_detail_and_tells_its_time(
+    page: Path, browser: Browser, tmp_path: Path
+) -> None:
+    film = write_film(tmp_path / "film.mp4", [np.full((400, 640, 3), 128, np.uint8)] * 25, rate=25)
+    browser.open(page.as_uri())
+    until(browser, """document.body.matches(".example")""")
+    root = browser.call("DOM.getDocument")["root"]["nodeId"]
+    chooser = browser.call("DOM.querySelector", nodeId=root, selector="#file")["nodeId"]
+    browser.call("DOM.setFileInputFiles", files=[str(film)], nodeId=chooser)
+    until(browser, """document.getElementById("picture").height === 720""")
+    assert browser.run("return document.getElementById('busy').hidden")
+    said = [
+        browser.run(f"return document.getElementById('{name}').textContent") for name in ("quality", "time")
+    ]
+    assert said == ["Full detail.", "0:00 / 0:01"]
 
 
 def test_a_link_holds_the_values_that_the_controls_allow(page: Path, browser: Browser) -> None:

@@ -229,9 +229,9 @@ def test_the_budget_goes_down_until_the_rate_holds():
 def test_the_rate_falls_before_the_size_is_less_than_half():
     budget = AdaptiveScale(1 / 30, 720)
     assert min(run_budget(budget, 0.2, 300)) == 0.5
-    assert budget.lower_rate == pytest.approx(20)
+    assert budget.slow_rate == pytest.approx(20)
     assert run_budget(budget, 0.6, 300)[-1] < 0.5
-    assert 0.5 in run_budget(budget, 0.1, 300) and budget.lower_rate == 0
+    assert 0.5 in run_budget(budget, 0.1, 300) and budget.slow_rate == 0
 
 
 def test_the_budget_goes_no_lower_than_its_least():
@@ -247,7 +247,22 @@ def test_the_budget_goes_up_again_and_stays_up():
 
 
 def test_the_budget_leaves_alone_what_is_fast_enough():
-    assert set(run_budget(AdaptiveScale(1 / 30, 720), 0.03, 500)) == {1.0}
+    """24 frames per second look smooth, whatever the source has."""
+    for rate, seconds in ((30, 0.041), (60, 0.041), (10, 0.099)):
+        assert set(run_budget(AdaptiveScale(1 / rate, 720), seconds, 500)) == {1.0}
+
+
+def test_the_budget_keeps_the_size_where_smaller_pictures_are_no_faster():
+    budget, scales = AdaptiveScale(1 / 30, 720), []
+    for _ in range(600):
+        scales.append(budget.scale)
+        budget.update(0.05)
+    assert scales.count(1.0) > 0.8 * len(scales) and min(scales) < 1
+
+
+def test_the_budget_forgives_a_second_of_slow_frames():
+    scales = run_budget(AdaptiveScale(1 / 30, 720), 0.1, 30)
+    assert set(scales[:20]) == {1.0} and scales[-1] < 1
 
 
 def test_a_rise_that_fails_is_tried_later_and_later():

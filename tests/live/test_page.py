@@ -139,6 +139,7 @@ def test_a_value_that_cannot_be_is_answered_and_changes_nothing(path: str, value
 def test_styles_and_variants_are_chosen_and_put_back() -> None:
     with showing() as (_, controls, visitor), visitor.look() as window:
         assert window.news("names") == controls.names
+        assert [look["name"] for look in window.news("looks")] == controls.names
         assert window.news("panel")["variant"] == ""
         assert window.ask(do="choose", style="ink:green") == ""
         assert window.news("panel")["text"] == "--style ink:green"
@@ -170,7 +171,9 @@ def test_switches_reach_the_session() -> None:
         for on in (True, False):
             assert window.ask(do="bypass", on=on) == window.ask(do="record", on=on) == ""
             assert window.ask(do="keep_size", on=on) == ""
+            assert window.ask(do="compare", at=0.25 * on) == ""
             assert (controls.bypassed, controls.recording, controls.full_size) == (on, on, on)
+            assert controls.split == 0.25 * on
         assert window.ask(do="quit") == ""
         assert controls.quitting.is_set()
 
@@ -178,8 +181,8 @@ def test_switches_reach_the_session() -> None:
 def test_a_bypass_ends_when_its_browser_goes_away() -> None:
     with showing() as (page, controls, visitor), visitor.look() as stays:
         with visitor.look() as goes:
-            assert goes.ask(do="bypass", on=True) == ""
-        eventually(lambda: not controls.bypassed)
+            assert goes.ask(do="bypass", on=True) == goes.ask(do="compare", at=0.5) == ""
+        eventually(lambda: not controls.bypassed and not controls.split)
         with visitor.look() as goes:
             assert goes.ask(do="bypass", on=True) == ""
             assert stays.ask(do="bypass", on=False) == stays.ask(do="bypass", on=True) == ""

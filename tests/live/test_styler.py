@@ -20,6 +20,7 @@ from vidstyle.gpu import session
 from vidstyle.gpu.device.devices import list_devices
 from vidstyle.live import hot_swap
 from vidstyle.live.hot_swap import HotSwapRenderer
+from vidstyle.live.process import beside
 from vidstyle.style import Style, load_style, override, set_values
 
 FEW = load_style(
@@ -42,6 +43,16 @@ class Film:
         picture, _ = self._renderer.run(self._picture, self._count / 25, ENCODING, style)
         assert picture.luma is not None
         return len(np.unique(picture.luma))
+
+
+def test_the_left_share_of_a_divided_picture_is_the_original() -> None:
+    gray = Picture(ENCODING, np.full((10, 16), 50, np.uint8))
+    color = Picture(ENCODING, np.full((10, 16), 200, np.uint8), (np.full((5, 8), 90, np.uint8),) * 2)
+    for before, after, chroma in ((gray, color, (128, 90)), (color, gray, (90, 128))):
+        divided = beside(before, after, 0.25)
+        assert divided.luma is not None and divided.chroma is not None
+        assert divided.luma[0].tolist() == [before.luma[0, 0]] * 4 + [after.luma[0, 0]] * 12  # type: ignore[index]
+        assert [plane[0].tolist() for plane in divided.chroma] == [[chroma[0]] * 2 + [chroma[1]] * 6] * 2
 
 
 @contextmanager

@@ -5,8 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 from browser import Browser
 from browser import browser as browser
+from waiting import eventually
 
 from vidstyle.gallery.preview import preview_page
 from vidstyle.gallery.style_samples import StyleSample
@@ -23,13 +25,33 @@ return [...names].map((each) => each.textContent);
 OFFERED = "return [...document.querySelectorAll('#words-to-try button')].map((each) => each.textContent)"
 
 
-def test_looks_are_found_by_the_words_of_laypeople_best_first(tmp_path: Path, browser: Browser) -> None:
+@pytest.fixture
+def sheet(tmp_path: Path) -> str:
+    """The address of a preview sheet of all looks."""
     gray = np.full((9, 16, 3), 128, np.uint8)
     names = ["plain", *(name for name in style_names() if name != "plain")]
     page = tmp_path / "sheet.html"
     samples = [StyleSample(load_style(name), gray) for name in names]
     page.write_text(preview_page("in.png", "in.png", samples), encoding="utf-8")
-    browser.open(page.as_uri())
+    return page.as_uri()
+
+
+def test_an_enlarged_look_counts_those_found_stays_and_is_saved(
+    sheet: str, tmp_path: Path, browser: Browser
+) -> None:
+    browser.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
+    browser.open(sheet)
+    browser.run(FIND, text="lego")
+    browser.run("document.querySelector('main figure:not([hidden]) button').click()")
+    browser.press("Enter")
+    assert browser.run("return document.getElementById('count').textContent") == "1 of 2"
+    browser.press("d")
+    eventually((tmp_path / "mosaic.jpg").exists)
+    assert browser.run("return document.getElementById('large').open")
+
+
+def test_looks_are_found_by_the_words_of_laypeople_best_first(sheet: str, browser: Browser) -> None:
+    browser.open(sheet)
     for text in ("watercolor", "Watercolour"):
         assert browser.run(FIND, text=text) == ["Watercolour"]
     assert browser.run(FIND, text="van gogh")[0] == "Impressionist", "it is its first other name"

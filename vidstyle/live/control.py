@@ -102,6 +102,7 @@ class Controls:
         style: the style last requested.
         bypassed: whether frames are to be passed through unchanged.
         full_size: whether to work at full size even if the rate cannot be held.
+        split: the share of the width, from the left, in which frames are passed through unchanged.
         recording: whether a recording is to be written in addition to the other targets.
         quitting: set when the session should end.
         status: returns the current status; replaced by the session.
@@ -123,6 +124,7 @@ class Controls:
         self._cues: CueList | None = None
         self._changes_at: float | None = None
         self.bypassed = self.recording = self._snapshot = self.full_size = False
+        self.split = 0.0
         self.quitting = threading.Event()
         self.style = self._initial = style
         self.status: Callable[[], Status] = lambda: Status(self.style.name, self.bypassed)
@@ -221,6 +223,10 @@ class Controls:
     def bypass(self, on: bool | None = None) -> None:
         """Pass frames through unchanged; None toggles."""
         self.bypassed = not self.bypassed if on is None else on
+
+    def compare(self, at: float) -> None:
+        """Pass the left part of frames through unchanged, up to this share of the width; 0 ends it."""
+        self.split = at
 
     def keep_size(self, on: bool) -> None:
         """Work at full size even if the rate cannot be held, or adapt the size again."""

@@ -8,6 +8,9 @@ from dataclasses import replace
 from fractions import Fraction
 from statistics import median
 
+import numpy as np
+
+from vidstyle.core.convert import convert
 from vidstyle.core.picture import SITINGS, Encoding, Picture
 from vidstyle.errors import VidstyleError, log
 from vidstyle.live.capture import Capture
@@ -58,7 +61,10 @@ class FrameProcessor:
             self._notify(str(error))
         style = None if self._controls.bypassed else self._controls.look
         before = self.style
-        result, changed = self._renderer.run(picture, captured.time, self._normalizer.encoding, style)
+        target = self._normalizer.encoding
+        result, changed = self._renderer.run(picture, captured.time, target, style)
+        if style is not None and self._controls.split:
+            result = beside(convert(picture, target), result, self._controls.split)
         if self.style != before:  # not for every step of a slider
             self._notify(f"style {self.style}")
         if changed and self._scale is not None:
@@ -77,13 +83,10 @@ class FrameProcessor:
         if self._scale is None or self._controls.bypassed or not self._scale.update(seconds):
             return
         self._renderer.scale = self._scale.scale
-        rate, degraded, reached = f"{float(self._rate):.4g} fps", self.degraded, self._scale.lower_rate
-        fewer = f" and about {reached:.3g} fps" if reached else ""
-        slow = f"too slow for {rate} at full size: {degraded}{fewer}"
-        self._notify(
-            f"{self.style} is {slow}" if degraded else f"{self.style} holds {rate} at full size again"
-        )
-        if degraded:  # in the terminal only: the page has no command line
+        degraded, slow = self.degraded, self._scale.slow_rate
+        reached = f"{self.style} reached only {slow:.3g} fps: {degraded}"
+        self._notify(reached if slow else f"{self.style}: {degraded or 'full size again'}")
+        if slow:  # in the terminal only: the page has no command line
             log.info("%s: --budget off keeps the size", self.style)
 
     def _keep_full_size(self) -> None:
@@ -94,6 +97,23 @@ class FrameProcessor:
     def close(self, timeout: float) -> None:
         """Release everything; only when no frame is being processed."""
         self._renderer.close(timeout)
+
+
+def beside(before: Picture, after: Picture, share: float) -> Picture:
+    """Return a picture whose left share is `before` and whose rest is `after`, of the same encoding."""
+    planes = [
+        np.concatenate((old[:, : (across := round(share * old.shape[1]))], new[:, across:]), axis=1)
+        for old, new in zip(_planes(before), _planes(after), strict=True)
+    ]
+    return Picture(after.encoding, planes[0], (planes[1], planes[2]))
+
+
+def _planes(picture: Picture) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return luma and chroma, which is neutral for gray pictures."""
+    assert picture.luma is not None
+    encoding = picture.encoding
+    shape, neutral = encoding.chroma_shape(*picture.shape), encoding.chroma_levels[0]
+    return picture.luma, *(picture.chroma or (np.full(shape, neutral, encoding.dtype),) * 2)
 
 
 class FrameNormalizer:
@@ -156,16 +176,20 @@ def output_encoding(picture: Picture) -> Encoding:
 
 WORKING_SCALES = (1.0, 0.75, 0.5, 0.375, 0.25)
 """Working sizes, as shares of the picture's width and height."""
-PREFERRED_MIN_SCALE, MIN_RATE_SHARE = 0.5, 0.4
+MIN_SMOOTH_RATE = 24
+"""Frames per second at which films look smooth; the size is not reduced for more."""
+PREFERRED_MIN_SCALE, MIN_RATE_SHARE = 0.5, 0.5
 """Below this scale, the size is only reduced once the rate has fallen to this share."""
 MIN_LINES = 180
 """Minimum height below the preferred scale; smaller pictures look pixelated."""
 OVERLOAD_SHARE, HEADROOM_SHARE = 0.95, 0.65
-"""Shares of the frame time: above the first, a size is too large; below the second, it fits."""
-MEASURE_SECONDS, RAISE_SECONDS, MAX_RAISE_SECONDS = 0.5, 2.0, 60.0
+"""Shares of the frame time: a smaller size must take less than the first, a larger one than the second."""
+MEASURE_SECONDS, RAISE_SECONDS, MAX_RAISE_SECONDS = 2.0, 2.0, 60.0
 """Time before the size is reduced; before it is raised; and maximum of the latter after failed attempts."""
 MIN_FRAMES, MAX_FRAMES = 3, 30
 """Number of frames measured."""
+MAX_USEFUL_SHARE = 0.9
+"""Share of the time at the larger size that a smaller one may take; else not the size is what is slow."""
 
 
 class AdaptiveScale:
@@ -175,17 +199,19 @@ class AdaptiveScale:
 
     Attributes:
         scale: the share of the width and of the height to work at, of WORKING_SCALES.
-        lower_rate: frames per second that were measured at that size, if the rate cannot be held; else 0.
+        slow_rate: frames per second that were measured last, if they were too few; else 0.
     """
 
     def __init__(self, seconds: float, lines: int) -> None:
         """`seconds`: between two frames; `lines`: the shorter side of the picture."""
-        self._seconds, self._level = seconds, 0
+        self._seconds, self._level = max(seconds, 1 / MIN_SMOOTH_RATE), 0
         self._scales = [
             scale for scale in WORKING_SCALES if scale >= PREFERRED_MIN_SCALE or scale * lines >= MIN_LINES
         ]
-        self.lower_rate = 0.0
-        self._raise_after = RAISE_SECONDS
+        self.slow_rate = 0.0
+        self._is_slow_known = False
+        self._larger: tuple[int, float] | None = None
+        self._lower_after, self._raise_after = MEASURE_SECONDS, RAISE_SECONDS
         self._since_change = self._since_rise = 0.0
         self._times: deque[float] = deque(maxlen=MAX_FRAMES)
 
@@ -206,24 +232,33 @@ class AdaptiveScale:
         if self._since_change < MEASURE_SECONDS or len(self._times) < MIN_FRAMES:
             return False
         typical = median(self._times)
-        if not self._fits(typical, self._level, OVERLOAD_SHARE) and self._level + 1 < len(self._scales):
+        if self._larger and typical > MAX_USEFUL_SHARE * self._larger[1]:
+            self._lower_after = MAX_RAISE_SECONDS
+            return self._set_level(self._larger[0])
+        self._larger = None
+        is_slow = not self._fits(typical, self._level, 1) and self._since_change >= self._lower_after
+        if is_slow and self._level + 1 < len(self._scales):
             # A rise that did not last is attempted again later and later.
             failed = self._since_rise < 2 * MEASURE_SECONDS
             self._raise_after = min(2 * self._raise_after, MAX_RAISE_SECONDS) if failed else RAISE_SECONDS
-            return self._set_level(self._fitting_level(typical))
+            larger = self._level, typical
+            self._set_level(self._fitting_level(typical), slow_rate=1 / typical)
+            self._larger, self._lower_after = larger, MEASURE_SECONDS
+            return True
         if self._level and self._since_change >= self._raise_after:
             if self._fits(typical, self._level - 1, HEADROOM_SHARE):
                 self._since_rise = 0.0
                 return self._set_level(self._level - 1)
-        if self._level and not self.lower_rate and OVERLOAD_SHARE * typical > self._seconds:
-            self.lower_rate = 1 / typical
+        if self._level and not self._is_slow_known and typical > self._seconds:
+            self.slow_rate, self._is_slow_known = 1 / typical, True
             return True
         return False
 
     def reset(self) -> None:
         """Discard the measurements: another style runs now."""
         self._times.clear()
-        self.lower_rate, self._since_change, self._raise_after = 0.0, 0.0, RAISE_SECONDS
+        self._is_slow_known, self._since_change, self._larger = False, 0.0, None
+        self._lower_after, self._raise_after = MEASURE_SECONDS, RAISE_SECONDS
 
     def _fitting_level(self, typical: float) -> int:
         """The largest size below the present one that should do, or the smallest there is."""
@@ -237,8 +272,8 @@ class AdaptiveScale:
         slots = 1 if self._scales[level] > PREFERRED_MIN_SCALE else 1 / MIN_RATE_SHARE
         return typical * (self._scales[level] / self.scale) ** 2 < share * slots * self._seconds
 
-    def _set_level(self, level: int) -> bool:
-        self._level, self.lower_rate = level, 0.0
+    def _set_level(self, level: int, slow_rate: float = 0.0) -> bool:
+        self._level, self.slow_rate, self._is_slow_known = level, slow_rate, False
         self._times.clear()
-        self._since_change = 0.0
+        self._since_change, self._larger = 0.0, None
         return True

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ from vidstyle.design.samples import block_sample, sample_names
 from vidstyle.design.style_list import list_styles
 from vidstyle.errors import InputError, StyleError
 from vidstyle.export.export_targets import describe_targets
-from vidstyle.gallery.search_words import search_words
+from vidstyle.gallery.search_words import describe_look
 from vidstyle.preview.clip import Clip
 from vidstyle.preview.encode import encode
 from vidstyle.style import load_style
@@ -118,7 +119,9 @@ class DesignServer(PageServer[DesignView]):
     def styles(self) -> dict[str, Any]:
         """The list of styles, for the page."""
         listed = list_styles(self.designer.folder)
-        return {"styles": [_describe_style(name, source) for name, source in listed.items()]}
+        return {
+            "styles": [describe_look(name, partial(load_style, source)) for name, source in listed.items()]
+        }
 
     async def saved(self) -> None:
         """Send the list of styles, which may have a further one, to all browsers."""
@@ -177,13 +180,3 @@ def _place_in_list(named: tuple[str, Block]) -> tuple[int, str]:
     """Return the sort key of a block by category and label."""
     _, block = named
     return list(CATEGORIES).index(block.category), block.label
-
-
-def _describe_style(name: str, source: str) -> dict[str, Any]:
-    try:
-        style = load_style(source)
-    except StyleError as error:
-        return {"name": name, "note": str(error), "kinds": [], "aliases": "", "words": ""}
-    kinds = [KINDS[kind] for kind in style.kinds]
-    words = ", ".join(search_words(style))
-    return {"name": name, "note": style.about, "kinds": kinds, "aliases": style.aliases, "words": words}

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import asyncio
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import Any
 
+from vidstyle.gallery.search_words import describe_look
 from vidstyle.live.control import Controls
 from vidstyle.live.meter import LatencyMeter
 from vidstyle.live.target import LiveFrame
@@ -25,14 +27,14 @@ class FrameFeed:
         changed: notified whenever a message was dispatched.
         latest: the newest frame, or None.
         delivered, dropped: number of frames that a browser has shown, and that none was sent.
-        bypasser: the connection that bypasses the style, or None.
+        comparer: the connection that compared with the source last, or None.
     """
 
     def __init__(self, controls: Controls, meter: LatencyMeter) -> None:
         self.controls, self.meter = controls, meter
         self.changed, self._arrived = asyncio.Condition(), asyncio.Condition()
         self.delivered = self.dropped = 0
-        self.bypasser: object | None = None
+        self.comparer: object | None = None
         self.latest: LiveFrame | None = None
         self._sent: LiveFrame | None = None
         self._counted = -1
@@ -84,6 +86,12 @@ class FrameFeed:
         if style.name not in self._initial_styles:
             self._initial_styles[style.name] = self.controls.without_variant(style.name)
         return await asyncio.to_thread(panel, style, self._initial_styles[style.name])
+
+    async def looks(self) -> list[dict[str, Any]]:
+        """What a search knows of each style, see `describe_look`."""
+        return await asyncio.to_thread(
+            lambda: [describe_look(name, partial(self.controls.named, name)) for name in self.controls.names]
+        )
 
     async def _encode(self, function: Any, *values: Any) -> bytes:
         return await asyncio.get_running_loop().run_in_executor(self._encoder, function, *values)

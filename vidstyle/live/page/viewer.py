@@ -13,7 +13,7 @@ from typing import Annotated, Any
 from vidstyle.live.control import Controls
 from vidstyle.live.page.frame_feed import FrameFeed
 from vidstyle.web.connection import PageConnection
-from vidstyle.web.messages import CHECKS, MessageError, message
+from vidstyle.web.messages import CHECKS, FractionField, MessageError, message
 
 RECENT_LATENCY_COUNT = 60
 """Number of frames over which the latency is averaged."""
@@ -47,16 +47,18 @@ class Viewer(PageConnection):
         self._latencies: deque[float] = deque([0.0], maxlen=RECENT_LATENCY_COUNT)
 
     async def greet(self) -> None:
-        """Send the names of styles; begin to send frames, parameters and status."""
+        """Send the names of styles; begin to send what is known of them, frames, parameters and status."""
         await self.tell({"names": self._feed.controls.names})
+        self.tasks.begin(self._send_looks())
         self.tasks.begin(self._send_frames())
         self.tasks.begin(self._send_status())
 
     def leave(self) -> None:
-        """End the bypass, unless another browser has requested it since."""
-        if self._feed.bypasser is self:
+        """End the comparison with the source, unless another browser has requested one since."""
+        if self._feed.comparer is self:
             self._feed.controls.bypass(False)
-            self._feed.bypasser = None
+            self._feed.controls.compare(0)
+            self._feed.comparer = None
 
     @message
     async def shown(self, number: int) -> None:
@@ -79,8 +81,13 @@ class Viewer(PageConnection):
 
     @message
     async def bypass(self, on: bool) -> None:
-        self._feed.bypasser = self if on else None
+        self._feed.comparer = self
         await self._control(Controls.bypass, on)
+
+    @message
+    async def compare(self, at: FractionField) -> None:
+        self._feed.comparer = self
+        await self._control(Controls.compare, at)
 
     @message
     async def keep_size(self, on: bool) -> None:
@@ -101,6 +108,9 @@ class Viewer(PageConnection):
         finally:
             async with self._feed.changed:
                 self._feed.changed.notify_all()
+
+    async def _send_looks(self) -> None:
+        await self.tell({"looks": await self._feed.looks()})
 
     async def _send_frames(self) -> None:
         feed, frame = self._feed, None

@@ -1,6 +1,7 @@
 // The page of a live session: the picture, the status line, buttons and keyboard shortcuts.
 
 import { announce } from "./announce.js";
+import { Divider } from "./divider.js";
 import { download, get, make, press, resize, title } from "./elements.js";
 import { LostNotice } from "./lost.js";
 import { Panel } from "./panel.js";
@@ -30,6 +31,7 @@ import { switchTheme } from "./theme.js";
 const MIN_HOLD_MS = 300;
 const RATE_MS = 2000;
 const STEADY_STEP = 0.1;
+const SPLIT_STEP = 0.05;
 
 const canvas = /** @type {HTMLCanvasElement} */ (get("picture"));
 const context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d", { alpha: false }));
@@ -49,12 +51,16 @@ const lost = new LostNotice("vidstyle live", []);
 const connection = new Connection({
   onmessage(message) {
     if (message.names) panel.names(message.names);
+    if (message.looks) panel.looks.describe(message.looks);
     if (message.panel) panel.show(message.panel);
     if (message.status) showStatus(message.status);
   },
   onpicture: ({ number, file }) => show(number, file),
   onchange(loss) {
-    if (!loss) connected += 1;
+    if (!loss) {
+      connected += 1;
+      sendSplit();
+    }
     lost.show(loss);
     setLink(loss ? "No connection" : "");
   },
@@ -73,6 +79,27 @@ async function send(kind, fields) {
 }
 
 const panel = new Panel(send);
+
+/** The server divides the picture. */
+const divider = new Divider(canvas, get("divider"), () => sendSplit());
+divider.listen();
+const split = { isSending: false, sent: 0 };
+
+/** Sends the place of the divider, one message at a time. */
+async function sendSplit() {
+  const at = divider.split ?? 0;
+  if (split.isSending || (at === split.sent && connected <= 1)) return;
+  split.isSending = true;
+  split.sent = at;
+  const isSent = await send("compare", { at });
+  split.isSending = false;
+  if (isSent && at !== (divider.split ?? 0)) sendSplit();
+}
+
+function toggleSplit() {
+  divider.toggle();
+  press(get("compare"), divider.split !== null);
+}
 
 /** @param {string} text */
 function setLink(text) {
@@ -93,7 +120,10 @@ async function show(number, file) {
   const from = connected;
   const picture = await createImageBitmap(file);
   const { width, height } = picture;
-  resize(canvas, [width, height]);
+  if (width !== canvas.width || height !== canvas.height) {
+    resize(canvas, [width, height]);
+    divider.place();
+  }
   context.drawImage(picture, 0, 0);
   picture.close();
   times.push(performance.now());
@@ -120,7 +150,7 @@ const MIN_SMOOTH_RATE = 12;
 /** Says how the session goes. @param {Status} now */
 function sentenceOf(now) {
   const shown = Math.round(rate());
-  if (now.degraded) return `Smaller picture to keep up: ${shown} frames per second`;
+  if (now.degraded) return `${title(now.degraded)}; ${shown} frames per second`;
   if (shown < MIN_SMOOTH_RATE && times.length) return `Slow computer: only ${shown} frames per second`;
   return `Live, ${shown} frames per second`;
 }
@@ -136,7 +166,6 @@ function showStatus(now) {
     ...now.targets.filter(([name]) => name !== "page").map((target) => [target.join(": "), "another target"]),
   ];
   get("sentence").textContent = sentenceOf(now);
-  get("reduced").hidden = !now.degraded;
   get("line").replaceChildren(...facts.filter(([text]) => text).map(([textContent, title]) => make("span", { textContent, title })));
   const size = get("full-size");
   size.hidden = !now.degraded && !now.full_size;
@@ -144,8 +173,10 @@ function showStatus(now) {
   get("style-name").textContent = title(now.style);
   press(get("bypass"), now.bypass);
   press(get("record"), now.recording);
+  get("record-label").textContent = now.recording ? "Stop" : "Record";
   get("badge").hidden = !now.bypass;
-  const isInLine = now.degraded && now.message.includes(now.degraded);
+  // Other parts of the page say these.
+  const isInLine = (now.degraded && now.message.includes(now.degraded)) || now.message === `style ${now.style}`;
   if (now.message !== (status?.message ?? "")) say(isInLine ? "" : now.message);
   status = now;
   document.title = `${title(now.style)} · vidstyle live`;
@@ -195,8 +226,15 @@ get("snapshot").addEventListener("click", async (event) => {
 
 const leave = /** @type {HTMLDialogElement} */ (get("leave"));
 const help = /** @type {HTMLDialogElement} */ (get("help"));
+/** Moves the divider, if there is one. @param {number} by */
+const moveDivider = (by) => divider.split !== null && divider.move(divider.split + by);
+
 /** @type {Object<string, () => unknown>} */
 const KEYS = {
+  ArrowLeft: () => moveDivider(-SPLIT_STEP),
+  ArrowRight: () => moveDivider(SPLIT_STEP),
+  [SHARED_KEYS.compare]: toggleSplit,
+  "/": () => panel.looks.focus(),
   [SHARED_KEYS.next]: () => panel.choose("next"),
   "+": () => panel.changeSteady(STEADY_STEP),
   "-": () => panel.changeSteady(-STEADY_STEP),
@@ -208,19 +246,25 @@ const KEYS = {
   [SHARED_KEYS.help]: () => help.showModal(),
 };
 
+/** Returns the key of an event; letters with the shift key are the same. @param {KeyboardEvent} event */
+const keyOf = ({ key }) => (key.length > 1 ? key : key.toLowerCase());
+
 addEventListener("keydown", (event) => {
   const target = /** @type {HTMLElement} */ (event.target);
-  const isWriting = target.matches("select, textarea, input[type=number], dialog *");
+  const isWriting = target.matches("select, textarea, input[type=number], input[type=search], dialog *");
   if (event.ctrlKey || event.altKey || event.metaKey || isWriting) return;
   const holds = target.id === "bypass" && [" ", "Enter"].includes(event.key);
-  const action = holds ? KEYS[SHARED_KEYS.original] : KEYS[event.key];
-  if (!action) return;
+  const key = keyOf(event);
+  const isArrow = key.startsWith("Arrow");
+  const action = holds ? KEYS[SHARED_KEYS.original] : KEYS[key];
+  if (!action || (isArrow && (divider.split === null || target.matches("input")))) return;
   event.preventDefault();
-  if (!event.repeat || "+-".includes(event.key)) action();
+  if (!event.repeat || isArrow || "+-".includes(key)) action();
 });
-addEventListener("keyup", (event) => [SHARED_KEYS.original, " ", "Enter"].includes(event.key) && compare.end());
+addEventListener("keyup", (event) => [SHARED_KEYS.original, " ", "Enter"].includes(keyOf(event)) && compare.end());
 get("bypass").onpointerdown = (event) => event.button === 0 && compare.begin();
 for (const kind of ["blur", "pointerup", "pointercancel"]) addEventListener(kind, () => compare.end());
+get("compare").onclick = toggleSplit;
 get("record").onclick = KEYS.r;
 get("full-size").onclick = () => send("keep_size", { on: !status?.full_size });
 get("full").onclick = canvas.ondblclick = fill;

@@ -1,7 +1,8 @@
 // The panel next to the picture, built from the parameters of the style.
 
 import { control, isShort, short } from "./controls.js";
-import { get, make, press, title } from "./elements.js";
+import { get, make, press } from "./elements.js";
+import { LookList } from "./look_list.js";
 import { variantChip } from "./variant_chip.js";
 
 /**
@@ -27,9 +28,6 @@ import { variantChip } from "./variant_chip.js";
 /** @param {{name: string, variant: string}} style */
 const fullName = ({ name, variant }) => (variant ? `${name}:${variant}` : name);
 
-/** The gap between the rows of looks, about. */
-const ROW_GAP_PX = 9;
-
 /** Shows the styles and the parameters, and sends changes. */
 export class Panel {
   /** @type {Record<string, Row>} */
@@ -44,25 +42,19 @@ export class Panel {
   #built = "";
   /** @type {PanelState | null} */
   #last = null;
+  looks = new LookList((style) => this.choose("choose", { style }));
 
   /** @param {(kind: string, fields?: object) => Promise<boolean>} send resolves to whether the message succeeded */
   constructor(send) {
     this.send = send;
     addEventListener("pointerup", () => (this.#dragged = null));
-    addEventListener("resize", () => this.#showChosen());
     get("reset").onclick = () => this.#last && this.choose("choose", { style: fullName(this.#last) });
     get("copy").onclick = () => this.#copy();
   }
 
   /** @param {string[]} names */
   names(names) {
-    get("styles").replaceChildren(...names.map((name) => {
-      const picture = make("img", { src: `thumbnail.jpg?of=${encodeURIComponent(name)}`, alt: "", width: 240, height: 135 });
-      const onclick = () => this.choose("choose", { style: name });
-      const button = make("button", { title: title(name), onclick }, picture, make("span", { textContent: title(name) }));
-      button.dataset.name = name;
-      return button;
-    }));
+    this.looks.show(names);
     if (this.#last) this.#press(this.#last);
   }
 
@@ -106,33 +98,9 @@ export class Panel {
 
   /** @param {PanelState} panel */
   #press(panel) {
-    const full = fullName(panel);
-    const styles = /** @type {HTMLElement[]} */ ([...get("styles").children]);
-    // A session that was started with a variant lists it among the styles.
-    const pressed = styles.some((button) => button.dataset.name === full) ? full : panel.name;
-    for (const button of styles) {
-      const chosen = button.dataset.name === pressed;
-      if (chosen && button.ariaPressed !== "true") this.#scrollTo(button);
-      press(button, chosen);
-    }
+    this.looks.choose(panel.name, fullName(panel));
     for (const button of /** @type {Iterable<HTMLElement>} */ (get("variants").children))
       press(button, button.dataset.name === panel.variant);
-  }
-
-  /**
-   * Scrolls a style into the second row of the list or, in a narrow window, the middle of the row; scrollIntoView would scroll the page too.
-   * @param {HTMLElement} button
-   */
-  #scrollTo(button) {
-    const row = get("styles");
-    const [left, top] = [button.offsetLeft - (row.clientWidth - button.clientWidth) / 2, button.offsetTop - button.offsetHeight - ROW_GAP_PX];
-    row.scrollTo({ left, top, behavior: "smooth" });
-  }
-
-  /** Keeps the chosen style in view when the list becomes a row, or rows. */
-  #showChosen() {
-    const chosen = /** @type {HTMLElement | null} */ (get("styles").querySelector("[aria-pressed=true]"));
-    if (chosen) this.#scrollTo(chosen);
   }
 
   /** @param {PanelState} panel */
@@ -144,14 +112,14 @@ export class Panel {
       const style = fullName({ name: panel.name, variant: variant.name });
       return variantChip(variant, () => this.choose("choose", { style }));
     }));
-    const main = panel.entries.filter((entry) => entry.main);
-    // The order of the designer: the knobs, then these.
-    const later = ["strength", "steady", "focus"];
-    main.sort((one, other) => later.indexOf(one.path) - later.indexOf(other.path));
-    get("main").replaceChildren(...main.map((entry) => this.#row(entry)));
+    // The knobs of the style, and what every live picture needs.
+    const knobs = panel.entries.filter((entry) => entry.main && (entry.step || entry.path === "steady"));
+    knobs.sort((one, other) => Number(!one.step) - Number(!other.step));
+    get("main").replaceChildren(...knobs.map((entry) => this.#row(entry)));
+    const common = panel.entries.filter((entry) => entry.main && !knobs.includes(entry));
+    get("common").replaceChildren(...common.map((entry) => this.#row(entry)));
     const layers = Map.groupBy(panel.entries.filter((entry) => !entry.main), (entry) => entry.layer);
     get("steps").replaceChildren(...[...layers].flatMap(([layer, entries]) => this.#layer(layer, entries)));
-    get("all").hidden = !layers.size;
   }
 
   /** @param {string} layer @param {Entry[]} entries */
