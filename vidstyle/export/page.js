@@ -4,6 +4,7 @@ import { announce } from "./announce.js";
 import { get, title } from "./elements.js";
 import { missing, Runner } from "./runner.js";
 import { loadPicture } from "./source.js";
+import { switchTheme } from "./theme.js";
 import { Viewer } from "./viewer.js";
 
 /** @typedef {import("./viewer.js").StyleData} StyleData */
@@ -21,7 +22,7 @@ function readData() {
 
 async function start() {
   const lacks = missing();
-  if (lacks.length) throw new Error(`This style needs WebGL 2: ${lacks.join("; ")}.`);
+  if (lacks.length) return refuse(lacks);
   const options = new URLSearchParams(location.search);
   document.body.classList.toggle("bare", options.has("bare"));
   const viewer = new Viewer(new Runner({ onrestored: () => viewer.redraw() }));
@@ -31,6 +32,13 @@ async function start() {
   await viewer.show(data, wanted?.side);
   if (options.has("camera")) await viewer.source.openCamera(options.get("camera") ?? "");
   else if (!viewer.source.picture) await showExample(viewer);
+}
+
+/** Says in place of the invitation what the browser lacks. @param {string[]} lacks */
+function refuse(lacks) {
+  switchTheme(get("theme"));
+  document.body.classList.add("refused");
+  get("invitation").textContent = `This style cannot be shown here: ${lacks.join("; ")}. Another browser may show it, or “vidstyle render” on a computer.`;
 }
 
 /** Shows what the style does, above the invitation to open a file. @param {Viewer} viewer */
