@@ -9,7 +9,7 @@ from media import photograph
 
 from vidstyle.comic.analyze.features import extract_features
 from vidstyle.comic.layout.crop import crop
-from vidstyle.comic.select.framing import alternate_framing, approach_subjects, merge_equal, remove_repeats
+from vidstyle.comic.select.framing import alternate_framing, approach_faces, merge_equal, remove_repeats
 from vidstyle.regions.boxes import Box
 
 
@@ -53,6 +53,8 @@ def test_a_film_of_one_picture_is_shown_once() -> None:
     one = extract_features(picture, 0, picture.shape[:2])
     for shown in ([one], [one, one]):
         assert merge_equal(shown) == [replace(one, framing="wide")]
+    compact = replace(one, saliency=Box(100.0, 90.0, 300.0, 280.0))
+    assert crop(merge_equal([compact])[0], 1.5).area < 0.5 * np.prod(picture.shape[:2])
     faced = replace(one, faces=(Box(0.0, 0.0, 99.0, 99.0),))
     other = extract_features(photograph("astronaut"), 1, (512, 512))
     for kept in ([faced], [one, other], [one, one, one]):
@@ -72,6 +74,6 @@ def test_small_sharp_faces_are_shown_nearer_except_in_an_establishing_view() -> 
     seen = extract_features(picture, 0, picture.shape[:2])
     sharp = replace(seen, faces=(Box(200.0, 90.0, 250.0, 150.0),), face_detail=20.0)
     soft, large = replace(sharp, face_detail=3.0), replace(sharp, faces=(Box(150.0, 60.0, 300.0, 260.0),))
-    framings = [each.framing for each in approach_subjects([sharp, sharp, soft, large])]
+    framings = [each.framing for each in approach_faces([sharp, sharp, soft, large])]
     assert framings == ["usual", "near", "usual", "usual"]
-    assert approach_subjects([sharp])[0].framing == "near"
+    assert approach_faces([sharp])[0].framing == "near"

@@ -25,13 +25,11 @@ _ACTION_MARGIN_RATIO, _MIN_ACTION_SIDE_RATIO = 1.25, 0.4
 _MAX_NEAR_SIDE_RATIO = 0.85
 """Maximum side of a close-up relative to the picture's; a larger one would hardly differ from the whole."""
 
-_MAX_SMALL_FACE_RATIO, _MAX_SMALL_ACTION_RATIO = 0.22, 0.5
-"""Size of a face or an action, relative to the picture's, below which it is shown nearer."""
-_MAX_CUT_ACTION_SHARE = 0.3
-"""Part of such an action that the picture's edge may cut off."""
-_MIN_APPROACH_SIDE_RATIO, _MIN_ESTABLISHED_PANELS = 0.6, 3
-"""Minimum side of what is shown around an action, and the number of panels from which the first one is
-an establishing view, which is not changed."""
+_MAX_SMALL_FACE_RATIO, _MIN_ESTABLISHED_PANELS = 0.22, 3
+"""Height of a face, relative to the picture's, below which it is shown nearer, and the number of panels from
+which the first one is an establishing view, which is not changed."""
+_MAX_LONE_SALIENT_SHARE = 0.5
+"""Share of a picture without a subject up to which only its salient area is shown."""
 
 # Repeats.
 _EQUAL_SIMILARITY = 0.95
@@ -87,32 +85,33 @@ def widen_soft_faces(key_frames: Sequence[Candidate]) -> list[Candidate]:
     ]
 
 
-def approach_subjects(key_frames: Sequence[Candidate]) -> list[Candidate]:
-    """Show people and actions that are small in their picture nearer, as the style loses small faces.
+def approach_faces(key_frames: Sequence[Candidate]) -> list[Candidate]:
+    """Show people whose faces are small in their picture nearer, as the style loses small faces.
 
     Soft faces are not enlarged.
     """
     first = 1 if len(key_frames) >= _MIN_ESTABLISHED_PANELS else 0
     near = (
-        _zoom_in(each, _MIN_APPROACH_SIDE_RATIO) if each.framing == "usual" and _is_small(each) else each
+        _zoom_in(each) if each.framing == "usual" and _has_small_face(each) else each
         for each in key_frames[first:]
     )
     return [*key_frames[:first], *near]
 
 
-def _is_small(candidate: Candidate) -> bool:
-    height, width = candidate.shape
-    if candidate.faces:
-        is_sharp = candidate.face_detail is not None and candidate.face_detail >= FULL_FACE_DETAIL_LEVELS
-        return is_sharp and candidate.faces[0].height < _MAX_SMALL_FACE_RATIO * height
-    action = candidate.action
-    if action is None or action.is_gone or action.cut > _MAX_CUT_ACTION_SHARE:
-        return False
-    return max(action.box.width / width, action.box.height / height) < _MAX_SMALL_ACTION_RATIO
+def _has_small_face(candidate: Candidate) -> bool:
+    is_sharp = candidate.face_detail is not None and candidate.face_detail >= FULL_FACE_DETAIL_LEVELS
+    return (
+        is_sharp
+        and bool(candidate.faces)
+        and candidate.faces[0].height < _MAX_SMALL_FACE_RATIO * candidate.shape[0]
+    )
 
 
 def merge_equal(key_frames: Sequence[Candidate]) -> list[Candidate]:
-    """If one or two key frames look the same, without faces, return only the first one, shown whole."""
+    """If one or two key frames look the same, without faces, return only the first one.
+
+    It is shown whole, or as its salient area if that is small.
+    """
     like = similarity([each.thumbnail for each in key_frames])
     if (
         any(each.forced or each.faces or each.action for each in key_frames)
@@ -120,14 +119,13 @@ def merge_equal(key_frames: Sequence[Candidate]) -> list[Candidate]:
         or len(key_frames) > 2
     ):
         return list(key_frames)
-    return [replace(key_frames[0], framing="wide")]
+    only = key_frames[0]
+    is_compact = only.saliency.area <= _MAX_LONE_SALIENT_SHARE * only.shape[0] * only.shape[1]
+    return [replace(only, framing="near" if is_compact else "wide")]
 
 
-def _zoom_in(key_frame: Candidate, least: float = _MIN_ACTION_SIDE_RATIO) -> Candidate:
-    """Return the key frame as a close-up; unchanged if its main face is large or it would be too wide.
-
-    `least`: minimum side around an action, relative to the picture's.
-    """
+def _zoom_in(key_frame: Candidate) -> Candidate:
+    """Return the key frame as a close-up; unchanged if its main face is large or it would be too wide."""
     height, width = key_frame.shape
     whole = Box(0.0, 0.0, float(width), float(height))
     if not key_frame.faces:
@@ -136,7 +134,9 @@ def _zoom_in(key_frame: Candidate, least: float = _MIN_ACTION_SIDE_RATIO) -> Can
         if key_frame.action and not key_frame.action.is_gone:
             held = box = key_frame.action.box
             (x, y), blobs = box.center, ()
-            side = max(least, _ACTION_MARGIN_RATIO * max(box.width / width, box.height / height))
+            side = max(
+                _MIN_ACTION_SIDE_RATIO, _ACTION_MARGIN_RATIO * max(box.width / width, box.height / height)
+            )
         wide, high = side * width / 2, side * height / 2
         left, top = min(max(0.0, x - wide), width - 2 * wide), min(max(0.0, y - high), height - 2 * high)
         part = Box(left, top, left + 2 * wide, top + 2 * high)

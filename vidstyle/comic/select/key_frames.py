@@ -16,7 +16,7 @@ from vidstyle.comic.select.choose import (
 from vidstyle.comic.select.frame_scores import equalize_places, importance, prefer_subjects
 from vidstyle.comic.select.framing import (
     alternate_framing,
-    approach_subjects,
+    approach_faces,
     merge_equal,
     remove_repeats,
     widen_soft_faces,
@@ -77,7 +77,7 @@ def find_key_frames(
         kept = prune(framed, options.min_panels)
     else:
         kept = merge_equal(prune(remove_repeats(framed), len(forced)))
-    return list(approach_subjects(equalize_places(kept)))
+    return list(approach_faces(equalize_places(kept)))
 
 
 def _describe_unusable(candidates: Sequence[Candidate]) -> tuple[str, ...]:

@@ -185,9 +185,7 @@ def _find_surplus_place(key_frames: Sequence[Candidate]) -> int | None:
 
 
 def _find_soft(key_frames: Sequence[Candidate]) -> int | None:
-    """Return the softest frame if the others are much sharper, and enough are left."""
-    if len(key_frames) <= _MIN_CALM_PANELS:
-        return None
+    """Return the softest frame if the others are much sharper."""
     limit = _MIN_SHARPNESS_RATIO * float(np.median([each.sharpness for each in key_frames]))
     soft = [
         number
