@@ -110,9 +110,12 @@ def symmetrize(
     all_matrices, all_vectors = np.zeros_like(matrices), np.zeros_like(vectors)
     for symmetry in SYMMETRIES:
         order, signs = _images_of_unknowns(symmetry, size, bins.curvatures > 1, clip_count, matrices.shape[1])
-        target = _images_of_bins(symmetry, bins)
-        all_matrices[np.ix_(target, order, order)] += np.outer(signs, signs) * matrices
-        all_vectors[np.ix_(target, np.arange(vectors.shape[1]), order)] += signs * vectors
+        # Reading in the order of the images is many times as fast as writing to them.
+        source, unknowns = np.argsort(_images_of_bins(symmetry, bins)), np.argsort(order)
+        pairs = (unknowns[:, None] * len(order) + unknowns).ravel()
+        flat = (np.outer(signs, signs) * matrices).reshape(len(matrices), -1)
+        all_matrices += flat.take(source, axis=0).take(pairs, axis=1).reshape(matrices.shape)
+        all_vectors += (signs * vectors).take(source, axis=0).take(unknowns, axis=2)
     return all_matrices, all_vectors
 
 

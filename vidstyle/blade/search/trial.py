@@ -18,6 +18,8 @@ from vidstyle.blade.regression import (
     with_gains,
     with_sums,
 )
+from vidstyle.core.bands import threads_for
+from vidstyle.core.machine.cores import available_cores
 
 FOLD_COUNT = 3
 """Groups of pictures, each of which checks the filters that are learned from the others."""
@@ -42,7 +44,9 @@ class FilterForm:
     @property
     def errors(self) -> float:
         """The sum of squared errors on each group of pictures, after learning from the others."""
-        return sum(self._errors(number) for number, fold in enumerate(self.folds) if fold.samples.any())
+        numbers = [number for number, fold in enumerate(self.folds) if fold.samples.any()]
+        with threads_for(min(available_cores(), len(numbers)), "vidstyle-folds") as pool:
+            return sum(pool.map(self._errors, numbers))
 
     def _errors(self, number: int) -> float:
         return float(np.maximum(squared_errors(self.folds[number], self.weights_without(number)), 0).sum())
