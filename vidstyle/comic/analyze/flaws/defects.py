@@ -48,6 +48,11 @@ _MAX_BAR_NOISE_LEVELS, _MAX_BAR_NOISE_SHARE = 6, 0.01
 """Noise within a bar, and the share of pixels that may exceed it."""
 _PRIMARY_LOW_LEVEL, _PRIMARY_HIGH_LEVEL = 50, 170
 """Each channel of a primary colour is below the first or above the second value, also in bars of 75 %."""
+_PRIMARY_BITS = np.array(
+    [0 if level < _PRIMARY_LOW_LEVEL else 1 if level > _PRIMARY_HIGH_LEVEL else 8 for level in range(256)],
+    np.uint8,
+)
+"""Low and high levels of a channel as a bit, other levels as 8."""
 _MIN_PRIMARIES, _MIN_PRIMARY_SHARE = 5, 0.03
 """Number of primary colours, and minimum share of the picture that each of them covers."""
 
@@ -167,8 +172,7 @@ def _has_bars(luma: np.ndarray) -> bool:
 
 
 def _has_primaries(color: np.ndarray) -> bool:
-    high = color > _PRIMARY_HIGH_LEVEL
-    is_primary = (high | (color < _PRIMARY_LOW_LEVEL)).all(axis=2)
-    codes = (high @ np.array([1, 2, 4]))[is_primary]
-    shares = np.bincount(codes, minlength=8)[1:7] / is_primary.size
+    # A bit of each channel; pixels with a channel between the levels get codes from 8 on.
+    codes = cv2.transform(cv2.LUT(color, _PRIMARY_BITS), np.array([[1, 2, 4]], np.float32))
+    shares = np.bincount(codes.ravel(), minlength=8)[1:7] / codes.size
     return int((shares > _MIN_PRIMARY_SHARE).sum()) >= _MIN_PRIMARIES
