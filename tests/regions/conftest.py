@@ -11,8 +11,14 @@ from vidstyle.regions.chosen_files import MODEL_VARIABLE
 
 
 @pytest.fixture
-def faces_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without writing: on the table and the clothes of `picture_with_face` there are thin strokes, too."""
+def faces_alone(monkeypatch: pytest.MonkeyPatch, without_writing: None) -> None:
+    """Without writing and finer marks in the whole picture."""
+    monkeypatch.setattr("vidstyle.regions.focus.with_detail", lambda style, detail: style)
+
+
+@pytest.fixture
+def without_writing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On the table and the clothes of `picture_with_face` there are thin strokes."""
     monkeypatch.setattr("vidstyle.regions.focus.lift_writing", lambda picture, amount: (picture, []))
 
 

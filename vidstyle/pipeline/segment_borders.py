@@ -175,11 +175,12 @@ class _Borders:
 
     def _continuing(self) -> dict[str, Any]:
         """How a segment begins in the middle of a scene."""
-        search_time = None if self._faces is None else self._faces.idle_since
+        faces = self._faces
         return {
             "before_pts": self._recent[-1],
             "warm_up_pts": self._recent[0],
-            "search_time": search_time,
+            "search_time": None if faces is None else faces.idle_since,
+            "face_detail": 1.0 if faces is None else faces.face_detail,
         }
 
     def _end_segment(self, begin: dict[str, Any]) -> None:

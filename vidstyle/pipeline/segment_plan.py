@@ -32,6 +32,7 @@ class FilmSegment:
         before_pts: pts of the frame before it, if that belongs to the same scene.
         warm_up_pts: in that case, pts of the frame at which its warm-up starts.
         search_time: in that case, time of the last search for faces before it.
+        face_detail: in that case, see `FaceFollower`.
     """
 
     first: int
@@ -41,6 +42,7 @@ class FilmSegment:
     before_pts: int | None = None
     warm_up_pts: int | None = None
     search_time: float | None = None
+    face_detail: float = 1.0
 
     @property
     def name(self) -> str:

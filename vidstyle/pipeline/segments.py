@@ -180,7 +180,8 @@ class SegmentedFilm:
         style = self._style((Fraction(start), number) for start, number in plan.turns)
         cuts, faces = plan.known_cuts, None
         if segment.search_time is not None and isinstance(style, Style):
-            faceless = FacelessStart(float(segment.pts * Fraction(plan.time_base)), segment.search_time)
+            start_time = float(segment.pts * Fraction(plan.time_base))
+            faceless = FacelessStart(start_time, segment.search_time, segment.face_detail)
             faces = follow_faces(style, cuts, faceless)
         renderer = open_renderer(style, device, announce=False, cuts=cuts, faces=faces)
         open_another = partial(open_renderer, device=device, announce=False)

@@ -15,8 +15,8 @@ from vidstyle.core.closing import Closing
 from vidstyle.core.picture import SITINGS, Picture
 from vidstyle.core.planes import color_rows
 from vidstyle.core.scene_cuts import SceneCutDetector, SceneCuts
+from vidstyle.regions.automatic_detail import MIN_CROWD_DETAIL, face_detail, small_picture_detail
 from vidstyle.regions.boxes import Box, Point
-from vidstyle.regions.crowds import crowd_detail
 from vidstyle.regions.faces import FaceFinder
 from vidstyle.regions.features.landmarks import USUAL_LANDMARKS, Landmarks, MarkedFaces
 from vidstyle.stabilize.motion import reduced_luma
@@ -139,10 +139,12 @@ class FacelessStart:
     Attributes:
         end: the time, in seconds.
         search_time: time of the last search before it.
+        face_detail: see `FaceFollower`.
     """
 
     end: float
     search_time: float
+    face_detail: float = 1.0
 
 
 class FaceFollower(Closing):
@@ -152,7 +154,7 @@ class FaceFollower(Closing):
     do not depend on the speed of the searches.
 
     Attributes:
-        detail: see `FaceSource`.
+        face_detail: level of detail that the faces of the scene's first frame need; see `automatic_detail`.
     """
 
     def __init__(
@@ -173,16 +175,17 @@ class FaceFollower(Closing):
         self._thread = ThreadPoolExecutor(1, "vidstyle-faces")
         self._search: _Search | None = None
         self._still: tuple[object, tuple[Face, ...]] = (None, ())
-        self.detail = 1.0
+        self.face_detail = 1.0
 
     @property
     def idle_since(self) -> float | None:
-        """Time of the last search, if no face is tracked and no search is running; otherwise None.
+        """Time of the last search, if no face is tracked and no search is running; otherwise None."""
+        return None if self._tracks or self._search is not None else self._search_time
 
-        In a crowd it is None too, as `detail` would be lost.
-        """
-        is_idle = not self._tracks and self._search is None and self.detail == 1
-        return self._search_time if is_idle else None
+    @property
+    def detail(self) -> float:
+        """See `FaceSource`."""
+        return self.face_detail * (1.0 if self._shape is None else small_picture_detail(min(self._shape)))
 
     def close(self) -> None:
         """Wait for the last search, and end the thread."""
@@ -201,6 +204,7 @@ class FaceFollower(Closing):
             return self._faces_of_still(picture)
         if self._faceless is not None and time < self._faceless.end:
             self._shape, self._search_time = picture.shape, self._faceless.search_time
+            self.face_detail = self._faceless.face_detail
         elif self._starts(picture, time):
             self._start(picture, time)
         else:
@@ -215,8 +219,8 @@ class FaceFollower(Closing):
         """Return the faces of a single picture; the same picture is not searched again."""
         plane = picture.color if picture.luma is None else picture.luma
         if self._still[0] is not plane:
-            found = find_boxes(self._finder, picture, searches_crowds=True)
-            self.detail = crowd_detail(found, min(picture.shape))
+            found, self._shape = find_boxes(self._finder, picture, searches_crowds=True), picture.shape
+            self.face_detail = face_detail(found, min(picture.shape))
             faces = (Face(next(self._numbers), box, 1.0, marks) for box, marks in found.items())
             self._still = plane, tuple(faces)
         return self._still[1]
@@ -231,7 +235,7 @@ class FaceFollower(Closing):
         """Detect the faces in the first frame of a scene."""
         self._tracks, self._search, self._search_time = [], None, time
         found = find_boxes(self._finder, picture)
-        self.detail = crowd_detail(found, min(picture.shape))
+        self.face_detail = face_detail(found, min(picture.shape))
         if found:
             small = reduced_luma(picture)
             factor = picture.shape[1] / small.shape[1]
@@ -290,7 +294,7 @@ def find_boxes(finder: FaceFinder, picture: Picture, searches_crowds: bool = Fal
     color = searched_copy(picture)
     side = min(color.shape[:2])
     found = finder.find(color, MIN_FACE_RATIO * side / color.shape[0])
-    if searches_crowds and crowd_detail(found, side) > 1:
+    if searches_crowds and face_detail(found, side) >= MIN_CROWD_DETAIL:
         found = finder.find(color, MIN_CROWD_FACE_RATIO * side / color.shape[0], MAX_CROWD_PROPOSALS)
     factor = picture.shape[1] / color.shape[1]
     return {box.scaled(factor): marks for box, marks in found.items()}

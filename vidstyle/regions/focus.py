@@ -16,7 +16,7 @@ from vidstyle.core.picture import Encoding, Picture
 from vidstyle.core.scene_cuts import SceneCuts
 from vidstyle.core.shared_tones import SharedTones
 from vidstyle.picture_edit import PictureEdit
-from vidstyle.regions.crowds import style_for_crowd
+from vidstyle.regions.automatic_detail import with_detail
 from vidstyle.regions.face_tracks import Face
 from vidstyle.regions.features.feature_drawing import draw_features
 from vidstyle.regions.features.feature_lifting import Features, lift_from_picture
@@ -40,7 +40,7 @@ class FaceSource(Protocol):
 
     @property
     def detail(self) -> float:
-        """Level of detail that the whole picture needs, for one scene; see `crowd_detail`."""
+        """Level of detail of the whole picture, the same for one scene; see `automatic_detail`."""
 
     def follow(self, picture: Picture, time: float | None) -> tuple[Face, ...]:
         """Return the faces of the next picture, the largest first; see `FaceFollower.follow`."""
@@ -151,7 +151,7 @@ class FocusRenderer(Backend):
     def change_style(self, style: Style) -> None:
         """Use another style from the next picture on."""
         self._chosen = style
-        self._style = style_for_crowd(style, self._detail)
+        self._style = with_detail(style, self._detail)
         self._page.change_style(self._style)
 
     def restyle(self, request: FrameRequest) -> Picture:
@@ -213,15 +213,17 @@ class FocusRenderer(Backend):
             H x W x 4 uint8, RGB with the changed parts as alpha; None if there are none.
         """
         target = Encoding(full_range=True, subsampling=(1, 1))
-        focused = self._start(
+        started = self._start(
             FrameRequest(picture, None, target, rgb=True),
             lambda backend, each: completed_future(backend.restyle(each)),
         )
-        if not isinstance(focused, FocusedPicture):
+        changed = np.full(picture.shape, self._style != self._chosen)
+        if isinstance(started, FocusedPicture):
+            changed |= started.covers(picture.shape)
+        elif not changed.any():
             return None
-        color = focused.result().color
+        color = started.result().color
         assert color is not None
-        changed = focused.covers(picture.shape) | (self._style != self._chosen)
         return np.dstack([color, 255 * changed.astype(np.uint8)])
 
     def _follow(self, request: FrameRequest) -> tuple[Face, ...]:

@@ -194,7 +194,7 @@ def change_options(command: Callable[..., Any]) -> Callable[..., Any]:
     steady = option("--steady", type=number(0, 1), group=group, help=text)
     text = (
         "Level of detail: 2 halves the size of lines and dots, 0.5 doubles it.  "
-        "[default: 1, and up to 2.5 in scenes of many small faces]"
+        "[default: 1; up to 2.5 in scenes with small faces, less below 480 lines]"
     )
     detail = option("--detail", type=number(0.125, 8), group=group, help=text)
     text = "Finer detail in small faces, from 0 (off) to 1.  [default: the style's]"

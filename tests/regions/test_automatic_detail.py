@@ -1,4 +1,4 @@
-"""Crowds: pictures of many small faces are drawn with finer marks as a whole."""
+"""The level of detail of whole pictures: finer marks for small faces, and coarser ones in a small picture."""
 
 from __future__ import annotations
 
@@ -8,19 +8,22 @@ import cv2
 import numpy as np
 import pytest
 from media import photograph
+from pictures import picture_with_face
 
 from vidstyle.core.picture import Picture
 from vidstyle.core.scene_cuts import KnownCuts
 from vidstyle.cpu.renderer import CpuRenderer
+from vidstyle.regions.automatic_detail import MAX_DETAIL, face_detail, with_detail
 from vidstyle.regions.boxes import Box
-from vidstyle.regions.crowds import MAX_DETAIL, crowd_detail, style_for_crowd
 from vidstyle.regions.face_tracks import FaceFollower, find_boxes
 from vidstyle.regions.faces import FaceFinder
 from vidstyle.regions.features.landmarks import USUAL_LANDMARKS, MarkedFaces
 from vidstyle.regions.focus import FocusRenderer
 from vidstyle.regions.still_faces import KnownFaces
-from vidstyle.renderer import restyle_array, stylize
+from vidstyle.renderer import open_renderer, restyle_array, stylize
 from vidstyle.style import load_style
+
+pytestmark = pytest.mark.usefixtures("without_writing")
 
 LARGE, SMALL = Box(0, 0, 240, 300), Box(0, 0, 24, 30)
 """Faces in a picture of 1080 lines."""
@@ -43,25 +46,26 @@ def crowd(faces: int, height: int) -> np.ndarray:
     ("faces", "detail"),
     [
         ([], 1.0),
-        ([SMALL] * 3, 1.0),
-        ([SMALL] * 4, 1.5),
+        ([LARGE], 1.0),
+        ([LARGE.scaled(0.4)], 1.25),
+        ([SMALL], 1.5),
+        ([SMALL] * 3, 2.0),
         ([SMALL] * 20, MAX_DETAIL),
-        ([SMALL.scaled(1.9)] * 20, 1.5),
-        ([SMALL.scaled(3)] * 20, 1.0),
+        ([SMALL.scaled(2)] * 20, 1.75),
         ([LARGE, *[SMALL] * 20], 1.0),
     ],
-    ids=("none", "three", "four", "many", "larger", "large", "one in front"),
+    ids=("none", "large", "smaller", "small", "three", "many", "larger", "one in front"),
 )
-def test_many_small_faces_need_finer_marks(faces: list[Box[float]], detail: float) -> None:
-    assert crowd_detail(faces, 1080) == detail
+def test_small_faces_need_finer_marks(faces: list[Box[float]], detail: float) -> None:
+    assert face_detail(faces, 1080) == detail
 
 
 def test_the_level_of_detail_that_a_user_chooses_wins() -> None:
     style = load_style("ink")
-    assert style_for_crowd(style, 2).height == 2 * style.height
-    assert style_for_crowd(replace(style, behind=style), 2).behind.height == 2 * style.height
+    assert with_detail(style, 2).height == 2 * style.height
+    assert with_detail(replace(style, behind=style), 2).behind.height == 2 * style.height
     for other in (replace(style, has_detail=True), replace(style, focus=0), replace(style, height=None)):
-        assert style_for_crowd(other, 2).height == other.height
+        assert with_detail(other, 2).height == other.height
 
 
 def test_crowds_are_drawn_with_finer_marks() -> None:
@@ -71,7 +75,15 @@ def test_crowds_are_drawn_with_finer_marks() -> None:
         drawn = restyle_array(renderer, picture)
         overlay = renderer.overlay(Picture.from_array(picture))
     assert (drawn == stylize(picture, replace(style, height=2 * style.height, focus=0))).all()
-    assert overlay is None or overlay[..., 3].all()
+    assert (overlay[..., :3] == drawn).all() and overlay[..., 3].all()
+
+
+@pytest.mark.parametrize("time", [None, 0.0])
+def test_marks_of_small_pictures_keep_their_size(time: float | None) -> None:
+    picture, style = picture_with_face(None)[:320, :400], replace(load_style("mosaic"), focus=0.5)
+    with open_renderer(style, "cpu") as renderer:
+        drawn = restyle_array(renderer, picture, time)
+    assert (drawn == stylize(picture, replace(style, height=style.height * 320 / 480, focus=0))).all()
 
 
 def test_small_faces_are_searched_where_most_are_small() -> None:
@@ -93,5 +105,4 @@ def test_marks_keep_their_size_within_a_scene() -> None:
         for time, each in ((0.0, full), (0.2, empty), (0.4, empty), (0.6, full)):
             follower.follow(Picture.from_array(each), time)
             details.append(follower.detail)
-            assert follower.idle_since is None or follower.detail == 1
     assert details[0] == details[1] > 1 and details[2:] == [1.0, 1.0]
