@@ -12,9 +12,10 @@ several runs, the one with the least counts. *Busy* is the share of the time in 
 *Predicted* is the replay: the processor times of all tasks, measured on one core, on virtual cores. They are
 longer by the factor by which tasks take longer while all measured cores have the same tasks. A thread that
 waits for Python's lock continues after the time that this machine needs to wake a thread on another core.
-From four cores on, a process takes writing off; from eight cores on, pictures are restyled in processes, too.
-Compare it with the measured rows before you believe the virtual ones. Styles without steps have no tasks to
-replay. *Bound by* is the part without which the replay gains most frames per second, and their number then.
+From three cores on, bands are large; from four on, a process takes writing off; from eight on, pictures are
+restyled in processes, too. Compare it with the measured rows before you believe the virtual ones. Styles
+without steps have no tasks to replay. *Bound by* is the part without which the replay gains most frames per
+second, and their number then.
 
 The last table has the processor time of a frame of 1920x1080, the part outside kernels, which is at most the
 time with Python's lock, and the fewest virtual cores for 30 and 60 frames a second. Needs Linux.
@@ -35,6 +36,8 @@ from tools.replay.film import Machine, predicted_seconds  # noqa: E402
 from tools.replay.film_job import FilmJob, film_times, recorded, short_frames  # noqa: E402
 from tools.replay.machine import wake_up_seconds  # noqa: E402
 from tools.replay.record import Recording  # noqa: E402
+from vidstyle.core.bands import MAX_SMALL_BAND_THREADS  # noqa: E402
+from vidstyle.cpu.style_processes import MIN_PROCESS_THREADS  # noqa: E402
 
 STYLES = ("plain", "ink", "comic", "impressionist", "oil", "watercolor")
 VIRTUAL_CORES = (4, 8, 16, 32)
@@ -68,6 +71,7 @@ def _print_speeds(job: FilmJob, rounds: int, wake_up: float) -> None:
     """Print the rows of a style, all numbers of cores in turn."""
     numbers = sorted({*(2**n for n in range(8) if 2**n <= len(job.cores)), len(job.cores)})
     record, slowdown = recorded(job, rounds)
+    large, _ = recorded(replace(job, cores=job.cores[:1], large_bands=True), rounds)
     jobs = [FilmJob(job.clip, job.style, job.frames, job.cores[:number]) for number in numbers]
     runs = [[film_times(each) for each in jobs] for _ in range(rounds)]
     machine, alone = Machine(slowdown, wake_up), 0.0
@@ -80,14 +84,15 @@ def _print_speeds(job: FilmJob, rounds: int, wake_up: float) -> None:
                  f"{run.processor / run.seconds:.2f}", f"{run.others:.2f}", busy,
                  f"{run.voluntary / run.frames:.0f}, {run.involuntary / run.frames:.0f}")  # fmt: skip
         if record.finished:
-            predicted = frames_per_second(record, number, machine)
+            predicted = frames_per_second(_recording_for(number, record, large), number, machine)
             cells += f"{predicted:.1f}", f"{100 * (predicted / speed - 1):+.0f}"
         print(_row([job.style, number, *cells, *[""] * (len(COLUMNS) - 2 - len(cells))]), flush=True)
     if not record.finished:
         return
     single = frames_per_second(record, 1, machine)
     for number in VIRTUAL_CORES:
-        speed = frames_per_second(record, number, machine)
+        shown = _recording_for(number, record, large)
+        speed = frames_per_second(shown, number, machine)
         cells = (
             "",
             "",
@@ -95,9 +100,14 @@ def _print_speeds(job: FilmJob, rounds: int, wake_up: float) -> None:
             *[""] * 4,
             f"{speed:.0f}",
             "",
-            bound(record, number, machine),
+            bound(shown, number, machine),
         )
         print(_row([job.style, f"{number} virtual", *cells]))
+
+
+def _recording_for(cores: int, small: Recording, large: Recording) -> Recording:
+    """Return the recording with the bands that a film has on these cores."""
+    return large if MAX_SMALL_BAND_THREADS < cores < MIN_PROCESS_THREADS else small
 
 
 def frames_per_second(record: Recording, cores: int, machine: Machine) -> float:

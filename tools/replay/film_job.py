@@ -28,7 +28,12 @@ SHORT_RATIO = 0.25
 
 @dataclass(frozen=True)
 class FilmJob:
-    """What to render: the first `frames` of a clip, at `size` if given, on these cores."""
+    """What to render: the first `frames` of a clip, at `size` if given, on these cores.
+
+    Attributes:
+        records: whether the tasks of its frames are recorded.
+        large_bands: whether they have the bands of more threads than `MAX_SMALL_BAND_THREADS`.
+    """
 
     clip: str
     style: str
@@ -36,6 +41,7 @@ class FilmJob:
     cores: Sequence[int]
     size: tuple[int, int] | None = None
     records: bool = False
+    large_bands: bool = False
 
 
 @dataclass(frozen=True)
@@ -119,7 +125,7 @@ def _run(job: FilmJob) -> dict[str, Any]:
             render(job.clip, target, job.style, read=read, write=write, device="cpu", frames=frames)
 
         if job.records:
-            with recording() as made:
+            with recording(job.large_bands) as made:
                 run(WARM_UP_FRAMES)
                 made.clear()
                 run(job.frames)

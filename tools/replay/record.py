@@ -13,11 +13,13 @@ from typing import Any, Literal
 from unittest.mock import patch
 
 import cv2
+import numpy as np
 
 from vidstyle.core.kernels import library
 from vidstyle.core.kernels.arguments import MIN_UNLOCKED_NUMBERS
 from vidstyle.core.kernels.declare import OTHER_TYPES
 from vidstyle.core.picture import Picture
+from vidstyle.cpu import frame_threads
 from vidstyle.cpu.frame_order import FrameOrder
 from vidstyle.cpu.remote_style import RemoteStyle
 from vidstyle.cpu.renderer import CpuRenderer
@@ -143,8 +145,12 @@ _marks = _Marks()
 
 
 @contextmanager
-def recording() -> Iterator[Recording]:
-    """Within the block, record the tasks of one film that is rendered with one thread."""
+def recording(large_bands: bool = False) -> Iterator[Recording]:
+    """Within the block, record the tasks of one film that is rendered with one thread.
+
+    Args:
+        large_bands: use the bands of more threads than `MAX_SMALL_BAND_THREADS`.
+    """
     made, memories = Recording(), dict[int, tuple[int, object]]()
     at, entry = FrameOrder.at, library.entry
 
@@ -159,7 +165,7 @@ def recording() -> Iterator[Recording]:
     def timed_entry(*arguments: Any) -> Callable[..., object]:
         return _native(entry(*arguments), _has_unlocked)
 
-    patches = {
+    patches: dict[tuple[Any, str], Any] = {
         (MaskRenderer, "begin"): _begun(MaskRenderer.begin, made),
         (FocusedPicture, "result"): _finished(FocusedPicture.result, made),
         (CpuRenderer, "_finish"): _finished(CpuRenderer._finish, made),
@@ -174,6 +180,7 @@ def recording() -> Iterator[Recording]:
             for name in ("read", "style", "write")
         },
         (library, "entry"): timed_entry,
+        (np, "partition"): _native(np.partition),
         # A method of OpenCV, which the next lines do not find.
         (flow, "dense_flow"): _native(flow.dense_flow),
         **{
@@ -182,6 +189,8 @@ def recording() -> Iterator[Recording]:
             if isinstance(each, BuiltinFunctionType)
         },
     }
+    if large_bands:
+        patches[frame_threads, "MAX_SMALL_BAND_THREADS"] = 0
     with ExitStack() as stack:
         for (owner, name), replacement in patches.items():
             stack.enter_context(patch.object(owner, name, replacement))
