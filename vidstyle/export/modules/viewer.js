@@ -34,6 +34,8 @@ const MAX_STALL_MS = 700;
 const SIDES = [360, 720, 1080];
 /** The choice of the detail by what is shown and by its speed. */
 const AUTOMATIC = "auto";
+/** Lines of what stands still, for each of its own: what a style draws is finer than the picture. */
+const MIN_STILL_RATIO = 1.5;
 /** Without a GPU, what stands still is drawn in full detail once it has not changed for this time. */
 const REFINE_MS = 500;
 const [DRAWING, REFINING] = ["Drawing…", "Draft; drawing in full detail…"];
@@ -103,9 +105,9 @@ export class Viewer {
     return Boolean(picture) && (!video || Boolean(film?.paused));
   }
 
-  /** The detail of what stands still: as much as it has. Faces lose their features in a smaller picture. */
+  /** The detail of what stands still. Faces lose their features in a smaller picture. */
   get #stillSide() {
-    return SIDES.find((side) => side >= Math.min(...this.source.size)) ?? SIDES[SIDES.length - 1];
+    return SIDES.find((side) => side >= MIN_STILL_RATIO * Math.min(...this.source.size)) ?? SIDES[SIDES.length - 1];
   }
 
   /** The working size: the length of the shorter side. */

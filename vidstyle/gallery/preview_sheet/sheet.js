@@ -26,13 +26,16 @@ const ANSWER_MS = 4000;
 /** @param {number} number */
 const pictureOf = (number) => /** @type {HTMLImageElement} */ (figures[number].querySelector("img"));
 
+/** @param {number} number */
+const nameOf = (number) => (number ? title(pictureOf(number).alt) : "Original");
+
 /** Enlarges a style. @param {number} number */
 function show(number) {
   shown = (number + figures.length) % figures.length;
   const { alt, src } = pictureOf(shown);
   before.src = pictureOf(0).src;
   Object.assign(after, { src, alt });
-  for (const id of ["name", "tag"]) get(id).textContent = title(alt);
+  for (const id of ["name", "tag"]) get(id).textContent = nameOf(shown);
   const looks = seenFigures().filter((figure) => figure !== figures[0]);
   get("count").textContent = shown ? `${looks.indexOf(figures[shown]) + 1} of ${looks.length}` : "";
   const note = figures[shown].querySelector(".note")?.cloneNode(true);
@@ -173,7 +176,7 @@ const KEYS = {
 
 for (const [number, figure] of figures.entries()) {
   figure.querySelector("button")?.addEventListener("click", () => show(number));
-  figure.querySelector("strong")?.replaceChildren(title(pictureOf(number).alt));
+  figure.querySelector("strong")?.replaceChildren(nameOf(number));
 }
 get("previous").addEventListener("click", () => step(-1));
 get("next").addEventListener("click", () => step(1));
