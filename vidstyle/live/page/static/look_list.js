@@ -87,11 +87,14 @@ export class LookList {
     this.#show();
   }
 
-  /** Enter chooses the best look. @param {KeyboardEvent} event */
+  /** Enter chooses the best look and ends the search. @param {KeyboardEvent} event */
   #key(event) {
     const first = /** @type {HTMLElement | null} */ (this.#list.firstElementChild);
-    if (event.key === "Enter" && this.#finder.value.trim()) first?.click();
-    else if (event.key === "ArrowDown") first?.focus();
+    if (event.key === "Enter" && first && this.#finder.value.trim()) {
+      first.click();
+      this.search("");
+      first.focus();
+    } else if (event.key === "ArrowDown") first?.focus();
     else if (event.key === "Escape") this.search("");
     else return;
     event.preventDefault();
