@@ -133,7 +133,7 @@ def test_a_visitor_sees_all_looks_of_a_photograph_and_takes_one(
     saved = style_from_table(
         tomllib.loads(text), "watercolor", "watercolor", folder=load_style("watercolor").folder
     )
-    assert saved == override(load_style("watercolor"), ["kuwahara#1.radius=7"])
+    assert saved == override(load_style("watercolor"), ["kuwahara.radius=7"])
     browser.click("#close")
     until(browser, "!document.getElementById('viewer').open && !location.hash")
     asked = [
