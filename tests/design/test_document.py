@@ -173,9 +173,16 @@ def test_a_saved_picture_is_renamed_where_it_is_used() -> None:
     assert document.mistakes == []
 
 
-@pytest.mark.parametrize("name", ["blueprint", "poster", "cartoon"])
-def test_a_recipe_opens_into_steps_that_make_the_same_picture(name: str) -> None:
-    document = Document(load_style(name))
+@pytest.mark.parametrize(
+    "before",
+    [
+        load_style("blueprint"),
+        Style("tones", background=(Step("gaussian"), Step("luma_posterize", {"levels": 5}))),
+    ],
+    ids=lambda style: style.name,
+)
+def test_a_recipe_opens_into_steps_that_make_the_same_picture(before: Style) -> None:
+    document = Document(before)
     before = document.style
     recipe = next(
         step.number
