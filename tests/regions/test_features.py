@@ -98,6 +98,19 @@ def test_a_strap_is_no_face() -> None:
     assert found == [] and np.array_equal(after, luma_in(Picture.from_array(picture), WINDOW))
 
 
+def test_dark_glasses_are_dark_shapes() -> None:
+    """Only their edges would be found in discs of the size of an eye."""
+    picture, middle = picture_with_face(), round(PLACE.center[0])
+    for eye in (middle - 10, middle + 10):
+        cv2.ellipse(
+            picture, (eye, round(PLACE.top + 0.42 * PLACE.height)), (9, 7), 0, 0, 360, (20, 20, 24), -1
+        )
+    _, (found,) = lifted(Picture.from_array(picture))
+    left, top = middle + 6 - found.window.left, round(PLACE.top + 0.42 * PLACE.height) - 4 - found.window.top
+    lens = np.s_[top : top + 8, left : left + 8]
+    assert found.tones.dark[lens].mean() > 0.5
+
+
 def test_light_lines_fill_no_dark_shape() -> None:
     """White eyes would make a face a negative: only their outlines are drawn."""
     picture = picture_with_face()

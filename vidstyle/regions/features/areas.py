@@ -35,6 +35,8 @@ height; and the quantile of luma that counts as the eye."""
 EYE_LUMA_RATIO_RANGE, CHEEK_LUMA_RATIO_RANGE = (0.9, 0.97), (0.5, 0.35)
 """Luma of an eye relative to the cheek below, and of that cheek relative to the forehead, from which it is
 doubtful, and from which it is certain that there is no eye. On 24 faces and the strap of a watch."""
+MAX_GLASSES_LUMA_RATIO = 0.6
+"""Luma of skin without features at both eyes, relative to the cheeks, below which there are dark glasses."""
 MIN_LUMA = 0.03
 """Added to luma before it is compared, because of noise."""
 
@@ -89,17 +91,7 @@ def eye_doubt(luma: np.ndarray, face: Face, window: Rectangle) -> float:
     Args:
         luma: the window, H x W float32, 0..1.
     """
-    marks, radius = face.landmarks.inside(face.box), SAMPLE_RADIUS_RATIO * face.box.height
-
-    def level(point: Point, share: float) -> float:
-        left, top = point[0] - window.left, point[1] - window.top
-        box = Box(
-            *(round(each) for each in (left - radius, top - radius, left + radius + 1, top + radius + 1))
-        )
-        inside = box.intersection(Box(0, 0, luma.shape[1], luma.shape[0]))
-        samples = np.sort(luma[inside.top : inside.bottom, inside.left : inside.right], axis=None)
-        return MIN_LUMA + (float(samples[int(share * (samples.size - 1))]) if samples.size else 0.0)
-
+    marks, level = face.landmarks.inside(face.box), _Levels(luma, face, window)
     between = _middle(*marks[:2])
     forehead = level(_toward(between, _middle(*marks[3:]), -0.4), 0.5)
     doubts = []
@@ -112,6 +104,32 @@ def eye_doubt(luma: np.ndarray, face: Face, window: Rectangle) -> float:
             )
         )
     return max(doubts)
+
+
+def has_dark_glasses(skin: np.ndarray, face: Face, window: Rectangle) -> bool:
+    """Whether a face has something dark and wide over both eyes; `skin`: see `skin_luma`."""
+    marks, level = face.landmarks.inside(face.box), _Levels(skin, face, window)
+    sides = zip(marks[:2], marks[3:], strict=True)
+    return all(
+        level(eye, 0.5) < MAX_GLASSES_LUMA_RATIO * level(_middle(eye, corner), 0.5) for eye, corner in sides
+    )
+
+
+class _Levels:
+    """Quantiles of luma in small squares of a face."""
+
+    def __init__(self, luma: np.ndarray, face: Face, window: Rectangle) -> None:
+        self._luma, self._window = luma, window
+        self._radius = SAMPLE_RADIUS_RATIO * face.box.height
+
+    def __call__(self, point: Point, share: float) -> float:
+        """Return a quantile around a point of the picture."""
+        left, top = point[0] - self._window.left, point[1] - self._window.top
+        radius, (height, width) = self._radius, self._luma.shape
+        ends = left - radius, top - radius, left + radius + 1, top + radius + 1
+        inside = Box(*map(round, ends)).intersection(Box(0, 0, width, height))
+        samples = np.sort(self._luma[inside.top : inside.bottom, inside.left : inside.right], axis=None)
+        return MIN_LUMA + (float(samples[int(share * (samples.size - 1))]) if samples.size else 0.0)
 
 
 def _share(value: float, ends: tuple[float, float]) -> float:

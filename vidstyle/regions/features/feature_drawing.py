@@ -25,6 +25,8 @@ INK_RANGE, CORE_RANGE, LINE_RANGE = (0.2, 0.5), (0.45, 0.95), (0.2, 0.6)
 same over tones; and for lines in light."""
 CORE_WEIGHT = 0.7
 """Opacity of ink over tones."""
+FULL_LINE_HEIGHT_PX = 60
+"""Height of a face from which lines in light are opaque: on smaller ones, they are as wide as an eye."""
 FULL_INK_WEIGHT = 0.33
 """Weight of features from which strokes are full ink: line drawings have no gray."""
 LIGHT_WEIGHT = 0.8
@@ -150,7 +152,8 @@ def _marks(
     change, dot = weight * (tones.tone - 1), raster.dot(MAX_DOT_RATIO * min(page.shape))
     match medium:
         case Medium.LIGHT_LINES:
-            line = cover * _ramp(tones.contour, LINE_RANGE)
+            share = np.float32(min(1.0, each.face.box.height / FULL_LINE_HEIGHT_PX))
+            line = share * cover * _ramp(tones.contour, LINE_RANGE)
             return _Marks(same, none, none, line) if is_light else _Marks(same, none, line, none)
         case Medium.INK_OVER_TONES:
             core = np.float32(CORE_WEIGHT) * cover * _ramp(tones.dark, CORE_RANGE)

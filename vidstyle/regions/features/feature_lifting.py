@@ -17,11 +17,13 @@ from vidstyle.core.picture import Picture
 from vidstyle.core.plain_codes import codes_from_values, values_from_codes
 from vidstyle.regions.boxes import Box, Rectangle
 from vidstyle.regions.face_tracks import Face
-from vidstyle.regions.features.areas import eye_doubt, feature_areas
+from vidstyle.regions.features.areas import eye_doubt, feature_areas, has_dark_glasses
 from vidstyle.regions.features.tones import FeatureTones, feature_tones, skin_luma, without_grain
 from vidstyle.regions.masks import face_mask, mask_box
 from vidstyle.regions.patches import Patch, plane_area
 
+GLASSES_FACTOR = 2.0
+"""How much larger than an eye dark glasses are."""
 LIGHT_RATIO = 0.08
 """Standard deviation of the Gaussian that finds light and shade on a face, relative to its height."""
 
@@ -107,6 +109,9 @@ def _lift(
         return None
     luma, height = without_grain(luma), face.box.height
     skin, strokes = skin_luma(luma, height)
+    if has_dark_glasses(skin, face, window):
+        skin, _ = skin_luma(luma, GLASSES_FACTOR * height)
+        strokes = skin
     areas, inner = feature_areas(face, window), face_mask(face.box, window)
     areas = areas._replace(whole=areas.whole * inner)
     # The closing spreads a bright cheek over a shaded one, as a disc.
