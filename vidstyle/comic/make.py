@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 
 from vidstyle.comic.analyze.film import open_film
+from vidstyle.comic.analyze.flaws.refused import describe_refused
 from vidstyle.comic.analyze.key_frame_source import Film
 from vidstyle.comic.comic_options import ComicOptions as ComicOptions
 from vidstyle.comic.comic_options import read_saved
@@ -126,6 +127,7 @@ class _Job:
             with self._open_check(film, faces) as check:
                 plan = planner.plan(lines, check)
             self._omitted = planner.omitted
+            self._report_refused(film)
             self._report_single(plan, film)
             self._report_omitted(lines)
             _report_lacking(plan.letters)
@@ -135,6 +137,11 @@ class _Job:
         """Return the check of key frames; None for a contact sheet, which shows any frame."""
         options = self._options
         return nullcontext() if options.storyboard else DrawnCheck(film, self._styles, options.device, faces)
+
+    def _report_refused(self, film: Film) -> None:
+        """Report the frames that were too bad for a panel."""
+        if not self._options.storyboard and (refused := describe_refused(film.survey().candidates)):
+            log.info(refused)
 
     def _report_single(self, plan: PagePlan, film: Film) -> None:
         """Explain why a film gets a single panel."""

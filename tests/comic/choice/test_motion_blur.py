@@ -14,6 +14,7 @@ from vidstyle.comic.analyze.features import Candidate, extract_features
 from vidstyle.comic.analyze.flaws.defect_limits import DefectLimits
 from vidstyle.comic.analyze.flaws.defects import count_block_corners
 from vidstyle.comic.analyze.flaws.motion_blur import FlowMeter, mark_fast_faces, region_flow
+from vidstyle.comic.analyze.flaws.refused import describe_refused
 from vidstyle.regions.boxes import Box
 
 STILL = cv2.resize(photograph("chelsea"), (640, 360))
@@ -102,3 +103,11 @@ def test_a_person_with_smeared_hands_before_a_still_camera_is_blurred() -> None:
         seen(each, faces=faces) for each, faces in ((flow, (face,)), (waving, (face,)), (waving, ()))
     )
     assert [each.blurred for each in mark_fast_faces([resting, smeared, empty])] == [False, True, False]
+
+
+def test_refused_frames_are_reported_with_their_first_reason() -> None:
+    good, mixed = seen(None), seen(None, in_transition=True, blurred=True)
+    broken = seen(None, damaged=True, in_transition=True)
+    text = "3 of 4 frames were not used: 1 damaged, 2 in dissolves or fades"
+    assert describe_refused([good, mixed, broken, mixed]) == text
+    assert describe_refused([good]) == ""
