@@ -155,7 +155,8 @@ def joined_future(parts: Sequence[Future[Picture]], join: Callable[[], Picture])
     """Return the result of `join`, which the thread calls that completes the last of the pictures."""
     assert parts, "nothing would complete the result"
     joined: Future[Picture] = Future()
-    lock, waiting = Lock(), list(parts)
+    # A future keeps its callbacks: with `join`, which may refer to it, pictures would stay in memory.
+    lock, waiting, pending = Lock(), list(parts), [join]
 
     def complete(part: Future[Picture]) -> None:
         with lock:
@@ -163,7 +164,7 @@ def joined_future(parts: Sequence[Future[Picture]], join: Callable[[], Picture])
             if waiting:
                 return
         try:
-            joined.set_result(join())
+            joined.set_result(pending.pop()())
         except BaseException as error:  # raised again by `result`
             joined.set_exception(error)
 

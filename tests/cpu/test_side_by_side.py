@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 import threading
+import weakref
 from collections.abc import Callable
 from concurrent.futures import CancelledError, Future
 from contextlib import closing
@@ -19,7 +20,7 @@ from pictures import same_bits, step, style
 from remembering import FILM, REMEMBERING, film
 from waiting import LONG
 
-from vidstyle.backend import FrameRequest
+from vidstyle.backend import FrameRequest, joined_future
 from vidstyle.core.picture import Picture
 from vidstyle.core.sampling import ExponentialSmoother
 from vidstyle.cpu import frame_memory
@@ -210,3 +211,16 @@ def test_estimated_memory_grows_with_the_picture_and_the_style() -> None:
             sizes[shape] = frame_memory.frame_bytes(*arguments, renderer._threads.workers(2, FILM[0]))
     assert 3 < sizes[90, 120] / sizes[45, 60] < 5
     assert sizes[45, 60] > np.zeros((45, 60, 3), np.float32).nbytes
+
+
+def test_finished_parts_of_a_picture_do_not_keep_what_joined_them() -> None:
+    class Joiner:
+        def join(self) -> Picture:
+            return FILM[0]
+
+    parts, joiner = [Future[Picture](), Future[Picture]()], Joiner()
+    joined, kept = joined_future(parts, joiner.join), weakref.ref(joiner)
+    del joiner
+    for each in parts:
+        each.set_result(FILM[1])
+    assert joined.result(LONG) is FILM[0] and kept() is None
