@@ -151,7 +151,7 @@ const MIN_SMOOTH_RATE = 12;
 function sentenceOf(now) {
   const shown = Math.round(rate());
   if (now.degraded) return `${title(now.degraded)}; ${shown} frames per second`;
-  if (shown < MIN_SMOOTH_RATE && times.length) return `Slow computer: only ${shown} frames per second`;
+  if (shown < MIN_SMOOTH_RATE && times.length && shareOf(now)) return `Slow computer: only ${shown} frames per second`;
   return `Live, ${shown} frames per second`;
 }
 
