@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from face_network import red_people
+from pictures import keep_writing
 
 from vidstyle.regions.chosen_files import MODEL_VARIABLE
 
@@ -19,7 +20,7 @@ def faces_alone(monkeypatch: pytest.MonkeyPatch, without_writing: None) -> None:
 @pytest.fixture
 def without_writing(monkeypatch: pytest.MonkeyPatch) -> None:
     """On the table and the clothes of `picture_with_face` there are thin strokes."""
-    monkeypatch.setattr("vidstyle.regions.focus.lift_writing", lambda picture, amount: (picture, []))
+    monkeypatch.setattr("vidstyle.regions.focus.lift_writing", keep_writing)
 
 
 @pytest.fixture
