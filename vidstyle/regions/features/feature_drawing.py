@@ -35,6 +35,8 @@ CLEAR_RATIO, CLEAR_RANGE, GROUND_RATIO = 0.027, (0.4, 0.65), 0.12
 """Distance from ink in which dots and hatching are cleared, relative to the face's height; nearness from
 which they begin to be, and from which they are, as there is no gray; and side of the square whose mean
 replaces letters and scan lines, in the same way."""
+PAPER_WEIGHT = 0.45
+"""How far dots and hatching near ink are cleared to paper, as bare paper would be a white ring."""
 CALM_WEIGHT_RANGE, CALM_CELL_FACTOR = (0.5, 0.75), 6.0
 """How far scan lines and letters are cleared under features; letters, by their height relative to the face's
 times this factor."""
@@ -120,7 +122,8 @@ def draw_features(
                     if is_paper
                     else local_mean(values, GROUND_RATIO * each.face.box.height, step)
                 )
-                drawn = drawn + _like(found.clear, values) * (ground - drawn)
+                share = np.float32(PAPER_WEIGHT if is_paper and raster.cell is None else 1)
+                drawn = drawn + share * _like(found.clear, values) * (ground - drawn)
             drawn = drawn * _like(factor, values)
             for color, cover in ((light, found.bright), (ink, found.ink)):
                 if cover.any():
