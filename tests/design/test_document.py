@@ -176,7 +176,7 @@ def test_a_saved_picture_is_renamed_where_it_is_used() -> None:
 @pytest.mark.parametrize(
     "before",
     [
-        load_style("blueprint"),
+        Style("lines", lines=(Step("flow_xdog", {"phi": 0.02}),)),
         Style("tones", background=(Step("gaussian"), Step("luma_posterize", {"levels": 5}))),
     ],
     ids=lambda style: style.name,

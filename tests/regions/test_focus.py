@@ -95,7 +95,7 @@ def test_a_pale_face_keeps_its_features(name: str, least: float) -> None:
 
 
 def test_much_of_what_a_pale_face_loses_is_there_with_focus() -> None:
-    picture, style = (picture_with_face() * 0.3 + 150).astype(np.uint8), load_style("ink")
+    picture, style = (picture_with_face() * 0.3 + 150).astype(np.uint8), load_style("woodcut")
     focused, plain = (likeness(picture, stylize(picture, each, "cpu")) for each in (style, without(style)))
     assert 1 - focused < 0.7 * (1 - plain)
 
