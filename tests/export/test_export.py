@@ -179,6 +179,10 @@ def test_a_paused_film_is_drawn_in_full_detail_and_tells_its_time(
         browser.run(f"return document.getElementById('{name}').textContent") for name in ("quality", "time")
     ]
     assert said == ["Full detail.", "0:00 / 0:01"]
+    browser.run("document.getElementById('again').click()")
+    assert browser.run("return document.body.matches('.empty')")
+    browser.press("Escape")
+    assert not browser.run("return document.body.matches('.empty')")
 
 
 def test_a_link_holds_the_values_that_the_controls_allow(page: Path, browser: Browser) -> None:

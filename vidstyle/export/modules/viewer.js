@@ -191,6 +191,7 @@ export class Viewer {
     clearTimeout(this.#refining);
     this.#wait(DRAWING);
     document.body.classList.remove("empty", "example");
+    get("back").hidden = true;
     get("film").hidden = !this.source.film;
     this.#styled.open();
     this.#adapt();
@@ -291,6 +292,13 @@ export class Viewer {
     this.say(clip.size ? `${name} is in your downloads.` : "The browser has recorded nothing.");
   }
 
+  /** Offers to open another file, or returns to the picture. @param {boolean} on */
+  #invite(on) {
+    document.body.classList.toggle("empty", on);
+    get("back").hidden = !on;
+    get(on ? "open" : "again").focus();
+  }
+
   #compare() {
     this.#styled.divider.toggle();
     press(get("compare"), this.#styled.divider.split !== null);
@@ -317,9 +325,13 @@ export class Viewer {
     this.source.listen(picker);
     /** @type {Record<string, () => void>} */
     const clicks = {
-      open: () => picker.click(),
+      open: () => {
+        picker.value = ""; // the same file is a choice, too
+        picker.click();
+      },
       camera: () => this.source.openCamera(),
-      again: () => document.body.classList.add("empty"),
+      again: () => this.#invite(true),
+      back: () => this.#invite(false),
       full: () => (document.fullscreenElement ? document.exitFullscreen() : get("viewer").requestFullscreen()),
       play: () => this.source.toggle(),
       save: () => this.#save(),
@@ -345,6 +357,7 @@ export class Viewer {
     const target = /** @type {HTMLElement} */ (event.target);
     if (target.matches("input:not([type=range]), select, dialog *") || event.ctrlKey || event.metaKey || event.altKey || !this.source.picture) return;
     if (event.key === SHARED_KEYS.original) return this.#hold(true);
+    if (event.key === "Escape" && !get("back").hidden) return this.#invite(false);
     const id = KEYS[event.key];
     if (!id || !get("stage").checkVisibility()) return;
     if (event.key === " " && (get("film").hidden || target.matches("button"))) return;
