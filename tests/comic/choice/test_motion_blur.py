@@ -12,7 +12,7 @@ from stories import small_luma
 
 from vidstyle.comic.analyze.features import Candidate, extract_features
 from vidstyle.comic.analyze.flaws.defect_limits import DefectLimits
-from vidstyle.comic.analyze.flaws.defects import count_block_corners
+from vidstyle.comic.analyze.flaws.defects import Blockiness, count_block_corners
 from vidstyle.comic.analyze.flaws.motion_blur import FlowMeter, mark_fast_faces, region_flow
 from vidstyle.comic.analyze.flaws.refused import describe_refused
 from vidstyle.regions.boxes import Box
@@ -111,3 +111,17 @@ def test_refused_frames_are_reported_with_their_first_reason() -> None:
     text = "3 of 4 frames were not used: 1 damaged, 2 in dissolves or fades"
     assert describe_refused([good, mixed, broken, mixed]) == text
     assert describe_refused([good]) == ""
+
+
+def test_damage_is_found_though_most_of_a_film_is_damaged() -> None:
+    clean, broken = (seen(None, blockiness=Blockiness(value, 0.2)) for value in (0.15, 0.45))
+    limits = DefectLimits.of([clean] * 3 + [broken] * 7)
+    assert limits.mark(broken).broken and not limits.mark(clean).broken
+
+
+@pytest.mark.parametrize(("corners", "is_broken"), [(18, False), (45, True)])
+def test_a_scene_may_have_corners_of_its_own(corners: int, is_broken: bool) -> None:
+    """Bricks and signs in each frame of a scene of a film without others; damage has more corners."""
+    smooth = [seen(None, block_corners=1)] * 20
+    brick = seen(None, scene=1, block_corners=corners)
+    assert DefectLimits.of([*smooth, *[brick] * 9]).mark(brick).broken == is_broken

@@ -20,7 +20,9 @@ _BLOCKINESS_FACTOR, _BLOCKINESS_TOLERANCE, _MIN_BLOCKINESS_LIMIT = 1.2, 0.06, 0.
 They were tuned on four damaged copies of films, whose undamaged copies are never above it.
 """
 _USUAL_BLOCKINESS_FACTOR = 1.5
-"""A damaged frame also exceeds this multiple of the film's median, which is high for strong compression."""
+"""A damaged frame also exceeds this multiple of the usual one of the film, in case of strong compression."""
+_USUAL_PERCENTILE = 25
+"""Percentile that represents the usual blockiness of a film and corners of a scene: most may be damaged."""
 _TEXTURE_PERCENTILE = 98
 """The percentile of all frames that represents the film's textures."""
 
@@ -30,6 +32,9 @@ _MIN_CORNERS_LIMIT, _USUAL_CORNERS_FACTOR, _CORNERS_TOLERANCE = 14, 3, 8
 They were tuned on a damaged trailer that was scaled and encoded again, which has 40 to 70, and on five
 undamaged films, which have up to 13.
 """
+_SCENE_CORNERS_FACTOR, _MAX_SCENE_LIMIT = 1.5, 34
+"""The limit is raised to this multiple of the usual number in a scene, plus the tolerance, but not beyond the
+second value: windows, bricks and signs have corners, too."""
 _MAX_DAMAGE_GAP_SECONDS = 2.5
 """Time between two damaged frames of a scene in which the other frames are damaged, too."""
 _MIN_NEARBY_CORNERS, _MAX_SPREAD_SECONDS = 6, 0.6
@@ -61,7 +66,7 @@ class DefectLimits:
 
     Attributes:
         blockiness: the highest one without damage.
-        corners: the highest number of corners of blocks without damage.
+        corners: the highest number of corners of blocks without damage in each scene.
         broken: scene and time of each candidate with more corners.
         sharpness: of the film's sharp frames.
         by_scene: time and sharpness of the candidates of each scene, without scenes in which something moves
@@ -70,7 +75,7 @@ class DefectLimits:
     """
 
     blockiness: float
-    corners: float
+    corners: dict[int, float]
     broken: list[tuple[int, float]]
     sharpness: float
     by_scene: dict[int, list[tuple[float, float]]]
@@ -80,12 +85,11 @@ class DefectLimits:
     def of(cls, candidates: Sequence[Candidate]) -> DefectLimits:
         """Measure the limits on the candidates of a film."""
         texture = float(np.percentile([each.blockiness.off_grid for each in candidates], _TEXTURE_PERCENTILE))
-        usual = float(np.median([each.blockiness.on_grid for each in candidates]))
+        usual = float(np.percentile([each.blockiness.on_grid for each in candidates], _USUAL_PERCENTILE))
         highest = max(_BLOCKINESS_FACTOR * texture, _USUAL_BLOCKINESS_FACTOR * usual) + _BLOCKINESS_TOLERANCE
         blockiness = max(_MIN_BLOCKINESS_LIMIT, highest)
-        corners = _USUAL_CORNERS_FACTOR * float(np.median([each.block_corners for each in candidates]))
-        corners = max(_MIN_CORNERS_LIMIT, corners + _CORNERS_TOLERANCE)
-        broken = [(each.scene, each.time) for each in candidates if each.block_corners > corners]
+        corners = _corner_limits(candidates)
+        broken = [(each.scene, each.time) for each in candidates if each.block_corners > corners[each.scene]]
         clear = [each for each in candidates if not replace(each, combed=False).is_flawed]
         if len(clear) < _MIN_SHARPNESS_COUNT:
             return cls(blockiness, corners, broken, 0.0, {}, clear)
@@ -102,7 +106,7 @@ class DefectLimits:
         broken = (
             candidate.broken
             or candidate.blockiness.on_grid > self.blockiness
-            or candidate.block_corners > self.corners
+            or candidate.block_corners > self.corners.get(candidate.scene, np.inf)
             or (candidate.block_corners >= _MIN_NEARBY_CORNERS and self._is_near_broken(candidate))
         )
         blurred = self._is_blurred(candidate) or self._lacks_detail(candidate)
@@ -141,6 +145,20 @@ class DefectLimits:
         if region_flow(candidate) > MAX_PICTURE_FLOW:
             limit = max(limit, self.sharpness)
         return candidate.sharpness < limit
+
+
+def _corner_limits(candidates: Sequence[Candidate]) -> dict[int, float]:
+    """Return for each scene the highest number of corners without damage."""
+    usual = _USUAL_CORNERS_FACTOR * float(np.median([each.block_corners for each in candidates]))
+    limit = max(_MIN_CORNERS_LIMIT, usual + _CORNERS_TOLERANCE)
+    by_scene: dict[int, list[int]] = {}
+    for each in candidates:
+        by_scene.setdefault(each.scene, []).append(each.block_corners)
+    raised = {
+        scene: _SCENE_CORNERS_FACTOR * float(np.percentile(counts, _USUAL_PERCENTILE)) + _CORNERS_TOLERANCE
+        for scene, counts in by_scene.items()
+    }
+    return {scene: max(limit, min(_MAX_SCENE_LIMIT, each)) for scene, each in raised.items()}
 
 
 def _of_same_view(candidate: Candidate, others: Sequence[Candidate]) -> list[Candidate]:
