@@ -148,7 +148,7 @@ def test_no_pass_exceeds_guaranteed_render_targets() -> None:
 @pytest.mark.parametrize("form", ["compute", "fragment"])
 def test_a_slider_changes_no_shader(form: Form) -> None:
     look = vidstyle.load_style("comic")
-    changes = ["halftone.cell=9", "soft_threshold.epsilon=90", "posterize.levels=3"]
+    changes = ["halftone.cell=9", "lines.soft_threshold.epsilon=90", "posterize.levels=3"]
     other = override(look, changes)
     texts = [
         [write_shader(plan, each).assembly.text for each in plan.passes]
