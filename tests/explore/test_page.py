@@ -94,7 +94,9 @@ def picture(visitor: Visitor, address: str) -> np.ndarray:
 def test_the_page_is_told_of_the_clip_and_of_nine_tiles(window: Window) -> None:
     clip, state = window.news("clip"), window.news("state")
     assert (clip["name"], clip["size"], clip["count"]) == ("film.mp4", list(SIZE), 15)
-    assert len({tile["tile"] for tile in state["tiles"]}) == 9 and state["locks"] == []
+    assert len({tile["tile"] for tile in state["tiles"]}) == 9
+    assert len({tile["caption"] for tile in state["tiles"]}) == 9, "no caption twice"
+    assert state["locks"] == []
 
 
 def test_a_tile_is_drawn_by_the_server_as_the_style_draws_it(page: ExploreServer, visitor: Visitor) -> None:
@@ -371,6 +373,12 @@ def test_by_keyboard_alone_a_look_is_found_kept_compared_and_saved(
     opened.until("document.getElementById('tiles').ariaBusy === 'false'")
     press(opened, ",")
     eventually(lambda: chooser.at < at)
+    opened.until("document.getElementById('tiles').ariaBusy === 'false'")
+    at, count = chooser.at, len(chooser.screens)
+    opened.run("document.querySelector('.take').click(); document.getElementById('back').click()")
+    eventually(lambda: len(chooser.screens) == count + 1)
+    eventually(lambda: chooser.at == at, "Back while the next screen is made")
+    opened.until("document.getElementById('tiles').ariaBusy === 'false'")
     press(opened, "?")
     assert opened.run("return document.getElementById('help').open")
     opened.run("document.getElementById('help').close()")

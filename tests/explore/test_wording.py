@@ -6,13 +6,8 @@ import numpy as np
 from media import photograph
 
 from vidstyle.blocks import all_blocks
-from vidstyle.explore.wording import (
-    MARK_WORDS,
-    name_blocks,
-    name_look,
-    name_step_changes,
-    name_visible_changes,
-)
+from vidstyle.explore.visible_marks import MARK_WORDS, visible_marks
+from vidstyle.explore.wording import name_blocks, name_step_changes, names_of_changes, names_of_look
 from vidstyle.style import load_style
 from vidstyle.style.wiring import main_path
 
@@ -29,17 +24,28 @@ def test_a_look_is_named_by_the_blocks_on_its_main_path() -> None:
 
 
 def test_a_look_is_named_by_what_one_sees() -> None:
-    dots = load_style(
-        {"format": 1, "base": [{"block": "halftone"}, {"block": "noise"}, {"block": "posterize"}]}
-    )
     blue = np.full((40, 60, 3), (40, 90, 200), np.uint8)
-    assert name_look(dots, blue) == "Blue print, dotted"
-    assert name_look(dots, blue // 4) == "Dark blue print, dotted"
+    assert names_of_look(blue, ("dots", "grain")) == ["Blue, dots", "Blue, dots, grain"]
+    assert names_of_look(blue // 4, ()) == ["Dark blue"]
     gray = np.full((40, 60, 3), 120, np.uint8)
-    assert name_look(load_style("plain"), gray) == "Gray picture"
+    assert names_of_look(gray, ("soft",)) == ["Gray, soft"]
     both = np.concatenate([blue, np.full_like(blue, (220, 120, 20))])
-    assert name_look(load_style("plain"), both) == "Vivid picture"
-    assert name_look(load_style("plain"), np.full_like(blue, (180, 165, 140))) == "Sepia picture"
+    assert names_of_look(both, ()) == ["Vivid colours"]
+    assert names_of_look(np.full_like(blue, (180, 165, 140)), ()) == ["Sepia"]
+    assert names_of_look(np.concatenate([gray * 0, gray * 0 + 255]), ()) == ["Black and white"]
+
+
+def test_a_mark_is_named_only_where_it_is_seen() -> None:
+    source = np.ascontiguousarray(photograph("astronaut")[:240, :320])
+    dots = {
+        "format": 1,
+        "background": [{"block": "halftone", "cell": 6}, {"block": "noise", "amount": 0.01}],
+    }
+    assert visible_marks(load_style(dots), source) == ("dots",)
+    blurred = {"format": 1, "background": [*dots["background"], {"block": "gaussian", "sigma": 4}]}  # type: ignore[misc]
+    assert "dots" not in visible_marks(load_style(blurred), source), "nothing is left of them"
+    assert "flat areas" in visible_marks(load_style("poster"), source)
+    assert visible_marks(load_style("ascii"), source)[0] == "letters", "a mark beside the main path"
     assert MARK_WORDS.keys() <= all_blocks().keys()
 
 
@@ -53,10 +59,12 @@ def test_gained_and_lost_blocks_are_named() -> None:
 def test_visible_changes_are_named_the_largest_first() -> None:
     picture = photograph("coffee")[::4, ::4]
     gray = picture.mean(axis=2, keepdims=True).repeat(3, axis=2).astype(np.uint8)
-    assert name_visible_changes(picture, picture) == ""
-    assert "less colourful" in name_visible_changes(gray, picture).lower()
-    assert name_visible_changes((picture * 0.5).astype(np.uint8), picture).startswith("Darker")
-    assert name_visible_changes(picture // 2 + 127, picture).startswith("Lighter")
+    assert names_of_changes(picture, picture) == []
+    assert "less colourful" in names_of_changes(gray, picture)[0].lower()
+    assert names_of_changes((picture * 0.5).astype(np.uint8), picture)[0].startswith("Darker")
+    assert names_of_changes(picture // 2 + 127, picture)[0].startswith("Lighter")
+    slight = names_of_changes(np.minimum(picture, 252) + 3, picture)
+    assert slight[0].startswith("A little ") and len(set(slight)) == len(slight)
 
 
 def test_the_main_path_leads_through_the_steps_that_become_the_result() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from itertools import combinations
 
 import numpy as np
 
@@ -15,33 +16,7 @@ from vidstyle.style.wiring import main_path
 
 VISIBLE_CATEGORIES = ("print", "paint", "lines", "texture", "color", "tone", "smooth")
 """Categories of blocks by how much they say about a look, the most first."""
-MAX_NAMED_BLOCKS, MAX_NAMED_CHANGES, MAX_NAMED_MARKS = 2, 2, 1
-KIND_WORDS = {"print": "print", "paint": "painting", "lines": "drawing"}
-"""What a look resembles, by the category of the block that shapes it most."""
-MARK_WORDS = {
-    "dither": "speckled",
-    "glyphs": "in letters",
-    "halftone": "dotted",
-    "line_screen": "engraved",
-    "mosaic": "in tiles",
-    "overprint": "in spot inks",
-    "pixelate": "in pixels",
-    "kuwahara": "in patches",
-    "lic": "bristly",
-    "strokes": "brush strokes",
-    "flow_xdog": "inked",
-    "pattern": "hatched",
-    "sobel": "outlined",
-    "noise": "grainy",
-    "relief": "embossed",
-    "shift": "colours apart",
-    "posterize": "flat tones",
-    "luma_posterize": "flat tones",
-    "soft_threshold": "solid shapes",
-    "tvf": "smooth",
-    "gaussian": "soft",
-}
-"""What one sees of a block; the others show in the colours only."""
+MAX_NAMED_BLOCKS, MAX_NAMED_CHANGES = 2, 2
 HUE_WORDS = (
     (15, "pink"),
     (45, "red"),
@@ -54,6 +29,9 @@ HUE_WORDS = (
     (360, "pink"),
 )
 """Words for hues of Oklab, each up to an angle in degrees."""
+MIN_BLACK_AND_WHITE_RATIO = 0.8
+"""Share of nearly black and nearly white pixels of a gray picture that is called black and white."""
+MAX_BLACK_LEVEL, MIN_WHITE_LEVEL = 0.2, 0.8
 MAX_GRAY_CHROMA, MAX_SEPIA_CHROMA, MIN_VIVID_CHROMA = 0.012, 0.05, 0.065
 """Mean chroma of a picture without colours, of orange or yellow called sepia, and of vivid colours."""
 MIN_ONE_HUE = 0.9
@@ -71,17 +49,15 @@ MIN_CHANGES = np.array([0.04, 0.03, 0.015, 0.015, 0.015])
 """Changes of these numbers that people notice between two small pictures, chosen by eye."""
 
 
-def name_look(style: Style, picture: np.ndarray) -> str:
-    """Return what one sees of a look, such as "Blue print, dotted".
+def names_of_look(picture: np.ndarray, marks: Sequence[str]) -> list[str]:
+    """Return names for what one sees of a look, such as "Blue, dots", each more detailed than the one before.
 
     Args:
-        style: the look.
         picture: a picture in it, H x W x 3 uint8.
+        marks: what is seen in it; see `visible_marks`.
     """
-    blocks = _visible_blocks(style)
-    kind = KIND_WORDS.get(blocks[0].category, "picture") if blocks else "picture"
-    marks = dict.fromkeys(MARK_WORDS[block.name] for block in blocks if block.name in MARK_WORDS)
-    return _sentence([f"{_color_words(picture)} {kind}", *list(marks)[:MAX_NAMED_MARKS]])
+    color = _color_words(picture)
+    return [_sentence([color, *marks[:count]]) for count in range(min(1, len(marks)), len(marks) + 1)]
 
 
 def name_blocks(style: Style) -> str:
@@ -107,11 +83,23 @@ def name_step_changes(style: Style, before: Style) -> str:
     return _sentence(words[:MAX_NAMED_CHANGES])
 
 
-def name_visible_changes(picture: np.ndarray, before: np.ndarray) -> str:
-    """Return how a picture differs from another of the same scene, both H x W x 3 uint8, or ""."""
+def names_of_changes(picture: np.ndarray, before: np.ndarray) -> list[str]:
+    """Return names for how a picture differs from another of its scene, both H x W x 3 uint8, best first.
+
+    Changes that people hardly notice are called slight.
+    """
     change = (_impression(picture) - _impression(before)) / MIN_CHANGES
-    largest = [each for each in np.argsort(-np.abs(change), kind="stable") if abs(change[each]) >= 1]
-    return _sentence([CHANGE_WORDS[each][int(change[each] < 0)] for each in largest[:MAX_NAMED_CHANGES]])
+    order = np.argsort(-np.abs(change), kind="stable")
+    words = [_change_word(each, change[each]) for each in order]
+    sizes = np.abs(change[order])
+    seen = [word for word, size in zip(words, sizes, strict=True) if size >= 1]
+    slight = [word for word, size in zip(words, sizes, strict=True) if 0 < size < 1]
+    pairs = [_sentence(pair) for pair in combinations(seen, MAX_NAMED_CHANGES)]
+    return [*pairs, *map(_sentence, ([word] for word in seen)), *(f"A little {word}" for word in slight)]
+
+
+def _change_word(which: int, change: float) -> str:
+    return CHANGE_WORDS[which][int(change < 0)]
 
 
 def _color_words(picture: np.ndarray) -> str:
@@ -119,11 +107,13 @@ def _color_words(picture: np.ndarray) -> str:
     light, green_red, blue_yellow = np.moveaxis(oklab_thumbnail(picture), -1, 0)
     chroma = float(np.hypot(green_red, blue_yellow).mean())
     if chroma < MAX_GRAY_CHROMA:
-        return "gray"
+        luma = luma_of_codes(picture)
+        ends = float(((luma <= MAX_BLACK_LEVEL) | (luma >= MIN_WHITE_LEVEL)).mean())
+        return "black and white" if ends >= MIN_BLACK_AND_WHITE_RATIO else "gray"
     across, down = float(green_red.mean()), float(blue_yellow.mean())
     hue = next(word for end, word in HUE_WORDS if np.degrees(np.arctan2(down, across)) % 360 <= end)
     if np.hypot(across, down) < MIN_ONE_HUE * chroma:
-        color = "vivid" if chroma > MIN_VIVID_CHROMA else "colour"
+        color = "vivid colours" if chroma > MIN_VIVID_CHROMA else "muted colours"
     else:
         color = "sepia" if hue in ("orange", "yellow") and chroma < MAX_SEPIA_CHROMA else hue
     shade = "dark " * bool(light.mean() < MAX_DARK_LIGHTNESS) or "pale " * bool(

@@ -7,7 +7,7 @@ import { make } from "./elements.js";
 const THUMBNAIL_WIDTH = 96;
 const THUMBNAIL_HEIGHT = 54;
 /** Number of edits that are listed at first; long sessions would fill the page. */
-const LISTED_COUNT = 30;
+const LISTED_COUNT = 20;
 
 /** Lists the edits, newest last. */
 export class History {

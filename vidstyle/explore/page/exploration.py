@@ -23,6 +23,7 @@ from vidstyle.explore.look import MAX_LOOK_SIDE_PX, Look, look_of
 from vidstyle.explore.measure import reduce_picture
 from vidstyle.explore.phrases import shipped_styles
 from vidstyle.explore.tuning_pad import TuningPad, tuning_pad_of
+from vidstyle.explore.visible_marks import visible_marks
 from vidstyle.explore.workers import Workers
 from vidstyle.gallery.style_samples import restyle_picture, sheet_of
 from vidstyle.pipeline.progress import ProgressCallback, ignore_progress
@@ -41,6 +42,8 @@ LIKELY_CHOICE_COUNT = 4
 MAX_CACHED_LOOKS = 1000
 EXCERPT_SECONDS, MAX_EXCERPT_RATE = 3.0, 15.0
 """Length of the excerpt that plays in the tiles, and its maximum frame rate."""
+DRAWN_SIDE_PX = 540
+"""Shorter side at which tiles are drawn, then reduced: dots and strokes look as in the opened look."""
 MATCH_SIDE_PX, MATCH_COUNT = 360, 30
 """Side at which looks are compared with a reference, and how many of the nearest styles may become tiles."""
 MAX_TRIES = 9
@@ -59,6 +62,7 @@ class Exploration(Closing):
         references: the pictures whose looks the user wanted, as JPEG, the latest last.
         frames: the frame numbers of the excerpt.
         rate: the frame rate of the excerpt.
+        marks: what is seen in tiles, by their numbers; see `visible_marks`.
         glance: the first of these frames in approximate colours, as JPEG, before any kernel is compiled.
     """
 
@@ -76,6 +80,7 @@ class Exploration(Closing):
         self.on_progress: ProgressCallback = ignore_progress
         self.references: list[bytes] = []
         self.tries: list[bytes] = []
+        self.marks: dict[int, tuple[str, ...]] = {}
         self._ahead: list[tuple[str, Future[Look | None]]] = []
         self.move_to(self._first_part())
         self.glance = encode(clip.glance(self.frames[0], MAX_LOOK_SIDE_PX), "jpeg")
@@ -129,6 +134,7 @@ class Exploration(Closing):
         with self._turn:
             if not self.chooser.screens:
                 self.chooser.new_screen()
+            self._see_marks()
         self._look_ahead()
 
     def new_screen(self) -> None:
@@ -204,7 +210,18 @@ class Exploration(Closing):
         with self._turn:
             self._stop_looking_ahead()
             action()
+            self._see_marks()
         self._look_ahead()
+
+    def _see_marks(self) -> None:
+        """Find what is seen in the tiles of the screen, which names them."""
+        tiles = {self.number(tile): tile for tile in self.chooser.screen.tiles}
+        new = {number: tile.style for number, tile in tiles.items() if number not in self.marks}
+        seen = {
+            number: self._workers.submit(NOW, visible_marks, style, self._picture)
+            for number, style in new.items()
+        }
+        self.marks |= {number: future.result() for number, future in seen.items()}
 
     # Looks
 
@@ -297,11 +314,11 @@ class Exploration(Closing):
         Raises:
             UsageError: the exploration was closed.
         """
-        picture = np.ascontiguousarray(self.clip.frame(frame, side))
+        picture = np.ascontiguousarray(self.clip.frame(frame, max(side, DRAWN_SIDE_PX)))
         urgency, faces = SHOWN if frame == self.frames[0] else MOVING, self._faces_of(frame)
         if self._is_closed:
             raise UsageError("the explorer", "is closed")
-        return self._workers.submit(urgency, styled_jpeg, picture, style, faces)
+        return self._workers.submit(urgency, styled_jpeg, picture, style, faces, side)
 
     def _faces_of(self, frame: int) -> KnownFaces:
         """Return the faces of a frame; of a camera, whose frames have no numbers, none."""
@@ -347,6 +364,11 @@ class Exploration(Closing):
         return self.number(Tile(style, "tuned", look, (self.tile(number).style.name,)))
 
 
-def styled_jpeg(picture: np.ndarray, style: Style, faces: KnownFaces) -> bytes:
-    """Render a picture, H x W x 3 uint8, in a style, with focus on these faces, as JPEG."""
-    return encode(restyle_picture(picture, style, faces), "jpeg")
+def styled_jpeg(picture: np.ndarray, style: Style, faces: KnownFaces, side: int) -> bytes:
+    """Render a picture, H x W x 3 uint8, in a style, with focus on these faces, as JPEG.
+
+    Args:
+        side: maximum shorter side of the result.
+    """
+    longest = round(side * max(picture.shape[:2]) / min(picture.shape[:2]))
+    return encode(reduce_picture(restyle_picture(picture, style, faces), longest), "jpeg")

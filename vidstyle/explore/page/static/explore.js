@@ -35,6 +35,8 @@ let state = { at: 0, tiles: [], taken: null, back: false, forward: false, near: 
 let compared = null;
 /** Whether a new screen is being made. */
 let busy = false;
+/** The screen to show as soon as that is made. @type {number | null} */
+let wanted = null;
 
 /** Announces a message to screen readers. @param {string} text @param {boolean} [visible] whether to show it for a few seconds as well */
 const say = (text, visible = true) => announce(get("message"), text, { visible });
@@ -168,7 +170,7 @@ function takeState(next) {
   tiles.show(next.tiles, new Set(next.stars.map(({ tile }) => tile)));
   painter.keep(new Set(next.tiles.map(({ tile }) => String(tile))));
   prepare();
-  /** @type {HTMLButtonElement} */ (get("back")).disabled = !next.back;
+  showBack();
   /** @type {HTMLButtonElement} */ (get("forward")).disabled = !next.forward;
   /** @type {HTMLInputElement} */ (get("near")).value = String(next.near);
   for (const name of Object.keys(LOCK_LABELS)) press(get(`lock-${name}`), next.locks.includes(name));
@@ -179,6 +181,11 @@ function takeState(next) {
   if (!next.tiles.length) return;
   showLead();
   if (isNew) say(`Screen ${next.at + 1}: ${leadOf(next)[0]}`, false);
+}
+
+/** Enables the button Back where there is a screen before, and while another one is made. */
+function showBack() {
+  /** @type {HTMLButtonElement} */ (get("back")).disabled = !(state.back || (busy && state.tiles.length));
 }
 
 function prepare() {
@@ -296,6 +303,7 @@ const ask = (kind, fields, ...lead) => change(() => connection.ask(kind, fields)
 async function change(request, heading = "One moment…", more = STAYING) {
   if (busy) return;
   busy = true;
+  showBack();
   showLead([heading, more]);
   get("tiles").setAttribute("aria-busy", "true");
   try {
@@ -306,8 +314,12 @@ async function change(request, heading = "One moment…", more = STAYING) {
   }
   get("tiles").setAttribute("aria-busy", "false");
   busy = isLeaving = false;
+  showBack();
   redraw();
   showLead();
+  const screen = wanted;
+  wanted = null;
+  if (screen !== null) await show(screen);
 }
 
 /** Shows the styles that are most like a picture. @param {File} file */
@@ -324,6 +336,17 @@ function dropReference(event) {
   document.body.classList.toggle("over", event.type === "dragover");
   if (event.type === "drop" && event.dataTransfer.files[0]) match(event.dataTransfer.files[0]);
 }
+
+/** Shows a screen, while another one is being made after that. @param {number} screen */
+function show(screen) {
+  if (busy) {
+    wanted = screen;
+    showLead(["Going back…", "As soon as the present search ends."]);
+  } else if (screen !== state.at) ask("jump", { screen });
+}
+
+/** Shows the screen before; while the next one is being made, the present one. */
+const back = () => (busy ? show(state.at) : ask("back"));
 
 const MORE = "Finding nine more like it…";
 const fresh = () => ask("fresh", {}, "Finding nine new looks…");
@@ -408,9 +431,9 @@ get("moment").addEventListener("change", async () => {
   const part = Number(/** @type {HTMLInputElement} */ (get("moment")).value);
   takeClip((await connection.ask("move", { part })).clip);
 });
-get("back").onclick = () => ask("back");
+get("back").onclick = back;
 get("forward").onclick = () => ask("forward");
-addEventListener("popstate", ({ state: entry }) => entry && entry.screen !== state.at && ask("jump", { screen: entry.screen }));
+addEventListener("popstate", ({ state: entry }) => entry && show(entry.screen));
 get("fresh").onclick = fresh;
 const referenceFile = /** @type {HTMLInputElement} */ (get("reference-file"));
 get("match").onclick = () => referenceFile.click();
@@ -430,8 +453,8 @@ get("switch").onclick = () => location.replace(`?where=${inPage ? "server" : "pa
 
 /** @type {Object<string, () => void>} */
 const KEYS = {
-  ",": () => ask("back"),
-  Backspace: () => ask("back"),
+  ",": back,
+  Backspace: back,
   ".": () => ask("forward"),
   [SHARED_KEYS.next]: fresh,
   m: () => referenceFile.click(),

@@ -21,10 +21,10 @@
  * @property {string[]} parents
  * @property {string} likeness the distance to the reference picture in words, or ""
  * @property {string} verdict its score, and what speaks for and against it, or ""
+ * @property {string} caption its name on this screen, which no other tile has
  * @property {string} look what one sees of it, in words
  * @property {string} blocks the blocks that shape it most, in words
  * @property {string} steps the blocks that it has gained and lost, compared with the chosen tile, in words
- * @property {string} changes how its picture differs from that of the chosen tile, in words
  * @property {Object<string, string[]>} layers the blocks of each layer
  * @property {string} ink
  * @property {string} paper
@@ -44,7 +44,7 @@
  * @property {number} reference the number of reference pictures so far, of which the last one is shown
  */
 
-/** @typedef {{kind: string, title: string, help: string}} Target a format for other programs */
+/** @typedef {{kind: string, title: string, use: string, help: string}} Target a format for other programs */
 
 /** @typedef {{key: string, values: number[], plan?: import("./runner.js").Plan}} PlanMessage */
 

@@ -111,14 +111,14 @@ export class Lightbox {
   #describe(tile, clip) {
     const { other } = this;
     get("lightbox-name").textContent = nameOf(tile);
-    get("how").textContent = other ? `Right: ${nameOf(tile)}, compared with, left: ${nameOf(other)}` : summaryOf(tile);
+    get("how").textContent = other ? `Right: ${nameOf(tile)}, compared with, left: ${nameOf(other)}` : [summaryOf(tile), tile.blocks].filter(Boolean).join(". ");
     const rows = Object.entries(tile.layers).flatMap(([layer, blocks]) => [
       make("dt", { textContent: LAYER_NAMES[/** @type {keyof typeof LAYER_NAMES} */ (layer)] }),
       make("dd", { textContent: blocks.filter(Boolean).join(", ") }),
     ]);
     get("layers").replaceChildren(...rows);
     get("design").hidden = !clip.design;
-    get("targets").replaceChildren(...clip.targets.map(({ kind, title, help }) => make("button", { onclick: () => this.export(kind) }, make("b", { textContent: title }), make("span", { className: "quiet", textContent: help }))));
+    get("targets").replaceChildren(...clip.targets.map(({ kind, title, use, help }) => make("button", { onclick: () => this.export(kind) }, make("b", { textContent: title }), make("span", { textContent: `${use}.` }), make("span", { className: "quiet", textContent: `A .${kind} file: ${help}` }))));
     /** @type {HTMLDetailsElement} */ (get("exports")).open = false;
     this.#showRender(clip);
     /** @type {HTMLInputElement} */ (get("name")).value = "";
@@ -282,7 +282,10 @@ export class Lightbox {
   async save() {
     const name = /** @type {HTMLInputElement} */ (get("name"));
     const button = get("save");
-    if (!name.value.trim()) return name.focus();
+    if (!name.value.trim()) {
+      this.#report("Type a name for the look first.", true);
+      return name.focus();
+    }
     const overwrite = button.textContent === REPLACE;
     await this.#act(async (tile) => {
       try {

@@ -18,44 +18,28 @@ export function rootOf(name) {
   return name.split("~")[0].replace(/^(open|paper)-(\d+)$/, "random $2").replaceAll("_", " ");
 }
 
-/** Returns the name of a tile: what distinguishes it on its screen. @param {Tile} tile */
-export function nameOf({ kind, parents, name, look, steps, changes }) {
+/** Returns the name of a tile: what one sees of it, or how it differs from the chosen one. @param {Tile} tile */
+export function nameOf({ kind, name, caption }) {
+  if (kind === "match") return title(rootOf(name));
+  return kind === "tuned" ? `${caption}, tuned` : caption;
+}
+
+/** Describes in a line below its name where a tile comes from; "" if there is nothing to say. @param {Tile} tile */
+export function summaryOf({ kind, parents, look, steps, likeness }) {
   const [one, other] = parents.map((parent) => title(rootOf(parent)));
   switch (kind) {
     case "chosen":
-      return "Your choice";
-    case "values":
-      return changes || "Slightly different";
+      return look;
     case "step":
-      return changes || steps || "One step changed";
+      return steps;
     case "cross":
       return `Crossed with ${other ?? one}`;
     case "shipped":
-      return `Like ${one}`;
-    case "tuned":
-      return `${one}, tuned`;
-    case "match":
-      return title(rootOf(name));
-    default:
-      return look;
-  }
-}
-
-/** Describes a tile in a line below its name. @param {Tile} tile */
-export function summaryOf({ kind, look, blocks, steps, changes, likeness }) {
-  switch (kind) {
-    case "values":
-      return "Same steps, other values";
-    case "step":
-      return steps || "One step changed";
-    case "cross":
-      return changes || "Much the same tones and colours";
+      return `From ${one}`;
     case "match":
       return likeness;
-    case "wild":
-      return blocks || "Random";
     default:
-      return look;
+      return "";
   }
 }
 
@@ -84,7 +68,7 @@ export class Tiles {
       take.setAttribute("aria-keyshortcuts", String(place + 1));
       take.setAttribute("aria-label", `Tile ${place + 1}, not ready`);
       take.title = "Nine more like this";
-      const star = labelled("star", "Keep", { title: "Keep this look for later (S)", onclick: () => onstar(place) });
+      const star = make("button", { disabled: true, className: "plain", title: "Keep this look for later (S)", onclick: () => onstar(place) }, icon("star"));
       const enlarge = labelled("enlarge", "Open", { title: "Open: fine tuning, save, render (Z)", onclick: () => onenlarge(place) });
       const tools = make("div", { className: "tools" }, enlarge, star);
       const name = make("p", { className: "name" });
@@ -126,7 +110,7 @@ export class Tiles {
       summary.textContent = summaryOf(tile);
       summary.title = tile.verdict;
       for (const button of [take, star, enlarge]) button.disabled = false;
-      take.setAttribute("aria-label", `${place + 1}: ${nameOf(tile)}. ${summaryOf(tile)}`);
+      take.setAttribute("aria-label", `${place + 1}: ${[nameOf(tile), summaryOf(tile)].filter(Boolean).join(". ")}`);
       press(star, kept.has(tile.tile));
       star.setAttribute("aria-label", `Keep tile ${place + 1}`);
       enlarge.setAttribute("aria-label", `Open tile ${place + 1}`);
