@@ -10,11 +10,12 @@ import pytest
 from media import photograph
 from stories import small_luma
 
-from vidstyle.comic.analyze.features import Candidate, extract_features
+from vidstyle.comic.analyze.features import Candidate, Foreground, Survey, extract_features
 from vidstyle.comic.analyze.flaws.defect_limits import DefectLimits
 from vidstyle.comic.analyze.flaws.defects import Blockiness, count_block_corners
 from vidstyle.comic.analyze.flaws.motion_blur import FlowMeter, mark_fast_faces, region_flow
 from vidstyle.comic.analyze.flaws.refused import describe_refused
+from vidstyle.comic.select.choose import choose
 from vidstyle.regions.boxes import Box
 
 STILL = cv2.resize(photograph("chelsea"), (640, 360))
@@ -125,3 +126,15 @@ def test_a_scene_may_have_corners_of_its_own(corners: int, is_broken: bool) -> N
     smooth = [seen(None, block_corners=1)] * 20
     brick = seen(None, scene=1, block_corners=corners)
     assert DefectLimits.of([*smooth, *[brick] * 9]).mark(brick).broken == is_broken
+
+
+def test_a_person_whose_hands_rest_has_not_left() -> None:
+    """Before a still camera only the hands move: without them, the picture is like its background."""
+    still = Foreground(np.zeros((32, 48), bool), Box(0, 0, 640, 360), 0.0, 0.0, is_gone=True)
+    waving = still._replace(places=np.ones((32, 48), bool), share=1.0, is_gone=False)
+    person, hands, empty = (
+        seen(None, time=time, action=action, faces=faces)
+        for time, action, faces in ((0, still, (Box(300, 40, 360, 120),)), (4, waving, ()), (8, still, ()))
+    )
+    shown = choose(Survey([person, hands, empty], [0.0], 9.0), [], 2)
+    assert [each.time for each in shown] == [0, 4]
