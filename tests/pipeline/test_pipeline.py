@@ -114,8 +114,11 @@ def test_progress_grows_to_the_whole(clip: Path, tmp_path: Path):
     assert (told[-1].frames, told[-1].total_frames, told[-1].fraction) == (90, 90, 1.0)
 
 
-@pytest.mark.parametrize("count", [1, 20, 90, 500])
-def test_so_many_frames_at_most_and_their_sound(clip: Path, tmp_path: Path, count: int):
+@pytest.mark.parametrize(("count", "threads"), [(1, 8), (20, 1), (20, 8), (90, 2), (500, 8)])
+def test_so_many_frames_at_most_and_their_sound(
+    clip: Path, tmp_path: Path, count: int, threads: int, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setenv("VIDSTYLE_THREADS", str(threads))
     summary = render(clip, tmp_path / "out.mp4", "plain", frames=count)
     assert summary.frames == len(video(tmp_path / "out.mp4")) == min(count, 90)
     end = min(count, 90) / 30

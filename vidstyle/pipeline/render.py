@@ -147,20 +147,36 @@ def _starting_at(first: int, restyle: Restyle, skip: Restyle) -> Restyle:
 
 
 def first_frames(items: Iterable[Any], count: int, packets: bool) -> Iterator[Any]:
-    """Yield the first `count` frames, and any `packets` until the end of the last frame."""
-    end = None
+    """Yield the first `count` frames, and any `packets` until the end of the last frame.
+
+    A decoder with several threads reads far ahead, so packets wait for the frames at their time.
+    """
+    end: Fraction | None = None
+    early: list[Any] = []
     for item in items:
         if isinstance(item, Frame):
-            if count == 0 and end is not None and item.time > end + INTERLEAVING_SECONDS:
+            if end is not None and count == 0 and item.time > end + INTERLEAVING_SECONDS:
                 return
             if count > 0:
                 count -= 1
                 end = item.time + (item.duration or 1) * item.time_base
                 yield item
+                yield from (packet for packet in early if _begins_before(packet, end))
+                early = [packet for packet in early if not _begins_before(packet, end)]
             if count == 0 and not packets:
                 return
-        elif count > 0 or end is None or item.pts is None or item.pts * item.time_base < end:
+        elif _begins_before(item, end):
             yield item
+        elif count > 0:
+            early.append(item)
+    if count > 0:
+        yield from early
+
+
+def _begins_before(packet: Any, end: Fraction | None) -> bool:
+    if packet.pts is None:
+        return True
+    return end is not None and packet.pts * packet.time_base < end
 
 
 def _watcher(
