@@ -222,3 +222,12 @@ def test_by_keyboard_a_film_is_opened_restyled_adjusted_and_rendered(
     browser.press("Ctrl+Enter")
     browser.until("document.getElementById('jobs').textContent.includes('Saved in')")
     assert (tmp_path / "film-sketch.mp4").exists()
+    browser.run("history.back()")
+    browser.until("!document.getElementById('start').hidden")
+    browser.press("/")
+    browser.run("document.getElementById('find-look').value = ''")
+    browser.type("comic book")
+    browser.press("Enter")
+    browser.until("document.getElementById('leave-dialog').open")
+    browser.run(FOCUSED)  # until the rest of the key would have pressed a button
+    assert browser.run("return document.getElementById('leave-dialog').open")

@@ -92,10 +92,12 @@ export class Start {
     this.root = get("start");
     this.finder = /** @type {HTMLInputElement} */ (get("find-look"));
     this.finder.addEventListener("input", () => this.#filter());
-    this.finder.addEventListener("keydown", ({ key }) => {
+    this.finder.addEventListener("keydown", (event) => {
       const found = /** @type {HTMLElement | null} */ (get("tiles").querySelector(".tile:not([hidden])"));
-      if (key === "Enter" && this.finder.value.trim()) found?.click();
-      if (key === "ArrowDown") found?.focus();
+      if (event.key === "ArrowDown") found?.focus();
+      if (event.key !== "Enter" || !this.finder.value.trim()) return;
+      event.preventDefault(); // else the same key would press a button of the dialog that a click may open
+      found?.click();
     });
     // The bar stands above the page, which scrolls by itself.
     get("top").addEventListener("wheel", ({ deltaY, deltaMode }) => this.isOpen && this.root.scrollBy(0, deltaY * (WHEEL_UNITS_PX[deltaMode] ?? innerHeight)), { passive: true });
