@@ -21,7 +21,7 @@ def make_here(change: Change[Kept], picture: Picture) -> tuple[Picture, Kept]:
 
 
 class PictureEdit(Generic[Kept]):
-    """A changed picture, and what was kept of the original; made when it is first asked for.
+    """A changed picture, and data kept of the original; both are made at the first request.
 
     Args:
         source: the picture, or an edit of it that comes before.
@@ -40,7 +40,7 @@ class PictureEdit(Generic[Kept]):
         return self._made(make)[0]
 
     def kept(self) -> Kept:
-        """Return what was kept."""
+        """Return the data kept of the original."""
         return self._made(make_here)[1]
 
     def _made(self, make: MakeChange) -> tuple[Picture, Kept]:

@@ -34,7 +34,7 @@ class RemoteStyle:
     def start_once(
         self, job: bytes | None, threads: int, frame_bytes: Callable[[], int], edit: PictureEdit[Any] | None
     ) -> None:
-        """Start as many processes as are useful and fit into memory, unless this was done.
+        """Start as many processes as are useful and fit into memory, unless they already run.
 
         Args:
             frame_bytes: returns the memory that a picture takes.

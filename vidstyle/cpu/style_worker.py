@@ -7,7 +7,7 @@ A request is "style", a packed `StyleJob`, a stored picture, the offset after it
 answer is ("measured", step, time constant, percentiles) for each measurement, to which the renderer replies
 with the smoothed percentiles, and then ("picture", stored picture). Or a request is "change", a `Change`, a
 stored picture and the offset after it, with the answer ("changed", stored picture, what the change keeps):
-planes that it leaves as they are have the places of the request. Instead there may be ("error", text).
+unchanged planes keep their places from the request. An error is answered by ("error", text).
 """
 
 from __future__ import annotations

@@ -54,7 +54,7 @@ def names_of_look(picture: np.ndarray, marks: Sequence[str]) -> list[str]:
 
     Args:
         picture: a picture in it, H x W x 3 uint8.
-        marks: what is seen in it; see `visible_marks`.
+        marks: the visible marks; see `visible_marks`.
     """
     color = _color_words(picture)
     return [_sentence([color, *marks[:count]]) for count in range(min(1, len(marks)), len(marks) + 1)]

@@ -126,7 +126,7 @@ class FileUpload:
 
 
 def _explained(name: str, error: VidstyleError) -> tuple[str, str]:
-    """Return reason and remedy; of a file whose ending is that of another kind, that kind is the reason."""
+    """Return reason and remedy; if the ending is of another kind of file, the reason names that kind."""
     kind = (mimetypes.guess_type(name)[0] or "").partition("/")[0]
     if not error.reason.startswith("not a readable") or kind in ("", "video", "image", "audio"):
         return error.reason, error.remedy

@@ -139,7 +139,7 @@ export class Bar {
     const other = second ? view.boxIn(second) : box;
     const right = second ? Math.max(second.x, other.x) + 10 : Math.min(first.x + first.width, box.x + box.width) - 10 - after.offsetWidth;
     Object.assign(after.style, { left: `${right}px`, top: `${second ? Math.max(second.y, other.y) + 10 : top}px` });
-    // The tag stands on the picture, also where that does not fill the screen.
+    // The tag is on the picture, even if the picture does not fill the screen.
     const shown = second ? other : box;
     const { clientWidth, clientHeight } = get("screen");
     Object.assign(get("draft-note").style, {

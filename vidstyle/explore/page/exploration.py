@@ -62,7 +62,7 @@ class Exploration(Closing):
         references: the pictures whose looks the user wanted, as JPEG, the latest last.
         frames: the frame numbers of the excerpt.
         rate: the frame rate of the excerpt.
-        marks: what is seen in tiles, by their numbers; see `visible_marks`.
+        marks: the visible marks of tiles, by tile number; see `visible_marks`.
         glance: the first of these frames in approximate colours, as JPEG, before any kernel is compiled.
     """
 
@@ -214,7 +214,7 @@ class Exploration(Closing):
         self._look_ahead()
 
     def _see_marks(self) -> None:
-        """Find what is seen in the tiles of the screen, which names them."""
+        """Find the visible marks of the tiles of the screen; their names are made of them."""
         tiles = {self.number(tile): tile for tile in self.chooser.screen.tiles}
         new = {number: tile.style for number, tile in tiles.items() if number not in self.marks}
         seen = {

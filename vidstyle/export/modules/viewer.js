@@ -32,11 +32,11 @@ const MAX_SLOW_FRAMES = 12;
 /** After one frame that takes as long, it is reduced at once. */
 const MAX_STALL_MS = 700;
 const SIDES = [360, 720, 1080];
-/** The choice of the detail by what is shown and by its speed. */
+/** The detail is chosen by the kind of the source and by speed. */
 const AUTOMATIC = "auto";
-/** Lines of what stands still, for each of its own: what a style draws is finer than the picture. */
+/** Lines of the result per line of a still picture: marks of a style are finer than the picture. */
 const MIN_STILL_RATIO = 1.5;
-/** Without a GPU, what stands still is drawn in full detail once it has not changed for this time. */
+/** Without a GPU, still pictures are drawn in full detail after this time without a change. */
 const REFINE_MS = 500;
 const [DRAWING, REFINING] = ["Drawing…", "Draft; drawing in full detail…"];
 /** The buttons that keys press. @type {Object<string, string>} */
@@ -105,7 +105,7 @@ export class Viewer {
     return Boolean(picture) && (!video || Boolean(film?.paused));
   }
 
-  /** The detail of what stands still. Faces lose their features in a smaller picture. */
+  /** The detail of still pictures. Faces lose their features in a smaller picture. */
   get #stillSide() {
     return SIDES.find((side) => side >= MIN_STILL_RATIO * Math.min(...this.source.size)) ?? SIDES[SIDES.length - 1];
   }
@@ -136,7 +136,7 @@ export class Viewer {
     return facts;
   }
 
-  /** Switches to the detail that fits what is shown. */
+  /** Switches to the detail for a still picture or for a playing film. */
   #adapt() {
     return this.data && this.#use(this.#isRefined ? SIDES[0] : this.side);
   }
@@ -161,7 +161,7 @@ export class Viewer {
     found.style.restart();
   }
 
-  /** Shows changed values: in what stands still quickly, then in full detail. */
+  /** Shows changed values: still pictures quickly first, then in full detail. */
   #edited() {
     if (this.#isRefined) this.#use(SIDES[0]);
     else this.#changed();

@@ -47,7 +47,7 @@ class Viewer(PageConnection):
         self._latencies: deque[float] = deque([0.0], maxlen=RECENT_LATENCY_COUNT)
 
     async def greet(self) -> None:
-        """Send the names of styles; begin to send what is known of them, frames, parameters and status."""
+        """Send the names of styles; begin to send their looks, frames, parameters and status."""
         await self.tell({"names": self._feed.controls.names})
         self.tasks.begin(self._send_looks())
         self.tasks.begin(self._send_frames())

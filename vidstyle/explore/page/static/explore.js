@@ -183,7 +183,7 @@ function takeState(next) {
   if (isNew) say(`Screen ${next.at + 1}: ${leadOf(next)[0]}`, false);
 }
 
-/** Enables the button Back where there is a screen before, and while another one is made. */
+/** Enables Back if there is a previous screen, and during a search. */
 function showBack() {
   /** @type {HTMLButtonElement} */ (get("back")).disabled = !(state.back || (busy && state.tiles.length));
 }
