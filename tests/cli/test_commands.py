@@ -81,7 +81,7 @@ def test_python_minus_m_is_the_program():
         (["render", "a.mp4", "-s", "ink"], "OUTPUT is missing; see vidstyle render --help"),
         (["export", "ink"], "OUT is missing; see vidstyle export --help"),
         (["render", "a.mp4", "-i", "b.mp4", "c.mp4"], "'c.mp4'"),
-        (["render", "a.mp4", "b.mp4"], "--style is missing; choose one of anime, "),
+        (["render", "a.mp4", "b.mp4"], "--style is missing; choose one of ascii, "),
         (["render", "a.mp4", "b.mp4", "--style", "plain", "--crf", "x"], "--crf: 'x' is not a number"),
         (["render", "a.mp4", "b.mp4", "--style", "plain", "--crf", "64"], "--crf: 64 is outside 0 to 63"),
         (["render", "a.mp4", "b.mp4", "--style", "plain", "--start", "-1"], "--start"),

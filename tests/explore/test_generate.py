@@ -195,6 +195,7 @@ def test_variations_keep_the_middle_tone() -> None:
 
 
 def test_note_says_rules_seed_and_parents() -> None:
-    style = cross(random_style("7-3"), shipped_styles()[0], 5)
-    for part in ("open rules, seed 7-3", "of anime, seed 5"):
+    parent = shipped_styles()[0]
+    style = cross(random_style("7-3"), parent, 5)
+    for part in ("open rules, seed 7-3", f"of {parent.name}, seed 5"):
         assert part in style.note

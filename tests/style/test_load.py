@@ -54,7 +54,8 @@ def test_a_file_is_read_to_the_letter() -> None:
 
 
 @pytest.mark.parametrize(
-    ("old", "new"), [("abstraction", "cartoon"), ("blob", "poster"), ("ukiyo-e", "poster")]
+    ("old", "new"),
+    [("abstraction", "cartoon"), ("anime", "cartoon"), ("blob", "poster"), ("ukiyo-e", "poster")],
 )
 def test_a_retired_style_loads_what_replaces_it(old: str, new: str, caplog: pytest.LogCaptureFixture) -> None:
     assert old not in style_names()
