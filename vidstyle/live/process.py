@@ -189,7 +189,7 @@ MEASURE_SECONDS, RAISE_SECONDS, MAX_RAISE_SECONDS = 2.0, 2.0, 60.0
 MIN_FRAMES, MAX_FRAMES = 3, 30
 """Number of frames measured."""
 MAX_USEFUL_SHARE = 0.9
-"""A smaller size may take at most this share of the time of the larger one; else the size is not the cause."""
+"""A smaller size may take at most this share of the time of the larger one; else size is not the cause."""
 
 
 class AdaptiveScale:

@@ -109,7 +109,8 @@ def place_bubbles(
     """Place balloons and captions for all texts, in reading order; None if there is no room for all of them.
 
     They cover no face. Each is completely below every earlier one, or after it in reading direction and no
-    higher. If there is room, none continues below the start of the previous line, where it could be read first.
+    higher. If there is room, none continues below the start of the previous line, where it could be read
+    first.
     """
     if right_to_left:
         axis = room.area.left + room.area.right
