@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from vidstyle.comic.analyze.flaws.defects import Blockiness, count_block_corners, is_smeared, is_test_picture
+from vidstyle.comic.analyze.flaws.flat_boxes import find_flat_box
 from vidstyle.comic.analyze.letterbox import content_area
 from vidstyle.comic.analyze.picture_contrast import color_histogram, is_blank, measure_exposure, measure_forms
 from vidstyle.comic.analyze.saliency import find_blobs, saliency_map, salient_box
@@ -69,6 +70,7 @@ class Candidate(KeyFrame):
         test_picture: whether it shows the bars of a test picture.
         blockiness: see `measure_blockiness`.
         block_corners: see `count_block_corners`.
+        flat_box: the flat rectangle in it, in pixels of its small copy; None if there is none.
         key_run: the number of key frames up to it; frames of one run are predicted from each other.
         forced: whether it was requested by its time.
         small: a small copy without letterbox bars, as long as subjects may still be detected in it.
@@ -93,6 +95,7 @@ class Candidate(KeyFrame):
     test_picture: bool = False
     blockiness: Blockiness = Blockiness()
     block_corners: int = 0
+    flat_box: Box | None = None
     key_run: int = 0
     forced: bool = False
     small: np.ndarray | None = None
@@ -161,6 +164,7 @@ def extract_features(
         damaged=smeared,
         broken=smeared,
         block_corners=count_block_corners(luma),
+        flat_box=find_flat_box(luma),
         thumbnail=make_thumbnail(color),
         histogram=color_histogram(color),
         small=color,

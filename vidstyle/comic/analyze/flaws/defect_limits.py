@@ -9,9 +9,11 @@ from itertools import pairwise
 import numpy as np
 
 from vidstyle.comic.analyze.features import Candidate
+from vidstyle.comic.analyze.flaws.flat_boxes import is_sudden
 from vidstyle.comic.analyze.flaws.motion_blur import MAX_PICTURE_FLOW, region_flow
 from vidstyle.comic.analyze.sharpness import lacks_detail
 from vidstyle.comic.analyze.similarity import SAME_SIMILARITY, similarity
+from vidstyle.regions.boxes import Box
 
 # Damage that the decoder does not report.
 _BLOCKINESS_FACTOR, _BLOCKINESS_TOLERANCE, _MIN_BLOCKINESS_LIMIT = 1.2, 0.06, 0.27
@@ -72,6 +74,7 @@ class DefectLimits:
         by_scene: time and sharpness of the candidates of each scene, without scenes in which something moves
             before a still camera: there, sharpness changes with the subject, and the rest is not blurred.
         clear: the candidates without defects, with whose detail others are compared.
+        flat_boxes: time and flat rectangle of each candidate.
     """
 
     blockiness: float
@@ -80,6 +83,7 @@ class DefectLimits:
     sharpness: float
     by_scene: dict[int, list[tuple[float, float]]]
     clear: list[Candidate]
+    flat_boxes: list[tuple[float, Box | None]]
 
     @classmethod
     def of(cls, candidates: Sequence[Candidate]) -> DefectLimits:
@@ -90,16 +94,17 @@ class DefectLimits:
         blockiness = max(_MIN_BLOCKINESS_LIMIT, highest)
         corners = _corner_limits(candidates)
         broken = [(each.scene, each.time) for each in candidates if each.block_corners > corners[each.scene]]
+        flat_boxes = [(each.time, each.flat_box) for each in candidates]
         clear = [each for each in candidates if not replace(each, combed=False).is_flawed]
         if len(clear) < _MIN_SHARPNESS_COUNT:
-            return cls(blockiness, corners, broken, 0.0, {}, clear)
+            return cls(blockiness, corners, broken, 0.0, {}, clear, flat_boxes)
         by_scene: dict[int, list[tuple[float, float]]] = {}
         still = {each.scene for each in candidates if each.action}
         for each in clear:
             if each.scene not in still:
                 by_scene.setdefault(each.scene, []).append((each.time, each.sharpness))
         sharp = float(np.percentile([each.sharpness for each in clear], _SHARP_PERCENTILE))
-        return cls(blockiness, corners, broken, sharp, by_scene, clear)
+        return cls(blockiness, corners, broken, sharp, by_scene, clear, flat_boxes)
 
     def mark(self, candidate: Candidate) -> Candidate:
         """Return a candidate that is marked if it is damaged or blurred."""
@@ -108,6 +113,7 @@ class DefectLimits:
             or candidate.blockiness.on_grid > self.blockiness
             or candidate.block_corners > self.corners.get(candidate.scene, np.inf)
             or (candidate.block_corners >= _MIN_NEARBY_CORNERS and self._is_near_broken(candidate))
+            or is_sudden(candidate.flat_box, candidate.time, self.flat_boxes)
         )
         blurred = self._is_blurred(candidate) or self._lacks_detail(candidate)
         return replace(candidate, damaged=candidate.damaged or broken, broken=broken, blurred=blurred)
