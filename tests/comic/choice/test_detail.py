@@ -12,6 +12,7 @@ from media import photograph
 from vidstyle.comic.analyze.action import add_actions
 from vidstyle.comic.analyze.features import extract_features
 from vidstyle.comic.analyze.flaws.defect_limits import DefectLimits
+from vidstyle.comic.analyze.sharpness import measure_resolution
 from vidstyle.comic.output.compression_noise import smooth_compression_noise
 
 SHARP = cv2.resize(photograph("chelsea"), (640, 360))
@@ -37,6 +38,19 @@ def test_other_content_is_not_blurred() -> None:
     assert not DefectLimits.of([*frames, calm]).mark(replace(calm, scene=1)).blurred
 
 
+def test_a_subject_may_sway_where_it_rests() -> None:
+    """What changes next to it does not hide that the pictures without it are the empty ones."""
+    wall = cv2.resize(photograph("rocket"), (320, 240)) // 4 + 120
+    pictures = [wall] * 6
+    for step in range(14):
+        person = wall.copy()
+        cv2.ellipse(person, (160 + (13, 0)[step % 5 > 1], 130), (26, 70), 0, 0, 360, (20, 15, 30), -1)
+        pictures.append(person)
+    shot = [extract_features(each, time, (240, 320)) for time, each in enumerate(pictures)]
+    actions = [each.action for each in add_actions(shot, shot)]
+    assert [action is not None and not action.is_gone for action in actions] == [False] * 6 + [True] * 14
+
+
 @pytest.mark.parametrize("empty", [3, 7])
 def test_a_subject_may_rest_in_most_frames_of_its_shot(empty: int) -> None:
     wall = cv2.resize(photograph("rocket"), (320, 240)) // 4 + 120
@@ -57,3 +71,20 @@ def test_faint_squares_vanish_and_edges_stay() -> None:
     smooth = smooth_compression_noise(picture).astype(int)
     assert smooth[:, :100].std() < 0.5 * picture[:, :100].std()
     assert (smooth[:, 132] - smooth[:, 123]).mean() > 70
+
+
+def test_small_and_blurred_pictures_have_less_resolution() -> None:
+    """A soft background does not hide a sharp subject."""
+    large = cv2.cvtColor(SHARP, cv2.COLOR_RGB2GRAY)
+    small = cv2.resize(large, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA)
+    blurred = cv2.GaussianBlur(large, (0, 0), 5)
+    focused = blurred.copy()
+    focused[120:240, 200:440] = large[120:240, 200:440]
+    few, many, soft, subject = map(measure_resolution, (small, large, blurred, focused))
+    assert max(few, soft) < 0.7 * many
+    assert 1.1 * soft < subject < many
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 700), (48, 3)])
+def test_small_and_narrow_pictures_have_a_resolution(shape: tuple[int, int]) -> None:
+    assert np.isfinite(measure_resolution(np.full(shape, 128, np.uint8)))

@@ -151,3 +151,25 @@ def test_a_close_up_of_a_sharp_face_is_not_removed_for_its_few_edges(detail: flo
     soft = key_frame(HALL, 5, scene=5, sharpness=0.0, faces=(Box(60, 10, 200, 170),), face_detail=detail)
     calm = [*(with_slopes(each, 2) for each in places), with_slopes(soft, 2, sharpness=0.05)]
     assert (calm[3] in prune(calm, 0)) == (calm[3] in prune([calm[0], calm[3]], 0)) == is_kept
+
+
+@pytest.mark.parametrize(("resolution", "is_kept"), [(150, False), (215, True), (230, True)])
+def test_a_picture_out_of_focus_is_removed_next_to_a_sharp_one(resolution: float, is_kept: bool) -> None:
+    """The second value is too near to the other picture, the third one is enough for a small panel."""
+    sharp, soft = (
+        key_frame(view(PLACES[number], 0, 0, (320, 180)), 9 * number, resolution=value, scene=number)
+        for number, value in enumerate((300.0 if resolution != 230 else 900.0, resolution))
+    )
+    assert (soft in prune([sharp, soft], 0)) == is_kept
+    assert prune([replace(soft, forced=True), sharp], 0)[1:] == [sharp]
+    assert len(prune([soft, replace(soft, time=99, scene=9, thumbnail=sharp.thumbnail)], 0)) == 2
+
+
+def test_a_place_that_tells_nothing_is_removed_next_to_one_person_and_another_place() -> None:
+    one, place, dull = (
+        key_frame(view(PLACES[number], 0, 0, (320, 180)), 9 * number, importance=value, scene=number)
+        for number, value in enumerate((0.9, 0.3, 0.05))
+    )
+    someone = replace(one, faces=(Box(100, 40, 160, 110),))
+    assert prune([someone, place, dull], 0) == [someone, place]
+    assert prune([someone, dull], 0) == [someone, dull]

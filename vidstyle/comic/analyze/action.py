@@ -30,6 +30,9 @@ _MAX_USUAL_SUBJECT_SHARE = 0.25
 """Maximum median share of the picture that the subject covers; if it is larger, the camera moves."""
 _MIN_SUBJECT_SHARE = 0.006
 """Minimum share of the picture that the subject covers in at least one frame."""
+_MIN_LARGE_CHANGE_RATIO, _LARGE_CHANGE_PERCENTILE = 0.75, 90
+"""A change is large from this fraction of the area that this percentile of the frames has: a person who
+sways before the place where she rests changes up to half of it."""
 _MIN_OFTEN_SHARE, _MIN_CONTOUR_RATIO = 0.5, 1.3
 """Share of the frames with a large change in which a place has changed, and how much stronger edges around
 these places are in the picture that shows the subject."""
@@ -105,9 +108,8 @@ def _remove_resting_subject(
     picture has none.
     """
     areas = np.array([float((change > 0).mean()) for change, _ in found])
-    changed = [
-        number for number, area in enumerate(areas) if area > _MIN_OFTEN_SHARE * np.percentile(areas, 80)
-    ]
+    large = _MIN_LARGE_CHANGE_RATIO * np.percentile(areas, _LARGE_CHANGE_PERCENTILE)
+    changed = [number for number, area in enumerate(areas) if area > large]
     if areas.max() < _MIN_SUBJECT_SHARE or not changed:
         return background, found
     places = np.mean([found[number][0] > 0 for number in changed], axis=0) > _MIN_OFTEN_SHARE

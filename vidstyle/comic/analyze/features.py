@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -13,7 +14,7 @@ from vidstyle.comic.analyze.flaws.flat_boxes import find_flat_box
 from vidstyle.comic.analyze.letterbox import content_area
 from vidstyle.comic.analyze.picture_contrast import color_histogram, is_blank, measure_exposure, measure_forms
 from vidstyle.comic.analyze.saliency import find_blobs, saliency_map, salient_box
-from vidstyle.comic.analyze.sharpness import measure_sharpness
+from vidstyle.comic.analyze.sharpness import measure_resolution, measure_sharpness
 from vidstyle.comic.analyze.similarity import make_thumbnail
 from vidstyle.comic.key_frame import KeyFrame
 from vidstyle.regions.boxes import Box
@@ -57,6 +58,7 @@ class Candidate(KeyFrame):
         blank: whether the picture is black, white or one tone.
         thumbnail: the copy that is compared with other pictures, see `similarity`.
         histogram: shares of 64 colours, float32, of sum 1.
+        resolution: see `measure_resolution`; infinite if it is not known.
         eyes: contrast around the eyes of the largest face, higher with open eyes; 0 without a face.
         face_detail: slope of the edges in the largest face, see `measure_detail`; None if it is not known.
         motion: see `ShotFinder.push`; 0 if only key frames were decoded.
@@ -82,6 +84,7 @@ class Candidate(KeyFrame):
     thumbnail: np.ndarray
     histogram: np.ndarray
     detail: np.ndarray | None = None
+    resolution: float = math.inf
     eyes: float = 0.0
     face_detail: float | None = None
     motion: float = 0.0
@@ -172,7 +175,7 @@ def extract_features(
 
 
 def add_saliency(candidate: Candidate) -> Candidate:
-    """Return the candidate with the salient box and the blobs of its small copy, and without that copy.
+    """Return the candidate with the resolution, salient box and blobs of its small copy, and without it.
 
     A candidate without a small copy is returned unchanged.
     """
@@ -193,7 +196,14 @@ def add_saliency(candidate: Candidate) -> Candidate:
     scaled = tuple(blob.scaled(factor) for blob in blobs)
     if subject is not None:
         subject = saliency.scaled(factor)
-    return replace(candidate, saliency=saliency.scaled(factor), blobs=scaled, subject=subject, small=None)
+    return replace(
+        candidate,
+        saliency=saliency.scaled(factor),
+        blobs=scaled,
+        subject=subject,
+        resolution=measure_resolution(cv2.cvtColor(color, cv2.COLOR_RGB2GRAY)),
+        small=None,
+    )
 
 
 def _add_margin(subject: Box, shape: tuple[int, ...]) -> Box:

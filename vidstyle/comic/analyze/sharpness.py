@@ -43,6 +43,13 @@ _CELL_COUNT, _PART_CELL_COUNT = 6, 2
 _DETAIL_DEVIATION_PX, _DETAIL_PERCENTILE = 0.7, 98
 """Standard deviation of the Gaussian under which slopes are measured, and their percentile that counts."""
 
+# Resolution.
+_STRONG_EDGE_PERCENTILE, _MIN_EDGE_HEIGHT_RATIO = 95, 0.5
+"""Percentile of the slopes of a part that are its strong edges, and height of the edges of a part, relative
+to the highest, from which its sharpness counts."""
+_MIN_SLOPE_RATIO, _MIN_BLUR_DEVIATION_PX = 1.0001, 0.1
+"""Minimum ratio of slopes under both Gaussians, of a very soft edge, and minimum blur of an edge."""
+
 _CLUTTER_SLOPE_RANGE = 5.5, 7.5
 """Mean coarse slopes, of 255, of a picture without clutter and of one that is nothing but clutter.
 
@@ -123,6 +130,36 @@ def lacks_detail(detail: np.ndarray, near: Sequence[np.ndarray]) -> bool:
     return False
 
 
+def measure_resolution(luma: np.ndarray) -> float:
+    """Return the resolution of a picture, H x W uint8: the root of its area, in widths of its blur.
+
+    The blur of its sharpest part and its usual blur count alike, as a subject may be sharp before a soft
+    background. Dense texture looks sharper than it is, also after enlarging.
+    """
+    fine, coarse = (
+        np.hypot(*_slopes(luma, deviation)) for deviation in (_FINE_DEVIATION_PX, _COARSE_DEVIATION_PX)
+    )
+    edges = [_strong_edges(fine[part], coarse[part]) for part in _overlapping_parts(luma.shape)]
+    highest = max(height for _, height in edges)
+    clear = [ratio for ratio, height in edges if height >= _MIN_EDGE_HEIGHT_RATIO * highest]
+    blur = _blur_deviation(max(clear)) * _blur_deviation(float(np.median([ratio for ratio, _ in edges])))
+    return float(np.sqrt(luma.size / np.sqrt(blur)))
+
+
+def _strong_edges(fine: np.ndarray, coarse: np.ndarray) -> tuple[float, float]:
+    """Return the ratio of the slopes under both Gaussians at the strongest edges, and their height."""
+    strong = coarse >= np.percentile(coarse, _STRONG_EDGE_PERCENTILE)
+    height = float(coarse[strong].mean())
+    return float(fine[strong].mean()) / max(height, 1e-6), height
+
+
+def _blur_deviation(ratio: float) -> float:
+    """Return the standard deviation, in pixels, of the Gaussian blur of an edge by that ratio of slopes."""
+    squared = max(_MIN_SLOPE_RATIO, ratio) ** 2
+    found = (_COARSE_DEVIATION_PX**2 - squared * _FINE_DEVIATION_PX**2) / (squared - 1)
+    return float(np.sqrt(max(_MIN_BLUR_DEVIATION_PX**2, found)))
+
+
 def measure_detail(color: np.ndarray) -> float:
     """Return the slope of the edges in the sharpest part of a picture, H x W x 3 uint8, of 255 per pixel.
 
@@ -134,14 +171,18 @@ def measure_detail(color: np.ndarray) -> float:
     luma = cv2.cvtColor(cv2.resize(color, tuple(size), interpolation=method), cv2.COLOR_RGB2GRAY)
     smooth = cv2.GaussianBlur(luma.astype(np.float32), (0, 0), _DETAIL_DEVIATION_PX)
     slopes = np.hypot(cv2.Sobel(smooth, -1, 1, 0, ksize=1), cv2.Sobel(smooth, -1, 0, 1, ksize=1)) / 2
-    height, width = slopes.shape
-    starts = range(_CELL_COUNT - _PART_CELL_COUNT + 1)
-    parts = (
-        slopes[
-            row * height // _CELL_COUNT : (row + _PART_CELL_COUNT) * height // _CELL_COUNT,
-            column * width // _CELL_COUNT : (column + _PART_CELL_COUNT) * width // _CELL_COUNT,
+    parts = _overlapping_parts(slopes.shape)
+    return max(float(np.percentile(slopes[part], _DETAIL_PERCENTILE)) for part in parts)
+
+
+def _overlapping_parts(shape: tuple[int, ...]) -> list[tuple[slice, slice]]:
+    """Return the rows and columns of the overlapping parts of a picture that are measured."""
+    rows, columns = (
+        [
+            slice(start, max(start + 1, (first + _PART_CELL_COUNT) * side // _CELL_COUNT))
+            for first in range(_CELL_COUNT - _PART_CELL_COUNT + 1)
+            for start in [first * side // _CELL_COUNT]
         ]
-        for row in starts
-        for column in starts
+        for side in shape
     )
-    return max(float(np.percentile(part, _DETAIL_PERCENTILE)) for part in parts)
+    return [(row, column) for row in rows for column in columns]

@@ -50,6 +50,8 @@ _MAX_CLUTTER, _MIN_CALM_PANELS = 0.5, 2
 # Soft pictures.
 _MIN_SHARPNESS_RATIO = 0.6
 """Sharpness relative to the median of the panels below which one is soft."""
+_MAX_SOFT_RESOLUTION_PX, _MAX_SOFT_RESOLUTION_RATIO = 225.0, 0.7
+"""A picture is too soft for any panel below the first value, if another one has so much more detail."""
 
 # Murk.
 _MIN_CLARITY_RATIO, _MAX_MURK_LIGHT, _MIN_CLEAR_PANELS = 0.5, 0.4, 2
@@ -156,7 +158,9 @@ def _find_weak_place(key_frames: Sequence[Candidate]) -> int | None:
         for number, each in enumerate(key_frames)
         if not has_figure(each) and each.importance < _MIN_PLACE_IMPORTANCE
     ]
-    return _weakest(key_frames, weak) if sum(map(has_figure, key_frames)) >= _MIN_FIGURES else None
+    figures = sum(map(has_figure, key_frames))
+    is_story = figures >= _MIN_FIGURES or (figures and len(key_frames) > _MIN_FIGURES)
+    return _weakest(key_frames, weak) if is_story else None
 
 
 def _is_same_place(key_frames: Sequence[Candidate], pair: tuple[int, int], like: float) -> bool:
@@ -195,6 +199,14 @@ def _find_soft(key_frames: Sequence[Candidate]) -> int | None:
     return min(soft, key=lambda number: key_frames[number].sharpness, default=None)
 
 
+def _find_coarse(key_frames: Sequence[Candidate]) -> int | None:
+    """Return the frame with the least detail if it is out of focus and another one is not."""
+    sharpest = max(each.resolution for each in key_frames)
+    limit = min(_MAX_SOFT_RESOLUTION_PX, _MAX_SOFT_RESOLUTION_RATIO * sharpest)
+    coarse = [number for number, each in enumerate(key_frames) if each.resolution < limit and not each.forced]
+    return min(coarse, key=lambda number: key_frames[number].resolution, default=None)
+
+
 def _is_sharp_close_up(candidate: Candidate) -> bool:
     """Whether a frame shows a face that is sharp; close-ups have few other edges."""
     return is_person(candidate) and face_softness(candidate) <= MAX_LEADING_SOFTNESS
@@ -227,6 +239,7 @@ _FINDERS = (
     _find_cut_subject,
     _find_clutter,
     _find_soft,
+    _find_coarse,
     _find_surplus_place,
     _find_weak_place,
     _find_murk,

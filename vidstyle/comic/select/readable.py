@@ -21,8 +21,9 @@ _REFUSED_SECONDS = 1.2
 """Time around such a frame without another choice: darkness and blur last."""
 _MIN_READABILITY, _MIN_PLACE_READABILITY = 0.55, 0.73
 """Minimum readability, see `measure_readability`; the second value is for a panel without a subject."""
-_READABILITY_WEIGHT = 0.5
-"""How much the importance of a frame depends on its readability."""
+_READABILITY_WEIGHT, _PLACE_READABILITY_WEIGHT = 0.5, 2.0
+"""How much the importance of a frame depends on its readability; the second value is for a panel without a
+subject, which tells nothing if it cannot be read."""
 _MIN_SUBJECT_STRENGTH = 0.2
 """Strength of a subject from which it makes up for murk, see `subject_strength`."""
 
@@ -70,8 +71,10 @@ class ReadableSearch:
         return self._keep_readable([*found, *lost], least)
 
     def legibility_of(self, candidate: Candidate) -> float:
-        """Return the factor on the importance of a chosen frame for its drawing: 0.5..1."""
-        return 1 - _READABILITY_WEIGHT * (1 - self._known[candidate.time])
+        """Return the factor on the importance of a chosen frame for its drawing: 0..1."""
+        is_place = subject_strength(candidate) < _MIN_SUBJECT_STRENGTH
+        weight = _PLACE_READABILITY_WEIGHT if is_place else _READABILITY_WEIGHT
+        return max(0.0, 1 - weight * (1 - self._known[candidate.time]))
 
     def _is_readable(self, candidate: Candidate) -> bool:
         has_subject = subject_strength(candidate) >= _MIN_SUBJECT_STRENGTH
