@@ -17,7 +17,9 @@ from vidstyle.core.scene_cuts import SceneCuts
 from vidstyle.core.shared_tones import SharedTones
 from vidstyle.picture_edit import PictureEdit
 from vidstyle.regions.automatic_detail import with_detail
+from vidstyle.regions.boxes import Rectangle
 from vidstyle.regions.face_tracks import Face
+from vidstyle.regions.features.face_light import DimFaces, light_faces
 from vidstyle.regions.features.feature_drawing import draw_features
 from vidstyle.regions.features.feature_lifting import Features, lift_from_picture
 from vidstyle.regions.features.media import Medium
@@ -59,6 +61,7 @@ class FocusedPicture:
         raster: the dots and squares of the style.
         features: eyes, noses and mouths of small faces, which are drawn over the faces.
         large: features of large faces, which are drawn over the picture.
+        light: more light on dim faces; None if there are none.
     """
 
     page: PendingPicture
@@ -69,6 +72,7 @@ class FocusedPicture:
     style: Style
     region: np.ndarray | None
     raster: PageRaster
+    light: PictureEdit[list[Rectangle]] | None
 
     def result(self) -> Picture:
         """The restyled picture; waits for it."""
@@ -87,7 +91,7 @@ class FocusedPicture:
         for _, patches in self.faces:
             for patch in patches.visible:
                 whole[plane_area(patch.window, (1, 1))] |= patch_mask(patch, self.raster.cell) > 0
-        windows = [each.window for each in self.large.kept()]
+        windows = [each.window for each in self.large.kept()] + (self.light.kept() if self.light else [])
         for window in windows + [each.window for each in self.writing.kept()]:
             whole[plane_area(window, (1, 1))] = True
         return whole
@@ -125,7 +129,7 @@ class FocusRenderer(Backend):
         self._page = open_backend(style, cuts)
         # Two sets of patches, while one replaces the other.
         self._patches = PatchRenderer(open_backend, side_ratio), PatchRenderer(open_backend, side_ratio)
-        self._source, self._planner = faces, PatchPlanner()
+        self._source, self._planner, self._dim = faces, PatchPlanner(), DimFaces()
         self._raster: tuple[object, PageRaster] | None = None
         self.device_kind = self._page.device_kind
 
@@ -179,14 +183,15 @@ class FocusRenderer(Backend):
         found, tones = self._follow(request), SharedTones()
         style = self._style
         sets, side = self._plan(request, found), self._side_ratio * min(request.picture.shape)
-        writing = PictureEdit(request.picture, partial(lift_writing, amount=style.focus))
+        light = self._light(request, found)
+        writing = PictureEdit(light or request.picture, partial(lift_writing, amount=style.focus))
         close = self._large(found, request, side)
         lift = partial(lift_from_picture, faces=close, amount=style.focus, page_side=side)
         large = PictureEdit(writing, lift)
         lifted, request = (replace(request, edit=each) for each in (writing, large if close else writing))
         if request.time is None:
             lifted, request = lifted.edited(), request.edited()
-            if not sets and not close and not writing.kept():
+            if not (sets or close or light or writing.kept()):
                 return start(self._page, request)
         page = start(self._page, replace(request, measured=tones) if sets else request)
         lifted = replace(lifted.edited(), tones=tones) if sets else lifted
@@ -197,13 +202,18 @@ class FocusRenderer(Backend):
             faces.append((start(backend, fine), patches))
             features |= {each.face.track: each for each in marked}
         region, raster = _region(request.picture, style), self._raster_on(request)
-        return FocusedPicture(page, faces, list(features.values()), large, writing, style, region, raster)
+        drawn = list(features.values())
+        return FocusedPicture(page, faces, drawn, large, writing, style, region, raster, light)
 
     def skip(self, request: FrameRequest) -> None:
         """Follow faces and their tones through a picture that is not restyled."""
         if not self._is_focused:
             return
-        for patches in self._plan(request, self._follow(request)):
+        found = self._follow(request)
+        light, sets = self._light(request, found), self._plan(request, found)
+        if light and sets:
+            request = replace(request, picture=light.picture())
+        for patches in sets:
             self._patches_of(patches).cut(request, patches, self._style.focus, self._lifted_share(request))
 
     def overlay(self, picture: Picture) -> np.ndarray | None:
@@ -225,6 +235,17 @@ class FocusRenderer(Backend):
         color = started.result().color
         assert color is not None
         return np.dstack([color, 255 * changed.astype(np.uint8)])
+
+    def _light(self, request: FrameRequest, faces: Sequence[Face]) -> PictureEdit[list[Rectangle]] | None:
+        """Return the edit that lights the dim faces of the next picture; None if there are none.
+
+        Where a style keeps parts of the source, these must not have other tones.
+        """
+        if self._style.only or self._style.keep:
+            return None
+        dim = self._dim.follow(request.picture, faces, request.time)
+        edit = partial(light_faces, faces=dim, amount=self._style.focus)
+        return PictureEdit(request.picture, edit) if dim else None
 
     def _follow(self, request: FrameRequest) -> tuple[Face, ...]:
         """Return the faces of the next picture, and use the style as fine as they need it."""

@@ -31,7 +31,7 @@ NEAR_LIT_FACTOR = 2.0
 """How much more of the ground counts as skin on which dark marks lie."""
 MIN_LUMA = 0.08
 """Added to luma before tones are compared: noise of dark skin is no feature."""
-SHOWN_LUMA_RATIO, MAX_EXPONENT, MAX_TONE = 0.3, 2.2, 1.3
+SHOWN_LUMA_RATIO, MAX_EXPONENT, MAX_TONE = 0.3, 3.2, 1.3
 """Luma of the strongest strokes to which contrast is raised, relative to the skin; the exponent that does
 it, at most; and the brightest tone, as light marks get no contrast: noise would glitter."""
 LINE_SIGMA_RATIO, LINE_SIGMA_RANGE = 0.012, (0.7, 0.002)
@@ -39,6 +39,14 @@ LINE_SIGMA_RATIO, LINE_SIGMA_RANGE = 0.012, (0.7, 0.002)
 height; at least, in pixels; and at most, relative to the picture's shorter side."""
 LINE_WIDTH_FACTOR, LINE_CONTRAST_FACTOR = 2.5, 4.0
 """Standard deviation of the wider one relative to it, and the factor that makes strong lines 1."""
+OUTLINE_SIGMA_RATIO, MIN_OUTLINE_SIGMA_PX, OUTLINE_LEVEL = 0.02, 1.0, 0.45
+"""Standard deviation of the Gaussian before shapes are outlined, relative to the face's height; at least; and
+their darkness relative to the strongest stroke."""
+OUTLINE_WIDTH_PX, MIN_OUTLINE_SLOPE, MIN_OUTLINED_RATIO = 1.2, 0.02, 0.14
+"""Distance at which an outline ends; change of darkness per pixel below which it fades; and the least size of
+a shape, relative to the face's height."""
+SPECK_RATIO, SPECK_COVERAGE = 0.085, 0.3
+"""Size, relative to the face's height, of parts that are dropped as specks; and coverage that connects."""
 LAPLACIAN_WEIGHTS, GRAIN_FACTOR = np.array([[1, -2, 1], [-2, 4, -2], [1, -2, 1]], np.float32), 6 * 0.6745
 """Laplacian of luma, and the median of its size for noise with a standard deviation of 1."""
 MIN_GRAIN_LUMA, GRAIN_CONTRAST_RATIO, GRAIN_RADIUS_PX = 0.004, 4.0, 1.5
@@ -155,7 +163,25 @@ def _lines(share: np.ndarray, height: float, page_side: float) -> np.ndarray:
     least, most = LINE_SIGMA_RANGE
     sigma = max(least, min(LINE_SIGMA_RATIO * height, most * page_side))
     fine, wide = (cv2.GaussianBlur(share, (0, 0), each) for each in (sigma, LINE_WIDTH_FACTOR * sigma))
-    return (fine - wide) * np.float32(LINE_CONTRAST_FACTOR)
+    lines = (fine - wide) * np.float32(LINE_CONTRAST_FACTOR)
+    return without_specks(np.maximum(lines, _outlines(share, height)), SPECK_RATIO * height)
+
+
+def without_specks(cover: np.ndarray, least: float) -> np.ndarray:
+    """Return coverage without the parts that are neither as wide nor as high as some pixels."""
+    _, labels, boxes, _ = cv2.connectedComponentsWithStats((cover > SPECK_COVERAGE).astype(np.uint8))
+    sides = boxes[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]].max(axis=1)
+    kept = sides >= least
+    kept[0] = True
+    return cover * kept[labels]
+
+
+def _outlines(share: np.ndarray, height: float) -> np.ndarray:
+    """Return thin lines around the dark shapes of a soft picture, where lines find no edge."""
+    calm = cv2.GaussianBlur(share, (0, 0), max(MIN_OUTLINE_SIGMA_PX, OUTLINE_SIGMA_RATIO * height))
+    slope = np.hypot(cv2.Sobel(calm, -1, 1, 0, scale=1 / 8), cv2.Sobel(calm, -1, 0, 1, scale=1 / 8))
+    distance = np.abs(calm - np.float32(OUTLINE_LEVEL)) / np.maximum(slope, np.float32(MIN_OUTLINE_SLOPE))
+    return without_specks(np.clip(np.float32(OUTLINE_WIDTH_PX) - distance, 0, 1), MIN_OUTLINED_RATIO * height)
 
 
 def _lit(skin: np.ndarray, inside: np.ndarray) -> np.ndarray:
