@@ -44,6 +44,8 @@ SHADE_RATIO, SHADE_WEIGHT = 0.15, 0.6
 of them that is kept."""
 CONTRAST, MAX_CONTRAST_FACTOR = 0.5, 4.0
 """Standard deviation of the logarithm of tones nearby to which contrast is raised, and the largest factor."""
+GRAIN_SPREAD_RANGE = 0.05, 0.12
+"""Standard deviation up to which details count as grain, and from which they count as features."""
 LIGHT_EXPONENT = 0.4
 """Exponent of this factor for details lighter than the skin nearby: a nose in light would become paper."""
 SMOOTH_RATIO, SMOOTH_RANGE_PX = 0.013, (0.5, 1.3)
@@ -163,6 +165,7 @@ def _raised(detail: np.ndarray, skin: np.ndarray, sigma: float) -> np.ndarray:
     """Return details with more contrast, the more so the less there is nearby."""
     spread = cv2.sqrt(_mean(detail * detail, skin, sigma))
     factor = np.clip(np.float32(CONTRAST) / np.maximum(spread, np.float32(1e-3)), 1, MAX_CONTRAST_FACTOR)
+    factor = 1 + (factor - 1) * _ramp(spread, GRAIN_SPREAD_RANGE)
     return np.asarray(detail * np.where(detail < 0, factor, factor ** np.float32(LIGHT_EXPONENT)), np.float32)
 
 

@@ -14,7 +14,7 @@ from vidstyle.core.plain_codes import codes_from_values, values_from_codes
 from vidstyle.regions.features.feature_lifting import Features
 from vidstyle.regions.features.media import Medium
 from vidstyle.regions.features.page_colors import brightest_color, local_mean, mean_chroma
-from vidstyle.regions.features.tones import SPECK_RATIO, without_specks
+from vidstyle.regions.features.tones import MAX_SPECK_PX, SPECK_RATIO, without_specks
 from vidstyle.regions.patch_blending import patch_mask
 from vidstyle.regions.patches import Patch, plane_area
 from vidstyle.regions.rasters import PageRaster, cell_means
@@ -160,7 +160,8 @@ def _marks(
             line = share * cover * _ramp(tones.contour, LINE_RANGE)
             return _Marks(same, none, none, line) if is_light else _Marks(same, none, line, none)
         case Medium.INK_OVER_TONES:
-            core = without_specks(_ramp(tones.dark, CORE_RANGE), SPECK_RATIO * each.face.box.height)
+            least = min(SPECK_RATIO * each.face.box.height, MAX_SPECK_PX)
+            core = without_specks(_ramp(tones.dark, CORE_RANGE), least)
             return _Marks(1 + change, none, none, np.float32(CORE_WEIGHT) * cover * core)
         case Medium.INK:
             paper = np.float32(LIGHT_WEIGHT) * weight * tones.light

@@ -42,11 +42,14 @@ LINE_WIDTH_FACTOR, LINE_CONTRAST_FACTOR = 2.5, 4.0
 OUTLINE_SIGMA_RATIO, MIN_OUTLINE_SIGMA_PX, OUTLINE_LEVEL = 0.02, 1.0, 0.45
 """Standard deviation of the Gaussian before shapes are outlined, relative to the face's height; at least; and
 their darkness relative to the strongest stroke."""
+NEAR_LINE_RATIO = 0.2
+"""Side of the square around a line in which shapes get no outline, relative to the face's height."""
 OUTLINE_WIDTH_PX, MIN_OUTLINE_SLOPE, MIN_OUTLINED_RATIO = 1.2, 0.02, 0.14
 """Distance at which an outline ends; change of darkness per pixel below which it fades; and the least size of
 a shape, relative to the face's height."""
-SPECK_RATIO, SPECK_COVERAGE = 0.085, 0.3
-"""Size, relative to the face's height, of parts that are dropped as specks; and coverage that connects."""
+SPECK_RATIO, MAX_SPECK_PX, SPECK_COVERAGE = 0.085, 7.0, 0.3
+"""Size, relative to the face's height, of parts that are dropped as specks; at most; and coverage
+that connects."""
 LAPLACIAN_WEIGHTS, GRAIN_FACTOR = np.array([[1, -2, 1], [-2, 4, -2], [1, -2, 1]], np.float32), 6 * 0.6745
 """Laplacian of luma, and the median of its size for noise with a standard deviation of 1."""
 MIN_GRAIN_LUMA, GRAIN_CONTRAST_RATIO, GRAIN_RADIUS_PX = 0.004, 4.0, 1.5
@@ -163,8 +166,11 @@ def _lines(share: np.ndarray, height: float, page_side: float) -> np.ndarray:
     least, most = LINE_SIGMA_RANGE
     sigma = max(least, min(LINE_SIGMA_RATIO * height, most * page_side))
     fine, wide = (cv2.GaussianBlur(share, (0, 0), each) for each in (sigma, LINE_WIDTH_FACTOR * sigma))
-    lines = (fine - wide) * np.float32(LINE_CONTRAST_FACTOR)
-    return without_specks(np.maximum(lines, _outlines(share, height)), SPECK_RATIO * height)
+    least = min(SPECK_RATIO * height, MAX_SPECK_PX)
+    lines = without_specks((fine - wide) * np.float32(LINE_CONTRAST_FACTOR), least)
+    size = max(1, round(NEAR_LINE_RATIO * height))
+    near = cv2.dilate(np.clip(lines, 0, 1), np.ones((size, size), np.uint8))
+    return np.maximum(lines, without_specks(_outlines(share, height) * (near < SPECK_COVERAGE), least))
 
 
 def without_specks(cover: np.ndarray, least: float) -> np.ndarray:
