@@ -54,6 +54,8 @@ FINE_RANGE = 0.015, 0.045
 """Difference of tone from this Gaussian that is grain, and from which it is a fine detail, which is kept."""
 BRIGHT_RANGE = 0.05, 0.2
 """How much brighter than the face it is what gets less light, and what gets none: what is behind it."""
+MAX_SIGMA_PX = 5.0
+"""Standard deviation from which that Gaussian runs on a reduced copy."""
 BLACK_TONE = 0.05
 """Added to tones before they are compared: black stays black."""
 
@@ -170,10 +172,14 @@ def _raised(detail: np.ndarray, skin: np.ndarray, sigma: float) -> np.ndarray:
 
 
 def _mean(tone: np.ndarray, weight: np.ndarray, sigma: float) -> np.ndarray:
-    """Return the mean of the tones nearby, by weight."""
-    weight = weight + np.float32(1e-3)
-    total, area = (cv2.GaussianBlur(each, (0, 0), sigma) for each in (tone * weight, weight))
-    return np.asarray(total / area, np.float32)
+    """Return the mean of the tones nearby, by weight; of a wide area, in a reduced copy."""
+    factor = max(1.0, sigma / MAX_SIGMA_PX)
+    size = tuple(max(1, round(side / factor)) for side in tone.shape[::-1])
+    weight = np.asarray(weight + np.float32(1e-3), np.float32)
+    planes = np.asarray(tone * weight, np.float32), weight
+    small = (cv2.resize(each, size, interpolation=cv2.INTER_AREA) for each in planes)
+    total, area = (cv2.GaussianBlur(each, (0, 0), sigma / factor) for each in small)
+    return cv2.resize(np.asarray(total / area, np.float32), tone.shape[::-1])
 
 
 def _within(box: Box[float], picture: Picture) -> Rectangle:
