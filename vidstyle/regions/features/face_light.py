@@ -33,7 +33,7 @@ from vidstyle.regions.writing.lifting import luma_in
 
 DIM_TONE_RANGE = 0.46, 0.36
 """Median tone of a face, as a style shows it, from which it is dim, and up to which it is entirely."""
-WANTED_TONE, TONE_WEIGHT, MAX_TONE_FACTOR = 0.46, 0.6, 1.35
+WANTED_TONE_LEVEL, TONE_WEIGHT, MAX_TONE_FACTOR = 0.46, 0.6, 1.35
 """Tone that a dim face approaches, how far, and the largest factor: dark skin stays dark."""
 TONE_QUANTILES = 0.5, 0.95
 """Quantiles of luma that are the median and the bright tone of a face."""
@@ -42,7 +42,7 @@ EDGE_RATIO = 0.15
 SHADE_RATIO, SHADE_WEIGHT = 0.15, 0.6
 """Standard deviation of the Gaussian that finds light and shade, relative to the face's height; and the share
 of them that is kept."""
-CONTRAST, MAX_CONTRAST_FACTOR = 0.5, 4.0
+WANTED_SPREAD_RATIO, MAX_CONTRAST_FACTOR = 0.5, 4.0
 """Standard deviation of the logarithm of tones nearby to which contrast is raised, and the largest factor."""
 GRAIN_SPREAD_RANGE = 0.05, 0.12
 """Standard deviation up to which details count as grain, and from which they count as features."""
@@ -56,7 +56,7 @@ BRIGHT_RANGE = 0.05, 0.2
 """How much brighter than the face it is what gets less light, and what gets none: what is behind it."""
 MAX_SIGMA_PX = 5.0
 """Standard deviation from which that Gaussian runs on a reduced copy."""
-BLACK_TONE = 0.05
+MIN_TONE = 0.05
 """Added to tones before they are compared: black stays black."""
 
 
@@ -144,16 +144,16 @@ def _light(luma: np.ndarray, dim: DimFace, window: Rectangle) -> np.ndarray:
     shown = np.maximum(dim.stretch.shown(calm), 0)
     fine = dim.stretch.shown(luma) - shown
     behind = _ramp(shown - np.float32(bright), BRIGHT_RANGE)
-    tone = cv2.log(shown + np.float32(BLACK_TONE))
+    tone = cv2.log(shown + np.float32(MIN_TONE))
     skin = inner_mask(box, window) * (1 - behind)
     shade = _mean(tone, skin, SHADE_RATIO * height)
     detail = tone - shade
-    middle = np.log(median + BLACK_TONE)
-    lift = min(MAX_TONE_FACTOR, ((WANTED_TONE + BLACK_TONE) / (median + BLACK_TONE)) ** TONE_WEIGHT)
+    middle = np.log(median + MIN_TONE)
+    lift = min(MAX_TONE_FACTOR, ((WANTED_TONE_LEVEL + MIN_TONE) / (median + MIN_TONE)) ** TONE_WEIGHT)
     even = np.float32(middle + np.log(lift)) + np.float32(SHADE_WEIGHT) * (shade - np.float32(middle))
     raised = _raised(detail, skin, SHADE_RATIO * height)
     detail = detail + feature_areas(dim.face, window).whole * (raised - detail)
-    lit = cv2.exp(even + detail) - np.float32(BLACK_TONE)
+    lit = cv2.exp(even + detail) - np.float32(MIN_TONE)
     share = np.float32(_ramp(median, DIM_TONE_RANGE)) * inner_mask(box, window) * (1 - behind)
     return np.asarray(
         share
@@ -166,7 +166,9 @@ def _light(luma: np.ndarray, dim: DimFace, window: Rectangle) -> np.ndarray:
 def _raised(detail: np.ndarray, skin: np.ndarray, sigma: float) -> np.ndarray:
     """Return details with more contrast, the more so the less there is nearby."""
     spread = cv2.sqrt(_mean(detail * detail, skin, sigma))
-    factor = np.clip(np.float32(CONTRAST) / np.maximum(spread, np.float32(1e-3)), 1, MAX_CONTRAST_FACTOR)
+    factor = np.clip(
+        np.float32(WANTED_SPREAD_RATIO) / np.maximum(spread, np.float32(1e-3)), 1, MAX_CONTRAST_FACTOR
+    )
     factor = 1 + (factor - 1) * _ramp(spread, GRAIN_SPREAD_RANGE)
     return np.asarray(detail * np.where(detail < 0, factor, factor ** np.float32(LIGHT_EXPONENT)), np.float32)
 

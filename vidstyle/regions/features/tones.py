@@ -39,7 +39,7 @@ LINE_SIGMA_RATIO, LINE_SIGMA_RANGE = 0.012, (0.7, 0.002)
 height; at least, in pixels; and at most, relative to the picture's shorter side."""
 LINE_WIDTH_FACTOR, LINE_CONTRAST_FACTOR = 2.5, 4.0
 """Standard deviation of the wider one relative to it, and the factor that makes strong lines 1."""
-OUTLINE_SIGMA_RATIO, MIN_OUTLINE_SIGMA_PX, OUTLINE_LEVEL = 0.02, 1.0, 0.45
+OUTLINE_SIGMA_RATIO, MIN_OUTLINE_SIGMA_PX, OUTLINE_DARKNESS_RATIO = 0.02, 1.0, 0.45
 """Standard deviation of the Gaussian before shapes are outlined, relative to the face's height; at least; and
 their darkness relative to the strongest stroke."""
 NEAR_LINE_RATIO = 0.2
@@ -47,7 +47,7 @@ NEAR_LINE_RATIO = 0.2
 OUTLINE_WIDTH_PX, MIN_OUTLINE_SLOPE, MIN_OUTLINED_RATIO = 1.2, 0.02, 0.14
 """Distance at which an outline ends; change of darkness per pixel below which it fades; and the least size of
 a shape, relative to the face's height."""
-SPECK_RATIO, MAX_SPECK_PX, SPECK_COVERAGE = 0.085, 7.0, 0.3
+SPECK_RATIO, MAX_SPECK_PX, MIN_SPECK_COVERAGE = 0.085, 7.0, 0.3
 """Size, relative to the face's height, of parts that are dropped as specks; at most; and coverage
 that connects."""
 LAPLACIAN_WEIGHTS, GRAIN_FACTOR = np.array([[1, -2, 1], [-2, 4, -2], [1, -2, 1]], np.float32), 6 * 0.6745
@@ -170,12 +170,12 @@ def _lines(share: np.ndarray, height: float, page_side: float) -> np.ndarray:
     lines = without_specks((fine - wide) * np.float32(LINE_CONTRAST_FACTOR), least)
     size = max(1, round(NEAR_LINE_RATIO * height))
     near = cv2.dilate(np.clip(lines, 0, 1), np.ones((size, size), np.uint8))
-    return np.maximum(lines, without_specks(_outlines(share, height) * (near < SPECK_COVERAGE), least))
+    return np.maximum(lines, without_specks(_outlines(share, height) * (near < MIN_SPECK_COVERAGE), least))
 
 
 def without_specks(cover: np.ndarray, least: float) -> np.ndarray:
     """Return coverage without the parts that are neither as wide nor as high as some pixels."""
-    _, labels, boxes, _ = cv2.connectedComponentsWithStats((cover > SPECK_COVERAGE).astype(np.uint8))
+    _, labels, boxes, _ = cv2.connectedComponentsWithStats((cover > MIN_SPECK_COVERAGE).astype(np.uint8))
     sides = boxes[:, [cv2.CC_STAT_WIDTH, cv2.CC_STAT_HEIGHT]].max(axis=1)
     kept = sides >= least
     kept[0] = True
@@ -186,7 +186,9 @@ def _outlines(share: np.ndarray, height: float) -> np.ndarray:
     """Return thin lines around the dark shapes of a soft picture, where lines find no edge."""
     calm = cv2.GaussianBlur(share, (0, 0), max(MIN_OUTLINE_SIGMA_PX, OUTLINE_SIGMA_RATIO * height))
     slope = np.hypot(cv2.Sobel(calm, -1, 1, 0, scale=1 / 8), cv2.Sobel(calm, -1, 0, 1, scale=1 / 8))
-    distance = np.abs(calm - np.float32(OUTLINE_LEVEL)) / np.maximum(slope, np.float32(MIN_OUTLINE_SLOPE))
+    distance = np.abs(calm - np.float32(OUTLINE_DARKNESS_RATIO)) / np.maximum(
+        slope, np.float32(MIN_OUTLINE_SLOPE)
+    )
     return without_specks(np.clip(np.float32(OUTLINE_WIDTH_PX) - distance, 0, 1), MIN_OUTLINED_RATIO * height)
 
 
