@@ -11,6 +11,18 @@ function placeOf(panel) {
   return [a * x + e, d * y + f, a * width, d * height];
 }
 
+/** Windows that are as narrow as a phone: panels stand one below the other. */
+export const NARROW = matchMedia("(max-width: 40rem)");
+/** There, an enlarged panel is turned if it then is larger by this factor. */
+const MIN_TURN_GAIN = 1.25;
+
+/** Whether a panel is shown on its side, for a phone that is turned. @param {number} width @param {number} height of the panel */
+function isTurned(width, height) {
+  const { clientWidth, clientHeight } = get("panel-picture");
+  const upright = Math.min(clientWidth / width, clientHeight / height);
+  return NARROW.matches && Math.min(clientWidth / height, clientHeight / width) > MIN_TURN_GAIN * upright;
+}
+
 /** A finger that has moved so far turns to another panel. */
 const MIN_SWIPE_PX = 40;
 
@@ -35,8 +47,8 @@ export class PanelView {
     }
     get("panel-close").prepend(icon("close"));
     get("panel-close").addEventListener("click", () => this.#dialog.close());
-    get("panel-picture").addEventListener("pointerdown", ({ clientX }) => (this.#pressed = clientX));
-    get("panel-picture").addEventListener("pointerup", ({ clientX }) => this.#turn(clientX));
+    get("panel-picture").addEventListener("pointerdown", ({ clientX, isPrimary }) => isPrimary && (this.#pressed = clientX));
+    get("panel-picture").addEventListener("pointerup", ({ clientX, isPrimary, button }) => isPrimary && !button && this.#turn(clientX));
     addEventListener("resize", () => this.refresh());
     this.#dialog.addEventListener("close", () => {
       this.panels[this.#at].focus();
@@ -89,8 +101,10 @@ export class PanelView {
     if (!panel) return;
     this.#at = number;
     const [x, y, width, height] = placeOf(panel);
-    const whole = /** @type {SVGSVGElement} */ (makeSvg("svg", { viewBox: `${x} ${y} ${width} ${height}`, "font-family": panel.ownerSVGElement?.getAttribute("font-family") ?? "" }));
-    whole.append(makeSvg("use", { href: `#${panel.id}` }));
+    const turned = isTurned(width, height);
+    const viewBox = turned ? `0 0 ${height} ${width}` : `${x} ${y} ${width} ${height}`;
+    const whole = /** @type {SVGSVGElement} */ (makeSvg("svg", { viewBox, "font-family": panel.ownerSVGElement?.getAttribute("font-family") ?? "" }));
+    whole.append(makeSvg("use", { href: `#${panel.id}`, ...(turned && { transform: `rotate(90) translate(${-x} ${-y - height})` }) }));
     get("panel-picture").replaceChildren(whole);
     const own = panel.transform.baseVal.consolidate()?.matrix.a ?? 1;
     reducePictures(panel, own * (whole.getScreenCTM()?.a ?? 1) * devicePixelRatio);
@@ -102,6 +116,7 @@ export class PanelView {
   /** @param {KeyboardEvent} event */
   #key(event) {
     const last = this.panels.length - 1;
+    if (event.key === SHARED_KEYS.help) /** @type {HTMLDialogElement} */ (get("help")).showModal();
     const next = { ArrowLeft: this.#at - 1, ArrowRight: this.#at + 1, Home: 0, End: last, [SHARED_KEYS.next]: this.#at + 1 }[event.key];
     if (next === undefined && event.key !== SHARED_KEYS.zoom) return;
     event.preventDefault();

@@ -2,14 +2,12 @@
 
 import { get, icon, press } from "./elements.js";
 import { reducePictures } from "./fine_pictures.js";
-import { PanelView } from "./panel_view.js";
+import { NARROW, PanelView } from "./panel_view.js";
 import { SHARED_KEYS } from "./shared_keys.js";
 import { switchTheme } from "./theme.js";
 
 /** A page that is longer, for its width, is a strip: it never fits into a window. */
 const MAX_PAGE_ASPECT = 2.5;
-/** Where a window is as narrow as a phone, panels stand one below the other. */
-const NARROW = matchMedia("(max-width: 40rem)");
 /** The largest height of a panel there, its distance to the next one, and their common margin, relative to the width of the page. */
 const [MAX_STACKED_HEIGHT_RATIO, STACK_GUTTER_RATIO, STACK_MARGIN_RATIO] = [1.3, 0.025, 0.015];
 
