@@ -28,7 +28,8 @@ export class Divider {
     this.line = line;
     this.onchange = onchange;
     this.box = box;
-    addEventListener("resize", () => this.place());
+    const follower = new ResizeObserver(() => this.place());
+    for (const element of [canvas, this.#parent]) follower.observe(element);
   }
 
   /** Lets the pointer drag the divider from anywhere on the canvas. */

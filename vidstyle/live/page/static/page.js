@@ -45,7 +45,10 @@ let link = "Connecting";
 let connected = 0;
 
 /** @param {string} text @param {boolean} [alarm] */
-const say = (text, alarm = false) => announce(get("message"), text, { alarm });
+const say = (text, alarm = false) => {
+  get("message").title = text; // the line may be too short for it
+  announce(get("message"), text, { alarm });
+};
 
 const lost = new LostNotice("vidstyle live", []);
 const connection = new Connection({
@@ -149,6 +152,7 @@ const MIN_SMOOTH_RATE = 12;
 
 /** Says how the session goes. @param {Status} now */
 function sentenceOf(now) {
+  if (now.source_state === "ended") return "Ended";
   const shown = Math.round(rate());
   if (now.degraded) return `${title(now.degraded)}; ${shown} frames per second`;
   if (shown < MIN_SMOOTH_RATE && times.length && shareOf(now)) return `Slow computer: only ${shown} frames per second`;
