@@ -58,7 +58,7 @@ relative to the most important person."""
 _FULL_RESOLUTION_PX = 300.0
 """Resolution from which a picture may have a panel of any size, see `measure_resolution`.
 
-Of 58 panels on pages that a judge had seen, the four that he called out of focus have 150 to 220, others
+Of 56 panels on pages that a judge had seen, the three that were called out of focus have 170 to 220, others
 mostly 250 to 420.
 """
 _MIN_LEGIBLE_SHARE, _FULL_CLARITY, _FULL_LIGHT = 0.3, 0.8, 0.35
