@@ -1,6 +1,8 @@
 // The search of looks, on all pages that list them.
 
 import { get, make } from "./elements.js";
+import { LOOK_PROPERTIES } from "./look_properties.js";
+import { meaningsOf, stemOf, tellingWords } from "./look_words.js";
 
 /**
  * What a search knows of a look.
@@ -11,100 +13,82 @@ import { get, make } from "./elements.js";
  * @property {string} words for its blocks and variants
  */
 
-/** A shorter word among others, such as "a" or "the", begins a name only by chance. */
-const MIN_BEGINNING_LENGTH = 4;
-/** Better than this rank, a look has the name that was asked. */
-const DESCRIBED = 5;
-const NOT_FOUND = 7;
-/** Words that say nothing about a look, unless they are all that is asked. */
-const FILLERS = new Set("a an and as by effect filter for from in like look looks my of on style the to with".split(" "));
-/** A word is an ending from this length on: "crayons" asks for crayon, but "dots" is no dot. */
-const MIN_PLURAL_LENGTH = 5;
+/** A name of a look, its words with their stems, and how much it says. @typedef {{words: string[], stems: string[], weight: number}} LookName */
+
+const NAME_WEIGHT = 3;
+const ALIAS_WEIGHT = 1;
+const ABOUT_WEIGHT = 0.2;
+const BLOCKS_WEIGHT = 0.1;
+/** Part of the weight that the last of a list of names lacks. */
+const LAST_LOSS_RATIO = 0.3;
+/** Looks that fit less than this part of the best are not shown. */
+const MIN_SCORE_RATIO = 0.5;
 /** Words are near if they share this part of their pairs of letters. */
 const MIN_LIKENESS_RATIO = 0.6;
 const MAX_WORDS_TO_TRY = 4;
 
-/** Returns a text in lower case, in the American spelling and without hyphens. @param {string} text */
-const normal = (text) => text.toLowerCase().replaceAll("colour", "color").replaceAll("grey", "gray").replaceAll("&", "and").replaceAll("-", " ");
-
-/** Returns a text without spaces: "game boy" and "gameboy" are the same. @param {string} text */
-const joined = (text) => text.replaceAll(" ", "");
-
-/** Returns a word without the ending of a plural. @param {string} word */
-const singular = (word) => (word.length >= MIN_PLURAL_LENGTH && word.endsWith("s") && !word.endsWith("ss") ? word.slice(0, -1) : word);
-
-/** Returns the words of a text that say something about a look. @param {string} text */
-function askedWords(text) {
-  const words = normal(text).split(/\s+/).filter(Boolean);
-  const telling = words.filter((word) => !FILLERS.has(word));
-  return telling.length ? telling : words;
-}
-
-/** Returns the other names of a look. @param {string} aliases */
+/** Returns the names in a text. @param {string} aliases */
 const aliasesOf = (aliases) => aliases.split(/,\s*/).filter(Boolean);
 
-/** Whether a text has all words, or words that begin so. @param {string} text @param {string[]} words */
-function hasAll(text, words) {
-  const parts = text.split(/[^\p{L}\p{N}]+/u);
-  return words.every((word) => parts.some((part) => part.startsWith(word)) || (/[^\p{L}\p{N}]/u.test(word) && text.includes(word)));
+/** @param {string[]} words @param {number} weight @returns {LookName} */
+const lookName = (words, weight) => ({ words, stems: words.map(stemOf), weight });
+
+/** Returns a name in its words and in one word: "game boy" and "gameboy". @param {string} text @param {number} weight */
+function spelledNames(text, weight) {
+  const words = tellingWords(text);
+  return [words, ...(words.length > 1 ? [[words.join("")]] : [])].map((each) => lookName(each, weight));
 }
 
-/** Whether a name has one of these words. @param {string} name @param {string[]} words */
-const hasAny = (name, words) => words.some((word) => hasAll(name, [word]));
+/** Returns weighted names of a list, the most fitting first. @param {string[]} names */
+const listedNames = (names) => names.flatMap((name, place) => spelledNames(name, ALIAS_WEIGHT * (1 - (LAST_LOSS_RATIO * place) / names.length)));
 
-/** Returns where in a text the first word stands: 0 at its beginning, less than 1. @param {string} text @param {string[]} words */
-const placeIn = (text, words) => Math.max(text.indexOf(words[0]), 0) / (text.length + 1);
+/** Returns the properties of a look, as names. @param {string} look */
+function propertiesOf(look) {
+  return Object.entries(LOOK_PROPERTIES).flatMap(([words, having]) => {
+    const looks = having.split(" "), place = looks.indexOf(tellingWords(look).join(" "));
+    return place < 0 ? [] : aliasesOf(words).flatMap((word) => spelledNames(word, ALIAS_WEIGHT * (1 - (LAST_LOSS_RATIO * place) / looks.length)));
+  });
+}
 
-/** Returns how well a look fits: lower is better. @param {Look} look @param {string} phrase the whole text @param {string[]} words */
-function rank(look, phrase, words) {
-  const stems = words.map(singular), asked = stems.join(" ");
-  const [own, about, more] = [look.name, look.about, look.words].map(normal);
-  const others = aliasesOf(normal(look.aliases));
-  const same = (/** @type {string} */ name) => [phrase, words.join(" "), asked].some((each) => joined(each) === joined(name)) || (singular(name) === asked && asked !== "");
-  if (same(own)) return 0;
-  const named = others.findIndex(same);
-  if (named >= 0) return 1 + named / others.length;
-  if (own.startsWith(asked)) return 2;
-  if (stems.some((word) => own === word || (word.length >= MIN_BEGINNING_LENGTH && own.startsWith(word)))) return 3;
-  const at = others.findIndex((other) => hasAll(other, stems));
-  if (at >= 0) return 4 + (0.5 * at) / others.length;
-  const mixed = others.findIndex((other) => hasAny(other, stems));
-  if (mixed >= 0 && hasAll(`${own} ${others.join(" ")} ${about}`, stems)) return 4.5 + (0.5 * mixed) / others.length;
-  if (hasAll(`${own} ${about}`, stems)) return DESCRIBED + placeIn(about, stems);
-  return hasAll(more, stems) ? DESCRIBED + 1 + placeIn(more, stems) : NOT_FOUND;
+/** Returns all names of a look. @param {Look} look */
+const namesOf = ({ name, aliases }) => [...spelledNames(name, NAME_WEIGHT), ...listedNames(aliasesOf(aliases)), ...propertiesOf(name)];
+
+/** Returns the words that describe a look, each for itself. @param {Look} look */
+function descriptionsOf({ about, words }) {
+  const each = (/** @type {string} */ text, /** @type {number} */ weight) => tellingWords(text).map((word) => lookName([word], weight));
+  return [...each(about, ABOUT_WEIGHT), ...each(words, BLOCKS_WEIGHT)];
+}
+
+/** Returns how well names fit a meaning, given what else is asked: names with further words fit less. @param {LookName[]} names @param {string[]} meaning @param {Set<string>} asked */
+function fitOf(names, meaning, asked) {
+  const fitting = names.filter(({ stems }) => stems.some((stem) => meaning.includes(stem)));
+  return Math.max(0, ...fitting.map(({ stems, weight }) => (weight * stems.filter((stem) => asked.has(stem)).length) / stems.length));
+}
+
+/** Returns the scores of looks: a word counts the more, the fewer looks have it. @param {LookName[][]} names of each look @param {string} text */
+function scoresOf(names, text) {
+  const meanings = meaningsOf(text, new Map(names.flat().flatMap(({ words, stems }) => words.map((word, place) => [word, stems[place]]))));
+  const asked = new Set(meanings.flat());
+  const scores = names.map(() => 0);
+  for (const meaning of meanings) {
+    const fits = names.map((each) => fitOf(each, meaning, asked));
+    const rarity = Math.log(1 + names.length / fits.filter(Boolean).length);
+    fits.forEach((fit, look) => (scores[look] += fit && fit * rarity));
+  }
+  return scores;
 }
 
 /**
- * Returns the numbers of the looks that a text names, best first; those that it describes only if it names none,
- * and those that fit most of its words only if none fits all of them.
+ * Returns the numbers of the looks that a text means, best first; descriptions count only for a text that names none.
  * @param {Look[]} looks
  * @param {string} text
  */
 export function findLooks(looks, text) {
-  const words = askedWords(text);
-  if (!words.length) return [...looks.keys()];
-  const ranks = ranksOf(looks, normal(text).trim(), words);
-  if (words.length === 1 || Math.min(...ranks) < NOT_FOUND) return bestOf(ranks);
-  const long = words.filter((word) => word.length > MIN_BEGINNING_LENGTH);
-  return bestOf(byMostWords(long.map((word) => ranksOf(looks, word, [word]))));
-}
-
-/** Returns the ranks of looks that fit most words, by their best word. @param {number[][]} ranks of each word */
-function byMostWords(ranks) {
-  const looks = [...(ranks[0] ?? []).keys()];
-  const fitting = looks.map((look) => ranks.filter((each) => each[look] < NOT_FOUND).length);
-  const most = Math.max(...fitting);
-  return looks.map((look) => (most && fitting[look] === most ? Math.min(...ranks.map((each) => each[look])) : NOT_FOUND));
-}
-
-/** @param {Look[]} looks @param {string} phrase @param {string[]} words */
-const ranksOf = (looks, phrase, words) => looks.map((look) => rank(look, phrase, words));
-
-/** Returns the numbers of the looks with the best kind of rank, best first. @param {number[]} ranks */
-function bestOf(ranks) {
-  const best = Math.min(...ranks);
-  const limit = best < DESCRIBED ? DESCRIBED : best < NOT_FOUND ? Math.floor(best) + 1 : 0;
-  return [...ranks.keys()].filter((number) => ranks[number] < limit).sort((one, other) => ranks[one] - ranks[other]);
+  if (!tellingWords(text).length) return [...looks.keys()];
+  const named = scoresOf(looks.map(namesOf), text);
+  const scores = Math.max(...named) > 0 ? named : scoresOf(looks.map(descriptionsOf), text);
+  const least = Math.max(...scores) * MIN_SCORE_RATIO;
+  return [...looks.keys()].filter((look) => least > 0 && scores[look] >= least).sort((one, other) => scores[other] - scores[one]);
 }
 
 /** Returns the pairs of letters of a text. @param {string} text */
@@ -112,7 +96,7 @@ const pairsOf = (text) => new Set([...text.slice(1)].map((letter, place) => text
 
 /** Returns which part of their pairs of letters two texts share, 0 to 1. @param {string} one @param {string} other */
 function likeness(one, other) {
-  const [pairs, others] = [pairsOf(normal(one)), pairsOf(normal(other))];
+  const [pairs, others] = [one, other].map((text) => pairsOf(text.toLowerCase()));
   return (2 * [...pairs].filter((pair) => others.has(pair)).length) / (pairs.size + others.size || 1);
 }
 
@@ -123,7 +107,7 @@ function likeness(one, other) {
  */
 function wordsToTry(looks, text) {
   const names = [...new Set(looks.flatMap(({ name, aliases }) => [name, ...aliasesOf(aliases)]))];
-  const nearness = (/** @type {string} */ name) => Math.max(likeness(name, text), ...askedWords(text).map((word) => likeness(name, word)));
+  const nearness = (/** @type {string} */ name) => Math.max(likeness(name, text), ...text.split(" ").map((word) => likeness(name, word)));
   const near = names.filter((name) => nearness(name) >= MIN_LIKENESS_RATIO);
   return near.sort((one, other) => nearness(other) - nearness(one)).slice(0, MAX_WORDS_TO_TRY);
 }
