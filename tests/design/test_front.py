@@ -173,11 +173,25 @@ def test_a_film_that_begins_black_is_shown_by_a_later_frame(tmp_path: Path, blac
     assert representative_frame(open_clip(tmp_path)) == number
 
 
+def test_escape_clears_the_search_and_never_shows_a_designer_without_a_style(
+    server: DesignServer, browser: Browser
+) -> None:
+    browser.open(server.url)
+    browser.until("document.querySelector('.tile:not(.new)')")
+    browser.run("document.getElementById('find-look').focus()")
+    browser.type("noir")
+    browser.until("document.querySelectorAll('.tile:not([hidden])').length < 9")
+    browser.press("Escape")
+    assert browser.run("return document.getElementById('find-look').value") == ""
+    browser.press("Escape")
+    assert not browser.run("return document.getElementById('start').hidden")
+
+
 def test_after_a_click_on_a_look_no_control_has_the_focus(server: DesignServer, browser: Browser) -> None:
-    """The keys are those of the page: the space bar plays the film."""
     browser.open(server.url)
     browser.until("document.querySelector('.tile:not(.new)')")
     browser.click(".tile:not(.new)")
+    """The keys are those of the page: the space bar plays the film."""
     browser.until("document.getElementById('start').hidden && document.querySelector('.style-panel .value')")
     assert browser.run(FOCUSED).startswith("<body")
 

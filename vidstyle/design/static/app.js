@@ -26,13 +26,13 @@ import { shortcuts } from "./shortcuts.js";
 for (const place of document.querySelectorAll("[data-icon]"))
   place.prepend(icon(String(/** @type {HTMLElement} */ (place).dataset.icon)));
 
-/** @param {string} text @param {boolean} [alarm] */
-function say(text, alarm = false) {
+/** Shows a message, or only announces it. @param {string} text @param {boolean} [alarm] @param {boolean} [visible] */
+function say(text, alarm = false, visible = true) {
   const toast = get("toast");
   // The newest popover is on top: messages are seen above the queue and dialogs.
   if (toast.matches(":popover-open")) toast.hidePopover();
   toast.showPopover();
-  announce(toast, text, { alarm });
+  announce(toast, text, { alarm, visible });
 }
 const session = new Session((text) => say(text, true));
 const palette = new Palette(session, showField);
@@ -267,7 +267,7 @@ get("tabs").addEventListener("keydown", (event) => {
   shownTabs[at]?.focus();
 });
 addEventListener("beforeunload", (event) => session.state?.dirty && event.preventDefault());
-const keys = shortcuts({ session, steps, diagram, preview, bar, dialogs, history, start, build, solo, render, help, scopes, scenes, again, clipboard });
+const keys = shortcuts({ session, queue, steps, diagram, preview, bar, dialogs, history, start, build, solo, render, help, scopes, scenes, again, clipboard });
 listen(keys);
 
 /** Shows the keys of the present screen. */

@@ -40,7 +40,7 @@ export class Dialogs {
   /** The ending of rendered files. */
   #suffix = ".mp4";
 
-  /** @param {Session} session @param {(text: string) => void} say */
+  /** @param {Session} session @param {(text: string, alarm?: boolean, visible?: boolean) => void} say */
   constructor(session, say) {
     this.session = session;
     this.say = say;
@@ -163,7 +163,9 @@ export class Dialogs {
     get("render-state").textContent = finished ? text || `Saved as ${file}.` : text ?? (total ? `Frame ${done} of ${total}` : `Frame ${done}`);
     if (!finished) return;
     this.#running(false);
-    this.say(text || `Saved as ${file}.`);
+    // Where the queue or the dialog shows the end already, it is only announced.
+    const isSeen = Boolean(document.querySelector("#queue:popover-open, #render-dialog[open]"));
+    this.say(text || `Saved as ${file}. To play it, open the queue (Q).`, false, !isSeen);
   }
 
   /** Copies the equivalent command line. */

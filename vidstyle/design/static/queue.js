@@ -37,6 +37,13 @@ export class Queue {
     if (!this.panel.matches(":popover-open")) this.panel.showPopover();
   }
 
+  /** Opens the list, and goes to its first button: that plays the newest film once it is there. */
+  enter() {
+    if (this.button.hidden) return false;
+    this.open();
+    /** @type {HTMLElement | null} */ (get("jobs").querySelector("[data-action]"))?.focus();
+  }
+
   /** @param {Job[]} jobs */
   #show(jobs) {
     const left = jobs.filter(({ state }) => state === "waiting" || state === "rendering");
@@ -50,7 +57,8 @@ export class Queue {
 
   /** Focuses a button of the list, which may have been made again. @param {string} action */
   #focus(action) {
-    /** @type {HTMLElement | null} */ (document.querySelector(`[data-action="${action}"]`))?.focus();
+    const play = action.replace("stop", "play"); // takes the place of "Stop" at the end
+    for (const name of [play, action]) /** @type {HTMLElement | null} */ (document.querySelector(`[data-action="${name}"]`))?.focus();
   }
 
   /** @param {Job} job */

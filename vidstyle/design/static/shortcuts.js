@@ -7,6 +7,7 @@ import { SHARED_KEYS } from "./shared_keys.js";
  * The parts of the page.
  * @typedef {object} Parts
  * @property {import("./session.js").Session} session
+ * @property {import("./queue.js").Queue} queue
  * @property {import("./steps.js").Steps} steps
  * @property {import("./diagram.js").Diagram} diagram
  * @property {import("./preview.js").Preview} preview
@@ -28,7 +29,7 @@ import { SHARED_KEYS } from "./shared_keys.js";
  * @param {Parts} parts
  * @returns {import("./keys.js").Shortcut[]}
  */
-export function shortcuts({ steps, diagram, preview, bar, dialogs, history, start, build, solo, render, help, scopes, scenes, again, clipboard }) {
+export function shortcuts({ queue, steps, diagram, preview, bar, dialogs, history, start, build, solo, render, help, scopes, scenes, again, clipboard }) {
   const { view, player } = preview;
   const isBuilding = () => document.body.classList.contains("building") && !start.isOpen;
   /** Returns the focused card, else the selected one. */
@@ -61,7 +62,8 @@ export function shortcuts({ steps, diagram, preview, bar, dialogs, history, star
     toValues();
   };
   const leave = () => {
-    if (start.isOpen) return start.show(false);
+    if (document.querySelector('[popover=""]:popover-open')) return false; // the browser closes it
+    if (start.isOpen) return start.leave();
     if (preview.solo !== null && !document.activeElement?.closest("#panel")) return solo(null);
     if (!isBuilding()) return false;
     diagram.focus(focused());
@@ -93,6 +95,7 @@ export function shortcuts({ steps, diagram, preview, bar, dialogs, history, star
     { keys: ["Ctrl+Shift+s"], help: "Save under another name", run: open(() => dialogs.saveAs()), typing: true },
     { keys: ["Ctrl+e"], help: "Export", run: open(() => dialogs.export()), typing: true },
     { keys: ["Ctrl+Enter"], help: "Render this film", run: open(render), typing: true },
+    { keys: ["q"], help: "Go to the queue: play or download what is rendered", run: () => queue.enter() },
     { keys: ["Ctrl+o"], help: "Show all styles", run: () => start.show(true), typing: true },
     { group: "Knobs", keys: ["v"], help: "Go to the values", run: open(toValues) },
     { keys: ["ArrowLeft", "ArrowRight", "PageUp", "PageDown"], help: "Change the value", inControl: true, run: () => {} },

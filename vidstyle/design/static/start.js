@@ -45,7 +45,7 @@ export const START_KEYS = [
   { keys: ["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"], help: "Move from look to look", run: () => {} },
   { keys: ["Enter"], help: "Open the look; in the search, the first one", run: () => {} },
   { keys: ["Tab"], help: "Move on: search, kinds of looks, looks, other pages", run: () => {} },
-  { keys: ["Escape"], help: "Return to the open style", run: () => {} },
+  { keys: ["Escape"], help: "Clear the search, or return to the open style", run: () => {} },
   { keys: ["?"], help: "Show this list", run: () => {} },
 ];
 
@@ -149,8 +149,16 @@ export class Start {
     return Math.min(Math.max(Math.round(shown * devicePixelRatio), MIN_TILE_WIDTH), MAX_TILE_WIDTH);
   }
 
-  /** @param {boolean} open */
+  /** Clears the search if it has a text, else returns to the open style, if there is one. */
+  leave() {
+    if (!this.finder.value) return this.show(false);
+    this.finder.value = "";
+    this.#filter();
+  }
+
+  /** Shows or hides this screen. Without an open style it stays: there is nothing behind it. @param {boolean} open */
   show(open) {
+    if (!open && !this.session.state) return;
     if (open !== this.isOpen) this.#remember(open);
     this.root.hidden = !open;
     for (const id of ["work", "panel"]) get(id).inert = open;

@@ -26,6 +26,8 @@ export class StyledCanvas {
   isOutdated = false;
   /** Is called with the time that a frame took, in milliseconds. @type {(milliseconds: number) => void} */
   ondrawn = () => {};
+  /** Is called while a frame is drawn in parts, with the fraction that is drawn. @type {(part: number) => void} */
+  onpart = () => {};
   #result = make("canvas");
   /** @type {Promise<void> | null} */
   #drawing = null;
@@ -64,7 +66,7 @@ export class StyledCanvas {
     const began = performance.now();
     const size = workingSize(own, shown.side);
     const isOutdated = () => this.shown !== shown || this.source.picture !== picture;
-    if (!(runner.isSoftware ? await runner.drawInParts(shown.style, picture, { time, size, isOutdated }) : runner.draw(shown.style, picture, undefined, { time, size }))) return;
+    if (!(runner.isSoftware ? await runner.drawInParts(shown.style, picture, { time, size, isOutdated, onpart: this.onpart }) : runner.draw(shown.style, picture, undefined, { time, size }))) return;
     resize(this.#result, size);
     this.#result.getContext("2d")?.drawImage(runner.canvas, 0, 0, ...size, 0, 0, ...size);
     this.isDrawn = true;

@@ -38,7 +38,7 @@ const AUTOMATIC = "auto";
 const MIN_STILL_RATIO = 1.5;
 /** Without a GPU, still pictures are drawn in full detail after this time without a change. */
 const REFINE_MS = 500;
-const [DRAWING, REFINING] = ["Drawing…", "Draft; drawing in full detail…"];
+const [DRAWING, REFINING] = ["Drawing", "Draft; drawing in full detail"];
 /** The buttons that keys press. @type {Object<string, string>} */
 const KEYS = {
   [SHARED_KEYS.compare]: "compare", [SHARED_KEYS.save]: "save", [SHARED_KEYS.full]: "full", [SHARED_KEYS.play]: "play", " ": "play", r: "record", [SHARED_KEYS.help]: "ask",
@@ -74,7 +74,7 @@ export class Viewer {
   #recorder = null;
   #slow = 0;
   /** The detail of what moves, unless the user chooses it. */
-  #movingSide = SIDES[1];
+  #movingSide = 0;
   /** The time that the last frame of what moves took; 0: none was slow. */
   #stallMs = 0;
   /** The working size that is shown, or will be once it is compiled. */
@@ -88,7 +88,8 @@ export class Viewer {
     this.runner = runner;
     this.#styled = new StyledCanvas(runner, this.source);
     this.#styled.ondrawn = (milliseconds) => this.#drawn(milliseconds);
-    if (runner.isSoftware) this.#movingSide = SIDES[0];
+    this.#styled.onpart = (part) => get("busy-part").textContent = ` ${Math.round(100 * part)} %`;
+    this.#movingSide = this.#fastSide;
     this.source.autoplay = !runner.isSoftware; // without a GPU, decoding would slow down the first frame
     this.#listen();
     switchTheme(get("theme"));
@@ -103,6 +104,11 @@ export class Viewer {
   get #isStill() {
     const { picture, video, film } = this.source;
     return Boolean(picture) && (!video || Boolean(film?.paused));
+  }
+
+  /** The detail at which what moves begins. */
+  get #fastSide() {
+    return SIDES[this.runner.isSoftware ? 0 : 1];
   }
 
   /** The detail of still pictures. Faces lose their features in a smaller picture. */
@@ -184,15 +190,18 @@ export class Viewer {
   /** Shows why the picture is not ready yet. @param {string} text */
   #wait(text) {
     get("busy").hidden = !text;
-    get("busy").textContent = text;
+    get("busy-reason").textContent = text;
+    get("busy-part").textContent = "…";
   }
 
   #opened() {
     clearTimeout(this.#refining);
+    this.#movingSide = this.#fastSide;
     this.#wait(DRAWING);
     document.body.classList.remove("empty", "example");
     get("back").hidden = true;
     get("film").hidden = !this.source.film;
+    get("record").hidden = !this.source.video;
     this.#styled.open();
     this.#adapt();
     this.#shown?.style.restart();
@@ -359,7 +368,7 @@ export class Viewer {
     if (event.key === SHARED_KEYS.original) return this.#hold(true);
     if (event.key === "Escape" && !get("back").hidden) return this.#invite(false);
     const id = KEYS[event.key];
-    if (!id || !get("stage").checkVisibility()) return;
+    if (!id || get(id).hidden || !get("stage").checkVisibility()) return;
     if (event.key === " " && (get("film").hidden || target.matches("button"))) return;
     event.preventDefault();
     get(id).click();

@@ -119,6 +119,11 @@ export class Frame {
     }
   }
 
+  /** Returns the number of parts in which a frame is drawn. @param {LoadedStyle} style @param {number} rows of a pass that are one part */
+  countParts(style, rows) {
+    return style.plan.passes.reduce((count, { writes }) => count + Math.ceil(this.images[writes[0]].size[1] / rows), 0);
+  }
+
   /** Updates the tables of film colours. @param {LoadedStyle} style @param {number | null} time */
   takeColors(style, time) {
     const gl = this.context.gl;

@@ -235,14 +235,19 @@ export class Runner {
    * @param {number | null} [options.time]
    * @param {Size} [options.size]
    * @param {() => boolean} [options.isOutdated] whether the picture is no longer wanted
+   * @param {(part: number) => void} [options.onpart] is called after each part with the fraction that is drawn
    * @returns {Promise<Size | null>} null also if it is no longer wanted
    */
   async drawInParts(style, source, options = {}) {
-    const begun = this.begin(style, source, options, Math.ceil(MAX_PIXELS_AT_ONCE / (options.size ?? sizeOf(source) ?? [1])[0]));
+    const rows = Math.ceil(MAX_PIXELS_AT_ONCE / (options.size ?? sizeOf(source) ?? [1])[0]);
+    const begun = this.begin(style, source, options, rows);
     if (!begun) return null;
     const { frame, parts } = begun;
+    const total = frame.countParts(style, rows);
+    let drawn = 0;
     for (const _ of parts) {
       await frame.context.finish();
+      options.onpart?.(++drawn / total);
       if (options.isOutdated?.() || style.frame !== frame || frame.context !== this.context || frame.context.gl.isContextLost()) return null;
     }
     this.present(frame);

@@ -117,7 +117,7 @@ function takeClip(next) {
 async function showSource() {
   const picture = await fetchPicture("glance.jpg").catch(() => null);
   if (!picture) return;
-  if (!state.tiles.length && shownTries < 5) tiles.sketch(4, picture);
+  if (!state.tiles.length && shownTries < 5) tiles.sketch(4, picture, "Original");
   picture.close();
 }
 
@@ -130,7 +130,7 @@ async function showTries(count) {
     const place = shownTries;
     const picture = await fetchPicture(`tried.jpg?number=${shownTries++}`).catch(() => null);
     if (!picture || state.tiles.length) return;
-    tiles.sketch(place, picture);
+    tiles.sketch(place, picture, "Draft");
     picture.close();
   }
 }
@@ -195,8 +195,22 @@ function prepare() {
   }
 }
 
-/** Returns a thumbnail of a tile. @param {number} tile */
-const thumbnail = (tile) => make("img", { src: `look.jpg?tile=${tile}`, alt: "", draggable: false });
+/** The addresses of the final pictures of tiles, by their number. @type {Map<number, string>} */
+const finals = new Map();
+
+/** Returns a thumbnail of a tile: its final picture, until that is drawn a draft. @param {number} tile */
+function thumbnail(tile) {
+  const shown = make("img", { src: finals.get(tile) ?? `look.jpg?tile=${tile}`, alt: "", draggable: false });
+  shown.dataset.tile = String(tile);
+  return shown;
+}
+
+/** Lets the thumbnails of a tile show what its canvas shows: its final picture. @param {number} tile @param {HTMLCanvasElement} canvas */
+function keepFinal(tile, canvas) {
+  if (finals.has(tile)) return;
+  finals.set(tile, canvas.toDataURL("image/jpeg"));
+  for (const shown of /** @type {NodeListOf<HTMLImageElement>} */ (document.querySelectorAll(`img[data-tile="${tile}"]`))) shown.src = String(finals.get(tile));
+}
 
 function showHistory() {
   const strip = get("seen");
@@ -254,7 +268,9 @@ function drawTile(place) {
   const { canvas } = tiles.cells[place];
   if (drawnFrames[place] === due || !(isHeld ? drawSource(due, canvas) : painter.draw(subjectOf(state.tiles[place].tile), due, canvas))) return;
   drawnFrames[place] = due;
+  if (isHeld) return;
   tiles.ready(place);
+  keepFinal(state.tiles[place].tile, canvas);
 }
 
 function togglePlay() {
@@ -370,9 +386,10 @@ async function toggleStar(tile) {
   return on;
 }
 
-/** Does something with the tile that has the focus or the mouse, or with the one in the middle. @param {(place: number) => void} action */
+/** Does something with the tile that has the focus or the mouse, or with the one in the middle. Tiles that fade are not what the user means. @param {(place: number) => void} action */
 function withCurrent(action) {
-  if (state.tiles.length) action(tiles.current < 0 ? 4 : tiles.current);
+  if (isLeaving) say("One moment: the next looks are being found.");
+  else if (state.tiles.length) action(tiles.current < 0 ? 4 : tiles.current);
 }
 
 /** @param {number} place */

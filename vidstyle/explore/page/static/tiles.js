@@ -52,6 +52,8 @@ export class Tiles {
   columns = 3;
   /** The tiles by position. @type {Tile[]} */
   shown = [];
+  /** Whether the picture of the chosen tile is in the middle already, before its screen has arrived. */
+  #isMoved = false;
 
   /**
    * @param {HTMLElement} element
@@ -64,7 +66,8 @@ export class Tiles {
     this.element = element;
     this.cells = Array.from({ length: TILE_COUNT }, (_, place) => {
       const canvas = make("canvas", { width: 16, height: 9 });
-      const take = make("button", { className: "take", disabled: true, onclick: () => ontake(place) }, canvas);
+      const draft = make("span", { className: "tag", textContent: "Draft" });
+      const take = make("button", { className: "take", disabled: true, onclick: () => ontake(place) }, canvas, draft);
       take.setAttribute("aria-keyshortcuts", String(place + 1));
       take.setAttribute("aria-label", `Tile ${place + 1}, not ready`);
       take.title = "Nine more like this";
@@ -75,15 +78,16 @@ export class Tiles {
       const summary = make("p", { className: "summary quiet" });
       const number = make("kbd", { textContent: String(place + 1) });
       const caption = make("div", { className: "caption" }, number, make("div", { className: "words" }, name, summary), tools);
-      const cell = make("div", { className: "tile waiting" }, take, caption);
+      const cell = make("div", { className: "tile waiting draft" }, take, caption);
       element.append(cell);
-      return { cell, canvas, take, star, enlarge, name, summary };
+      return { cell, canvas, draft, take, star, enlarge, name, summary };
     });
   }
 
-  /** Shows a picture in a tile that is not ready. @param {number} place @param {ImageBitmap} picture */
-  sketch(place, picture) {
-    const { cell, canvas } = this.cells[place];
+  /** Shows a picture in a tile that is not ready. @param {number} place @param {ImageBitmap} picture @param {string} tag says what it is */
+  sketch(place, picture, tag) {
+    const { cell, canvas, draft } = this.cells[place];
+    draft.textContent = tag;
     resize(canvas, [picture.width, picture.height]);
     canvas.getContext("2d")?.drawImage(picture, 0, 0);
     cell.classList.add("sketched");
@@ -99,11 +103,13 @@ export class Tiles {
     this.shown = tiles;
     this.element.classList.remove("leaving");
     for (const [place, tile] of tiles.entries()) {
-      const { cell, take, star, enlarge, name, summary } = this.cells[place];
-      if (before[place]?.tile !== tile.tile) {
-        cell.classList.add("waiting");
+      const { cell, draft, take, star, enlarge, name, summary } = this.cells[place];
+      const isShown = place === 4 && tile.kind === "chosen" && this.#isMoved;
+      if (before[place]?.tile !== tile.tile && !isShown) {
+        cell.classList.add("waiting", "draft");
         this.#preview(place);
       }
+      draft.textContent = "Draft";
       cell.classList.remove("sketched");
       cell.classList.toggle("chosen", tile.kind === "chosen");
       name.textContent = name.title = nameOf(tile);
@@ -115,6 +121,7 @@ export class Tiles {
       star.setAttribute("aria-label", `Keep tile ${place + 1}`);
       enlarge.setAttribute("aria-label", `Open tile ${place + 1}`);
     }
+    this.#isMoved = false;
     this.element.setAttribute("aria-busy", String(!tiles.length));
   }
 
@@ -126,12 +133,12 @@ export class Tiles {
     if (!picture || this.shown[place].tile !== tile || !cell.classList.contains("waiting")) return;
     [canvas.width, canvas.height] = [picture.width, picture.height];
     canvas.getContext("2d")?.drawImage(picture, 0, 0);
-    this.ready(place);
+    this.ready(place, true);
   }
 
-  /** Marks a tile as drawn. @param {number} place */
-  ready(place) {
-    this.cells[place].cell.classList.remove("waiting");
+  /** Marks a tile as drawn. @param {number} place @param {boolean} [isDraft] */
+  ready(place, isDraft = false) {
+    this.cells[place].cell.classList.remove("waiting", ...(isDraft ? [] : ["draft"]));
   }
 
   /** Fits the tiles into the available space. @param {number} aspect width by height */
@@ -189,11 +196,13 @@ export class Tiles {
     const chosen = this.shown[place];
     setTimeout(() => {
       if (this.shown[place] !== chosen) return;
+      this.#isMoved = true;
       [name.textContent, name.title, summary.textContent] = ["Your choice", "", chosen.look];
       if (from === to) return;
       [to.width, to.height] = [from.width, from.height];
       to.getContext("2d")?.drawImage(from, 0, 0);
       this.cells[4].cell.classList.remove("waiting");
+      this.cells[4].cell.classList.toggle("draft", this.cells[place].cell.classList.contains("draft"));
       this.cells[place].cell.classList.add("waiting");
     }, reduced ? 0 : 235);
   }
