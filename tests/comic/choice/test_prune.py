@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import cv2
@@ -162,6 +163,7 @@ def test_a_picture_out_of_focus_is_removed_next_to_a_sharp_one(resolution: float
     )
     assert (soft in prune([sharp, soft], 0)) == is_kept
     assert prune([replace(soft, forced=True), sharp], 0)[1:] == [sharp]
+    assert prune([soft, replace(sharp, resolution=math.inf)], 0)[:1] == [soft]
     assert len(prune([soft, replace(soft, time=99, scene=9, thumbnail=sharp.thumbnail)], 0)) == 2
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from itertools import combinations, pairwise
 
@@ -200,8 +201,8 @@ def _find_soft(key_frames: Sequence[Candidate]) -> int | None:
 
 
 def _find_coarse(key_frames: Sequence[Candidate]) -> int | None:
-    """Return the frame with the least detail if it is out of focus and another one is not."""
-    sharpest = max(each.resolution for each in key_frames)
+    """Return the frame with the least detail if it is out of focus and another one is known not to be."""
+    sharpest = max((each.resolution for each in key_frames if math.isfinite(each.resolution)), default=0.0)
     limit = min(_MAX_SOFT_RESOLUTION_PX, _MAX_SOFT_RESOLUTION_RATIO * sharpest)
     coarse = [number for number, each in enumerate(key_frames) if each.resolution < limit and not each.forced]
     return min(coarse, key=lambda number: key_frames[number].resolution, default=None)
