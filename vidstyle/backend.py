@@ -30,6 +30,8 @@ class FrameRequest:
         rgb: packed RGB of the target's depth is wanted instead of luma and chroma.
         measured: gets the percentiles that are measured on this picture.
         tones: percentiles of a larger picture, which this one is a part of; None: this picture is measured.
+        seen_side: the shorter side, in pixels, of the picture that the user sees, if this one is a reduced
+            copy or a part of it; infinity where no picture is small. None: this one is seen.
         is_clean: whether noise of a picture that stands alone has been removed.
         edit: makes the picture to restyle in place of `picture`, in the same layout; cuts and motion still
             come from `picture`. None: no change.
@@ -41,6 +43,7 @@ class FrameRequest:
     rgb: bool = False
     measured: SharedTones | None = None
     tones: SharedTones | None = None
+    seen_side: float | None = None
     is_clean: bool = False
     edit: PictureEdit[Any] | None = None
 

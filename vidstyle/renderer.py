@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
-from vidstyle.backend import Backend
+from vidstyle.backend import Backend, FrameRequest
 from vidstyle.core.closing import Closing
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.cpu.hdr_renderer import HdrRenderer
@@ -253,12 +253,15 @@ def stylize(picture: np.ndarray, style: StyleLike, device: str = "auto") -> np.n
         return restyle_array(renderer, picture)
 
 
-def restyle_array(renderer: Backend, array: np.ndarray, time: float | None = None) -> np.ndarray:
+def restyle_array(
+    renderer: Backend, array: np.ndarray, time: float | None = None, seen_side: float | None = None
+) -> np.ndarray:
     """Restyle an array; the result is a new array of the same shape and type.
 
     Args:
         array: as for `stylize`.
         time: presentation time in seconds, or None for a picture that stands alone.
+        seen_side: see `FrameRequest`.
 
     Raises:
         UsageError, InputError: as `stylize`.
@@ -269,7 +272,8 @@ def restyle_array(renderer: Backend, array: np.ndarray, time: float | None = Non
         raise UsageError("picture", f"is an array of shape {array.shape}", "give H x W x 3 or H x W x 4")
     picture = Picture.from_array(array)
     target = Encoding(full_range=True, depth=picture.encoding.depth, subsampling=(1, 1))
-    color = renderer.run(picture, time, target, rgb=True).color
+    request = FrameRequest(picture, time, target, rgb=True, seen_side=seen_side)
+    color = renderer.restyle(request).color
     assert color is not None
     if array.shape[2] == 4:
         color = np.concatenate([color, np.asarray(array[..., 3:])], axis=2)

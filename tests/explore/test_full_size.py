@@ -13,7 +13,7 @@ from skimage import data
 from vidstyle.errors import StyleError
 from vidstyle.explore.candidates import examine
 from vidstyle.explore.crops.crop_measures import MAX_FACE_LIKENESS, FullSizeMetrics
-from vidstyle.explore.crops.full_size import Crop, FullSize, faces_of, tones_of
+from vidstyle.explore.crops.full_size import Crop, FullSize, comparable_faces, tones_of
 from vidstyle.explore.gates import DOUBTFUL_FAULT, UNUSABLE_FAULT, doubt, fault
 from vidstyle.explore.generate import random_style
 from vidstyle.explore.measure import Original, reduce_picture
@@ -85,12 +85,15 @@ def test_crops_are_parts_of_the_picture_that_people_get() -> None:
     """With the percentiles of the whole picture, and with its faces in focus."""
     picture = cv2.resize(data.astronaut(), None, fx=2, fy=2, interpolation=cv2.INTER_CUBIC)
     style = styled(Step("equalize"), Step("gaussian", {"sigma": 6}), Step("luma_posterize", {"levels": 5}))
-    faces, known = faces_of(picture), StillFaces().find("", lambda: picture)
+    known = StillFaces().find("", lambda: picture)
+    faces = comparable_faces(known, len(picture))
     assert faces and next(iter(faces)).height < 0.22 * len(picture)
     box = Box(300, 60, 780, 420)
     assert box.contains(next(iter(faces)))
     whole = restyle_picture(picture, style, known)[box.top : box.bottom, box.left : box.right]
-    part = Crop(picture, box, faces).render(style, tones_of(style, reduce_picture(picture, 320)))
+    part = Crop(picture, box, faces, known.detail).render(
+        style, tones_of(style, reduce_picture(picture, 320))
+    )
     plain = Crop(picture, box, {}).render(style, tones_of(style, part))
     apart, other = (np.abs(whole.astype(int) - each).mean() for each in (part, plain))
     assert apart < 1.5 and other > 4 * apart

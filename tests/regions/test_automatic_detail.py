@@ -10,18 +10,22 @@ import pytest
 from media import photograph
 from pictures import picture_with_face
 
-from vidstyle.core.picture import Picture
+from vidstyle.comic.output.panel_renderer import PanelRenderer
+from vidstyle.core.picture import Encoding, Picture
 from vidstyle.core.scene_cuts import KnownCuts
 from vidstyle.cpu.renderer import CpuRenderer
+from vidstyle.live.hot_swap import HotSwapRenderer
+from vidstyle.media.read.reader import ReadOptions
+from vidstyle.media.write.writer import WriteOptions
+from vidstyle.pipeline.resume import setting_parts
 from vidstyle.regions.automatic_detail import MAX_DETAIL, face_detail, with_detail
-from vidstyle.regions.boxes import Box
-from vidstyle.regions.face_tracks import FaceFollower, find_boxes
+from vidstyle.regions.boxes import Box, Rectangle
+from vidstyle.regions.face_tracks import MIN_PICTURE_SIDE_PX, FaceFollower, find_boxes
 from vidstyle.regions.faces import FaceFinder
-from vidstyle.regions.features.landmarks import USUAL_LANDMARKS, MarkedFaces
 from vidstyle.regions.focus import FocusRenderer
 from vidstyle.regions.still_faces import KnownFaces
 from vidstyle.renderer import open_renderer, restyle_array, stylize
-from vidstyle.style import load_style
+from vidstyle.style import load_style, override, set_values
 
 pytestmark = pytest.mark.usefixtures("without_writing")
 
@@ -64,7 +68,7 @@ def test_the_level_of_detail_that_a_user_chooses_wins() -> None:
     style = load_style("ink")
     assert with_detail(style, 2).height == 2 * style.height
     assert with_detail(replace(style, behind=style), 2).behind.height == 2 * style.height
-    for other in (replace(style, has_detail=True), replace(style, focus=0), replace(style, height=None)):
+    for other in (replace(style, keeps_detail=True), replace(style, focus=0), replace(style, height=None)):
         assert with_detail(other, 2).height == other.height
 
 
@@ -72,30 +76,80 @@ def test_crowds_are_drawn_with_finer_marks() -> None:
     picture, style = photograph("astronaut")[:240, :320], load_style("comic")
     known = KnownFaces(detail=2.0)
     with FocusRenderer(style, lambda style, _: CpuRenderer(style), known) as renderer:
-        drawn = restyle_array(renderer, picture)
-        overlay = renderer.overlay(Picture.from_array(picture))
+        drawn = restyle_array(renderer, picture, seen_side=480)
+        overlay = renderer.overlay(Picture.from_array(picture), seen_side=480)
     assert (drawn == stylize(picture, replace(style, height=2 * style.height, focus=0))).all()
     assert (overlay[..., :3] == drawn).all() and overlay[..., 3].all()
 
 
 @pytest.mark.parametrize("time", [None, 0.0])
-def test_marks_of_small_pictures_keep_their_size(time: float | None) -> None:
+@pytest.mark.parametrize("has_model", [True, False], ids=["faces", "no package"])
+def test_marks_of_small_pictures_keep_their_size(
+    time: float | None, has_model: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also where no face is searched, in pictures of fewer lines or without the networks."""
+    if not has_model:
+        monkeypatch.setattr("vidstyle.regions.faces.weights_folder", lambda: None)
+    style = replace(load_style("mosaic"), focus=0.5)
+    for side in (MIN_PICTURE_SIDE_PX, MIN_PICTURE_SIDE_PX - 1):
+        picture = picture_with_face(None)[:side, :320]
+        with open_renderer(style, "cpu") as renderer:
+            drawn = restyle_array(renderer, picture, time)
+        assert (drawn == stylize(picture, replace(style, height=style.height * side / 480, focus=0))).all()
+
+
+def test_reduced_copies_are_no_small_pictures() -> None:
+    """Also in a live film that is restyled at half its size."""
     picture, style = picture_with_face(None)[:320, :400], replace(load_style("mosaic"), focus=0.5)
+    plain = stylize(picture, replace(style, focus=0), "cpu")
     with open_renderer(style, "cpu") as renderer:
-        drawn = restyle_array(renderer, picture, time)
-    assert (drawn == stylize(picture, replace(style, height=style.height * 320 / 480, focus=0))).all()
+        assert (restyle_array(renderer, picture, seen_side=640) == plain).all()
+        assert (restyle_array(renderer, picture) != plain).any()
+    large = Picture.from_array(np.repeat(np.repeat(picture, 2, 0), 2, 1))
+    results = []
+    for focus in (0.5, 0.0):
+        live = HotSwapRenderer(replace(style, focus=focus), "cpu", pytest.fail)
+        live.scale = 0.5
+        results.append(live.run(large, 0.0, Encoding(full_range=True, subsampling=(1, 1)), live.style)[0])
+        live.close(5)
+    assert (results[0].luma == results[1].luma).all()
 
 
-def test_small_faces_are_searched_where_most_are_small() -> None:
-    class Finder(FaceFinder):
-        """Finds six faces; among more proposals of lower height also others."""
+@pytest.mark.parametrize("time", [None, 0.0])
+def test_a_picture_does_not_get_the_level_of_the_one_before(time: float | None) -> None:
+    with FaceFollower(FaceFinder()) as follower:
+        follower.follow(Picture.from_array(crowd(6, 26)), time)
+        assert follower.detail > 1
+        follower.follow(Picture.from_array(crowd(0, 26)[:200]), time)
+        assert follower.detail == 1
 
-        def find(self, color: np.ndarray, least: float = 0.05, max_proposals: int = 40) -> MarkedFaces:
-            count = 20 if least < 0.02 and max_proposals > 100 else 6
-            return {SMALL.moved(30 * number, 0): USUAL_LANDMARKS for number in range(count)}
 
-    picture = Picture.from_array(np.zeros((720, 900, 3), np.uint8))
-    assert [len(find_boxes(Finder(), picture, each)) for each in (False, True)] == [6, 20]
+def test_panels_have_marks_for_paper() -> None:
+    style, picture = replace(load_style("mosaic"), focus=0.5), picture_with_face(None)
+    windows = Box(0, 0, 640, 480), Rectangle(0, 0, 320, 240)
+    panels = []
+    for each in (style, replace(style, focus=0.0)):
+        with PanelRenderer([each], 100, "cpu", announce=False) as renderer:
+            panels.append(renderer.panel(picture, *windows))
+    assert (panels[0] == panels[1]).all()
+
+
+def test_a_height_that_a_user_chooses_wins() -> None:
+    for style in (
+        override(load_style("ink"), ["height=900"]),
+        set_values(load_style("ink"), {"height": 900}),
+    ):
+        assert with_detail(set_values(style, {"steady": 0}), 2).height == 900
+    other = replace(style, keeps_detail=False)
+    assert len({setting_parts(each, ReadOptions(), WriteOptions())["style"] for each in (style, other)}) == 2
+
+
+def test_smaller_faces_are_searched_around_small_ones() -> None:
+    """In a still with faces of at least 5 % of its lines, smaller ones are found too."""
+    mixed, smaller = crowd(6, 26), crowd(24, 14)
+    mixed[100:] = smaller[:380]
+    first, more = (find_boxes(FaceFinder(), Picture.from_array(mixed), each) for each in (False, True))
+    assert len(first) == 6 and len(more) >= 24
 
 
 def test_marks_keep_their_size_within_a_scene() -> None:

@@ -87,7 +87,7 @@ def test_tiles_of_the_explorer_show_focus(clip: Clip, searches: list[int]) -> No
         made = [exploration.styled(style(), 0, 360).result() for _ in range(2)]
     assert searches == [1] and made[0] == made[1]
     frame = np.ascontiguousarray(clip.frame(0, 360))
-    assert made[0] != styled_jpeg(frame, style(), NO_FACES, 360)
+    assert made[0] != styled_jpeg(frame, style(), NO_FACES, 360, 360)
 
 
 def test_the_designer_finds_faces_once_a_picture_is_still(

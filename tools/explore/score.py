@@ -24,10 +24,11 @@ import numpy as np
 
 from tools.explore.marking import shown_picture
 from vidstyle.explore.crops.crop_measures import ComparedCrop, FullSizeMetrics
-from vidstyle.explore.crops.full_size import faces_of
+from vidstyle.explore.crops.full_size import comparable_faces
 from vidstyle.explore.gates import MIN_SCORE, fault
 from vidstyle.explore.paper.rules import Rules
 from vidstyle.explore.score import MAX_SPREADS, MEASURES, MODEL_FILE, log_odds
+from vidstyle.regions.still_faces import StillFaces
 
 LINEAR_DECAY, SQUARE_DECAY, STEPS = 3.0, 8.0, 25
 """What squared weights add to the loss, and steps of Newton's method."""
@@ -97,7 +98,8 @@ def measured(pictures: Path, crops: Path, key: Sequence[dict[str, Any]]) -> list
     def compared(name: str, box: tuple[int, ...]) -> ComparedCrop:
         left, top, right, bottom = box
         picture = shown_picture(pictures, name)
-        faces = [face.moved(-left, -top) for face in faces_of(picture)]
+        found = comparable_faces(StillFaces().find("", lambda: picture), picture.shape[0])
+        faces = [face.moved(-left, -top) for face in found]
         return ComparedCrop(np.ascontiguousarray(picture[top:bottom, left:right]), faces)
 
     def measure(each: dict[str, Any]) -> FullSizeMetrics:

@@ -25,7 +25,7 @@ from vidstyle.style.nodes import StepKey
 
 
 class RemoteStyle:
-    """Edits and restyles pictures of a film in processes, after `start`, if one is free."""
+    """Edits and restyles pictures of a film in processes, after `start_once`, if one is free."""
 
     def __init__(self) -> None:
         self._processes: StyleProcesses | None = None

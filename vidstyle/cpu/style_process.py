@@ -21,11 +21,11 @@ Follow = Callable[[StepKey, float, np.ndarray], np.ndarray]
 
 
 class WorkerError(Exception):
-    """A process could not restyle a picture."""
+    """A process could not edit or restyle a picture."""
 
 
 class StyleProcess:
-    """A process that restyles one picture at a time, with one thread.
+    """A process that edits or restyles one picture at a time, with one thread.
 
     It ends when its connection is closed, so also when this process ends.
 

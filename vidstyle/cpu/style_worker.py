@@ -1,4 +1,4 @@
-"""The program of the processes that restyle pictures for a renderer in another process.
+"""The program of the processes that edit and restyle pictures for a renderer in another process.
 
 It prepares a first job, and forks a process for each pair of descriptors, which begins at once and shares the
 memory of what is loaded. No thread may run before that.

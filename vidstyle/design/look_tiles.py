@@ -48,7 +48,8 @@ class LookTiles:
         rows, columns = frame.shape[:2]
         left, top, right, bottom = (round(each) for each in window.scaled(rows))
         faces = {box.scaled(rows): marks for box, marks in self._faces.boxes.items()}
-        return Crop(frame, Box(left, top, max(min(right, columns), left + 1), max(bottom, top + 1)), faces)
+        part = Box(left, top, max(min(right, columns), left + 1), max(bottom, top + 1))
+        return Crop(frame, part, faces, self._faces.detail, min(self._clip.size))
 
     @cached_property
     def _small(self) -> np.ndarray:

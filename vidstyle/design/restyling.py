@@ -79,7 +79,7 @@ class Restyler:
         self._show_faces(clip, number)
         style = replace(style, steady=0.0)
         with closing(open_renderer(style, "cpu", announce=False, faces=self._faces)) as renderer:
-            return restyle_array(renderer, clip.frame(number, side))
+            return restyle_array(renderer, clip.frame(number, side), seen_side=min(clip.size))
 
     def tiles(self, clip: Clip, number: int) -> LookTiles:
         """Return what renders the tiles of the start screen from a frame."""
@@ -95,7 +95,7 @@ class Restyler:
         """
         self._show_faces(clip, number)
         picture = Picture.from_array(np.ascontiguousarray(clip.frame(number, side)))
-        return self._renderer(style).overlay(picture)
+        return self._renderer(style).overlay(picture, min(clip.size))
 
     def _show_faces(self, clip: Clip, number: int) -> None:
         if not clip.live:
@@ -111,7 +111,7 @@ class Restyler:
             return frame
         renderer = self._renderer(style)
         began = perf_counter()
-        color = restyle_array(renderer, frame)
+        color = restyle_array(renderer, frame, seen_side=min(clip.size))
         self.size.record(frame.shape[0] * frame.shape[1], perf_counter() - began)
         return color
 
@@ -159,4 +159,4 @@ def render_second(
                 return
             time = Fraction(first + number) / Fraction(clip.fps)
             frame = clip.frame(first + number, side)
-            yield first + number, count, restyle_array(renderer, frame, float(time))
+            yield first + number, count, restyle_array(renderer, frame, float(time), min(clip.size))

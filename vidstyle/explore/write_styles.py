@@ -112,7 +112,7 @@ def _write_sheets(
 ) -> None:
     samples: list[StyleSample] = []
     shown = reduce_picture(picture, MAX_DRAWN_SIDE_PX)
-    for sample in samples_of(shown, [candidate.style for candidate in candidates]):
+    for sample in samples_of(shown, [candidate.style for candidate in candidates], picture):
         samples.append(sample)
         on_step("drawing the sheet", len(samples), len(candidates))
     _write(folder / PAGE_FILE, preview_page(heading, "INPUT", samples, ".toml").encode("utf-8"))

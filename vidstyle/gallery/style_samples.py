@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from base64 import b64encode
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -48,21 +49,39 @@ def style_of_block(block: Block) -> Style:
     return Style(block.name, background=(*savers, step))
 
 
-def samples_of(picture: np.ndarray, styles: Iterable[Style]) -> Iterator[StyleSample]:
-    """Render a picture, H x W x 3 uint8, in each style; yield samples in order. Uses all cores."""
-    faces = StillFaces().find("picture", lambda: picture)
+def samples_of(
+    picture: np.ndarray, styles: Iterable[Style], whole: np.ndarray | None = None
+) -> Iterator[StyleSample]:
+    """Render a picture in each style; yield samples in order. Uses all cores.
+
+    Args:
+        picture: H x W x 3 uint8.
+        styles: the styles.
+        whole: the picture at its full size, in which faces are found, if `picture` is a reduced copy.
+    """
+    whole = picture if whole is None else whole
+    faces, side = StillFaces().find("picture", lambda: whole), min(whole.shape[:2])
+
+    def sample(style: Style) -> StyleSample:
+        return StyleSample(style, restyle_picture(picture, style, faces, side))
+
     with ThreadPoolExecutor(available_cores(), thread_name_prefix="vidstyle-gallery") as pool:
-        yield from pool.map(lambda style: StyleSample(style, restyle_picture(picture, style, faces)), styles)
+        yield from pool.map(sample, styles)
 
 
-def restyle_picture(picture: np.ndarray, style: Style, faces: KnownFaces = NO_FACES) -> np.ndarray:
-    """Render a picture, H x W x 3 uint8, in a style, with focus on these faces. Uses one thread."""
+def restyle_picture(
+    picture: np.ndarray, style: Style, faces: KnownFaces = NO_FACES, seen_side: float = math.inf
+) -> np.ndarray:
+    """Render a picture, H x W x 3 uint8, in a style, with focus on these faces. Uses one thread.
+
+    `seen_side`: see `FrameRequest`; by default, it shows the style rather than a small picture.
+    """
 
     def open_backend(style: Style, cuts: SceneCuts | None) -> CpuRenderer:
         return CpuRenderer(style, threads=1)
 
     with MaskRenderer(style, lambda: FocusRenderer(style, open_backend, faces)) as renderer:
-        return restyle_array(renderer, picture)
+        return restyle_array(renderer, picture, seen_side=seen_side)
 
 
 def label_picture(picture: np.ndarray, name: str) -> np.ndarray:

@@ -69,7 +69,7 @@ class HotSwapRenderer:
             return convert(picture, target), False
         height, width = picture.shape
         small = picture if self.scale == 1 else resize_picture(picture, *self.working_size(width, height))
-        request = FrameRequest(small, time, target)
+        request = FrameRequest(small, time, target, seen_side=min(picture.shape))
         if style is not self._requested:
             self._request(style, request)
         before = self.style

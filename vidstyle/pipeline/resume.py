@@ -150,7 +150,7 @@ def _style_digest(style: Style) -> str:
         for layer, each in expanded.layers.items()
         for step in each
     ]
-    values = [getattr(style, name) for name in FIELDS]
+    values = [getattr(style, name) for name in (*FIELDS, "keeps_detail")]
     behind = _style_digest(style.behind) if style.behind else ""
     return _digest([repr((values, style.masks, steps)), behind, _signature(_assets(expanded))])
 

@@ -180,7 +180,7 @@ class _Borders:
             "before_pts": self._recent[-1],
             "warm_up_pts": self._recent[0],
             "search_time": None if faces is None else faces.idle_since,
-            "face_detail": 1.0 if faces is None else faces.face_detail,
+            "face_detail": 1.0 if faces is None else faces.detail,
         }
 
     def _end_segment(self, begin: dict[str, Any]) -> None:

@@ -13,7 +13,7 @@ FACE_RATIO, FACE_EXPONENT = 0.17, 0.5
 ratio to that height by which they are: the rest of what faces need is left to patches."""
 COUNT_DETAIL_RANGE, MAX_DETAIL = (1.25, 0.25), 2.5
 """The highest level of detail: this much, and more for each face, in all at most `MAX_DETAIL`."""
-MIN_CROWD_DETAIL, DETAIL_STEP = 2.0, 0.25
+MIN_CROWD_DETAIL, DETAIL_STEP = 1.75, 0.25
 """Level of detail from which faces are a crowd; and the distance of levels: similar shots look alike."""
 FULL_FOCUS = 0.5
 """`focus` of a style from which the level of detail is complete."""
@@ -39,17 +39,17 @@ def face_detail(faces: Collection[Box[float]], side: float) -> float:
     return 1 + DETAIL_STEP * round((needed - 1) / DETAIL_STEP)
 
 
-def small_picture_detail(side: int) -> float:
-    """Return the level of detail of a picture with a shorter side of this many pixels, 1 or less."""
+def small_picture_detail(side: float) -> float:
+    """Return the level of detail of pictures that are seen with so many lines, 1 or less."""
     return min(1.0, side / MIN_FULL_SIDE_PX)
 
 
 def with_detail(style: Style, detail: float) -> Style:
     """Return a style with finer or coarser marks, by its focus.
 
-    It is the same if the user has chosen a level of detail.
+    It is the same if the user has chosen the detail or the height.
     """
-    if style.has_detail or style.height is None or detail == 1:
+    if style.keeps_detail or style.height is None or detail == 1:
         return style
     factor = detail ** min(1.0, style.focus / FULL_FOCUS)
     behind = style.behind

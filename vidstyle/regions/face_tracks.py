@@ -15,7 +15,7 @@ from vidstyle.core.closing import Closing
 from vidstyle.core.picture import SITINGS, Picture
 from vidstyle.core.planes import color_rows
 from vidstyle.core.scene_cuts import SceneCutDetector, SceneCuts
-from vidstyle.regions.automatic_detail import MIN_CROWD_DETAIL, face_detail, small_picture_detail
+from vidstyle.regions.automatic_detail import MIN_CROWD_DETAIL, face_detail
 from vidstyle.regions.boxes import Box, Point
 from vidstyle.regions.faces import FaceFinder
 from vidstyle.regions.features.landmarks import USUAL_LANDMARKS, Landmarks, MarkedFaces
@@ -139,12 +139,12 @@ class FacelessStart:
     Attributes:
         end: the time, in seconds.
         search_time: time of the last search before it.
-        face_detail: see `FaceFollower`.
+        detail: see `FaceFollower`.
     """
 
     end: float
     search_time: float
-    face_detail: float = 1.0
+    detail: float = 1.0
 
 
 class FaceFollower(Closing):
@@ -154,7 +154,8 @@ class FaceFollower(Closing):
     do not depend on the speed of the searches.
 
     Attributes:
-        face_detail: level of detail that the faces of the scene's first frame need; see `automatic_detail`.
+        detail: level of detail that the faces of a picture, or of the scene's first frame, need; see
+            `automatic_detail`.
     """
 
     def __init__(
@@ -174,18 +175,13 @@ class FaceFollower(Closing):
         self._time = self._search_time = math.nan
         self._thread = ThreadPoolExecutor(1, "vidstyle-faces")
         self._search: _Search | None = None
-        self._still: tuple[object, tuple[Face, ...]] = (None, ())
-        self.face_detail = 1.0
+        self._still: tuple[object, float, tuple[Face, ...]] = (None, 1.0, ())
+        self.detail = 1.0
 
     @property
     def idle_since(self) -> float | None:
         """Time of the last search, if no face is tracked and no search is running; otherwise None."""
         return None if self._tracks or self._search is not None else self._search_time
-
-    @property
-    def detail(self) -> float:
-        """See `FaceSource`."""
-        return self.face_detail * (1.0 if self._shape is None else small_picture_detail(min(self._shape)))
 
     def close(self) -> None:
         """Wait for the last search, and end the thread."""
@@ -199,12 +195,13 @@ class FaceFollower(Closing):
             time: presentation time in seconds; None for a single picture.
         """
         if min(picture.shape) < MIN_PICTURE_SIDE_PX:
+            self._shape, self._tracks, self.detail = picture.shape, [], 1.0
             return ()
         if time is None:
             return self._faces_of_still(picture)
         if self._faceless is not None and time < self._faceless.end:
             self._shape, self._search_time = picture.shape, self._faceless.search_time
-            self.face_detail = self._faceless.face_detail
+            self.detail = self._faceless.detail
         elif self._starts(picture, time):
             self._start(picture, time)
         else:
@@ -219,11 +216,12 @@ class FaceFollower(Closing):
         """Return the faces of a single picture; the same picture is not searched again."""
         plane = picture.color if picture.luma is None else picture.luma
         if self._still[0] is not plane:
-            found, self._shape = find_boxes(self._finder, picture, searches_crowds=True), picture.shape
-            self.face_detail = face_detail(found, min(picture.shape))
+            found = find_boxes(self._finder, picture, searches_crowds=True)
             faces = (Face(next(self._numbers), box, 1.0, marks) for box, marks in found.items())
-            self._still = plane, tuple(faces)
-        return self._still[1]
+            self._still = plane, face_detail(found, min(picture.shape)), tuple(faces)
+        self._shape = None  # the next frame of a film begins a scene
+        _, self.detail, found_before = self._still
+        return found_before
 
     def _starts(self, picture: Picture, time: float) -> bool:
         """Whether there is no state of earlier frames."""
@@ -235,7 +233,7 @@ class FaceFollower(Closing):
         """Detect the faces in the first frame of a scene."""
         self._tracks, self._search, self._search_time = [], None, time
         found = find_boxes(self._finder, picture)
-        self.face_detail = face_detail(found, min(picture.shape))
+        self.detail = face_detail(found, min(picture.shape))
         if found:
             small = reduced_luma(picture)
             factor = picture.shape[1] / small.shape[1]

@@ -16,7 +16,7 @@ from vidstyle.core.picture import Encoding, Picture
 from vidstyle.core.scene_cuts import SceneCuts
 from vidstyle.core.shared_tones import SharedTones
 from vidstyle.picture_edit import PictureEdit
-from vidstyle.regions.automatic_detail import with_detail
+from vidstyle.regions.automatic_detail import small_picture_detail, with_detail
 from vidstyle.regions.boxes import Rectangle
 from vidstyle.regions.face_tracks import Face
 from vidstyle.regions.features.face_light import DimFaces, light_faces
@@ -42,7 +42,7 @@ class FaceSource(Protocol):
 
     @property
     def detail(self) -> float:
-        """Level of detail of the whole picture, the same for one scene; see `automatic_detail`."""
+        """Level of detail that the faces of a picture or a scene need; see `automatic_detail`."""
 
     def follow(self, picture: Picture, time: float | None) -> tuple[Face, ...]:
         """Return the faces of the next picture, the largest first; see `FaceFollower.follow`."""
@@ -216,15 +216,19 @@ class FocusRenderer(Backend):
         for patches in sets:
             self._patches_of(patches).cut(request, patches, self._style.focus, self._lifted_share(request))
 
-    def overlay(self, picture: Picture) -> np.ndarray | None:
+    def overlay(self, picture: Picture, seen_side: float | None = None) -> np.ndarray | None:
         """Return what focus changes in a single picture, to be laid over it by other means.
+
+        Args:
+            picture: any picture.
+            seen_side: see `FrameRequest`.
 
         Returns:
             H x W x 4 uint8, RGB with the changed parts as alpha; None if there are none.
         """
         target = Encoding(full_range=True, subsampling=(1, 1))
         started = self._start(
-            FrameRequest(picture, None, target, rgb=True),
+            FrameRequest(picture, None, target, rgb=True, seen_side=seen_side),
             lambda backend, each: completed_future(backend.restyle(each)),
         )
         changed = np.full(picture.shape, self._style != self._chosen)
@@ -248,9 +252,10 @@ class FocusRenderer(Backend):
         return PictureEdit(request.picture, edit) if dim else None
 
     def _follow(self, request: FrameRequest) -> tuple[Face, ...]:
-        """Return the faces of the next picture, and use the style as fine as they need it."""
+        """Return the faces of the next picture, and use the style as fine as they and its size need it."""
         found, before = self._source.follow(request.picture, request.time), self._detail
-        self._detail = self._source.detail
+        seen_side = request.seen_side or self._side_ratio * min(request.picture.shape)
+        self._detail = self._source.detail * small_picture_detail(seen_side)
         if self._detail != before:
             self.change_style(self._chosen)
         return found

@@ -63,12 +63,12 @@ class MaskRenderer(Backend):
             self._key, self._masks = _key(style), masks
         self._backend.change_style(style)
 
-    def overlay(self, picture: Picture) -> np.ndarray | None:
+    def overlay(self, picture: Picture, seen_side: float | None = None) -> np.ndarray | None:
         """Return the faces of a single picture alone; see `FocusRenderer.overlay`, which restyles them."""
         from vidstyle.regions.focus import FocusRenderer
 
         assert isinstance(self._backend, FocusRenderer)
-        return self._backend.overlay(self._with_masks(FrameRequest(picture)).picture)
+        return self._backend.overlay(self._with_masks(FrameRequest(picture)).picture, seen_side)
 
     def restyle(self, request: FrameRequest) -> Picture:
         """Compute the masks of a picture, and restyle it; see `Backend.restyle`."""

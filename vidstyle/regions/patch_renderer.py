@@ -75,7 +75,7 @@ class PatchRenderer(Closing):
             style: the style of the whole picture.
             lift: returns how much of eyes, nose and mouth of a face is drawn over the result, 0..1.
             raster: the rasters of the style.
-            fineness: level of detail of the whole picture, which patches exceed by less.
+            fineness: level of detail of the whole picture, by which that of patches is divided.
         """
         cut, features = self.cut(request, patches, style.focus, lift)
         share = patches.least / (self._side_ratio * min(request.picture.shape))

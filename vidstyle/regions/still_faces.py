@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vidstyle.core.picture import Picture
-from vidstyle.regions.automatic_detail import face_detail, small_picture_detail
+from vidstyle.regions.automatic_detail import face_detail
 from vidstyle.regions.face_tracks import MIN_PICTURE_SIDE_PX, Face, find_boxes
 from vidstyle.regions.faces import FaceFinder
 from vidstyle.regions.features.landmarks import MarkedFaces
@@ -93,5 +93,4 @@ class StillFaces:
             return KnownFaces()
         boxes = find_boxes(self._finder, Picture.from_array(color), searches_crowds=True)
         known = {box.scaled(1 / height): marks for box, marks in boxes.items()}
-        side = min(color.shape[:2])
-        return KnownFaces(known, face_detail(boxes, side) * small_picture_detail(side))
+        return KnownFaces(known, face_detail(boxes, min(color.shape[:2])))

@@ -103,7 +103,8 @@ def _changed(style: Style, texts: list[str], assign: Callable[[dict[str, Any], s
         mistakes += error.mistakes
     if mistakes:
         raise UsageError(", ".join(texts), "; ".join(mistakes))
-    return _with_behind(changed, style)
+    is_chosen = style.keeps_detail or "height" in (text.partition("=")[0].strip() for text in texts)
+    return replace(_with_behind(changed, style), keeps_detail=is_chosen)
 
 
 def _with_behind(changed: Style, style: Style) -> Style:

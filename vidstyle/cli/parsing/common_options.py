@@ -197,7 +197,7 @@ def change_options(command: Callable[..., Any]) -> Callable[..., Any]:
         "[default: 1; up to 2.5 in scenes with small faces, less below 480 lines]"
     )
     detail = option("--detail", type=number(0.125, 8), group=group, help=text)
-    text = "Finer detail in small faces, from 0 (off) to 1.  [default: the style's]"
+    text = "Finer marks for small faces, and legible writing, from 0 (off) to 1.  [default: the style's]"
     focus = option("--focus", type=number(0, 1), group=group, help=text)
     return changes(steady(detail(focus(region_options(command)))))
 
@@ -216,7 +216,7 @@ def style_from_options(options: Mapping[str, Any]) -> Style:
             raise UsageError("--detail", f"{style.name} has no height; give one, such as --set height=720")
         values["height"] = style.height * options["detail"]
     style = set_values(style, values) if values else style
-    return with_background(dataclasses.replace(style, has_detail=options["detail"] is not None), options)
+    return with_background(style, options)
 
 
 def raw_video_options(rate_help: str, rate_name: str) -> Decorator:

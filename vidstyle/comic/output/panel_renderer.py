@@ -92,7 +92,8 @@ class PanelRenderer(Closing):
             self._backend = open_renderer(style, self._device, self._announce)
         else:
             self._backend.change_style(style)
-        return restyle_array(self._backend, shown)
+        # Lengths fit the paper: a small panel is no small picture.
+        return restyle_array(self._backend, shown, seen_side=math.inf)
 
 
 def cut_out(color: np.ndarray, window: Box, width: int, height: int, is_cleaned: bool = False) -> np.ndarray:

@@ -7,6 +7,7 @@ a still: lengths and percentiles are those of the whole picture, and small faces
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import cv2
@@ -46,11 +47,13 @@ class FullSize:
     """
 
     def __init__(self, picture: np.ndarray) -> None:
+        seen_side = min(picture.shape[:2])
         picture = reduce_picture(picture, MAX_SIDE_PX)
         self.is_large = picture.shape[0] > CROP_HEIGHT_PX and picture.shape[1] > CROP_WIDTH_PX
         self._small = reduce_picture(picture, MAX_DRAWN_SIDE_PX)
-        faces = faces_of(picture)
-        crops = [Crop(picture, box, faces) for box in _crop_boxes(picture, faces)]
+        known = StillFaces().find("", lambda: picture)
+        faces = comparable_faces(known, picture.shape[0])
+        crops = [Crop(picture, box, faces, known.detail, seen_side) for box in _crop_boxes(picture, faces)]
         self._crops = crops[:1] if crops and crops[0].compared.has_faces else crops
 
     def measure(self, style: Style) -> FullSizeMetrics:
@@ -66,11 +69,26 @@ class FullSize:
 class Crop:
     """Part of a picture, rendered with a margin.
 
+    Args:
+        picture: the whole picture, H x W x 3 uint8.
+        box: the part.
+        faces: of the whole picture.
+        detail: the level of detail that they need.
+        seen_side: see `FrameRequest`.
+
     Attributes:
         compared: compares its renderings with the source.
     """
 
-    def __init__(self, picture: np.ndarray, box: Box[int], faces: MarkedFaces) -> None:
+    def __init__(
+        self,
+        picture: np.ndarray,
+        box: Box[int],
+        faces: MarkedFaces,
+        detail: float = 1.0,
+        seen_side: float = math.inf,
+    ) -> None:
+        self._seen_side = seen_side
         height, width = picture.shape[:2]
         left, top = max(box.left - MARGIN_PX, 0), max(box.top - MARGIN_PX, 0)
         right, bottom = min(box.right + MARGIN_PX, width), min(box.bottom + MARGIN_PX, height)
@@ -79,7 +97,8 @@ class Crop:
         self._side_ratio = min(height, width) / min(self._source.shape[:2])
         seen = {face: marks for face, marks in faces.items() if face.intersection(box).area}
         self._known = KnownFaces(
-            {face.moved(-left, -top).scaled(1 / (bottom - top)): marks for face, marks in seen.items()}
+            {face.moved(-left, -top).scaled(1 / (bottom - top)): marks for face, marks in seen.items()},
+            detail,
         )
         inner = [face.moved(-box.left, -box.top) for face in seen]
         self.compared = ComparedCrop(self._source[self._inner], inner)
@@ -92,7 +111,13 @@ class Crop:
         """
         if style.height:
             style = replace(style, height=style.height / self._side_ratio)
-        request = FrameRequest(Picture.from_array(self._source), target=RGB_ENCODING, rgb=True, tones=tones)
+        request = FrameRequest(
+            Picture.from_array(self._source),
+            target=RGB_ENCODING,
+            rgb=True,
+            tones=tones,
+            seen_side=self._seen_side,
+        )
         with MaskRenderer(style, lambda: self._focus(style)) as renderer:
             color = renderer.restyle(request).color
         assert color is not None
@@ -111,10 +136,9 @@ def tones_of(style: Style, small: np.ndarray) -> SharedTones:
     return tones
 
 
-def faces_of(picture: np.ndarray) -> MarkedFaces:
-    """Return the faces of a picture that have features to compare, the largest first."""
-    found = StillFaces().find("", lambda: picture).boxes
-    faces = {box.scaled(picture.shape[0]): marks for box, marks in found.items()}
+def comparable_faces(known: KnownFaces, height: int) -> MarkedFaces:
+    """Return the faces that have features to compare in a picture of this height, the largest first."""
+    faces = {box.scaled(height): marks for box, marks in known.boxes.items()}
     return {box: marks for box, marks in faces.items() if min(box.width, box.height) >= MIN_FACE_SIDE_PX}
 
 

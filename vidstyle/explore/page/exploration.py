@@ -318,7 +318,7 @@ class Exploration(Closing):
         urgency, faces = SHOWN if frame == self.frames[0] else MOVING, self._faces_of(frame)
         if self._is_closed:
             raise UsageError("the explorer", "is closed")
-        return self._workers.submit(urgency, styled_jpeg, picture, style, faces, side)
+        return self._workers.submit(urgency, styled_jpeg, picture, style, faces, side, min(self.clip.size))
 
     def _faces_of(self, frame: int) -> KnownFaces:
         """Return the faces of a frame; of a camera, whose frames have no numbers, none."""
@@ -364,11 +364,12 @@ class Exploration(Closing):
         return self.number(Tile(style, "tuned", look, (self.tile(number).style.name,)))
 
 
-def styled_jpeg(picture: np.ndarray, style: Style, faces: KnownFaces, side: int) -> bytes:
+def styled_jpeg(picture: np.ndarray, style: Style, faces: KnownFaces, side: int, seen_side: float) -> bytes:
     """Render a picture, H x W x 3 uint8, in a style, with focus on these faces, as JPEG.
 
     Args:
         side: maximum shorter side of the result.
+        seen_side: see `FrameRequest`.
     """
     longest = round(side * max(picture.shape[:2]) / min(picture.shape[:2]))
-    return encode(reduce_picture(restyle_picture(picture, style, faces), longest), "jpeg")
+    return encode(reduce_picture(restyle_picture(picture, style, faces, seen_side), longest), "jpeg")
