@@ -40,7 +40,7 @@ def face_detail(faces: Collection[Box[float]], side: float) -> float:
 
 
 def small_picture_detail(side: float) -> float:
-    """Return the level of detail of pictures that are seen with so many lines, 1 or less."""
+    """Return the level of detail of pictures that are seen with this shorter side, 1 or less."""
     return min(1.0, side / MIN_FULL_SIDE_PX)
 
 
