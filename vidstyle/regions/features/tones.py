@@ -31,7 +31,7 @@ NEAR_LIT_FACTOR = 2.0
 """How much more of the ground counts as skin on which dark marks lie."""
 MIN_LUMA = 0.08
 """Added to luma before tones are compared: noise of dark skin is no feature."""
-SHOWN_LUMA_RATIO, MAX_EXPONENT, MAX_TONE = 0.3, 3.2, 1.3
+SHOWN_LUMA_RATIO, MAX_EXPONENT, MAX_TONE = 0.3, 2.2, 1.3
 """Luma of the strongest strokes to which contrast is raised, relative to the skin; the exponent that does
 it, at most; and the brightest tone, as light marks get no contrast: noise would glitter."""
 LINE_SIGMA_RATIO, LINE_SIGMA_RANGE = 0.012, (0.7, 0.002)
