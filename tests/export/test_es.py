@@ -47,7 +47,7 @@ def picture(height: int, width: int) -> np.ndarray:
 def fault(browser: StyleBrowser, chosen: Style, shape: tuple[int, int], half: bool) -> str:
     """What is wrong with a style in the browser; empty if it agrees with the CPU."""
     source = picture(*shape)
-    right = vidstyle.stylize(source, replace(chosen, steady=0.0), "cpu").astype(int)
+    right = vidstyle.stylize(source, replace(chosen, steady=0.0, keeps_detail=True), "cpu").astype(int)
     (made,) = browser.restyled(es_plan(chosen, *shape[::-1]), [source], half)
     off = np.abs(made - right) > 1
     allowed = max(SHARES[half] * off.size, SAMPLES_AROUND_A_CHOICE)
@@ -185,7 +185,7 @@ def test_a_slider_changes_numbers_alone_and_another_size_needs_no_other_plan(
     assert after | {"size": [97, 61], "values": before["values"]} == before
     source = picture(61, 143)
     (made,) = style_browser.restyled(before | {"values": values}, [source])
-    right = vidstyle.stylize(source, replace(chosen, steady=0.0), "cpu").astype(int)
+    right = vidstyle.stylize(source, replace(chosen, steady=0.0, keeps_detail=True), "cpu").astype(int)
     assert (np.abs(made - right) > 1).mean() <= SHARES[False]
 
 

@@ -64,7 +64,7 @@ def test_a_value_is_set_on_the_step_that_is_meant(
 
 def test_fields_are_set_too() -> None:
     changed = override(Style("plain"), ["ink=#FF0000", 'paper = "#00ff00"', "height=720"])
-    assert changed == Style("plain", ink="#ff0000", paper="#00ff00", height=720)
+    assert changed == Style("plain", ink="#ff0000", paper="#00ff00", height=720, keeps_detail=True)
     assert override(TWICE, []) == TWICE
 
 

@@ -192,7 +192,7 @@ def test_a_gpu_mutes_and_mixes_alike(sessions: Sessions) -> None:
 
 @pytest.mark.parametrize("name", ["comic", "noir"])
 def test_what_leaves_each_step_is_what_the_steps_before_it_make(name: str) -> None:
-    chosen = replace(load_style(name), steady=0.0)
+    chosen = replace(load_style(name), steady=0.0, keeps_detail=True)
     source = (COLORS * 255).astype(np.uint8).repeat(3, axis=0).repeat(3, axis=1)
     with ThreadPoolExecutor(2) as pool:
         pictures = step_pictures(chosen, Picture.from_array(source), pool)
