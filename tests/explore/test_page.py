@@ -36,16 +36,6 @@ SIZE = (192, 108)
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """The working folder, and that of the user's styles."""
-    folder = tmp_path_factory.mktemp("explore")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(folder)
-        patch.setenv("XDG_CONFIG_HOME", str(folder / "config"))
-        yield folder
-
-
-@pytest.fixture(scope="module")
 def page(folder: Path) -> Iterator[ExploreServer]:
     """A page with a film of half a second, whose first screen is there.
 
@@ -65,17 +55,6 @@ def page(folder: Path) -> Iterator[ExploreServer]:
         page.close()
         assert page.error is None
     clip.close()
-
-
-@pytest.fixture
-def visitor(page: ExploreServer) -> Visitor:
-    return Visitor(page)  # type: ignore[arg-type]
-
-
-@pytest.fixture
-def window(visitor: Visitor) -> Iterator[Window]:
-    with visitor.look() as window:
-        yield window
 
 
 def answer(window: Window, do: str, **fields: Any) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
-from live_page import Visitor, Window
+from live_page import Visitor
 from media import make_clip
 from waiting import eventually
 from websockets.exceptions import ConnectionClosed
@@ -25,16 +25,6 @@ MESSAGES = ExploreConnection.messages
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """The working folder, and that of the user's styles."""
-    folder = tmp_path_factory.mktemp("explore")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(folder)
-        patch.setenv("XDG_CONFIG_HOME", str(folder / "config"))
-        yield folder
-
-
-@pytest.fixture(scope="module")
 def page(folder: Path) -> Iterator[ExploreServer]:
     """A page that looks for no styles: none of these tests needs a tile."""
     clip = open_clip(make_clip(folder / "film.mp4", size=(64, 36), frames=3))
@@ -45,17 +35,6 @@ def page(folder: Path) -> Iterator[ExploreServer]:
         page.close()
         assert page.error is None
     clip.close()
-
-
-@pytest.fixture
-def visitor(page: ExploreServer) -> Visitor:
-    return Visitor(page)  # type: ignore[arg-type]
-
-
-@pytest.fixture
-def window(visitor: Visitor) -> Iterator[Window]:
-    with visitor.look() as window:
-        yield window
 
 
 @pytest.mark.parametrize("path", ["/", "/explore.js", "/tile.jpg?tile=0&frame=0&side=180", "/socket"])
