@@ -15,7 +15,6 @@ from vidstyle.design.document.document import SNAPSHOT_SLOTS
 from vidstyle.design.document.edit_values import EditResult
 from vidstyle.design.document.edits import EDITS
 from vidstyle.design.document.step_text import text_of_step
-from vidstyle.design.look_tiles import TILE_WIDTH_PX
 from vidstyle.design.page.design_server import DesignServer
 from vidstyle.design.page.design_view import DesignView
 from vidstyle.design.page.frames import PictureType
@@ -44,8 +43,8 @@ UploadSize = Annotated[int, integer_between(1, 2 << 30)]
 """In bytes."""
 PreviewSide = Annotated[int, integer_between(64, 2160)]
 """The shorter side of the preview in pixels."""
-TileWidth = Annotated[int, integer_between(16, TILE_WIDTH_PX)]
-"""The width of tiles on the start screen in pixels."""
+TileWidth = Annotated[int, integer_between(1, 1 << 15)]
+"""The width on the screen of tiles of the start screen, in pixels; no tile is wider than it is rendered."""
 PlaybackRate = Annotated[float, number_between(0.1, 240)]
 SnapshotSlot = Annotated[str, one_of(SNAPSHOT_SLOTS)]
 CueText = Annotated[str, text_between(0, 50_000)]

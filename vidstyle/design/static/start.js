@@ -27,9 +27,6 @@ const PLAIN = "plain";
 /** The film of `vidstyle open` before one is opened. */
 const EXAMPLE = "demo";
 
-/** The widths of tiles that the server renders. */
-const [MIN_TILE_WIDTH, MAX_TILE_WIDTH] = [16, 640];
-
 /** Lengths of the units in which the wheel is reported: pixels and lines. */
 const WHEEL_UNITS_PX = [1, 18];
 
@@ -145,8 +142,7 @@ export class Start {
 
   /** The width of a tile on the screen, in its pixels. */
   get #tileWidth() {
-    const shown = this.#pictures[0]?.clientWidth || MAX_TILE_WIDTH;
-    return Math.min(Math.max(Math.round(shown * devicePixelRatio), MIN_TILE_WIDTH), MAX_TILE_WIDTH);
+    return Math.ceil((this.#pictures[0]?.clientWidth || innerWidth) * devicePixelRatio);
   }
 
   /** Clears the search if it has a text, else returns to the open style, if there is one. */
