@@ -34,7 +34,7 @@ class RemoteStyle:
     def start_once(
         self, job: bytes | None, threads: int, frame_bytes: Callable[[], int], edit: PictureEdit[Any] | None
     ) -> None:
-        """Start as many processes as are useful and fit into memory, unless they already run.
+        """Start the processes, unless they already run: the useful number, or fewer if memory is short.
 
         Args:
             frame_bytes: returns the memory that a picture takes.
@@ -65,7 +65,7 @@ class RemoteStyle:
         return result, _continued(follow, known)
 
     def make(self, change: Change[Kept], picture: Picture) -> tuple[Picture, Kept]:
-        """Call a change of a picture in a process, or here if none is free."""
+        """Call a change of a picture in a free process, else here."""
         result = self._processes.make(change, picture) if self._processes is not None else None
         return make_here(change, picture) if result is None else result
 

@@ -118,7 +118,7 @@ class SharedPictures:
 
 
 def planes_of(picture: Picture) -> list[Any]:
-    """Return the planes of a picture, or those of a stored one, in the order of `Picture.map_planes`."""
+    """Return the planes of a picture or of a stored picture, in the order of `Picture.map_planes`."""
     planes = list[Any]()
 
     def note(plane: np.ndarray, _: str) -> np.ndarray:

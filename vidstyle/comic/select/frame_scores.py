@@ -229,7 +229,7 @@ def prefer_subjects(chosen: Sequence[Candidate]) -> list[Candidate]:
 
 
 def equalize_places(chosen: Sequence[Candidate]) -> list[Candidate]:
-    """Return the frames of a page; if none has a figure, all have the same importance."""
+    """Return the frames of a page; without any figure, all have the same importance."""
     if any(has_figure(each) or each.forced for each in chosen):
         return list(chosen)
     most = max((each.importance for each in chosen), default=0.0)

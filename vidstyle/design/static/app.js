@@ -244,7 +244,7 @@ function render() {
 
 const name = /** @type {HTMLInputElement} */ (get("name"));
 name.addEventListener("change", () => session.edit("rename", { name: name.value.trim() }));
-// The bar shows the same name as the tile; what is edited is the name of the file.
+// The bar shows the same name as the tile; the field edits the name of the file.
 name.addEventListener("focus", () => session.state && (name.value = session.state.name));
 name.addEventListener("blur", () => session.state && (name.value = title(session.state.name)));
 name.addEventListener("keydown", (event) => event.key === "Enter" && name.blur());

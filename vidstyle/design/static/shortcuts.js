@@ -95,7 +95,7 @@ export function shortcuts({ queue, steps, diagram, preview, bar, dialogs, histor
     { keys: ["Ctrl+Shift+s"], help: "Save under another name", run: open(() => dialogs.saveAs()), typing: true },
     { keys: ["Ctrl+e"], help: "Export", run: open(() => dialogs.export()), typing: true },
     { keys: ["Ctrl+Enter"], help: "Render this film", run: open(render), typing: true },
-    { keys: ["q"], help: "Go to the queue: play or download what is rendered", run: () => queue.enter() },
+    { keys: ["q"], help: "Go to the queue: play or download finished films", run: () => queue.enter() },
     { keys: ["Ctrl+o"], help: "Show all styles", run: () => start.show(true), typing: true },
     { group: "Knobs", keys: ["v"], help: "Go to the values", run: open(toValues) },
     { keys: ["ArrowLeft", "ArrowRight", "PageUp", "PageDown"], help: "Change the value", inControl: true, run: () => {} },

@@ -17,7 +17,7 @@ _REASONS = {
 
 
 def describe_refused(candidates: Sequence[Candidate]) -> str:
-    """Return how many of a film's candidates are refused and why; empty if none is."""
+    """Return the number of a film's refused candidates and the reasons; empty if all are used."""
     reasons = Counter(next((name for name in _REASONS if getattr(each, name)), "") for each in candidates)
     shown = [f"{reasons[name]} {text}" for name, text in _REASONS.items() if reasons[name]]
     count = len(candidates) - reasons[""]
