@@ -29,6 +29,7 @@ from vidstyle.comic.lettering.fonts import Letters, letter_size
 from vidstyle.comic.lettering.letter import PanelText, TextStyle, letter_panels
 from vidstyle.comic.lettering.subtitle_lines import Line
 from vidstyle.comic.lettering.title import move_below_title
+from vidstyle.demo.drawing import film_picture
 from vidstyle.regions.boxes import Box
 
 LETTERS = Letters()
@@ -394,6 +395,16 @@ def test_a_balloon_is_placed_over_empty_areas() -> None:
             place_bubbles([Wording("balloon", break_text(LETTERS, "Hello there.", 16, 300))], room) or []
         )
         assert bubble.box.left + left > 195
+
+
+def test_a_caption_hides_no_part_of_a_small_object() -> None:
+    """The blue ball of the demo before dark grass, beside a sky with more contrast and a kept red ball."""
+    picture, ball = Box(0, 0, 640, 360), Box(380, 226, 440, 288)
+    area, seen = picture.padded(-14, -14, -14), attention_map(film_picture(0.28))
+    room = FreeSpace(area, picture, (Box(0, 2, 230, 272),), seen)
+    text = break_text(LETTERS, "Early in the morning", 40, 600)
+    (bubble,) = place_bubbles([Wording("caption", text)], room) or []
+    assert not bubble.box.intersection(ball).area
 
 
 def test_means_under_boxes_are_means_of_their_cells() -> None:

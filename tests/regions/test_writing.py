@@ -141,8 +141,11 @@ def test_half_a_word_is_left_to_the_style() -> None:
     assert letters._whole_words(strokes, strokes, 9)[strokes].all()
 
 
-def test_blades_of_grass_are_no_letters() -> None:
-    picture = Picture.from_array(film_picture(0.4))
+@pytest.mark.parametrize("width", [640, 400])
+def test_blades_of_grass_are_no_letters(width: int) -> None:
+    color = film_picture(0.4)
+    small = cv2.resize(color, (width, width * 9 // 16), interpolation=cv2.INTER_AREA)
+    picture = Picture.from_array(small)
     assert lift_writing(picture, 1.0)[0] is picture
 
 

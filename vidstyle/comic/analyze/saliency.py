@@ -44,6 +44,8 @@ _ATTENTION_SIDE_PX = 256
 """Longer side of the copy that is analysed for an attention map."""
 _SKIN_WEIGHT = 1.5
 """Additional weight of skin, which may be an undetected face."""
+_OBJECT_ATTENTION_LEVEL = 4.0
+"""Attention of small conspicuous objects: half a ball behind a caption is worse than a textured ground."""
 _HAIR_HEIGHT_RATIO = 0.18
 """Attention extends upwards by this fraction of the height, to the hair above an undetected face."""
 
@@ -218,7 +220,14 @@ def attention_map(color: np.ndarray, faces: Sequence[Box] = ()) -> np.ndarray:
     coarse = _shrink(seen, ATTENTION_SIDE_CELLS / _ATTENTION_SIDE_PX)
     above = np.ones((1 + round(_HAIR_HEIGHT_RATIO * len(coarse)), 1), np.uint8)
     spread = cv2.dilate(coarse, above, anchor=(0, 0), borderType=cv2.BORDER_REPLICATE)
-    return (spread / max(float(spread.mean()), 1e-6)).astype(np.float32)
+    attention = (spread / max(float(spread.mean()), 1e-6)).astype(np.float32)
+    cells = len(coarse) / len(small)
+    for blob in _components(small):
+        left, top, right, bottom = map(round, blob.scaled(cells))
+        attention[top:bottom, left:right] = np.maximum(
+            attention[top:bottom, left:right], _OBJECT_ATTENTION_LEVEL
+        )
+    return attention
 
 
 def box_attention(key_frame: KeyFrame) -> np.ndarray:

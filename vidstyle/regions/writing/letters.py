@@ -39,6 +39,11 @@ MAX_WIDTH_VARIATION = 0.3
 MAX_SLENDERNESS_RATIO, MAX_SLENDER_SHARE = 5, 0.5
 """Height of a part relative to its mean width from which it is slender, as `l` and blades of grass are; and
 share of slender letters in a group, at most."""
+MIN_FULLNESS_RATIO = 0.76
+"""Median area of the letters of a group relative to their diagonal times their greatest width, at least.
+
+Blades of grass taper, and have 0.5 to 0.71; print and handwriting have 0.89 to 1.22.
+"""
 
 
 class _Parts(NamedTuple):
@@ -156,15 +161,20 @@ def _least_strengths(parts: _Parts, letters: np.ndarray, strength: np.ndarray, t
         limit = MIN_CONTRAST_RATIO * np.quantile(strength[members], 0.8) if members.size else 0
         members = members[strength[members] >= limit]
         heights = parts.sizes[members, 1]
-        if members.size < MIN_LETTERS:
-            continue
-        slender = heights**2 > MAX_SLENDERNESS_RATIO * parts.sizes[members, 2]
-        if slender.mean() > MAX_SLENDER_SHARE:
+        if members.size < MIN_LETTERS or _is_grass(parts.sizes[members], widths[members]):
             continue
         if _is_one_hand(widths[members]) and _has_lines(parts.centers[members], heights):
             limits[members] = limit
     # Beside print, grain of the paper looks like pale letters.
     return np.where(limits >= MIN_CONTRAST_RATIO * limits.max(), limits, np.float32(0))
+
+
+def _is_grass(sizes: np.ndarray, half_widths: np.ndarray) -> bool:
+    """Return whether most strokes of a group are slender or taper, see `_Parts` and `MIN_FULLNESS_RATIO`."""
+    across, heights, areas = sizes.T
+    slender = heights**2 > MAX_SLENDERNESS_RATIO * areas
+    fullness = np.median(areas / (2 * half_widths * np.hypot(across, heights)))
+    return bool(slender.mean() > MAX_SLENDER_SHARE or fullness < MIN_FULLNESS_RATIO)
 
 
 def _is_one_hand(widths: np.ndarray) -> bool:
