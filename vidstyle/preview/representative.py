@@ -9,11 +9,14 @@ import numpy as np
 
 from vidstyle.errors import InputError
 from vidstyle.preview.clip import Clip
+from vidstyle.preview.encode import encode
 from vidstyle.regions.faces import FaceFinder
 
 TRIED_POSITION_RATIOS = (0, 0.02, 0.1, 0.25, 0.4, 0.55, 0.7, 0.85)
 """Positions of the frames that may represent a film."""
 TRIED_SIDE_PX = 160
+GLANCE_SIDE_PX = 360
+"""Shorter side of the first picture that a page shows."""
 MIN_DEVIATION = 12.0
 """Standard deviation of the codes of a frame, 0..255, below which it is nearly uniform."""
 MIN_FACE_HEIGHT_RATIO = 0.12
@@ -42,6 +45,16 @@ def representative_frame(clip: Clip) -> int:
         if _interest(picture) > MIN_GAIN * _interest(tried[best]):
             best = number
     return best
+
+
+def glance_jpeg(clip: Clip) -> bytes:
+    """Return this frame in approximate colours, as JPEG, without compiling a kernel.
+
+    Raises:
+        InputError: the frame cannot be read.
+        DeviceError: the camera was lost.
+    """
+    return encode(clip.glance(representative_frame(clip), GLANCE_SIDE_PX), "jpeg")
 
 
 def _tried_frames(clip: Clip) -> Iterator[tuple[int, np.ndarray]]:

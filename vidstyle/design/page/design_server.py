@@ -8,6 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from aiohttp import web
+
 from vidstyle.block import CATEGORIES, Block
 from vidstyle.blocks import all_blocks
 from vidstyle.design.designer import Designer
@@ -21,14 +23,15 @@ from vidstyle.design.page.rendered_files import RENDERED_PATH, RenderedFiles
 from vidstyle.design.page.steady_preview import SteadyPreview
 from vidstyle.design.samples import block_sample, sample_names
 from vidstyle.design.style_list import list_styles
-from vidstyle.errors import InputError, StyleError
+from vidstyle.errors import InputError, StyleError, VidstyleError
 from vidstyle.export.export_targets import describe_targets
 from vidstyle.gallery.search_words import describe_look
 from vidstyle.preview.clip import Clip
 from vidstyle.preview.encode import encode
+from vidstyle.preview.representative import glance_jpeg
 from vidstyle.style import load_style
 from vidstyle.style.model import KINDS
-from vidstyle.web.page_server import PageServer, named_pictures
+from vidstyle.web.page_server import PageServer, jpeg_response, named_pictures
 from vidstyle.web.server import Handler
 
 STATIC_FOLDER = Path(__file__).parent.with_name("static")
@@ -74,6 +77,7 @@ class DesignServer(PageServer[DesignView]):
         self.front, self.documents = front, MadeDocuments()
         self._settling: asyncio.Task[None] | None = None
         handlers = {
+            "/glance.jpg": self._glance,
             "/block.jpg": self._samples(sample_names, block_sample),
             DOCUMENT_PATH: self.documents.serve,
             RENDERED_PATH: RenderedFiles(lambda number: self.queue.finished(number)).serve,
@@ -82,6 +86,7 @@ class DesignServer(PageServer[DesignView]):
             "designer", lambda: connect(self), handlers, STATIC_FOLDER, "index.html",
             most=MAX_PAGES, port=port,
         )  # fmt: skip
+        self.session.look_ahead()
         self.queue = RenderQueue(self.session, self.tasks, self.tell)
         self.steady = SteadyPreview(self.session, self.tell)
 
@@ -171,6 +176,13 @@ class DesignServer(PageServer[DesignView]):
             data = await self.session.picture(encode, picture, "jpeg")
             for page in list(self.browsers):
                 await page.send_picture(PictureType.STEP, content.layers[layer][place].number, revision, data)
+
+    async def _glance(self, request: web.Request) -> web.StreamResponse:
+        """Send the frame that represents the clip, in approximate colours; no kernel is compiled for it."""
+        try:
+            return jpeg_response(await self.session.run(glance_jpeg, self.designer.clip))
+        except VidstyleError as error:  # reported when the exact frame is requested
+            raise web.HTTPNotFound from error
 
     def _samples(self, names: Callable[[], Iterable[str]], make: Callable[[str], bytes]) -> Handler:
         return named_pictures(names, lambda name: self.session.picture(make, name))

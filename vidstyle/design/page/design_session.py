@@ -16,6 +16,7 @@ from vidstyle.design.restyling import Restyler, StepPictures
 from vidstyle.gallery.cue_sheet import SheetScene, sheet_data
 from vidstyle.pipeline.scenes import find_scenes
 from vidstyle.preview.outputs import file_of
+from vidstyle.preview.representative import representative_frame
 from vidstyle.style import Style
 
 
@@ -34,6 +35,10 @@ class DesignSession:
         self.restyler, self.steps = Restyler(device), StepPictures()
         self._work = ThreadPoolExecutor(1, "vidstyle design")
         self._pictures = ThreadPoolExecutor(1, "vidstyle design pictures")
+
+    def look_ahead(self) -> None:
+        """Find the frame that represents the clip, while the browser starts."""
+        self._work.submit(representative_frame, self.designer.clip)
 
     async def run(self, function: Callable[..., Any], *values: Any) -> Any:
         """Call a function that uses the document or the clip, one at a time."""

@@ -13,7 +13,6 @@ import numpy as np
 from vidstyle.cues.cue_list import CueList
 from vidstyle.design.page.design_session import DesignSession
 from vidstyle.errors import VidstyleError
-from vidstyle.preview.clip import Clip
 from vidstyle.preview.encode import encode
 from vidstyle.style import Style
 from vidstyle.style.wiring import needs_cpu
@@ -30,14 +29,10 @@ class PictureType(IntEnum):
     STYLE = 5
     STEADY = 6
     FACES = 7
-    GLANCE = 8
 
 
 IDLE_SECONDS = 0.35
 """Time without a change after which a reduced preview is rendered again at a larger size."""
-
-GLANCE_SIDE_PX = 180
-"""Shorter side of the first picture of a clip, for the tiles of the start screen."""
 
 
 @dataclass
@@ -73,7 +68,6 @@ class FrameSender:
         self._restyling: asyncio.Task[None] | None = None
         self._wanted = asyncio.Event()
         self._has_faces = False
-        self._glanced: Clip | None = None
 
     @property
     def style(self) -> Style | None:
@@ -105,10 +99,6 @@ class FrameSender:
             self.play(0, 0, 0, clip.fps)
             return
         number = self.shown.number
-        if self._glanced is not clip:  # kernels may have to be compiled for the exact frame
-            self._glanced = clip
-            glance = await self._session.run(clip.glance, number, GLANCE_SIDE_PX)
-            await self._send(PictureType.GLANCE, number, glance, self._session.revision)
         frame = await self._session.run(clip.frame, number, self.shown.side)
         await self._send(PictureType.SOURCE, number, frame, self._session.revision, exact=True)
         self.restyle()

@@ -151,6 +151,7 @@ function refresh() {
 
 /** @param {import("./types.js").State | null} state */
 function showState(state) {
+  get("opening").hidden = true;
   if (!state) return start.show(true);
   if (opening) {
     const fresh = opening;
@@ -160,8 +161,7 @@ function showState(state) {
     showTab("style");
     if (fresh === "new") steps.selected = "source";
     requestAnimationFrame(() => fresh === "new" && diagram.focus("source"));
-    preview.restyler.restart();
-    preview.refresh();
+    preview.begin();
   }
   steps.deselectRemoved();
   if (preview.solo !== null && !steps.step) preview.solo = null;
@@ -219,7 +219,6 @@ session.on("picture", ({ type, number, file }) => {
     start.picture(number, file);
     scenes.showLooks();
   }
-  if (type === PACKET.source || type === PACKET.glance) start.source(file);
 });
 const lost = new LostNotice("vidstyle design", [get("app"), get("start")], "Unsaved changes are kept and offered there.");
 session.on("connection", (loss) => {

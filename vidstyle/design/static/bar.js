@@ -132,7 +132,7 @@ export class Bar {
     const [before, after] = ["before", "after"].map(get);
     const split = view.mode === "split" && !view.holding;
     before.hidden = !(split || second || view.holding);
-    after.hidden = !(split || second);
+    after.hidden = !(split || second) || !view.result;
     const box = view.boxIn(first);
     const top = Math.max(first.y, box.y) + 10;
     Object.assign(before.style, { left: `${Math.max(first.x, box.x) + 10}px`, top: `${top}px` });

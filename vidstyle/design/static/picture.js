@@ -16,7 +16,7 @@ const DIVIDER_GRIP_PX = 22;
 export class PictureView {
   /** @type {Shown | null} */
   source = null;
-  /** @type {Shown | null} */
+  /** Until there is one, the source is shown. @type {Shown | null} */
   result = null;
   /** @type {Mode} */
   mode = "result";
@@ -136,12 +136,13 @@ export class PictureView {
     context.imageSmoothingQuality = "high";
     context.imageSmoothingEnabled = this.scale * devicePixelRatio < 3;
     const [first, second] = this.panes;
+    const result = (!this.holding && this.result) || this.source;
     if (second) {
       this.#paint(context, this.source, first, first);
-      this.#paint(context, this.holding ? this.source : this.result, second, second);
+      this.#paint(context, result, second, second);
       return;
     }
-    this.#paint(context, this.holding ? this.source : this.result, first, first);
+    this.#paint(context, result, first, first);
     if (this.mode !== "split" || this.holding) return;
     this.#paint(context, this.source, first, { ...first, width: this.divider.at });
   }

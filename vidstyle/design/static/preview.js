@@ -5,11 +5,12 @@ import { Player } from "./player.js";
 import { PictureView } from "./picture.js";
 import { Restyler } from "./restyle.js";
 
+/** @typedef {import("./player.js").Clip} Clip */
 /** @typedef {"page" | "server"} Where */
 /** @typedef {import("./socket.js").Packet} Packet */
 
 /** Types of the pictures from the server. */
-export const PACKET = { source: 1, styled: 2, step: 3, exact: 4, style: 5, steady: 6, faces: 7, glance: 8 };
+export const PACKET = { source: 1, styled: 2, step: 3, exact: 4, style: 5, steady: 6, faces: 7 };
 
 /** Preview sizes on offer: lengths of the shorter side in pixels. */
 const PREVIEW_SIDES = [180, 270, 360, 540, 720, 1080, 1440, 2160];
@@ -21,6 +22,8 @@ const FIT_MS = 300;
 const MAX_DRAFT_SCALE = 1.15;
 /** Time without a new picture after which `onsettled` is called. */
 const SETTLED_MS = 160;
+/** Returns the address of the picture that stands for a clip. @param {Clip} clip */
+export const glanceAt = ({ name, count }) => `glance.jpg?${new URLSearchParams({ of: `${count} ${name}` })}`;
 /** Longest wait of `check` for the full-size picture. */
 const MAX_CHECK_MS = 5000;
 
@@ -104,8 +107,9 @@ export class Preview {
   /** Renders at the size that fits, a moment after it changes, and marks drafts until then. */
   #fitSoon() {
     if (!this.source || !this.view.canvas.clientWidth) return;
-    const { size } = this.view.result ?? { size: [Infinity] };
-    get("draft-note").hidden = this.player.playing || Math.min(...size) * MAX_DRAFT_SCALE >= Math.min(this.#shownSide, this.#fittingSide);
+    const { result } = this.view;
+    if (result) get("draft-note").textContent = "Draft";
+    if (result) get("draft-note").hidden = this.player.playing || Math.min(...result.size) * MAX_DRAFT_SCALE >= Math.min(this.#shownSide, this.#fittingSide);
     if (this.#fittingSide === this.side || this.#fitting) return;
     this.#fitting = setTimeout(() => {
       this.#fitting = undefined;
@@ -131,12 +135,51 @@ export class Preview {
     if (!this.player.playing) this.player.show(this.player.number);
   }
 
-  /** @param {import("./player.js").Clip} clip */
+  /** Shows the original until the first picture in the style that was opened. */
+  begin() {
+    this.restyler.forget();
+    this.#forget();
+    this.refresh();
+  }
+
+  #forget() {
+    this.styled?.close();
+    this.styled = this.view.result = null;
+    this.#showSource();
+  }
+
+  /** Shows the source, and says so, until there is a result. */
+  #showSource() {
+    if (this.view.result) return;
+    const note = get("draft-note");
+    note.textContent = "Original: the style follows…";
+    note.hidden = !this.view.source;
+    this.handlers.onchange();
+    this.view.draw();
+  }
+
+  /** Shows an approximate picture of a clip until its first frame arrives. @param {Clip} clip */
+  async #glance(clip) {
+    const picture = make("img", { src: glanceAt(clip) });
+    await picture.decode();
+    if (this.source || this.player.clip !== clip) return;
+    this.view.source = { picture, size: [picture.naturalWidth, picture.naturalHeight] };
+    this.#showSource();
+  }
+
+  /** @param {Clip} clip */
   #open(clip) {
+    const { name, count } = this.player.clip;
+    if (name !== clip.name || count !== clip.count) {
+      this.source?.close();
+      this.source = this.view.source = null;
+      this.#forget();
+    }
     this.view.size = clip.size;
     this.restyler.restart();
     this.player.open(clip);
     this.view.setZoom(null);
+    this.#glance(clip).catch(() => {}); // a camera that was lost, which the next frame reports
     this.refresh();
   }
 
@@ -156,6 +199,7 @@ export class Preview {
       this.source?.close();
       this.source = picture;
       this.view.source = { picture, size: [picture.width, picture.height] };
+      this.#showSource();
     } else {
       this.styled?.close();
       this.styled = picture;

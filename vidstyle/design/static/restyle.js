@@ -76,6 +76,12 @@ export class Restyler {
     }
   }
 
+  /** Releases the styles: another document follows. */
+  forget() {
+    for (const style of this.#current.values()) style.release();
+    this.#current.clear();
+  }
+
   /** Resets the measurements: a new film or scene begins. */
   restart() {
     for (const style of this.#current.values()) style.restart();

@@ -2,6 +2,7 @@
 
 import { clock, get, icon, make, press, title } from "./elements.js";
 import { findLooks, offerWords } from "./find_looks.js";
+import { glanceAt } from "./preview.js";
 import { rove } from "./roving.js";
 
 /** @typedef {import("./types.js").StyleInfo} StyleInfo */
@@ -181,6 +182,7 @@ export class Start {
     for (const button of document.querySelectorAll(".choose-file")) button.textContent = isExample ? "Open a film or photograph…" : "Open another…";
     document.body.classList.toggle("opened", !isExample);
     for (const picture of this.#pictures) picture.classList.add("waiting");
+    this.#showSource(glanceAt(clip));
     if (this.isOpen) this.show(true);
   }
 
@@ -265,14 +267,13 @@ export class Start {
     if (!picture) return;
     picture.classList.remove("waiting");
     this.#replace(picture, URL.createObjectURL(file));
-    if (this.#names[number] === PLAIN) this.source(file);
+    if (this.#names[number] === PLAIN) this.#showSource(URL.createObjectURL(file));
   }
 
-  /** Shows the unchanged film, dimmed, in the tiles that wait for their previews. @param {Blob} file */
-  source(file) {
-    if (!this.isOpen) return;
+  /** Shows the unchanged film, dimmed, in the tiles that wait for their previews. @param {string} address */
+  #showSource(address) {
     const before = this.#source;
-    this.#source = URL.createObjectURL(file);
+    this.#source = address;
     const shown = /** @type {HTMLImageElement} */ (get("source-picture"));
     shown.src = this.#source;
     shown.hidden = false;

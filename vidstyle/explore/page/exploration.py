@@ -30,7 +30,7 @@ from vidstyle.pipeline.progress import ProgressCallback, ignore_progress
 from vidstyle.preview.clip import Clip
 from vidstyle.preview.encode import encode
 from vidstyle.preview.plans import plan_message
-from vidstyle.preview.representative import representative_frame
+from vidstyle.preview.representative import GLANCE_SIDE_PX, representative_frame
 from vidstyle.regions.still_faces import NO_FACES, KnownFaces, StillFaces
 from vidstyle.style import Style
 
@@ -83,7 +83,7 @@ class Exploration(Closing):
         self.marks: dict[int, tuple[str, ...]] = {}
         self._ahead: list[tuple[str, Future[Look | None]]] = []
         self.move_to(self._first_part())
-        self.glance = encode(clip.glance(self.frames[0], MAX_LOOK_SIDE_PX), "jpeg")
+        self.glance = encode(clip.glance(self.frames[0], GLANCE_SIDE_PX), "jpeg")
         self.chooser = Chooser(self._looks_of, shipped_styles(), seed)
 
     def close(self) -> None:

@@ -110,12 +110,14 @@ function takeClip(next) {
   source.open(next, inPage ? tileSide() : null);
   due = 0;
   prepare();
-  if (!state.tiles.length) showSource();
+  if (state.tiles.length) get("opening").hidden = true;
+  else showSource();
 }
 
 /** Shows the unchanged picture in the middle until the first styles are found. */
 async function showSource() {
   const picture = await fetchPicture("glance.jpg").catch(() => null);
+  get("opening").hidden = true;
   if (!picture) return;
   if (!state.tiles.length && shownTries < 5) tiles.sketch(4, picture, "Original");
   picture.close();
