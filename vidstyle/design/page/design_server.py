@@ -28,7 +28,6 @@ from vidstyle.export.export_targets import describe_targets
 from vidstyle.gallery.search_words import describe_look
 from vidstyle.preview.clip import Clip
 from vidstyle.preview.encode import encode
-from vidstyle.preview.representative import glance_jpeg
 from vidstyle.style import load_style
 from vidstyle.style.model import KINDS
 from vidstyle.web.page_server import PageServer, jpeg_response, named_pictures
@@ -86,7 +85,6 @@ class DesignServer(PageServer[DesignView]):
             "designer", lambda: connect(self), handlers, STATIC_FOLDER, "index.html",
             most=MAX_PAGES, port=port,
         )  # fmt: skip
-        self.session.look_ahead()
         self.queue = RenderQueue(self.session, self.tasks, self.tell)
         self.steady = SteadyPreview(self.session, self.tell)
 
@@ -144,6 +142,7 @@ class DesignServer(PageServer[DesignView]):
     async def change_clip(self, clip: Clip) -> None:
         """Show another clip."""
         old, self.designer.clip = self.designer.clip, clip
+        self.session.look_at(clip)
         for page in list(self.browsers):
             await page.show_clip(clip)
         await self.queue.release(old)
@@ -180,7 +179,7 @@ class DesignServer(PageServer[DesignView]):
     async def _glance(self, request: web.Request) -> web.StreamResponse:
         """Send the frame that represents the clip, in approximate colours; no kernel is compiled for it."""
         try:
-            return jpeg_response(await self.session.run(glance_jpeg, self.designer.clip))
+            return jpeg_response(await asyncio.wrap_future(self.session.glance))
         except VidstyleError as error:  # reported when the exact frame is requested
             raise web.HTTPNotFound from error
 

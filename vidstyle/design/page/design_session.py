@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +15,9 @@ from vidstyle.design.document.solo import solo
 from vidstyle.design.restyling import Restyler, StepPictures
 from vidstyle.gallery.cue_sheet import SheetScene, sheet_data
 from vidstyle.pipeline.scenes import find_scenes
+from vidstyle.preview.clip import Clip
 from vidstyle.preview.outputs import file_of
-from vidstyle.preview.representative import representative_frame
+from vidstyle.preview.representative import glance_jpeg
 from vidstyle.style import Style
 
 
@@ -27,7 +28,10 @@ class DesignSession:
         designer: the open style and clip.
         restyler: renders previews.
         steps: renders thumbnails of steps.
+        glance: the frame that represents the clip, see `glance_jpeg`.
     """
+
+    glance: Future[bytes]
 
     def __init__(self, designer: Designer, device: str) -> None:
         """`device`: renders for browsers that cannot, see `open_renderer`."""
@@ -35,10 +39,11 @@ class DesignSession:
         self.restyler, self.steps = Restyler(device), StepPictures()
         self._work = ThreadPoolExecutor(1, "vidstyle design")
         self._pictures = ThreadPoolExecutor(1, "vidstyle design pictures")
+        self.look_at(designer.clip)
 
-    def look_ahead(self) -> None:
-        """Find the frame that represents the clip, while the browser starts."""
-        self._work.submit(representative_frame, self.designer.clip)
+    def look_at(self, clip: Clip) -> None:
+        """Find the frame that represents a clip, before others are requested, which may compile kernels."""
+        self.glance = self._work.submit(glance_jpeg, clip)
 
     async def run(self, function: Callable[..., Any], *values: Any) -> Any:
         """Call a function that uses the document or the clip, one at a time."""
