@@ -12,7 +12,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
 
@@ -58,6 +58,7 @@ class Checkout:
 
     def __init__(self, machine: Machine, work: Path, seed: str, cores: set[int]) -> None:
         self.machine, self._cores = machine, ",".join(map(str, cores))
+        self.python = f"PYTHON={machine.interpreter}"
         place = Path(tempfile.mkdtemp(dir=work))
         self.folder = place / FOLDERS[machine.checkout]
         self.folder.mkdir(parents=True)
@@ -103,13 +104,13 @@ class Checkout:
                 print(lines[-1], flush=True)
         return Result(process.wait() == 0, lines)
 
-    def test(self, target: str, tests: str = "", show: bool = False) -> Result:
-        """Run tests by their target; run failed tests once more, alone.
+    def test(self, target: str, *variables: str, show: bool = False) -> Result:
+        """Run tests by their target with variables of `make`; run failed tests once more, alone.
 
         Some tests play streams, on machines that may be busy.
         """
-        make = ["make", target, f"PYTHON={self.machine.interpreter}"]
-        result = self.run(*make, f"TESTS={tests}", show=show)
+        make = ["make", target, self.python, *variables]
+        result = self.run(*make, show=show)
         if result.succeeded:
             return result
         failed = "TESTS=--last-failed --last-failed-no-failures none"
@@ -131,20 +132,18 @@ def main() -> None:
     seed = os.environ["VIDSTYLE_TEST_SEED"]
     machines = draw_machines(seed)
     print(f"seed {seed}; all tests on:\n{machines[0]}\nsome on the opposite:\n{machines[1]}", flush=True)
-    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(1) as second_thread:
+    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(2) as threads:
         Path(folder).chmod(0o711)
         # The machines share as few cores as possible.
         first, second = (
             Checkout(machine, Path(folder), seed, machine.choose_cores(from_last))
             for machine, from_last in zip(machines, (True, False), strict=True)
         )
-        others = second_thread.submit(_run_others, second, seed)
+        installed = threads.submit(first.run, "make", ".venv/dev.stamp", first.python)
+        others = threads.submit(_run_others, second, first, installed, seed)
+        installed.result()
         all_tests = first.test("test", show=True)
-        results = others.result()
-        newest = first if first.machine.dependencies == "newest" else second
-        # Types are checked against the newest libraries; older ones have other annotations.
-        results["checks"] = newest.run("make", "check")
-    results["all tests"] = all_tests
+        results = {**others.result(), "all tests": all_tests}
     for name, (succeeded, lines) in results.items():
         if not succeeded and name != "all tests":
             print(f"{name}:", *lines, sep="\n")
@@ -159,13 +158,19 @@ def _summary(lines: list[str]) -> str:
     return "; ".join(line.strip("= ") for line in lines if counts.search(line)) or lines[-1]
 
 
-def _run_others(checkout: Checkout, seed: str) -> dict[str, Result]:
+def _run_others(second: Checkout, first: Checkout, installed: Future[Result], seed: str) -> dict[str, Result]:
+    """Run the checks, and what the second machine runs, beside all tests of the first, which take longer."""
     sensitive = random.Random(seed).sample(SENSITIVE_TESTS, SENSITIVE_PARTS)
-    return {
-        "sensitive tests": checkout.test("test", " ".join(sensitive)),
-        "thorough tests": checkout.test("thorough"),
-        "damaged files": checkout.fuzz(seed),
+    results = {
+        "sensitive tests": second.test("test", f"TESTS={' '.join(sensitive)}"),
+        # So few that each additional process would take longer to collect them than they take.
+        "thorough tests": second.test("thorough", "JOBS=0"),
+        "damaged files": second.fuzz(seed),
     }
+    installed.result()
+    # Types are checked against the newest libraries; older ones have other annotations.
+    newest = first if first.machine.dependencies == "newest" else second
+    return {**results, "checks": newest.run("make", "check")}
 
 
 def _without_programs(folder: Path) -> str:
