@@ -34,6 +34,7 @@ from faults import Program  # noqa: E402
 if "PYTEST_XDIST_WORKER" in os.environ:
     cv2.setNumThreads(1)
 
+pytest_plugins = ["browser"]
 collect_ignore = ["support", "export/gstreamer_pipeline.py"]
 """What tests share, and a program for the Python of GStreamer, whose modules ours need not have."""
 

@@ -12,7 +12,6 @@ import cv2
 import numpy as np
 import pytest
 from browser import Browser
-from browser import browser as browser
 from stories import story, write_film
 from waiting import eventually
 
@@ -279,7 +278,7 @@ def test_a_comic_is_edited_in_a_browser(folder: Path, browser: Browser) -> None:
     """A balloon is dragged and a word changed by mouse and keyboard; the saved file has only these edits."""
     text = (folder / "comic.toml").read_text(encoding="utf-8")
     make_comic(folder / "comic.toml", folder / "page.html")
-    browser.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(folder / "downloads"))
+    browser.download_to(folder / "downloads")
     browser.open((folder / "page.html").as_uri())
     burst, balloon = "g.caption", "g[data-place]:not(.caption)"
     (x, y, *_), scale = (

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 from browser import Browser
-from browser import browser as browser
 from media import photograph
 
 from vidstyle.cues.cue_file import CueTable, cue_file_text, read_cue_file, read_cue_tables, scene_cues

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from itertools import combinations, product
 
-from browser import browser as browser
 from design_page import Page
 from design_page import film as film
 from design_page import page as page

@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from browser import Browser
-from browser import browser as browser
 from designing import shown
 from media import make_clip, make_picture, photograph
 from PIL import Image

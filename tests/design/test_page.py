@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 from browser import Browser
-from browser import browser as browser
 from design_page import CHOSEN, FRAMES, Page, open_style, shown
 from design_page import film as film
 from design_page import page as page

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 from browser import Browser
-from browser import browser as browser
 from media import make_clip
 from waiting import eventually
 

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from browser import Browser
-from browser import browser as browser
 from designing import Page, served, shown
 from media import make_picture
 from stories import PLACES, shot, write_film

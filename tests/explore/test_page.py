@@ -13,7 +13,6 @@ import cv2
 import numpy as np
 import pytest
 from browser import Browser
-from browser import browser as browser
 from live_page import Visitor, Window
 from media import make_clip, photograph
 from waiting import eventually

@@ -15,7 +15,6 @@ import pytest
 from block_settings import RICHER_BANKS, block_style, ends_of
 from block_settings import folder as folder
 from browser import StyleBrowser
-from browser import style_browser as style_browser
 from covering import of_the_day
 from gpu import ODD, SMALL, scene
 

@@ -12,7 +12,6 @@ import cv2
 import numpy as np
 import pytest
 from browser import Browser
-from browser import browser as browser
 from covering import of_the_day
 from media import photograph
 from stories import write_film

@@ -20,7 +20,7 @@ def test_faces_agree(name: str) -> None:
 
 def test_faces_of_a_film_agree() -> None:
     """Also when the window of a face changes."""
-    frames = film_with_face(lambda number: 100 + 9 * number, 8)
+    frames = film_with_face(lambda number: 100 + 21 * number, 4)
     results = []
     for device in ("cpu", "gpu"):
         with Renderer("ink", device) as renderer:

@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from covering import covering_rows
+from covering import covering_rows, drawn
 from gpu import FORMS, ODD, SMALL, Sessions, faults, film_picture, gray_picture, packed_picture
 from pictures import FLOAT, RGB8, VIDEO, planes, run, same_bits, step, style
 
@@ -69,12 +69,17 @@ def named(encoding: Encoding) -> str:
 
 
 def faults_by_encoding(
-    chosen: Style, sessions: Sessions, encodings: Iterable[Encoding], shape: tuple[int, int]
+    chosen: Style,
+    sessions: Sessions,
+    encodings: Iterable[Encoding],
+    shape: tuple[int, int],
+    in_one_form: bool = False,
 ) -> list[str]:
     return [
         line
         for encoding in encodings
-        for line in faults(sessions, chosen, film_picture(*shape, encoding), named(encoding))
+        for forms in [[drawn(FORMS, f"{chosen} {encoding}")] if in_one_form else FORMS]
+        for line in faults(sessions, chosen, film_picture(*shape, encoding), named(encoding), forms)
     ]
 
 
@@ -85,7 +90,7 @@ every_change = pytest.mark.parametrize(
 
 @every_change
 def test_every_encoding_agrees(chosen: Style, sessions: Sessions) -> None:
-    assert faults_by_encoding(chosen, sessions, PAIRED, SHAPE) == []
+    assert faults_by_encoding(chosen, sessions, PAIRED, SHAPE, in_one_form=True) == []
 
 
 @pytest.mark.thorough
@@ -99,7 +104,8 @@ def test_every_change_of_encoding_agrees(chosen: Style, sessions: Sessions) -> N
     found = [
         line
         for name, (old, new) in CHANGES.items()
-        for line in faults(sessions, chosen, film_picture(*SHAPE, old), name, target=new)
+        for form in [drawn(FORMS, f"{chosen} {name}")]
+        for line in faults(sessions, chosen, film_picture(*SHAPE, old), name, [form], target=new)
     ]
     assert not found, "\n".join(found)
 

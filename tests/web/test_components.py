@@ -11,7 +11,6 @@ import cv2
 import numpy as np
 import pytest
 from browser import Browser
-from browser import browser as browser
 
 from vidstyle.design.page.design_server import STATIC_FOLDER
 from vidstyle.export import module_text

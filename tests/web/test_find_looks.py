@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from browser import Browser
-from browser import browser as browser
 from waiting import eventually
 
 from vidstyle.export import SCRIPT_FOLDERS
@@ -42,7 +41,7 @@ def sheet(tmp_path: Path) -> str:
 def test_an_enlarged_look_counts_those_found_stays_and_is_saved(
     sheet: str, tmp_path: Path, browser: Browser
 ) -> None:
-    browser.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
+    browser.download_to(tmp_path)
     browser.open(sheet)
     browser.run(FIND, text="lego")
     browser.run("document.querySelector('main figure:not([hidden]) button').click()")

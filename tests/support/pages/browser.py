@@ -7,6 +7,7 @@ import json
 import shutil
 import subprocess
 from collections.abc import Iterator, Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -43,8 +44,12 @@ KEYS = {
 MODIFIERS = {"Alt": 1, "Ctrl": 2, "Shift": 8}
 
 
-class Browser:
-    """A running browser and one page in it."""
+class Chromium:
+    """The running program.
+
+    Attributes:
+        address: of its DevTools.
+    """
 
     def __init__(self, program: str, profile: Path) -> None:
         command = [program, *FLAGS, f"--user-data-dir={profile}", "about:blank"]
@@ -52,13 +57,24 @@ class Browser:
         self._process = subprocess.Popen(command, stdout=nowhere, stderr=nowhere)
         told = profile / "DevToolsActivePort"
         eventually(lambda: told.exists() and "\n" in told.read_text(), "Chromium does not start")
-        address = "ws://127.0.0.1:" + told.read_text().replace("\n", "")
+        self.address = "ws://127.0.0.1:" + told.read_text().replace("\n", "")
+
+    def close(self) -> None:
+        self._process.terminate()
+        self._process.wait()
+
+
+class Browser:
+    """One page, with cookies and a storage that no other page has."""
+
+    def __init__(self, address: str) -> None:
         # Without pings: Chromium may not answer one while it compiles shaders in software.
         self._socket: ClientConnection = connect(address, max_size=None, compression=None, ping_interval=None)
         self._number = 0
         self.events: list[dict[str, Any]] = []
         self._session: str | None = None
-        target = self.call("Target.createTarget", url="about:blank")["targetId"]
+        self._profile = self.call("Target.createBrowserContext")
+        target = self.call("Target.createTarget", url="about:blank", **self._profile)["targetId"]
         self._session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         for domain in ("Page", "Runtime", "Network"):
             self.call(f"{domain}.enable")
@@ -76,6 +92,10 @@ class Browser:
                 assert "error" not in answer, answer["error"]
                 return answer["result"]
             self.events.append(answer)
+
+    def download_to(self, folder: Path) -> None:
+        """Save downloads in a folder, without asking."""
+        self.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(folder), **self._profile)
 
     def run(self, body: str, **names: Any) -> Any:
         """What the body of an async function returns, given these values under these names."""
@@ -157,16 +177,17 @@ class Browser:
         self.call("Input.insertText", text=text)
 
     def close(self) -> None:
+        """Close the page, so that it takes no more time."""
+        self._session = None
+        self.call("Target.disposeBrowserContext", **self._profile)
         self._socket.close()
-        self._process.terminate()
-        self._process.wait()
 
 
 class StyleBrowser(Browser):
-    """A browser whose page has the runner loaded."""
+    """A page that has the runner loaded."""
 
-    def __init__(self, program: str, profile: Path) -> None:
-        super().__init__(program, profile)
+    def __init__(self, address: str) -> None:
+        super().__init__(address)
         module = base64.b64encode(runner_module().encode()).decode()
         self.run(
             """globalThis.vidstyle = await import("data:text/javascript;base64," + module);
@@ -204,22 +225,25 @@ class StyleBrowser(Browser):
         return [np.frombuffer(base64.b64decode(text), np.uint8).reshape(shape)[..., :3] for text in texts]
 
 
-def _opened(kind: type[Browser], folder: Path) -> Iterator[Any]:
+@pytest.fixture(scope="session")
+def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Chromium]:
+    """The program, for all tests; they are skipped where there is none."""
     program = next(filter(None, map(shutil.which, NAMES)), None)
     if program is None:
         pytest.skip("no Chromium here")
-    opened = kind(program, folder)
-    yield opened
-    opened.close()
+    with closing(Chromium(program, tmp_path_factory.mktemp("profile"))) as opened:
+        yield opened
 
 
 @pytest.fixture(scope="module")
-def style_browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[StyleBrowser]:
-    """A browser with the runner, for all tests of a module; they are skipped where there is no Chromium."""
-    yield from _opened(StyleBrowser, tmp_path_factory.mktemp("profile"))
+def style_browser(chromium: Chromium) -> Iterator[StyleBrowser]:
+    """A page with the runner, for all tests of a module."""
+    with closing(StyleBrowser(chromium.address)) as opened:
+        yield opened
 
 
 @pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    """A browser with an empty page, likewise."""
-    yield from _opened(Browser, tmp_path_factory.mktemp("profile"))
+def browser(chromium: Chromium) -> Iterator[Browser]:
+    """An empty page, likewise."""
+    with closing(Browser(chromium.address)) as opened:
+        yield opened
