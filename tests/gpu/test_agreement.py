@@ -170,7 +170,9 @@ def test_codes_on_border_of_tones_get_same_tone(
     assert not found, "\n".join(found)
 
 
-def style_faults(name: str, sessions: Sessions, **shapes: Sequence[tuple[int, int]]) -> list[str]:
+def style_faults(
+    name: str, sessions: Sessions, gray_forms: Sequence[Form] = FORMS, **shapes: Sequence[tuple[int, int]]
+) -> list[str]:
     """Disagreements of a style on a picture of a film and on a gray one, at these sizes."""
     chosen = load_style(name)
     # The plain style passes a gray picture through without a session.
@@ -179,13 +181,14 @@ def style_faults(name: str, sessions: Sessions, **shapes: Sequence[tuple[int, in
         line
         for kind, make in makers.items()
         for shape in shapes[kind]
-        for line in faults(sessions, chosen, make(*shape), f"{name}, {kind} {shape}")
+        for forms in [gray_forms if kind == "gray" else FORMS]
+        for line in faults(sessions, chosen, make(*shape), f"{name}, {kind} {shape}", forms)
     ]
 
 
 @pytest.mark.parametrize("name", of_the_day(style_names(), 5))
 def test_every_style_agrees_with_cpu(name: str, sessions: Sessions) -> None:
-    assert style_faults(name, sessions, film=[ODD], gray=[SMALL]) == []
+    assert style_faults(name, sessions, [drawn(FORMS, name)], film=[ODD], gray=[SMALL]) == []
 
 
 @pytest.mark.thorough

@@ -161,7 +161,7 @@ def test_sizes_change_between_blocks(name: str, sessions: Sessions) -> None:
     for kind, make in (usual, others[number % len(others)]):
         found += faults(sessions, EVERY[name], make(*SHAPE), kind, [drawn(FORMS, f"{name} {kind}")])
     thin, make = THIN[number % len(THIN)], (gray_picture, packed_picture)[number % 2]
-    found += faults(sessions, EVERY[name], make(*thin), f"{make.__name__} {thin}")
+    found += faults(sessions, EVERY[name], make(*thin), f"{make.__name__} {thin}", [drawn(FORMS, name)])
     assert not found, "\n".join(found)
 
 

@@ -108,12 +108,17 @@ ENCODINGS = [
 
 
 def seams_by_encoding(
-    whole: Sessions, tiled: Sessions, name: str, encodings: Iterable[Encoding], shape: tuple[int, int]
+    whole: Sessions,
+    tiled: Sessions,
+    name: str,
+    encodings: Iterable[Encoding],
+    shape: tuple[int, int],
+    forms: Sequence[Form] = FORMS,
 ) -> list[str]:
     return [
         f"{encoding}: {line}"
         for encoding in encodings
-        for line in seams(whole, tiled, STYLES[name], film_picture(*shape, encoding))
+        for line in seams(whole, tiled, STYLES[name], film_picture(*shape, encoding), forms)
     ]
 
 
@@ -122,10 +127,11 @@ def test_no_seam_is_seen_in_any_kind_of_picture(
     name: str, first: int, whole: Sessions, tiled: Sessions
 ) -> None:
     encoding = ENCODINGS[(DAY + first) % len(ENCODINGS)]
-    assert seams_by_encoding(whole, tiled, name, [encoding], SHAPE) == []
+    one, other, third = ([drawn(FORMS, f"{name} {each}")] for each in ("film", "first", "second"))
+    assert seams_by_encoding(whole, tiled, name, [encoding], SHAPE, one) == []
     pictures = gray_picture(*SHAPE), packed_picture(*SHAPE)
-    assert seams(whole, tiled, STYLES[name], pictures[first], target=VIDEO) == []
-    assert seams(whole, tiled, STYLES[name], pictures[1 - first], target=RGB8, rgb=True) == []
+    assert seams(whole, tiled, STYLES[name], pictures[first], other, target=VIDEO) == []
+    assert seams(whole, tiled, STYLES[name], pictures[1 - first], third, target=RGB8, rgb=True) == []
 
 
 @pytest.mark.thorough

@@ -10,7 +10,8 @@ from typing import Any
 import jsonschema
 import numpy as np
 import pytest
-from gpu import SMALL, Sessions, faults, film_picture
+from covering import drawn
+from gpu import FORMS, SMALL, Sessions, faults, film_picture
 from pictures import noise, run_color, step, style
 
 from vidstyle.assets import asset_folder
@@ -186,8 +187,8 @@ def test_a_gray_result_gets_the_colours_of_the_source_back_in_part() -> None:
 def test_a_gpu_mutes_and_mixes_alike(sessions: Sessions) -> None:
     comic = replace(load_style("comic"), steady=0.0, strength=0.4)
     muted = replace(comic, background=tuple(replace(each, mute=True) for each in comic.background[:2]))
-    for chosen in (comic, replace(comic, strength=1.0), muted):
-        assert faults(sessions, chosen, film_picture(*SMALL), "comic") == []
+    for name, chosen in {"mixed": comic, "alone": replace(comic, strength=1.0), "muted": muted}.items():
+        assert faults(sessions, chosen, film_picture(*SMALL), name, [drawn(FORMS, name)]) == []
 
 
 @pytest.mark.parametrize("name", ["comic", "noir"])
