@@ -34,11 +34,11 @@ SENSITIVE_TESTS = (
     "tests/repository",
 )
 """Tests whose results depend most on user, paths, locale, cores, Python and dependencies."""
-SENSITIVE_PARTS = 5
+SENSITIVE_PARTS = 3
 """How many of them run on the second machine; others each day."""
 THOROUGH_SHARE = "0.015"
 """Of the thorough tests; others each day."""
-FUZZ_SECONDS = "40"
+FUZZ_SECONDS = "25"
 FOLDERS = {
     "plain": "checkout",
     "space and umlaut": "mein Ördner/checkout",

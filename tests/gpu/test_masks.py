@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from covering import drawn
 from films import RATE, still_film
 from gpu import FORMS, Sessions, disagreements, film_picture, gray_picture, packed_picture
 from pictures import run
@@ -56,10 +57,9 @@ PICTURES = {
 }
 
 
-@pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("kind", PICTURES)
-def test_masks_agree(whole: Sessions, kind: str, form: Form) -> None:
-    source = with_masks(PICTURES[kind])
+def test_masks_agree(whole: Sessions, kind: str) -> None:
+    source, form = with_masks(PICTURES[kind]), drawn(FORMS, kind)
     options = {"target": source.encoding, "rgb": source.color is not None}
     assert disagreements(run(STYLE, source, **options), whole.run(form, STYLE, source, **options)) == []
 
