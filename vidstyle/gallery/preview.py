@@ -113,6 +113,8 @@ def preview_page(heading: str, source: str, samples: Sequence[StyleSample], endi
     return template.substitute(
         heading=escape(printable(heading)),
         kinds=escape(", ".join(KINDS.values())),
+        ending=escape(ending),
+        choose=", with the style file" if ending else ", and choose",
         figures="".join(_figure(source, ending, sample) for sample in samples),
         style=module_text("components.css"),
         script=join_modules(_SHEET_FOLDER / "sheet.js"),

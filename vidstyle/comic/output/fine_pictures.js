@@ -6,6 +6,9 @@ import { make, makeSvg } from "./elements.js";
 const BLUR_RATIO = 0.85;
 const JPEG_QUALITY = 0.95;
 
+/** Safari before 18 has no filters. */
+const HAS_FILTERS = "filter" in CanvasRenderingContext2D.prototype;
+
 /** The width that a picture should have by now. @type {WeakMap<SVGImageElement, number>} */
 const wanted = new WeakMap();
 
@@ -32,6 +35,21 @@ async function fit(image, scale) {
   image.after(makeSvg("image", { ...place, href, class: "reduced", preserveAspectRatio: "none" }));
 }
 
+/** Draws a blurred picture. @param {CanvasRenderingContext2D} context @param {HTMLImageElement} picture @param {number} deviation in pixels */
+function drawBlurred(context, picture, deviation) {
+  if (HAS_FILTERS) {
+    context.filter = `blur(${deviation}px)`;
+    context.drawImage(picture, 0, 0);
+    return;
+  }
+  // The mean of shifted pictures, whose shifts have this deviation.
+  const shifts = [-2, -1, 0, 1, 2].map((shift) => (shift * deviation) / Math.SQRT2);
+  shifts.flatMap((y) => shifts.map((x) => [x, y])).forEach(([x, y], number) => {
+    context.globalAlpha = 1 / (number + 1);
+    context.drawImage(picture, x, y);
+  });
+}
+
 /** Returns a smaller picture. @param {string} src @param {number[]} size @returns {Promise<string>} */
 async function reduced(src, size) {
   const picture = make("img", { src });
@@ -41,8 +59,7 @@ async function reduced(src, size) {
   const [blurred, small] = [make("canvas", { width, height }), make("canvas", { width: size[0], height: size[1] })];
   const context = /** @type {CanvasRenderingContext2D} */ (blurred.getContext("2d"));
   context.drawImage(picture, 0, 0); // remains at the edges, where the blurred one is transparent
-  context.filter = `blur(${BLUR_RATIO * Math.sqrt(Math.max(0, ratio * ratio - 1))}px)`;
-  context.drawImage(picture, 0, 0);
+  drawBlurred(context, picture, BLUR_RATIO * Math.sqrt(Math.max(0, ratio * ratio - 1)));
   small.getContext("2d")?.drawImage(blurred, 0, 0, size[0], size[1]);
   return small.toDataURL("image/jpeg", JPEG_QUALITY);
 }

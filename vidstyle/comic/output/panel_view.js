@@ -1,6 +1,6 @@
 // Reading panel by panel: one panel fills the window.
 
-import { get, icon, makeSvg } from "./elements.js";
+import { get, icon, makeSvg, press } from "./elements.js";
 import { reducePictures } from "./fine_pictures.js";
 import { SHARED_KEYS } from "./shared_keys.js";
 
@@ -13,14 +13,14 @@ function placeOf(panel) {
 
 /** Windows that are as narrow as a phone: panels stand one below the other. */
 export const NARROW = matchMedia("(max-width: 40rem)");
-/** There, an enlarged panel is turned if it then is larger by this factor. */
+/** Turning an enlarged panel is offered if it then is larger by this factor. */
 const MIN_TURN_GAIN = 1.25;
 
-/** Whether a panel is shown on its side, for a phone that is turned. @param {number} width @param {number} height of the panel */
-function isTurned(width, height) {
+/** Whether a panel is larger on its side, as on a phone. @param {number} width @param {number} height of the panel */
+function gainsByTurning(width, height) {
   const { clientWidth, clientHeight } = get("panel-picture");
   const upright = Math.min(clientWidth / width, clientHeight / height);
-  return NARROW.matches && Math.min(clientWidth / height, clientHeight / width) > MIN_TURN_GAIN * upright;
+  return Math.min(clientWidth / height, clientHeight / width) > MIN_TURN_GAIN * upright;
 }
 
 /** A finger that has moved so far turns to another panel. */
@@ -29,6 +29,8 @@ const MIN_SWIPE_PX = 40;
 /** Enlarges panels when they are clicked, or when Enter is pressed. */
 export class PanelView {
   #at = 0;
+  /** Whether panels are shown on their side, where they are larger so. */
+  #isTurned = false;
   #dialog = /** @type {HTMLDialogElement} */ (get("reading"));
 
   /** The place where a finger or the mouse was pressed. */
@@ -45,6 +47,11 @@ export class PanelView {
       get(id).prepend(icon(name));
       get(id).addEventListener("click", () => this.#show(this.#at + by));
     }
+    get("panel-turn").prepend(icon("turn"));
+    get("panel-turn").addEventListener("click", () => {
+      this.#isTurned = !this.#isTurned;
+      this.refresh();
+    });
     get("panel-close").prepend(icon("close"));
     get("panel-close").addEventListener("click", () => this.#dialog.close());
     get("panel-picture").addEventListener("pointerdown", ({ clientX, isPrimary }) => isPrimary && (this.#pressed = clientX));
@@ -101,7 +108,10 @@ export class PanelView {
     if (!panel) return;
     this.#at = number;
     const [x, y, width, height] = placeOf(panel);
-    const turned = isTurned(width, height);
+    const gains = NARROW.matches && gainsByTurning(width, height);
+    const turned = gains && this.#isTurned;
+    get("panel-turn").hidden = !gains;
+    press(get("panel-turn"), turned);
     const viewBox = turned ? `0 0 ${height} ${width}` : `${x} ${y} ${width} ${height}`;
     const whole = /** @type {SVGSVGElement} */ (makeSvg("svg", { viewBox, "font-family": panel.ownerSVGElement?.getAttribute("font-family") ?? "" }));
     whole.append(makeSvg("use", { href: `#${panel.id}`, ...(turned && { transform: `rotate(90) translate(${-x} ${-y - height})` }) }));

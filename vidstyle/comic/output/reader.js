@@ -1,6 +1,6 @@
 // Reading a comic in the browser: theme, size of the pages, full screen, print, keys.
 
-import { get, icon, press } from "./elements.js";
+import { get, icon } from "./elements.js";
 import { reducePictures } from "./fine_pictures.js";
 import { NARROW, PanelView } from "./panel_view.js";
 import { SHARED_KEYS } from "./shared_keys.js";
@@ -28,8 +28,9 @@ function current() {
 /** Scrolls to the next page or the one before. @param {number} by */
 const turn = (by) => pages[Math.min(Math.max(current() + by, 0), pages.length - 1)]?.scrollIntoView();
 
-/** Shows the pictures of a page at their size on the screen. @param {Element} page */
+/** Shows the pictures of a page at their size on the screen; an enlarged panel keeps its own. @param {Element} page */
 function refine(page) {
+  if (view.isOpen) return;
   for (const panel of /** @type {NodeListOf<SVGGElement>} */ (page.querySelectorAll(":scope > g"))) {
     const { a } = /** @type {DOMMatrix} */ (panel.getScreenCTM());
     reducePictures(panel, a * devicePixelRatio);
@@ -64,10 +65,15 @@ function unstack() {
   }
 }
 
+/** What the button for the size of the pages says, and does next. */
+const NEXT_SIZES = { width: ["Full width", "Pages as wide as the window (Z)"], whole: ["Whole page", "Fit whole pages into the window (Z)"] };
+
 /** Shows whole pages, or pages as wide as the window; the page in view stays. @param {boolean} whole */
 function arrange(whole) {
   const page = current();
-  press(get("zoom"), whole);
+  const [label, about] = whole ? NEXT_SIZES.width : NEXT_SIZES.whole;
+  get("zoom").textContent = NARROW.matches && whole ? "Panels" : label;
+  get("zoom").title = about;
   document.body.classList.toggle("whole", whole);
   document.body.classList.toggle("stacked", NARROW.matches && !whole);
   unstack();
@@ -106,6 +112,7 @@ const KEYS = {
 };
 
 for (const [id, name] of /** @type {const} */ ([["print", "print"], ["full", "fit"], ["theme", "theme"], ["ask", "help"]])) get(id).prepend(icon(name));
+for (const page of pages) page.style.setProperty("--aspect", String(page.viewBox.baseVal.width / page.viewBox.baseVal.height));
 const isStrip = pages.some(({ viewBox: { baseVal: { width, height } } }) => height > MAX_PAGE_ASPECT * width);
 document.body.classList.toggle("strip", isStrip);
 get("zoom").hidden = isStrip;

@@ -123,10 +123,10 @@ class Output:
 def _title_of(source: Path) -> str:
     """Return the name of a source as a title.
 
-    >>> _title_of(Path("summer_holiday.mp4"))
-    'Summer holiday'
+    >>> _title_of(Path("summer_holiday-at-sea.mp4"))
+    'Summer holiday at sea'
     """
-    words = source.stem.replace("_", " ").strip()
+    words = source.stem.replace("_", " ").replace("-", " ").strip()
     return words[:1].upper() + words[1:]
 
 

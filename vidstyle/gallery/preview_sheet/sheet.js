@@ -17,6 +17,9 @@ let group = ALL;
 let onlyStarred = false;
 /** Width of a column, in CSS pixels, from which there is one more. */
 const COLUMN_PX = 290;
+/** The narrowest column of pictures in portrait, relative to it. */
+const MIN_COLUMN_RATIO = 0.65;
+const MIN_COLUMNS = 2;
 /** The number of the enlarged style; the first is the original. */
 let shown = 0;
 let isSplit = true;
@@ -41,6 +44,7 @@ function show(number) {
   const note = figures[shown].querySelector(".note")?.cloneNode(true);
   get("note").replaceChildren(...(note?.childNodes ?? []));
   get("command").textContent = String(figures[shown].dataset.command);
+  get("look").textContent = sheet.dataset.ending ? alt + sheet.dataset.ending : nameOf(shown);
   showStar();
   split(isSplit);
   if (!large.open) large.showModal();
@@ -110,13 +114,14 @@ function filter() {
   even(shownFigures.length);
 }
 
-/** Chooses a number of columns that fills the last row, as far as possible. @param {number} count */
+/** Chooses a number of columns that fills the last row, as far as possible; pictures in portrait get more columns. @param {number} count */
 function even(count) {
-  const usual = Math.max(1, Math.floor(sheet.clientWidth / COLUMN_PX));
+  const { naturalWidth: width, naturalHeight: height } = pictureOf(0);
+  const columnPx = COLUMN_PX * Math.min(1, Math.max(MIN_COLUMN_RATIO, width / height || 1));
+  const usual = Math.max(MIN_COLUMNS, Math.floor(sheet.clientWidth / columnPx));
   const empty = (/** @type {number} */ columns) => (columns - (count % columns)) % columns;
-  const best = [usual, usual - 1, usual + 1].filter((columns) => columns > 1).sort((one, other) => empty(one) - empty(other))[0];
-  if (count > usual && best) sheet.style.setProperty("--columns", String(best));
-  else sheet.style.removeProperty("--columns");
+  const best = [usual, usual - 1, usual + 1].filter((columns) => columns > MIN_COLUMNS).sort((one, other) => empty(one) - empty(other))[0];
+  sheet.style.setProperty("--columns", String(usual > MIN_COLUMNS && count > usual ? best : usual));
 }
 
 /** @param {string} name */
@@ -138,7 +143,7 @@ function search(text) {
 /** Shows how many styles are starred. */
 function countStars() {
   const count = figures.filter(isStarred).length;
-  for (const id of ["starred", "copy-starred"]) /** @type {HTMLButtonElement} */ (get(id)).disabled = !count;
+  for (const id of ["starred", "copy-starred"]) get(id).hidden = !count;
   get("starred").textContent = `Starred: ${count}`;
   if (!count) onlyStarred = false;
   press(get("starred"), onlyStarred);
@@ -212,6 +217,7 @@ finder.addEventListener("keydown", (event) => {
   else first?.focus();
 });
 addEventListener("resize", filter);
+pictureOf(0).decode().then(filter, filter);
 choose(ALL);
 get("split").addEventListener("click", () => split(!isSplit));
 get("hold").addEventListener("pointerdown", () => hold(true));
