@@ -143,7 +143,8 @@ def test_a_long_scene_is_made_by_several_processes(tmp_path: Path, monkeypatch: 
     """With the real lengths: four frames a second make a film of seconds a long one."""
     monkeypatch.chdir(tmp_path)
     media.make_clip(Path("a.mp4"), size=(64, 36), rate=4, frames=640, audio_tracks=1)
-    words = ["batch", "a.mp4", "-s", "sketch", "--codec", "ffv1", "-d", "cpu", "--progress", "none"]
+    Path("own.toml").write_text('format = 1\nsteady = 0.5\n[[background]]\nblock = "minimum_range"\n')
+    words = ["batch", "a.mp4", "-s", "own.toml", "--codec", "ffv1", "-d", "cpu", "--progress", "none"]
     assert cli.main([*words, "-o", "b.mkv", "--segment", "30", "-j", "2"]) == 0
     assert cli.main([*words, "-o", "c.mkv"]) == 0
     assert pictures(Path("b.mkv")) == pictures(Path("c.mkv"))

@@ -11,6 +11,7 @@ from pathlib import Path
 import media
 import numpy as np
 import pytest
+from covering import drawn
 from media import read_all
 from pictures import step, style
 from stories import RATE, story
@@ -87,13 +88,12 @@ ACROSS_CUT = CueList(
 WITHOUT_CUT = CueList((cue(2, STEADY), cue(10, MEASURED), *moving(28, 36)))
 
 
-@pytest.mark.parametrize("threads", [1, 4])
 @pytest.mark.parametrize("cues", [ACROSS_CUT, WITHOUT_CUT], ids=["fades", "cuts"])
 @pytest.mark.parametrize("start", [None, Fraction(12, RATE)], ids=["whole", "part"])
 def test_segments_have_the_pictures_of_one_piece(
-    film: Path, tmp_path: Path, cues: CueList, start: Fraction | None, threads: int
+    film: Path, tmp_path: Path, cues: CueList, start: Fraction | None
 ) -> None:
-    read = ReadOptions(start=start)
+    read, threads = ReadOptions(start=start), drawn((1, 4), f"{cues} {start}")
     with use_threads(threads):
         segmented(film, tmp_path, cues, read, [])
     render(film, tmp_path / "whole.mkv", cues, read=read, write=LOSSLESS, device="cpu")

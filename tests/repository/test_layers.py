@@ -7,11 +7,11 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterable, Iterator
-from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
+from source_files import parsed
 
 ROOT = Path(__file__).parents[2]
 FILES = sorted([*(ROOT / "vidstyle").rglob("*.py"), *(ROOT / "tools").rglob("*.py")])
@@ -43,11 +43,6 @@ HOMES = {
 def subject_of(path: Path) -> str:
     parts = path.relative_to(ROOT).with_suffix("").parts
     return "tools" if parts[0] == "tools" else parts[1]
-
-
-@cache
-def parsed(path: Path) -> ast.Module:
-    return ast.parse(path.read_text(encoding="utf-8"))
 
 
 def statements(tree: ast.AST, types: bool = True) -> Iterator[ast.AST]:

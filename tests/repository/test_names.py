@@ -5,10 +5,10 @@ from __future__ import annotations
 import ast
 from collections import Counter
 from collections.abc import Iterator
-from functools import cache
 from pathlib import Path
 
 import pytest
+from source_files import parsed
 
 import vidstyle
 
@@ -25,11 +25,6 @@ SHARED_MODULES = {
     "svg": "of a comic page, of a style's graph",
 }
 """Names of files that may occur twice: the same thing in two subjects."""
-
-
-@cache
-def parsed(path: Path) -> ast.Module:
-    return ast.parse(path.read_text(encoding="utf-8"))
 
 
 def defined() -> Iterator[str]:

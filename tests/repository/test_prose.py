@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import io
 import re
+import sys
 import tokenize
 from collections.abc import Iterator
 from pathlib import Path
@@ -38,6 +39,7 @@ BETTER_WORDS = {
     r"\bwhere there (?:is|are) none\b": "if there is none",
 }
 """Regular expressions of phrases to avoid, and the common words to write instead."""
+ANY_PHRASE = re.compile("|".join(BETTER_WORDS), re.IGNORECASE)
 
 DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
 
@@ -47,7 +49,8 @@ def python_texts(source: str) -> Iterator[tuple[int, str]]:
     for token in tokenize.generate_tokens(io.StringIO(source).readline):
         if token.type == tokenize.COMMENT or (token.type == tokenize.STRING and " " in token.string):
             yield token.start[0], token.string
-    for node in ast.walk(ast.parse(source)):  # from Python 3.12 on, tokens split f-strings
+    # From Python 3.12 on, tokens split f-strings.
+    for node in ast.walk(ast.parse(source)) if sys.version_info >= (3, 12) else ():
         if isinstance(node, ast.JoinedStr):
             yield (
                 node.lineno,
@@ -58,6 +61,8 @@ def python_texts(source: str) -> Iterator[tuple[int, str]]:
 def phrases(text: str) -> list[str]:
     """Return the phrases to avoid in a text whose lines may break anywhere, with the better words."""
     joined = " ".join(text.split())
+    if not ANY_PHRASE.search(joined):
+        return []
     found = ((match[0], words) for pattern, words in BETTER_WORDS.items()
              for match in re.finditer(pattern, joined, re.IGNORECASE))  # fmt: skip
     return [f"{phrase!r}: write {words!r}" for phrase, words in found]

@@ -170,7 +170,26 @@ class Bank:
 
 def _problem(bank: Bank) -> str:
     """Return the defect of a bank, or an empty text."""
-    bins, filters = bank.bins, bank.filters
+    for find_problem in (
+        _problem_of_bins,
+        _problem_of_filters,
+        _problem_of_constants,
+        _problem_of_clips,
+        _problem_of_stages,
+        _problem_of_matrix,
+        _problem_of_luma_steps,
+    ):
+        if problem := find_problem(bank):
+            return problem
+    arrays = bank.filters, bank.chroma, bank.constants, bank.clipped, bank.matrix
+    numbers = [each for each in arrays if each is not None]
+    wrong = sum(each.size - np.count_nonzero(np.abs(each) <= MAX_WEIGHT) for each in numbers)
+    return f"has {wrong} weights that are NaN or beyond {MAX_WEIGHT:g}" if wrong else ""
+
+
+def _problem_of_bins(bank: Bank) -> str:
+    """Return the defect of the bins and their window, or an empty text."""
+    bins = bank.bins
     if not isinstance(bins.curvatures, int) or min(bins.counts) < 1 or bins.orientations % 2:
         return f"has bins {' x '.join(map(str, bins.counts))}; the number of orientations must be even"
     divided = bins.features or bins.curvatures > 1 or bank.constants is not None or bank.clips
@@ -182,6 +201,12 @@ def _problem(bank: Bank) -> str:
     ends = (*bins.strength_range, *bins.coherence_range)
     if not (ends[0] < ends[1] and ends[2] < ends[3] and 0 < bank.rho <= MAX_RHO and bins.is_finite):
         return "has an empty range of bins, or a window of an invalid size"
+    return ""
+
+
+def _problem_of_filters(bank: Bank) -> str:
+    """Return the defect of the filters for luma and chroma and of the sliders, or an empty text."""
+    bins, filters = bank.bins, bank.filters
     if filters.dtype != np.float32 or filters.ndim != 4 or filters.shape[2] != filters.shape[3]:
         return (
             f"has filters of shape {filters.shape} and type {filters.dtype}, not parts x bins x size x size"
@@ -194,20 +219,19 @@ def _problem(bank: Bank) -> str:
         return "declares sliders that are not [name, low, high] of a part after the first"
     if bank.chroma is not None and (bank.chroma.shape, bank.chroma.dtype) != (filters.shape, filters.dtype):
         return f"has filters for chroma of shape {bank.chroma.shape}, for luma of {filters.shape}"
-    constants = bank.constants
-    if constants is not None and (
-        constants.dtype != np.float32
-        or constants.shape[:-1] != filters.shape[:2]
-        or constants.shape[-1] not in ((1, 2) if bank.chroma is None else (3,))
+    return ""
+
+
+def _problem_of_constants(bank: Bank) -> str:
+    """Return the defect of the constants that filters add, or an empty text."""
+    constants, planes = bank.constants, (1, 2) if bank.chroma is None else (3,)
+    if constants is None or (
+        constants.dtype == np.float32
+        and constants.shape[:-1] == bank.filters.shape[:2]
+        and constants.shape[-1] in planes
     ):
-        return f"has constants of shape {constants.shape}, not parts x bins x planes"
-    for find_problem in (_problem_of_clips, _problem_of_stages, _problem_of_matrix, _problem_of_luma_steps):
-        if problem := find_problem(bank):
-            return problem
-    arrays = filters, bank.chroma, constants, bank.clipped, bank.matrix
-    numbers = [each for each in arrays if each is not None]
-    wrong = sum(each.size - np.count_nonzero(np.abs(each) <= MAX_WEIGHT) for each in numbers)
-    return f"has {wrong} weights that are NaN or beyond {MAX_WEIGHT:g}" if wrong else ""
+        return ""
+    return f"has constants of shape {constants.shape}, not parts x bins x planes"
 
 
 def _problem_of_stages(bank: Bank) -> str:

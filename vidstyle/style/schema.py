@@ -12,6 +12,8 @@ from vidstyle.style.mask_declarations import BACKDROP, MASK_VALUES, MAX_MASKS, R
 from vidstyle.style.model import FIELDS, KINDS, LAYERS, Step, Style, table_from_style
 from vidstyle.style.variants import MAX_VARIANTS, VARIANT_PATTERN
 
+LAYER_SCHEMA = {"type": "array", "maxItems": MAX_STEPS, "items": {"$ref": "#/$defs/step"}}
+
 
 def style_schema() -> dict[str, Any]:
     """Return the JSON Schema (draft 2020-12) of a style file, derived from the declarations of the blocks.
@@ -19,7 +21,6 @@ def style_schema() -> dict[str, Any]:
     Relations between steps, such as that a picture is saved before it is used, are not in the schema.
     """
     steps = {name: _block_schema(block) for name, block in all_blocks().items()}
-    layer = {"type": "array", "maxItems": MAX_STEPS, "items": {"$ref": "#/$defs/step"}}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "vidstyle style",
@@ -28,34 +29,12 @@ def style_schema() -> dict[str, Any]:
         "additionalProperties": False,
         "properties": {
             "format": {"const": FORMAT_VERSION},
-            **{key: {"type": "string", "maxLength": longest} for key, longest in TEXTS.items()},
-            "kinds": {
-                "type": "array",
-                "description": "Kinds of looks under which pages list the style.",
-                "uniqueItems": True,
-                "items": {"enum": list(KINDS)},
-            },
-            "knobs": {
-                "type": "array",
-                "description": 'Paths of the values to adjust first, such as "posterize.levels".',
-                "maxItems": MAX_KNOBS,
-                "uniqueItems": True,
-                "items": {"type": "string"},
-            },
-            "labels": {
-                "type": "object",
-                "description": 'What values do in this style, by their paths: "Label", or "Label: help".',
-                "maxProperties": MAX_LABELS,
-                "additionalProperties": {
-                    "type": "string",
-                    "minLength": 1,
-                    "maxLength": MAX_LABEL_TEXT_LENGTH,
-                },
-            },
+            **_text_schemas(),
+            **_page_schemas(),
             **_field_schemas(),
             "masks": _masks_schema(),
-            **dict.fromkeys(LAYERS, layer),
-            "behind": _behind_schema(layer),
+            **dict.fromkeys(LAYERS, LAYER_SCHEMA),
+            "behind": _behind_schema(),
             "variants": _variants_schema(),
         },
         "$defs": {
@@ -100,6 +79,35 @@ def _describe_step(step: Step) -> dict[str, Any]:
     }
 
 
+def _text_schemas() -> dict[str, Any]:
+    return {key: {"type": "string", "maxLength": longest} for key, longest in TEXTS.items()}
+
+
+def _page_schemas() -> dict[str, Any]:
+    """Return the schemas of the fields by which pages list a style and its values."""
+    return {
+        "kinds": {
+            "type": "array",
+            "description": "Kinds of looks under which pages list the style.",
+            "uniqueItems": True,
+            "items": {"enum": list(KINDS)},
+        },
+        "knobs": {
+            "type": "array",
+            "description": 'Paths of the values to adjust first, such as "posterize.levels".',
+            "maxItems": MAX_KNOBS,
+            "uniqueItems": True,
+            "items": {"type": "string"},
+        },
+        "labels": {
+            "type": "object",
+            "description": 'What values do in this style, by their paths: "Label", or "Label: help".',
+            "maxProperties": MAX_LABELS,
+            "additionalProperties": {"type": "string", "minLength": 1, "maxLength": MAX_LABEL_TEXT_LENGTH},
+        },
+    }
+
+
 def _field_schemas() -> dict[str, Any]:
     controls = {key: parameter.control for key, parameter in FIELDS.items()}
     return {key: control.schema(False) | {"description": control.help} for key, control in controls.items()}
@@ -121,15 +129,13 @@ def _masks_schema() -> dict[str, Any]:
     }
 
 
-def _behind_schema(layer: dict[str, Any]) -> dict[str, Any]:
-    """Return the schema of the style behind people; `layer`: the schema of a layer."""
+def _behind_schema() -> dict[str, Any]:
     fields = {name: schema for name, schema in _field_schemas().items() if name not in NOT_BEHIND}
-    texts = {key: {"type": "string", "maxLength": longest} for key, longest in TEXTS.items()}
     return {
         "type": "object",
         "description": "The style of everything except people.",
         "additionalProperties": False,
-        "properties": texts | fields | dict.fromkeys(LAYERS, layer),
+        "properties": _text_schemas() | fields | dict.fromkeys(LAYERS, LAYER_SCHEMA),
     }
 
 

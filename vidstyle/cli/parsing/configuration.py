@@ -71,30 +71,37 @@ def read_configuration(path: Path, context: click.Context) -> dict[str, dict[str
             raise _mistake(path, text, name, "", f"there is no command '{name}'; {hint}")
         if not isinstance(table, dict):
             raise _mistake(path, text, "", name, f"{name} is a command; write [{name}] above its options")
-        options = _options(command)
+        options, defaults[name] = _options(command), {}
         below = click.Context(command, context, name)
         for key, value in table.items():
             if key not in options:
                 hint = suggest(key, options)
                 raise _mistake(path, text, name, key, f"{name} has no option '{key}'; {hint}")
-            option = options[key]
-            values = value if option.multiple and isinstance(value, list) else [value]
             try:
-                if not all(isinstance(each, str | int | float) for each in values):
-                    raise click.BadParameter("is not a text, a number or a truth value")
-                if any("\0" in str(each) for each in values):
-                    raise click.BadParameter("contains a NUL character")
-                # As on the command line; a truth value is for flags only.
-                if wrong := [each for each in values if isinstance(each, bool) != option.is_flag]:
-                    expected = "true or false" if option.is_flag else "a text or a number"
-                    raise click.BadParameter(f"{wrong[0]!r} is not {expected}")
-                values = [each if isinstance(each, bool) else str(each) for each in values]
-                table[key] = values if option.multiple else values[0]
-                option.type_cast_value(below, table[key])
+                defaults[name][str(options[key].name)] = _default(options[key], value, below)
             except click.BadParameter as error:
                 raise _mistake(path, text, name, key, f"{key}: {error.message.rstrip('.')}") from None
-        defaults[name] = {str(options[key].name): value for key, value in table.items()}
     return defaults
+
+
+def _default(option: click.Option, value: Any, context: click.Context) -> Any:
+    """Return a value of a configuration file as on the command line; a truth value is for flags only.
+
+    Raises:
+        BadParameter: the option does not take it.
+    """
+    values = value if option.multiple and isinstance(value, list) else [value]
+    if not all(isinstance(each, str | int | float) for each in values):
+        raise click.BadParameter("is not a text, a number or a truth value")
+    if any("\0" in str(each) for each in values):
+        raise click.BadParameter("contains a NUL character")
+    if wrong := [each for each in values if isinstance(each, bool) != option.is_flag]:
+        expected = "true or false" if option.is_flag else "a text or a number"
+        raise click.BadParameter(f"{wrong[0]!r} is not {expected}")
+    words = [each if isinstance(each, bool) else str(each) for each in values]
+    default = words if option.multiple else words[0]
+    option.type_cast_value(context, default)
+    return default
 
 
 def _options(command: click.Command) -> dict[str, click.Option]:
