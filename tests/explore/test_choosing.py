@@ -19,8 +19,8 @@ from vidstyle.explore.choosing.taste import Taste
 from vidstyle.explore.choosing.tile_screen import FIRST_SCREEN_KINDS, SCREEN_KINDS, Tile
 from vidstyle.explore.choosing.tile_selector import MIN_LOOK_DISTANCE, MIN_TILE_DISTANCE
 from vidstyle.explore.colors import oklab
+from vidstyle.explore.composed.shipped_parts import shipped_styles
 from vidstyle.explore.look import Look, look_distance, look_of
-from vidstyle.explore.phrases import shipped_styles
 from vidstyle.explore.tuning_pad import tuning_pad_of
 from vidstyle.style import Style, load_style
 

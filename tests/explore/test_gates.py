@@ -11,10 +11,10 @@ from face_network import brightness_judge
 from skimage import data
 
 from vidstyle.errors import InputError
+from vidstyle.explore.composed.shipped_parts import shipped_styles
 from vidstyle.explore.gates import MAX_UNSTEADY, fault, is_like_another, prune
 from vidstyle.explore.generate import mutate
 from vidstyle.explore.measure import MAX_MEASURED_SIDE_PX, Original, PictureMetrics, reduce_picture
-from vidstyle.explore.phrases import shipped_styles
 from vidstyle.explore.score import Judge, spread_out
 from vidstyle.style import Step, Style, load_style
 

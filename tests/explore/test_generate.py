@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from itertools import chain
 
 import pytest
 
 from vidstyle.explore.colors import MIN_CONTRAST, contrast, is_pale
+from vidstyle.explore.composed.shipped_parts import families, shipped_styles
 from vidstyle.explore.generate import alter, cross, mutate, random_style
 from vidstyle.explore.paper.rules import FILTER_COUNT_RANGE, FILTER_RULES, GRAY_SHARE, Rules
-from vidstyle.explore.phrases import BASE_RESULT, grammar, phrases_of, shipped_styles
 from vidstyle.explore.random_steps import is_valid
 from vidstyle.style import Step, Style, load_style, style_text, table_from_style
 
@@ -49,7 +50,6 @@ def check_valid(rules: Rules, seeds: range) -> None:
     for seed in seeds:
         style = random_style(seed, rules)
         assert is_valid(style), seed
-        assert BASE_RESULT not in style_text(style)
 
 
 @pytest.mark.parametrize("rules", ["open", "paper"])
@@ -141,16 +141,56 @@ def test_ink_is_readable_on_paper() -> None:
     assert len(drawn) > 15 and all(contrast(style.ink, style.paper) >= MIN_CONTRAST for style in drawn)
 
 
-def test_grammar_is_that_of_the_shipped_styles() -> None:
-    counted = grammar()
-    assert sum(counted.layers.values()) == len(shipped_styles())
-    used = {block for style in shipped_styles() for block in blocks_of(style)}
-    found = {step.block for phrases in counted.phrases.values() for each in phrases for step in each.steps}
-    # A base from which no background starts, as in `neon`, has no phrases.
-    unused = {
-        step.block for style in shipped_styles() for step in style.base if not phrases_of(style, "base")
+def test_open_styles_combine_whole_layers_of_many_styles() -> None:
+    shipped = [(layer, blocks) for style in shipped_styles() for layer in ("background", "lines")
+               if (blocks := layer_blocks(style, layer))]  # fmt: skip
+    styles = [random_style(seed) for seed in range(150)]
+    pairs = set()
+    for style in styles:
+        used = {
+            layer: max((len(blocks), number) for number, (of, blocks) in enumerate(shipped)
+                       if of == layer and contains(layer_blocks(style, layer), blocks))[1]
+            for layer in ("background", "lines") if style.layers[layer]
+        }  # fmt: skip
+        pairs.add(tuple(used.values()))
+    assert len(pairs) > 2 * len(shipped_styles())
+
+
+def test_open_styles_lighten_colours_below_lines_that_draw_tones() -> None:
+    """Hatching over another style's dark colours would hide the subject."""
+    hatched = [style for style in map(random_style, range(150)) if style.background
+               and any(step.block == "line_screen" for step in style.lines)]  # fmt: skip
+    own = [style for style in hatched if "colorize" in layer_blocks(style, "background")]
+    lightened = [style for style in hatched if any(step.save == "dark" for step in style.background)]
+    assert len(lightened) > 10 and {style.name for style in hatched} <= {
+        style.name for style in own + lightened
     }
-    assert used - found <= unused
+
+
+def test_random_values_are_near_those_of_shipped_styles() -> None:
+    """Marks larger than in any shipped style would hide faces."""
+    values: dict[str, list[float]] = {"halftone.cell": [], "glyphs.cell": [], "mosaic.size": []}
+    largest = dict.fromkeys(values, 0.0)
+    for found, styles in ((values, map(random_style, range(150))), (None, chain(*families()))):
+        for step in (step for style in styles for step in style.steps):
+            for path in values:
+                block, name = path.split(".")
+                if step.block == block and found is not None:
+                    found[path].append(step.values[name])
+                elif step.block == block:
+                    largest[path] = max(largest[path], step.values[name])
+    for path, drawn in values.items():
+        assert drawn and max(drawn) <= 1.3 * largest[path], path
+
+
+def layer_blocks(style: Style, layer: str) -> list[str]:
+    return [step.block for step in style.layers[layer] if step.block]
+
+
+def contains(blocks: list[str], wanted: list[str]) -> bool:
+    """Whether the blocks include a layer, whose last gradient may be replaced."""
+    wanted = wanted[:-1] if wanted[-1] == "gradient" else wanted
+    return any(blocks[place : place + len(wanted)] == wanted for place in range(len(blocks)))
 
 
 @pytest.mark.parametrize("style", shipped_styles()[2::6] + [random_style(5)], ids=lambda style: style.name)

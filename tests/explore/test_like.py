@@ -15,6 +15,7 @@ from skimage import data
 from vidstyle.cli import main
 from vidstyle.explore import like
 from vidstyle.explore.appearance import appearance_distance, appearance_of
+from vidstyle.explore.composed.shipped_parts import shipped_styles
 from vidstyle.explore.fitting.tune import tune_style
 from vidstyle.explore.gates import faults
 from vidstyle.explore.like import (
@@ -26,7 +27,6 @@ from vidstyle.explore.like import (
     search_styles,
 )
 from vidstyle.explore.measure import Original, reduce_picture
-from vidstyle.explore.phrases import shipped_styles
 from vidstyle.gallery.style_samples import restyle_picture
 from vidstyle.style import Step, Style, load_style
 

@@ -35,6 +35,10 @@ HARMONY_DEGREES = (0.0, 0.0, 30.0, -30.0, 150.0, 180.0, 210.0, 120.0, -120.0)
 """Angles between the hues of ink and paper: same, analogous, (split) complementary, triadic."""
 
 
+TONE_TURN_DEGREES = (0.0, 40.0, -40.0, 90.0, -90.0, 150.0)
+"""Angles between the hues of the darkest and the brightest tone."""
+
+
 @dataclass(frozen=True)
 class Palette:
     """Colours as "#rrggbb", and the hue of a matching tint, in degrees of HSL."""
@@ -66,6 +70,18 @@ def palette(random: Random, like: Style | None = None) -> Palette:
     lightness = random.uniform(0.42, 0.6) if vivid else random.uniform(0.15, 0.4)
     chroma = random.uniform(0.1, 0.2) if vivid else random.uniform(0.0, 0.11)
     return Palette(*ensure_contrast(oklch(lightness, chroma, hue), paper), tint)
+
+
+def tone_colors(random: Random) -> list[str]:
+    """Return five colours for tones from black to white, with rising lightness and one or two hues."""
+    hue = random.uniform(0, 360)
+    turn = random.choice(TONE_TURN_DEGREES) + random.gauss(0, 8)
+    chroma = random.uniform(0.02, 0.09 if abs(turn) < 60 else 0.12)
+    dark, bright = random.uniform(0.14, 0.28), random.uniform(0.95, 0.99)
+    return [
+        oklch(dark + (bright - dark) * share, chroma * strength, hue + turn * share)
+        for share, strength in zip((0.0, 0.28, 0.54, 0.78, 1.0), (0.5, 0.9, 1.0, 0.7, 0.15), strict=True)
+    ]
 
 
 def calm_saturation(hue: float) -> float:

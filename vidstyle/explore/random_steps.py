@@ -11,17 +11,16 @@ from typing import Any
 from vidstyle.block import Parameter, Slider
 from vidstyle.blocks import all_blocks
 from vidstyle.errors import StyleError
-from vidstyle.explore.phrases import BASE_RESULT, names_used
 from vidstyle.style import LAYERS, SOURCE, Step, Style, style_from_table, table_from_style
 from vidstyle.style.knobs import with_valid_paths
 from vidstyle.style.wiring import rename_pictures, wiring_of
 
 MIN_WORKING_SCALE = 0.2
 """Smallest working size in random styles; below it, the subject is not recognizable."""
-EDGE_BLOCKS = ("luma_posterize", "posterize", "soft_threshold")
-"""Blocks that turn gradients into edges."""
-MIN_BLUR_SCALE = 0.125
-"""Smallest working size of wide blurs."""
+MAX_BLUR_SCALE, MIN_BLUR_SCALE = 0.13, 0.03
+"""Largest and smallest working size of wide blurs, which a later step combines with a larger picture."""
+LATEST = ""
+"""Stands for the result of the latest step among the names of saved pictures."""
 
 
 def random_value(random: Random, parameter: Parameter, ends: tuple[float, float] | None = None) -> Any:
@@ -66,23 +65,14 @@ def _with(step: Step, change: Any, names: Iterable[str]) -> Step:
 
 
 def join_layers(style: Style, layers: Mapping[str, Iterable[Step]]) -> Style:
-    """Return a style with some layers replaced.
+    """Return a style with some layers replaced; their saved pictures get unique names.
 
     Args:
         style: the style with the other layers.
-        layers: the new steps. `BASE_RESULT` stands for the result of the base layer; saved pictures get
-            unique names, and working sizes are limited to `MIN_WORKING_SCALE`..1.
+        layers: the new steps.
     """
-    built = {layer: list(steps) for layer, steps in style.layers.items() if layer not in layers}
-    taken = {step.save for steps in built.values() for step in steps}
-    for layer in LAYERS:
-        if layer in layers:
-            base = built.get("base", []) if layer != "base" else []
-            steps = [step for step in _fit_sizes(layers[layer], base) if not _is_idle(step)]
-            if layer != "base":
-                steps = _sharpen(steps, base)
-            built[layer] = _on_base(rename_saved(steps, taken), base, taken)
-    return with_layers(style, built)
+    taken = {step.save for layer in LAYERS if layer not in layers for step in style.layers[layer]}
+    return with_layers(style, {layer: _renamed(layers[layer], taken) for layer in LAYERS if layer in layers})
 
 
 def with_fitting_sizes(style: Style, layers: Iterable[str] = LAYERS) -> Style:
@@ -100,36 +90,9 @@ def with_layers(style: Style, layers: Mapping[str, Sequence[Step]]) -> Style:
     return with_valid_paths(replace(style, **steps, variants={}))
 
 
-def _on_base(steps: list[Step], base: Sequence[Step], taken: set[str]) -> list[Step]:
-    """Return the steps of a layer with the result of the base layer saved under a name."""
-    if not any(BASE_RESULT in wiring_of(step).reads.values() for step in steps):
-        return steps
-    if base and base[-1].save:
-        return [rename_pictures(step, {BASE_RESULT: base[-1].save}) for step in steps]
-    first = rename_saved([Step("", save="base")], taken)
-    return first + [rename_pictures(step, {BASE_RESULT: first[0].save}) for step in steps]
-
-
-def rename_saved(steps: Iterable[Step], taken: set[str]) -> list[Step]:
-    """Return the steps with unique names for saved pictures; add the names to `taken`."""
-    names: dict[str, str] = {}
-    out = []
-    for step in steps:
-        step = rename_pictures(step, names)
-        if step.save:
-            name, number = step.save, 2
-            while name in taken:
-                name, number = f"{step.save}_{number}", number + 1
-            names[step.save] = name
-            taken.add(name)
-            step = replace(step, save=name)
-        out.append(step)
-    return out
-
-
 def without_idle_steps(style: Style) -> Style:
     """Return the style without steps whose results are unused."""
-    used = {name for step in style.steps for name in names_used(step)}
+    used = {name for step in style.steps for name in wiring_of(step).reads.values()}
     layers: dict[str, tuple[Step, ...]] = {}
     for layer, steps in style.layers.items():
         kept: list[Step] = []
@@ -151,23 +114,54 @@ def is_valid(style: Style) -> bool:
     return bool(style.steps)
 
 
-def _fit_sizes(steps: Iterable[Step], base: Sequence[Step]) -> list[Step]:
-    """Return the steps with working sizes that are neither too small nor larger than the picture."""
-    parameter = all_blocks()["scale"].parameters["factor"]
-    sizes = {BASE_RESULT: _final_size(base)}
-    now, out = sizes[BASE_RESULT], []
+def _renamed(steps: Iterable[Step], taken: set[str]) -> list[Step]:
+    """Return the steps with unique names for saved pictures; add the names to `taken`."""
+    names: dict[str, str] = {}
+    out = []
     for step in steps:
-        now = sizes.get(step.source, 1.0) if step.source else now
-        if step.block == "scale":
-            wanted = now * step.values.get("factor", parameter.default)
-            # Smaller for wide blurs, which a later step combines with a larger picture.
-            least = MIN_WORKING_SCALE if wanted > MIN_BLUR_SCALE else MIN_BLUR_SCALE
-            factor = scale_factor(min(max(wanted, least), 1.0) / now)
-            now *= factor
-            step = replace(step, values=step.values | {"factor": factor})
-        sizes[step.save] = now
+        step = rename_pictures(step, names)
+        if step.save:
+            name, number = step.save, 2
+            while name in taken:
+                name, number = f"{step.save}_{number}", number + 1
+            names[step.save] = name
+            taken.add(name)
+            step = replace(step, save=name)
         out.append(step)
     return out
+
+
+def _fit_sizes(steps: Iterable[Step], base: Sequence[Step]) -> list[Step]:
+    """Return the steps with working sizes that are neither too small nor larger than the picture."""
+    sizes = _sizes_after(base)
+    out = []
+    for step in steps:
+        before = sizes[step.source or LATEST]
+        if step.block == "scale":
+            wanted = before * _factor_of(step)
+            least = MIN_WORKING_SCALE if wanted > MAX_BLUR_SCALE else MIN_BLUR_SCALE
+            factor = scale_factor(min(max(wanted, least), 1.0) / before)
+            step = replace(step, values=step.values | {"factor": factor})
+        _add_size(sizes, step)
+        out.append(step)
+    return out
+
+
+def _sizes_after(steps: Iterable[Step]) -> dict[str, float]:
+    """Return the working sizes of saved pictures and of the latest one, relative to the picture."""
+    sizes = {SOURCE: 1.0, LATEST: 1.0}
+    for step in steps:
+        _add_size(sizes, step)
+    return sizes
+
+
+def _add_size(sizes: dict[str, float], step: Step) -> None:
+    size = sizes[step.source or LATEST] * (_factor_of(step) if step.block == "scale" else 1.0)
+    sizes |= {LATEST: size, step.save or LATEST: size}
+
+
+def _factor_of(step: Step) -> float:
+    return float(step.values.get("factor", all_blocks()["scale"].parameters["factor"].default))
 
 
 def scale_factor(wanted: float) -> float:
@@ -175,28 +169,3 @@ def scale_factor(wanted: float) -> float:
     control = all_blocks()["scale"].parameters["factor"].control
     assert isinstance(control, Slider)
     return control.nearest(wanted, is_integer=False)
-
-
-def _is_idle(step: Step) -> bool:
-    return step.block == "scale" and step.values.get("factor") == 1 and not (step.save or step.source)
-
-
-def _sharpen(steps: list[Step], base: Sequence[Step]) -> list[Step]:
-    """Return the steps with the last edge block at full size, as in shipped styles."""
-    last = max((place for place, step in enumerate(steps) if step.block in EDGE_BLOCKS), default=0)
-    size = _final_size([*base, Step("", save=BASE_RESULT), *steps[:last]])
-    if not last or steps[last].source or size > 0.95:
-        return steps
-    factor = scale_factor(1 / size)
-    return [*steps[:last], Step("scale", {"factor": factor}), *steps[last:]]
-
-
-def _final_size(steps: Sequence[Step]) -> float:
-    """Return the working size after these steps, relative to the picture."""
-    parameter = all_blocks()["scale"].parameters["factor"]
-    sizes, now = {SOURCE: 1.0}, 1.0
-    for step in steps:
-        now = sizes.get(step.source, now)
-        now *= step.values.get("factor", parameter.default) if step.block == "scale" else 1.0
-        sizes[step.save] = now
-    return now

@@ -17,11 +17,11 @@ from vidstyle.core.closing import Closing
 from vidstyle.errors import UsageError
 from vidstyle.explore.choosing.chooser import Chooser
 from vidstyle.explore.choosing.tile_screen import Tile
+from vidstyle.explore.composed.shipped_parts import shipped_styles
 from vidstyle.explore.crops.full_size import MAX_SIDE_PX, FullSize
 from vidstyle.explore.like import match_styles
 from vidstyle.explore.look import MAX_LOOK_SIDE_PX, Look, look_of
 from vidstyle.explore.measure import reduce_picture
-from vidstyle.explore.phrases import shipped_styles
 from vidstyle.explore.tuning_pad import TuningPad, tuning_pad_of
 from vidstyle.explore.visible_marks import visible_marks
 from vidstyle.explore.workers import Workers

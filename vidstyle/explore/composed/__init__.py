@@ -1,0 +1,1 @@
+"""Random styles by the open rules: parts of shipped styles that fit together."""
