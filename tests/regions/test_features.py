@@ -70,9 +70,15 @@ def test_ink_alone_draws_large_faces_itself() -> None:
     """Other styles get the features of faces of every size."""
     shares = [
         [Medium.of(load_style(name), raster).lifted_share(size) for size in (0.1, sum(FACE_RATIOS) / 2, 0.4)]
-        for name, raster in (("ink", NO_RASTER), ("poster", NO_RASTER), ("comic", PageRaster(is_screen=True)))
+        for name, raster in (
+            ("ink", NO_RASTER),
+            ("poster", NO_RASTER),
+            ("comic", PageRaster(is_screen=True)),
+            ("dither", PageRaster(is_screen=True, has_points=True)),
+        )
     ]
     assert shares[0] == shares[2] == pytest.approx([1, 0.5, 0]) and shares[1] == [1, 1, 1]
+    assert shares[3] == [0, 0, 0]
 
 
 def test_features_of_a_large_face_are_lifted_from_the_whole_picture() -> None:

@@ -25,7 +25,6 @@ from vidstyle.regions.patches import plane_area
 from vidstyle.renderer import open_renderer, stylize
 from vidstyle.stabilize.still import flatten_still
 from vidstyle.style import load_style, style_from_table
-from vidstyle.style.resolve import resolve
 
 STYLES = ("comic", "engraving", "ink")
 
@@ -75,18 +74,6 @@ def test_faces_have_smaller_marks() -> None:
     faces = (focused_on([PLACE], picture, each)[area] for each in (style, without(style)))
     counts = [np.count_nonzero((face[:, 1:] != face[:, :-1]).any(axis=2)) for face in faces]
     assert counts[0] > 1.6 * counts[1]
-
-
-def test_blurs_and_grain_keep_their_size() -> None:
-    """While other lengths become finer, each up to its own level of detail."""
-    steps = [
-        {"block": "gaussian", "sigma": 6}, {"block": "noise", "size": 6}, {"block": "pixelate", "size": 6},
-        {"block": "kuwahara", "radius": 6},
-    ]  # fmt: skip
-    style = style_from_table({"format": 1, "height": 480, "background": steps}, "dots")
-    resolved = resolve(replace(style, detail=3.0), 480, 640)["background"]
-    names = "sigma", "size", "size", "radius"
-    assert [step.values[name] for step, name in zip(resolved, names, strict=True)] == [6, 6, 3, 2]
 
 
 @pytest.mark.parametrize("name", STYLES)

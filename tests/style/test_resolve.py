@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from vidstyle.block import Slider
 from vidstyle.blocks import all_blocks
-from vidstyle.style import Step, Style
+from vidstyle.style import Step, Style, style_from_table
 from vidstyle.style.resolve import resolve
 
 HEIGHT = 100
@@ -51,3 +53,25 @@ def test_dots_become_no_finer_in_small_pictures_than_one_sees_unless_they_are_me
     assert value_at("halftone", "cell", 8.0, 0.1) == 3
     assert value_at("halftone", "cell", 2.5, 0.1) == 2.5
     assert value_at("halftone", "cell", 2.0, 2.0) == 4
+
+
+def test_blurs_and_grain_keep_their_size() -> None:
+    """While other lengths become finer, each up to its own level of detail."""
+    steps = [
+        {"block": "gaussian", "sigma": 6}, {"block": "noise", "size": 6}, {"block": "pixelate", "size": 6},
+        {"block": "kuwahara", "radius": 6},
+    ]  # fmt: skip
+    style = style_from_table({"format": 1, "height": 480, "background": steps}, "dots")
+    resolved = resolve(replace(style, detail=3.0), 480, 640)["background"]
+    names = "sigma", "size", "size", "radius"
+    assert [step.values[name] for step, name in zip(resolved, names, strict=True)] == [6, 6, 2, 2]
+
+
+def test_tiles_of_small_pictures_are_finer_only_in_faces() -> None:
+    table = {"format": 1, "height": 720, "background": [{"block": "mosaic", "size": 12}]}
+    style = style_from_table(table, "tiles")
+    steps = [
+        resolve(replace(style, detail=detail), lines, lines)["background"][0]
+        for lines, detail in ((720, 1.0), (240, 1.0), (240, 2.0))
+    ]
+    assert [step.values["size"] for step in steps] == [12, 7, 3.5]

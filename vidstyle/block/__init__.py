@@ -76,15 +76,17 @@ class Raster:
     Attributes:
         waves: waves that begin at the first pixel of the page, and have the same periods.
         cell: height and width of squares in whole working pixels; None without squares.
+        has_points: whether its marks are points, squares or letters of one tone each, which may be small.
     """
 
     waves: tuple[Wave, ...]
     cell: tuple[int, int] | None = None
+    has_points: bool = False
 
     @classmethod
     def of_cells(cls, height: int, width: int) -> Raster:
         """Return the raster of squares of this size."""
-        return cls(((1 / width, 0.0), (0.0, 1 / height)), (height, width))
+        return cls(((1 / width, 0.0), (0.0, 1 / height)), (height, width), True)
 
     @classmethod
     def of_screens(cls, pitch: float, degrees: Iterable[float]) -> Raster:
@@ -94,7 +96,9 @@ class Raster:
 
 
 NO_PERIOD = Raster(())
-"""The raster of dots or lines that follow the picture."""
+"""The raster of lines that follow the picture."""
+SCATTERED_POINTS = Raster((), has_points=True)
+"""The raster of points in a pattern."""
 
 RasterFunction = Callable[..., "Raster | None"]
 """Maps the values of a block that it takes as parameters to its raster; None: with these, it has none."""

@@ -31,7 +31,8 @@ class Slider(Control):
         grows_if: a switch of the block that must be on for the value to scale.
         max_detail: level of detail (focus) above which a length becomes no finer; 1 for dots, lines, grain
             and blurs that need one size in the whole picture.
-        finest: the length to which small pictures reduce longer ones, as finer dots would not be seen.
+        finest: the length to which small pictures reduce longer ones, as finer dots would not be seen; less
+            with more detail (focus).
         stride: what variations change an integer by, or a multiple of it; 2 keeps odd numbers odd.
     """
 

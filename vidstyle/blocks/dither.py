@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from vidstyle.block import NO_PERIOD, Asset, PageRegion, ResultRows, Slider, block
+from vidstyle.block import SCATTERED_POINTS, Asset, PageRegion, ResultRows, Slider, block
 from vidstyle.blocks.pattern import read_tile
 from vidstyle.blocks.pixelate import whole_side
 from vidstyle.core.kernels import clipped_sum, compiled, interleaved, look_up_at
@@ -42,7 +42,7 @@ def read_thresholds(path: Path) -> tuple[np.ndarray]:
     on="channels",
     label="Dither",
     category="print",
-    raster=lambda: NO_PERIOD,
+    raster=lambda: SCATTERED_POINTS,
     aliases="8-bit, retro, old computer, game console, dots, stipple, stippling",
 )
 def dither(
@@ -65,9 +65,7 @@ def dither(
     ] = 0.25,
     cell: Annotated[
         float,
-        Slider(
-            1, 64, "size of a dot, rounded to whole pixels", "px", (1, 4), label="Dot size", max_detail=1.3
-        ),
+        Slider(1, 64, "size of a dot, rounded to whole pixels", "px", (1, 4), label="Dot size", max_detail=2),
     ] = 1,
 ) -> np.ndarray:
     """Add a fixed pattern of dots, so that few tones or colours look like many.

@@ -36,7 +36,8 @@ def mosaic(
     drift: Drift,
     out: ResultRows,
     size: Annotated[
-        float, Slider(3, 96, "size of a tile", "px", explore=(8, 32), label="Tile size", max_detail=3)
+        float,
+        Slider(3, 96, "size of a tile", "px", explore=(8, 32), label="Tile size", max_detail=3, finest=7),
     ] = 16,
     irregularity: Annotated[
         float, Slider(0, 1, "irregularity of the tiles; 0 for squares", label="Irregularity")

@@ -23,9 +23,7 @@ DETAIL_RANGE = 2.4, 3.6
 """Minimum and maximum level of detail at `focus` 1."""
 
 SCREEN_DETAIL_RATIO, SCREEN_DETAIL_RANGE = 0.12, (1.0, 2.0)
-"""The same for styles of dots, squares or ruled lines: finer ones would look like another print."""
-MAX_CELL_RATIO = 6 / 720
-"""Largest side of squares for which this holds, relative to the shorter side: letters are larger."""
+"""The same for styles of dots or ruled lines: finer ones would look like another print."""
 
 LiftedShare = Callable[[Face], float]
 """Returns how much of the features of a face is lifted, 0..1."""
@@ -79,9 +77,9 @@ class PatchRenderer(Closing):
         """
         cut, features = self.cut(request, patches, style.focus, lift)
         share = patches.least / (self._side_ratio * min(request.picture.shape))
-        is_fine = raster.is_screen and max(raster.cell or (0,)) <= MAX_CELL_RATIO * min(request.picture.shape)
-        low, high = SCREEN_DETAIL_RANGE if is_fine else DETAIL_RANGE
-        ratio = SCREEN_DETAIL_RATIO if is_fine else FACE_DETAIL_RATIO
+        is_ruled = raster.is_screen and not raster.has_points
+        low, high = SCREEN_DETAIL_RANGE if is_ruled else DETAIL_RANGE
+        ratio = SCREEN_DETAIL_RATIO if is_ruled else FACE_DETAIL_RATIO
         detail = max(1.0, min(max(ratio / share, low), high) ** style.focus / fineness)
         backend = self._use(style, detail, cut.shape, request.picture.shape)
         return backend, replace(request, picture=cut, target=request.encoding), features

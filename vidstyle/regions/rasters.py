@@ -28,11 +28,15 @@ class PageRaster:
     Attributes:
         waves: waves with the periods of its dots, squares and lines, in pixels of the page.
         cell: height and width of its largest squares in whole pixels; None without squares.
+        is_screen: whether it has any marks.
+        has_points: whether all of them are points, squares or letters of one tone each: those may be
+            small, while finer dots or lines would look like another print.
     """
 
     waves: tuple[Wave, ...] = ()
     cell: tuple[int, int] | None = None
     is_screen: bool = False
+    has_points: bool = False
 
     def dot(self, widest: float) -> tuple[int, int]:
         """Return height and width of the squares in which features are drawn."""
@@ -68,15 +72,16 @@ def raster_of(style: Style, request: FrameRequest) -> PageRaster:
     picture = request.picture
     steps = resolve(style, *picture.shape)
     lowered = lower(style, steps, PictureLayout.of(picture), request.encoding, request.rgb)
-    waves, cells, is_screen = dict[Wave, None](), [(1, 1)], False
+    waves, cells, points = dict[Wave, None](), [(1, 1)], list[bool]()
     for node in nodes_in_order(lowered.outputs):
         if node.block is not None and (raster := node.block.raster_for(node.values)):
-            is_screen = True
+            points.append(raster.has_points)
             down, right = (page / side for page, side in zip(picture.shape, node.shape, strict=True))
             waves |= {(across / right, along / down): None for across, along in raster.waves}
             cells += [(round(raster.cell[0] * down), round(raster.cell[1] * right))] if raster.cell else []
     cell = max(cells)
-    return PageRaster(tuple(waves), None if cell == (1, 1) else cell, is_screen)
+    has_points = bool(points) and all(points)
+    return PageRaster(tuple(waves), None if cell == (1, 1) else cell, bool(points), has_points)
 
 
 def divided_cell(cell: tuple[int, int], widest: float) -> tuple[int, int]:

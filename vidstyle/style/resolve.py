@@ -6,7 +6,7 @@ And keys that tell whether only numbers and colours of a style changed.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -138,7 +138,8 @@ def _scaled(control: Control, value: Any, growth: float, detail: float, values: 
     Slopes are not: with others, even areas near a threshold would be brighter or darker.
     """
     if isinstance(control, Slider) and control.unit == "px":
-        growth /= min(detail, control.max_detail)
+        fineness = min(detail, control.max_detail)
+        growth, control = growth / fineness, replace(control, finest=control.finest / fineness)
     return control.scale(value, growth, values)
 
 

@@ -20,10 +20,13 @@ class Medium(Enum):
     INK_OVER_TONES = "lines over continuous tones"
     TONES = "no lines"
     LIGHT_LINES = "lines lighter than their ground"
+    POINTS = "points, squares and letters, which are small in faces"
 
     @classmethod
     def of(cls, style: Style, raster: PageRaster) -> Medium:
         """Return the medium of a style with these rasters."""
+        if raster.has_points:
+            return cls.POINTS
         if not style.lines:
             return cls.TONES
         if sum(rgb_from_text(style.ink)) > sum(rgb_from_text(style.paper)):
@@ -37,6 +40,6 @@ class Medium(Enum):
             size_ratio: the height of the face relative to the picture's shorter side.
         """
         if self is not Medium.INK:
-            return 1.0
+            return float(self is not Medium.POINTS)
         whole, none = FACE_RATIOS
         return min(1.0, max(0.0, (none - size_ratio) / (none - whole)))
