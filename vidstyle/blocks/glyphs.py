@@ -10,8 +10,22 @@ import numpy as np
 from vidstyle.block import Asset, LumaWeights, PageRegion, Raster, ResultRows, Slider, Switch, block
 from vidstyle.blocks.pattern import read_tile
 from vidstyle.blocks.pixelate import average_cells, cells_across, rows_for, whole_side
-from vidstyle.core.kernels import TIE_LIFT, cached, compiled, interleaved, look_up_at
+from vidstyle.core.kernels import compiled, interleaved
+from vidstyle.core.marks.glyph_alphabet import (
+    ZONE_COLUMNS,
+    ZONE_COUNT,
+    ZONE_ROWS,
+    Alphabet,
+    alphabet_from_tile,
+    fit_to_cell,
+    shapes_of,
+)
 
+TONE_WEIGHT = np.float32(6)
+"""Weight of the square of a difference in tone, relative to the likeness of cell and glyph: the product of
+their zones."""
+MIN_DIFFERENCE_GAIN = np.float32(1e-4)
+"""A later glyph is chosen only if it is more similar by this: mirrored glyphs are often equally similar."""
 MIN_BRIGHTNESS = np.float32(0.1)
 """Darker colours are not raised to full brightness."""
 
@@ -19,16 +33,6 @@ MIN_BRIGHTNESS = np.float32(0.1)
 def shipped_alphabets() -> dict[str, Path]:
     """Return the shipped alphabets by name (tools/tables/alphabet.py)."""
     return {file.stem: file for file in Path(__file__).with_name("alphabets").glob("*.png")}
-
-
-class Alphabet(tuple[np.ndarray]):
-    """A table, float32 0..1; compared by identity.
-
-    It holds the glyphs side by side, sorted by increasing coverage. The last row holds the lowest tone of
-    each glyph, in the column of the glyph's number.
-    """
-
-    __eq__, __hash__ = object.__eq__, object.__hash__
 
 
 def read_alphabet(path: Path) -> Alphabet:
@@ -39,26 +43,12 @@ def read_alphabet(path: Path) -> Alphabet:
             tone.
         OSError: the file cannot be read.
     """
-    tile = read_tile(path)
-    height, columns = tile.shape
-    width = height * 3 // 5
-    count = columns // max(width, 1)
-    if height % 5 or columns % max(width, 1) or count < 2:
-        raise ValueError("needs 2 or more glyphs side by side, each 3/5 as wide as it is high")
-    glyphs = tile.reshape(height, count, width).transpose(1, 0, 2)
-    cover = glyphs.mean(axis=(1, 2))
-    order = np.argsort(cover, kind="stable")
-    cover = cover[order]
-    if cover[-1] <= cover[0]:
-        raise ValueError("has glyphs of only one tone")
-    tones = np.zeros((1, columns), np.float32)
-    tones[0, 1:count] = ((cover[1:] + cover[:-1]) / 2 - cover[0]) / (cover[-1] - cover[0])
-    return Alphabet([np.vstack([np.hstack(list(glyphs[order])), tones])])
+    return alphabet_from_tile(read_tile(path))
 
 
 def _sides(cell: float) -> tuple[int, int]:
-    """Return height and width of a cell in whole pixels, in the ratio 5 to 3."""
-    width = whole_side(cell)
+    """Return height and width of a cell in whole pixels, in the ratio 5 to 3; the width is even."""
+    width = 2 * whole_side(cell / 2)
     return (10 * width + 3) // 6, width
 
 
@@ -90,7 +80,7 @@ def glyphs(
         Slider(
             3,
             64,
-            "width of a glyph, rounded to whole pixels",
+            "width of a glyph, rounded to even pixels",
             "px",
             explore=(5, 12),
             label="Letter size",
@@ -102,101 +92,123 @@ def glyphs(
 ) -> np.ndarray:
     """Draw the picture in letters or signs; bright parts get denser ones.
 
-    Each cell of the page holds one glyph, whose coverage matches its brightness. The background is black.
-    Glyphs are white if the picture is gray, else they have the cell's mean colour at full brightness,
-    unless it is nearly black. Glyphs are averaged over each pixel, so they are smooth at any size.
+    Each cell of the page holds the glyph of the most similar tone and shape: the more its two columns and
+    three rows of zones differ, the more the shape counts, so edges become slashes, bars and dashes. The
+    background is black. Glyphs are white if the picture is gray, else they have the cell's mean colour at
+    full brightness, unless it is nearly black. Glyphs are averaged over each pixel, so they are smooth at
+    any size.
     """
-    (table,), (height, width), rows = alphabet, _sides(cell), interleaved(picture)
-    channels = rows.shape[1] // picture.shape[1]
-    cells = cells_across(picture.shape[1], width, channels)
-    line, means = rows_for(cells[1].size, width, channels)
-    tones = table[-1, : 5 * table.shape[1] // (3 * (table.shape[0] - 1))]
-    glyphs_ = tones, _fit_to_cell(alphabet, height, width)
-    drawn = np.empty(rows.shape[1] // channels, np.int32), np.empty(rows.shape[1], np.float32)
+    (height, width), rows = _sides(cell), interleaved(picture)
+    channels, count = rows.shape[1] // picture.shape[1], -(-picture.shape[1] // width)
+    halves = cells_across(picture.shape[1], width // ZONE_COLUMNS, channels)
+    line, means = rows_for(halves[1].size, width // ZONE_COLUMNS, channels)
+    zones = np.empty((ZONE_ROWS, means.size), np.float32), np.empty(ZONE_ROWS, np.float32)
+    chosen = np.empty(count, np.int32), np.empty((count, channels), np.float32)
+    scratch = line, zones, np.empty(ZONE_COUNT, np.float32), *chosen
     page, step = (place.top, *place.margin), (height, width, channels)
-    _draw(rows, page, step, *cells, line, means, weights, invert, *glyphs_, *drawn, interleaved(out))
+    glyphs_ = shapes_of(alphabet), fit_to_cell(alphabet, height, width)
+    _draw(rows, page, step, halves, scratch, weights, invert, glyphs_, interleaved(out))
     return out
 
 
 @compiled(noalias=True)
-def _draw(  # type: ignore[no-untyped-def]
-    picture, page, step, owners, starts, counts, line, means, weights, invert, tones, glyphs_, places, colors,
-    out,
-):  # fmt: skip
+def _draw(picture, page, step, halves, scratch, weights, invert, alphabet, out):  # type: ignore[no-untyped-def]
     """Draw the glyph of each cell, in the cell's colour.
 
     Args:
         page: the number of the first row on the page, and the numbers of margin rows above and below.
-        places, colors: scratch: for each pixel of a row its index in the first row of its glyph, and its
-            colour.
+        halves: from `cells_across`, for halves of cells.
+        scratch: a row, see `rows_for`; the means of the zones of a row of cells, and the rows of
+            pixels in them; the lumas of the zones of a cell; the glyphs and the colours of a row of cells.
+        alphabet: the shapes of glyphs, and glyphs in the size of a cell.
     """
     (top, above, below), (height, width, channels) = page, step
-    first, last = 0, picture.shape[0] - below
+    (_, starts, counts), (line, (zones, shares), lumas, chosen, colors) = halves, scratch
+    first, last, (shapes, glyphs_) = 0, picture.shape[0] - below, alphabet
     while first < last:
         end = min(first + height - (top + first) % height, picture.shape[0])
         begin = max(first, above)
         if begin < end:
-            average_cells(picture[first:end], (width, channels), starts, counts, line, means)
-            _choose(means, weights, invert, tones, (width, glyphs_.size // tones.size), places)
-            for x in range(colors.size):
-                colors[x] = means[look_up_at(owners[x])]
+            for zone in range(ZONE_ROWS):
+                upper = min(first + -(-zone * height // ZONE_ROWS), end)
+                lower = min(first + -(-(zone + 1) * height // ZONE_ROWS), end)
+                shares[zone] = lower - upper
+                if lower > upper:
+                    rows, step_across = picture[upper:lower], (width // ZONE_COLUMNS, channels)
+                    average_cells(rows, step_across, starts, counts, line, zones[zone])
+            _choose(zones, (shares, counts), weights, invert, shapes, lumas, colors, chosen)
         for row in range(begin, min(end, last)):
-            shape = glyphs_[(top + row) % height * width :]
-            _draw_row(shape, places, colors, invert, out[row - above])
+            _draw_row(
+                glyphs_[(top + row) % height :: height], width, chosen, colors, invert, out[row - above]
+            )
         first = end
 
 
 @compiled(noalias=True)
-def _draw_row(shape, places, colors, invert, out):  # type: ignore[no-untyped-def]
+def _draw_row(rows, width, chosen, colors, invert, out):  # type: ignore[no-untyped-def]
+    """Draw a row of pixels; `rows` has the row of each glyph."""
     base, sign = (np.float32(1), np.float32(-1)) if invert else (np.float32(0), np.float32(1))
-    if out.size == places.size:
-        for x in range(out.size):
-            out[x] = base + sign * shape[look_up_at(places[x])] * colors[x]
-    else:
-        for x in range(places.size):
-            i, j, k, cover = 3 * x, 3 * x + 1, 3 * x + 2, sign * shape[look_up_at(places[x])]
-            out[i] = base + cover * colors[i]
-            out[j] = base + cover * colors[j]
-            out[k] = base + cover * colors[k]
+    channels = colors.shape[1]
+    for cell in range(chosen.size):
+        shape, color, first = rows[chosen[cell]], colors[cell], width * cell
+        for x in range(min(width, out.size // channels - first)):
+            for channel in range(channels):
+                out[channels * (first + x) + channel] = base + sign * shape[x] * color[channel]
 
 
 @compiled
-def _choose(means, weights, invert, tones, sizes, places):  # type: ignore[no-untyped-def]
-    """Choose the glyphs of a row of cells, and raise their means to full brightness in place.
+def _choose(zones, areas, weights, invert, shapes, lumas, colors, chosen):  # type: ignore[no-untyped-def]
+    """Choose the glyphs of a row of cells, and their colours: the means at full brightness.
 
     Args:
-        sizes: number of values in a row of a glyph, and in a glyph.
+        zones: rows of zones x means of halves of cells; zones beyond the page are not set.
+        areas: rows of pixels in each row of zones, and pixels in a row of each mean.
     """
-    (width, area), zero, one = sizes, np.float32(0), np.float32(1)
-    count = -(-places.size // width)
-    channels = means.size // count
-    for cell in range(count):
-        color, luma, brightest = means[channels * cell : channels * (cell + 1)], zero, MIN_BRIGHTNESS
+    (rows, counts), zero = areas, np.float32(0)
+    channels = colors.shape[1]
+    for cell in range(chosen.size):
+        color, brightest, mean_luma = colors[cell], MIN_BRIGHTNESS, zero
         for channel in range(channels):
-            mean = min(max(color[channel], zero), one)
-            color[channel] = one - mean if invert else mean
-            luma += color[channel] if channels == 1 else weights[channel] * color[channel]
+            mean, area = zero, zero
+            for half in range(ZONE_COLUMNS):
+                at = (ZONE_COLUMNS * cell + half) * channels + channel
+                for zone in range(ZONE_ROWS):
+                    if at < counts.size and rows[zone]:
+                        mean += rows[zone] * counts[at] * zones[zone, at]
+                        area += rows[zone] * counts[at]
+            color[channel] = _shown(mean / area, invert)
+            mean_luma += color[channel] if channels == 1 else weights[channel] * color[channel]
             brightest = max(brightest, color[channel])
+        for zone in range(ZONE_ROWS):
+            for half in range(ZONE_COLUMNS):
+                at, luma = (ZONE_COLUMNS * cell + half) * channels, zero
+                for channel in range(channels):
+                    if at < counts.size and rows[zone]:
+                        value = _shown(zones[zone, at + channel], invert)
+                        luma += value if channels == 1 else weights[channel] * value
+                lumas[ZONE_COLUMNS * zone + half] = luma if at < counts.size and rows[zone] else mean_luma
         for channel in range(channels):
             color[channel] /= brightest
-        glyph = 0
-        while glyph + 1 < tones.size and tones[glyph + 1] <= luma + TIE_LIFT:
-            glyph += 1
-        for x in range(width * cell, min(width * (cell + 1), places.size)):
-            places[x] = glyph * area + x - width * cell
+        chosen[cell] = _most_similar(lumas, shapes)
 
 
-@cached(maxsize=4)
-def _fit_to_cell(alphabet: Alphabet, height: int, width: int) -> np.ndarray:
-    """Average the glyphs over the pixels of a cell: float32, each height x width, in one flat array."""
-    strip = alphabet[0][:-1]
-    slim = len(strip) * 3 // 5
-    drawn = strip.reshape(len(strip), -1, slim).transpose(1, 0, 2).astype(np.float64)
-    return (_shares(height, len(strip)) @ drawn @ _shares(width, slim).T).astype(np.float32).reshape(-1)
+@compiled
+def _most_similar(lumas, shapes):  # type: ignore[no-untyped-def]
+    zero, parts = np.float32(0), np.float32(ZONE_COUNT)
+    number, tone, least = 0, lumas.sum() / parts, np.float32(np.inf)
+    for glyph in range(shapes.shape[0]):
+        cover, likeness = zero, zero
+        for zone in range(ZONE_COUNT):
+            cover += shapes[glyph, zone]
+            likeness += (lumas[zone] - tone) * shapes[glyph, zone]
+        change = tone - cover / parts
+        difference = TONE_WEIGHT * change * change - likeness
+        if difference < least - MIN_DIFFERENCE_GAIN:
+            number, least = glyph, difference
+    return number
 
 
-def _shares(pixels: int, parts: int) -> np.ndarray:
-    """Return the share of each pixel that each part of a side covers, pixels x parts."""
-    edges = np.arange(pixels + 1)[:, None] * parts / pixels - np.arange(parts)
-    passed = np.clip(edges, 0, 1)
-    return np.diff(passed, axis=0) * pixels / parts
+@compiled
+def _shown(mean, invert):  # type: ignore[no-untyped-def]
+    level = min(max(mean, np.float32(0)), np.float32(1))
+    return np.float32(1) - level if invert else level

@@ -9,7 +9,7 @@ import numpy as np
 
 from vidstyle.block import REDRAW_RATE, FrameTime, PageRegion, Slider, block, drawing_at
 from vidstyle.core.kernels import cached, compiled, gray_rgb, look_up_at
-from vidstyle.core.stroke_directions import DEFAULT_ANGLE_STRENGTH, stroke_directions
+from vidstyle.core.marks.stroke_directions import DEFAULT_ANGLE_STRENGTH, stroke_directions
 from vidstyle.core.white_noise import LATTICE_PART_SIZE, MAX_PAIR_CODE, between_pair, pairs_of, white_noise
 
 

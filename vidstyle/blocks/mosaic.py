@@ -9,8 +9,8 @@ import numpy as np
 
 from vidstyle.block import Color, Drift, PageRegion, ResultRows, Slider, block
 from vidstyle.core.drift import drifted_noise
-from vidstyle.core.edge_tiles import COLOR_WEIGHT, NEAR_CELLS, border_offsets, fill_tiles, find_tiles
 from vidstyle.core.kernels import cached, clipped_sum, compiled, interleaved, look_up_at
+from vidstyle.core.marks.edge_tiles import COLOR_WEIGHT, NEAR_CELLS, border_offsets, fill_tiles, find_tiles
 
 
 def _radius(size: float, gap: float, edges: float) -> int:

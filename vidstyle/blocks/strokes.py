@@ -21,7 +21,7 @@ from vidstyle.block import (
 from vidstyle.core.drift import drifted_noise
 from vidstyle.core.kernels import cached, compiled, interleaved, look_up_at
 from vidstyle.core.kernels.stroke_painting import MARK_COLUMNS, TILE_SIZE, paint_strokes
-from vidstyle.core.stroke_directions import DEFAULT_ANGLE_STRENGTH, stroke_directions
+from vidstyle.core.marks.stroke_directions import DEFAULT_ANGLE_STRENGTH, stroke_directions
 from vidstyle.core.white_noise import LATTICE_PART_SIZE
 
 RANDOM_COUNT = 4

@@ -1,0 +1,1 @@
+"""Marks of paint and print: where they lie, their directions, and their shapes."""
