@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from dataclasses import replace
 from typing import get_args
 
 import cv2
@@ -21,7 +22,7 @@ from vidstyle.explore.paper.rules import Rules
 from vidstyle.explore.score import MEASURES, reasons, score, verdict
 from vidstyle.gallery.style_samples import restyle_picture
 from vidstyle.regions.boxes import Box
-from vidstyle.regions.still_faces import StillFaces
+from vidstyle.regions.still_faces import KnownFaces, StillFaces
 from vidstyle.style import Step, Style, load_style
 
 PLAIN = Style("plain", height=720)
@@ -79,6 +80,14 @@ def test_lengths_in_crops_are_those_in_the_whole_picture() -> None:
         FullSize(cv2.resize(data.chelsea(), None, fx=factor, fy=factor)).measure(dots) for factor in (2, 4)
     )
     assert twice.fineness < once.fineness
+
+
+def test_crops_have_the_level_of_detail_of_the_picture(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The level that its faces need, less where it is small."""
+    monkeypatch.setattr(StillFaces, "find", lambda self, key, picture: KnownFaces(detail=1.5))
+    dots, crops = styled(Step("halftone", {"cell": 12})), FullSize(data.chelsea()[:240])
+    chosen = replace(dots, height=1.5 * dots.height * 240 / 480, keeps_detail=True)
+    assert crops.measure(dots) == crops.measure(chosen) != crops.measure(replace(dots, keeps_detail=True))
 
 
 def test_crops_are_parts_of_the_picture_that_people_get() -> None:

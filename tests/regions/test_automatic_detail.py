@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -14,16 +15,18 @@ from vidstyle.comic.output.panel_renderer import PanelRenderer
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.core.scene_cuts import KnownCuts
 from vidstyle.cpu.renderer import CpuRenderer
+from vidstyle.design.restyling import Restyler, render_second
 from vidstyle.live.hot_swap import HotSwapRenderer
 from vidstyle.media.read.reader import ReadOptions
 from vidstyle.media.write.writer import WriteOptions
 from vidstyle.pipeline.resume import setting_parts
+from vidstyle.preview.clip import open_clip
 from vidstyle.regions.automatic_detail import MAX_DETAIL, face_detail, with_detail
 from vidstyle.regions.boxes import Box, Rectangle
 from vidstyle.regions.face_tracks import MIN_PICTURE_SIDE_PX, FaceFollower, find_boxes
 from vidstyle.regions.faces import FaceFinder
 from vidstyle.regions.focus import FocusRenderer
-from vidstyle.regions.still_faces import KnownFaces
+from vidstyle.regions.still_faces import KnownFaces, StillFaces
 from vidstyle.renderer import open_renderer, restyle_array, stylize
 from vidstyle.style import load_style, override, set_values
 
@@ -115,6 +118,22 @@ def test_reduced_copies_are_no_small_pictures() -> None:
     assert (results[0].luma == results[1].luma).all()
 
 
+def test_previews_are_no_small_pictures(tmp_path: Path) -> None:
+    """The designer's have the marks of the picture that it renders."""
+    cv2.imwrite(str(tmp_path / "table.png"), picture_with_face(None)[..., ::-1])
+    clip, style = open_clip(tmp_path / "table.png"), replace(load_style("mosaic"), focus=0.5)
+    restyler = Restyler("cpu")
+    renders = (
+        restyler.render_exactly,
+        lambda *each: restyler.render_large(*each)[0],
+        lambda *each: next(render_second(*each, lambda: False))[2],
+    )
+    for render in renders:
+        one, other = (render(replace(style, focus=focus), clip, 0, 180) for focus in (0.5, 0.0))
+        assert (one == other).all()
+    restyler.close()
+
+
 @pytest.mark.parametrize("time", [None, 0.0])
 def test_a_picture_does_not_get_the_level_of_the_one_before(time: float | None) -> None:
     with FaceFollower(FaceFinder()) as follower:
@@ -122,6 +141,16 @@ def test_a_picture_does_not_get_the_level_of_the_one_before(time: float | None) 
         assert follower.detail > 1
         follower.follow(Picture.from_array(crowd(0, 26)[:200]), time)
         assert follower.detail == 1
+
+
+def test_previews_of_a_still_have_its_level() -> None:
+    """As its render has."""
+    picture, previewed = crowd(6, 26), StillFaces()
+    previewed.find("crowd", lambda: picture)
+    assert previewed.show("crowd")
+    with FaceFollower(FaceFinder()) as follower:
+        follower.follow(Picture.from_array(picture), None)
+    assert previewed.detail == follower.detail > 1
 
 
 def test_panels_have_marks_for_paper() -> None:

@@ -9,7 +9,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from pictures import FACE, picture_with_face
+from focus import PLACE
+from pictures import picture_with_face
 
 from vidstyle.core.picture import Picture
 from vidstyle.design.restyling import Restyler
@@ -21,9 +22,6 @@ from vidstyle.regions.mask_renderer import MaskRenderer
 from vidstyle.regions.still_faces import NO_FACES, KnownFaces, StillFaces
 from vidstyle.renderer import open_renderer, stylize
 from vidstyle.style import Style, load_style
-
-PLACE = FACE.moved(250, 150)
-"""The face in `picture_with_face`."""
 
 pytestmark = pytest.mark.usefixtures("faces_alone")
 

@@ -12,10 +12,8 @@ import click
 import pytest
 from covering import in_one_test
 
-import vidstyle
-from tools import api_reference, performance
+from tools import performance
 from tools.pictures import gallery
-from vidstyle.blocks import all_blocks
 from vidstyle.cli import commands
 from vidstyle.cli.terminal.reporting import Reporting
 from vidstyle.export.export_targets import EXPORT_TARGETS
@@ -120,12 +118,3 @@ def test_a_tool_can_be_imported(tool: Path, monkeypatch: pytest.MonkeyPatch) -> 
 def test_the_gallery_shows_the_current_styles() -> None:
     shown = (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")
     assert shown == gallery.page(gallery.styles_in_order(), "gallery")
-
-
-def test_the_api_reference_is_built(tmp_path: Path) -> None:
-    api_reference.make(tmp_path)
-    page = (tmp_path / "vidstyle.html").read_text(encoding="utf-8")
-    assert all(f'id="{name}"' in page for name in vidstyle.__all__)
-    assert 'id="Renderer.__call__"' in page
-    blocks = (tmp_path / "blocks.html").read_text(encoding="utf-8")
-    assert all(f'id="{name}"' in blocks for name in all_blocks())

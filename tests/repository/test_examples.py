@@ -114,8 +114,8 @@ def test_a_comic_page_is_made(tmp_path: Path) -> None:
 
 def test_a_bank_is_trained_and_used(tmp_path: Path) -> None:
     (tmp_path / "photographs").mkdir()
-    for name in ("astronaut", "chelsea", "coffee"):
-        cv2.imwrite(str(tmp_path / f"photographs/{name}.png"), photograph(name)[::3, ::3, ::-1])
+    for name in ("chelsea", "coffee"):
+        cv2.imwrite(str(tmp_path / f"photographs/{name}.png"), photograph(name)[::4, ::4, ::-1])
     clip = make_clip(tmp_path / "in.mp4", frames=2, size=(160, 90))
     succeed(sys.executable, EXAMPLES / "train_bank.py", "photographs", clip, "out.mp4", folder=tmp_path)
     assert (tmp_path / "smooth.npz").exists() and len(read_all(tmp_path / "out.mp4")) == 2

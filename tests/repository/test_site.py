@@ -12,6 +12,7 @@ import pytest
 
 pytest.importorskip("mkdocs", reason="the site is built by MkDocs")
 
+import vidstyle
 from tools.site.__main__ import build_site
 from vidstyle.blocks import all_blocks
 from vidstyle.style import PLAIN, style_names
@@ -56,6 +57,14 @@ def broken_links(pages: dict[Path, Addresses]) -> Iterator[str]:
                     yield f"{path.name}: {link}"
 
 
+def check_api_reference(folder: Path) -> None:
+    page = (folder / "vidstyle.html").read_text(encoding="utf-8")
+    assert all(f'id="{name}"' in page for name in vidstyle.__all__)
+    assert 'id="Renderer.__call__"' in page
+    blocks = (folder / "blocks.html").read_text(encoding="utf-8")
+    assert all(f'id="{name}"' in blocks for name in all_blocks())
+
+
 def test_a_site_is_whole_and_loads_nothing_from_other_hosts(tmp_path: Path) -> None:
     """One test, since building takes longer than looking."""
     site = tmp_path / "out"
@@ -72,6 +81,7 @@ def test_a_site_is_whole_and_loads_nothing_from_other_hosts(tmp_path: Path) -> N
         for example in pages[site / "blocks" / f"{name}.html"].loaded:
             if example.startswith("../try/"):
                 assert (site / "try/data/styles" / f"{urlsplit(example).fragment}.js").is_file()
+    check_api_reference(site / "api")
     index = json.loads((site / "search" / "search_index.json").read_text(encoding="utf-8"))
     titles = {entry["title"] for entry in index["docs"]}
     assert {"How do I restyle a film?", "Which style is like a comic?", "How do I write a block?"} <= titles
