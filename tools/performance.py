@@ -12,7 +12,7 @@ counted anew each time.
 from __future__ import annotations
 
 import re
-import sys
+from argparse import ArgumentParser, RawDescriptionHelpFormatter
 from pathlib import Path
 
 from vidstyle.gpu.compile.explain import plan_traffic
@@ -53,7 +53,9 @@ def traffic_table() -> str:
 
 
 if __name__ == "__main__":
+    parser = ArgumentParser(description=__doc__, formatter_class=RawDescriptionHelpFormatter)
+    parser.add_argument("tables", nargs="*", type=Path, help="files with tables")
     page = with_tables(PAGE.read_text(encoding="utf-8"), "traffic", traffic_table())
-    for name in sys.argv[1:]:
-        page = with_tables(page, Path(name).stem, Path(name).read_text(encoding="utf-8"))
+    for path in parser.parse_args().tables:
+        page = with_tables(page, path.stem, path.read_text(encoding="utf-8"))
     PAGE.write_text(page, encoding="utf-8")

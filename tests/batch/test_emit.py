@@ -83,7 +83,10 @@ def test_the_commands_of_a_job_make_the_film_that_the_batch_makes(
     made = Path("out/a.mp4").rename("emitted.mp4")
     assert cli.main(batch) == 0
     for kind in ("video", "audio"):
-        assert faults.packets(Path("out/a.mp4"), kind) == faults.packets(made, kind)
+        one, other = faults.packets(Path("out/a.mp4"), kind), faults.packets(made, kind)
+        pairs = enumerate(zip(one, other, strict=True))
+        # The sizes of packets, not their bytes, show which side is wrong.
+        assert [(number, len(each[1]), len(same[1])) for number, (each, same) in pairs if each != same] == []
 
 
 def test_a_name_that_a_job_cannot_hold_is_refused(

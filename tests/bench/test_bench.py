@@ -77,7 +77,7 @@ def test_the_picture_is_video_of_the_size_that_is_asked_for() -> None:
 @pytest.mark.parametrize("max_side", [8192, 128])
 def test_every_pass_of_every_tile_takes_time(clock: TimerKind, max_side: int) -> None:
     picture = film_picture_at(192, 108)
-    plan = plan_for(load_style("comic"), picture, "fragment")
+    plan = plan_for(load_style("riso"), picture, "fragment")
     context = open_context()
     try:
         runner = TimedRunner(GpuResources(context), plan, max_side, clock)

@@ -140,34 +140,41 @@ class FilmSource:
     def items(self) -> Iterator[DecodedFrame | av.Packet]:
         """Yield frames, and packets of the copied streams, from here to the end."""
         for packet in self._packets() if self._key_gap is None else self._key_packets(self._key_gap):
-            if self._key_gap is None:
-                self._gaps.inspect(packet)
-            # Broadcast streams number their packets; in other formats the file ends within this packet.
-            self.damage.cut_off |= packet.is_corrupt and not self._formats & BROADCAST_FORMATS
-            if packet.stream_index in self._streams.continued:
-                packet.stream = self._streams.continued[packet.stream_index]
-            if packet.stream_index == self.stream.index and not self._has_times:
-                packet.pts = packet.dts = None
-            if self._packet_clock.restamp(packet, self._key_gap):
-                self._gaps.forget()
-                self._decoder.forget_gaps()
-            self.damage.clock_jumps = self._packet_clock.forward_jumps
-            self._header.count(packet)
+            self._inspect(packet)
             if packet.stream in self._streams.lost:
                 self.damage.unmatched_packets += packet.size > 0
             elif packet.stream_index != self.stream.index:
                 yield packet
             elif self._awaits_key and not packet.is_keyframe:
                 continue  # a seek in MPEG-TS may end between key frames
-            elif (
-                packet.size and not self.skips_pictures
-            ):  # an empty packet repeats the previous frame; it would flush the decoder
+            # An empty packet repeats the previous frame; it would flush the decoder.
+            elif packet.size and not self.skips_pictures:
                 if self._is_photograph and self.orientation is None:
                     self.orientation = exif_orientation(memoryview(packet))
                 self._awaits_key = False
                 yield from self._decoder.decode(packet, after_gap=self._gaps.before_picture())
         if not self.skips_pictures:
             yield from self._decoder.decode(None)
+        self._inspect_end()
+
+    def _inspect(self, packet: av.Packet) -> None:
+        """Correct the stream and the times of a packet, and note damage before it."""
+        if self._key_gap is None:
+            self._gaps.inspect(packet)
+        # Broadcast streams number their packets; in other formats the file ends within this packet.
+        self.damage.cut_off |= packet.is_corrupt and not self._formats & BROADCAST_FORMATS
+        if packet.stream_index in self._streams.continued:
+            packet.stream = self._streams.continued[packet.stream_index]
+        if packet.stream_index == self.stream.index and not self._has_times:
+            packet.pts = packet.dts = None
+        if self._packet_clock.restamp(packet, self._key_gap):
+            self._gaps.forget()
+            self._decoder.forget_gaps()
+        self.damage.clock_jumps = self._packet_clock.forward_jumps
+        self._header.count(packet)
+
+    def _inspect_end(self) -> None:
+        """Note what the whole film lacks."""
         self.damage.late_streams += len(self._recording.pids - self._known)
         if self._key_gap is not None:
             self.damage.cut_off |= self._header.shows_cut()
