@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from media import photograph
 
-from vidstyle.comic.analyze.features import extract_features
+from vidstyle.comic.analyze.features import Foreground, extract_features
 from vidstyle.comic.layout.crop import crop
 from vidstyle.comic.select.framing import alternate_framing, approach_faces, merge_equal, remove_repeats
 from vidstyle.regions.boxes import Box
@@ -36,6 +36,19 @@ def test_a_large_face_and_scattered_objects_get_no_close_up() -> None:
         assert alternate_framing([each, each])[1].framing == framing
     window = crop(alternate_framing([one, one])[1], 1.5)
     assert window.contains(one.blobs[0]) and window.area < 0.6 * np.prod(picture.shape[:2])
+
+
+def test_after_a_wide_view_of_several_movers_each_close_up_shows_one() -> None:
+    """It contains the whole of the largest one, with room for what its mask misses, and not the other."""
+    picture = photograph("rocket")[:400, :600]
+    places = np.zeros((32, 48), bool)
+    places[18:26, 6:9] = places[4:8, 40:42] = True
+    action = Foreground(places, Box(70.0, 45.0, 530.0, 330.0), 1.0, 0.0, False)
+    square = replace(extract_features(picture, 0, (400, 600)), action=action, subject=action.box)
+    shown = alternate_framing([square] * 3)
+    assert [each.framing for each in shown] == ["wide", "near", "near"]
+    window, walker, other = crop(shown[1], 1.5), Box(75, 225, 112, 325), Box(500, 50, 525, 100)
+    assert window.contains(walker.padded(20, 20, 20)) and not window.intersection(other).area
 
 
 def test_repeats_are_removed() -> None:

@@ -26,6 +26,7 @@ from vidstyle.errors import InputError
 from vidstyle.regions.boxes import Box
 from vidstyle.regions.face_networks import load_networks, weights_folder
 from vidstyle.regions.faces import FaceFinder
+from vidstyle.regions.features.landmarks import USUAL_LANDMARKS
 
 CASCADE = "lbpcascade_frontalface_opencv.xml"
 
@@ -110,6 +111,16 @@ def test_a_large_face_needs_confirmation_by_nearby_frames() -> None:
     none = replace(seen, faces=())
     for others, faces in (([], 1), ([none], 1), ([none, none], 0), ([none, seen], 1)):
         assert len(add_faces(seen, finder, others=others).faces) == faces
+
+
+def test_a_face_that_is_smeared_away_is_none() -> None:
+    """Its detector proposes it, but it does not look like a face any more."""
+    picture, box = photograph("astronaut"), Box(182.0, 63.0, 268.0, 173.0)
+    smeared = cv2.blur(picture, (60, 1))
+    finder = FaceFinder()
+    finder.find = lambda *_: {box: USUAL_LANDMARKS}  # type: ignore[method-assign]
+    seen, lost = (extract_features(each, 0, picture.shape[:2]) for each in (picture, smeared))
+    assert [len(add_faces(each, finder).faces) for each in (seen, lost)] == [1, 0]
 
 
 def test_a_face_that_one_frame_misses_is_followed() -> None:

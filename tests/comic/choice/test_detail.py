@@ -14,6 +14,8 @@ from vidstyle.comic.analyze.features import extract_features
 from vidstyle.comic.analyze.flaws.defect_limits import DefectLimits
 from vidstyle.comic.analyze.sharpness import measure_resolution
 from vidstyle.comic.output.compression_noise import smooth_compression_noise
+from vidstyle.comic.output.panel_renderer import cut_out
+from vidstyle.regions.boxes import Box
 
 SHARP = cv2.resize(photograph("chelsea"), (640, 360))
 
@@ -88,3 +90,15 @@ def test_small_and_blurred_pictures_have_less_resolution() -> None:
 @pytest.mark.parametrize("shape", [(1, 1), (1, 700), (48, 3)])
 def test_small_and_narrow_pictures_have_a_resolution(shape: tuple[int, int]) -> None:
     assert np.isfinite(measure_resolution(np.full(shape, 128, np.uint8)))
+
+
+def test_an_enlarged_picture_has_steeper_edges_and_no_rims() -> None:
+    picture = np.full((60, 80, 3), 60, np.uint8)
+    picture[:, 40:] = 180
+    soft, sharp = (
+        cut_out(picture, Box(0, 0, 80, 60), 320, 240, is_cleaned=each).astype(int) for each in (False, True)
+    )
+    assert np.diff(sharp[120, :, 0]).max() > 1.3 * np.diff(soft[120, :, 0]).max()
+    assert soft.min() - 8 <= sharp.min() and sharp.max() <= soft.max() + 8
+    same = cut_out(picture, Box(0, 0, 80, 60), 80, 60, is_cleaned=True)
+    assert np.array_equal(same, picture)

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 from media import photograph
-from stories import small_luma
+from stories import small_luma, write_film
 
 from vidstyle.comic.analyze.features import Candidate, Foreground, Survey, extract_features
+from vidstyle.comic.analyze.film import open_film
 from vidstyle.comic.analyze.flaws.defect_limits import DefectLimits
 from vidstyle.comic.analyze.flaws.defects import Blockiness, count_block_corners
 from vidstyle.comic.analyze.flaws.motion_blur import FlowMeter, mark_fast_faces, region_flow
@@ -39,6 +41,16 @@ def flow_of(before: np.ndarray, after: np.ndarray, seconds: float = 1 / 24) -> n
 @pytest.mark.parametrize(("seconds", "flow"), [(1 / 24, 0.025), (1 / 60, 0.025), (1 / 10, 0.0104)])
 def test_flow_is_relative_to_the_width_and_the_exposure(seconds: float, flow: float) -> None:
     assert region_flow(seen(flow_of(STILL, moved(16), seconds))) == pytest.approx(flow, rel=0.15)
+
+
+def test_the_first_frame_of_a_shot_moves_as_the_second_does(tmp_path: Path) -> None:
+    """Nothing precedes it, but a film may begin in the middle of a pan."""
+    frames = [moved(24 * number) for number in range(8)]
+    path = write_film(tmp_path / "film.mp4", frames)
+    with open_film(path) as film:
+        first, second = film.survey().candidates[:2]
+    assert first.motion > 0.5 * second.motion > 0
+    assert region_flow(first) > 0.02
 
 
 def test_flow_of_a_region_is_its_own() -> None:

@@ -146,6 +146,21 @@ def test_a_subject_outside_of_the_picture_is_removed_next_to_a_whole_one(cut: fl
     assert prune([leaving], 0) == [leaving]
 
 
+def test_a_cut_subject_does_not_replace_another_of_its_moment() -> None:
+    """Though it is more important: it would be removed later, and the moment with it."""
+    cars = [
+        Foreground(np.ones((32, 48), bool), Box(60, 40, 200, 130), 1.0, share, False)
+        for share in (0.7, 0.5, 0)
+    ]
+    shown = [
+        key_frame(
+            view(PLACES[number], 0, 0, (320, 180)), time, action=cars[number], importance=1 - 0.1 * number
+        )
+        for number, time in enumerate((0.0, 1.2, 9.0))
+    ]
+    assert prune(shown, 0) == shown[1:]
+
+
 @pytest.mark.parametrize(("detail", "is_kept"), [(30.0, True), (3.0, False)])
 def test_a_close_up_of_a_sharp_face_is_not_removed_for_its_few_edges(detail: float, is_kept: bool) -> None:
     places = [key_frame(view(PLACES[number], 0, 0, (320, 180)), number, scene=number) for number in range(3)]

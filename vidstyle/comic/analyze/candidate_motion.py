@@ -30,16 +30,25 @@ class CandidateMotion:
         self.shots = ShotFinder()
         self._meter, self._subjects = FlowMeter(), SubjectMotion() if has_subjects else None
         self._motions, self._flows = list[float](), list[np.ndarray | None]()
+        self._is_first = False
 
     def push(self, sample: SampledFrame, is_candidate: bool) -> None:
         """Add the next frame; all frames are needed, though only candidates are measured."""
         time, luma = float(sample.time), small_luma(sample.picture(SHOT_SIDE_PX))
-        motion, flow = self.shots.push(time, luma), self._meter.push(time, luma, is_candidate)
+        motion, flow = (
+            self.shots.push(time, luma),
+            self._meter.push(time, luma, is_candidate or self._is_first),
+        )
+        begins = self.shots.begins_at(time)
+        if self._is_first and not begins:
+            # Nothing precedes the first frame of a shot: it moves as the second one does.
+            self._motions[-1], self._flows[-1] = motion, flow
         if self._subjects:
             self._subjects.push(time, luma, is_candidate)
         if is_candidate:
             self._motions.append(motion)
             self._flows.append(flow)
+        self._is_first = is_candidate and begins
 
     def add_to(self, candidates: Sequence[Candidate]) -> list[Candidate]:
         """Return the candidates, all of them in their order, with their motion and flow."""

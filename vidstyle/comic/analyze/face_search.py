@@ -18,6 +18,9 @@ from vidstyle.regions.faces import (
     FaceFinder,
 )
 
+_MIN_FACE_SCORE, _MIN_SCORED_HEIGHT_RATIO = 0.2, 0.2
+"""Score below which a face of that height, relative to the picture's, is none, or too smeared to be one:
+people and animated animals have 0.26 and more, a face in fast motion 0.16; small faces down to 0.12."""
 _FOLLOW_RANGE_RATIO, _MIN_FOLLOW_CORRELATION = 0.6, 0.6
 """Search range in heights of the face, and minimum correlation of the match."""
 
@@ -40,6 +43,8 @@ def add_faces(
     searched = SEARCHED_HEIGHT_RATIO if only_large else MIN_FACE_HEIGHT_RATIO
     mouths = {face: marks.mouth(face) for face, marks in faces.find(color, searched).items()}
     factor = candidate.shape[1] / color.shape[1]
+    if not only_large:
+        mouths = {face: mouth for face, mouth in mouths.items() if _is_face(color, face, faces)}
     if len(others) > 1:
         least, seen = (
             LARGE_FACE_HEIGHT_RATIO * color.shape[0],
@@ -55,6 +60,14 @@ def add_faces(
     detail = measure_detail(cut_face(color, found[0])) if found else None
     scaled = {face.scaled(factor): (mouths[face][0] * factor, mouths[face][1] * factor) for face in found}
     return replace(candidate, faces=tuple(scaled), mouths=scaled, eyes=eyes, face_detail=detail)
+
+
+def _is_face(color: np.ndarray, face: Box, faces: FaceFinder) -> bool:
+    """Whether a detected face is one; small ones always are, so that text keeps clear of them."""
+    if face.height < _MIN_SCORED_HEIGHT_RATIO * color.shape[0]:
+        return True
+    score = faces.score(color, face)
+    return score is None or score >= _MIN_FACE_SCORE
 
 
 def follow_faces(candidate: Candidate, frames: Sequence[Candidate]) -> dict[Box, Point]:

@@ -140,6 +140,10 @@ class ShotFinder:
         change = float(np.abs(luma - before[1]).mean()) / max(float(luma.std()), 0.02)
         return change * MOTION_FRAME_SECONDS / max(time - before[0], 1e-3)
 
+    def begins_at(self, time: float) -> bool:
+        """Whether the frame of this time, the last one, begins a shot."""
+        return bool(self._found) and self._found[-1].time == time
+
     def shots(self) -> list[float]:
         """Return the start time of each shot in seconds; a dissolve or fade ends a shot in its middle."""
         self._check_rest()

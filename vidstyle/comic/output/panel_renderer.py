@@ -18,6 +18,7 @@ from vidstyle.comic.layout.paper import MM_PER_INCH
 from vidstyle.comic.layout.storyboard import format_timecode
 from vidstyle.comic.lettering.fonts import Letters, remove_stress
 from vidstyle.comic.output.compression_noise import smooth_compression_noise
+from vidstyle.comic.output.enlargement import sharpen_enlarged
 from vidstyle.comic.output.sheet import Label, RenderedPanel, Sheet
 from vidstyle.comic.output.write import Frames
 from vidstyle.core.closing import Closing
@@ -99,7 +100,7 @@ class PanelRenderer(Closing):
 def cut_out(color: np.ndarray, window: Box, width: int, height: int, is_cleaned: bool = False) -> np.ndarray:
     """Return a part of a picture, H x W x 3 uint8, at another size.
 
-    `is_cleaned`: whether compression noise is removed from a part that is enlarged.
+    `is_cleaned`: whether a part that is enlarged is sharpened, and its compression noise removed.
     """
     tall, wide = color.shape[:2]
     # With an extreme aspect of pixels, the window can lie outside: the last row or column is shown.
@@ -110,7 +111,9 @@ def cut_out(color: np.ndarray, window: Box, width: int, height: int, is_cleaned:
     shrinks = width <= part.shape[1] and height <= part.shape[0]
     part = np.ascontiguousarray(part) if shrinks or not is_cleaned else smooth_compression_noise(part)
     method = cv2.INTER_AREA if shrinks else cv2.INTER_CUBIC
-    return cv2.resize(part, (max(1, width), max(1, height)), interpolation=method)
+    found = cv2.resize(part, (max(1, width), max(1, height)), interpolation=method)
+    factor = math.sqrt(found.size / part.size)
+    return sharpen_enlarged(found, factor) if is_cleaned and factor > 1 else found
 
 
 @dataclass(frozen=True)

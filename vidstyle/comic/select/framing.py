@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import cv2
+import numpy as np
 
-from vidstyle.comic.analyze.features import Candidate
+from vidstyle.comic.analyze.features import Candidate, Foreground
 from vidstyle.comic.analyze.sharpness import FULL_FACE_DETAIL_LEVELS
 from vidstyle.comic.analyze.similarity import SAME_SIMILARITY, similarity
 from vidstyle.comic.select.frame_scores import MAX_LEADING_SOFTNESS, face_softness
@@ -22,6 +23,9 @@ _NEAR_SIDE_RATIO = 0.62
 """Side of a close-up without a face, relative to the picture's."""
 _ACTION_MARGIN_RATIO, _MIN_ACTION_SIDE_RATIO = 1.25, 0.4
 """Side of a close-up of an action relative to the action, and its minimum relative to the picture's."""
+_MOVER_MARGIN_RATIO, _MAX_MOVERS_SIDE_RATIO = 0.35, 0.5
+"""Margin around one of several movers in longer sides of its box, as its coarse mask misses legs; and maximum
+side of a close-up that others widen, relative to the picture's."""
 _MAX_NEAR_SIDE_RATIO = 0.85
 """Maximum side of a close-up relative to the picture's; a larger one would hardly differ from the whole."""
 
@@ -61,14 +65,17 @@ def _local_change(one: Candidate, other: Candidate) -> float:
 
 
 def alternate_framing(key_frames: Sequence[Candidate]) -> list[Candidate]:
-    """Frame successive key frames that look alike as wide views and close-ups in turn."""
+    """Frame successive key frames that look alike as wide views and close-ups in turn.
+
+    After a wide view of several movers, the others are close-ups of one or a few of them.
+    """
     like = similarity([each.thumbnail for each in key_frames])
     found = list(key_frames)
     for number in range(1, len(found)):
         before = found[number - 1]
         if like[number, number - 1] <= SAME_SIMILARITY:
             continue
-        if before.framing == "near":
+        if before.framing == "near" and not _has_several_movers(found[number]):
             found[number] = replace(found[number], framing="wide")
         else:
             found[number] = _zoom_in(found[number])
@@ -124,6 +131,37 @@ def merge_equal(key_frames: Sequence[Candidate]) -> list[Candidate]:
     return [replace(only, framing="near" if is_compact else "wide")]
 
 
+def _has_several_movers(key_frame: Candidate) -> bool:
+    action = None if key_frame.faces else key_frame.action
+    return action is not None and len(_movers(action)) > 1
+
+
+def _movers(action: Foreground) -> list[list[int]]:
+    """Return left, top, width, height and area of each mover in the mask of an action, the largest first."""
+    joined = cv2.dilate(action.places.astype(np.uint8), np.ones((3, 3), np.uint8))
+    found = cv2.connectedComponentsWithStats(joined)[2][1:].tolist()
+    return sorted(found, key=lambda each: -each[4])
+
+
+def _main_mover(action: Foreground, whole: Box) -> Box:
+    """Return the box of the largest mover with those next to it; of the whole action if there is only one."""
+    movers = list[Box]()
+    x, y = (whole.width / action.places.shape[1], whole.height / action.places.shape[0])
+    for left, top, across, down, _ in _movers(action):
+        # Without the cell around it that the dilation adds.
+        box = Box((left + 1) * x, (top + 1) * y, (left + across - 1) * x, (top + down - 1) * y)
+        margin = _MOVER_MARGIN_RATIO * max(box.width, box.height)
+        movers.append(box.padded(margin, margin, margin).intersection(whole))
+    if len(movers) < 2:
+        return action.box
+    main = movers[0]
+    for each in movers[1:]:
+        joint = main.union(each)
+        is_small = max(joint.width / whole.width, joint.height / whole.height) <= _MAX_MOVERS_SIDE_RATIO
+        main = joint if is_small and each.intersection(main).area else main
+    return main
+
+
 def _zoom_in(key_frame: Candidate) -> Candidate:
     """Return the key frame as a close-up; unchanged if its main face is large or it would be too wide."""
     height, width = key_frame.shape
@@ -132,11 +170,10 @@ def _zoom_in(key_frame: Candidate) -> Candidate:
         x, y = key_frame.saliency.center
         side, blobs, held = _NEAR_SIDE_RATIO, key_frame.blobs, None
         if key_frame.action and not key_frame.action.is_gone:
-            held = box = key_frame.action.box
+            held = box = _main_mover(key_frame.action, whole)
             (x, y), blobs = box.center, ()
-            side = max(
-                _MIN_ACTION_SIDE_RATIO, _ACTION_MARGIN_RATIO * max(box.width / width, box.height / height)
-            )
+            margin = 1.0 if _has_several_movers(key_frame) else _ACTION_MARGIN_RATIO
+            side = max(_MIN_ACTION_SIDE_RATIO, margin * max(box.width / width, box.height / height))
         wide, high = side * width / 2, side * height / 2
         left, top = min(max(0.0, x - wide), width - 2 * wide), min(max(0.0, y - high), height - 2 * high)
         part = Box(left, top, left + 2 * wide, top + 2 * high)
@@ -145,7 +182,8 @@ def _zoom_in(key_frame: Candidate) -> Candidate:
             part = part.union(blob) if blob.intersection(part).area > 0 else part
         if max(part.width / width, part.height / height) > _MAX_NEAR_SIDE_RATIO:
             return key_frame
-        return replace(key_frame, saliency=part, blobs=blobs, framing="near")
+        subject = held if key_frame.subject else None
+        return replace(key_frame, saliency=part, blobs=blobs, subject=subject, framing="near")
     face = key_frame.faces[0]
     if face.height > _MAX_NEAR_FACE_RATIO * height:
         return key_frame

@@ -234,10 +234,10 @@ def _has_subject(candidate: Candidate) -> bool:
 
 _FINDERS = (
     _find_twin,
+    _find_cut_subject,
     _find_same_moment,
     _find_repeated_place,
     _find_empty_place,
-    _find_cut_subject,
     _find_clutter,
     _find_soft,
     _find_coarse,
