@@ -319,6 +319,9 @@ def test_words_without_a_speaker_are_captions() -> None:
     assert kinds_of([line], left, Box(400, 150, 440, 200)) == [("balloon", True)]
     both = [Line(0, 1, "Who is it?", speaker="1"), Line(0, 1, "Me.", speaker="2")]
     assert kinds_of(both, left, right) == [("balloon", True)] * 2
+    unknown = [replace(each, speaker="") for each in both]
+    assert kinds_of(unknown, left) == [("balloon", True), ("balloon", False)]
+    assert kinds_of(unknown[1:] * 2, left) == [("balloon", True)] * 2
 
 
 def test_sounds_have_no_tail() -> None:

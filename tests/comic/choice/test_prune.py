@@ -146,6 +146,17 @@ def test_a_subject_outside_of_the_picture_is_removed_next_to_a_whole_one(cut: fl
     assert prune([leaving], 0) == [leaving]
 
 
+def test_a_person_who_has_moved_before_a_still_camera_is_no_twin() -> None:
+    places = np.zeros((2, 32, 48), bool)
+    places[0, :, 6:24] = places[1, :, 26:44] = True
+    still, moved = (
+        person(time, shift, 0.5, action=Foreground(mask, Box(0, 0, 320, 180), 1.0, 0.0, False))
+        for time, shift, mask in zip((0, 9), (0, 100), places, strict=True)
+    )
+    assert prune([still, moved], 0) == [still, moved]
+    assert len(prune([replace(each, action=None) for each in (still, moved)], 0)) == 1
+
+
 def test_a_cut_subject_does_not_replace_another_of_its_moment() -> None:
     """Though it is more important: it would be removed later, and the moment with it."""
     cars = [

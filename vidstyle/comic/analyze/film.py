@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Sequence
@@ -61,6 +62,8 @@ _CONTEXT_SECONDS = 0.2
 """Additional time that is decoded, in which cuts and the motion of subjects are seen."""
 _SEARCH_SECONDS, _KEY_SEARCH_SECONDS = 0.3, 0.8
 """Time around a candidate that is searched; the second value if only key frames were decoded before."""
+_SEARCH_STEP_SECONDS = 1 / 15
+"""Minimum interval of the frames that are compared there."""
 _KEY_CONTEXT_SECONDS = 1.2
 """Additional time in which cuts and dissolves are then detected."""
 
@@ -128,11 +131,14 @@ class FilmFile(Film):
         reach = self._search_seconds
         context = _KEY_CONTEXT_SECONDS if reach == _KEY_SEARCH_SECONDS else _CONTEXT_SECONDS
         motion, measured = CandidateMotion(candidate.action is not None), list[Future[Candidate]]()
-        start, end = candidate.time - reach - context, candidate.time + (reach + context)
+        start, end, last = candidate.time - reach - context, candidate.time + (reach + context), -math.inf
         for sample in self._sampler.frames(Fraction(max(0.0, start)), Fraction(end)):
-            is_near = abs(float(sample.time) - candidate.time) <= reach
+            time = float(sample.time)
+            is_near = abs(time - candidate.time) <= reach
+            is_near &= time - last >= _SEARCH_STEP_SECONDS - 1e-3 or time == candidate.time
             motion.push(sample, is_near)
             if is_near:
+                last = time
                 measured.append(self._measure(sample))
         begins = motion.shots.shots()
         shot = bisect_right(begins, candidate.time)

@@ -37,6 +37,8 @@ _MAX_SENTENCE_LETTERS = 260
 """Parts of a sentence are joined up to this number of letters; the rest follows after an ellipsis."""
 _MAX_SENTENCE_PAUSE_SECONDS = 2.5
 """Maximum time between the parts of a sentence."""
+ANSWERING_VOICE = "*"
+"""Voice of an unknown speaker who answers another one."""
 _ELLIPSIS_MARKS = "…", "..."
 _SENTENCE_ENDINGS = tuple('.!?…:"”»)]')
 
@@ -56,6 +58,19 @@ class _Assignment:
 def count_panels(lines: Sequence[Line]) -> int:
     """Return the number of panels that lines need without crowding."""
     return math.ceil(sum(len(line.text) for line in lines) / EASY_PANEL_LETTERS)
+
+
+def find_voices(lines: Sequence[Line]) -> list[str]:
+    """Return who speaks each line of a panel: an unknown speaker who answers a question is another one.
+
+    Otherwise the answer would have a tail to the mouth of the person who asks.
+    """
+    voices, asks = list[str](), False
+    for line in lines:
+        unknown = "" if asks and voices[-1] == ANSWERING_VOICE else ANSWERING_VOICE if asks else ""
+        voices.append(line.speaker or unknown)
+        asks = not line.narrated and not line.speaker and line.text.rstrip('"”»').endswith("?")
+    return voices
 
 
 def assign_lines(

@@ -15,6 +15,7 @@ from vidstyle.comic.layout.layout import PageLayout, Panel
 from vidstyle.comic.layout.slant import upright_area
 from vidstyle.comic.lettering.balloons import FreeSpace, Wording, place_bubbles
 from vidstyle.comic.lettering.bubble import Bubble, BubbleKind, TextBlock, break_text, bubble_size
+from vidstyle.comic.lettering.dialogue import ANSWERING_VOICE, find_voices
 from vidstyle.comic.lettering.fonts import Letters
 from vidstyle.comic.lettering.subtitle_lines import Line, Manner
 from vidstyle.regions.boxes import Box, Point, Rectangle
@@ -154,6 +155,7 @@ def _find_calmest(panel: Panel, text: PanelText, style: TextStyle) -> tuple[floa
         The highest attention under a bubble, and the panel; None if the text does not fit.
     """
     least: tuple[tuple[int, float], Panel] | None = None
+    answers = find_voices(text.lines).count(ANSWERING_VOICE)
     windows = panel.crop, *shift_window(panel.crop, text.key_frame)
     for size in (style.size, round(style.size * _SMALL_FONT_RATIO)):
         for window in windows:
@@ -163,7 +165,8 @@ def _find_calmest(panel: Panel, text: PanelText, style: TextStyle) -> tuple[floa
             seen = crop_attention(text.attention, text.key_frame, window)
             boxes = np.array([bubble.box for bubble in bubbles])
             covered = float(mean_under(seen, panel.picture, boxes).max())
-            cost = sum(each.kind == "balloon" and each.tip is None for each in bubbles), covered
+            lacking = sum(each.kind == "balloon" and each.tip is None for each in bubbles)
+            cost = max(0, lacking - answers), covered
             if least is None or cost < least[0]:
                 least = cost, replace(panel, crop=window, bubbles=tuple(bubbles))
             if cost <= (0, _CALM_ATTENTION_LEVEL):
@@ -210,7 +213,8 @@ def _wordings(
 ) -> Iterator[Wording]:
     """Yield each line with its speaker's face; a line without one is a caption, unless it is loud or thought.
 
-    Several speakers are assumed to stand from left to right.
+    Several speakers are assumed to stand from left to right. An answer by someone who is not shown is a
+    balloon without a tail.
 
     Args:
         lines: of a panel.
@@ -218,14 +222,20 @@ def _wordings(
         area: where text may be placed.
         style: of the text.
     """
-    speakers = list(dict.fromkeys(line.speaker for line in lines if not line.narrated))
+    voices = find_voices(lines)
+    speakers = list(
+        dict.fromkeys(voice for line, voice in zip(lines, voices, strict=True) if not line.narrated)
+    )
     across = sorted(mouths, key=lambda face: face.left, reverse=style.right_to_left)
-    of = dict(zip(speakers, across if len(speakers) > 1 else _only_speaker(mouths), strict=False))
-    for line in lines:
+    is_known = len(speakers) > 1 and ANSWERING_VOICE not in speakers
+    of = dict(zip(speakers, across if is_known else _only_speaker(mouths), strict=False))
+    for line, voice in zip(lines, voices, strict=True):
         size = round(style.size * _WHISPER_FONT_RATIO) if line.manner == "whispered" else style.size
         blocks = replace(style, size=size).break_line(line, area.width - 2 * style.size)
-        face = None if line.narrated else of.get(line.speaker)
-        if face is None and (line.manner == "said" or line.narrated and line.manner != "sound"):
+        face = None if line.narrated else of.get(voice)
+        if face is None and of and voice == ANSWERING_VOICE and line.manner == "said":
+            yield Wording("balloon", blocks)
+        elif face is None and (line.manner == "said" or line.narrated and line.manner != "sound"):
             yield Wording("caption", blocks)
         else:
             yield Wording(_BUBBLE_KINDS[line.manner], blocks, face, mouths[face] if face else None)

@@ -13,6 +13,7 @@ from vidstyle.comic.analyze.key_frame_source import Film
 from vidstyle.comic.analyze.similarity import DIFFERENT_SIMILARITY, similarity
 from vidstyle.comic.select.best_path import LOOKBACK_PANELS
 from vidstyle.pipeline.progress import ProgressCallback
+from vidstyle.regions.faces import LARGE_FACE_HEIGHT_RATIO
 
 _CUT_FACTOR = 2.0
 """How much more it counts that a subject is cut off than that it is large."""
@@ -49,13 +50,21 @@ class Refinement:
             if not chosen[number].forced:
                 best, *neighbours[number] = self._candidates(chosen[number], refined, number)
                 refined[number] = best
-        found = self._film.with_subjects([refined[number] for number in new], list(neighbours.values()))
+        searched = [neighbours[number] if chosen[number].faces else [] for number in new]
+        found = self._film.with_subjects([refined[number] for number in new], searched)
         for number, each in zip(new, found, strict=True):
+            if _has_large_face(each) and not chosen[number].faces:
+                each = self._confirm(refined[number], neighbours[number])
             refined[number] = self._done[chosen[number].time] = each
         return refined
 
+    def _confirm(self, best: Candidate, neighbours: Sequence[Candidate]) -> Candidate:
+        """Return a frame with its subjects; large faces count if its neighbours have them, too."""
+        (found,) = self._film.with_subjects([best], [self._film.with_large_faces(neighbours)])
+        return found
+
     def _candidates(self, each: Candidate, refined: Sequence[Candidate], number: int) -> list[Candidate]:
-        """Return the likely frames near a chosen one with their large faces, the best first."""
+        """Return the likely frames near a chosen one, the best first; large faces only if it has any."""
         others = [
             *refined[max(0, number - LOOKBACK_PANELS) : number],
             *refined[number + 1 :][:LOOKBACK_PANELS],
@@ -73,8 +82,14 @@ class Refinement:
         )
         nearby = _keep_subject(nearby, each)
         likely = sorted(nearby, key=_score_relative_to(nearby), reverse=True)[:_MAX_FACE_CANDIDATES]
+        if not each.faces:
+            return likely
         found = self._film.with_large_faces(likely)
         return sorted(found, key=_score_relative_to(found), reverse=True)
+
+
+def _has_large_face(candidate: Candidate) -> bool:
+    return any(face.height >= LARGE_FACE_HEIGHT_RATIO * candidate.shape[0] for face in candidate.faces)
 
 
 def _keep_subject(nearby: Sequence[Candidate], each: Candidate) -> list[Candidate]:

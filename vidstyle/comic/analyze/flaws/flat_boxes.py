@@ -24,11 +24,11 @@ _MIN_OVERLAP_SHARE = 0.5
 def find_flat_box(luma: np.ndarray) -> Box | None:
     """Return the largest flat rectangle of a picture, H x W uint8, that differs from all around it."""
     steps = cv2.morphologyEx(luma, cv2.MORPH_GRADIENT, np.ones((3, 3), np.uint8))
-    count, labels, stats, _ = cv2.connectedComponentsWithStats((steps <= _MAX_FLAT_LEVELS).astype(np.uint8))
-    for number in sorted(range(1, count), key=lambda each: -stats[each, cv2.CC_STAT_AREA]):
+    _, labels, stats, _ = cv2.connectedComponentsWithStats((steps <= _MAX_FLAT_LEVELS).astype(np.uint8))
+    areas = stats[1:, cv2.CC_STAT_AREA]
+    large = 1 + np.flatnonzero(areas >= _MIN_BOX_SHARE * luma.size)
+    for number in large[np.argsort(-areas[large - 1], kind="stable")]:
         left, top, width, height, area = (int(each) for each in stats[number])
-        if area < _MIN_BOX_SHARE * luma.size:
-            return None
         if min(width, height) < _MIN_BOX_SIDE_PX or area < _MIN_FILLED_SHARE * width * height:
             continue
         inside = luma[top : top + height, left : left + width][
