@@ -58,6 +58,9 @@ def test_one_pose_in_two_framings_and_one_moment_come_once() -> None:
         for number, time in enumerate((0, 1.5, 4))
     ]
     assert [each.time for each in prune(moments, 0)] == [0, 4]
+    crowded = [replace(each, time=time) for each, time in zip(moments, (0, 1.5, 3), strict=True)]
+    crowded[1] = replace(crowded[1], importance=0.9)
+    assert [each.time for each in prune(crowded, 0)] == [0, 3]
     assert prune([replace(each, scene=int(each.time)) for each in moments], 0)[1].time == 1.5
 
 

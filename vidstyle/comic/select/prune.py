@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from itertools import combinations, pairwise
 
@@ -103,15 +104,21 @@ def _find_twin(key_frames: Sequence[Candidate]) -> int | None:
 
 
 def _find_same_moment(key_frames: Sequence[Candidate]) -> int | None:
-    """Return the less important one of two frames that show one moment, if enough others are left."""
-    pairs = (
-        (number, number + 1)
-        for number, (one, other) in enumerate(pairwise(key_frames))
-        if one.scene == other.scene and other.time - one.time < _MIN_MOMENT_SECONDS
-    )
+    """Return one of the frames that show one moment with others, if enough are left.
+
+    It is the frame with the most such neighbours, so that as many moments as possible stay, or the least
+    important one.
+    """
     if len(key_frames) <= _MIN_MOMENT_PANELS:
         return None
-    return next((number for pair in pairs if (number := _weakest(key_frames, pair)) is not None), None)
+    crowded = Counter(
+        number
+        for before, (one, other) in enumerate(pairwise(key_frames))
+        if one.scene == other.scene and other.time - one.time < _MIN_MOMENT_SECONDS
+        for number in (before, before + 1)
+        if not key_frames[number].forced
+    )
+    return max(crowded, key=lambda each: (crowded[each], -key_frames[each].importance), default=None)
 
 
 def _find_repeated_place(key_frames: Sequence[Candidate]) -> int | None:
