@@ -7,8 +7,10 @@ import numpy as np
 
 _AMOUNT_PER_FACTOR, _MAX_AMOUNT = 1.5, 1.5
 """Amount of the unsharp mask for each factor of enlargement beyond 1, and its maximum."""
+_DEVIATION_RATIO = 2.0
+"""Standard deviation of its Gaussian in pixels of the source, which has about that blur itself."""
 _REACH_RATIO, _MAX_OVERSHOOT_LEVELS = 2, 6
-"""Distance in pixels of the source within which sharpened luma stays in the range of what was there, and by
+"""Distance, in standard deviations, within which sharpened luma stays in the range of what was there, and by
 how many levels of 255 it may exceed that: edges get no rims."""
 
 
@@ -22,8 +24,9 @@ def sharpen_enlarged(color: np.ndarray, factor: float) -> np.ndarray:
     lab = cv2.cvtColor(color, cv2.COLOR_RGB2LAB)
     luma = np.ascontiguousarray(lab[..., 0])
     amount = min(_MAX_AMOUNT, _AMOUNT_PER_FACTOR * (factor - 1))
-    sharp = cv2.addWeighted(luma, 1 + amount, cv2.GaussianBlur(luma, (0, 0), factor), -amount, 0)
-    side = 2 * round(_REACH_RATIO * factor) + 1
+    deviation = _DEVIATION_RATIO * factor
+    sharp = cv2.addWeighted(luma, 1 + amount, cv2.GaussianBlur(luma, (0, 0), deviation), -amount, 0)
+    side = 2 * round(_REACH_RATIO * deviation) + 1
     near = np.ones((side, side), np.uint8)
     overshoot = np.full_like(luma, _MAX_OVERSHOOT_LEVELS)
     darkest = cv2.subtract(cv2.erode(luma, near), overshoot)
