@@ -14,6 +14,7 @@ from media import photograph
 from pictures import noise, picture_with_writing, same_bits
 
 from vidstyle.backend import FrameRequest
+from vidstyle.comic.output.panel_renderer import cut_out
 from vidstyle.core.picture import Picture
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.demo.drawing import film_picture
@@ -141,11 +142,11 @@ def test_half_a_word_is_left_to_the_style() -> None:
     assert letters._whole_words(strokes, strokes, 9)[strokes].all()
 
 
-@pytest.mark.parametrize("width", [640, 400])
-def test_blades_of_grass_are_no_letters(width: int) -> None:
-    color = film_picture(0.4)
-    small = cv2.resize(color, (width, width * 9 // 16), interpolation=cv2.INTER_AREA)
-    picture = Picture.from_array(small)
+@pytest.mark.parametrize(("time", "width"), [(0.4, 640), (0.4, 400), (3.36, 1114)])
+def test_blades_of_grass_are_no_letters(time: float, width: int) -> None:
+    """Also in panels of comics, small or sharpened after enlarging."""
+    whole = Box(0, 0, 640, 360)
+    picture = Picture.from_array(cut_out(film_picture(time), whole, width, width * 9 // 16, is_cleaned=True))
     assert lift_writing(picture, 1.0)[0] is picture
 
 
