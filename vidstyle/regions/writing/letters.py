@@ -39,8 +39,8 @@ MAX_WIDTH_VARIATION = 0.3
 MAX_SLENDERNESS_RATIO, MAX_SLENDER_SHARE = 5, 0.5
 """Height of a part relative to its mean width from which it is slender, as `l` and blades of grass are; and
 share of slender letters in a group, at most."""
-FULLNESS_QUANTILE, MIN_FULLNESS_RATIO = 0.75, 0.88
-"""Quantile over the letters of a group of their area relative to diagonal times greatest width, at least.
+FULLNESS_PERCENTILE, MIN_FULLNESS_RATIO = 75, 0.88
+"""Percentile over the letters of a group of their area relative to diagonal times greatest width, at least.
 
 Blades of grass taper, and have 0.65 to 0.85; print and handwriting have 0.99 to 1.34.
 """
@@ -173,7 +173,7 @@ def _is_grass(sizes: np.ndarray, half_widths: np.ndarray) -> bool:
     """Return whether most strokes of a group are slender or taper, see `_Parts` and `MIN_FULLNESS_RATIO`."""
     across, heights, areas = sizes.T
     slender = heights**2 > MAX_SLENDERNESS_RATIO * areas
-    fullness = np.quantile(areas / (2 * half_widths * np.hypot(across, heights)), FULLNESS_QUANTILE)
+    fullness = np.percentile(areas / (2 * half_widths * np.hypot(across, heights)), FULLNESS_PERCENTILE)
     return bool(slender.mean() > MAX_SLENDER_SHARE or fullness < MIN_FULLNESS_RATIO)
 
 
