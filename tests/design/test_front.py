@@ -22,9 +22,11 @@ from vidstyle.design.drafts import Drafts
 from vidstyle.design.front_door import FrontDoor
 from vidstyle.design.page import open_page
 from vidstyle.design.page.design_server import DesignServer
+from vidstyle.design.style_list import FIRST_STYLES, list_styles
 from vidstyle.errors import UsageError
 from vidstyle.preview.clip import open_clip
 from vidstyle.preview.representative import representative_frame
+from vidstyle.style import style_names
 
 FOCUSED = """
 const frame = () => new Promise(requestAnimationFrame);
@@ -182,6 +184,11 @@ def test_the_first_picture_is_served_before_any_frame_is_requested(server: Desig
     assert picture.shape == exact.shape and np.abs(picture - exact).mean() < 6
 
 
+def test_the_first_looks_of_the_list_exist_and_lead_it(tmp_path: Path) -> None:
+    assert set(FIRST_STYLES) <= set(style_names())
+    assert [*list_styles(tmp_path)][: len(FIRST_STYLES)] == list(FIRST_STYLES)
+
+
 def test_escape_clears_the_search_and_never_shows_a_designer_without_a_style(
     server: DesignServer, browser: Browser
 ) -> None:
@@ -192,6 +199,11 @@ def test_escape_clears_the_search_and_never_shows_a_designer_without_a_style(
     browser.until("document.querySelectorAll('.tile:not([hidden])').length < 9")
     browser.press("Escape")
     assert browser.run("return document.getElementById('find-look').value") == ""
+    near = "document.getElementById('near-look').textContent"
+    browser.type("sepia")
+    browser.until(f"{near}.startsWith('No look is exactly “sepia”')")
+    browser.press("Escape")
+    assert browser.run(f"return {near}") == ""
     browser.press("Escape")
     assert not browser.run("return document.getElementById('start').hidden")
 

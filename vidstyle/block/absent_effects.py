@@ -63,6 +63,21 @@ ABSENT_EFFECTS = (
         ("glyphs",),
     ),
     AbsentEffect(
+        "blur background, blurred background, background blur, bokeh, depth of field, portrait mode",
+        "No block knows what is near. Blur inside a mask leaves the rest sharp.",
+        ("gaussian", "kuwahara"),
+    ),
+    AbsentEffect(
+        "cartoon, cartoonish, cartoony, toon, anime",
+        "Such a look takes several steps: open the style Cartoon or Comic, or combine these.",
+        ("luma_posterize", "kuwahara", "flow_xdog", "tvf"),
+    ),
+    AbsentEffect(
+        "vintage, old film, old movie, old photo, antique, aged",
+        "Such a look takes several steps, or the style VHS or Noir. These are its parts.",
+        ("colorize", "noise", "saturation", "gaussian"),
+    ),
+    AbsentEffect(
         "beauty, remove wrinkles, wrinkles, make up, makeup, slim, age, young",
         "No block knows faces. These smooth skin; Detail in faces keeps features.",
         ("tvf", "detail"),

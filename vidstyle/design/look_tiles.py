@@ -8,10 +8,12 @@ import numpy as np
 
 from vidstyle.explore.crops.full_size import Crop, tones_of
 from vidstyle.explore.measure import MAX_DRAWN_SIDE_PX, reduce_picture
+from vidstyle.gallery.style_samples import restyle_picture
 from vidstyle.preview.clip import Clip
 from vidstyle.regions.boxes import Box
 from vidstyle.regions.still_faces import KnownFaces
 from vidstyle.style import Style
+from vidstyle.style.resolve import masks_read
 
 TILE_WIDTH_PX, TILE_ASPECT = 640, 16 / 9
 """Width at which tiles are rendered, and their width divided by their height."""
@@ -32,24 +34,37 @@ class LookTiles:
         """Return the tile of a style, H x W x 3 uint8.
 
         Args:
-            width: the maximum width in pixels; a browser would scale fine dots and lines to false patterns.
+            width: the maximum width in pixels; a browser would scale fine dots to false patterns.
 
         Raises:
             StyleError: the style does not fit the clip.
         """
+        if any("file" in style.masks.get(name, {}) for name in masks_read(style)):
+            return reduce_picture(self._whole(style), width)
         return reduce_picture(self._crop.render(style, tones_of(style, self._small)), width)
+
+    def _whole(self, style: Style) -> np.ndarray:
+        """Render the whole frame, which the masks cover; return the part that the tile shows."""
+        frame, part = self._view
+        styled = restyle_picture(frame, style, self._faces, min(self._clip.size))
+        return styled[part.top : part.bottom, part.left : part.right]
 
     @cached_property
     def _crop(self) -> Crop:
+        frame, part = self._view
+        faces = {box.scaled(frame.shape[0]): marks for box, marks in self._faces.boxes.items()}
+        return Crop(frame, part, faces, self._faces.detail, min(self._clip.size))
+
+    @cached_property
+    def _view(self) -> tuple[np.ndarray, Box[int]]:
+        """The frame, and the part of it that the tile shows."""
         aspect = self._clip.size[0] / self._clip.size[1]
         window = tile_window(aspect, list(self._faces.boxes))
         side = round(TILE_WIDTH_PX / window.width * min(1.0, aspect))
         frame = np.ascontiguousarray(self._clip.frame(self._number, side))
         rows, columns = frame.shape[:2]
         left, top, right, bottom = (round(each) for each in window.scaled(rows))
-        faces = {box.scaled(rows): marks for box, marks in self._faces.boxes.items()}
-        part = Box(left, top, max(min(right, columns), left + 1), max(bottom, top + 1))
-        return Crop(frame, part, faces, self._faces.detail, min(self._clip.size))
+        return frame, Box(left, top, max(min(right, columns), left + 1), max(bottom, top + 1))
 
     @cached_property
     def _small(self) -> np.ndarray:

@@ -45,6 +45,8 @@ CHANGE_WORDS = (
     ("more detail", "less detail"),
 )
 """Words for an increase and a decrease of each number of `_impression`."""
+WARMTH = 3
+"""The place of warmth among them."""
 MIN_CHANGES = np.array([0.04, 0.03, 0.015, 0.015, 0.015])
 """Changes of these numbers that people notice between two small pictures, chosen by eye."""
 
@@ -90,7 +92,8 @@ def names_of_changes(picture: np.ndarray, before: np.ndarray) -> list[str]:
     """
     change = (_impression(picture) - _impression(before)) / MIN_CHANGES
     order = np.argsort(-np.abs(change), kind="stable")
-    words = [_change_word(each, change[each]) for each in order]
+    is_warm = _impression(picture)[WARMTH] > 0
+    words = [_change_word(each, change[each], is_warm) for each in order]
     sizes = np.abs(change[order])
     seen = [word for word, size in zip(words, sizes, strict=True) if size >= 1]
     slight = [word for word, size in zip(words, sizes, strict=True) if 0 < size < 1]
@@ -98,7 +101,10 @@ def names_of_changes(picture: np.ndarray, before: np.ndarray) -> list[str]:
     return [*pairs, *map(_sentence, ([word] for word in seen)), *(f"A little {word}" for word in slight)]
 
 
-def _change_word(which: int, change: float) -> str:
+def _change_word(which: int, change: float, is_warm: bool) -> str:
+    """Return the word for a change; a warm picture is only "less warm" than another, never cooler."""
+    if which == WARMTH and is_warm == (change < 0):
+        return "less warm" if is_warm else "less cool"
     return CHANGE_WORDS[which][int(change < 0)]
 
 

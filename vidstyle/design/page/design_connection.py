@@ -62,13 +62,13 @@ def _edit_message(name: str, edit: Callable[..., EditResult]) -> Message:
     return Message(handle, {**fields_of(edit, 2), "gesture": CHECKS[int]})
 
 
-def _by_cost(folder: Path) -> list[tuple[int, Style]]:
-    """Return the valid styles with their positions in the list; those with few steps come first."""
+def _numbered(folder: Path) -> list[tuple[int, Style]]:
+    """Return the valid styles with their positions in the list."""
     styles: list[tuple[int, Style]] = []
     for index, source in enumerate(list_styles(folder).values()):
         with suppress(StyleError):  # a style file of the user; the list shows its error
             styles.append((index, load_style(source)))
-    return sorted(styles, key=lambda each: len(each[1].steps))
+    return styles
 
 
 class DesignConnection(DesignView):
@@ -209,10 +209,10 @@ class DesignConnection(DesignView):
 
     @message(in_background=True)
     async def start(self, width: TileWidth) -> None:
-        """Send a tile of each style, rendered from the current frame; styles with few steps come first."""
+        """Send a tile of each style, rendered from the current frame, in the order of the list."""
         number, session, clip = self.frames.shown.number, self.session, self.designer.clip
         tiles = await session.picture(session.restyler.tiles, clip, number)
-        order = await session.run(_by_cost, self.designer.folder)
+        order = await session.run(_numbered, self.designer.folder)
         for done, (index, style) in enumerate(order):
             if self.designer.clip is not clip:  # another one was opened, and asks for its own previews
                 return

@@ -123,7 +123,10 @@ class DesignServer(PageServer[DesignView]):
         """The list of styles, for the page."""
         listed = list_styles(self.designer.folder)
         return {
-            "styles": [describe_look(name, partial(load_style, source)) for name, source in listed.items()]
+            "styles": [
+                describe_look(name, partial(load_style, source)) | {"has_name": name == source}
+                for name, source in listed.items()
+            ]
         }
 
     async def saved(self) -> None:

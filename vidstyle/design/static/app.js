@@ -52,7 +52,11 @@ const diagram = new Diagram({
   move: (step, layer, index) => steps.move(step, layer, index),
 }, () => splitter.maxHeight);
 const inspector = new Inspector(session, act);
-const stylePanel = new StylePanel(session);
+const stylePanel = new StylePanel(session, () => {
+  build(true);
+  steps.select("source");
+  steps.addAfter(get("panel").getBoundingClientRect());
+});
 const history = new History(session);
 const queue = new Queue(session);
 const start = new Start(session, () => dialogs.mayLeave(), (kind) => {
@@ -220,7 +224,7 @@ session.on("picture", ({ type, number, file }) => {
     scenes.showLooks();
   }
 });
-const lost = new LostNotice("vidstyle design", [get("app"), get("start")], "Unsaved changes are kept and offered there.");
+const lost = new LostNotice("vidstyle design", [...["top", "film", "splitter", "diagram", "panel", "start"].map((id) => get(id))], "Unsaved changes are kept and offered there.");
 session.on("connection", (loss) => {
   lost.show(loss);
   bar.lose(Boolean(loss));

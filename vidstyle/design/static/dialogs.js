@@ -26,6 +26,9 @@ function openDialog(id) {
   return new Promise((done) => dialog.addEventListener("close", () => done(dialog.returnValue), { once: true }));
 }
 
+/** The name of a style until it gets one. */
+const NEW_NAME = "new";
+
 /** Matches the error for a file that already exists. */
 const EXISTS_ERROR = /exists/;
 
@@ -40,11 +43,16 @@ export class Dialogs {
   /** The ending of rendered files. */
   #suffix = ".mp4";
 
+  /** The styles that every command knows by name. @type {Set<string>} */
+  #named = new Set();
+
   /** @param {Session} session @param {(text: string, alarm?: boolean, visible?: boolean) => void} say */
   constructor(session, say) {
     this.session = session;
     this.say = say;
     session.on("clip", ({ count }) => (this.#suffix = count === 1 ? ".png" : ".mp4"));
+    session.on("styles", (/** @type {import("./types.js").StyleInfo[]} */ styles) => (this.#named = new Set(styles.filter(({ has_name: hasName }) => hasName).map((each) => each.name))));
+    this.#text("save-name").addEventListener("input", () => this.#checkName());
     session.on("targets", (targets) => this.#fill(targets));
     session.on("progress", (progress) => this.#progress(progress));
     get("render-stop").addEventListener("click", () => session.ask("cancel"));
@@ -70,8 +78,18 @@ export class Dialogs {
     if (answer) this.say(`Saved as ${answer.file}.`);
   }
 
+  /** Refuses the names of other styles: a name finds the first style that has it. */
+  #checkName() {
+    const input = this.#text("save-name"), wanted = input.value.trim();
+    const isTaken = this.#named.has(wanted) && this.session.state?.file !== `${wanted}.toml`;
+    input.setCustomValidity(isTaken ? "Another style has this name already: choose another one." : "");
+  }
+
   async saveAs() {
-    this.#text("save-name").value = this.session.state?.name ?? "";
+    const { name: own = "", file = "" } = this.session.state ?? {}, isShipped = !file && this.#named.has(own);
+    this.#text("save-name").value = isShipped ? `my-${own}` : own === NEW_NAME ? "" : own;
+    get("save-note").textContent = isShipped ? `${title(own)} comes with vidstyle and stays as it is. Your version is saved as a file of its own.` : "The style is saved as a TOML file with this name.";
+    this.#checkName();
     if ((await openDialog("save-dialog")) !== "save") return;
     const name = this.#text("save-name").value.trim();
     const answer = await this.#write("save_as", { name });

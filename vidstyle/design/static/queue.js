@@ -66,9 +66,10 @@ export class Queue {
     const { number, state, done, total, text, file, folder, style, source, address, is_picture: isPicture } = job;
     const isOver = state !== "waiting" && state !== "rendering";
     const part = total ? `${Math.floor((100 * done) / total)} %` : "";
-    const facts = { waiting: "", rendering: [part, text].filter(Boolean).join(", "), done: folder, stopped: "", failed: text }[state];
+    const pace = isPicture || !done ? "" : [part, text].filter(Boolean).join(", ");
+    const facts = { waiting: "", rendering: pace, done: folder, stopped: "", failed: text }[state];
     const bar = make("progress", { ariaLabel: `Progress of ${file}` });
-    if (total) [bar.max, bar.value] = [total, done];
+    if (total && done) [bar.max, bar.value] = [total, done];
     const buttons = make("div", { className: "row" });
     if (!isOver) buttons.append(this.#button(`stop-${number}`, state === "waiting" ? "Remove" : "Stop", () => this.session.ask("stop", { job: number })));
     if (address) {
@@ -80,7 +81,7 @@ export class Queue {
       else buttons.append(make("a", { className: "button", href: address, download: file, textContent: "Download" }));
     }
     return make("li", {}, make("b", { textContent: file }), make("span", { className: "quiet", textContent: `${source}, ${title(style)}` }),
-      make("span", { className: state === "failed" ? "failed" : "quiet", textContent: `${STATES[state]} ${facts}`.trim() }),
+      make("span", { className: state === "failed" ? "failed" : "quiet", textContent: `${state === "rendering" && !facts ? "Rendering…" : STATES[state]} ${facts}`.trim() }),
       ...(state === "rendering" ? [bar] : []), buttons);
   }
 

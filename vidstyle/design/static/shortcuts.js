@@ -52,7 +52,9 @@ export function shortcuts({ queue, steps, diagram, preview, bar, dialogs, histor
     steps.select(diagram.neighbour(focused(), event.key));
   };
   const toValues = () => {
-    const first = document.querySelector("#panel [role=tabpanel]:not([hidden]) .values :is(input:not([type=number]), select)");
+    // Sliders first: a key that is meant for one would change a list.
+    const inside = "#panel [role=tabpanel]:not([hidden]) .values";
+    const first = document.querySelector(`${inside} input[type=range]`) ?? document.querySelector(`${inside} :is(input:not([type=number]), select)`);
     /** @type {HTMLElement | null} */ (first)?.focus();
   };
   get("skip").addEventListener("click", toValues);

@@ -1,7 +1,7 @@
 // The start screen: all styles, previewed on the user's picture.
 
 import { clock, get, icon, make, press, title } from "./elements.js";
-import { findLooks, offerWords } from "./find_looks.js";
+import { findLooks, nearNote, offerWords } from "./find_looks.js";
 import { glanceAt } from "./preview.js";
 import { rove } from "./roving.js";
 
@@ -49,7 +49,7 @@ export const START_KEYS = [
 
 /** Returns the part of a description that says most in a few words. @param {string} note */
 function summary(note) {
-  const [first, second] = note.split(/[:.;]\s/);
+  const [first, second] = note.replace(/\.$/, "").split(/[:.;]\s/);
   return first.length < MIN_SUMMARY_LENGTH && second ? title(second.split(/, (?:with|as|and|denser)\b/)[0]) : first;
 }
 
@@ -63,7 +63,8 @@ function lookOf(tile) {
 export class Start {
   /** @type {HTMLImageElement[]} */
   #pictures = [];
-  #fresh = false;
+  /** The width of the tiles that are there or on their way; 0: none. */
+  #requested = 0;
   /** The names of the styles, in the order of their pictures. @type {string[]} */
   #names = [];
   /** Whether the draft of an earlier run shall be offered later. */
@@ -171,8 +172,9 @@ export class Start {
   /** @param {import("./player.js").Clip} clip */
   #film(clip) {
     this.#name = clip.name.split(/[\\/]/).at(-1) ?? "";
-    this.#fresh = false;
+    this.#requested = 0;
     this.#isFilm = clip.count > 1;
+    this.#showDoors();
     get("previews").textContent = "";
     const isExample = this.#name === EXAMPLE;
     get("source-name").textContent = isExample ? "An example" : this.#name;
@@ -202,7 +204,7 @@ export class Start {
       Object.assign(tile.dataset, { note, kinds: kinds.join(", "), aliases, words });
       return tile;
     });
-    this.#fresh = false;
+    this.#requested = 0;
     this.#tiles = document.body.classList.contains("front") ? [...tiles, fresh] : [fresh, ...tiles];
     get("tiles").replaceChildren(...this.#tiles);
     this.#filter();
@@ -235,6 +237,7 @@ export class Start {
     const tiles = [...found, ...this.#tiles.filter((tile) => !found.includes(tile))];
     if (tiles.some((tile, place) => get("tiles").children[place] !== tile)) get("tiles").append(...tiles);
     for (const tile of tiles) tile.hidden = !found.includes(tile) || (this.#group !== ALL && !tile.dataset.kinds?.includes(this.#group));
+    get("near-look").textContent = nearNote(looks, this.finder.value);
     const isEmpty = tiles.every((tile) => tile.hidden);
     get("no-look").hidden = !isEmpty;
     if (isEmpty) offerWords(looks, this.finder.value, (word) => this.#search(word));
@@ -251,14 +254,16 @@ export class Start {
   pictureOf(style) {
     const picture = this.#pictures[this.#names.indexOf(style)];
     if (picture && !picture.classList.contains("waiting")) return picture.src;
-    this.#request();
+    if (!this.#requested) this.#request();
     return "";
   }
 
-  /** Asks for the tiles, unless they are there or on their way. */
+  /** Asks for the tiles at the width of the screen, unless they are there or on their way. */
   #request() {
-    if (!this.#fresh) this.session.ask("start", { width: this.#tileWidth });
-    this.#fresh = true;
+    const width = this.#tileWidth;
+    if (this.#requested === width) return;
+    this.#requested = width;
+    this.session.ask("start", { width });
   }
 
   /** Shows the preview of a style. @param {number} number @param {Blob} file */
@@ -302,6 +307,13 @@ export class Start {
     const others = pages.filter((kind) => kind in OTHER_PAGES).map((kind) => this.#door(kind));
     get("other-pages").replaceChildren(...others);
     get("other-pages").hidden = !others.length;
+    this.#showDoors();
+  }
+
+  /** Offers comics of films only: a photograph has no key frames. */
+  #showDoors() {
+    for (const door of /** @type {NodeListOf<HTMLElement>} */ (get("other-pages").querySelectorAll("[data-kind]")))
+      door.hidden = String(door.dataset.kind) in MADE && !this.#isFilm;
   }
 
   /** Returns the button that opens another page. @param {string} kind */
@@ -309,6 +321,7 @@ export class Start {
     const [image, name, purpose] = OTHER_PAGES[kind];
     const said = make("span", { className: "quiet", role: "status", textContent: purpose });
     const button = make("button", { type: "button" }, icon(image), make("span", {}, make("b", { textContent: name }), said));
+    button.dataset.kind = kind;
     button.addEventListener("click", async () => {
       if (!this.#mayMake(kind)) return;
       button.disabled = true;
@@ -322,8 +335,8 @@ export class Start {
 
   /** Asks for a film before a comic can be made. @param {string} kind */
   #mayMake(kind) {
-    if (!(kind in MADE) || (this.#isFilm && this.#name !== EXAMPLE)) return true;
-    this.session.onerror(this.#name === EXAMPLE ? "Open a film first: a comic shows its key frames." : "A comic needs a film; this is a photograph.");
+    if (!(kind in MADE) || this.#name !== EXAMPLE) return true;
+    this.session.onerror("Open a film first: a comic shows its key frames.");
     /** @type {HTMLElement | null} */ (this.root.querySelector(".choose-file"))?.focus();
     return false;
   }
@@ -401,12 +414,15 @@ export class Start {
     if (isStyle && !(await this.mayLeave())) return;
     if (isStyle) this.opened("file");
     const bar = /** @type {HTMLProgressElement} */ (get("uploading"));
+    const facts = get("source-facts"), before = [get("source-name").textContent, facts.textContent];
     bar.hidden = false;
+    if (!isStyle) [get("source-name").textContent, facts.textContent] = [file.name, "opening…"];
     try {
       await this.session.connection.upload(file, (part) => (bar.value = part));
       if (isStyle) this.show(false);
     } catch (error) {
       this.session.onerror(/** @type {Error} */ (error).message);
+      [get("source-name").textContent, facts.textContent] = before;
     }
     bar.hidden = true;
   }

@@ -2,6 +2,7 @@
 
 import { make, press } from "./elements.js";
 import { rove } from "./roving.js";
+import { stepsOf } from "./types.js";
 import { ValueList } from "./values.js";
 import { variantChip } from "./variant_chip.js";
 
@@ -15,8 +16,8 @@ export class StylePanel {
   /** Whether a film or camera is open: temporal smoothing has no effect on a photograph. */
   isFilm = true;
 
-  /** @param {import("./session.js").Session} session */
-  constructor(session) {
+  /** @param {import("./session.js").Session} session @param {() => void} onadd adds the first step of a new style */
+  constructor(session, onadd) {
     this.session = session;
     this.knobs = new ValueList(session, false);
     this.main = new ValueList(session, false);
@@ -27,12 +28,13 @@ export class StylePanel {
     this.variants.setAttribute("role", "group");
     this.variants.setAttribute("aria-label", "Variants");
     rove(this.variants, "button");
-    this.none = make("p", { className: "quiet", textContent: "No sliders yet. Open Diagram, choose a step, and press the pin next to a value to have it here." });
+    this.first = make("div", {}, make("p", { className: "quiet", textContent: "This style has no steps yet: it changes nothing." }), make("button", { type: "button", className: "strong", textContent: "Add a first step…", onclick: onadd }));
+    this.none = make("p", { className: "quiet", textContent: "No value of a step is here yet. Open Diagram, choose a step, and press the pin next to a value." });
     this.errors = make("div", { className: "error" });
     this.more = make("details", {}, make("summary", { textContent: "Colours, size and note" }), this.fields.element,
       make("label", { htmlFor: "note", textContent: "Note", className: "above" }), this.note);
     this.about = make("p", { className: "about" });
-    this.element = make("div", { className: "style-panel" }, this.errors, this.about, this.variants, this.none, this.knobs.element,
+    this.element = make("div", { className: "style-panel" }, this.errors, this.about, this.variants, this.first, this.none, this.knobs.element,
       this.main.element, this.more);
   }
 
@@ -57,7 +59,9 @@ export class StylePanel {
     }));
     this.variants.hidden = !state.variants.length;
     this.knobs.show(state.knobs);
-    this.none.hidden = state.knobs.length > 0;
+    const hasSteps = stepsOf(state).length > 0;
+    this.first.hidden = hasSteps;
+    this.none.hidden = !hasSteps || state.knobs.length > 0;
     /** @param {import("./types.js").Entry} entry */
     const isMain = (entry) => MAIN_FIELDS.includes(entry.name) && !entry.knob;
     const hasEffect = (/** @type {import("./types.js").Entry} */ { name }) => this.isFilm || name !== "steady";

@@ -69,7 +69,7 @@ import { title } from "./elements.js";
  */
 
 /** @typedef {{name: string, label: string, category: string, help: string, details: string, picture: string}} Block */
-/** @typedef {{name: string, note: string, kinds: string[], aliases: string, words: string}} StyleInfo */
+/** @typedef {{name: string, note: string, kinds: string[], aliases: string, words: string, has_name: boolean}} StyleInfo */
 
 /** Returns the display name of a step: its block, or the picture that it saves. @param {Step} step */
 export const nameOf = (step) => step.label || title(step.block || step.save || "Saved picture");

@@ -1,7 +1,7 @@
 // The search of looks, on all pages that list them.
 
 import { get, make } from "./elements.js";
-import { LOOK_PROPERTIES } from "./look_properties.js";
+import { ABSENT_LOOKS, LOOK_PROPERTIES } from "./look_properties.js";
 import { meaningsOf, stemOf, tellingWords } from "./look_words.js";
 
 /**
@@ -65,9 +65,12 @@ function fitOf(names, meaning, asked) {
   return Math.max(0, ...fitting.map(({ stems, weight }) => (weight * stems.filter((stem) => asked.has(stem)).length) / stems.length));
 }
 
+/** Returns what the words of a text mean among names. @param {LookName[][]} names of each look @param {string} text */
+const meaningsIn = (names, text) => meaningsOf(text, new Map(names.flat().flatMap(({ words, stems }) => words.map((word, place) => [word, stems[place]]))));
+
 /** Returns the scores of looks: a word counts the more, the fewer looks have it. @param {LookName[][]} names of each look @param {string} text */
 function scoresOf(names, text) {
-  const meanings = meaningsOf(text, new Map(names.flat().flatMap(({ words, stems }) => words.map((word, place) => [word, stems[place]]))));
+  const meanings = meaningsIn(names, text);
   const asked = new Set(meanings.flat());
   const scores = names.map(() => 0);
   for (const meaning of meanings) {
@@ -78,6 +81,34 @@ function scoresOf(names, text) {
   return scores;
 }
 
+/** Returns what comes closest if a text asks for what no look is: names of looks, and what else to say. @param {string} text */
+function absentOf(text) {
+  const asked = new Set(tellingWords(text).map(stemOf));
+  const isAsked = (/** @type {string} */ name) => tellingWords(name).every((word) => asked.has(stemOf(word)));
+  const found = Object.entries(ABSENT_LOOKS).find(([words]) => aliasesOf(words).some(isAsked));
+  if (!found) return null;
+  const [names, note = "These come closest."] = found[1].split(" | ");
+  return { names: names.split(" "), note };
+}
+
+/** Returns the numbers of looks with these names, which have the spelling of the properties. @param {Look[]} looks @param {string[]} names */
+const numbersOf = (looks, names) => names.map((name) => looks.findIndex((look) => tellingWords(look.name).join(" ") === name)).filter((look) => look >= 0);
+
+/**
+ * Returns what to say of the looks that a text finds: "" if they are what it asks for.
+ * @param {Look[]} looks
+ * @param {string} text
+ */
+export function nearNote(looks, text) {
+  const [best] = findLooks(looks, text);
+  if (best === undefined || !tellingWords(text).length) return "";
+  const names = looks.map((look) => [...namesOf(look), ...descriptionsOf(look)]);
+  const meanings = meaningsIn(names, text), asked = new Set(meanings.flat());
+  const isAll = meanings.every((meaning) => fitOf(names[best], meaning, asked) > 0);
+  const absent = absentOf(text);
+  return isAll && !absent ? "" : `No look is exactly “${text.trim()}”. ${absent?.note ?? "These come closest."}`;
+}
+
 /**
  * Returns the numbers of the looks that a text means, best first; descriptions count only for a text that names none.
  * @param {Look[]} looks
@@ -85,6 +116,8 @@ function scoresOf(names, text) {
  */
 export function findLooks(looks, text) {
   if (!tellingWords(text).length) return [...looks.keys()];
+  const near = numbersOf(looks, absentOf(text)?.names ?? []);
+  if (near.length) return near;
   const named = scoresOf(looks.map(namesOf), text);
   const scores = Math.max(...named) > 0 ? named : scoresOf(looks.map(descriptionsOf), text);
   const least = Math.max(...scores) * MIN_SCORE_RATIO;

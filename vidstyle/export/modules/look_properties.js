@@ -38,3 +38,18 @@ export const LOOK_PROPERTIES = {
   "christmas, xmas, easter, greeting card, invitation, card, holiday card": "watercolor crayon engraving neon",
   "japanese, japan, asian, oriental": "manga woodcut ink watercolor",
 };
+
+/** What no look is, in the words that people search for, and the looks that come closest, the nearest first; after a bar, what else to say. */
+export const ABSENT_LOOKS = {
+  "sepia, brown tone, brown photo": "engraving noir charcoal | Engraving has a variant in sepia.",
+  "stained glass, church window, tiffany": "mosaic poster neon",
+  "old film, old movie, silent film, silent movie, super 8, 16 mm, 8 mm, film scratches, celluloid": "noir vhs riso",
+  "polaroid, instant photo, daguerreotype, tintype": "noir vhs",
+  "embroidery, cross stitch, needlework, knitted, tapestry, patchwork, quilt": "pixel mosaic pointillist",
+  "blur background, blurred background, bokeh, portrait mode, depth of field": "watercolor impressionist | In the designer, blur a part with a mask.",
+  "sunset, sunrise, golden hour": "impressionist oil watercolor",
+  "snow, snowing, rain, rainy, fire, smoke, weather": "charcoal impressionist watercolor",
+  "spray can, spray paint, street art": "poster riso comic",
+  "3d, hologram, clay, claymation, plasticine, origami, paper cut": "poster cartoon",
+  "double exposure, infrared, x ray, x-ray": "thermal blueprint neon",
+};

@@ -11,7 +11,7 @@ const WORD_ENDING = /(?:ness|istic|ists?|ism|ings?|ish|ies?|y|ed|es|(?<!s)s|e)$/
 /** Endings that a search ignores if the word is not known with them. */
 const COMPARING_ENDING = /(?:like|erly|ier|iest|er|est|ly)$/;
 const MIN_STEM_LENGTH = 3;
-/** From this length on, a word may have one typing error. */
+/** From this length on, a word may have one typing error; what it means may be shorter by one letter. */
 const MIN_TYPO_LENGTH = 5;
 
 /** Returns a word without its ending: "painted" and "painting" are the same. @param {string} word */
@@ -53,7 +53,7 @@ function meantStems(word, vocabulary, stems) {
   if (own) return [own];
   const meant = (/** @type {(known: string) => boolean} */ fits) => [...vocabulary].filter(([known]) => fits(known)).map(([, stem]) => stem);
   const begun = word.length < MIN_STEM_LENGTH ? [] : meant((known) => known.startsWith(word));
-  return begun.length || word.length < MIN_TYPO_LENGTH ? begun : meant((known) => known.length >= MIN_TYPO_LENGTH && isTypo(word, known));
+  return begun.length || word.length < MIN_TYPO_LENGTH ? begun : meant((known) => known.length >= MIN_TYPO_LENGTH - 1 && isTypo(word, known));
 }
 
 /**

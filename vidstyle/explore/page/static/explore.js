@@ -162,12 +162,18 @@ function showTried({ step, done, total, shown }) {
   get("hint-more").textContent = `${step[0].toUpperCase()}${step.slice(1)} on ${clip?.name ?? "your picture"}${total ? `: ${done} of ${total}` : ""}…`;
 }
 
+/** Lets the browser's button Back return to the screen before; a screen that the user has left already is none. @param {number} screen */
+function remember(screen) {
+  if (wanted !== null || history.state?.screen === screen) return;
+  if (state.tiles.length) history.pushState({ screen }, "");
+  else history.replaceState({ screen }, "");
+}
+
 /** @param {State} next */
 function takeState(next) {
   const isNew = next.at !== state.at || !state.tiles.length;
-  // So that the browser's button Back returns to the screen before.
-  if (!state.tiles.length) history.replaceState({ screen: next.at }, "");
-  else if (history.state?.screen !== next.at) history.pushState({ screen: next.at }, "");
+  if (leaving && !isNew) return takeStars(next.stars);
+  remember(next.at);
   state = next;
   tiles.show(next.tiles, new Set(next.stars.map(({ tile }) => tile)));
   painter.keep(new Set(next.tiles.map(({ tile }) => String(tile))));
@@ -176,13 +182,20 @@ function takeState(next) {
   /** @type {HTMLButtonElement} */ (get("forward")).disabled = !next.forward;
   /** @type {HTMLInputElement} */ (get("near")).value = String(next.near);
   for (const name of Object.keys(LOCK_LABELS)) press(get(`lock-${name}`), next.locks.includes(name));
-  isLeaving = false;
+  leaving = null;
   showHistory();
   showKept();
   showReference();
   if (!next.tiles.length) return;
   showLead();
   if (isNew) say(`Screen ${next.at + 1}: ${leadOf(next)[0]}`, false);
+}
+
+/** Takes the kept looks alone, while the next screen is made. @param {Tile[]} stars */
+function takeStars(stars) {
+  state.stars = stars;
+  showKept();
+  tiles.mark(4, leaving !== null && isKept(leaving.tile));
 }
 
 /** Enables Back if there is a previous screen, and during a search. */
@@ -248,15 +261,15 @@ function showReference() {
 
 /** The frame that each tile shows. @type {number[]} */
 const drawnFrames = Array(9).fill(-1);
-/** Whether the tiles fade until the next ones are found. */
-let isLeaving = false;
+/** The chosen tile, while the others fade until the next ones are found. @type {Tile | null} */
+let leaving = null;
 /** The frame that all tiles are to show. */
 let due = 0;
 
 function drawTiles() {
   requestAnimationFrame(drawTiles);
   if (lightbox?.isOpen) return lightbox.draw();
-  if (!state.tiles.length || document.hidden || isLeaving) return;
+  if (!state.tiles.length || document.hidden || leaving) return;
   if (stale) drawnFrames.fill(-1);
   stale = false;
   // Looks are compared by the same frame: the next one is due when all tiles have drawn this one.
@@ -300,7 +313,7 @@ function drawSource(due, canvas) {
 
 // Requests
 
-const lost = new LostNotice("vidstyle explore", [get("stage"), get("rail"), get("panel")], "Styles that you have saved are kept.");
+const lost = new LostNotice("vidstyle explore", [get("stage"), get("rail"), get("panel")], "Styles that you have saved are kept; looks that you only marked with the star are not.");
 const connection = new Connection({
   onmessage(message) {
     if (message.clip) takeClip(message.clip);
@@ -331,7 +344,8 @@ async function change(request, heading = "One moment…", more = STAYING) {
     tiles.show(state.tiles, new Set(state.stars.map(({ tile }) => tile)));
   }
   get("tiles").setAttribute("aria-busy", "false");
-  busy = isLeaving = false;
+  busy = false;
+  leaving = null;
   showBack();
   redraw();
   showLead();
@@ -372,8 +386,8 @@ const fresh = () => ask("fresh", {}, "Finding nine new looks…");
 /** @param {number} place */
 function take(place) {
   if (busy || !state.tiles.length) return;
-  tiles.leave(place);
-  isLeaving = true;
+  leaving = state.tiles[place];
+  tiles.leave(place, isKept(leaving.tile));
   ask("like", { tile: state.tiles[place].tile }, MORE, "Your choice stays in the middle.");
 }
 
@@ -384,30 +398,33 @@ const isKept = (tile) => state.stars.some((each) => each.tile === tile);
 async function toggleStar(tile) {
   const on = !isKept(tile);
   await connection.ask("star", { tile, on });
-  say(on ? "Kept: see Kept looks" : "No longer kept");
+  say(on ? "Kept." : "No longer kept.");
   return on;
 }
 
-/** Does something with the tile that has the focus or the mouse, or with the one in the middle. Tiles that fade are not what the user means. @param {(place: number) => void} action */
+/** Does something with the tile that has the focus or the mouse, or with the one in the middle: of tiles that fade, the chosen one. @param {(place: number) => void} action */
 function withCurrent(action) {
-  if (isLeaving) say("One moment: the next looks are being found.");
-  else if (state.tiles.length) action(tiles.current < 0 ? 4 : tiles.current);
+  if (state.tiles.length) action(leaving || tiles.current < 0 ? 4 : tiles.current);
 }
+
+/** Returns the tile at a place; while the others fade, the chosen one is in the middle. @param {number} place @returns {Tile | undefined} */
+const tileAt = (place) => (leaving && place === 4 ? leaving : state.tiles[place]);
 
 /** @param {number} place */
 function star(place) {
-  if (state.tiles[place]) toggleStar(state.tiles[place].tile).catch((error) => say(error.message));
+  const tile = tileAt(place);
+  if (tile) toggleStar(tile.tile).catch((error) => say(error.message));
 }
 
 /** @param {number} place */
 function enlarge(place) {
-  const tile = state.tiles[place];
+  const tile = tileAt(place);
   if (tile && clip) lightbox?.open(tile, clip, null, tiles.cells[place].canvas);
 }
 
 /** @param {number} place */
 function compare(place) {
-  const tile = state.tiles[place];
+  const tile = tileAt(place);
   if (!tile || !clip) return;
   if (!compared || compared.tile === tile.tile) {
     compared = tile;

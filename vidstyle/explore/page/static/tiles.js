@@ -177,9 +177,16 @@ export class Tiles {
     (this.cells[to] ?? this.cells[now]).take.focus();
   }
 
-  /** Moves the chosen tile to the middle, under its own name, and fades the others. @param {number} place */
-  leave(place) {
+  /** Marks whether a tile is kept. @param {number} place @param {boolean} isKept */
+  mark(place, isKept) {
+    press(this.cells[place].star, isKept);
+  }
+
+  /** Moves the chosen tile to the middle, under its own name, and fades the others. @param {number} place @param {boolean} isKept */
+  leave(place, isKept) {
     this.element.classList.add("leaving");
+    this.mark(4, isKept);
+    if (this.cells[place].cell.contains(document.activeElement)) this.cells[4].take.focus();
     const middle = this.cells[4].cell.getBoundingClientRect();
     const reduced = matchMedia("(prefers-reduced-motion: reduce)").matches;
     for (const [each, { cell }] of this.cells.entries()) {
@@ -198,10 +205,10 @@ export class Tiles {
       if (this.shown[place] !== chosen) return;
       this.#isMoved = true;
       [name.textContent, name.title, summary.textContent] = ["Your choice", "", chosen.look];
+      this.cells[4].cell.classList.remove("waiting");
       if (from === to) return;
       [to.width, to.height] = [from.width, from.height];
       to.getContext("2d")?.drawImage(from, 0, 0);
-      this.cells[4].cell.classList.remove("waiting");
       this.cells[4].cell.classList.toggle("draft", this.cells[place].cell.classList.contains("draft"));
       this.cells[place].cell.classList.add("waiting");
     }, reduced ? 0 : 235);
