@@ -135,7 +135,7 @@ export class Session {
     try {
       return await this.attempt(kind, fields);
     } catch (error) {
-      this.onerror(/** @type {Error} */ (error).message);
+      if (this.connection.isOpen) this.onerror(/** @type {Error} */ (error).message); // else the notice says it
       return null;
     }
   }

@@ -172,6 +172,7 @@ export class Start {
   /** @param {import("./player.js").Clip} clip */
   #film(clip) {
     this.#name = clip.name.split(/[\\/]/).at(-1) ?? "";
+    get("uploading").hidden = true;
     this.#requested = 0;
     this.#isFilm = clip.count > 1;
     this.#showDoors();

@@ -28,7 +28,7 @@ export class StylePanel {
     this.variants.setAttribute("role", "group");
     this.variants.setAttribute("aria-label", "Variants");
     rove(this.variants, "button");
-    this.first = make("div", {}, make("p", { className: "quiet", textContent: "This style has no steps yet: it changes nothing." }), make("button", { type: "button", className: "strong", textContent: "Add a first step…", onclick: onadd }));
+    this.first = make("div", { className: "first" }, make("p", { className: "quiet", textContent: "This style has no steps yet: it changes nothing." }), make("button", { type: "button", className: "strong", textContent: "Add a first step…", onclick: onadd }));
     this.none = make("p", { className: "quiet", textContent: "No value of a step is here yet. Open Diagram, choose a step, and press the pin next to a value." });
     this.errors = make("div", { className: "error" });
     this.more = make("details", {}, make("summary", { textContent: "Colours, size and note" }), this.fields.element,
