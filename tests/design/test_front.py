@@ -24,9 +24,10 @@ from vidstyle.design.page import open_page
 from vidstyle.design.page.design_server import DesignServer
 from vidstyle.design.style_list import FIRST_STYLES, list_styles
 from vidstyle.errors import UsageError
+from vidstyle.gallery.thumbnail import THUMBNAIL_HEIGHT_PX, THUMBNAIL_WIDTH_PX, shipped_thumbnail
 from vidstyle.preview.clip import open_clip
 from vidstyle.preview.representative import representative_frame
-from vidstyle.style import style_names
+from vidstyle.style import load_style, style_names
 
 FOCUSED = """
 const frame = () => new Promise(requestAnimationFrame);
@@ -187,6 +188,13 @@ def test_the_first_picture_is_served_before_any_frame_is_requested(server: Desig
 def test_the_first_looks_of_the_list_exist_and_lead_it(tmp_path: Path) -> None:
     assert set(FIRST_STYLES) <= set(style_names())
     assert [*list_styles(tmp_path)][: len(FIRST_STYLES)] == list(FIRST_STYLES)
+
+
+def test_only_shipped_styles_have_ready_thumbnails() -> None:
+    ink = load_style("ink")
+    ready = shipped_thumbnail(ink)
+    assert ready is not None and ready.shape == (THUMBNAIL_HEIGHT_PX, THUMBNAIL_WIDTH_PX, 3)
+    assert shipped_thumbnail(replace(ink, strength=0.5)) is None
 
 
 def test_escape_clears_the_search_and_never_shows_a_designer_without_a_style(

@@ -25,7 +25,8 @@ def test_a_look_is_named_by_the_blocks_on_its_main_path() -> None:
 
 def test_a_look_is_named_by_what_one_sees() -> None:
     blue = np.full((40, 60, 3), (40, 90, 200), np.uint8)
-    assert names_of_look(blue, ("dots", "grain")) == ["Blue, dots", "Blue, dots, grain"]
+    names = names_of_look(blue, ("dots", "grain", "soft"))
+    assert names == ["Blue, dots, grain", "Blue, dots, grain, soft"]
     assert names_of_look(blue // 4, ()) == ["Dark blue"]
     gray = np.full((40, 60, 3), 120, np.uint8)
     assert names_of_look(gray, ("soft",)) == ["Gray, soft"]

@@ -17,6 +17,8 @@ from vidstyle.style.wiring import main_path
 VISIBLE_CATEGORIES = ("print", "paint", "lines", "texture", "color", "tone", "smooth")
 """Categories of blocks by how much they say about a look, the most first."""
 MAX_NAMED_BLOCKS, MAX_NAMED_CHANGES = 2, 2
+MIN_NAMED_MARKS = 2
+"""Number of marks in the shortest name of a look that has them: only one would hide what else one sees."""
 HUE_WORDS = (
     (15, "pink"),
     (45, "red"),
@@ -45,7 +47,7 @@ CHANGE_WORDS = (
     ("more detail", "less detail"),
 )
 """Words for an increase and a decrease of each number of `_impression`."""
-WARMTH = 3
+WARMTH_INDEX = 3
 """The place of warmth among them."""
 MIN_CHANGES = np.array([0.04, 0.03, 0.015, 0.015, 0.015])
 """Changes of these numbers that people notice between two small pictures, chosen by eye."""
@@ -59,7 +61,8 @@ def names_of_look(picture: np.ndarray, marks: Sequence[str]) -> list[str]:
         marks: the visible marks; see `visible_marks`.
     """
     color = _color_words(picture)
-    return [_sentence([color, *marks[:count]]) for count in range(min(1, len(marks)), len(marks) + 1)]
+    fewest = min(MIN_NAMED_MARKS, len(marks))
+    return [_sentence([color, *marks[:count]]) for count in range(fewest, len(marks) + 1)]
 
 
 def name_blocks(style: Style) -> str:
@@ -92,7 +95,7 @@ def names_of_changes(picture: np.ndarray, before: np.ndarray) -> list[str]:
     """
     change = (_impression(picture) - _impression(before)) / MIN_CHANGES
     order = np.argsort(-np.abs(change), kind="stable")
-    is_warm = _impression(picture)[WARMTH] > 0
+    is_warm = _impression(picture)[WARMTH_INDEX] > 0
     words = [_change_word(each, change[each], is_warm) for each in order]
     sizes = np.abs(change[order])
     seen = [word for word, size in zip(words, sizes, strict=True) if size >= 1]
@@ -103,7 +106,7 @@ def names_of_changes(picture: np.ndarray, before: np.ndarray) -> list[str]:
 
 def _change_word(which: int, change: float, is_warm: bool) -> str:
     """Return the word for a change; a warm picture is only "less warm" than another, never cooler."""
-    if which == WARMTH and is_warm == (change < 0):
+    if which == WARMTH_INDEX and is_warm == (change < 0):
         return "less warm" if is_warm else "less cool"
     return CHANGE_WORDS[which][int(change < 0)]
 

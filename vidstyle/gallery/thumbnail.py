@@ -16,14 +16,20 @@ THUMBNAIL_FOLDER = Path(__file__).with_name("thumbnails")
 
 
 def thumbnail(style: Style) -> np.ndarray:
-    """Return the photograph in a style: THUMBNAIL_HEIGHT_PX x THUMBNAIL_WIDTH_PX x 3 uint8 RGB.
+    """Return the photograph in a style: THUMBNAIL_HEIGHT_PX x THUMBNAIL_WIDTH_PX x 3 uint8 RGB."""
+    ready = shipped_thumbnail(style)
+    return restyle_thumbnail(style) if ready is None else ready
 
-    Thumbnails of shipped styles are read from files, so that lists do not wait for kernels to compile.
+
+def shipped_thumbnail(style: Style) -> np.ndarray | None:
+    """Return the thumbnail of a shipped style; None for any other style, changed ones included.
+
+    It is read from a file, so that lists wait for no kernel to compile.
     """
     shipped = {file.stem: file for file in THUMBNAIL_FOLDER.glob("*.webp")}
-    if style.name in shipped and style == load_style(style.name):
-        return _small(_read(shipped[style.name]))
-    return restyle_thumbnail(style)
+    if style.name not in shipped or style != load_style(style.name):
+        return None
+    return _small(_read(shipped[style.name]))
 
 
 def restyle_thumbnail(style: Style) -> np.ndarray:

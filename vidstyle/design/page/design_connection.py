@@ -20,6 +20,8 @@ from vidstyle.design.page.design_view import DesignView
 from vidstyle.design.page.frames import PictureType
 from vidstyle.design.style_list import list_styles
 from vidstyle.errors import StyleError, UsageError
+from vidstyle.gallery.thumbnail import shipped_thumbnail
+from vidstyle.preview.clip import DemoClip
 from vidstyle.preview.encode import encode
 from vidstyle.preview.outputs import ExportKind
 from vidstyle.preview.uploads import FileUpload, UploadReceiver
@@ -211,8 +213,10 @@ class DesignConnection(DesignView):
     async def start(self, width: TileWidth) -> None:
         """Send a tile of each style, rendered from the current frame, in the order of the list."""
         number, session, clip = self.frames.shown.number, self.session, self.designer.clip
-        tiles = await session.picture(session.restyler.tiles, clip, number)
         order = await session.run(_numbered, self.designer.folder)
+        if isinstance(clip, DemoClip):
+            await self._send_thumbnails(order)
+        tiles = await session.picture(session.restyler.tiles, clip, number)
         for done, (index, style) in enumerate(order):
             if self.designer.clip is not clip:  # another one was opened, and asks for its own previews
                 return
@@ -223,6 +227,13 @@ class DesignConnection(DesignView):
                 continue
             await self.send_picture(PictureType.STYLE, index, 0, encode(picture, "jpeg"))
         await self.tell({"previews": {"done": len(order), "total": len(order)}})
+
+    async def _send_thumbnails(self, styles: list[tuple[int, Style]]) -> None:
+        """Send what is ready before the tiles of the example: its photograph in the shipped styles."""
+        for index, style in styles:
+            picture = await asyncio.to_thread(shipped_thumbnail, style)
+            if picture is not None:
+                await self.send_picture(PictureType.STYLE, index, 0, encode(picture, "jpeg"))
 
     @message(in_background=True)
     async def check(self) -> None:

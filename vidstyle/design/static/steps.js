@@ -18,7 +18,7 @@ export class Steps {
   /**
    * @param {import("./session.js").Session} session
    * @param {import("./palette.js").Palette} palette
-   * @param {(text: string) => void} say
+   * @param {(text: string, alarm?: boolean, visible?: boolean) => void} say
    * @param {() => void} onselect
    * @param {(name: CardName) => void} focus
    */
@@ -62,7 +62,7 @@ export class Steps {
       const added = answer.step ?? stepsOf(state).find(({ step }) => !known.has(step))?.step;
       if (added !== undefined) this.select(added);
       const name = this.step ? nameOf(this.step) : title(block);
-      this.say(`${name} added to ${layer}, position ${index + 1} of ${state.layers[layer].length}.`);
+      this.say(`${name} added to ${layer}, position ${index + 1} of ${state.layers[layer].length}.`, false, false);
     });
   }
 
@@ -89,7 +89,7 @@ export class Steps {
     if (!(await this.session.edit("move", { step, layer, index }))) return;
     this.select(step);
     const { state } = this.session;
-    if (state) this.say(`${name} moved to ${layer}, position ${index + 1} of ${state.layers[layer].length}.`);
+    if (state) this.say(`${name} moved to ${layer}, position ${index + 1} of ${state.layers[layer].length}.`, false, false);
   }
 
   /** Runs a command after those before it. @param {() => unknown} run */
@@ -123,7 +123,7 @@ export class Steps {
   async #mute() {
     const { step } = this;
     if (!step) return;
-    if (await this.session.edit("mute", { step: step.step, on: !step.muted })) this.say(`${nameOf(step)} ${step.muted ? "unmuted" : "muted"}.`);
+    if (await this.session.edit("mute", { step: step.step, on: !step.muted })) this.say(`${nameOf(step)} ${step.muted ? "unmuted" : "muted"}.`, false, false);
   }
 
   duplicate() {
@@ -135,7 +135,7 @@ export class Steps {
     if (!step) return;
     const answer = await this.session.edit("duplicate", { step: step.step });
     if (answer?.step !== undefined) this.select(answer.step);
-    if (answer) this.say(`${nameOf(step)} duplicated.`);
+    if (answer) this.say(`${nameOf(step)} duplicated.`, false, false);
   }
 
   expand() {
@@ -149,7 +149,7 @@ export class Steps {
     const place = state && placeOf(state, step.step);
     if (!(await this.session.edit("expand", { step: step.step })) || !place) return;
     this.select(this.session.state?.layers[place.layer][place.index]?.step ?? "source");
-    this.say(`${nameOf(step)} replaced with its steps.`);
+    this.say(`${nameOf(step)} replaced with its steps.`, false, false);
   }
 
   remove() {
@@ -165,7 +165,7 @@ export class Steps {
     const next = (layer[place.index + 1] ?? layer[place.index - 1])?.step ?? "source";
     if (!(await this.session.edit("remove", { step: step.step }))) return;
     this.select(next);
-    this.say(`${nameOf(step)} removed.`);
+    this.say(`${nameOf(step)} removed.`, false, false);
   }
 
   /** @param {"undo" | "redo"} which */

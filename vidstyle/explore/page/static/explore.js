@@ -3,28 +3,28 @@
 import { announce } from "./announce.js";
 import { Lightbox } from "./lightbox.js";
 import { LostNotice } from "./lost.js";
-import { clock, get, make, makeSvg, press } from "./elements.js";
+import { clock, get, press } from "./elements.js";
+import { NextNine } from "./next_nine.js";
 import { LoadedPlans, PagePainter, ServerPainter } from "./painters.js";
+import { Reference } from "./reference.js";
 import { missing, Runner } from "./runner.js";
 import { Connection } from "./socket.js";
 import { SHARED_KEYS } from "./shared_keys.js";
 import { fetchPicture, SourceFrames } from "./source_frames.js";
+import { Strips } from "./strips.js";
 import { switchTheme } from "./theme.js";
-import { nameOf, Tiles } from "./tiles.js";
+import { Tiles } from "./tiles.js";
 
 /** @typedef {import("./explore_types.js").Clip} Clip */
 /** @typedef {import("./explore_types.js").State} State */
 /** @typedef {import("./explore_types.js").Tile} Tile */
 
-const LOCK_LABELS = { lines: "Lines", background: "Background", colors: "Colours", steps: "Steps" };
 /** Sizes at which opened looks are rendered: the shorter side in pixels. */
 const OPENED_SIDES = [360, 540, 720, 1080];
 /** Sizes at which tiles are rendered: the shorter side in pixels. */
 const TILE_SIDES = [180, 270, 360, 540];
 /** Time for drawing in each screen refresh. */
 const MAX_DRAW_MS = 12;
-/** Maximum size of a reference picture; the server accepts no larger ones. */
-const MAX_REFERENCE_BYTES = 2 ** 28;
 
 const options = new URLSearchParams(location.search);
 /** @type {Clip | null} */
@@ -180,12 +180,11 @@ function takeState(next) {
   prepare();
   showBack();
   /** @type {HTMLButtonElement} */ (get("forward")).disabled = !next.forward;
-  /** @type {HTMLInputElement} */ (get("near")).value = String(next.near);
-  for (const name of Object.keys(LOCK_LABELS)) press(get(`lock-${name}`), next.locks.includes(name));
+  nextNine.show(next);
   leaving = null;
-  showHistory();
-  showKept();
-  showReference();
+  strips.showHistory(next);
+  strips.showKept(next.stars);
+  reference.show(next.reference);
   if (!next.tiles.length) return;
   showLead();
   if (isNew) say(`Screen ${next.at + 1}: ${leadOf(next)[0]}`, false);
@@ -194,7 +193,7 @@ function takeState(next) {
 /** Takes the kept looks alone, while the next screen is made. @param {Tile[]} stars */
 function takeStars(stars) {
   state.stars = stars;
-  showKept();
+  strips.showKept(stars);
   tiles.mark(4, leaving !== null && isKept(leaving.tile));
 }
 
@@ -208,53 +207,6 @@ function prepare() {
   for (const { tile } of state.tiles) {
     painter.prepare(subjectOf(tile), side).catch((error) => say(error.message));
   }
-}
-
-/** The addresses of the final pictures of tiles, by their number. @type {Map<number, string>} */
-const finals = new Map();
-
-/** Returns a thumbnail of a tile: its final picture, until that is drawn a draft. @param {number} tile */
-function thumbnail(tile) {
-  const shown = make("img", { src: finals.get(tile) ?? `look.jpg?tile=${tile}`, alt: "", draggable: false });
-  shown.dataset.tile = String(tile);
-  return shown;
-}
-
-/** Lets the thumbnails of a tile show what its canvas shows: its final picture. @param {number} tile @param {HTMLCanvasElement} canvas */
-function keepFinal(tile, canvas) {
-  if (finals.has(tile)) return;
-  finals.set(tile, canvas.toDataURL("image/jpeg"));
-  for (const shown of /** @type {NodeListOf<HTMLImageElement>} */ (document.querySelectorAll(`img[data-tile="${tile}"]`))) shown.src = String(finals.get(tile));
-}
-
-function showHistory() {
-  const strip = get("seen");
-  for (const [number, shown] of state.history.entries()) {
-    let button = /** @type {HTMLElement | undefined} */ (strip.children[number]);
-    if (!button) {
-      button = make("button", { className: shown.length > 1 ? "four" : "", title: `Screen ${number + 1}`, onclick: () => ask("jump", { screen: number }) }, ...shown.map(thumbnail));
-      button.setAttribute("aria-label", `Screen ${number + 1}`);
-      strip.append(button);
-    }
-    button.setAttribute("aria-current", String(number === state.at));
-    if (number === state.at) button.scrollIntoView({ block: "nearest", inline: "nearest" });
-  }
-}
-
-function showKept() {
-  get("none").hidden = state.stars.length > 0;
-  const buttons = state.stars.map((tile) => {
-    const button = make("button", { title: `Open: ${nameOf(tile)}`, onclick: () => clip && lightbox?.open(tile, clip) }, thumbnail(tile.tile));
-    button.setAttribute("aria-label", `Kept: ${nameOf(tile)}`);
-    return button;
-  });
-  get("kept").replaceChildren(...buttons);
-}
-
-function showReference() {
-  get("reference").hidden = !state.reference;
-  const address = `reference.jpg?number=${state.reference - 1}`;
-  if (state.reference) /** @type {HTMLImageElement} */ (get("reference-picture")).src = address;
 }
 
 // Drawing
@@ -285,7 +237,7 @@ function drawTile(place) {
   drawnFrames[place] = due;
   if (isHeld) return;
   tiles.ready(place);
-  keepFinal(state.tiles[place].tile, canvas);
+  strips.keepFinal(state.tiles[place].tile, canvas);
 }
 
 function togglePlay() {
@@ -352,21 +304,6 @@ async function change(request, heading = "One moment…", more = STAYING) {
   const screen = wanted;
   wanted = null;
   if (screen !== null) await show(screen);
-}
-
-/** Shows the styles that are most like a picture. @param {File} file */
-function match(file) {
-  if (!file.size) return say(`${file.name}: the file is empty.`);
-  if (file.size > MAX_REFERENCE_BYTES) return say(`${file.name}: too large to upload; choose a smaller copy.`);
-  change(() => connection.upload(file, () => {}), `Finding the looks nearest to ${file.name}…`);
-}
-
-/** Takes a dropped file as reference picture. @param {DragEvent} event */
-function dropReference(event) {
-  if (!event.dataTransfer?.types.includes("Files")) return;
-  event.preventDefault();
-  document.body.classList.toggle("over", event.type === "dragover");
-  if (event.type === "drop" && event.dataTransfer.files[0]) match(event.dataTransfer.files[0]);
 }
 
 /** Shows a screen, while another one is being made after that. @param {number} screen */
@@ -449,20 +386,9 @@ lightbox = new Lightbox({
 
 // Controls
 
-for (const [name, label] of Object.entries(LOCK_LABELS)) {
-  const lock = makeSvg("svg", { viewBox: "0 0 16 16", "aria-hidden": "true" });
-  lock.append(makeSvg("path", { class: "shut", d: "M3.5 7.5h9v6h-9zM5.5 7.5v-2a2.5 2.5 0 0 1 5 0v2" }), makeSvg("path", { class: "open", d: "M3.5 7.5h9v6h-9zM5.5 7.5v-2a2.5 2.5 0 0 1 4.800-1" }));
-  const button = make("button", { id: `lock-${name}`, title: `Keep the ${label.toLowerCase()} of the look that you choose` }, lock, label);
-  press(button, false);
-  button.onclick = () => {
-    const on = button.ariaPressed !== "true";
-    press(button, on);
-    connection.ask("lock", { name, on }).catch((error) => say(error.message));
-    say(`${label}: ${on ? "the next nine keep those of the look that you choose" : "may change again"}`);
-  };
-  get("locks").append(button);
-}
-get("near").addEventListener("change", () => connection.ask("near", { part: Number(/** @type {HTMLInputElement} */ (get("near")).value) }));
+const strips = new Strips((screen) => ask("jump", { screen }), (tile) => clip && lightbox?.open(tile, clip));
+const reference = new Reference((file) => change(() => connection.upload(file, () => {}), `Finding the looks nearest to ${file.name}…`), say);
+const nextNine = new NextNine((kind, fields) => connection.ask(kind, fields), say);
 get("moment").addEventListener("change", async () => {
   const part = Number(/** @type {HTMLInputElement} */ (get("moment")).value);
   takeClip((await connection.ask("move", { part })).clip);
@@ -471,14 +397,6 @@ get("back").onclick = back;
 get("forward").onclick = () => ask("forward");
 addEventListener("popstate", ({ state: entry }) => entry && show(entry.screen));
 get("fresh").onclick = fresh;
-const referenceFile = /** @type {HTMLInputElement} */ (get("reference-file"));
-get("match").onclick = () => referenceFile.click();
-referenceFile.onchange = () => {
-  const [file] = referenceFile.files ?? [];
-  if (file) match(file);
-  referenceFile.value = "";
-};
-for (const kind of /** @type {const} */ (["dragover", "dragleave", "drop"])) addEventListener(kind, dropReference);
 const help = /** @type {HTMLDialogElement} */ (get("help"));
 get("ask").onclick = () => help.showModal();
 get("play").onclick = togglePlay;
@@ -493,7 +411,7 @@ const KEYS = {
   Backspace: back,
   ".": () => ask("forward"),
   [SHARED_KEYS.next]: fresh,
-  m: () => referenceFile.click(),
+  m: () => reference.choose(),
   a: () => state.tiles[4]?.kind === "chosen" && ask("again", {}, MORE),
   [SHARED_KEYS.save]: () => withCurrent(star),
   [SHARED_KEYS.zoom]: () => withCurrent(enlarge),
