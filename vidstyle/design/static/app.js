@@ -214,6 +214,7 @@ session.on("notice", (text) => say(text));
 session.on("clip", ({ size, count, live }) => {
   stylePanel.isFilm = live || count > 1;
   diagram.film = size.join(" × ");
+  document.documentElement.style.setProperty("--aspect", size.join(" / "));
   if (session.state) diagram.show(session.state);
   refresh();
 });
