@@ -46,7 +46,7 @@ def page(server: DesignServer) -> Iterator[Page]:
 
 def test_a_page_is_told_of_blocks_styles_clip_and_that_nothing_is_open(page: Page) -> None:
     assert {block["name"] for block in page.told["blocks"]} > {"flow_xdog", "pattern"}
-    assert [style["name"] for style in page.told["styles"]] == style_names()
+    assert sorted(style["name"] for style in page.told["styles"]) == style_names()
     assert page.told["clip"]["size"] == [96, 64] and page.told["clip"]["count"] == 12
     assert page.told["state"] is None and page.told["draft"] is None
     assert "has no style open" in page.error("undo")
@@ -288,7 +288,7 @@ def test_a_saved_style_is_in_the_list_at_once(server: DesignServer, page: Page, 
     page.ask("open", style="ink")
     page.ask("save_as", name="calm", overwrite=False)
     names = [style["name"] for style in page.told["styles"]]
-    assert names == [*style_names(), "calm"]
+    assert sorted(names[:-1]) == style_names() and names[-1] == "calm"
     page.ask("open", style="sketch")
     page.ask("open", style="calm")
     assert page.told["state"]["file"] == "calm.toml"
@@ -348,4 +348,5 @@ def test_only_style_files_of_the_folder_are_listed(tmp_path: Path) -> None:
     (tmp_path / "pyproject.toml").write_text("[project]\n", encoding="utf-8")
     (tmp_path / "folder.toml").mkdir()
     os.mkfifo(tmp_path / "pipe.toml")
-    assert list(list_styles(tmp_path)) == [*style_names(), "own"]
+    *names, own = list_styles(tmp_path)
+    assert sorted(names) == style_names() and own == "own"

@@ -16,8 +16,8 @@ from stories import PLACES, shot, write_film
 import vidstyle
 from vidstyle.cues.cue_file import read_cue_file
 from vidstyle.design.page.design_server import DesignServer
+from vidstyle.design.style_list import list_styles
 from vidstyle.preview.clip import open_clip
-from vidstyle.style import style_names
 
 CUES = """
 format = 1
@@ -142,7 +142,7 @@ def test_cues_are_made_by_mouse_and_by_keyboard_undone_and_saved(
 ) -> None:
     browser.open(server.url)
     browser.until("document.querySelector('.tile')")
-    number = style_names().index("sketch")
+    number = list(list_styles(tmp_path)).index("sketch")
     browser.run("document.querySelectorAll('.tile:not(.new)')[number].click()", number=number)
     browser.until("document.getElementById('start').hidden")
     browser.until("document.getElementById('picture').dataset.revision")
