@@ -7,6 +7,8 @@ import re
 import subprocess
 import sys
 import threading
+from concurrent.futures import ThreadPoolExecutor, wait
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -18,6 +20,7 @@ from live_page import Visitor, live_frame, showing
 from waiting import LONG, eventually
 from websockets.exceptions import ConnectionClosed
 
+from vidstyle.core.picture import Picture
 from vidstyle.gallery.thumbnail import THUMBNAIL_HEIGHT_PX, THUMBNAIL_WIDTH_PX
 from vidstyle.live.control import Controls, LiveOptions, Status
 from vidstyle.live.page import PageTarget, frame_feed
@@ -260,6 +263,24 @@ def test_each_style_has_its_thumbnail(tmp_path: Path, monkeypatch: pytest.Monkey
     assert len({picture.tobytes() for picture in pictures.values()}) == len(pictures)
     blue, _, red = pictures["ink"].mean((0, 1))
     assert blue > red
+
+
+def test_looks_are_shown_on_the_middle_of_an_early_picture_that_is_not_blank() -> None:
+    blank = replace(live_frame(0, (320, 60)), original=Picture.from_array(np.zeros((60, 320, 3), np.uint8)))
+    halves = np.zeros((60, 320, 3), np.uint8)
+    halves[:, 160:] = 255, 0, 0
+    with showing() as (page, _, visitor):
+        page.offer(blank)
+        with ThreadPoolExecutor(1) as pool:
+            answer = pool.submit(visitor.ask, "/look.jpg?of=plain")
+            wait([answer], 0.2)
+            page.offer(replace(live_frame(1, (320, 60)), original=Picture.from_array(halves)))
+        status, _, data = answer.result()
+        assert (status, visitor.ask("/look.jpg?of=other")[0]) == (200, 404)
+    look = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR_RGB)
+    assert look.shape == (THUMBNAIL_HEIGHT_PX, THUMBNAIL_WIDTH_PX, 3)
+    for part, color in ((look[20:-20, 20:100], (0, 0, 0)), (look[20:-20, 140:-20], (255, 0, 0))):
+        assert np.abs(part.mean((0, 1)) - color).max() < 6
 
 
 def test_pictures_are_no_larger_than_windows() -> None:

@@ -150,9 +150,11 @@ def test_what_has_to_be_loaded_is_made_ready_first(other: Style | str):
     other = load_style(other)
     with running() as (film, _, made):
         film.tones(FEW)
+        assert made.preparing == ""
         film.tones(other)
-        assert made.style is FEW
+        assert (made.style, made.preparing) == (FEW, other.name)
         eventually(lambda: film.tones(other) and made.style is other)
+        assert made.preparing == ""
 
 
 def test_another_style_on_a_gpu_is_made_ready_first(monkeypatch: pytest.MonkeyPatch):

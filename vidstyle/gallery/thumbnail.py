@@ -32,9 +32,10 @@ def shipped_thumbnail(style: Style) -> np.ndarray | None:
     return _small(_read(shipped[style.name]))
 
 
-def restyle_thumbnail(style: Style) -> np.ndarray:
-    """Render the thumbnail of a style."""
-    return _small(restyle_picture(thumbnail_photograph(), style))
+def restyle_thumbnail(style: Style, picture: np.ndarray | None = None) -> np.ndarray:
+    """Render the thumbnail of a style: of the photograph, or of the middle of `picture`, H x W x 3 RGB."""
+    large = thumbnail_photograph()
+    return _small(restyle_picture(large if picture is None else _fill(picture, large.shape), style))
 
 
 def thumbnail_photograph() -> np.ndarray:
@@ -46,6 +47,16 @@ def _read(file: Path) -> np.ndarray:
     picture = cv2.imdecode(np.fromfile(file, np.uint8), cv2.IMREAD_COLOR)
     assert picture is not None, file
     return np.ascontiguousarray(picture[..., ::-1])
+
+
+def _fill(picture: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    """Return the middle of a picture at the height and the width that `shape` begins with."""
+    (height, width), (high, wide) = picture.shape[:2], shape[:2]
+    across, down = min(width, round(height * wide / high)), min(height, round(width * high / wide))
+    left, top = (width - across) // 2, (height - down) // 2
+    middle = picture[top : top + max(1, down), left : left + max(1, across)]
+    way = cv2.INTER_AREA if across > wide else cv2.INTER_LINEAR
+    return cv2.resize(middle, (wide, high), interpolation=way)
 
 
 def _small(picture: np.ndarray) -> np.ndarray:

@@ -45,7 +45,9 @@ class Status:
 
     Attributes:
         style: the name of the style that runs, which may not be the one last requested yet.
+        preparing: the name of the style that will run once it is prepared, or "".
         bypass: whether frames are passed through unchanged.
+        split: the share of the width, from the left, in which frames are passed through unchanged.
         source: the name of the source; `source_state` is "running", "waiting" or "ended".
         size: width and height of the output.
         frames: number of frames restyled so far.
@@ -61,7 +63,9 @@ class Status:
     """
 
     style: str
+    preparing: str = ""
     bypass: bool = False
+    split: float = 0.0
     source: str = ""
     source_state: str = "waiting"
     size: tuple[int, int] = (0, 0)
@@ -127,7 +131,9 @@ class Controls:
         self.split = 0.0
         self.quitting = threading.Event()
         self.style = self._initial = style
-        self.status: Callable[[], Status] = lambda: Status(self.style.name, self.bypassed)
+        self.status: Callable[[], Status] = lambda: Status(
+            self.style.name, bypass=self.bypassed, split=self.split
+        )
         self._lock = threading.RLock()
 
     def choose(self, name: str) -> None:

@@ -51,6 +51,12 @@ class HotSwapRenderer:
         self._thread = threading.Thread(target=self._prepare_all, name="vidstyle prepare", daemon=True)
         self._thread.start()
 
+    @property
+    def preparing(self) -> str:
+        """The name of the style that is being prepared, or ""."""
+        pending = self._pending
+        return pending.name if pending is not None else ""
+
     def run(
         self, picture: Picture, time: float, target: Encoding, style: Style | CueList | None
     ) -> tuple[Picture, bool]:

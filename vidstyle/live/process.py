@@ -23,7 +23,11 @@ from vidstyle.media.resize import letterbox_picture, output_size, resize_picture
 
 
 class FrameProcessor:
-    """Turns captured frames into restyled pictures."""
+    """Turns captured frames into restyled pictures.
+
+    Attributes:
+        original: the last picture before it was restyled; None before the first.
+    """
 
     def __init__(self, controls: Controls, options: LiveOptions, notify: Callable[[str], None]) -> None:
         """`notify`: receives messages when the style or the working size changes, and errors of styles."""
@@ -33,11 +37,17 @@ class FrameProcessor:
         self._normalizer = FrameNormalizer(options.size)
         self._scale: AdaptiveScale | None = None
         self._rate = Fraction(0)
+        self.original: Picture | None = None
 
     @property
     def style(self) -> str:
         """The name of the style that runs."""
         return self._renderer.style.name
+
+    @property
+    def preparing(self) -> str:
+        """The name of the style that will run once it is prepared, or ""."""
+        return self._renderer.preparing
 
     @property
     def size(self) -> tuple[int, int]:
@@ -54,7 +64,7 @@ class FrameProcessor:
 
     def process(self, captured: CapturedFrame, capture: Capture, name: str) -> Picture:
         """Restyle a frame; `name` is the name of the source."""
-        picture = self._normalizer.normalize(captured, capture, name)
+        self.original = picture = self._normalizer.normalize(captured, capture, name)
         try:
             self._controls.follow(captured.time)
         except VidstyleError as error:  # a style file that has changed since

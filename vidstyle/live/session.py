@@ -94,7 +94,9 @@ class LiveSession:
         """The present status."""
         return Status(
             style=self._processor.style,
+            preparing=self._processor.preparing,
             bypass=self._controls.bypassed,
+            split=self._controls.split,
             source=self._source.name,
             source_state=self._capture.state,
             size=self._processor.size,
@@ -149,7 +151,7 @@ class LiveSession:
 
     def _restyle(self, captured: CapturedFrame) -> LiveFrame:
         picture = self._processor.process(captured, self._capture, self._source.name)
-        return LiveFrame(picture, captured.time, self._frames)
+        return LiveFrame(picture, captured.time, self._frames, self._processor.original)
 
     def _newest_of(self, first: LiveFrame) -> LiveFrame:
         """Return the newest frame that arrived while targets were opened, or the first.

@@ -25,11 +25,13 @@ class LiveFrame:
         picture: upright, 8 bit, 4:2:0, limited range; always of the size that the session began with.
         captured: capture time in seconds of `time.monotonic`.
         number: from 0; strictly increasing from frame to frame.
+        original: the picture before it was restyled; None if it was not kept.
     """
 
     picture: Picture
     captured: float
     number: int
+    original: Picture | None = None
 
     @cached_property
     def video(self) -> av.VideoFrame:

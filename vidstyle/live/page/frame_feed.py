@@ -7,6 +7,9 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import Any
 
+import numpy as np
+
+from vidstyle.core.convert import to_rgb
 from vidstyle.gallery.search_words import describe_look
 from vidstyle.live.control import Controls
 from vidstyle.live.meter import LatencyMeter
@@ -15,6 +18,8 @@ from vidstyle.media.picture_bytes import jpeg_bytes, png_bytes
 from vidstyle.style import Style
 from vidstyle.style.panel import panel
 
+MIN_DEVIATION = 12.0
+"""Standard deviation of the codes of a picture, 0..255, below which it is nearly uniform."""
 MAX_SIZE = (1920, 1080)
 """Width and height that JPEG pictures are reduced to fit."""
 
@@ -40,6 +45,7 @@ class FrameFeed:
         self._counted = -1
         self._jpegs: dict[int, asyncio.Future[bytes]] = {}
         self._initial_styles: dict[str, Style] = {}
+        self._early_picture: np.ndarray | None = None
         self._encoder = ThreadPoolExecutor(1, "vidstyle page pictures")
 
     def close(self) -> None:
@@ -68,6 +74,18 @@ class FrameFeed:
         assert self.latest is not None
         self._sent = self.latest
         return self.latest
+
+    async def early_picture(self) -> np.ndarray:
+        """Wait for a picture of the source that is not nearly uniform, and keep it: H x W x 3 uint8 RGB."""
+        while self._early_picture is None:
+            frame = self.latest
+            picture = to_rgb(frame.original or frame.picture) if frame else np.zeros((1, 1, 3), np.uint8)
+            if picture.std() >= MIN_DEVIATION:
+                self._early_picture = picture
+                break
+            async with self._arrived:
+                await self._arrived.wait()
+        return self._early_picture
 
     async def jpeg(self, frame: LiveFrame, quality: int) -> bytes:
         """The frame as JPEG, encoded once for each quality."""

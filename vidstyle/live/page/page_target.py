@@ -11,12 +11,13 @@ from aiohttp import web
 
 from vidstyle.errors import counted, log
 from vidstyle.gallery.style_samples import encode_picture
-from vidstyle.gallery.thumbnail import thumbnail
+from vidstyle.gallery.thumbnail import restyle_thumbnail, thumbnail
 from vidstyle.live.control import Controls
 from vidstyle.live.meter import LatencyMeter
 from vidstyle.live.page.frame_feed import FrameFeed
 from vidstyle.live.page.viewer import Viewer
 from vidstyle.live.target import LiveFrame
+from vidstyle.style import Style
 from vidstyle.web.page_server import PageServer, named_pictures
 
 MAX_VIEWERS = 4
@@ -53,11 +54,12 @@ class PageTarget(PageServer[Viewer]):
         Raises:
             OutputError: the port is taken or needs privileges, or the address is not one of this machine.
         """
-        self._controls = controls
+        self._controls, self._looks = controls, asyncio.Lock()
         self._feed = feed = FrameFeed(controls, meter or LatencyMeter())
         handlers = {
             "/picture.png": self._send_picture,
             "/thumbnail.jpg": named_pictures(lambda: controls.names, self._thumbnail),
+            "/look.jpg": named_pictures(lambda: controls.names, self._look),
         }
         super().__init__(
             "page", lambda: Viewer(feed, self.fail), handlers, STATIC_FOLDER, "page.html",
@@ -108,7 +110,16 @@ class PageTarget(PageServer[Viewer]):
         return web.Response(body=await self._feed.png(frame), content_type="image/png", headers=headers)
 
     async def _thumbnail(self, name: str) -> bytes:
-        style = replace(
-            self._controls.named(name), only="", keep="", behind=None
-        )  # regions take long to find
+        style = self._without_regions(name)
         return await asyncio.to_thread(lambda: encode_picture(thumbnail(style), ".jpg"))
+
+    async def _look(self, name: str) -> bytes:
+        """Return the thumbnail of a style with an early picture of the session, one at a time."""
+        style = self._without_regions(name)
+        async with self._looks:
+            picture = await self._feed.early_picture()
+            return await asyncio.to_thread(lambda: encode_picture(restyle_thumbnail(style, picture), ".jpg"))
+
+    def _without_regions(self, name: str) -> Style:
+        """Return a style for thumbnails: regions take long to find."""
+        return replace(self._controls.named(name), only="", keep="", behind=None)

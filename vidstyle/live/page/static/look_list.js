@@ -5,6 +5,11 @@ import { findLooks, offerWords } from "./find_looks.js";
 
 /** @typedef {{name: string, note: string, kinds: string[], aliases: string, words: string}} Described */
 
+/** Number of looks that are listed unless all are wanted: two rows. */
+const MAX_LISTED = 6;
+/** For this time after the start, the computer is busy with the first frames. */
+const SETTLE_MS = 3000;
+
 /** Shows the looks, the one that runs first. */
 export class LookList {
   #list = get("styles");
@@ -13,6 +18,12 @@ export class LookList {
   #buttons = [];
   /** What the search knows of them, once it has arrived. @type {Map<string, Described>} */
   #described = new Map();
+  #isExpanded = false;
+  /** Notices the looks that are in view. @type {IntersectionObserver} */
+  #seen;
+  /** Looks in view that still show the photograph of vidstyle. @type {Set<HTMLButtonElement>} */
+  #waiting = new Set();
+  #isTaking = false;
   /** @type {HTMLButtonElement | undefined} */
   #chosen;
 
@@ -21,15 +32,37 @@ export class LookList {
     this.onchoose = onchoose;
     this.#finder.addEventListener("input", () => this.#find());
     this.#finder.addEventListener("keydown", (event) => this.#key(event));
-    this.#list.addEventListener("scroll", () => this.#fade());
-    addEventListener("resize", () => this.#show());
     get("all-looks").onclick = () => this.search("");
+    get("more").onclick = () => this.#expand(!this.#isExpanded);
+    this.#seen = new IntersectionObserver((entries) => this.#take(entries));
   }
 
   /** @param {string[]} names */
   show(names) {
     this.#buttons = names.map((name) => this.#button(name));
     this.#chosen = undefined;
+    this.#find();
+    setTimeout(() => this.#buttons.forEach((button) => this.#seen.observe(button)), SETTLE_MS);
+  }
+
+  /** Shows looks that are in view on the own picture, one after the other. @param {IntersectionObserverEntry[]} entries */
+  async #take(entries) {
+    for (const { target, isIntersecting } of entries) this.#waiting[isIntersecting ? "add" : "delete"](/** @type {HTMLButtonElement} */ (target));
+    if (this.#isTaking) return;
+    this.#isTaking = true;
+    for (const button of this.#waiting) {
+      this.#seen.unobserve(button);
+      this.#waiting.delete(button);
+      const { src } = /** @type {HTMLImageElement} */ (button.querySelector("img"));
+      const own = make("img", { src: src.replace("thumbnail.jpg", "look.jpg"), alt: "", width: 240, height: 135 });
+      await own.decode().then(() => button.querySelector("img")?.replaceWith(own), () => {});
+    }
+    this.#isTaking = false;
+  }
+
+  /** Lists all looks, or the first ones. @param {boolean} on */
+  #expand(on) {
+    this.#isExpanded = on;
     this.#find();
   }
 
@@ -58,11 +91,19 @@ export class LookList {
     const chosen = this.#buttons.find((button) => button.dataset.name === wanted);
     for (const button of this.#buttons) press(button, button === chosen);
     if (!chosen || chosen === this.#chosen) return;
-    if (!this.#chosen) this.#buttons = [chosen, ...this.#buttons.filter((button) => button !== chosen)];
-    const isFirst = !this.#chosen;
+    if (!this.#chosen || !this.#isListed(chosen)) this.#promote(chosen);
     this.#chosen = chosen;
-    if (isFirst) this.#find();
-    else this.#show();
+    this.#find();
+  }
+
+  /** Whether a look is in view without a search. @param {HTMLButtonElement} button */
+  #isListed(button) {
+    return this.#isExpanded || this.#buttons.indexOf(button) < MAX_LISTED;
+  }
+
+  /** Lists a look before all others. @param {HTMLButtonElement} button */
+  #promote(button) {
+    this.#buttons = [button, ...this.#buttons.filter((other) => other !== button)];
   }
 
   /** @param {string} name */
@@ -80,7 +121,12 @@ export class LookList {
     });
     const found = findLooks(looks, this.#finder.value).map((number) => this.#buttons[number]);
     const focused = document.activeElement;
+    found.forEach((button, number) => button.classList.toggle("further", number >= MAX_LISTED));
     this.#list.replaceChildren(...found);
+    this.#list.classList.toggle("all", this.#isExpanded || Boolean(this.#finder.value.trim()));
+    get("more").hidden = found.length <= MAX_LISTED || Boolean(this.#finder.value.trim());
+    get("more").ariaExpanded = String(this.#isExpanded);
+    get("more").textContent = this.#isExpanded ? "Fewer looks" : `All ${found.length} looks`;
     if (focused instanceof HTMLElement && found.some((button) => button === focused)) focused.focus();
     get("no-look").hidden = found.length > 0 || !this.#buttons.length;
     if (!found.length) offerWords(looks, this.#finder.value, (word) => this.search(word));
@@ -89,9 +135,10 @@ export class LookList {
 
   /** Enter chooses the best look and ends the search. @param {KeyboardEvent} event */
   #key(event) {
-    const first = /** @type {HTMLElement | null} */ (this.#list.firstElementChild);
+    const first = /** @type {HTMLButtonElement | null} */ (this.#list.firstElementChild);
     if (event.key === "Enter" && first && this.#finder.value.trim()) {
       first.click();
+      if (!this.#isListed(first)) this.#promote(first);
       this.search("");
       first.focus();
     } else if (event.key === "ArrowDown") first?.focus();
@@ -100,21 +147,11 @@ export class LookList {
     event.preventDefault();
   }
 
-  /** Marks the edges behind which there are more looks. */
-  #fade() {
-    const { scrollTop, scrollHeight, clientHeight } = this.#list;
-    this.#list.classList.toggle("more-above", scrollTop > 1);
-    this.#list.classList.toggle("more-below", scrollTop + clientHeight < scrollHeight - 1);
-  }
-
-  /** Scrolls to the chosen look: the list only, and only as far as needed. */
+  /** Scrolls a row of looks to the chosen one, only as far as needed. */
   #show() {
     const [list, button] = [this.#list, this.#chosen];
-    this.#fade();
     if (!button?.isConnected) return;
-    const nearest = (/** @type {number} */ at, /** @type {number} */ begin, /** @type {number} */ size, /** @type {number} */ room) => Math.min(Math.max(at, begin + size - room), begin);
-    const top = nearest(list.scrollTop, button.offsetTop, button.offsetHeight, list.clientHeight);
-    const left = nearest(list.scrollLeft, button.offsetLeft, button.offsetWidth, list.clientWidth);
-    list.scrollTo({ left, top, behavior: "smooth" });
+    const { offsetLeft: begin, offsetWidth: size } = button;
+    list.scrollTo({ left: Math.min(Math.max(list.scrollLeft, begin + size - list.clientWidth), begin), behavior: "smooth" });
   }
 }

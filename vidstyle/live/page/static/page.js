@@ -13,7 +13,9 @@ import { switchTheme } from "./theme.js";
  * The status of the session, as the server reports it.
  * @typedef {object} Status
  * @property {string} style
+ * @property {string} preparing the style that will run next; "": none
  * @property {boolean} bypass
+ * @property {number} split
  * @property {string} source
  * @property {"running" | "waiting" | "ended"} source_state
  * @property {[number, number]} size
@@ -81,7 +83,7 @@ async function send(kind, fields) {
   }
 }
 
-const panel = new Panel(send);
+const panel = new Panel(send, (style) => announceStyle(style));
 
 /** The server divides the picture. */
 const divider = new Divider(canvas, get("divider"), () => sendSplit());
@@ -154,8 +156,11 @@ const MIN_SMOOTH_RATE = 12;
 function sentenceOf(now) {
   if (now.source_state === "ended") return "Ended";
   const shown = Math.round(rate());
+  const next = nextStyle(now);
+  if (next) return `Preparing ${title(next)}; the picture may stand still`;
+  if (!shown) return times.length ? "Waiting for the next picture" : "Starting…";
   if (now.degraded) return `${title(now.degraded)}; ${shown} frames per second`;
-  if (shown < MIN_SMOOTH_RATE && times.length && shareOf(now)) return `Slow computer: only ${shown} frames per second`;
+  if (shown < MIN_SMOOTH_RATE && times.length && shareOf(now)) return `Live, ${shown} frames per second; others are skipped to stay live`;
   return `Live, ${shown} frames per second`;
 }
 
@@ -181,19 +186,49 @@ function showStatus(now) {
   get("badge").hidden = !now.bypass;
   // Other parts of the page say these.
   const isInLine = (now.degraded && now.message.includes(now.degraded)) || now.message === `style ${now.style}`;
-  if (now.message !== (status?.message ?? "")) say(isInLine ? "" : now.message);
+  if (now.message !== (status?.message ?? "")) say(isInLine ? "" : withTitle(now.message, now.style));
+  followSplit(now);
   status = now;
   document.title = `${title(now.style)} · vidstyle live`;
   note();
 }
 
+/** Returns a message of the session, which may begin with the name of a style, as a sentence. @param {string} text @param {string} style */
+const withTitle = (text, style) => (text.startsWith(style) ? title(style) + text.slice(style.length) : text.replace(/^./, (first) => first.toUpperCase()));
+
+/** Shows where another browser divides the picture. @param {Status} now */
+function followSplit(now) {
+  const other = now.split || null;
+  if (split.isSending || now.split === split.sent || divider.split === other) return;
+  split.sent = now.split;
+  Object.assign(divider, { split: other });
+  divider.place();
+  press(get("compare"), other !== null);
+}
+
+/** The look that was chosen here last, and until when it is announced before the session reports it. */
+const asked = { style: "", until: 0 };
+/** A session takes a request with its next frame. */
+const MAX_REQUEST_MS = 1500;
+
+/** @param {string} style */
+function announceStyle(style) {
+  Object.assign(asked, { style, until: performance.now() + MAX_REQUEST_MS });
+  note();
+}
+
+/** Returns the style that will run next; "" if none is being prepared. @param {Status} now */
+const nextStyle = (now) => now.preparing || (asked.style !== now.style && performance.now() < asked.until ? asked.style : "");
+
 function note() {
   const states = { running: "", waiting: `No picture from ${status?.source}: showing the last one`, ended: "The source has ended" };
-  const text = link || (status && states[status.source_state]) || "";
+  const state = link || (status && states[status.source_state]) || "";
+  const next = status ? nextStyle(status) : "";
+  const text = state || (next && `Preparing ${title(next)}…`);
   const line = get("note");
   if (line.textContent !== text) line.textContent = text;
   line.hidden = !text;
-  canvas.style.opacity = text ? "0.6" : "1";
+  canvas.style.opacity = state ? "0.6" : "1";
 }
 
 /** A hold shows the source until it ends; a brief press toggles. */

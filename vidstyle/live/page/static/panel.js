@@ -44,9 +44,13 @@ export class Panel {
   #last = null;
   looks = new LookList((style) => this.choose("choose", { style }));
 
-  /** @param {(kind: string, fields?: object) => Promise<boolean>} send resolves to whether the message succeeded */
-  constructor(send) {
+  /**
+   * @param {(kind: string, fields?: object) => Promise<boolean>} send resolves to whether the message succeeded
+   * @param {(style: string) => void} onchoose is called with the name of a style that is requested
+   */
+  constructor(send, onchoose) {
     this.send = send;
+    this.onchoose = onchoose;
     addEventListener("pointerup", () => (this.#dragged = null));
     get("reset").onclick = () => this.#last && this.choose("choose", { style: fullName(this.#last) });
     get("copy").onclick = () => this.#copy();
@@ -58,9 +62,10 @@ export class Panel {
     if (this.#last) this.#press(this.#last);
   }
 
-  /** Requests another style; discards changes that are not sent yet. @param {string} kind @param {object} [fields] */
+  /** Requests another style; discards changes that are not sent yet. @param {string} kind @param {{style: string}} [fields] */
   choose(kind, fields) {
     this.#queued.clear();
+    if (fields) this.onchoose(fields.style);
     this.send(kind, fields);
   }
 
