@@ -18,7 +18,7 @@ from stories import write_film
 
 import vidstyle
 from vidstyle.cli import main
-from vidstyle.export import RUNNER_FOLDER, join_modules
+from vidstyle.export import EXAMPLE_FILE, RUNNER_FOLDER, join_modules
 from vidstyle.export.adjust import with_tints
 from vidstyle.export.export_style import export_style
 from vidstyle.export.page import page_data
@@ -163,6 +163,17 @@ def test_a_page_restyles_a_picture_from_a_file_and_asks_nobody(
     assert not [event for event in browser.events if event["method"] == "Runtime.exceptionThrown"]
 
 
+def test_the_example_is_in_the_style_before_the_page_has_drawn_it(page: Path, browser: Browser) -> None:
+    """The page need not draw it in less detail first; a change of a value still is drawn."""
+    browser.open(page.as_uri())
+    until(browser, """document.body.matches(".example")""")
+    first = shown(browser)
+    bare = cv2.imdecode(np.fromfile(EXAMPLE_FILE, np.uint8), cv2.IMREAD_COLOR_RGB)
+    large = cv2.resize(bare, first.shape[1::-1], interpolation=cv2.INTER_CUBIC)
+    assert np.abs(first.astype(int) - vidstyle.stylize(large, load_style(STYLE))).mean() < 8
+    assert np.abs(first.astype(int) - large).mean() > 12
+
+
 def test_a_paused_film_is_drawn_in_full_detail_and_tells_its_time(
     page: Path, browser: Browser, tmp_path: Path
 ) -> None:
@@ -172,8 +183,11 @@ def test_a_paused_film_is_drawn_in_full_detail_and_tells_its_time(
     root = browser.call("DOM.getDocument")["root"]["nodeId"]
     chooser = browser.call("DOM.querySelector", nodeId=root, selector="#file")["nodeId"]
     browser.call("DOM.setFileInputFiles", files=[str(film)], nodeId=chooser)
-    until(browser, """document.getElementById("picture").height === 720""")
-    assert browser.run("return document.getElementById('busy').hidden")
+    until(
+        browser,
+        """!document.body.matches(".example") && document.getElementById("picture").height === 720
+        && document.getElementById("busy").hidden""",
+    )
     said = [
         browser.run(f"return document.getElementById('{name}').textContent") for name in ("quality", "time")
     ]

@@ -43,9 +43,10 @@ function refuse(lacks) {
 
 /** Shows what the style does, above the invitation to open a file. @param {Viewer} viewer */
 async function showExample(viewer) {
-  const picture = await loadPicture(/** @type {HTMLImageElement} */ (get("example")).src);
+  const [picture, restyled] = await Promise.all(["example", "restyled"].map((id) => loadPicture(/** @type {HTMLImageElement} */ (get(id)).src)));
   if (viewer.source.picture) return; // opened meanwhile
   viewer.source.show(picture);
+  viewer.prepare(restyled);
   document.body.classList.add("empty", "example");
 }
 

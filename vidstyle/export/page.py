@@ -7,22 +7,31 @@ import hashlib
 import json
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from html import escape
 from importlib.resources import files
 from pathlib import Path
 from string import Template
 from typing import Any
 
+import cv2
+import numpy as np
+
 import vidstyle
+from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.export import EXAMPLE_FILE, join_modules, module_text
 from vidstyle.export.adjust import is_alike, main_controls, tables_fit, tables_of, with_tints
 from vidstyle.gpu.compile.es import EsPlan
+from vidstyle.media.picture_bytes import webp_bytes
+from vidstyle.renderer import restyle_array
 from vidstyle.style import Style, set_values
 from vidstyle.style.panel import panel
 
 WORKING_SIDES_PX = (720, 360, 1080)
 """Working sizes of the page: the shorter side; the default comes first."""
 
+_EXAMPLE_WIDTH_PX, _EXAMPLE_QUALITY = 960, 75
+"""Of the example in the style, which the page shows until it has drawn it."""
 _PAGE_MODULE = Path(__file__).with_name("page.js")
 
 
@@ -38,7 +47,8 @@ def page_of_style(style: Style) -> str:
     return Template(_text("page.html")).substitute(
         name=escape(style.name),
         stage=viewer_markup(style),
-        example=_example_address(),
+        example=_address(EXAMPLE_FILE.read_bytes()),
+        restyled=_address(restyled_example(style)),
         css=css,
         css_sum=_sum(css),
         script=script,
@@ -133,8 +143,21 @@ def _width(side: int) -> int:
     return -(-side * 16 // 9)
 
 
-def _example_address() -> str:
-    return "data:image/webp;base64," + base64.b64encode(EXAMPLE_FILE.read_bytes()).decode()
+def restyled_example(style: Style) -> bytes:
+    """Return the example in a style, in the detail in which the page draws it, as WebP."""
+    example = cv2.imdecode(np.frombuffer(EXAMPLE_FILE.read_bytes(), np.uint8), cv2.IMREAD_COLOR_RGB)
+    assert example is not None
+    side = WORKING_SIDES_PX[0]
+    large = cv2.resize(example, (_width(side), side), interpolation=cv2.INTER_CUBIC)
+    bare = replace(style, only="", keep="", behind=None, focus=0)  # the page finds no faces and no people
+    with CpuRenderer(bare) as renderer:
+        drawn = restyle_array(renderer, large)
+    small = cv2.resize(drawn, (_EXAMPLE_WIDTH_PX, _EXAMPLE_WIDTH_PX * 9 // 16), interpolation=cv2.INTER_AREA)
+    return webp_bytes(small, _EXAMPLE_QUALITY)
+
+
+def _address(picture: bytes) -> str:
+    return "data:image/webp;base64," + base64.b64encode(picture).decode()
 
 
 def _text(name: str) -> str:

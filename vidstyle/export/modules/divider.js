@@ -61,13 +61,15 @@ export class Divider {
     return Math.min(this.#parent.clientWidth, Math.max(0, x + (this.split ?? 0) * width));
   }
 
-  /** Positions the line. */
+  /** Positions the line; `--picture-top` and `--picture-right` position what else belongs to the picture. */
   place() {
+    const { x, y, width, height } = this.box();
+    this.#parent.style.setProperty("--picture-top", `${Math.max(0, y)}px`);
+    this.#parent.style.setProperty("--picture-right", `${x + width}px`);
     this.line.hidden = this.split === null;
     if (this.line.hidden) return;
-    const { y, height } = this.box();
-    const [top, bottom] = [Math.max(0, y), Math.min(this.#parent.clientHeight, y + height)];
-    Object.assign(this.line.style, { left: `${this.at}px`, top: `${top}px`, height: `${bottom - top}px` });
+    const [begin, end] = [Math.max(0, y), Math.min(this.#parent.clientHeight, y + height)];
+    Object.assign(this.line.style, { left: `${this.at}px`, top: `${begin}px`, height: `${end - begin}px` });
   }
 
   /** Draws the part before onto the canvas. @param {CanvasImageSource} picture @param {[number, number]} size of the picture */

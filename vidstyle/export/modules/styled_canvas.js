@@ -20,6 +20,8 @@ export class StyledCanvas {
   shown = null;
   /** Whether the original is shown instead. */
   isHeld = false;
+  /** The source in the style, as it came with the page; shown until it is drawn. @type {CanvasImageSource | null} */
+  prepared = null;
   /** Whether the last frame is drawn. */
   isDrawn = false;
   /** Whether it has changed since the last frame began. */
@@ -42,6 +44,7 @@ export class StyledCanvas {
   /** Shows a new picture unchanged, until it is drawn. */
   open() {
     this.isDrawn = false;
+    this.prepared = null;
     this.compose();
   }
 
@@ -80,8 +83,9 @@ export class StyledCanvas {
     if (!picture || !own[0]) return;
     const size = this.isDrawn ? [this.#result.width, this.#result.height] : workingSize(own, this.shown?.side ?? Math.min(...own));
     resize(this.canvas, size);
-    const isOriginal = this.isHeld || !this.isDrawn;
-    this.canvas.getContext("2d")?.drawImage(isOriginal ? picture : this.#result, 0, 0, size[0], size[1]);
+    const styled = this.isDrawn ? this.#result : this.prepared;
+    const isOriginal = this.isHeld || !styled;
+    this.canvas.getContext("2d")?.drawImage(isOriginal ? picture : styled, 0, 0, size[0], size[1]);
     if (!isOriginal) this.divider.paint(picture, own);
     this.divider.place();
   }

@@ -149,7 +149,7 @@ export class Viewer {
 
   /** Whether the picture is first drawn in little detail: without a GPU, if it stands still. */
   get #isRefined() {
-    return this.#isStill && this.runner.isSoftware && this.side > SIDES[0];
+    return this.#isStill && this.runner.isSoftware && this.side > SIDES[0] && !this.#styled.prepared;
   }
 
   /** Switches to the plan for this side once it is compiled. @param {number} side */
@@ -169,6 +169,7 @@ export class Viewer {
 
   /** Shows changed values: still pictures quickly first, then in full detail. */
   #edited() {
+    this.#styled.prepared = null;
     if (this.#isRefined) this.#use(SIDES[0]);
     else this.#changed();
   }
@@ -189,9 +190,18 @@ export class Viewer {
 
   /** Shows why the picture is not ready yet. @param {string} text */
   #wait(text) {
-    get("busy").hidden = !text;
+    get("busy").hidden = !text || Boolean(this.#styled.prepared);
     get("busy-reason").textContent = text;
     get("busy-part").textContent = "…";
+    this.#describe();
+  }
+
+  /** Shows the source in the style until it is drawn, if all values are the style's own. @param {CanvasImageSource} picture */
+  prepare(picture) {
+    if (Object.keys(this.panel?.changes ?? {}).length) return;
+    this.#styled.prepared = picture;
+    this.#adapt();
+    this.#styled.compose();
   }
 
   #opened() {
@@ -246,7 +256,8 @@ export class Viewer {
   #describe() {
     const { film, picture } = this.source;
     const isAutomatic = this.#detail.value === AUTOMATIC && picture;
-    const reason = this.#isStill ? "Full detail" : `${this.side} lines while it moves${film ? "; full detail when paused" : ""}`;
+    const still = get("busy").hidden ? "Full detail" : "Full detail follows";
+    const reason = this.#isStill ? still : `${this.side} lines while it moves${film ? "; full detail when paused" : ""}`;
     const speed = this.#isStill || !this.#stallMs ? "" : ` A frame takes ${(this.#stallMs / 1000).toFixed(1)} s${this.runner.isSoftware ? " without a GPU" : ""}.`;
     get("quality").textContent = (isAutomatic ? `${reason}.` : "") + speed;
   }
