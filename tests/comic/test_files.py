@@ -6,6 +6,7 @@ import csv
 import re
 import subprocess
 import sys
+from base64 import b64decode
 from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
@@ -342,7 +343,12 @@ def test_single_frames_and_folders_become_pages(tmp_path: Path) -> None:
         cv2.imwrite(str(folder / f"{number}.png"), view(PLACES[number]))
     assert 0 == run(folder, tmp_path / "strip.html", "--style", "plain")
     (root,) = drawings((tmp_path / "strip.html").read_bytes())
-    assert len(root.findall(".//{http://www.w3.org/2000/svg}image")) == 3
+    images = root.findall(".//{http://www.w3.org/2000/svg}image")
+    assert len(images) == 3
+    for image in images:  # twice the pixels of the page, as panels can be enlarged
+        data = np.frombuffer(b64decode(image.attrib["href"].partition(",")[2]), np.uint8)
+        height, width = cv2.imdecode(data, cv2.IMREAD_COLOR).shape[:2]
+        assert (width, height) == tuple(2 * int(image.attrib[side]) for side in ("width", "height"))
 
 
 @pytest.mark.parametrize("name", ["film.mkv", "film.mp4"])

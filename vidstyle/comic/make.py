@@ -21,7 +21,12 @@ from vidstyle.comic.lettering.fonts import Letters, check_pillow
 from vidstyle.comic.lettering.omitted import list_omitted
 from vidstyle.comic.lettering.subtitle_lines import Line, read_lines_of_file, read_lines_of_film
 from vidstyle.comic.output.page_file import PageFile, page_file
-from vidstyle.comic.output.panel_renderer import PagePlan, PanelRenderer, draw_pages
+from vidstyle.comic.output.panel_renderer import (
+    PagePlan,
+    PanelRenderer,
+    draw_pages,
+    oversampling_of,
+)
 from vidstyle.comic.output.write import Frames, Output
 from vidstyle.comic.page_planner import PagePlanner
 from vidstyle.comic.panel_styles import PanelStyles
@@ -168,9 +173,10 @@ class _Job:
             with atomic_file(save, self._source, self._options.overwrite) as write:
                 write(content.encode())
         edited = self._page_file(plan, self._output.target, film.rotate) if self._output.is_strip else ""
+        oversampling = oversampling_of(plan.layout.sizes) if self._output.is_strip else 1
         with (
             Frames(folder, len(key_frames), self._options.overwrite) if folder else nullcontext() as frames,
-            PanelRenderer(styles, plan.dpi, self._options.device) as renderer,
+            PanelRenderer(styles, plan.dpi, self._options.device, oversampling=oversampling) as renderer,
         ):
             sheets = draw_pages(plan, film, renderer, frames, partial(self._step, "drawing"))
             files = self._output.write(sheets, pages, self._options.title, edited)

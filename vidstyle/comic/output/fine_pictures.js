@@ -15,7 +15,7 @@ const wanted = new WeakMap();
 /**
  * Shows the pictures of a panel smoothly reduced, over the whole ones, which remain for print.
  * @param {SVGGElement} panel
- * @param {number} scale pixels of the screen for each of a picture's own
+ * @param {number} scale pixels of the screen for each pixel of the page
  */
 export function reducePictures(panel, scale) {
   return Promise.all([.../** @type {NodeListOf<SVGImageElement>} */ (panel.querySelectorAll("image:not(.reduced)"))].map((image) => fit(image, scale)));
@@ -27,7 +27,7 @@ async function fit(image, scale) {
   const size = [width, height].map(({ baseVal: { value } }) => Math.max(1, Math.round(value * scale)));
   if (wanted.get(image) === size[0]) return;
   wanted.set(image, size[0]);
-  const href = scale < 1 ? await reduced(image.href.baseVal, size) : "";
+  const href = await reduced(image.href.baseVal, size);
   if (wanted.get(image) !== size[0]) return;
   if (image.nextElementSibling?.matches(".reduced")) image.nextElementSibling.remove();
   if (!href) return;
@@ -50,12 +50,13 @@ function drawBlurred(context, picture, deviation) {
   });
 }
 
-/** Returns a smaller picture. @param {string} src @param {number[]} size @returns {Promise<string>} */
+/** Returns a smaller picture; "" if it is not smaller. @param {string} src @param {number[]} size @returns {Promise<string>} */
 async function reduced(src, size) {
   const picture = make("img", { src });
   await picture.decode();
   const { naturalWidth: width, naturalHeight: height } = picture;
   const ratio = Math.max(width / size[0], height / size[1]);
+  if (ratio <= 1) return "";
   const [blurred, small] = [make("canvas", { width, height }), make("canvas", { width: size[0], height: size[1] })];
   const context = /** @type {CanvasRenderingContext2D} */ (blurred.getContext("2d"));
   context.drawImage(picture, 0, 0); // remains at the edges, where the blurred one is transparent

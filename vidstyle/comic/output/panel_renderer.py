@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import cycle
 
@@ -32,6 +32,8 @@ STYLE_HEIGHT_MM = 90.0
 """Height on paper that corresponds to a style's reference height."""
 MIN_LENGTH_FACTOR = 0.8
 """Factor on lengths in small panels; finer dots would need more pixels than a page has by default."""
+MAX_OVERSAMPLING, MAX_OVERSAMPLED_PIXELS = 2.0, 12e6
+"""Enough for enlarged panels; more pixels make drawing slow and files large."""
 
 
 def scale_to_paper(style: Style, height: int, width: int, dpi: float) -> Style:
@@ -52,18 +54,32 @@ def scale_to_paper(style: Style, height: int, width: int, dpi: float) -> Style:
     return replace(style, height=min(height, width) * lines / printed, steady=0.0)
 
 
+def oversampling_of(sizes: Iterable[tuple[int, int]]) -> float:
+    """Return the oversampling of pages of these widths and heights that are shown one panel at a time.
+
+    >>> oversampling_of([(1800, 1100)]), oversampling_of([(1800, 1100)] * 100)
+    (2.0, 1.0)
+    """
+    pixels = sum(width * height for width, height in sizes)
+    return min(MAX_OVERSAMPLING, max(1.0, math.sqrt(MAX_OVERSAMPLED_PIXELS / pixels)))
+
+
 class PanelRenderer(Closing):
     """Renders panels, using the styles in rotation; a context manager.
 
     Args:
         styles: of the panels.
-        dpi: pixels per inch.
+        dpi: pixels per inch of the page.
         device: as for `open_renderer`.
         announce: as for `open_renderer`.
+        oversampling: pixels of a picture per pixel of the page, for a page that can be enlarged.
     """
 
-    def __init__(self, styles: Sequence[Style], dpi: float, device: str, announce: bool = True) -> None:
+    def __init__(
+        self, styles: Sequence[Style], dpi: float, device: str, announce: bool = True, oversampling: float = 1
+    ) -> None:
         self._styles, self._dpi, self._device, self._announce = cycle(styles), dpi, device, announce
+        self._oversampling = oversampling
         self._backend: Backend | None = None
 
     def close(self) -> None:
@@ -79,16 +95,17 @@ class PanelRenderer(Closing):
             picture: rectangle on the page; only its size matters.
 
         Returns:
-            H x W x 3 uint8, of the size of `picture`.
+            H x W x 3 uint8, of the size of `picture` times the oversampling.
         """
         return self.draw(next(self._styles), color, window, picture)
 
     def draw(self, style: Style, color: np.ndarray, window: Box, picture: Rectangle) -> np.ndarray:
         """Restyle a part of a frame in any style; otherwise like `panel`."""
-        shown = cut_out(color, window, picture.width, picture.height, is_cleaned=not style.is_plain)
+        width, height = (round(side * self._oversampling) for side in (picture.width, picture.height))
+        shown = cut_out(color, window, width, height, is_cleaned=not style.is_plain)
         if style.is_plain:
             return shown
-        style = scale_to_paper(style, picture.height, picture.width, self._dpi)
+        style = scale_to_paper(style, height, width, self._dpi * self._oversampling)
         if self._backend is None:
             self._backend = open_renderer(style, self._device, self._announce)
         else:

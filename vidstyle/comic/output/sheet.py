@@ -19,7 +19,7 @@ class RenderedPanel:
     Attributes:
         rectangle: on the page.
         picture: rectangle of the picture.
-        color: the picture, H x W x 3 uint8, of the size of `picture`.
+        color: the picture, H x W x 3 uint8, of the size of `picture`, or larger for web pages.
         bubbles: its text.
         note: description of the picture for screen readers.
         leans: see `slant`.

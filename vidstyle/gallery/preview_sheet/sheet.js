@@ -111,17 +111,18 @@ function filter() {
   sheet.append(...shownFigures);
   get("no-look").hidden = shownFigures.length > 0;
   if (!shownFigures.length) offerWords(looks.slice(1), finder.value, search);
-  even(shownFigures.length);
 }
 
-/** Chooses a number of columns that fills the last row, as far as possible; pictures in portrait get more columns. @param {number} count */
-function even(count) {
+/** Chooses a number of columns that fills the last row, as far as possible; pictures in portrait get more columns. */
+function even() {
   const { naturalWidth: width, naturalHeight: height } = pictureOf(0);
-  const columnPx = COLUMN_PX * Math.min(1, Math.max(MIN_COLUMN_RATIO, width / height || 1));
+  const isPortrait = height > width;
+  const columnPx = COLUMN_PX * (isPortrait ? Math.max(MIN_COLUMN_RATIO, width / height) : 1);
   const usual = Math.max(MIN_COLUMNS, Math.floor(sheet.clientWidth / columnPx));
-  const empty = (/** @type {number} */ columns) => (columns - (count % columns)) % columns;
-  const best = [usual, usual - 1, usual + 1].filter((columns) => columns > MIN_COLUMNS).sort((one, other) => empty(one) - empty(other))[0];
-  sheet.style.setProperty("--columns", String(usual > MIN_COLUMNS && count > usual ? best : usual));
+  const empty = (/** @type {number} */ columns) => (columns - (figures.length % columns)) % columns;
+  const tried = usual > MIN_COLUMNS ? [usual, ...(isPortrait ? [] : [usual - 1]), usual + 1] : [usual];
+  const [best] = tried.sort((one, other) => empty(one) - empty(other));
+  sheet.style.setProperty("--columns", String(best));
 }
 
 /** @param {string} name */
@@ -150,8 +151,34 @@ function countStars() {
   filter();
 }
 
+/** The names of the starred styles, with commas between them. */
+const starredNames = () => figures.filter(isStarred).map((figure) => figure.querySelector("img")?.alt).join(",");
+
+/** Stars are kept under the title of the sheet. */
+const STARS_KEY = `stars of ${document.title}`;
+
+function keepStars() {
+  try {
+    localStorage.setItem(STARS_KEY, starredNames());
+  } catch {
+    // Pages from files may not keep anything.
+  }
+}
+
+function restoreStars() {
+  try {
+    const names = (localStorage.getItem(STARS_KEY) ?? "").split(",");
+    for (const [number, figure] of figures.entries()) {
+      const star = starOf(figure);
+      if (star) press(star, names.includes(pictureOf(number).alt));
+    }
+  } catch {
+    // as above
+  }
+}
+
 async function copyStarred() {
-  const names = figures.filter(isStarred).map((figure) => figure.querySelector("img")?.alt).join(",");
+  const names = starredNames();
   await navigator.clipboard.writeText(names).then(() => answer("copy-starred", "Copied", "Copy names"), () => answer("copy-starred", names, "Copy names"));
 }
 
@@ -189,6 +216,7 @@ for (const star of /** @type {NodeListOf<HTMLElement>} */ (document.querySelecto
   star.append(icon("star"));
   star.addEventListener("click", () => {
     press(star, star.ariaPressed !== "true");
+    keepStars();
     countStars();
   });
 }
@@ -216,9 +244,11 @@ finder.addEventListener("keydown", (event) => {
   if (event.key === "Enter" && finder.value.trim()) first?.click();
   else first?.focus();
 });
-addEventListener("resize", filter);
-pictureOf(0).decode().then(filter, filter);
+addEventListener("resize", even);
+pictureOf(0).decode().then(even, even);
+restoreStars();
 choose(ALL);
+countStars();
 get("split").addEventListener("click", () => split(!isSplit));
 get("hold").addEventListener("pointerdown", () => hold(true));
 get("close").addEventListener("click", () => large.close());

@@ -57,7 +57,10 @@ const connection = new Connection({
   onmessage(message) {
     if (message.names) panel.names(message.names);
     if (message.looks) panel.looks.describe(message.looks);
-    if (message.panel) panel.show(message.panel);
+    if (message.panel) {
+      panel.show(message.panel);
+      if (status && message.panel.name !== baseOf(status.style)) announceStyle(message.panel.name);
+    }
     if (message.status) showStatus(message.status);
   },
   onpicture: ({ number, file }) => show(number, file),
@@ -109,6 +112,7 @@ function toggleSplit() {
 /** @param {string} text */
 function setLink(text) {
   link = text;
+  if (text) get("sentence").textContent = text.split(".")[0];
   note();
   // Without a session there is nothing to control.
   get("panel").inert = get("buttons").inert = Boolean(text);
@@ -159,7 +163,7 @@ function sentenceOf(now) {
   const next = nextStyle(now);
   if (next) return `Preparing ${title(next)}; the picture may stand still`;
   if (!shown) return times.length ? "Waiting for the next picture" : "Starting…";
-  if (now.degraded) return `${title(now.degraded)}; ${shown} frames per second`;
+  if (now.degraded) return `Live, ${shown} frames per second in less detail`;
   if (shown < MIN_SMOOTH_RATE && times.length && shareOf(now)) return `Live, ${shown} frames per second; others are skipped to stay live`;
   return `Live, ${shown} frames per second`;
 }
@@ -216,6 +220,9 @@ function announceStyle(style) {
   Object.assign(asked, { style, until: performance.now() + MAX_REQUEST_MS });
   note();
 }
+
+/** Returns the name of a style without its variant. @param {string} style */
+const baseOf = (style) => style.split(":")[0];
 
 /** Returns the style that will run next; "" if none is being prepared. @param {Status} now */
 const nextStyle = (now) => now.preparing || (asked.style !== now.style && performance.now() < asked.until ? asked.style : "");

@@ -1,7 +1,7 @@
 // The panel next to the picture, built from the parameters of the style.
 
 import { control, isShort, short } from "./controls.js";
-import { get, make, press } from "./elements.js";
+import { get, make, press, title } from "./elements.js";
 import { LookList } from "./look_list.js";
 import { variantChip } from "./variant_chip.js";
 
@@ -130,7 +130,7 @@ export class Panel {
   /** @param {string} layer @param {Entry[]} entries */
   #layer(layer, entries) {
     const steps = [...Map.groupBy(entries, (entry) => entry.step)].map(([step, inside]) => this.#step(step, inside));
-    return layer ? [make("h3", { textContent: layer }), ...steps] : steps;
+    return layer ? [make("h3", { textContent: title(layer) }), ...steps] : steps;
   }
 
   /** @param {string} step @param {Entry[]} entries */
