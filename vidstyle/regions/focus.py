@@ -186,7 +186,7 @@ class FocusRenderer(Backend):
         light = self._light(request, found)
         writing = PictureEdit(light or request.picture, partial(lift_writing, amount=style.focus))
         close = self._large(found, request, side)
-        lift = partial(lift_from_picture, faces=close, amount=style.focus, page_side=side)
+        lift = partial(lift_from_picture, faces=close, amount=style.focus)
         large = PictureEdit(writing, lift)
         lifted, request = (replace(request, edit=each) for each in (writing, large if close else writing))
         if request.time is None:

@@ -92,9 +92,7 @@ class PatchRenderer(Closing):
             self._cuts.add(request.time)
             self._exposure = Exposure()
         picture = cut_patches(request.picture, patches.patches)
-        features = lift_features(
-            picture, patches.patches, lift, self._side_ratio * min(request.picture.shape)
-        )
+        features = lift_features(picture, patches.patches, lift)
         lifted = {each.face.track: each.amount for each in features}
         self._exposure.apply(picture, patches.patches, request.picture, request.time, focus, lifted)
         return picture, features

@@ -13,7 +13,8 @@ from vidstyle.core.picture import Picture
 from vidstyle.core.plain_codes import codes_from_values, values_from_codes
 from vidstyle.regions.features.feature_lifting import Features
 from vidstyle.regions.features.media import Medium
-from vidstyle.regions.features.page_colors import brightest_color, local_mean, mean_chroma
+from vidstyle.regions.features.page_colors import brightest_color, local_mean, skin_mean
+from vidstyle.regions.features.shade import in_squares, in_steps
 from vidstyle.regions.features.tones import MAX_SPECK_PX, SPECK_RATIO, without_specks
 from vidstyle.regions.patch_blending import patch_mask
 from vidstyle.regions.patches import Patch, plane_area
@@ -21,41 +22,35 @@ from vidstyle.regions.rasters import PageRaster, cell_means
 from vidstyle.regions.writing.lifting import luma_in
 from vidstyle.style import Style
 
-INK_RANGE, CORE_RANGE, LINE_RANGE = (0.2, 0.5), (0.45, 0.95), (0.2, 0.6)
-"""Darkness at which a pixel begins to be ink, and from which it is, relative to the strongest nearby; the
-same over tones; and for lines in light."""
+CORE_RANGE = 0.45, 0.95
+"""Darkness at which a pixel begins to be ink, and from which it is, relative to the strongest nearby."""
 CORE_WEIGHT = 0.7
 """Opacity of ink over tones."""
-FULL_LINE_HEIGHT_PX = 60
-"""Height of a face from which lines in light are opaque: on smaller ones, they are as wide as an eye."""
 FULL_INK_WEIGHT = 0.33
 """Weight of features from which strokes are full ink: line drawings have no gray."""
 LIGHT_WEIGHT = 0.8
 """Opacity of whites of eyes and teeth between lines."""
-CLEAR_RATIO, CLEAR_RANGE, GROUND_RATIO = 0.027, (0.4, 0.65), 0.12
-"""Distance from ink in which dots and hatching are cleared, relative to the face's height; nearness from
-which they begin to be, and from which they are, as there is no gray; and side of the square whose mean
-replaces letters and scan lines, in the same way."""
-PAPER_WEIGHT = 0.45
-"""How far dots and hatching near ink are cleared to paper, as bare paper would be a white ring."""
+GROUND_RATIO, SKIN_RATIO = 0.12, 0.07
+"""Side of the square whose mean replaces letters and scan lines, relative to the face's height; and of the
+one whose mean of lit skin replaces dots and hatching."""
+SKIN_WEIGHT = 0.75
+"""How far dots and hatching on lit skin are replaced: what is left shows the medium."""
+SHADE_FACTOR, INK_WEIGHT = 1.3, 0.95
+"""How much darker shade is than where all is tones; and opacity of ink without tones."""
+SKIN_LIGHT_WEIGHT = 0.5
+"""Opacity of light on lit skin between light lines."""
 CALM_WEIGHT_RANGE, CALM_CELL_FACTOR = (0.5, 0.75), 6.0
 """How far scan lines and letters are cleared under features; letters, by their height relative to the face's
 times this factor."""
 MAX_DOT_RATIO = 3 / 720
 """Largest side of the squares that features consist of in styles of squares, relative to the picture's
 shorter side."""
-MIN_DOT_COVERAGE = 0.4
-"""Coverage from which such a square is full."""
 TONE_STEP = 0.15
 """Difference of tones in such squares: they have few colours."""
 MIN_LIGHT_INK = 1.5
 """Sum of red, green and blue from which an ink is the colour of light lines; otherwise the page shows it."""
 BRIGHT_SHARE = 0.02
 """Share of the brightest pixels around a face that show the colour of paper or light."""
-MAX_PAPER_CHROMA = 0.12
-"""Mean chroma around a face up to which the ground between dots is paper: inks of colours print skin."""
-GROUND_SHARE = 0.1
-"""Share of the brightest pixels near eyes and mouth that show the ground between dots and hatching."""
 
 
 class _Marks(NamedTuple):
@@ -102,29 +97,21 @@ def draw_features(
     bright = [luma_in(page, each.window) for each in features]
     medium, is_light = Medium.of(style, raster), sum(color) > MIN_LIGHT_INK
     marks = [_marks(each, medium, is_light, page, region, raster) for each in features]
-    has_paper = [
-        medium is Medium.INK and mean_chroma(page, each.window) < MAX_PAPER_CHROMA for each in features
-    ]
 
     def draw(plane: np.ndarray, kind: str) -> np.ndarray:
         if kind not in ("luma", "chroma", "color"):
             return plane
         step, plane = page.encoding.subsampling if kind == "chroma" else (1, 1), plane.copy()
         ink = np.array(inks.pop(0), np.float32)
-        for each, luma, found, is_paper in zip(features, bright, marks, has_paper, strict=True):
+        for each, luma, found in zip(features, bright, marks, strict=True):
             area = plane_area(each.window, step)
             values = values_from_codes(plane[area], kind, page.encoding)
             factor = np.minimum(found.factor, 1) if kind == "chroma" else found.factor
             drawn = values
             light = brightest_color(values, luma, BRIGHT_SHARE) if found.bright.any() else ink
             if found.clear.any():
-                ground = (
-                    brightest_color(values, luma, GROUND_SHARE, each.tones.near)
-                    if is_paper
-                    else local_mean(values, GROUND_RATIO * each.face.box.height, step)
-                )
-                share = np.float32(PAPER_WEIGHT if is_paper and raster.cell is None else 1)
-                drawn = drawn + share * _like(found.clear, values) * (ground - drawn)
+                ground = _ground(values, luma, each, medium, raster, step)
+                drawn = drawn + _like(found.clear, values) * (ground - drawn)
             drawn = drawn * _like(factor, values)
             for color, cover in ((light, found.bright), (ink, found.ink)):
                 if cover.any():
@@ -148,27 +135,30 @@ def _marks(
     Args:
         is_light: whether the ink has the colour of light lines.
     """
-    weight = each.weight if region is None else each.weight * region[plane_area(each.window, (1, 1))]
+    weight, skin = each.weight, each.skin
+    if region is not None:
+        weight, skin = (plane * region[plane_area(each.window, (1, 1))] for plane in (weight, skin))
     if raster.cell is not None:
         weight = weight * (patch_mask(Patch(each.window, each.window, each.face), raster.cell) > 0)
     tones, none = each.tones, np.zeros_like(weight)
     cover, same = np.minimum(weight / np.float32(FULL_INK_WEIGHT), 1), none + 1
     change, dot = weight * (tones.tone - 1), raster.dot(MAX_DOT_RATIO * min(page.shape))
+    paper = np.float32(LIGHT_WEIGHT) * weight * tones.light
     match medium:
         case Medium.LIGHT_LINES:
-            share = np.float32(min(1.0, each.face.box.height / FULL_LINE_HEIGHT_PX))
-            line = share * cover * _ramp(tones.contour, LINE_RANGE)
-            return _Marks(same, none, none, line) if is_light else _Marks(same, none, line, none)
+            shade = in_steps(np.float32(SHADE_FACTOR) * cover * (1 - tones.tone * tones.shade))
+            light = np.maximum(np.float32(SKIN_LIGHT_WEIGHT) * skin * (1 - shade), paper)
+            factor = 1 - np.float32(SKIN_LIGHT_WEIGHT) * np.minimum(shade, skin)
+            return _Marks(factor, none, none, light) if is_light else _Marks(factor, none, light, none)
         case Medium.INK_OVER_TONES:
-            least = min(SPECK_RATIO * each.face.box.height, MAX_SPECK_PX)
-            core = without_specks(_ramp(tones.dark, CORE_RANGE), least)
-            return _Marks(1 + change, none, none, np.float32(CORE_WEIGHT) * cover * core)
+            return _Marks(1 + change, none, none, np.float32(CORE_WEIGHT) * cover * _core(each))
         case Medium.INK:
-            paper = np.float32(LIGHT_WEIGHT) * weight * tones.light
-            ink, paper = (
-                _in_dots(plane, each, dot) for plane in (cover * _ramp(tones.dark, INK_RANGE), paper)
-            )
-            return _Marks(same, _cleared(each, ink, raster), paper, ink)
+            shade = in_steps(np.float32(SHADE_FACTOR) * weight * (1 - tones.tone * tones.shade))
+            ink = np.maximum(shade, np.float32(INK_WEIGHT) * cover * _core(each))
+            clear = np.minimum(weight, skin)
+            if dot == (1, 1):
+                return _Marks(same, np.float32(SKIN_WEIGHT) * clear, paper, ink)
+            return _Marks(same, *(in_squares(plane, each.window, dot) for plane in (clear, paper, ink)))
     if dot != (1, 1):
         change = np.round(cell_means(change, each.window, dot) / np.float32(TONE_STEP)) * np.float32(
             TONE_STEP
@@ -177,19 +167,27 @@ def _marks(
     return _Marks(1 + change, calm, none, none)
 
 
-def _in_dots(plane: np.ndarray, each: Features, dot: tuple[int, int]) -> np.ndarray:
-    """Return coverage in which the squares of a page are full or empty; the same without squares."""
-    if dot == (1, 1):
-        return plane
-    return (cell_means(plane, each.window, dot) >= MIN_DOT_COVERAGE).astype(np.float32)
+def _core(each: Features) -> np.ndarray:
+    """Return coverage by ink in the darkest parts, without specks."""
+    least = min(SPECK_RATIO * each.face.box.height, MAX_SPECK_PX)
+    return without_specks(_ramp(each.tones.dark, CORE_RANGE), least)
 
 
-def _cleared(each: Features, ink: np.ndarray, raster: PageRaster) -> np.ndarray:
-    """Return where dots and hatching are cleared: close to ink, which is hard to see among them."""
-    side = 2 * max(1, round(CLEAR_RATIO * each.face.box.height)) + 1
-    near = cv2.dilate(ink * each.tones.near, np.ones((side, side), np.uint8))
-    near = near if raster.cell is not None else cv2.blur(near, (side, side))
-    return _ramp(near * each.tones.near, CLEAR_RANGE)
+def _ground(
+    values: np.ndarray,
+    luma: np.ndarray,
+    each: Features,
+    medium: Medium,
+    raster: PageRaster,
+    step: tuple[int, int],
+) -> np.ndarray:
+    """Return what replaces letters, scan lines, dots and hatching under features."""
+    height = each.face.box.height
+    if medium is not Medium.INK:
+        return local_mean(values, GROUND_RATIO * height, step)
+    if raster.cell is not None:
+        return brightest_color(values, luma, BRIGHT_SHARE)
+    return skin_mean(values, _like(each.skin, values), SKIN_RATIO * height, step)
 
 
 def _calm(each: Features, raster: PageRaster) -> np.float32:

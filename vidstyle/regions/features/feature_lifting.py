@@ -19,7 +19,7 @@ from vidstyle.regions.boxes import Box, Rectangle
 from vidstyle.regions.face_tracks import Face
 from vidstyle.regions.features.areas import eye_doubt, feature_areas, has_dark_glasses
 from vidstyle.regions.features.tones import FeatureTones, feature_tones, skin_luma, without_grain
-from vidstyle.regions.masks import face_mask, mask_box
+from vidstyle.regions.masks import face_mask, inner_mask, mask_box
 from vidstyle.regions.patches import Patch, plane_area
 
 GLASSES_FACTOR = 2.0
@@ -37,6 +37,7 @@ class Features(NamedTuple):
         tones: marks that are darker or lighter than the skin.
         face: the face.
         amount: the largest weight.
+        skin: how much is lit skin of the face, H x W float32, 0..1, at most `amount`.
     """
 
     window: Rectangle
@@ -44,10 +45,11 @@ class Features(NamedTuple):
     tones: FeatureTones
     face: Face
     amount: float
+    skin: np.ndarray
 
 
 def lift_features(
-    picture: Picture, patches: Sequence[Patch], amount: Callable[[Face], float], page_side: float
+    picture: Picture, patches: Sequence[Patch], amount: Callable[[Face], float]
 ) -> list[Features]:
     """Change the patches of a picture in place: take off features. Return them.
 
@@ -55,19 +57,18 @@ def lift_features(
         picture: the picture of all patches.
         patches: the patches.
         amount: returns how much of the features of a face is lifted, 0..1.
-        page_side: shorter side of the whole picture.
     """
     lifted = list[Features]()
     for patch, face in ((each, each.face) for each in patches if each.face):
         share = amount(face)
         window = Box(*map(round, mask_box(face.box))).intersection(patch.window)
-        if share and window.area and (found := _lift(picture, patch, face, window, share, page_side)):
+        if share and window.area and (found := _lift(picture, patch, face, window, share)):
             lifted.append(found)
     return lifted
 
 
 def lift_from_picture(
-    picture: Picture, faces: Sequence[Face], amount: float, page_side: float
+    picture: Picture, faces: Sequence[Face], amount: float
 ) -> tuple[Picture, list[Features]]:
     """Return a whole picture without features, and these.
 
@@ -75,7 +76,6 @@ def lift_from_picture(
         picture: is only read.
         faces: the faces; their opacity is the share of the amount.
         amount: 0..1.
-        page_side: see `lift_features`.
     """
     if not faces:
         return picture, []
@@ -83,7 +83,7 @@ def lift_from_picture(
     patches = [Patch(whole, whole, replace(face, opacity=1.0)) for face in faces]
     shares = {face.track: amount * face.opacity for face in faces}
     picture = _copied(picture)
-    return picture, lift_features(picture, patches, lambda face: shares[face.track], page_side)
+    return picture, lift_features(picture, patches, lambda face: shares[face.track])
 
 
 def _copied(picture: Picture) -> Picture:
@@ -94,9 +94,7 @@ def _copied(picture: Picture) -> Picture:
     return replace(picture, luma=picture.luma.copy())
 
 
-def _lift(
-    picture: Picture, patch: Patch, face: Face, window: Rectangle, amount: float, page_side: float
-) -> Features | None:
+def _lift(picture: Picture, patch: Patch, face: Face, window: Rectangle, amount: float) -> Features | None:
     """Take off the features of a face in a window; None, and no change, if it has no eyes."""
     place = window.moved(patch.place.left - patch.window.left, patch.place.top - patch.window.top)
     area = plane_area(place, (1, 1))
@@ -119,6 +117,8 @@ def _lift(
     change = np.float32(amount) * areas.whole * (np.minimum(skin, even) - luma)
     values = values + (change if values.ndim == 2 else change[..., None])
     plane[area] = codes_from_values(values, "luma", picture.encoding)
-    tones = feature_tones(luma, (skin, strokes), areas, height, page_side)
-    weight = np.float32(amount * face.opacity) * areas.whole
-    return Features(window, weight, tones, face, amount)
+    tones = feature_tones(luma, (skin, strokes), areas, height)
+    share = np.float32(amount * face.opacity)
+    return Features(
+        window, share * areas.whole, tones, face, amount, share * inner_mask(face.box, window) * tones.lit
+    )

@@ -12,8 +12,9 @@ FEATURE_RATIO, STROKE_RATIO, HIGHLIGHT_RATIO = 0.2, 0.1, 0.07
 parts such as teeth, relative to the face's height."""
 SOFTNESS_RATIO = 0.03
 """Standard deviation of the Gaussian that smooths skin without features, in the same way."""
-SHADE_EXPONENT = 0.4
-"""How much of the shade between strokes, such as in an eye socket, is kept: 1 for all."""
+SHADE_EXPONENT, INK_SHADE_EXPONENT = 0.4, 0.75
+"""How much of the shade between strokes, such as in an eye socket, is kept: 1 for all; and the same for ink,
+which shows no shade below."""
 NEAR_RATIO = 0.25
 """Side of the square in which the strongest stroke is full ink, in the same way."""
 DARKNESS_RANGE = 0.16, 0.8
@@ -27,26 +28,11 @@ LIGHT_RATIO_RANGE = 0.1, 0.4
 LIT_RATIO_RANGE, SKIN_SHARE = (0.45, 0.75), 0.75
 """Luma of the ground relative to the face's skin from which bright parts count, and from which they count
 fully: not on a dark collar below a bowed head, or in a beard; and the quantile that counts as the skin."""
-NEAR_LIT_FACTOR = 2.0
-"""How much more of the ground counts as skin on which dark marks lie."""
 MIN_LUMA = 0.08
 """Added to luma before tones are compared: noise of dark skin is no feature."""
 SHOWN_LUMA_RATIO, MAX_EXPONENT, MAX_TONE = 0.3, 2.2, 1.3
 """Luma of the strongest strokes to which contrast is raised, relative to the skin; the exponent that does
 it, at most; and the brightest tone, as light marks get no contrast: noise would glitter."""
-LINE_SIGMA_RATIO, LINE_SIGMA_RANGE = 0.012, (0.7, 0.002)
-"""Standard deviation of the Gaussian whose difference from a wider one is a line, relative to the face's
-height; at least, in pixels; and at most, relative to the picture's shorter side."""
-LINE_WIDTH_FACTOR, LINE_CONTRAST_FACTOR = 2.5, 4.0
-"""Standard deviation of the wider one relative to it, and the factor that makes strong lines 1."""
-OUTLINE_SIGMA_RATIO, MIN_OUTLINE_SIGMA_PX, OUTLINE_DARKNESS_RATIO = 0.02, 1.0, 0.45
-"""Standard deviation of the Gaussian before shapes are outlined, relative to the face's height; at least; and
-their darkness relative to the strongest stroke."""
-NEAR_LINE_RATIO = 0.2
-"""Side of the square around a line in which shapes get no outline, relative to the face's height."""
-OUTLINE_WIDTH_PX, MIN_OUTLINE_SLOPE, MIN_OUTLINED_RATIO = 1.2, 0.02, 0.14
-"""Distance at which an outline ends; change of darkness per pixel below which it fades; and the least size of
-a shape, relative to the face's height."""
 SPECK_RATIO, MAX_SPECK_PX, MIN_SPECK_COVERAGE = 0.085, 7.0, 0.3
 """Size, relative to the face's height, of parts that are dropped as specks; at most; and coverage
 that connects."""
@@ -78,16 +64,16 @@ class FeatureTones(NamedTuple):
 
     Attributes:
         dark, light: coverage by dark strokes, and by whites of eyes and teeth, 0..1.
-        contour: the same by thin lines where it is dark: a dark shape is not filled.
         tone: luma relative to the skin, with the contrast to show.
-        near: eyes and mouth on skin, also in half shadow, 0..1.
+        lit: skin in light, 0..1.
+        shade: factor by which the shade between strokes is darker in ink, 0..1.
     """
 
     dark: np.ndarray
-    contour: np.ndarray
     light: np.ndarray
     tone: np.ndarray
-    near: np.ndarray
+    lit: np.ndarray
+    shade: np.ndarray
 
 
 def without_grain(luma: np.ndarray) -> np.ndarray:
@@ -121,7 +107,7 @@ def skin_luma(luma: np.ndarray, height: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def feature_tones(
-    luma: np.ndarray, grounds: tuple[np.ndarray, np.ndarray], areas: Areas, height: float, page_side: float
+    luma: np.ndarray, grounds: tuple[np.ndarray, np.ndarray], areas: Areas, height: float
 ) -> FeatureTones:
     """Return the marks of a face.
 
@@ -130,7 +116,6 @@ def feature_tones(
         grounds: see `skin_luma`.
         areas: where features are.
         height: height of the face in pixels.
-        page_side: shorter side of the whole picture.
     """
     luma, skin, strokes = (each + np.float32(MIN_LUMA) for each in (luma, *grounds))
     tone = luma / strokes * cv2.pow(strokes / skin, SHADE_EXPONENT)
@@ -142,13 +127,12 @@ def feature_tones(
     exponent = np.clip(np.float32(np.log(SHOWN_LUMA_RATIO)) / np.log(1 - peak), 1, MAX_EXPONENT)
     tone = np.clip(tone, MIN_LUMA, MAX_TONE)
     shown = np.where(tone > 1, 1 + (tone - 1) * lit, cv2.exp(exponent * cv2.log(tone)))
-    share = darkness / peak
     return FeatureTones(
-        np.minimum(areas.weights * share, 1),
-        np.clip(areas.weights * _lines(share, height, page_side), 0, 1),
+        np.minimum(areas.weights * darkness / peak, 1),
         light,
         shown,
-        areas.parts * np.minimum(np.float32(NEAR_LIT_FACTOR) * lit, 1),
+        lit,
+        np.minimum(cv2.pow(strokes / skin, INK_SHADE_EXPONENT - SHADE_EXPONENT), 1),
     )
 
 
@@ -161,18 +145,6 @@ def _peak(darkness: np.ndarray, parts: np.ndarray, height: float) -> np.ndarray:
     return np.clip(peak, min(most, max(least, MIN_DARKNESS_RATIO * strongest)), most)
 
 
-def _lines(share: np.ndarray, height: float, page_side: float) -> np.ndarray:
-    """Return how much each pixel is a line or the edge of a dark shape: a difference of Gaussians."""
-    least, most = LINE_SIGMA_RANGE
-    sigma = max(least, min(LINE_SIGMA_RATIO * height, most * page_side))
-    fine, wide = (cv2.GaussianBlur(share, (0, 0), each) for each in (sigma, LINE_WIDTH_FACTOR * sigma))
-    least = min(SPECK_RATIO * height, MAX_SPECK_PX)
-    lines = without_specks((fine - wide) * np.float32(LINE_CONTRAST_FACTOR), least)
-    size = max(1, round(NEAR_LINE_RATIO * height))
-    near = cv2.dilate(np.clip(lines, 0, 1), np.ones((size, size), np.uint8))
-    return np.maximum(lines, without_specks(_outlines(share, height) * (near < MIN_SPECK_COVERAGE), least))
-
-
 def without_specks(cover: np.ndarray, least: float) -> np.ndarray:
     """Return coverage without the parts that are neither as wide nor as high as some pixels."""
     _, labels, boxes, _ = cv2.connectedComponentsWithStats((cover > MIN_SPECK_COVERAGE).astype(np.uint8))
@@ -180,16 +152,6 @@ def without_specks(cover: np.ndarray, least: float) -> np.ndarray:
     kept = sides >= least
     kept[0] = True
     return cover * kept[labels]
-
-
-def _outlines(share: np.ndarray, height: float) -> np.ndarray:
-    """Return thin lines around the dark shapes of a soft picture, where lines find no edge."""
-    calm = cv2.GaussianBlur(share, (0, 0), max(MIN_OUTLINE_SIGMA_PX, OUTLINE_SIGMA_RATIO * height))
-    slope = np.hypot(cv2.Sobel(calm, -1, 1, 0, scale=1 / 8), cv2.Sobel(calm, -1, 0, 1, scale=1 / 8))
-    distance = np.abs(calm - np.float32(OUTLINE_DARKNESS_RATIO)) / np.maximum(
-        slope, np.float32(MIN_OUTLINE_SLOPE)
-    )
-    return without_specks(np.clip(np.float32(OUTLINE_WIDTH_PX) - distance, 0, 1), MIN_OUTLINED_RATIO * height)
 
 
 def _lit(skin: np.ndarray, inside: np.ndarray) -> np.ndarray:
