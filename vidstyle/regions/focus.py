@@ -282,8 +282,14 @@ class FocusRenderer(Backend):
         """Return the faces that are too large for a patch, less opaque where they still have one."""
         large = [replace(face, opacity=face.opacity * (1 - _small_share(face, side))) for face in faces]
         large = [face for face in large if face.opacity > 0]
-        medium = Medium.of(self._style, self._raster_on(request)) if large else None
-        return [] if medium in (Medium.INK, Medium.POINTS) else large
+        if not large:
+            return []
+        medium = Medium.of(self._style, self._raster_on(request))
+        large = [
+            replace(face, opacity=face.opacity * medium.lifted_share(face.box.height / side))
+            for face in large
+        ]
+        return [face for face in large if face.opacity > 0]
 
     def _patches_of(self, patches: PatchSet) -> PatchRenderer:
         return self._patches[patches.number % len(self._patches)]

@@ -35,7 +35,7 @@ GROUND_RATIO, SKIN_RATIO = 0.12, 0.07
 one whose mean of lit skin replaces dots and hatching."""
 SKIN_WEIGHT = 0.75
 """How far dots and hatching on lit skin are replaced: what is left shows the medium."""
-SHADE_FACTOR, INK_WEIGHT = 1.3, 0.95
+SHADE_FACTOR, INK_WEIGHT = 1.5, 0.95
 """How much darker shade is than where all is tones; and opacity of ink without tones."""
 SKIN_LIGHT_WEIGHT = 0.5
 """Opacity of light on lit skin between light lines."""
