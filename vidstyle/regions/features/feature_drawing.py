@@ -14,8 +14,7 @@ from vidstyle.core.plain_codes import codes_from_values, values_from_codes
 from vidstyle.regions.features.feature_lifting import Features
 from vidstyle.regions.features.media import Medium
 from vidstyle.regions.features.page_colors import brightest_color, local_mean, skin_mean
-from vidstyle.regions.features.shade import in_squares, in_steps
-from vidstyle.regions.features.tones import MAX_SPECK_PX, SPECK_RATIO, without_specks
+from vidstyle.regions.features.tones import MAX_SPECK_PX, SPECK_RATIO, in_steps, without_specks
 from vidstyle.regions.patch_blending import patch_mask
 from vidstyle.regions.patches import Patch, plane_area
 from vidstyle.regions.rasters import PageRaster, cell_means
@@ -110,7 +109,7 @@ def draw_features(
             drawn = values
             light = brightest_color(values, luma, BRIGHT_SHARE) if found.bright.any() else ink
             if found.clear.any():
-                ground = _ground(values, luma, each, medium, raster, step)
+                ground = _ground(values, each, medium, step)
                 drawn = drawn + _like(found.clear, values) * (ground - drawn)
             drawn = drawn * _like(factor, values)
             for color, cover in ((light, found.bright), (ink, found.ink)):
@@ -156,9 +155,7 @@ def _marks(
             shade = in_steps(np.float32(SHADE_FACTOR) * weight * (1 - tones.tone * tones.shade))
             ink = np.maximum(shade, np.float32(INK_WEIGHT) * cover * _core(each))
             clear = np.minimum(weight, skin)
-            if dot == (1, 1):
-                return _Marks(same, np.float32(SKIN_WEIGHT) * clear, paper, ink)
-            return _Marks(same, *(in_squares(plane, each.window, dot) for plane in (clear, paper, ink)))
+            return _Marks(same, np.float32(SKIN_WEIGHT) * clear, paper, ink)
     if dot != (1, 1):
         change = np.round(cell_means(change, each.window, dot) / np.float32(TONE_STEP)) * np.float32(
             TONE_STEP
@@ -173,20 +170,11 @@ def _core(each: Features) -> np.ndarray:
     return without_specks(_ramp(each.tones.dark, CORE_RANGE), least)
 
 
-def _ground(
-    values: np.ndarray,
-    luma: np.ndarray,
-    each: Features,
-    medium: Medium,
-    raster: PageRaster,
-    step: tuple[int, int],
-) -> np.ndarray:
+def _ground(values: np.ndarray, each: Features, medium: Medium, step: tuple[int, int]) -> np.ndarray:
     """Return what replaces letters, scan lines, dots and hatching under features."""
     height = each.face.box.height
     if medium is not Medium.INK:
         return local_mean(values, GROUND_RATIO * height, step)
-    if raster.cell is not None:
-        return brightest_color(values, luma, BRIGHT_SHARE)
     return skin_mean(values, _like(each.skin, values), SKIN_RATIO * height, step)
 
 

@@ -8,7 +8,7 @@ from vidstyle.block import rgb_from_text
 from vidstyle.regions.rasters import PageRaster
 from vidstyle.style import Style
 
-FACE_RATIOS = 0.3, 0.42
+FACE_RATIOS = 0.26, 0.38
 """Heights of faces relative to the picture's shorter side. Where all is ink, features are lifted completely
 up to the first; from the second on not at all, as the style draws them well itself."""
 

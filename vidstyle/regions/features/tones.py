@@ -41,6 +41,8 @@ LAPLACIAN_WEIGHTS, GRAIN_FACTOR = np.array([[1, -2, 1], [-2, 4, -2], [1, -2, 1]]
 MIN_GRAIN_LUMA, GRAIN_CONTRAST_RATIO, GRAIN_RADIUS_PX = 0.004, 4.0, 1.5
 """Grain from which luma is smoothed; contrast that counts as grain, relative to it; and standard deviation of
 the Gaussian that smooths. On faces of 50 to 130 lines in six photographs."""
+SHADE_STEP_COUNT, STEP_RANGE = 4, (0.25, 0.75)
+"""Steps of shade from paper to ink, and the part of each in which it changes: soft edges without stairs."""
 MAX_SEARCHED_HEIGHT_PX = 96
 """Larger faces are searched for skin in a reduced copy."""
 
@@ -143,6 +145,14 @@ def _peak(darkness: np.ndarray, parts: np.ndarray, height: float) -> np.ndarray:
     least, most = DARKNESS_RANGE
     strongest = float(np.quantile(darkness[parts > 0.5], STRONGEST_SHARE)) if parts.max() > 0.5 else most
     return np.clip(peak, min(most, max(least, MIN_DARKNESS_RATIO * strongest)), most)
+
+
+def in_steps(shade: np.ndarray) -> np.ndarray:
+    """Return shade, 0..1, in few steps with soft edges."""
+    level = np.clip(shade, 0, 1) * np.float32(SHADE_STEP_COUNT)
+    whole, (low, high) = np.floor(level), STEP_RANGE
+    part = np.clip((level - whole - np.float32(low)) / np.float32(high - low), 0, 1)
+    return np.asarray((whole + part) / np.float32(SHADE_STEP_COUNT), np.float32)
 
 
 def without_specks(cover: np.ndarray, least: float) -> np.ndarray:
