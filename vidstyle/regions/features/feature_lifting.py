@@ -26,6 +26,8 @@ GLASSES_FACTOR = 2.0
 """How much larger than an eye dark glasses are."""
 LIGHT_RATIO = 0.08
 """Standard deviation of the Gaussian that finds light and shade on a face, relative to its height."""
+MAX_SIGMA_PX = 4.0
+"""Standard deviation from which that Gaussian runs on a reduced copy."""
 
 
 class Features(NamedTuple):
@@ -113,7 +115,7 @@ def _lift(picture: Picture, patch: Patch, face: Face, window: Rectangle, amount:
     areas, inner = feature_areas(face, window), face_mask(face.box, window)
     areas = areas._replace(whole=areas.whole * inner)
     # The closing spreads a bright cheek over a shaded one, as a disc.
-    even = cv2.GaussianBlur(luma, (0, 0), LIGHT_RATIO * height)
+    even = _blurred(luma, LIGHT_RATIO * height)
     change = np.float32(amount) * areas.whole * (np.minimum(skin, even) - luma)
     values = values + (change if values.ndim == 2 else change[..., None])
     plane[area] = codes_from_values(values, "luma", picture.encoding)
@@ -122,3 +124,10 @@ def _lift(picture: Picture, patch: Patch, face: Face, window: Rectangle, amount:
     return Features(
         window, share * areas.whole, tones, face, amount, share * inner_mask(face.box, window) * tones.lit
     )
+
+
+def _blurred(luma: np.ndarray, sigma: float) -> np.ndarray:
+    factor = max(1.0, sigma / MAX_SIGMA_PX)
+    size = tuple(max(1, round(side / factor)) for side in luma.shape[::-1])
+    small = cv2.resize(luma, size, interpolation=cv2.INTER_AREA)
+    return cv2.resize(cv2.GaussianBlur(small, (0, 0), sigma / factor), luma.shape[::-1])

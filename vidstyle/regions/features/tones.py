@@ -43,6 +43,8 @@ MIN_GRAIN_LUMA, GRAIN_CONTRAST_RATIO, GRAIN_RADIUS_PX = 0.004, 4.0, 1.5
 the Gaussian that smooths. On faces of 50 to 130 lines in six photographs."""
 SHADE_STEP_COUNT, STEP_RANGE = 4, (0.25, 0.75)
 """Steps of shade from paper to ink, and the part of each in which it changes: soft edges without stairs."""
+MAX_SAMPLES = 8192
+"""Values of which a quantile is taken, at most."""
 MAX_SEARCHED_HEIGHT_PX = 96
 """Larger faces are searched for skin in a reduced copy."""
 
@@ -84,7 +86,7 @@ def without_grain(luma: np.ndarray) -> np.ndarray:
     Immerkær 1996, "Fast Noise Variance Estimation", with a median in place of the mean.
     """
     luma = np.asarray(luma, np.float32)
-    grain = float(np.median(np.abs(cv2.filter2D(luma, -1, LAPLACIAN_WEIGHTS)))) / GRAIN_FACTOR
+    grain = _quantile(np.abs(cv2.filter2D(luma, -1, LAPLACIAN_WEIGHTS)), 0.5) / GRAIN_FACTOR
     if grain < MIN_GRAIN_LUMA:
         return luma
     return cv2.bilateralFilter(luma, 5, GRAIN_CONTRAST_RATIO * grain, GRAIN_RADIUS_PX)
@@ -143,7 +145,7 @@ def _peak(darkness: np.ndarray, parts: np.ndarray, height: float) -> np.ndarray:
     size = max(1, round(NEAR_RATIO * height))
     peak = cv2.blur(cv2.dilate(darkness * parts, np.ones((size, size), np.uint8)), (size, size))
     least, most = DARKNESS_RANGE
-    strongest = float(np.quantile(darkness[parts > 0.5], STRONGEST_SHARE)) if parts.max() > 0.5 else most
+    strongest = _quantile(darkness[parts > 0.5], STRONGEST_SHARE) if parts.max() > 0.5 else most
     return np.clip(peak, min(most, max(least, MIN_DARKNESS_RATIO * strongest)), most)
 
 
@@ -168,8 +170,13 @@ def _lit(skin: np.ndarray, inside: np.ndarray) -> np.ndarray:
     """Return where the ground is skin in light, H x W float32, 0..1; `inside`: mask of the face."""
     low, high = LIT_RATIO_RANGE
     face = skin[inside > 0.5]
-    share = skin / np.float32(np.quantile(face, SKIN_SHARE) if face.size else 1)
+    share = skin / np.float32(_quantile(face, SKIN_SHARE) if face.size else 1)
     return np.asarray(np.clip((share - np.float32(low)) / np.float32(high - low), 0, 1), np.float32)
+
+
+def _quantile(values: np.ndarray, share: float) -> float:
+    """Return a quantile, of `MAX_SAMPLES` values at most."""
+    return float(np.quantile(values.ravel()[:: -(-values.size // MAX_SAMPLES)], share))
 
 
 def _disc(size: float) -> np.ndarray:
