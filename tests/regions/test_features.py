@@ -166,6 +166,21 @@ def test_eyes_are_drawn_in_the_colours_of_the_style(name: str, paper: int) -> No
     )
 
 
+@pytest.mark.parametrize("format", ["rgb24", "yuv420p"])
+def test_features_in_one_ink_are_as_dark_as_this_ink(format: str) -> None:
+    """Gray eyes in a drawing in red chalk are not of this drawing."""
+    page, ink = np.full((480, 640, 3), (222, 202, 198), np.uint8), (122, 46, 28)
+    page[:60] = ink
+    features = lifted(Picture.from_array(picture_with_face()))[1]
+    picture = picture_from_frame(av.VideoFrame.from_ndarray(page, "rgb24").reformat(format=format))
+    drawn = draw_features(picture, features, load_style("oil"), None, NO_RASTER)
+    luma, least = luma_in(drawn, WINDOW), luma_in(picture, Box(0, 0, 640, 60)).min()
+    assert least - 0.02 < luma[EYES].min() < 0.6
+    if drawn.color is not None:
+        red, green, _ = drawn.color[plane_area(WINDOW, (1, 1))].astype(int).transpose(2, 0, 1)
+        assert (red - green)[luma < 0.75].min() >= 25
+
+
 def test_features_keep_to_squares_and_to_the_region_of_a_style() -> None:
     features, page = lifted(Picture.from_array(picture_with_face()))[1], np.full((480, 640, 3), 200, np.uint8)
     style, region = load_style("pixel"), np.zeros((480, 640), np.float32)

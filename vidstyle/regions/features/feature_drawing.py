@@ -13,7 +13,7 @@ from vidstyle.core.picture import Picture
 from vidstyle.core.plain_codes import codes_from_values, values_from_codes
 from vidstyle.regions.features.feature_lifting import Features
 from vidstyle.regions.features.media import Medium
-from vidstyle.regions.features.page_colors import brightest_color, local_mean, skin_mean
+from vidstyle.regions.features.page_colors import brightest_color, darkest_color, local_mean, skin_mean
 from vidstyle.regions.features.tones import MAX_SPECK_PX, SPECK_RATIO, in_steps, without_specks
 from vidstyle.regions.patch_blending import patch_mask
 from vidstyle.regions.patches import Patch, plane_area
@@ -77,7 +77,8 @@ def draw_features(
 ) -> Picture:
     """Return a picture with features over it.
 
-    Styles with lines draw them in ink, with paper for the whites of eyes; other styles darken their result.
+    Styles with lines draw them in ink, with paper for the whites of eyes; other styles darken their result,
+    towards the darkest colour of the page.
 
     Args:
         page: the restyled picture; only read.
@@ -96,12 +97,14 @@ def draw_features(
     bright = [luma_in(page, each.window) for each in features]
     medium, is_light = Medium.of(style, raster), sum(color) > MIN_LIGHT_INK
     marks = [_marks(each, medium, is_light, page, region, raster) for each in features]
+    darks = darkest_color(page) if features and medium is not Medium.LIGHT_LINES else None
 
     def draw(plane: np.ndarray, kind: str) -> np.ndarray:
         if kind not in ("luma", "chroma", "color"):
             return plane
         step, plane = page.encoding.subsampling if kind == "chroma" else (1, 1), plane.copy()
         ink = np.array(inks.pop(0), np.float32)
+        dark = darks.pop(0) if darks else np.zeros_like(ink)
         for each, luma, found in zip(features, bright, marks, strict=True):
             area = plane_area(each.window, step)
             values = values_from_codes(plane[area], kind, page.encoding)
@@ -111,7 +114,7 @@ def draw_features(
             if found.clear.any():
                 ground = _ground(values, each, medium, step)
                 drawn = drawn + _like(found.clear, values) * (ground - drawn)
-            drawn = drawn * _like(factor, values)
+            drawn = dark + (drawn - dark) * _like(factor, values)
             for color, cover in ((light, found.bright), (ink, found.ink)):
                 if cover.any():
                     drawn = drawn + _like(cover, values) * (color - drawn)

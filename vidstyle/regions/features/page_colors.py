@@ -5,8 +5,14 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from vidstyle.core.picture import Picture
+from vidstyle.core.plain_codes import values_from_codes
+
 MAX_SAMPLES = 16_384
 """Samples that are measured for the brightest colour, at most."""
+DARK_SAMPLES, DARK_SHARE, MAX_DARK_LUMA = (128, 72), 0.005, 0.25
+"""Samples of a page across and down that are searched for its darkest colour; the share that counts as it;
+and its luma at most."""
 MIN_SKIN = 1e-3
 """Share of skin from which its mean is right; there is none to be shown below."""
 
@@ -23,6 +29,26 @@ def brightest_color(values: np.ndarray, luma: np.ndarray, share: float) -> np.nd
     luma = luma[::every, ::every]
     values = cv2.resize(values, luma.shape[::-1], interpolation=cv2.INTER_NEAREST)
     return np.asarray(values[luma >= np.quantile(luma, 1 - share)].mean(axis=0), np.float32)
+
+
+def darkest_color(page: Picture) -> list[np.ndarray]:
+    """Return the mean of the darkest samples of a page, as one value or colour for each plane but alpha.
+
+    In a style of one ink, it is the ink. Of a page without darks, it is darkened at its hue.
+    """
+    samples = list[np.ndarray]()
+
+    def sample(plane: np.ndarray, kind: str) -> np.ndarray:
+        if kind in ("luma", "chroma", "color"):
+            small = cv2.resize(plane, DARK_SAMPLES, interpolation=cv2.INTER_NEAREST)
+            samples.append(values_from_codes(small, kind, page.encoding))
+        return plane
+
+    page.map_planes(sample)
+    luma = samples[0] if samples[0].ndim == 2 else cv2.transform(samples[0], page.encoding.weights[None])
+    is_dark = luma <= np.quantile(luma, DARK_SHARE)
+    share = min(1.0, MAX_DARK_LUMA / max(float(luma[is_dark].mean()), MAX_DARK_LUMA))
+    return [np.asarray(share * each[is_dark].mean(axis=0), np.float32) for each in samples]
 
 
 def local_mean(values: np.ndarray, size: float, step: tuple[int, int]) -> np.ndarray:
