@@ -88,7 +88,7 @@ def test_a_pipe_between_two_ffmpegs_keeps_sound_and_times(tmp_path: Path) -> Non
         expected = [picture_from_frame(renderer(frame)).luma for frame in before]
     for restyled, wanted in zip(after, expected, strict=True):
         # x264 smooths crisp ink; the unstyled film is three times as far away
-        assert rms_error(picture_from_frame(restyled).luma, wanted) < 16
+        assert rms_error(picture_from_frame(restyled).luma, wanted) < 20
 
 
 def test_a_film_is_restyled(tmp_path: Path) -> None:
