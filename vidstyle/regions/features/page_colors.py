@@ -10,7 +10,7 @@ from vidstyle.core.plain_codes import values_from_codes
 
 MAX_SAMPLES = 16_384
 """Samples that are measured for the brightest colour, at most."""
-DARK_SAMPLES, DARK_SHARE, MAX_DARK_LUMA = (128, 72), 0.005, 0.25
+DARK_SIZE_PX, DARK_SHARE, MAX_DARK_LUMA = (128, 72), 0.005, 0.25
 """Samples of a page across and down that are searched for its darkest colour; the share that counts as it;
 and its luma at most."""
 MIN_SKIN = 1e-3
@@ -40,7 +40,7 @@ def darkest_color(page: Picture) -> list[np.ndarray]:
 
     def sample(plane: np.ndarray, kind: str) -> np.ndarray:
         if kind in ("luma", "chroma", "color"):
-            small = cv2.resize(plane, DARK_SAMPLES, interpolation=cv2.INTER_NEAREST)
+            small = cv2.resize(plane, DARK_SIZE_PX, interpolation=cv2.INTER_NEAREST)
             samples.append(values_from_codes(small, kind, page.encoding))
         return plane
 
