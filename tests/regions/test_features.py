@@ -18,6 +18,7 @@ from vidstyle.regions.features.feature_drawing import draw_features
 from vidstyle.regions.features.feature_lifting import Features, lift_features, lift_from_picture
 from vidstyle.regions.features.landmarks import USUAL_LANDMARKS
 from vidstyle.regions.features.media import FACE_RATIOS, Medium
+from vidstyle.regions.features.screens import screened
 from vidstyle.regions.patches import Patch, plane_area
 from vidstyle.regions.rasters import NO_RASTER, PageRaster
 from vidstyle.regions.writing.lifting import luma_in
@@ -118,22 +119,51 @@ def test_dark_glasses_are_dark_shapes() -> None:
 
 
 def test_between_light_lines_skin_is_light_and_eyes_are_dark() -> None:
-    """White eyes would make a face a negative."""
+    """White eyes would make a face a negative. The light is hatched."""
     picture, eye = picture_with_face(), USUAL_LANDMARKS.inside(PLACE).left_eye
     cv2.circle(picture, (round(eye[0]), round(eye[1])), 3, (20, 20, 20), -1)
     features, page = lifted(Picture.from_array(picture))[1], np.full((480, 640, 3), 90, np.uint8)
     drawn = draw_features(Picture.from_array(page), features, load_style("blueprint"), None, NO_RASTER)
     change = luma_in(drawn, WINDOW) - 90 / 255
     across, down = round(eye[0]) - WINDOW.left, round(eye[1]) - WINDOW.top
-    assert change[down, across] < -0.05 and change[down + 14, across] > 0.15
+    cheek = change[down + 10 : down + 18, across - 4 : across + 4]
+    assert change[down, across] < -0.05 and cheek.mean() > 0.1 and np.ptp(cheek) > 0.2
 
 
-def test_ink_shades_faces_in_few_steps() -> None:
-    """White skin with dots for eyes is nobody's."""
+@pytest.mark.parametrize(
+    "raster", [PageRaster(is_screen=True), PageRaster(((0.3, 0.0), (0.0, 0.3)), is_screen=True)]
+)
+def test_ink_shades_faces_in_its_own_medium(raster: PageRaster) -> None:
+    """White skin with dots for eyes is nobody's; gray skin between lines or dots is of another print."""
     features, page = lifted(Picture.from_array(picture_with_face()))[1], np.full((480, 640, 3), 255, np.uint8)
-    drawn = draw_features(Picture.from_array(page), features, load_style("ink"), None, NO_RASTER)
+    drawn = draw_features(Picture.from_array(page), features, load_style("ink"), None, raster)
     luma = luma_in(drawn, features[0].window)
-    assert ((luma > 0.25) & (luma < 0.85)).sum() > 60
+    shaded = np.abs(cv2.blur(luma, (5, 5)) - 0.55) < 0.25
+    square = np.ones((5, 5), np.uint8)
+    contrast = (cv2.dilate(luma, square) - cv2.erode(luma, square))[shaded]
+    assert shaded.sum() > 60 and np.mean(contrast > 0.4) > 0.97
+
+
+@pytest.mark.parametrize("is_dotted", [False, True])
+def test_screens_print_every_shade_and_stay_on_the_page(is_dotted: bool) -> None:
+    """No shade is paper and full shade is ink; between them there is ink in proportion."""
+    shades = np.linspace(0, 1, 9, dtype=np.float32)
+    inked = [
+        screened(np.full((60, 60), shade, np.float32), Box(0, 0, 60, 60), 160, is_dotted=is_dotted).mean()
+        for shade in shades
+    ]
+    assert inked[0] == 0 and inked[-1] == 1 and (np.diff(inked) > 0).all()
+    assert np.abs(inked[4] - 0.5) < 0.1
+    whole, part = (
+        screened(
+            np.full((side, side), 0.5, np.float32),
+            Box(60 - side, 60 - side, 60, 60),
+            160,
+            is_dotted=is_dotted,
+        )
+        for side in (60, 40)
+    )
+    assert np.allclose(whole[20:, 20:], part, atol=1e-3)
 
 
 @pytest.mark.parametrize("ground", [40, 190])

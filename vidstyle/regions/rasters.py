@@ -38,6 +38,11 @@ class PageRaster:
     is_screen: bool = False
     has_points: bool = False
 
+    @property
+    def is_dotted(self) -> bool:
+        """Whether it has dots or squares, which repeat in two directions; lines that bend have no period."""
+        return len(self.waves) > 1
+
     def dot(self, widest: float) -> tuple[int, int]:
         """Return height and width of the squares in which features are drawn."""
         if self.cell is None or max(self.cell) > 2 * widest:
