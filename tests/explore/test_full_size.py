@@ -13,7 +13,7 @@ from skimage import data
 
 from vidstyle.errors import StyleError
 from vidstyle.explore.candidates import examine
-from vidstyle.explore.crops.crop_measures import MAX_FACE_LIKENESS, FullSizeMetrics
+from vidstyle.explore.crops.crop_measures import MAX_FACE_LIKENESS, ComparedCrop, FullSizeMetrics
 from vidstyle.explore.crops.full_size import Crop, FullSize, comparable_faces, tones_of
 from vidstyle.explore.gates import DOUBTFUL_FAULT, UNUSABLE_FAULT, doubt, fault
 from vidstyle.explore.generate import random_style
@@ -117,20 +117,31 @@ def test_any_size_is_measured(shape: tuple[int, int]) -> None:
 def test_score_says_which_measures_speak_for_or_against(astronaut: FullSize) -> None:
     good = astronaut.measure(load_style("poster"))
     bad = good._replace(
-        fine_kept=0.1,
-        edge_hardness=0.3,
-        mark_strength=0.02,
-        detail_kept=0.1,
-        busyness=0.01,
-        lightness=0.05,
-        face=0.5,
+        fine_kept=0.1, edge_hardness=0.3, face=0.5, rims=-0.02, mark_smallness=0, face_lift=-0.01
     )
     for rules in get_args(Rules):
         assert score(bad, rules) < score(good, rules)
         assert max(reasons(bad, rules).values()) < 0
         assert set(reasons(good, rules)) == set(MEASURES[rules]) < set(FullSizeMetrics._fields)
         assert verdict(bad, rules).startswith(f"Score {100 * score(bad, rules):.0f} of 100; against it: ")
+        assert "face" in verdict(bad, rules)
+        assert "face" not in verdict(bad._replace(face=MAX_FACE_LIKENESS), rules)
     assert doubt(score(bad)) == DOUBTFUL_FAULT and doubt(0.9) == ""
+
+
+def test_lines_along_edges_have_rims_and_lightened_faces_are_lifted() -> None:
+    source = np.full((200, 200, 3), 90, np.uint8)
+    source[:, 100:] = 160
+    crop = ComparedCrop(source, [Box(60, 60, 140, 140)])
+    rims, face, coarse = (source.copy() for _ in range(3))
+    rims[:, 105:108] = 250
+    face[60:140, 60:140] += 50
+    coarse[:] = 128 + 60 * np.sin(np.arange(200) / 12)[:, None, None]
+    plain, rimmed, lifted, large = map(crop.measure, (source, rims, face, coarse))
+    assert plain.rims == plain.face_lift == 0 and rimmed.rims > 0.05
+    assert lifted.face_lift > 0.1 > abs(rimmed.face_lift)
+    assert large.mark_smallness < plain.mark_smallness
+    assert ComparedCrop(source, []).measure(face).face_lift == 0
 
 
 def test_a_style_that_is_too_large_for_the_picture_is_discarded(astronaut: FullSize) -> None:

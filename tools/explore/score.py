@@ -5,7 +5,8 @@ Usage: python -m tools.explore.score PICTURES CROPS KEY.json MARKS.json... [--wr
 KEY.json lists the marked crops as `tools/explore/marking.py` writes them: number, rules, and the picture, a
 path in PICTURES without its suffix, with the box of the crop. CROPS holds what people saw, as NUMBER.png.
 Each MARKS.json holds the marks of one person, {"number": "keep" or "reject"}; the majority counts, and ties
-are left out. Scores come from models fitted without the picture, and therefore without its styles.
+are left out. Scores come from models fitted without the picture, and therefore without its styles. Rules
+without marks keep their model.
 """
 
 from __future__ import annotations
@@ -50,13 +51,17 @@ def main() -> None:
     key = json.loads(options.key.read_text(encoding="utf-8"))
     key = [each for each in key if majority(people, each["number"])]
     metrics = measured(options.pictures, options.crops, key)
-    models = {}
+    models = json.loads(MODEL_FILE.read_text(encoding="utf-8"))
     for rules, names in MEASURES.items():
         here = [place for place, each in enumerate(key) if each["rules"] == rules]
+        if not here:
+            continue
         kept = np.array([majority(people, key[place]["number"]) > 0 for place in here])
         pictures = np.array([key[place]["picture"] for place in here])
         rows = np.array([[getattr(metrics[place], name) for name in names] for place in here])
-        report(rules, held_out(rows, kept, pictures), kept, [metrics[place] for place in here])
+        scores = held_out(rows, kept, pictures)
+        report(rules, scores, kept, [metrics[place] for place in here])
+        print(f"{rules}: AUC within a picture {area_within(scores, kept, pictures):.3f}")
         models[rules] = {name: np.vectorize(lambda x: float(f"{x:.4g}"))(each).tolist()
                          for name, each in fitted(rows, kept).items()}  # fmt: skip
     if options.write:
@@ -138,6 +143,13 @@ def fitted(rows: np.ndarray, kept: np.ndarray) -> dict[str, np.ndarray]:
 def area(scores: np.ndarray, kept: np.ndarray) -> float:
     """The area under the curve of ROC: how often a kept style has a higher score than a rejected one."""
     return float(np.mean(scores[kept][:, None] > scores[~kept][None]))
+
+
+def area_within(scores: np.ndarray, kept: np.ndarray, pictures: np.ndarray) -> float:
+    """The same for pairs of styles of one picture."""
+    higher = scores[:, None] > scores[None]
+    pairs = (pictures[:, None] == pictures[None]) & kept[:, None] & ~kept[None]
+    return float(higher[pairs].mean())
 
 
 if __name__ == "__main__":

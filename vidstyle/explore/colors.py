@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import colorsys
 import math
 from dataclasses import dataclass
 from random import Random
@@ -15,9 +14,6 @@ from vidstyle.style import Style
 
 MIN_CONTRAST = 3.0
 """Minimum contrast ratio of ink to paper, as required by WCAG 2 (1.4.11) for graphics."""
-
-MAX_GLARE = 0.11
-"""Maximum product of Oklch lightness and chroma of a tint; the orange of `poster` has 0.13."""
 
 # Björn Ottosson, "A perceptual color space for image processing", 2020.
 _RGB_TO_LMS_MATRIX = np.array(
@@ -82,19 +78,6 @@ def tone_colors(random: Random) -> list[str]:
         oklch(dark + (bright - dark) * share, chroma * strength, hue + turn * share)
         for share, strength in zip((0.0, 0.28, 0.54, 0.78, 1.0), (0.5, 0.9, 1.0, 0.7, 0.15), strict=True)
     ]
-
-
-def calm_saturation(hue: float) -> float:
-    """Return the largest HSL saturation at which a tint of this hue, in degrees, does not glare.
-
-    Yellow, cyan and magenta are both bright and pure at a lightness of half, unlike red and blue.
-    """
-    for percent in range(95, 30, -5):
-        rgb = colorsys.hls_to_rgb(hue % 360 / 360, 0.5, percent / 100)
-        lightness, a, b = oklab(np.array(rgb))
-        if lightness * math.hypot(a, b) <= MAX_GLARE:
-            break
-    return percent / 100
 
 
 def is_pale(color: str) -> bool:

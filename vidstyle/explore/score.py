@@ -11,25 +11,27 @@ import cv2
 import numpy as np
 
 from vidstyle.errors import InputError
-from vidstyle.explore.crops.crop_measures import FullSizeMetrics
+from vidstyle.explore.crops.crop_measures import MAX_FACE_LIKENESS, FullSizeMetrics
 from vidstyle.explore.paper.rules import Rules
 
 MODEL_FILE = Path(__file__).with_name("score.json")
 """The models fitted by `tools/explore/score.py`, by rules."""
 MEASURES: dict[Rules, tuple[str, ...]] = {
     "paper": ("fine_kept", "edge_hardness", "face"),
-    "open": ("detail_kept", "busyness", "lightness", "face"),
+    "open": ("rims", "mark_smallness", "face_lift"),
 }
 """What a model reads, of `FullSizeMetrics`: those that agree best with people on unseen pictures."""
 WORDS = {
     "fine_kept": "fine detail of the picture",
     "edge_hardness": "hard edges",
-    "detail_kept": "detail of the picture",
-    "busyness": "strong marks",
-    "lightness": "lightness",
     "face": "features of faces",
+    "rims": "light marks along edges",
+    "mark_smallness": "size of marks",
+    "face_lift": "lightness of faces",
 }
 """The measures that models read, in plain words."""
+FACE_MEASURES = {"face", "face_lift"}
+"""Those that say nothing about pictures without a face."""
 MIN_SHOWN_REASON = 0.2
 """Log-odds from which a measure is named in a verdict."""
 MAX_SPREADS = 3.0
@@ -58,7 +60,9 @@ def reasons(measures: FullSizeMetrics, rules: Rules = "open") -> dict[str, float
 
 def verdict(measures: FullSizeMetrics, rules: Rules = "open") -> str:
     """Return the score in a line, and which measures speak for and against the style."""
-    parts = sorted(reasons(measures, rules).items(), key=lambda part: -abs(part[1]))
+    unseen = FACE_MEASURES if measures.face == MAX_FACE_LIKENESS else set()
+    known = [part for part in reasons(measures, rules).items() if part[0] not in unseen]
+    parts = sorted(known, key=lambda part: -abs(part[1]))
     sides = {
         "for it": [WORDS[name] for name, part in parts if part >= MIN_SHOWN_REASON],
         "against it": [WORDS[name] for name, part in parts if part <= -MIN_SHOWN_REASON],

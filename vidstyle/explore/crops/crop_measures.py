@@ -9,10 +9,11 @@ import cv2
 import numpy as np
 
 from vidstyle.explore.crops.debris import SourceAreas
+from vidstyle.explore.crops.drawn_crop import SourceDrawing
 from vidstyle.explore.measure import correlation, gradient_of, luma_of_codes
 from vidstyle.regions.boxes import Box
 
-FINEST_BAND_PX, FINE_BAND_PX, DETAIL_BAND_PX, COARSE_BAND_PX = (0.5, 1), (1, 2), (2, 4), (8, 16)
+FINEST_BAND_PX, FINE_BAND_PX, DETAIL_BAND_PX = (0.5, 1), (1, 2), (2, 4)
 """Standard deviations of the two blurs between which detail of a size is seen."""
 MIN_FINEST, MIN_DETAIL = 0.003, 0.005
 """What is added to the strength of a band, so that the ratio of two weak ones means nothing."""
@@ -21,10 +22,8 @@ STEP_SIDE_PX, MIN_STEP = 5, 0.12
 HARD_PERCENTILE = 75
 MARK_FACTOR = 2
 """Reduction at which the width of marks is measured."""
-MARK_RADII_PX = 2, 4, 8, 14
-"""Radii of the structuring elements that extract marks of four widths, after this reduction."""
-BUSY_SQUARE_PX, BUSY_PERCENTILE = (25, 25), 90
-"""Squares whose mean gradients are compared, and the percentile from which they are busy."""
+NARROW_RADIUS_PX, WIDE_RADIUS_PX = 2, 14
+"""Radii of the structuring elements that extract narrow marks, and marks of any width, when reduced."""
 WHITE_LEVEL, BLACK_LEVEL = 0.93, 0.07
 FACE_WIDTH_PX, FACE_BAND_PX, FACE_OUTLINE_BAND_PX = 64, (1, 4), (0.7, 2)
 """Width of a face for comparison with the source, and the bands of eyes and mouth, and of their outlines."""
@@ -45,41 +44,33 @@ class FullSizeMetrics(NamedTuple):
         fineness: logarithm of the strength of detail of one pixel relative to that of four: high if edges are
             crisp, low if the picture is soft.
         edge_hardness: steepness of edges relative to their height, upper quartile; 1 for edges of one pixel.
-        mark_strength: mean height of dark and bright marks up to the largest width.
-        mark_width: the height of marks up to the largest width relative to the narrowest.
-        bright_shapes: mean height of bright marks between the second and the largest width, less that of the
-            source: negative where light parts have lost their form.
-        bright_marks: the same between the second and the third width.
-        coarse_contrast: strength of detail of 8 to 16 pixels.
-        chroma: mean difference of the largest and the smallest colour channel.
-        busyness: mean gradient of luma in squares, 90th percentile.
-        lightness: median of luma.
+        mark_width: the height of dark and bright marks of any width relative to that of narrow ones.
         burnt: share of pixels that are nearly white or black, less that of the source.
         debris: mean height of structure where the source is smooth.
         patchiness: deviation of that height between places: a regular screen has little, worms have much.
         halo: mean height of bright rims beside edges.
         face: absolute correlation of facial features with the source; `MAX_FACE_LIKENESS` without a face.
         face_outlines: the same for outlines of features, which smears and blots destroy first.
+        rims: mean height of light marks up to 15 pixels wide beside edges, less that of the source.
+        mark_smallness: logarithm of the strength of marks of 4 to 8 pixels relative to those of 8 to 16.
+        face_lift: by how much lighter a style makes faces than their surroundings, less the difference in the
+            source, in Oklab lightness, 0..1; 0 without a face.
     """
 
     fine_kept: float
     detail_kept: float
     fineness: float
     edge_hardness: float
-    mark_strength: float
     mark_width: float
-    bright_shapes: float
-    bright_marks: float
-    coarse_contrast: float
-    chroma: float
-    busyness: float
-    lightness: float
     burnt: float
     debris: float
     patchiness: float
     halo: float
     face: float
     face_outlines: float
+    rims: float
+    mark_smallness: float
+    face_lift: float
 
 
 class ComparedCrop:
@@ -87,8 +78,9 @@ class ComparedCrop:
 
     def __init__(self, source: np.ndarray, faces: Sequence[Box[float]]) -> None:
         self._whole, self._areas = _Region(source), SourceAreas(luma_of_codes(source))
-        parts = [part for face in faces if (part := _part(face, source.shape)) is not None]
-        self._faces = [(part, _Region(source[part])) for part in parts[:MAX_FACE_COUNT]]
+        parts = [part for face in faces if (part := _part(face, source.shape)) is not None][:MAX_FACE_COUNT]
+        self._faces = [(part, _Region(source[part])) for part in parts]
+        self._drawing = SourceDrawing(source, parts)
 
     @property
     def has_faces(self) -> bool:
@@ -97,7 +89,7 @@ class ComparedCrop:
 
     def measure(self, result: np.ndarray) -> FullSizeMetrics:
         """Return the metrics of the crop in a style, H x W x 3 uint8."""
-        added = self._areas.added(luma_of_codes(result))._asdict()
+        added = self._areas.added(luma_of_codes(result))._asdict() | self._drawing.measure(result)._asdict()
         whole = self._whole.measure(result)._replace(**added)
         faces = [region.measure(result[part]) for part, region in self._faces]
         if not faces:
@@ -109,12 +101,6 @@ class ComparedCrop:
         return face._replace(
             fineness=high.fineness,
             mark_width=low.mark_width,
-            bright_shapes=low.bright_shapes,
-            bright_marks=low.bright_marks,
-            coarse_contrast=low.coarse_contrast,
-            chroma=whole.chroma,
-            busyness=whole.busyness,
-            lightness=whole.lightness,
             burnt=high.burnt,
             **added,
         )
@@ -126,7 +112,6 @@ class _Region:
     def __init__(self, source: np.ndarray) -> None:
         luma = luma_of_codes(source)
         self._fine, self._detail = _band(luma, *FINE_BAND_PX), _band(luma, *DETAIL_BAND_PX)
-        self._bright = _marks(luma)[1]
         self._extreme = _extreme_share(luma)
         self._features = _features(luma, FACE_BAND_PX)
         self._outlines = _features(luma, FACE_OUTLINE_BAND_PX)
@@ -135,26 +120,22 @@ class _Region:
         """Return the metrics of this part in a style, as if it was a face."""
         luma = luma_of_codes(result)
         finest, detail = _band(luma, *FINEST_BAND_PX), _band(luma, *DETAIL_BAND_PX)
-        dark, bright = _marks(luma)
         return FullSizeMetrics(
             fine_kept=correlation(_band(luma, *FINE_BAND_PX), self._fine),
             detail_kept=correlation(detail, self._detail),
             fineness=float(np.log((finest.std() + MIN_FINEST) / (detail.std() + MIN_DETAIL))),
             edge_hardness=_edge_hardness(luma),
-            mark_strength=dark[3] + bright[3],
-            mark_width=(dark[3] + bright[3]) / max(dark[0] + bright[0], MIN_FINEST),
-            bright_shapes=bright[3] - bright[1] - (self._bright[3] - self._bright[1]),
-            bright_marks=bright[2] - bright[1] - (self._bright[2] - self._bright[1]),
-            coarse_contrast=float(_band(luma, *COARSE_BAND_PX).std()),
-            chroma=float((result.max(axis=2) - result.min(axis=2)).mean() / 255),
-            busyness=float(np.percentile(cv2.blur(gradient_of(luma), BUSY_SQUARE_PX), BUSY_PERCENTILE)),
-            lightness=float(np.median(luma)),
+            mark_width=_mark_height(luma, WIDE_RADIUS_PX)
+            / max(_mark_height(luma, NARROW_RADIUS_PX), MIN_FINEST),
             burnt=_extreme_share(luma) - self._extreme,
             debris=0,
             patchiness=0,
             halo=0,
             face=abs(correlation(_features(luma, FACE_BAND_PX), self._features)),
             face_outlines=abs(correlation(_features(luma, FACE_OUTLINE_BAND_PX), self._outlines)),
+            rims=0,
+            mark_smallness=0,
+            face_lift=0,
         )
 
 
@@ -175,15 +156,12 @@ def _edge_hardness(luma: np.ndarray) -> float:
     return float(np.percentile(2 * gradient_of(luma)[edges] / step[edges], HARD_PERCENTILE))
 
 
-def _marks(luma: np.ndarray) -> tuple[list[float], list[float]]:
-    """Return the mean height of dark and of bright marks up to each width."""
+def _mark_height(luma: np.ndarray, radius: int) -> float:
+    """Return the mean height of dark and bright marks up to a width."""
     small = _reduced(luma, MARK_FACTOR)
-    dark, bright = list[float](), list[float]()
-    for radius in MARK_RADII_PX:
-        element = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * radius + 1, 2 * radius + 1))
-        dark.append(float(cv2.morphologyEx(small, cv2.MORPH_BLACKHAT, element).mean()))
-        bright.append(float(cv2.morphologyEx(small, cv2.MORPH_TOPHAT, element).mean()))
-    return dark, bright
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * radius + 1, 2 * radius + 1))
+    dark, bright = (cv2.morphologyEx(small, kind, disc) for kind in (cv2.MORPH_BLACKHAT, cv2.MORPH_TOPHAT))
+    return float(dark.mean() + bright.mean())
 
 
 def _extreme_share(luma: np.ndarray) -> float:
