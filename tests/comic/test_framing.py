@@ -4,12 +4,18 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 from media import photograph
 
 from vidstyle.comic.analyze.features import Foreground, extract_features
 from vidstyle.comic.layout.crop import crop
-from vidstyle.comic.select.framing import alternate_framing, approach_faces, merge_equal, remove_repeats
+from vidstyle.comic.select.framing import (
+    alternate_framing,
+    approach_faces,
+    merge_equal,
+    remove_repeats,
+)
 from vidstyle.regions.boxes import Box
 
 
@@ -40,15 +46,25 @@ def test_a_large_face_and_scattered_objects_get_no_close_up() -> None:
 
 def test_after_a_wide_view_of_several_movers_each_close_up_shows_one() -> None:
     """It contains the whole of the largest one, with room for what its mask misses, and not the other."""
-    picture = photograph("rocket")[:400, :600]
+    picture = cv2.resize(photograph("rocket")[:400, :600], (1200, 800))
     places = np.zeros((32, 48), bool)
     places[18:26, 6:9] = places[4:8, 40:42] = True
-    action = Foreground(places, Box(70.0, 45.0, 530.0, 330.0), 1.0, 0.0, False)
-    square = replace(extract_features(picture, 0, (400, 600)), action=action, subject=action.box)
+    action = Foreground(places, Box(140.0, 90.0, 1060.0, 660.0), 1.0, 0.0, False)
+    square = replace(extract_features(picture, 0, (800, 1200)), action=action, subject=action.box)
     shown = alternate_framing([square] * 3)
     assert [each.framing for each in shown] == ["wide", "near", "near"]
-    window, walker, other = crop(shown[1], 1.5), Box(75, 225, 112, 325), Box(500, 50, 525, 100)
-    assert window.contains(walker.padded(20, 20, 20)) and not window.intersection(other).area
+    window, walker, other = crop(shown[1], 1.5), Box(150, 450, 225, 650), Box(1000, 100, 1050, 200)
+    assert window.contains(walker.padded(40, 40, 40)) and not window.intersection(other).area
+
+
+def test_small_movers_get_no_close_up() -> None:
+    """They have too few pixels to be drawn large, so that each picture is shown whole."""
+    picture = photograph("rocket")[:400, :600]
+    places = np.zeros((32, 48), bool)
+    places[18:26, 6:9] = True
+    action = Foreground(places, Box(70.0, 220.0, 120.0, 330.0), 1.0, 0.0, False)
+    street = replace(extract_features(picture, 0, (400, 600)), action=action, subject=action.box)
+    assert [each.framing for each in alternate_framing([street] * 3)] == ["wide"] * 3
 
 
 def test_repeats_are_removed() -> None:

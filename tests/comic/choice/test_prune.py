@@ -204,3 +204,35 @@ def test_a_place_that_tells_nothing_is_removed_next_to_one_person_and_another_pl
     someone = replace(one, faces=(Box(100, 40, 160, 110),))
     assert prune([someone, place, dull], 0) == [someone, place]
     assert prune([someone, dull], 0) == [someone, dull]
+
+
+def test_a_view_comes_once_though_the_camera_pans_and_cars_pass() -> None:
+    """The more important frame stays; a single large mover that has moved tells something new."""
+    picture = cv2.resize(photograph("coffee"), (640, 400))
+    panned = [key_frame(picture[30:, left : left + 560], left) for left in (0, 60)]
+    shown = [panned[0], replace(panned[1], importance=0.6)]
+    assert prune(shown, 0) == shown[1:]
+    for several, count in ((False, 2), (True, 1)):
+        actions = []
+        for left in (4, 30):
+            places = np.zeros((32, 48), bool)
+            places[6:28, left : left + 8] = True
+            places[2:4, 44:46] = several
+            actions.append(Foreground(places, Box(100, 60, 200, 300), 0.8, 0.0, False))
+        movers = [
+            replace(each, action=action, time=4.0 * number)
+            for number, (each, action) in enumerate(zip(panned, actions, strict=True))
+        ]
+        assert len(prune(movers, 0)) == count
+
+
+def test_a_dark_picture_without_a_face_is_removed_next_to_lit_ones() -> None:
+    """If enough others are left to tell the story."""
+    places = [key_frame(view(PLACES[each], 0, 0, (320, 180)), each, scene=each) for each in range(5)]
+    moving = Foreground(np.ones((32, 48), bool), Box(60, 40, 200, 130), 1.0, 0.0, False)
+    lit = [replace(each, action=moving, light=0.5) for each in places]
+    few = [replace(lit[0], light=0.2, clarity=0.45), *lit[1:4]]
+    assert prune(few, 0) == few
+    dark = [replace(each, light=0.2, clarity=0.45) for each in lit]
+    assert prune([dark[0], *lit[1:]], 0) == lit[1:]
+    assert prune(dark, 0) == dark

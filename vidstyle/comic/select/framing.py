@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import cv2
-import numpy as np
 
 from vidstyle.comic.analyze.features import Candidate, Foreground
 from vidstyle.comic.analyze.sharpness import FULL_FACE_DETAIL_LEVELS
 from vidstyle.comic.analyze.similarity import SAME_SIMILARITY, similarity
 from vidstyle.comic.select.frame_scores import MAX_LEADING_SOFTNESS, face_softness
+from vidstyle.comic.select.movers import find_movers, has_large_mover, has_several_movers
 from vidstyle.regions.boxes import Box
 
 # Close-ups.
@@ -67,7 +67,8 @@ def _local_change(one: Candidate, other: Candidate) -> float:
 def alternate_framing(key_frames: Sequence[Candidate]) -> list[Candidate]:
     """Frame successive key frames that look alike as wide views and close-ups in turn.
 
-    After a wide view of several movers, the others are close-ups of one or a few of them.
+    After a wide view of several large movers, the others are close-ups of one or a few of them. Pictures of
+    small movers are wide views.
     """
     like = similarity([each.thumbnail for each in key_frames])
     found = list(key_frames)
@@ -75,11 +76,11 @@ def alternate_framing(key_frames: Sequence[Candidate]) -> list[Candidate]:
         before = found[number - 1]
         if like[number, number - 1] <= SAME_SIMILARITY:
             continue
-        if before.framing == "near" and not _has_several_movers(found[number]):
+        if before.framing == "near" and not has_several_movers(found[number]):
             found[number] = replace(found[number], framing="wide")
         else:
             found[number] = _zoom_in(found[number])
-            if before.framing == "usual" and found[number].framing == "near":
+            if before.framing == "usual" != found[number].framing:
                 found[number - 1] = replace(before, framing="wide")
     return found
 
@@ -131,23 +132,11 @@ def merge_equal(key_frames: Sequence[Candidate]) -> list[Candidate]:
     return [replace(only, framing="near" if is_compact else "wide")]
 
 
-def _has_several_movers(key_frame: Candidate) -> bool:
-    action = None if key_frame.faces else key_frame.action
-    return action is not None and len(_movers(action)) > 1
-
-
-def _movers(action: Foreground) -> list[list[int]]:
-    """Return left, top, width, height and area of each mover in the mask of an action, the largest first."""
-    joined = cv2.dilate(action.places.astype(np.uint8), np.ones((3, 3), np.uint8))
-    found = cv2.connectedComponentsWithStats(joined)[2][1:].tolist()
-    return sorted(found, key=lambda each: -each[4])
-
-
 def _main_mover(action: Foreground, whole: Box) -> Box:
     """Return the box of the largest mover with those next to it; of the whole action if there is only one."""
     movers = list[Box]()
     x, y = (whole.width / action.places.shape[1], whole.height / action.places.shape[0])
-    for left, top, across, down, _ in _movers(action):
+    for left, top, across, down, _ in find_movers(action):
         # Without the cell around it that the dilation adds.
         box = Box((left + 1) * x, (top + 1) * y, (left + across - 1) * x, (top + down - 1) * y)
         margin = _MOVER_MARGIN_RATIO * max(box.width, box.height)
@@ -163,16 +152,22 @@ def _main_mover(action: Foreground, whole: Box) -> Box:
 
 
 def _zoom_in(key_frame: Candidate) -> Candidate:
-    """Return the key frame as a close-up; unchanged if its main face is large or it would be too wide."""
+    """Return the key frame as a close-up.
+
+    It is unchanged if its main face is large or the close-up would be too wide, and a wide view if its
+    movers are small.
+    """
     height, width = key_frame.shape
     whole = Box(0.0, 0.0, float(width), float(height))
     if not key_frame.faces:
         x, y = key_frame.saliency.center
         side, blobs, held = _NEAR_SIDE_RATIO, key_frame.blobs, None
         if key_frame.action and not key_frame.action.is_gone:
+            if not has_large_mover(key_frame):
+                return replace(key_frame, framing="wide")
             held = box = _main_mover(key_frame.action, whole)
             (x, y), blobs = box.center, ()
-            margin = 1.0 if _has_several_movers(key_frame) else _ACTION_MARGIN_RATIO
+            margin = 1.0 if has_several_movers(key_frame) else _ACTION_MARGIN_RATIO
             side = max(_MIN_ACTION_SIDE_RATIO, margin * max(box.width / width, box.height / height))
         wide, high = side * width / 2, side * height / 2
         left, top = min(max(0.0, x - wide), width - 2 * wide), min(max(0.0, y - high), height - 2 * high)

@@ -21,6 +21,7 @@ from vidstyle.comic.select.frame_scores import (
     subject_strength,
 )
 from vidstyle.comic.select.twins import is_twin
+from vidstyle.comic.select.views import find_repeated_view
 
 # Moments.
 _MIN_MOMENT_SECONDS, _MIN_MOMENT_PANELS = 2.0, 2
@@ -61,6 +62,8 @@ _MIN_CLARITY_RATIO, _MAX_MURK_LIGHT, _MIN_CLEAR_PANELS = 0.5, 0.4, 2
 
 The third value is the number of panels that are left at least.
 """
+_MAX_DARK_LIGHT, _MAX_DARK_CLARITY = 0.25, 0.5
+"""Mean luma and clarity below which the dark hides what moves, though not a face."""
 
 
 def prune(key_frames: Sequence[Candidate], least: int) -> list[Candidate]:
@@ -235,12 +238,27 @@ def _find_murk(key_frames: Sequence[Candidate]) -> int | None:
     return min(murky, key=lambda number: key_frames[number].clarity, default=None)
 
 
+def _find_dark(key_frames: Sequence[Candidate]) -> int | None:
+    """Return the darkest frame with a mover but no face, if enough others are left that are not as dark."""
+    dark = [
+        number
+        for number, each in enumerate(key_frames)
+        if each.light < _MAX_DARK_LIGHT
+        and each.clarity < _MAX_DARK_CLARITY
+        and has_figure(each)
+        and not (each.faces or each.forced)
+    ]
+    is_free = len(key_frames) - len(dark) >= _MIN_STORY_PANELS
+    return min(dark, key=lambda number: key_frames[number].light, default=None) if is_free else None
+
+
 def _has_subject(candidate: Candidate) -> bool:
     return subject_strength(candidate) >= _MIN_SUBJECT_STRENGTH
 
 
 _FINDERS = (
     _find_twin,
+    find_repeated_view,
     _find_cut_subject,
     _find_same_moment,
     _find_repeated_place,
@@ -251,4 +269,5 @@ _FINDERS = (
     _find_surplus_place,
     _find_weak_place,
     _find_murk,
+    _find_dark,
 )

@@ -1,0 +1,72 @@
+"""Frames of one view: the same place from the same side, though the camera has panned or cars have passed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations
+
+import cv2
+import numpy as np
+
+from vidstyle.comic.analyze.action import subject_difference
+from vidstyle.comic.analyze.features import Candidate
+from vidstyle.comic.select.frame_scores import is_person
+from vidstyle.comic.select.movers import has_lone_mover
+
+_INNER_SIZE_PX, _SCALE_RATIOS = (30, 20), (0.85, 1.0, 1.18)
+"""Width and height of the middle of a thumbnail that is searched in another one, and the scales tried."""
+_MIN_VIEW_CORRELATION = 0.7
+"""Correlation from which two frames of a scene are one view: other pictures of a trailer have up to 0.61."""
+_MIN_MOVED_DIFFERENCE = 0.75
+"""Difference of the only mover of two frames from which it has done something in between."""
+
+
+def find_repeated_view(key_frames: Sequence[Candidate]) -> int | None:
+    """Return a frame whose view another one shows: a close-up, or else the less important one.
+
+    Persons and a single large mover that has moved tell something new; other places of many cars do not.
+    """
+    for pair in combinations(range(len(key_frames)), 2):
+        one, other = (key_frames[each] for each in pair)
+        free = [each for each in pair if not key_frames[each].forced]
+        if free and _is_one_view(one, other):
+            return min(
+                free, key=lambda each: (key_frames[each].framing != "near", key_frames[each].importance)
+            )
+    return None
+
+
+def _is_one_view(one: Candidate, other: Candidate) -> bool:
+    if one.scene != other.scene or is_person(one) or is_person(other) or _has_moved(one, other):
+        return False
+    return view_correlation(one.thumbnail, other.thumbnail) >= _MIN_VIEW_CORRELATION
+
+
+def _has_moved(one: Candidate, other: Candidate) -> bool:
+    """Whether a single large mover is elsewhere, or in one of the frames only."""
+    large = [has_lone_mover(each) for each in (one, other)]
+    if not all(large) or one.action is None or other.action is None:
+        return any(large)
+    return subject_difference(one.action, other.action) >= _MIN_MOVED_DIFFERENCE
+
+
+def view_correlation(one: np.ndarray, other: np.ndarray) -> float:
+    """Return the best correlation of the middle of one thumbnail with a part of the other, -1..1.
+
+    Args:
+        one: H x W x 3 uint8.
+        other: of the same shape.
+    """
+    pair = [cv2.cvtColor(each, cv2.COLOR_RGB2LAB).astype(np.float32) for each in (one, other)]
+    return max(
+        float(cv2.matchTemplate(searched, _middle(shown, scale), cv2.TM_CCOEFF_NORMED).max())
+        for shown, searched in (pair, pair[::-1])
+        for scale in _SCALE_RATIOS
+    )
+
+
+def _middle(picture: np.ndarray, scale: float) -> np.ndarray:
+    scaled = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    across, down = _INNER_SIZE_PX
+    left, top = (scaled.shape[1] - across) // 2, (scaled.shape[0] - down) // 2
+    return np.ascontiguousarray(scaled[top : top + down, left : left + across])
