@@ -65,6 +65,7 @@ def test_small_movers_get_no_close_up() -> None:
     action = Foreground(places, Box(70.0, 220.0, 120.0, 330.0), 1.0, 0.0, False)
     street = replace(extract_features(picture, 0, (400, 600)), action=action, subject=action.box)
     assert [each.framing for each in alternate_framing([street] * 3)] == ["wide"] * 3
+    assert alternate_framing([street] * 2, enlarges_small=True)[1].framing == "near"
 
 
 def test_repeats_are_removed() -> None:

@@ -64,11 +64,11 @@ def _local_change(one: Candidate, other: Candidate) -> float:
     )
 
 
-def alternate_framing(key_frames: Sequence[Candidate]) -> list[Candidate]:
+def alternate_framing(key_frames: Sequence[Candidate], enlarges_small: bool = False) -> list[Candidate]:
     """Frame successive key frames that look alike as wide views and close-ups in turn.
 
     After a wide view of several large movers, the others are close-ups of one or a few of them. Pictures of
-    small movers are wide views.
+    small movers are wide views unless `enlarges_small`, as many panels of one view want variety.
     """
     like = similarity([each.thumbnail for each in key_frames])
     found = list(key_frames)
@@ -79,7 +79,7 @@ def alternate_framing(key_frames: Sequence[Candidate]) -> list[Candidate]:
         if before.framing == "near" and not has_several_movers(found[number]):
             found[number] = replace(found[number], framing="wide")
         else:
-            found[number] = _zoom_in(found[number])
+            found[number] = _zoom_in(found[number], enlarges_small)
             if before.framing == "usual" != found[number].framing:
                 found[number - 1] = replace(before, framing="wide")
     return found
@@ -151,11 +151,11 @@ def _main_mover(action: Foreground, whole: Box) -> Box:
     return main
 
 
-def _zoom_in(key_frame: Candidate) -> Candidate:
+def _zoom_in(key_frame: Candidate, enlarges_small: bool = False) -> Candidate:
     """Return the key frame as a close-up.
 
     It is unchanged if its main face is large or the close-up would be too wide, and a wide view if its
-    movers are small.
+    movers are small, unless `enlarges_small`.
     """
     height, width = key_frame.shape
     whole = Box(0.0, 0.0, float(width), float(height))
@@ -163,7 +163,7 @@ def _zoom_in(key_frame: Candidate) -> Candidate:
         x, y = key_frame.saliency.center
         side, blobs, held = _NEAR_SIDE_RATIO, key_frame.blobs, None
         if key_frame.action and not key_frame.action.is_gone:
-            if not has_large_mover(key_frame):
+            if not (enlarges_small or has_large_mover(key_frame)):
                 return replace(key_frame, framing="wide")
             held = box = _main_mover(key_frame.action, whole)
             (x, y), blobs = box.center, ()

@@ -70,8 +70,9 @@ def find_key_frames(
     ]
     if survey.is_folder:
         return list(weighted)
-    framed = widen_soft_faces(alternate_framing(prefer_subjects(weighted)))
-    if options.panels is not None:
+    is_fixed = options.panels is not None
+    framed = widen_soft_faces(alternate_framing(prefer_subjects(weighted), enlarges_small=is_fixed))
+    if is_fixed:
         return list(framed)
     if options.min_panels:
         kept = prune(framed, options.min_panels)
