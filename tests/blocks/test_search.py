@@ -6,7 +6,7 @@ import pytest
 
 from vidstyle.block import CATEGORIES
 from vidstyle.block.absent_effects import ABSENT_EFFECTS, find_absent_effect
-from vidstyle.block.search import find_blocks, find_values
+from vidstyle.block.search import find_blocks, find_values, is_named
 from vidstyle.blocks import all_blocks
 from vidstyle.style.model import FIELDS
 
@@ -186,6 +186,19 @@ def test_effects_that_no_block_has_name_what_comes_nearest() -> None:
             }
             assert not named - {"shift"} - set(effect.nearest), f"{word}: a block claims it"
     assert find_absent_effect("shaky") is not None and "shift" not in find_blocks("shaky", all_blocks())
+
+
+@pytest.mark.parametrize(
+    ("word", "block"),
+    [("sharpen", "detail"), ("outline", "flow_xdog"), ("dots", "halftone"), ("skin", "tvf")],
+)
+def test_the_step_that_a_word_means_comes_first(word: str, block: str) -> None:
+    assert find_blocks(word, all_blocks())[0] == block
+
+
+def test_words_that_name_no_step_are_told_from_those_that_do() -> None:
+    assert all(is_named(word, all_blocks(), FIELDS) for word in ("blur", "outlines", "flicker", "dot size"))
+    assert not any(is_named(word, all_blocks(), FIELDS) for word in ("shaky picture", "velvet", "furry cat"))
 
 
 def test_blocks_and_values_of_the_program_have_plain_names() -> None:

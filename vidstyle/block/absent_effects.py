@@ -13,7 +13,7 @@ class AbsentEffect:
 
     Attributes:
         words: what they type, separated by commas.
-        note: a sentence about it.
+        note: sentences about what comes nearest.
         nearest: the blocks that come nearest.
         values: the fields of a style that come nearest.
     """
@@ -27,59 +27,81 @@ class AbsentEffect:
 ABSENT_EFFECTS = (
     AbsentEffect(
         "vignette, dark edges, dark corners, round corners, frame, border, photo frame, picture frame",
-        "No block darkens corners or draws a frame. These change the light, inside a mask if you like.",
+        "Closest: these change the light, inside a mask if you like.",
         ("brightness", "local_exposure"),
         ("only",),
     ),
     AbsentEffect(
         "shaky, shake, shaky camera, wobbly camera, camera shake, stabilize camera, stabilise",
-        "No block holds a shaky camera still. Steadiness calms what flickers in a style.",
-        (),
+        "Closest: Steadiness calms what flickers; Shift colours has a Wobble. Nothing holds it still.",
+        ("shift",),
         ("steady",),
     ),
     AbsentEffect(
         "crop, cut, trim, rotate, mirror, flip, zoom in, straighten, aspect ratio",
-        "Blocks keep the frame as it is: `vidstyle render` crops time, and has --size and --rotate.",
+        "Steps keep the frame as it is: `vidstyle render` crops time, and has --size and --rotate.",
         ("scale",),
     ),
     AbsentEffect(
         "motion, motion blur, slow motion, slow, fast, time lapse, trails, reverse",
-        "No block changes time or follows motion. Grain and shifted colours change at their own rate.",
+        "Closest: Grain and Shift colours change at their own rate. Nothing changes time or follows motion.",
         ("noise", "shift"),
     ),
     AbsentEffect(
         "sky, sunset, sunrise, golden hour, replace sky, clouds in the sky",
-        "No block replaces a sky. These give a picture other colours.",
+        "Closest: these give a picture other colours. Nothing replaces a sky.",
         ("colorize", "gradient", "hue"),
     ),
     AbsentEffect(
         "rain, snow, sparkle, sparkles, glitter, fire, smoke, lens flare, particles",
-        "No block adds things to a picture. Grain adds spots.",
+        "Closest: Grain adds spots. Nothing adds things that fall or fly.",
         ("noise",),
     ),
     AbsentEffect(
         "text, subtitle, caption, title, speech bubble, logo, watermark, sticker, emoji",
-        "No block writes on a picture; `vidstyle comic` letters balloons. Letters draws in letters.",
+        "Closest: Letters draws the picture in letters; `vidstyle comic` letters balloons.",
         ("glyphs",),
     ),
     AbsentEffect(
         "blur background, blurred background, background blur, bokeh, depth of field, portrait mode",
-        "No block knows what is near. Blur inside a mask leaves the rest sharp.",
+        "Closest: Blur, with a mask in Keep original inside for what stays sharp.",
         ("gaussian", "kuwahara"),
+        ("keep",),
+    ),
+    AbsentEffect(
+        "background, remove background, change background, foreground",
+        "Closest: a mask decides where the style applies. One of people is ready.",
+        (),
+        ("only", "keep"),
+    ),
+    AbsentEffect(
+        "glow, glowing, soft glow, bloom, halo, shine, light leak",
+        "Closest: Blur, then Blend pictures in the mode screen. Edge detection makes glowing tubes.",
+        ("gaussian", "blend", "sobel"),
+    ),
+    AbsentEffect(
+        "fog, foggy, mist, misty, haze, hazy",
+        "Closest: Blur softens and Colour strength pales; Contrast boost takes haze away.",
+        ("gaussian", "saturation", "minimum_range"),
+    ),
+    AbsentEffect(
+        "scratches, scratched, scratch, scratched film, hairs, dust and scratches",
+        "Closest: Grain adds specks, longer ones with Grain stretch; Shift colours makes rows wobble.",
+        ("noise", "shift"),
     ),
     AbsentEffect(
         "cartoon, cartoonish, cartoony, toon, anime",
-        "Such a look takes several steps: open the style Cartoon or Comic, or combine these.",
+        "It takes several: open the style Cartoon or Comic, or combine these.",
         ("luma_posterize", "kuwahara", "flow_xdog", "tvf"),
     ),
     AbsentEffect(
         "vintage, old film, old movie, old photo, antique, aged",
-        "Such a look takes several steps, or the style VHS or Noir. These are its parts.",
+        "It takes several, or the style VHS or Noir: these are its parts.",
         ("colorize", "noise", "saturation", "gaussian"),
     ),
     AbsentEffect(
-        "beauty, remove wrinkles, wrinkles, make up, makeup, slim, age, young",
-        "No block knows faces. These smooth skin; Detail in faces keeps features.",
+        "smooth skin, beauty, remove wrinkles, wrinkles, make up, makeup, slim, young",
+        "Closest: these smooth skin; Detail in faces keeps eyes and mouths.",
         ("tvf", "detail"),
         ("focus",),
     ),

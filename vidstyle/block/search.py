@@ -15,7 +15,7 @@ FILLERS = frozenset("a an and by in it less like look make more much of on the t
 ENDINGS = re.compile(r"(?:ness|(?<=[sc]h)es|s|ier|ing|ish|er|ed|ly|y)$")
 """Endings that a search ignores."""
 MIN_STEM_LENGTH = 3
-MAX_NAME_RANK = 3
+MAX_NAME_RANK = 4
 """The last rank of a match in the label, name or aliases of a block."""
 
 
@@ -24,7 +24,7 @@ def find_blocks(text: str, blocks: Mapping[str, Block]) -> list[str]:
 
     >>> from vidstyle.blocks import all_blocks
     >>> find_blocks("outline", all_blocks())[0], find_blocks("Grey scale", all_blocks())
-    ('flow_dog', ['to_gray'])
+    ('flow_xdog', ['to_gray'])
     """
     return _ranked(text, {name: tuple(_texts_of_block(block)) for name, block in blocks.items()})
 
@@ -37,6 +37,19 @@ def find_values(text: str, values: Mapping[str, Parameter]) -> list[str]:
     ['steady']
     """
     return _ranked(text, {name: tuple(_texts_of_value(value)) for name, value in values.items()})
+
+
+def is_named(text: str, blocks: Mapping[str, Block], values: Mapping[str, Parameter]) -> bool:
+    """Whether a label, name or alias has all words of a text; else what is found only comes near.
+
+    >>> from vidstyle.blocks import all_blocks
+    >>> is_named("sharpen", all_blocks(), {}), is_named("velvet", all_blocks(), {})
+    (True, False)
+    """
+    asked = _normal(text).strip()
+    texts = [*map(_texts_of_block, blocks.values()), *map(_texts_of_value, values.values())]
+    labels = (value.label for block in blocks.values() for value in block.parameters.values())
+    return any(_rank(asked, [names]) is not None for names in (*map(next, texts), *labels))
 
 
 def suggest_block(name: str, blocks: Mapping[str, Block]) -> str:
@@ -109,23 +122,24 @@ def _stem(word: str) -> str:
     return stem[:-1] if stem != word and stem[-1] == stem[-2] else stem
 
 
-def _rank(asked: str, texts: Sequence[str]) -> int | None:
+def _rank(asked: str, texts: Sequence[str]) -> float | None:
     """Return how well texts match, 0 for best, or None: names that are, begin with or contain all words.
 
-    The first text holds label, name and aliases, one per line.
+    The first text holds label, name and aliases, one per line, the most fitting first.
     """
     names = _normal(texts[0]).split("\n")
     if _is_same(asked, names[0]):
         return 0
+    same = [place for place, name in enumerate(names) if _is_same(asked, name)]
+    if same:
+        return 1 if same[0] == 1 else 2 + same[0] / len(names)
     if any(name.startswith(asked) for name in names[:2]):
-        return 1
-    if any(_is_same(asked, name) for name in names):
-        return 2
+        return 3
     wanted = [_singular(word) for word in asked.split()]
     for place, text in enumerate(texts):
         words = re.findall(r"\w+", _normal(text))
         if all(any(word.startswith(each) for word in words) for each in wanted):
-            return 3 + place
+            return 4 + place
     return None
 
 

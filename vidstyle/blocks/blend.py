@@ -128,11 +128,15 @@ def blend(
     picture: np.ndarray,
     out: ResultRows,
     limits: Limits,
-    other: Annotated[
-        Any, SavedRef("picture to blend over the current one", label="Picture on top")
-    ] = "source",
+    other: Annotated[Any, SavedRef("picture to lay over this one", label="Picture on top")] = "source",
     mode: Annotated[
-        str, Choice(tuple(MODE_FORMULAS), "blend mode", explore=("multiply", "overlay"), label="Blend mode")
+        str,
+        Choice(
+            tuple(MODE_FORMULAS),
+            "how they mix: normal covers, multiply darkens, screen lightens",
+            explore=("multiply", "overlay"),
+            label="Blend mode",
+        ),
     ] = "normal",
     opacity: Annotated[
         float,
@@ -142,7 +146,12 @@ def blend(
     ] = 0.5,
     mask: Annotated[
         Any,
-        SavedRef("picture whose luma multiplies the opacity", on="luma", optional=True, label="Blend mask"),
+        SavedRef(
+            "picture on top shows where this one is bright; empty for everywhere",
+            on="luma",
+            optional=True,
+            label="Blend mask",
+        ),
     ] = "",
 ) -> np.ndarray:
     """Lay a saved picture over the present one, as layers of an image editor do.

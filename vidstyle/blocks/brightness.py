@@ -21,7 +21,14 @@ def brightness(
     luma: np.ndarray,
     out: ResultRows,
     factor: Annotated[
-        float, Slider(0, 4, "factor for luma; 1 for no change", explore=(0.8, 1.4), label="Brightness")
+        float,
+        Slider(
+            0,
+            4,
+            "below 1 darker, above 1 brighter: a factor for luma",
+            explore=(0.8, 1.4),
+            label="Brightness",
+        ),
     ] = 1.3,
 ) -> np.ndarray:
     """Make the picture brighter or darker.

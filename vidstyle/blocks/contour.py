@@ -31,11 +31,17 @@ def contour(
     ] = "source",
     threshold: Annotated[
         float,
-        Slider(0, 64, "edges of this strength are drawn half", "of 255", label="Faintest edge"),
+        Slider(
+            0,
+            64,
+            "lower for more lines, also of faint edges; higher for fewer",
+            "of 255",
+            label="Faintest edge",
+        ),
     ] = 6,
     sparsity: Annotated[
         float,
-        Slider(0, 8, "how much stronger than the edges around it an edge must be", label="Sparsity"),
+        Slider(0, 8, "higher for fewer lines where there is much detail", label="Sparsity"),
     ] = 1.35,
 ) -> np.ndarray:
     """Find faint edges, as a gray picture; where there is much detail, only the strong ones.

@@ -15,7 +15,7 @@ from vidstyle.block import Slider, block
     on="luma",
     label="Sharpen along lines",
     category="lines",
-    aliases="outline, contour, edges, pen, ink, drawing, sketch, difference of gaussians, sharp",
+    aliases="difference of gaussians, edges, ink, pen, drawing, sketch, contour, outline, sharp",
 )
 def flow_dog(
     sigma: Annotated[
@@ -23,7 +23,10 @@ def flow_dog(
         Slider(0.5, 24, "width of the lines", "px", explore=(0.5, 8), label="Line width", max_detail=1.5),
     ] = 1.4,
     p: Annotated[
-        float, Slider(0, 60, "how strongly lines stand out", explore=(1, 40), label="Line strength")
+        float,
+        Slider(
+            0, 60, "more for stronger lines, also along faint edges", explore=(1, 40), label="Line strength"
+        ),
     ] = 20,
 ) -> BankRun:
     """Strengthen lines and outlines, and smooth along them.

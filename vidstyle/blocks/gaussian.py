@@ -40,7 +40,16 @@ def gaussian(
     margin: Margin,
     out: ResultRows,
     sigma: Annotated[
-        float, Slider(0, 50, "standard deviation", "px", explore=(0.5, 4), label="Blur", max_detail=1)
+        float,
+        Slider(
+            0,
+            50,
+            "more for a softer picture: standard deviation",
+            "px",
+            explore=(0.5, 4),
+            label="Blur",
+            max_detail=1,
+        ),
     ] = 2,
 ) -> np.ndarray:
     """Blur the picture: noise and small detail disappear.

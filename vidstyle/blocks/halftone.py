@@ -38,7 +38,7 @@ def _radius(cell: float) -> int:
     raster=lambda cell: Raster.of_screens(cell, SCREEN_DEGREES),
     label="Halftone dots",
     category="print",
-    aliases="newspaper, comic, pop art, raster, cmyk, magazine, printed, benday, newsprint",
+    aliases="dots, newspaper, comic, pop art, raster, cmyk, magazine, printed, benday, newsprint",
 )
 def halftone(
     picture: np.ndarray,

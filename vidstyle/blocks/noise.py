@@ -68,12 +68,22 @@ def noise(
         ),
     ] = 1.5,
     stretch: Annotated[
-        float, Slider(1, 64, "width relative to height", explore=(1, 6), label="Grain stretch")
+        float,
+        Slider(
+            1, 64, "above 1, grain is this many times wider than high", explore=(1, 6), label="Grain stretch"
+        ),
     ] = 1,
     amount: Annotated[
-        float, Slider(0, 1, "range of the noise", explore=(0.05, 0.25), label="Grain amount")
+        float,
+        Slider(
+            0,
+            1,
+            "how much lighter and darker the grain is; 0 for none",
+            explore=(0.05, 0.25),
+            label="Grain amount",
+        ),
     ] = 0.15,
-    colored: Annotated[bool, Switch("separate noise for each channel", label="Coloured grain")] = False,
+    colored: Annotated[bool, Switch("grain in colours instead of gray", label="Coloured grain")] = False,
     rate: Annotated[int, REDRAW_RATE] = 0,
 ) -> np.ndarray:
     """Add grain, like film or rough paper.

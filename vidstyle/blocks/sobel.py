@@ -25,9 +25,7 @@ def sobel(
     out: ResultRows,
     gain: Annotated[
         float,
-        Slider(
-            0, 16, "response to a step from black to white", explore=(1, 4), power=1, label="Edge strength"
-        ),
+        Slider(0, 16, "more to show fainter edges too", explore=(1, 4), power=1, label="Edge strength"),
     ] = 2,
     invert: Annotated[
         bool, Switch("dark lines on white, as in the lines layer", label="Dark lines on white")

@@ -12,7 +12,7 @@ from vidstyle.core.kernels import compiled
 SLOPE_CONTROL = Slider(
     0.001,
     1,
-    "slope of the ramp",
+    "more for harder borders of black and white",
     "per level of 255",
     explore=(0.013, 0.059),
     power=1,
@@ -40,7 +40,7 @@ def soft_threshold(
         Slider(
             0,
             255,
-            "threshold: brighter tones become white",
+            "more for more black: brighter tones become white",
             "of 255",
             explore=(50, 110),
             label="Amount of black",

@@ -6,7 +6,14 @@ from vidstyle.blocks import all_blocks
 from vidstyle.gallery.style_samples import style_of_block
 from vidstyle.gallery.thumbnail import restyle_thumbnail
 from vidstyle.preview.encode import encode
-from vidstyle.style import SOURCE, Style
+from vidstyle.style import SOURCE, Step, Style
+
+TELLING_STEPS = {
+    "blend": (Step("gaussian", {"sigma": 8}), Step("blend", {"mode": "screen"})),
+    "gaussian": (Step("gaussian", {"sigma": 5}),),
+    "soft_threshold": (Step("to_gray"), Step("soft_threshold")),
+}
+"""Steps that show what a block is for, if its default values alone do not."""
 
 
 def sample_names() -> list[str]:
@@ -15,6 +22,12 @@ def sample_names() -> list[str]:
 
 
 def block_sample(name: str) -> bytes:
-    """Render the thumbnail of a block with default values, or the untouched picture, as JPEG."""
-    style = Style(SOURCE) if name == SOURCE else style_of_block(all_blocks()[name])
-    return encode(restyle_thumbnail(style), "jpeg")
+    """Render the thumbnail of a block, or the untouched picture, as JPEG."""
+    return encode(restyle_thumbnail(_style_of(name)), "jpeg")
+
+
+def _style_of(name: str) -> Style:
+    if name == SOURCE:
+        return Style(SOURCE)
+    telling = TELLING_STEPS.get(name)
+    return style_of_block(all_blocks()[name]) if telling is None else Style(name, background=telling)

@@ -137,7 +137,11 @@ class Style:
 
 _CONTROLS: dict[str, Control] = {
     "height": Slider(
-        16, 65536, "picture height for which lengths are given", unit="px", label="Reference height"
+        16,
+        65536,
+        "picture height for which lengths in px are meant; taller pictures scale them",
+        unit="px",
+        label="Reference height",
     ),
     "ink": Color("of outlines, hatching and solid shapes", label="Line colour", aliases=("ink", "pen")),
     "paper": Color(

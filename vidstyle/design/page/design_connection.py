@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from vidstyle.block.absent_effects import find_absent_effect
-from vidstyle.block.search import find_blocks, find_values
+from vidstyle.block.search import find_blocks, find_values, is_named
 from vidstyle.blocks import all_blocks
 from vidstyle.design.document.document import SNAPSHOT_SLOTS
 from vidstyle.design.document.edit_values import EditResult
@@ -161,13 +161,12 @@ class DesignConnection(DesignView):
         """
         style, absent = self.designer.opened.style, find_absent_effect(text)
         if absent is not None:
-            return {"blocks": absent.nearest, "values": absent.values, "note": absent.note}
-        knobs = knobs_of(style, table_from_style(style))
-        return {
-            "blocks": find_blocks(text, all_blocks()),
-            "values": find_values(text, FIELDS | knobs),
-            "note": "",
-        }
+            note = f"No step is exactly “{text}”. {absent.note}"
+            return {"blocks": absent.nearest, "values": absent.values, "note": note}
+        values = FIELDS | knobs_of(style, table_from_style(style))
+        found = find_blocks(text, all_blocks())
+        note = "" if is_named(text, all_blocks(), values) else f"No step is exactly “{text}”; closest:"
+        return {"blocks": found, "values": find_values(text, values), "note": note if found else ""}
 
     @message
     async def command(self, name: TextOrEmpty, frames: int | None) -> Answer:
