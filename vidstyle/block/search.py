@@ -102,7 +102,7 @@ def _ranked(text: str, texts: dict[str, tuple[str, ...]]) -> list[str]:
     return sorted(found, key=lambda name: (found[name], name))
 
 
-def _ranked_by_word(asked: str, texts: Mapping[str, Sequence[str]]) -> dict[str, int]:
+def _ranked_by_word(asked: str, texts: Mapping[str, Sequence[str]]) -> dict[str, float]:
     """Rank the names whose texts have any of the words, or words of the same stem: most words first."""
     words = [word for word in asked.split() if word not in FILLERS] or asked.split()
     stems = [stem for stem in map(_stem, words) if len(stem) >= MIN_STEM_LENGTH]
