@@ -76,10 +76,11 @@ def test_ink_alone_draws_large_faces_itself() -> None:
             ("poster", NO_RASTER),
             ("comic", PageRaster(is_screen=True)),
             ("dither", PageRaster(is_screen=True, has_points=True)),
+            ("charcoal", NO_RASTER),
         )
     ]
     assert shares[0] == shares[2] == pytest.approx([1, 0.5, 0]) and shares[1] == [1, 1, 1]
-    assert shares[3] == [0, 0, 0]
+    assert shares[3] == shares[4] == [0, 0, 0]
 
 
 def test_features_of_a_large_face_are_lifted_from_the_whole_picture() -> None:

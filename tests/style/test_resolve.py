@@ -64,7 +64,9 @@ def test_blurs_and_grain_keep_their_size() -> None:
     style = style_from_table({"format": 1, "height": 480, "background": steps}, "dots")
     resolved = resolve(replace(style, detail=3.0), 480, 640)["background"]
     names = "sigma", "size", "size", "radius"
-    assert [step.values[name] for step, name in zip(resolved, names, strict=True)] == [6, 6, 2, 2]
+    assert [step.values[name] for step, name in zip(resolved, names, strict=True)] == pytest.approx(
+        [6, 6, 6 / 2.2, 2]
+    )
 
 
 def test_tiles_of_small_pictures_are_finer_only_in_faces() -> None:

@@ -65,7 +65,9 @@ def dither(
     ] = 0.25,
     cell: Annotated[
         float,
-        Slider(1, 64, "size of a dot, rounded to whole pixels", "px", (1, 4), label="Dot size", max_detail=2),
+        Slider(
+            1, 64, "size of a dot, rounded to whole pixels", "px", (1, 4), label="Dot size", max_detail=2.2
+        ),
     ] = 1,
 ) -> np.ndarray:
     """Add a fixed pattern of dots, so that few tones or colours look like many.

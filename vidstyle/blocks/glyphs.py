@@ -84,7 +84,7 @@ def glyphs(
             "px",
             explore=(5, 12),
             label="Letter size",
-            max_detail=2,
+            max_detail=2.7,
             finest=8,
         ),
     ] = 8,

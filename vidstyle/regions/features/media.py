@@ -1,8 +1,9 @@
-"""How a style draws: in ink alone, in ink over tones, in tones, or in light."""
+"""How a style draws: in ink alone, in ink over tones, in tones, in light, in points or in grain."""
 
 from __future__ import annotations
 
 from enum import Enum
+from itertools import pairwise
 
 from vidstyle.block import rgb_from_text
 from vidstyle.regions.rasters import PageRaster
@@ -21,6 +22,12 @@ class Medium(Enum):
     TONES = "no lines"
     LIGHT_LINES = "lines lighter than their ground"
     POINTS = "points, squares and letters, which are small in faces"
+    GRAIN = "grain of paper, which a threshold covers or leaves bare"
+
+    @property
+    def draws_features(self) -> bool:
+        """Return whether the style draws the features of faces of every size itself."""
+        return self in (Medium.POINTS, Medium.GRAIN)
 
     @classmethod
     def of(cls, style: Style, raster: PageRaster) -> Medium:
@@ -28,7 +35,7 @@ class Medium(Enum):
         if raster.has_points:
             return cls.POINTS
         if not style.lines:
-            return cls.TONES
+            return cls.GRAIN if _has_grain(style) else cls.TONES
         if sum(rgb_from_text(style.ink)) > sum(rgb_from_text(style.paper)):
             return cls.LIGHT_LINES
         return cls.INK_OVER_TONES if style.background and not raster.is_screen else cls.INK
@@ -40,6 +47,12 @@ class Medium(Enum):
             size_ratio: the height of the face relative to the picture's shorter side.
         """
         if self is not Medium.INK:
-            return float(self is not Medium.POINTS)
+            return float(not self.draws_features)
         whole, none = FACE_RATIOS
         return min(1.0, max(0.0, (none - size_ratio) / (none - whole)))
+
+
+def _has_grain(style: Style) -> bool:
+    """Return whether a threshold follows grain: lines over it would look like those of a pen."""
+    blocks = [step.block for step in style.background]
+    return ("noise", "soft_threshold") in pairwise(blocks)
