@@ -22,12 +22,12 @@ from vidstyle.design.drafts import Drafts
 from vidstyle.design.front_door import FrontDoor
 from vidstyle.design.page import open_page
 from vidstyle.design.page.design_server import DesignServer
-from vidstyle.design.style_list import FIRST_STYLES, list_styles
+from vidstyle.design.style_list import list_styles
 from vidstyle.errors import UsageError
 from vidstyle.gallery.thumbnail import THUMBNAIL_HEIGHT_PX, THUMBNAIL_WIDTH_PX, shipped_thumbnail
 from vidstyle.preview.clip import open_clip
 from vidstyle.preview.representative import representative_frame
-from vidstyle.style import load_style, style_names
+from vidstyle.style import FIRST_STYLES, load_style, style_names
 
 FOCUSED = """
 const frame = () => new Promise(requestAnimationFrame);

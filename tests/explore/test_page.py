@@ -279,6 +279,14 @@ def test_a_page_that_is_opened_before_the_first_screen_waits_for_it(
     assert not [event for event in browser.events if event["method"] == "Runtime.exceptionThrown"]
 
 
+def test_a_narrow_page_opens_at_its_top(browser: Browser, page: ExploreServer) -> None:
+    size = {"deviceScaleFactor": 1, "mobile": False}
+    browser.call("Emulation.setDeviceMetricsOverride", width=390, height=844, **size)
+    browser.open(page.url)
+    browser.until("document.getElementById('seen').children.length")
+    assert browser.run("return [scrollY, document.documentElement.scrollHeight > innerHeight]") == [0, True]
+
+
 def test_nine_tiles_move_and_say_what_they_are(opened: Browser, page: ExploreServer) -> None:
     labels = opened.run("return [...document.querySelectorAll('.take')].map((each) => each.ariaLabel)")
     assert [label[:2] for label in labels] == [f"{number}:" for number in range(1, 10)]

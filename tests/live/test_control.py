@@ -17,7 +17,7 @@ from vidstyle.live.control import Controls, StyleShow
 from vidstyle.live.keys import keys, press
 from vidstyle.live.latest import DropOldestQueue
 from vidstyle.live.process import WORKING_SCALES, AdaptiveScale
-from vidstyle.style import describe, load_style, override
+from vidstyle.style import FIRST_STYLES, describe, load_style, override, style_names
 from vidstyle.style.behind import style_behind
 
 
@@ -28,6 +28,11 @@ def test_styles_go_round():
         seen.append(controls.style.name)
         controls.next_style()
     assert seen == ["plain", "poster", "ink", "plain"]
+
+
+def test_the_popular_styles_follow_the_first():
+    names = Controls(load_style("noir")).names
+    assert names[:4] == ["noir", *FIRST_STYLES[:3]] and sorted(names) == style_names()
 
 
 def test_what_was_set_by_hand_stays_with_the_first_style():

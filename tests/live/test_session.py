@@ -138,7 +138,7 @@ def test_the_budget_gives_up_size_and_takes_it_back(monkeypatch: pytest.MonkeyPa
         eventually(lambda: "smaller picture" in running.controls.status().degraded)
         slow.clear()
         eventually(lambda: running.controls.status().degraded == "", running.controls.status)
-        eventually(lambda: "full size again" in running.controls.status().message)
+        eventually(lambda: "back to full detail" in running.controls.status().message)
         assert running.end().degraded == ""
 
 

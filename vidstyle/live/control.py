@@ -10,7 +10,7 @@ from fractions import Fraction
 from vidstyle.cues.cue_list import CueList
 from vidstyle.errors import UsageError, suggest
 from vidstyle.media.capture.microphone import Microphone
-from vidstyle.style import Style, load_style, set_values, style_names
+from vidstyle.style import Style, load_style, popular_first, set_values
 from vidstyle.style.change import apply_variant
 from vidstyle.style.mask_declarations import REGIONS
 
@@ -120,10 +120,10 @@ class Controls:
     def __init__(
         self, style: Style, names: Iterable[str] | None = None, show: StyleShow | None = None
     ) -> None:
-        """`style`: the initial one, with its overrides; `names`: None for it and all that are shipped."""
+        """`style`: the initial one, with its overrides; `names`: None for all, the initial ones first."""
         self._show = show or StyleShow()
-        names = list(style_names() if names is None else names)
         self._own = {each.name: each for each in (style, *self._show.rotation)}
+        names = dict.fromkeys((*self._own, *popular_first())) if names is None else list(names)
         self.names = [*(name for name in self._own if name not in names), *names]
         self._cues: CueList | None = None
         self._changes_at: float | None = None

@@ -95,7 +95,7 @@ class FrameProcessor:
         self._renderer.scale = self._scale.scale
         degraded, slow = self.degraded, self._scale.slow_rate
         reached = f"{self.style} reached only {slow:.3g} fps: {degraded}"
-        self._notify(reached if slow else f"{self.style}: {degraded or 'full size again'}")
+        self._notify(reached if slow else f"{self.style}: {degraded or 'back to full detail'}")
         if slow:  # in the terminal only: the page has no command line
             log.info("%s: --budget off keeps the size", self.style)
 

@@ -17,6 +17,7 @@ from vidstyle.style.schema import describe, style_schema
 
 __all__ = [
     "LAYERS",
+    "FIRST_STYLES",
     "PLAIN",
     "SOURCE",
     "Step",
@@ -25,6 +26,7 @@ __all__ = [
     "expand",
     "load_style",
     "override",
+    "popular_first",
     "save_style",
     "set_values",
     "style_from_table",
@@ -38,6 +40,13 @@ __all__ = [
 
 PLAIN = "plain"
 """The name of the empty style."""
+
+FIRST_STYLES = (
+    "ink", "poster", "comic", "cartoon", "watercolor",
+    "sketch", "oil", "impressionist", "neon", "crayon",
+)  # fmt: skip
+"""The styles that pages list and render first, in rows: those that most people look for, and in each row
+first those that need the least compiling at a first start."""
 
 
 def load_style(style: str | Path | Mapping[str, object] | Style) -> Style:
@@ -68,6 +77,11 @@ def load_style(style: str | Path | Mapping[str, object] | Style) -> Style:
 def style_names() -> list[str]:
     """Return the names of all styles: `plain`, the shipped ones, and those in the user's folder."""
     return sorted({PLAIN, *_files()})
+
+
+def popular_first() -> list[str]:
+    """Return the names of all styles, `FIRST_STYLES` before the others."""
+    return list(dict.fromkeys((*FIRST_STYLES, *style_names())))
 
 
 def style_file(style: str) -> Path | None:

@@ -41,8 +41,15 @@ export class Strips {
       const button = /** @type {HTMLElement | undefined} */ (strip.children[number]) ?? this.#screen(number, shown);
       if (!button.isConnected) strip.append(button);
       button.setAttribute("aria-current", String(number === at));
-      if (number === at) button.scrollIntoView({ block: "nearest", inline: "nearest" });
+      if (number === at) this.#reveal(button);
     }
+  }
+
+  /** Scrolls the rail to a screen. On a narrow page the rail cannot scroll, and the page must stay where it is. @param {HTMLElement} button */
+  #reveal(button) {
+    const rail = get("rail");
+    const [shown, { top, bottom }] = [button.getBoundingClientRect(), rail.getBoundingClientRect()];
+    rail.scrollTop += Math.max(0, shown.bottom - bottom) + Math.min(0, shown.top - top);
   }
 
   /** Returns the button that shows a screen again. @param {number} number @param {number[]} shown the tiles that stand for it */

@@ -12,6 +12,8 @@ const MIN_WIDTH_PX = 480;
 /** Lower tiles would not show a look; the stage scrolls. */
 const MIN_HEIGHT_PX = 96;
 const GAP_PX = 12;
+/** Names of looks have this space, if the stage has it, below pictures that are narrower. */
+const MIN_NAME_WIDTH_PX = 300;
 
 /** Returns the name of a style without the suffix of its variation. @param {string} name */
 export function rootOf(name) {
@@ -153,6 +155,7 @@ export class Tiles {
     const width = Math.floor(Math.min(across, down));
     this.size = [Math.max(40, width), Math.max(40, Math.floor(width / aspect))];
     this.element.style.setProperty("--columns", String(this.columns));
+    this.element.style.setProperty("--column", `${Math.floor(Math.min(across, Math.max(width, MIN_NAME_WIDTH_PX)))}px`);
     this.element.style.setProperty("--width", `${this.size[0]}px`);
     this.element.style.setProperty("--height", `${this.size[1]}px`);
   }

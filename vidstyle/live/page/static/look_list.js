@@ -91,8 +91,7 @@ export class LookList {
     const chosen = this.#buttons.find((button) => button.dataset.name === wanted);
     for (const button of this.#buttons) press(button, button === chosen);
     if (!chosen || chosen === this.#chosen) return;
-    if (!this.#chosen) this.#beginAt(chosen);
-    else if (!this.#isListed(chosen)) this.#promote(chosen);
+    if (!this.#chosen || !this.#isListed(chosen)) this.#promote(chosen);
     this.#chosen = chosen;
     this.#find();
   }
@@ -100,12 +99,6 @@ export class LookList {
   /** Whether a look is in view without a search. @param {HTMLButtonElement} button */
   #isListed(button) {
     return this.#isExpanded || this.#buttons.indexOf(button) < MAX_LISTED;
-  }
-
-  /** Lists a look first, and then those that N chooses. @param {HTMLButtonElement} button */
-  #beginAt(button) {
-    const at = this.#buttons.indexOf(button);
-    this.#buttons = [...this.#buttons.slice(at), ...this.#buttons.slice(0, at)];
   }
 
   /** Lists a look before all others. @param {HTMLButtonElement} button */
