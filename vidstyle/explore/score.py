@@ -17,20 +17,20 @@ from vidstyle.explore.paper.rules import Rules
 MODEL_FILE = Path(__file__).with_name("score.json")
 """The models fitted by `tools/explore/score.py`, by rules."""
 MEASURES: dict[Rules, tuple[str, ...]] = {
-    "paper": ("fine_kept", "edge_hardness", "face"),
+    "paper": ("detail_kept", "edge_hardness", "face_outlines"),
     "open": ("rims", "mark_smallness", "face_lift"),
 }
 """What a model reads, of `FullSizeMetrics`: those that agree best with people on unseen pictures."""
 WORDS = {
-    "fine_kept": "fine detail of the picture",
+    "detail_kept": "detail of the picture",
     "edge_hardness": "hard edges",
-    "face": "features of faces",
+    "face_outlines": "features of faces",
     "rims": "light marks along edges",
     "mark_smallness": "size of marks",
     "face_lift": "lightness of faces",
 }
 """The measures that models read, in plain words."""
-FACE_MEASURES = {"face", "face_lift"}
+FACE_MEASURES = {"face_outlines", "face_lift"}
 """Those that say nothing about pictures without a face."""
 MIN_SHOWN_REASON = 0.2
 """Log-odds from which a measure is named in a verdict."""
