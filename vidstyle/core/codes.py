@@ -51,6 +51,8 @@ def store_chroma(
     """
     rows, columns, encode, _, levels = _sampling(encoding)
     lines = _lines(planes[0].shape[1], columns)
+    if len({plane.flags.c_contiguous for plane in planes}) > 1:  # the kernel takes planes of one type
+        planes = tuple(map(np.ascontiguousarray, planes))
     _store_chroma(planes, mix, above, rows, columns, lines, encode, levels, *chroma)
 
 
