@@ -299,3 +299,14 @@ def test_limited_range_keeps_what_lies_beyond_black_and_white() -> None:
     out = np.empty((1, 254), np.uint8)
     store(luma_rows(picture, 0, 1), 16, 235, 8, out)
     np.testing.assert_array_equal(out, picture.luma)
+
+
+def test_chroma_of_planes_with_different_layouts_is_stored() -> None:
+    encoding = Encoding()
+    blue, red = np.random.default_rng(3).uniform(-0.5, 0.5, (2, 12, 16)).astype(np.float32)
+    wide = np.repeat(red, 2, axis=1)[:, ::2]
+    assert not wide.flags.c_contiguous
+    same, apart = np.zeros((2, 2, *encoding.chroma_shape(12, 16)), np.uint8)
+    store_chroma((blue, red), IDENTITY_MIX_WEIGHTS, 0, encoding, (same[0], same[1]))
+    store_chroma((blue, wide), IDENTITY_MIX_WEIGHTS, 0, encoding, (apart[0], apart[1]))
+    np.testing.assert_array_equal(apart, same)
