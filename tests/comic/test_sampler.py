@@ -14,6 +14,7 @@ from stories import story, write_film
 from vidstyle.comic.analyze.film import open_film
 from vidstyle.comic.select.key_frames import KeyFrameOptions, find_key_frames
 from vidstyle.core.convert import to_rgb
+from vidstyle.errors import InputError
 from vidstyle.media.read import reader
 from vidstyle.media.read.sampler import FilmSampler
 
@@ -88,3 +89,16 @@ def test_a_picture_with_a_palette_is_reduced_in_true_colours(tmp_path: Path) -> 
     assert small.shape == (48, 64, 3)
     assert small[24, 8] == pytest.approx([200, 30, 30], abs=2)
     assert small[24, 56] == pytest.approx([30, 30, 200], abs=2)
+
+
+def test_a_matrix_that_cannot_be_copied_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "film.mp4"
+    with av.open(str(path), "w") as target:
+        stream = target.add_stream("libx264", rate=25)
+        stream.width, stream.height, stream.pix_fmt = 64, 48, "yuv420p"
+        stream.codec_context.colorspace = 8
+        frame = av.VideoFrame(64, 48, "yuv420p")
+        frame.colorspace = 8
+        target.mux([*stream.encode(frame), *stream.encode()])
+    with FilmSampler(path) as sampler, pytest.raises(InputError, match="YCgCo"):
+        [each.stored_luma() for each in sampler.frames()]

@@ -24,6 +24,8 @@ UNSUPPORTED_MATRICES = {
     **{13: "chromaticity-derived constant luminance", 14: "ICtCp", 15: "IPT-C2", 16: "YCgCo-Re"},
     17: "YCgCo-Ro",
 }
+DEFINED_MATRICES = frozenset({0, UNSPECIFIED_CODE, *MATRIX_NAMES, *UNSUPPORTED_MATRICES})
+"""The matrices that H.273 defines; 0 is RGB."""
 MIN_HD_HEIGHT, MIN_HD_WIDTH = 720, 1280
 """Untagged video of at least this height or this width is treated as BT.709, as in players."""
 JPEG_CODECS = frozenset({"mjpeg", "jpegls", "webp", "amv", "mjpegb", "ljpeg"})
@@ -69,6 +71,15 @@ class ColorTags:
         usual = default_tags(encoding, height)
         said = {name: code for name, code in vars(self).items() if code not in (0, UNSPECIFIED_CODE)}
         return replace(usual, **said | {"range": usual.range})
+
+
+def clear_reserved_matrix(frame: Any) -> None:
+    """Make the matrix of an av.VideoFrame unspecified if its code is reserved, as in damaged files.
+
+    swscale fails for such frames with an error that does not name the reason.
+    """
+    if int(frame.colorspace) not in DEFINED_MATRICES:
+        frame.colorspace = UNSPECIFIED_CODE
 
 
 def default_tags(encoding: Encoding, height: int = 0) -> ColorTags:

@@ -11,6 +11,7 @@ from av.codec.context import Flags
 
 from vidstyle.core.machine.cores import imposed_threads
 from vidstyle.errors import is_memory_short, log
+from vidstyle.media.color_tags import clear_reserved_matrix
 from vidstyle.media.exif import hide_png_exif
 from vidstyle.media.frame import DecodedFrame
 from vidstyle.media.read.clock import FrameClock
@@ -117,6 +118,7 @@ class Decoder:
             return
         for frame in frames:
             if after is None or (frame.pts is not None and frame.pts > after):
+                clear_reserved_matrix(frame)
                 self._push(frame)
                 yield from self._clock.pull()
 

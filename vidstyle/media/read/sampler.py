@@ -16,7 +16,7 @@ from vidstyle.core.closing import Closing
 from vidstyle.core.convert import to_rgb
 from vidstyle.core.picture import Picture
 from vidstyle.errors import InputError
-from vidstyle.media.color_tags import ColorTags
+from vidstyle.media.color_tags import ColorTags, matrix_from_tags
 from vidstyle.media.frame import DecodedFrame
 from vidstyle.media.options import ReadOptions
 from vidstyle.media.orientation import Orientation, orientation_of
@@ -281,7 +281,11 @@ class SmallCopies:
             first: a frame that gives size and pixel format.
             source: of the frames.
             turned: orientation instead of the one in the metadata.
+
+        Raises:
+            InputError: an unsupported matrix, of which swscale cannot make copies.
         """
+        matrix_from_tags(source.name, ColorTags.of(first), source.codec, first.height, first.width)
         self._source = source
         self._stored = (first.width, first.height)
         self._format = first.format.name
