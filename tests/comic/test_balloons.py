@@ -401,7 +401,7 @@ def test_a_balloon_is_placed_over_empty_areas() -> None:
 
 
 def test_a_caption_hides_no_part_of_a_small_object() -> None:
-    """The blue ball of the demo before dark grass, beside a sky with more contrast and a kept red ball."""
+    """The blue ball of the demo is in front of dark grass; the sky next to it has more contrast."""
     picture, ball = Box(0, 0, 640, 360), Box(380, 226, 440, 288)
     area, seen = picture.padded(-14, -14, -14), attention_map(film_picture(0.28))
     room = FreeSpace(area, picture, (Box(0, 2, 230, 272),), seen)

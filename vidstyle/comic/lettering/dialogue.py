@@ -67,8 +67,8 @@ def find_voices(lines: Sequence[Line]) -> list[str]:
     """
     voices, asks = list[str](), False
     for line in lines:
-        unknown = "" if asks and voices[-1] == ANSWERING_VOICE else ANSWERING_VOICE if asks else ""
-        voices.append(line.speaker or unknown)
+        is_answer = asks and voices[-1] != ANSWERING_VOICE
+        voices.append(line.speaker or (ANSWERING_VOICE if is_answer else ""))
         asks = not line.narrated and not line.speaker and line.text.rstrip('"”»').endswith("?")
     return voices
 

@@ -68,7 +68,7 @@ def alternate_framing(key_frames: Sequence[Candidate], enlarges_small: bool = Fa
     """Frame successive key frames that look alike as wide views and close-ups in turn.
 
     After a wide view of several large movers, the others are close-ups of one or a few of them. Pictures of
-    small movers are wide views unless `enlarges_small`, as many panels of one view want variety.
+    small movers stay wide views, unless `enlarges_small`: many panels of one view need variety.
     """
     like = similarity([each.thumbnail for each in key_frames])
     found = list(key_frames)
@@ -80,7 +80,7 @@ def alternate_framing(key_frames: Sequence[Candidate], enlarges_small: bool = Fa
             found[number] = replace(found[number], framing="wide")
         else:
             found[number] = _zoom_in(found[number], enlarges_small)
-            if before.framing == "usual" != found[number].framing:
+            if before.framing == "usual" and found[number].framing != "usual":
                 found[number - 1] = replace(before, framing="wide")
     return found
 

@@ -5,10 +5,13 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from vidstyle.comic.analyze.action import subject_difference
 from vidstyle.comic.analyze.features import Candidate, Foreground
 
 _MIN_LARGE_MOVER_PX, _MIN_LARGE_MOVER_RATIO = 200, 0.5
 """Height from which a mover is large, in lines of the source, or relative to a small picture's height."""
+_MIN_MOVED_DIFFERENCE = 0.75
+"""Difference of what moves in two frames from which it has done something in between."""
 
 
 def find_movers(action: Foreground) -> list[list[int]]:
@@ -44,3 +47,10 @@ def has_several_movers(candidate: Candidate) -> bool:
     """Whether several things move in a frame without faces."""
     action = None if candidate.faces else candidate.action
     return action is not None and len(find_movers(action)) > 1
+
+
+def has_moved(one: Candidate, other: Candidate) -> bool:
+    """Whether the subject of a scene with a still camera is elsewhere in the second frame."""
+    if one.scene != other.scene or one.action is None or other.action is None:
+        return False
+    return subject_difference(one.action, other.action) >= _MIN_MOVED_DIFFERENCE

@@ -5,9 +5,9 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from vidstyle.comic.analyze.action import subject_difference
 from vidstyle.comic.analyze.features import Candidate
 from vidstyle.comic.analyze.similarity import color_similarity
+from vidstyle.comic.select.movers import has_moved
 from vidstyle.regions.boxes import Box
 
 # Twins: the same picture or person again on a page, in the same size of shot.
@@ -21,8 +21,6 @@ _MIN_PERSON_SIMILARITY, _MIN_ROOM_SIMILARITY = 0.5, 0.15
 They were tuned on the 27 pairs of people on three pages of trailers: other people of similar colours are in
 pictures with a similarity up to 0.11.
 """
-_MIN_MOVED_DIFFERENCE = 0.75
-"""Difference of what moves before a still camera from which a person has done something in between."""
 _BODY_MARGIN_RATIOS = 0.5, 0.4, 1.5
 """Margins of a person around the face, in heights of the face: at each side, above and below."""
 
@@ -48,14 +46,7 @@ def _is_same_shot_of_person(one: Candidate, other: Candidate) -> bool:
     if not _has_one_size(one, other):
         return False
     is_alike = color_similarity(_person(one), _person(other)) >= _MIN_PERSON_SIMILARITY
-    return (is_alike and not _has_moved(one, other)) or is_same_pose(one, other)
-
-
-def _has_moved(one: Candidate, other: Candidate) -> bool:
-    """Whether the subject of a scene with a still camera is elsewhere in the second frame."""
-    if one.scene != other.scene or one.action is None or other.action is None:
-        return False
-    return subject_difference(one.action, other.action) >= _MIN_MOVED_DIFFERENCE
+    return (is_alike and not has_moved(one, other)) or is_same_pose(one, other)
 
 
 def is_same_pose(one: Candidate, other: Candidate) -> bool:

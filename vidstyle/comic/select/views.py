@@ -8,17 +8,14 @@ from itertools import combinations
 import cv2
 import numpy as np
 
-from vidstyle.comic.analyze.action import subject_difference
 from vidstyle.comic.analyze.features import Candidate
 from vidstyle.comic.select.frame_scores import is_person
-from vidstyle.comic.select.movers import has_lone_mover
+from vidstyle.comic.select.movers import has_lone_mover, has_moved
 
 _INNER_SIZE_PX, _SCALE_RATIOS = (30, 20), (0.85, 1.0, 1.18)
 """Width and height of the middle of a thumbnail that is searched in another one, and the scales tried."""
 _MIN_VIEW_CORRELATION = 0.7
 """Correlation from which two frames of a scene are one view: other pictures of a trailer have up to 0.61."""
-_MIN_MOVED_DIFFERENCE = 0.75
-"""Difference of the only mover of two frames from which it has done something in between."""
 
 
 def find_repeated_view(key_frames: Sequence[Candidate]) -> int | None:
@@ -37,17 +34,15 @@ def find_repeated_view(key_frames: Sequence[Candidate]) -> int | None:
 
 
 def _is_one_view(one: Candidate, other: Candidate) -> bool:
-    if one.scene != other.scene or is_person(one) or is_person(other) or _has_moved(one, other):
+    if one.scene != other.scene or is_person(one) or is_person(other) or _tells_more(one, other):
         return False
     return view_correlation(one.thumbnail, other.thumbnail) >= _MIN_VIEW_CORRELATION
 
 
-def _has_moved(one: Candidate, other: Candidate) -> bool:
-    """Whether a single large mover is elsewhere, or in one of the frames only."""
-    large = [has_lone_mover(each) for each in (one, other)]
-    if not all(large) or one.action is None or other.action is None:
-        return any(large)
-    return subject_difference(one.action, other.action) >= _MIN_MOVED_DIFFERENCE
+def _tells_more(one: Candidate, other: Candidate) -> bool:
+    """Whether a single large mover is elsewhere in the second frame, or in one of the frames only."""
+    are_large = has_lone_mover(one), has_lone_mover(other)
+    return has_moved(one, other) if all(are_large) else any(are_large)
 
 
 def view_correlation(one: np.ndarray, other: np.ndarray) -> float:
