@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from functools import cache
 from itertools import chain
 
 import pytest
 
 from vidstyle.explore.colors import MIN_CONTRAST, contrast, is_pale
+from vidstyle.explore.composed.open_style import MAX_GROWTH_RATIO
 from vidstyle.explore.composed.shipped_parts import families, shipped_styles
 from vidstyle.explore.generate import alter, cross, mutate, random_style
 from vidstyle.explore.paper.rules import FILTER_COUNT_RANGE, FILTER_RULES, GRAY_SHARE, Rules
@@ -25,6 +27,16 @@ PAPER_ENDS = {
     ("scale", "factor"): (100 / 300, 1),
 }
 """As section 6.2 prints them. Sigma is a variance there; 300 stands for the size of the picture."""
+
+
+@cache
+def open_styles() -> list[Style]:
+    return [random_style(seed) for seed in range(150)]
+
+
+@cache
+def paper_styles() -> list[Style]:
+    return [random_style(seed, "paper") for seed in range(600)]
 
 
 def blocks_of(style: Style) -> list[str]:
@@ -74,7 +86,7 @@ def chi_square(counts: list[int], shares: list[float]) -> float:
 
 
 def test_paper_rules_keep_to_what_the_paper_says() -> None:
-    styles = [random_style(seed, "paper") for seed in range(600)]
+    styles = paper_styles()
     repeats = {rule.block for rule in FILTER_RULES if rule.repeats}
     assert repeats == {"flow_dog", "tvf"}
     for style in styles:
@@ -96,8 +108,7 @@ def test_paper_rules_keep_to_what_the_paper_says() -> None:
 
 def test_paper_styles_have_thresholds_after_lines() -> None:
     """Lines are no halos and draw no noise, flat tones are not outlined, and nothing whitens a picture."""
-    for seed in range(200):
-        style = random_style(seed, "paper")
+    for style in paper_styles()[:200]:
         blocks = blocks_of(style)
         assert blocks[0] == "equalize"
         lines = [place for place, block in enumerate(blocks) if block == "flow_dog"]
@@ -110,9 +121,13 @@ def test_paper_styles_have_thresholds_after_lines() -> None:
 
 
 def test_paper_values_are_even_between_the_ends_of_the_paper() -> None:
-    styles = [random_style(seed, "paper") for seed in range(600)]
     for (block, name), (low, high) in PAPER_ENDS.items():
-        values = [step.values[name] for style in styles for step in drawn_steps(style) if step.block == block]
+        values = [
+            step.values[name]
+            for style in paper_styles()
+            for step in drawn_steps(style)
+            if step.block == block
+        ]
         assert low - 0.002 <= min(values) and max(values) <= high + 0.002
         bins = 8 if name == "levels" else 5
         width = (high - low + (name == "levels")) / bins
@@ -122,8 +137,8 @@ def test_paper_values_are_even_between_the_ends_of_the_paper() -> None:
 
 def test_paper_styles_end_at_the_size_of_the_picture() -> None:
     """Their last lines and their last threshold are applied there, so that edges are sharp."""
-    for seed in range(200):
-        steps = random_style(seed, "paper").steps
+    for style in paper_styles()[:200]:
+        steps = style.steps
         blocks = [step.block for step in steps]
         if "scale" in blocks:
             small, full = (place for place, block in enumerate(blocks) if block == "scale")
@@ -135,18 +150,16 @@ def test_paper_styles_end_at_the_size_of_the_picture() -> None:
 
 
 def test_ink_is_readable_on_paper() -> None:
-    styles = [random_style(seed) for seed in range(30)]
     # As in `crayon`, an ink as pale as the paper covers what is left of it between marks.
-    drawn = [style for style in styles if not (is_pale(style.ink) and is_pale(style.paper))]
+    drawn = [style for style in open_styles()[:30] if not (is_pale(style.ink) and is_pale(style.paper))]
     assert len(drawn) > 15 and all(contrast(style.ink, style.paper) >= MIN_CONTRAST for style in drawn)
 
 
 def test_open_styles_combine_whole_layers_of_many_styles() -> None:
     shipped = [(layer, blocks) for style in shipped_styles() for layer in ("background", "lines")
                if (blocks := layer_blocks(style, layer))]  # fmt: skip
-    styles = [random_style(seed) for seed in range(150)]
     pairs = set()
-    for style in styles:
+    for style in open_styles():
         used = {
             layer: max((len(blocks), number) for number, (of, blocks) in enumerate(shipped)
                        if of == layer and contains(layer_blocks(style, layer), blocks))[1]
@@ -158,7 +171,7 @@ def test_open_styles_combine_whole_layers_of_many_styles() -> None:
 
 def test_open_styles_lighten_colours_below_lines_that_draw_tones() -> None:
     """Hatching over another style's dark colours would hide the subject."""
-    hatched = [style for style in map(random_style, range(150)) if style.background
+    hatched = [style for style in open_styles() if style.background
                and any(step.block == "line_screen" for step in style.lines)]  # fmt: skip
     own = [style for style in hatched if "colorize" in layer_blocks(style, "background")]
     lightened = [style for style in hatched if any(step.save == "dark" for step in style.background)]
@@ -171,7 +184,7 @@ def test_random_values_are_near_those_of_shipped_styles() -> None:
     """Marks larger than in any shipped style would hide faces."""
     values: dict[str, list[float]] = {"halftone.cell": [], "glyphs.cell": [], "mosaic.size": []}
     largest = dict.fromkeys(values, 0.0)
-    for found, styles in ((values, map(random_style, range(150))), (None, chain(*families()))):
+    for found, styles in ((values, open_styles()), (None, chain(*families()))):
         for step in (step for style in styles for step in style.steps):
             for path in values:
                 block, name = path.split(".")
@@ -180,7 +193,7 @@ def test_random_values_are_near_those_of_shipped_styles() -> None:
                 elif step.block == block:
                     largest[path] = max(largest[path], step.values[name])
     for path, drawn in values.items():
-        assert drawn and max(drawn) <= 1.3 * largest[path], path
+        assert drawn and max(drawn) <= MAX_GROWTH_RATIO * largest[path], path
 
 
 def layer_blocks(style: Style, layer: str) -> list[str]:

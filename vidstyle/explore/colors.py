@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from random import Random
 
 import numpy as np
@@ -30,22 +29,12 @@ _LMS_TO_LAB_MATRIX = np.array(
 HARMONY_DEGREES = (0.0, 0.0, 30.0, -30.0, 150.0, 180.0, 210.0, 120.0, -120.0)
 """Angles between the hues of ink and paper: same, analogous, (split) complementary, triadic."""
 
-
 TONE_TURN_DEGREES = (0.0, 40.0, -40.0, 90.0, -90.0, 150.0)
 """Angles between the hues of the darkest and the brightest tone."""
 
 
-@dataclass(frozen=True)
-class Palette:
-    """Colours as "#rrggbb", and the hue of a matching tint, in degrees of HSL."""
-
-    ink: str
-    paper: str
-    tint: float
-
-
-def palette(random: Random, like: Style | None = None) -> Palette:
-    """Return ink and paper with readable contrast.
+def palette(random: Random, like: Style | None = None) -> tuple[str, str]:
+    """Return ink and paper, as "#rrggbb", with readable contrast.
 
     Args:
         random: the random generator.
@@ -54,18 +43,17 @@ def palette(random: Random, like: Style | None = None) -> Palette:
     """
     hue = random.uniform(0, 360)
     other = hue + random.choice(HARMONY_DEGREES) + random.gauss(0, 8)
-    tint = hsl_hue(oklch(0.6, 0.12, hue))
     if like is not None and is_pale(like.ink):
         ink = oklch(random.uniform(0.93, 0.99), random.uniform(0, 0.04), other)
         if is_pale(like.paper):
-            return Palette(ink, "#ffffff", tint)
+            return ink, "#ffffff"
         paper = oklch(random.uniform(0.42, 0.62), random.uniform(0.06, 0.16), hue)
-        return Palette(*ensure_contrast(ink, paper), tint)
+        return ensure_contrast(ink, paper)
     paper = oklch(random.uniform(0.93, 0.99), random.uniform(0.004, 0.05), other)
     vivid = random.random() < 0.3
     lightness = random.uniform(0.42, 0.6) if vivid else random.uniform(0.15, 0.4)
     chroma = random.uniform(0.1, 0.2) if vivid else random.uniform(0.0, 0.11)
-    return Palette(*ensure_contrast(oklch(lightness, chroma, hue), paper), tint)
+    return ensure_contrast(oklch(lightness, chroma, hue), paper)
 
 
 def tone_colors(random: Random) -> list[str]:
@@ -140,19 +128,6 @@ def contrast(one: str, other: str) -> float:
     """
     dark, bright = sorted((_luminance(one), _luminance(other)))
     return (bright + 0.05) / (dark + 0.05)
-
-
-def hsl_hue(color: str) -> float:
-    """Return the HSL hue of a colour in degrees."""
-    red, green, blue = rgb_from_text(color)
-    span = max(red, green, blue) - min(red, green, blue)
-    if span == 0:
-        return 0.0
-    if max(red, green, blue) == red:
-        return 60 * ((green - blue) / span % 6)
-    if max(red, green, blue) == green:
-        return 60 * ((blue - red) / span + 2)
-    return 60 * ((red - green) / span + 4)
 
 
 def _luminance(color: str) -> float:

@@ -130,8 +130,8 @@ def _randomizable(step: Step) -> Iterable[str]:
 def _recolor(random: Random, style: Style, distance: float) -> Style:
     """Rotate the hues of ink and paper together, with small separate changes, or draw a new palette."""
     if random.random() < 0.5 * (distance - 0.3):
-        colors = palette(random, style)
-        return replace(style, ink=colors.ink, paper=colors.paper)
+        ink, paper = palette(random, style)
+        return replace(style, ink=ink, paper=paper)
     turn = random.gauss(0, 90 * distance)
     ink, paper = (
         shift_color(color, random.gauss(0, 0.04 * distance), random.gauss(0, 0.05 * distance), turn)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import zip_longest
 from random import Random
@@ -33,21 +33,21 @@ def random_value(random: Random, parameter: Parameter, ends: tuple[float, float]
 def step_near(random: Random, step: Step, spread: float, names: Iterable[str] | None = None) -> Step:
     """Return a step with values near its current ones: those of `names`, or all that it has."""
     varied = step.values if names is None else names
-    return _with(step, lambda parameter, value: parameter.draw_near(random, value, spread), varied)
+    return with_values(step, lambda parameter, value: parameter.draw_near(random, value, spread), varied)
 
 
 def random_step(random: Random, block: str, ends: Mapping[str, tuple[float, float]] | None = None) -> Step:
     """Return a step with random values."""
     parameters = all_blocks()[block].parameters
     given = ends or {}
-    return _with(
+    return with_values(
         Step(block),
         lambda parameter, _: random_value(random, parameter, given.get(parameter.name)),
         parameters,
     )
 
 
-def _with(step: Step, change: Any, names: Iterable[str]) -> Step:
+def with_values(step: Step, change: Callable[[Parameter, Any], Any], names: Iterable[str]) -> Step:
     """Return the step with some values changed; values that become defaults stay omitted."""
     if not step.block:
         return step

@@ -17,7 +17,7 @@ from vidstyle.explore.composed.shipped_parts import (
     paper_grains,
     whole_layer,
 )
-from vidstyle.explore.random_steps import is_valid, join_layers, step_near, without_idle_steps
+from vidstyle.explore.random_steps import is_valid, join_layers, with_values, without_idle_steps
 from vidstyle.style import LAYERS, Step, Style, style_from_table, table_from_style
 from vidstyle.style.paths import find_value
 
@@ -66,22 +66,20 @@ def _composed(random: Random, style: Style) -> Style:
 def _near(random: Random, family: Sequence[Style]) -> Style:
     """Return a style of a family with other values, above all those of its knobs."""
     style = random.choice(family)
-    table = table_from_style(style)
+    own, table = table_from_style(style), table_from_style(_values_near(random, style))
     for path in style.knobs:
         knob = find_value(table, path)
         if isinstance(knob.parameter.control, Slider):
-            knob.set(_knob_near(random, knob.parameter, knob.get()))
-    style = style_from_table(table, style.name, folder=style.folder)
+            value = find_value(own, path).get()
+            knob.set(_value_near(random, knob.parameter, value, KNOB_DEVIATION))
+    return style_from_table(table, style.name, folder=style.folder)
+
+
+def _values_near(random: Random, style: Style) -> Style:
     layers: dict[str, Any] = {
         layer: tuple(_step_near(random, step) for step in style.layers[layer]) for layer in LAYERS
     }
     return replace(style, **layers)
-
-
-def _knob_near(random: Random, parameter: Parameter, value: Any) -> Any:
-    near = parameter.draw_near(random, value, KNOB_DEVIATION)
-    is_length = isinstance(parameter.control, Slider) and parameter.control.unit == "px"
-    return min(near, type(near)(MAX_GROWTH_RATIO * value)) if is_length else near
 
 
 def _step_near(random: Random, step: Step) -> Step:
@@ -90,7 +88,16 @@ def _step_near(random: Random, step: Step) -> Step:
     names = [
         name for name in step.values if name in parameters and isinstance(parameters[name].control, Slider)
     ]
-    return step_near(random, step, VALUE_DEVIATION, names)
+    return with_values(
+        step, lambda parameter, value: _value_near(random, parameter, value, VALUE_DEVIATION), names
+    )
+
+
+def _value_near(random: Random, parameter: Parameter, value: Any, spread: float) -> Any:
+    """Return a value near another; a length is at most `MAX_GROWTH_RATIO` as large."""
+    near = parameter.draw_near(random, value, spread)
+    is_length = isinstance(parameter.control, Slider) and parameter.control.unit == "px"
+    return min(near, type(near)(MAX_GROWTH_RATIO * value)) if is_length else near
 
 
 def _lines_for(random: Random, colors: Style) -> Style:
@@ -145,11 +152,12 @@ def _toned(random: Random, style: Style) -> Style:
 
 def _turned(random: Random, style: Style) -> Style:
     """Return the style with another ink and paper, and its colours turned around the colour wheel."""
-    turn, drawn = random.gauss(0, TURN_DEGREES), palette(random, style)
+    turn = random.gauss(0, TURN_DEGREES)
+    ink, paper = palette(random, style)
     layers: dict[str, Any] = {
         layer: tuple(_step_turned(step, turn) for step in steps) for layer, steps in style.layers.items()
     }
-    return replace(style, ink=drawn.ink, paper=drawn.paper, **layers)
+    return replace(style, ink=ink, paper=paper, **layers)
 
 
 def _step_turned(step: Step, turn: float) -> Step:
