@@ -60,22 +60,28 @@ def main() -> None:
         pictures = np.array([key[place]["picture"] for place in here])
         rows = np.array([[getattr(metrics[place], name) for name in names] for place in here])
         scores = held_out(rows, kept, pictures)
-        report(rules, scores, kept, [metrics[place] for place in here])
-        print(f"{rules}: AUC within a picture {area_within(scores, kept, pictures):.3f}")
+        report(rules, scores, kept, pictures, [metrics[place] for place in here])
         models[rules] = {name: np.vectorize(lambda x: float(f"{x:.4g}"))(each).tolist()
                          for name, each in fitted(rows, kept).items()}  # fmt: skip
     if options.write:
         MODEL_FILE.write_text(json.dumps(models) + "\n", encoding="utf-8")
 
 
-def report(rules: Rules, scores: np.ndarray, kept: np.ndarray, metrics: Sequence[FullSizeMetrics]) -> None:
+def report(
+    rules: Rules,
+    scores: np.ndarray,
+    kept: np.ndarray,
+    pictures: np.ndarray,
+    metrics: Sequence[FullSizeMetrics],
+) -> None:
     """Print how well scores of unseen pictures agree with marks."""
     passes = np.array([not fault(each, rules) for each in metrics]) & (
         scores >= np.log(MIN_SCORE / (1 - MIN_SCORE))
     )
     best = np.argsort(-scores)[: round(BEST_SHARE * len(scores))]
     print(
-        f"{rules}: AUC {area(scores, kept):.3f}, {kept.mean():.0%} of {len(kept)} kept, "
+        f"{rules}: AUC {area(scores, kept):.3f}, within a picture {area(scores, kept, pictures):.3f}, "
+        f"{kept.mean():.0%} of {len(kept)} kept, "
         f"{kept[passes].mean():.0%} of the {passes.sum()} that pass, "
         f"{kept[best].mean():.0%} of the best {len(best)}"
     )
@@ -140,16 +146,16 @@ def fitted(rows: np.ndarray, kept: np.ndarray) -> dict[str, np.ndarray]:
             "square": weights[count:-1], "bias": weights[-1]}  # fmt: skip
 
 
-def area(scores: np.ndarray, kept: np.ndarray) -> float:
-    """The area under the curve of ROC: how often a kept style has a higher score than a rejected one."""
-    return float(np.mean(scores[kept][:, None] > scores[~kept][None]))
+def area(scores: np.ndarray, kept: np.ndarray, pictures: np.ndarray | None = None) -> float:
+    """The area under the curve of ROC: how often a kept style has a higher score than a rejected one.
 
-
-def area_within(scores: np.ndarray, kept: np.ndarray, pictures: np.ndarray) -> float:
-    """The same for pairs of styles of one picture."""
-    higher = scores[:, None] > scores[None]
-    pairs = (pictures[:, None] == pictures[None]) & kept[:, None] & ~kept[None]
-    return float(higher[pairs].mean())
+    Args:
+        pictures: the picture of each style, if only styles of one picture are compared.
+    """
+    pairs = kept[:, None] & ~kept[None]
+    if pictures is not None:
+        pairs &= pictures[:, None] == pictures[None]
+    return float((scores[:, None] > scores[None])[pairs].mean())
 
 
 if __name__ == "__main__":

@@ -25,6 +25,8 @@ GRAIN_DEVIATION = 2.0
 """Standard deviation of the noise for measuring steadiness, in levels of 255."""
 MAX_INK_LEVEL, MIN_PAPER_LEVEL = 0.15, 0.92
 """Luma below which a pixel counts as ink, and above which it counts as paper."""
+SHAPE_BAND_PX = (1, 5)
+"""Standard deviations of the two blurs between which shapes are seen."""
 STRONG_EDGE_PERCENTILE = 80
 """Percentile of the gradient above which an edge in the source is strong."""
 
@@ -88,7 +90,7 @@ class Original:
         small = reduce_picture(picture, MAX_MEASURED_SIDE_PX)
         self._lab = oklab(small / 255.0)
         self._luma = luma_of_codes(small)
-        self._band = _band(self._luma)
+        self._band = band_pass(self._luma, *SHAPE_BAND_PX)
         gradient = gradient_of(cv2.GaussianBlur(self._luma, (0, 0), 1))
         self._edges = gradient >= max(float(np.percentile(gradient, STRONG_EDGE_PERCENTILE)), 0.01)
         self._fine = _fine(luma_of_codes(self.picture))
@@ -115,7 +117,7 @@ class Original:
         top, bottom = small.max(axis=2), small.min(axis=2)
         return PictureMetrics(
             tone=correlation(blurred, cv2.GaussianBlur(self._luma, (0, 0), 4)),
-            shapes=abs(correlation(_band(luma), self._band)),
+            shapes=abs(correlation(band_pass(luma, *SHAPE_BAND_PX), self._band)),
             edges=float((self._weights * strong).sum() / max(self._weights.sum(), 1e-6)),
             clutter=float(fine.mean()),
             noise=float(fine[self._flat].mean()) if self._flat.any() else float(fine.mean()),
@@ -184,15 +186,16 @@ def gradient_of(luma: np.ndarray) -> np.ndarray:
     return cv2.magnitude(across, down)
 
 
+def band_pass(luma: np.ndarray, fine: float, coarse: float) -> np.ndarray:
+    """Return the detail between two blurs, given by their standard deviations in pixels."""
+    return cv2.GaussianBlur(luma, (0, 0), fine) - cv2.GaussianBlur(luma, (0, 0), coarse)
+
+
 def correlation(one: np.ndarray, other: np.ndarray) -> float:
     """Return Pearson's correlation; 0 if one picture is constant."""
     one, other = one - one.mean(), other - other.mean()
     scale = float(np.sqrt((one * one).sum() * (other * other).sum()))
     return float((one * other).sum()) / scale if scale > 1e-9 else 0.0
-
-
-def _band(luma: np.ndarray) -> np.ndarray:
-    return cv2.GaussianBlur(luma, (0, 0), 1) - cv2.GaussianBlur(luma, (0, 0), 5)
 
 
 def _fine(luma: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 
 from vidstyle.errors import InputError
-from vidstyle.explore.crops.crop_measures import MAX_FACE_LIKENESS, FullSizeMetrics
+from vidstyle.explore.crops.crop_measures import FullSizeMetrics
 from vidstyle.explore.paper.rules import Rules
 
 MODEL_FILE = Path(__file__).with_name("score.json")
@@ -60,7 +60,7 @@ def reasons(measures: FullSizeMetrics, rules: Rules = "open") -> dict[str, float
 
 def verdict(measures: FullSizeMetrics, rules: Rules = "open") -> str:
     """Return the score in a line, and which measures speak for and against the style."""
-    unseen = FACE_MEASURES if measures.face == MAX_FACE_LIKENESS else set()
+    unseen = set() if measures.has_face else FACE_MEASURES
     known = [part for part in reasons(measures, rules).items() if part[0] not in unseen]
     parts = sorted(known, key=lambda part: -abs(part[1]))
     sides = {

@@ -99,7 +99,9 @@ def _row(candidate: RandomStyle, rules: Rules) -> dict[str, Any]:
         "steadiness": round(candidate.steadiness, 3),
         "verdict": verdict(candidate.full_size, rules),
         "reasons": {name: round(part, 2) for name, part in parts},
-        "measures": {name: round(value, 4) for name, value in measures.items()},
+        "measures": {
+            name: round(value, 4) if isinstance(value, float) else value for name, value in measures.items()
+        },
     }
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from vidstyle.explore.crops.debris import SourceAreas
 from vidstyle.explore.crops.drawn_crop import SourceDrawing
-from vidstyle.explore.measure import correlation, gradient_of, luma_of_codes
+from vidstyle.explore.measure import band_pass, correlation, gradient_of, luma_of_codes
 from vidstyle.regions.boxes import Box
 
 FINEST_BAND_PX, FINE_BAND_PX, DETAIL_BAND_PX = (0.5, 1), (1, 2), (2, 4)
@@ -49,8 +49,9 @@ class FullSizeMetrics(NamedTuple):
         debris: mean height of structure where the source is smooth.
         patchiness: deviation of that height between places: a regular screen has little, worms have much.
         halo: mean height of bright rims beside edges.
+        has_face: whether the crop shows a face that is large enough.
         face: absolute correlation of facial features with the source; `MAX_FACE_LIKENESS` without a face.
-        face_outlines: the same for outlines of features, which smears and blots destroy first.
+        face_outlines: the same for outlines of features, which smears and blots destroy before the features.
         rims: mean height of light marks up to 15 pixels wide beside edges, less that of the source.
         mark_smallness: logarithm of the strength of marks of 4 to 8 pixels relative to those of 8 to 16.
         face_lift: by how much lighter a style makes faces than their surroundings, less the difference in the
@@ -66,6 +67,7 @@ class FullSizeMetrics(NamedTuple):
     debris: float
     patchiness: float
     halo: float
+    has_face: bool
     face: float
     face_outlines: float
     rims: float
@@ -93,7 +95,7 @@ class ComparedCrop:
         whole = self._whole.measure(result)._replace(**added)
         faces = [region.measure(result[part]) for part, region in self._faces]
         if not faces:
-            return whole._replace(face=MAX_FACE_LIKENESS, face_outlines=MAX_FACE_LIKENESS)
+            return whole._replace(has_face=False, face=MAX_FACE_LIKENESS, face_outlines=MAX_FACE_LIKENESS)
         face, low, high = (
             FullSizeMetrics(*of(rows, axis=0).tolist())
             for of, rows in ((np.min, faces), (np.min, [whole, *faces]), (np.max, [whole, *faces]))
@@ -102,6 +104,7 @@ class ComparedCrop:
             fineness=high.fineness,
             mark_width=low.mark_width,
             burnt=high.burnt,
+            has_face=True,
             **added,
         )
 
@@ -111,7 +114,7 @@ class _Region:
 
     def __init__(self, source: np.ndarray) -> None:
         luma = luma_of_codes(source)
-        self._fine, self._detail = _band(luma, *FINE_BAND_PX), _band(luma, *DETAIL_BAND_PX)
+        self._fine, self._detail = band_pass(luma, *FINE_BAND_PX), band_pass(luma, *DETAIL_BAND_PX)
         self._extreme = _extreme_share(luma)
         self._features = _features(luma, FACE_BAND_PX)
         self._outlines = _features(luma, FACE_OUTLINE_BAND_PX)
@@ -119,9 +122,9 @@ class _Region:
     def measure(self, result: np.ndarray) -> FullSizeMetrics:
         """Return the metrics of this part in a style, as if it was a face."""
         luma = luma_of_codes(result)
-        finest, detail = _band(luma, *FINEST_BAND_PX), _band(luma, *DETAIL_BAND_PX)
+        finest, detail = band_pass(luma, *FINEST_BAND_PX), band_pass(luma, *DETAIL_BAND_PX)
         return FullSizeMetrics(
-            fine_kept=correlation(_band(luma, *FINE_BAND_PX), self._fine),
+            fine_kept=correlation(band_pass(luma, *FINE_BAND_PX), self._fine),
             detail_kept=correlation(detail, self._detail),
             fineness=float(np.log((finest.std() + MIN_FINEST) / (detail.std() + MIN_DETAIL))),
             edge_hardness=_edge_hardness(luma),
@@ -131,6 +134,7 @@ class _Region:
             debris=0,
             patchiness=0,
             halo=0,
+            has_face=True,
             face=abs(correlation(_features(luma, FACE_BAND_PX), self._features)),
             face_outlines=abs(correlation(_features(luma, FACE_OUTLINE_BAND_PX), self._outlines)),
             rims=0,
@@ -171,14 +175,10 @@ def _extreme_share(luma: np.ndarray) -> float:
 def _features(luma: np.ndarray, band: tuple[float, float]) -> np.ndarray:
     """Return band-passed luma of a face at `FACE_WIDTH_PX`."""
     size = FACE_WIDTH_PX, max(1, round(FACE_WIDTH_PX * luma.shape[0] / luma.shape[1]))
-    return _band(cv2.resize(luma, size, interpolation=cv2.INTER_AREA), *band)
+    return band_pass(cv2.resize(luma, size, interpolation=cv2.INTER_AREA), *band)
 
 
 def _reduced(luma: np.ndarray, factor: int) -> np.ndarray:
     height, width = luma.shape
     size = max(1, width // factor), max(1, height // factor)
     return cv2.resize(luma, size, interpolation=cv2.INTER_AREA)
-
-
-def _band(luma: np.ndarray, fine: float, coarse: float) -> np.ndarray:
-    return cv2.GaussianBlur(luma, (0, 0), fine) - cv2.GaussianBlur(luma, (0, 0), coarse)

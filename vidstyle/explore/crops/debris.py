@@ -7,7 +7,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from vidstyle.explore.measure import gradient_of
+from vidstyle.explore.measure import band_pass, gradient_of
 
 SMOOTH_DEVIATION_PX, MAX_SMOOTH_GRADIENT = 3, 0.0025
 """Blur that removes noise, and the gradient below which the source is smooth after it."""
@@ -53,9 +53,8 @@ class SourceAreas:
     def _structure(self, luma: np.ndarray) -> tuple[float, float]:
         if self._smooth.mean() <= MIN_SMOOTH_SHARE:
             return 0.0, 0.0
-        fine, coarse = (_blurred(luma, deviation) for deviation in ADDED_BAND_PX)
         weights = np.maximum(_blurred(self._smooth, NEIGHBOURHOOD_PX), 0.05)
-        local = _blurred(np.abs(fine - coarse) * self._smooth, NEIGHBOURHOOD_PX) / weights
+        local = _blurred(np.abs(band_pass(luma, *ADDED_BAND_PX)) * self._smooth, NEIGHBOURHOOD_PX) / weights
         inside = local[self._smooth > 0]
         return float(inside.mean()), float(inside.std())
 

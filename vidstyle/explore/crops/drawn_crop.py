@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from vidstyle.explore.colors import oklab
-from vidstyle.explore.measure import gradient_of, luma_of_codes
+from vidstyle.explore.measure import band_pass, gradient_of, luma_of_codes
 
 EDGE_DEVIATION_PX, EDGE_PERCENTILE, MIN_EDGE = 1, 85, 0.01
 """Blur before edges are found, the percentile of gradients that are edges, and the weakest edge."""
@@ -50,7 +50,9 @@ class SourceDrawing:
     def measure(self, result: np.ndarray) -> Drawing:
         """Return what a style, H x W x 3 uint8, does to edges and faces."""
         luma = luma_of_codes(result)
-        small, large = (_strength(luma, *band) + MIN_BAND for band in (SMALL_BAND_PX, LARGE_BAND_PX))
+        small, large = (
+            float(band_pass(luma, *band).std()) + MIN_BAND for band in (SMALL_BAND_PX, LARGE_BAND_PX)
+        )
         return Drawing(
             rims=self._rim_height(luma) - self._rims,
             mark_smallness=float(np.log(small / large)),
@@ -75,7 +77,3 @@ def _lift(picture: np.ndarray, rows: slice, columns: slice) -> float:
     face = np.zeros(lightness.shape, bool)
     face[rows.start - top : rows.stop - top, columns.start - left : columns.stop - left] = True
     return float(lightness[face].mean() - lightness[~face].mean()) if not face.all() else 0.0
-
-
-def _strength(luma: np.ndarray, fine: float, coarse: float) -> float:
-    return float((cv2.GaussianBlur(luma, (0, 0), fine) - cv2.GaussianBlur(luma, (0, 0), coarse)).std())

@@ -63,7 +63,8 @@ class FullSize:
         """
         tones = tones_of(style, self._small)
         rows = [crop.compared.measure(crop.render(style, tones)) for crop in self._crops]
-        return FullSizeMetrics(*np.mean(rows, axis=0).tolist())
+        mean = FullSizeMetrics(*np.mean(rows, axis=0).tolist())
+        return mean._replace(has_face=rows[0].has_face)
 
 
 class Crop:
