@@ -103,7 +103,7 @@ def shown(browser: Browser) -> np.ndarray:
 
 
 def off(made: np.ndarray, source: np.ndarray, style: Style) -> float:
-    """The share of samples that are more than one code off, beside the gray that the page moves a little."""
+    """The share of samples that are more than two codes off; the page itself shifts gray by up to one."""
     right = vidstyle.stylize(source, replace(style, steady=0.0), "cpu").astype(int)
     return float((np.abs(made - right) > 2).mean())
 

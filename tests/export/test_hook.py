@@ -31,9 +31,9 @@ from vidstyle.style import Step, Style, load_style, style_names
 DRIVERS = sorted(Path("/usr/share/vulkan/icd.d").glob("lvp_icd*.json"))
 MEAN, NEAR = 1.0, 0.998
 """The mean difference in codes that is allowed, and the share of the samples within 8 codes."""
-FEW_SAMPLES = 150
-"""Of fifty pixels: with half floats, squares of `pixel` may get another of 32 colours taken from the picture,
-which in a small picture, where a square is a pixel, is more than the share above: 35 of 7,575."""
+FEW_SAMPLES = 90
+"""Of thirty pixels: with half floats, squares of `pixel` may get another of 32 colours taken from the picture.
+In a small picture, where a square is a pixel, this is more than the share above: 27 of 7,575 pixels."""
 
 
 @cache

@@ -8,10 +8,10 @@ import numpy as np
 _AMOUNT_PER_FACTOR, _MAX_AMOUNT = 1.5, 1.5
 """Amount of the unsharp mask for each factor of enlargement beyond 1, and its maximum."""
 _DEVIATION_RATIO = 2.0
-"""Standard deviation of its Gaussian in pixels of the source, which has about that blur itself."""
+"""Standard deviation of its Gaussian in pixels of the source, about the blur of the source."""
 _REACH_RATIO, _MAX_OVERSHOOT_LEVELS = 2, 6
-"""Distance, in standard deviations, within which sharpened luma stays in the range of what was there, and by
-how many levels of 255 it may exceed that: edges get no rims."""
+"""Sharpened luma stays between the darkest and the brightest pixel within this distance, in standard
+deviations, give or take this many levels of 255, so that edges get no rims."""
 
 
 def sharpen_enlarged(color: np.ndarray, factor: float) -> np.ndarray:

@@ -107,9 +107,9 @@ def _find_twin(key_frames: Sequence[Candidate]) -> int | None:
 
 
 def _find_same_moment(key_frames: Sequence[Candidate]) -> int | None:
-    """Return one of the frames that show one moment with others, if enough are left.
+    """Return a frame that is too close in time to another one of its scene, if enough are left.
 
-    It is the frame with the most such neighbours, so that as many moments as possible stay, or the least
+    Prefer the frame with the most close neighbours, so that as many moments as possible stay; then the least
     important one.
     """
     if len(key_frames) <= _MIN_MOMENT_PANELS:
