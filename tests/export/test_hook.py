@@ -32,7 +32,7 @@ DRIVERS = sorted(Path("/usr/share/vulkan/icd.d").glob("lvp_icd*.json"))
 MEAN, NEAR = 1.0, 0.998
 """The mean difference in codes that is allowed, and the share of the samples within 8 codes."""
 FEW_SAMPLES = 90
-"""Of thirty pixels: with half floats, squares of `pixel` may get another of 32 colours taken from the picture.
+"""Of thirty pixels: with half floats, squares of `pixel` may get another of 32 colours of the picture.
 In a small picture, where a square is a pixel, this is more than the share above: 27 of 7,575 pixels."""
 
 
