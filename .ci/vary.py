@@ -159,7 +159,7 @@ def _summary(lines: list[str]) -> str:
 
 
 def _run_others(second: Checkout, first: Checkout, installed: Future[Result], seed: str) -> dict[str, Result]:
-    """Run the checks, and what the second machine runs, beside all tests of the first, which take longer."""
+    """Run the checks and the tests of the second machine in parallel with all tests of the first."""
     sensitive = random.Random(seed).sample(SENSITIVE_TESTS, SENSITIVE_PARTS)
     results = {
         "sensitive tests": second.test("test", f"TESTS={' '.join(sensitive)}"),

@@ -179,13 +179,13 @@ def test_only_changed_planes_come_back_from_a_process() -> None:
     lift = partial(lift_from_picture, faces=faces)
     with closing(StyleProcesses(1, 0, b"", lift)) as processes:
         eventually(lambda: processes._starting[0].has_news)
-        made = processes.make(partial(lift, amount=1.0), picture)
+        made = processes.make(lift, picture)
         assert made is not None
-        (changed, (found,)), (here, (wanted,)) = made, lift(picture, amount=1.0)
+        (changed, (found,)), (here, (wanted,)) = made, lift(picture)
         assert same_bits(changed, here) and not same_bits(changed, picture)
         assert changed.chroma is not None and changed.chroma[0] is picture.chroma[0]  # type: ignore[index]
         assert found.window == wanted.window and np.array_equal(found.weight, wanted.weight)
-        assert [processes.make(each, picture) for each in (lift, partial(lift, amount=1.0))] == [None] * 2
+        assert [processes.make(each, picture) for each in (partial(lift_from_picture), lift)] == [None] * 2
 
 
 @pytest.mark.parametrize("planes", ["gray", "chroma", "color"])

@@ -61,6 +61,7 @@ def test_a_pyav_loop_keeps_times_and_tags(tmp_path: Path) -> None:
     with vidstyle.Renderer("ink", device="cpu") as renderer:
         expected = [renderer(frame).to_ndarray(format="rgb24") for frame in before]
     for restyled, wanted in zip(after, expected, strict=True):
+        # x264 smooths crisp outlines by up to 12.1 at 160 x 90 pixels; another style is 90 away
         assert rms_error(restyled.to_ndarray(format="rgb24"), wanted) < 14
 
 

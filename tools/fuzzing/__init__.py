@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import sys
+import tomllib
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "support"), str(ROOT / "tests" / "support" / "models")]
+_PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+_TEST_FOLDERS = _PROJECT["tool"]["pytest"]["ini_options"]["pythonpath"]
+sys.path[:0] = [str(ROOT), *(str(ROOT / each) for each in _TEST_FOLDERS)]

@@ -77,11 +77,13 @@ class Raster:
         waves: waves that begin at the first pixel of the page, and have the same periods.
         cell: height and width of squares in whole working pixels; None without squares.
         has_points: whether its marks are points, squares or letters of one tone each, which may be small.
+        has_dots: whether its marks are dots that grow with the tone.
     """
 
     waves: tuple[Wave, ...]
     cell: tuple[int, int] | None = None
     has_points: bool = False
+    has_dots: bool = False
 
     @classmethod
     def of_cells(cls, height: int, width: int) -> Raster:
@@ -92,7 +94,8 @@ class Raster:
     def of_screens(cls, pitch: float, degrees: Iterable[float]) -> Raster:
         """Return the raster of dots on square lattices, turned by angles."""
         turns = [math.radians(each + side) for each in degrees for side in (0, 90)]
-        return cls(tuple((math.cos(turn) / pitch, math.sin(turn) / pitch) for turn in turns))
+        waves = tuple((math.cos(turn) / pitch, math.sin(turn) / pitch) for turn in turns)
+        return cls(waves, has_dots=True)
 
 
 NO_PERIOD = Raster(())

@@ -108,8 +108,15 @@ class Control(Labelled, ABC):
         """Return the argument of the block's function for a value."""
         return value
 
-    def scale(self, value: Any, growth: float, values: Mapping[str, Any]) -> Any:
-        """Return the value for pictures that are larger by a factor; `values`: all values of the step."""
+    def scale(self, value: Any, growth: float, values: Mapping[str, Any], fineness: float = 1) -> Any:
+        """Return the value for pictures that are larger by a factor.
+
+        Args:
+            value: the value.
+            growth: the factor.
+            values: all values of the step.
+            fineness: level of detail (focus) by which lengths are divided, up to their own maximum.
+        """
         return value
 
     def between(self, one: Any, other: Any, share: float, is_integer: bool) -> Any:

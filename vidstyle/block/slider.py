@@ -127,12 +127,15 @@ class Slider(Control):
     def text(self, value: Any) -> str:
         return f"{value:g}"
 
-    def least_scaled(self, value: float) -> float:
+    def least_scaled(self, value: float, fineness: float = 1) -> float:
         """Return the least value to which this one is scaled in small pictures."""
-        return max(self.low, min(value, self.finest))
+        return max(self.low, min(value, self.finest / fineness))
 
-    def scale(self, value: Any, growth: float, values: Mapping[str, Any]) -> Any:
+    def scale(self, value: Any, growth: float, values: Mapping[str, Any], fineness: float = 1) -> Any:
         if not self.power or (self.grows_if and not values[self.grows_if]):
             return value
-        grown = max(value * growth**self.power, self.least_scaled(value))
-        return grown if self.unit == "px" else min(grown, self.high)
+        if self.unit != "px":
+            # With other slopes, even areas near a threshold would be brighter or darker.
+            return min(max(value * growth**self.power, self.least_scaled(value)), self.high)
+        fineness = min(fineness, self.max_detail)
+        return max(value * growth / fineness, self.least_scaled(value, fineness))

@@ -34,7 +34,7 @@ def contour(
         Slider(
             0,
             64,
-            "lower for more lines, also of faint edges; higher for fewer",
+            "lower for more lines, including faint edges; higher for fewer",
             "of 255",
             label="Faintest edge",
         ),
@@ -44,7 +44,7 @@ def contour(
         Slider(0, 8, "higher for fewer lines where there is much detail", label="Sparsity"),
     ] = 1.35,
 ) -> np.ndarray:
-    """Find faint edges, as a gray picture; where there is much detail, only the strong ones.
+    """Find edges, including faint ones, as a gray picture; where there is much detail, only strong edges.
 
     With e the gradient (3 x 3 Sobel, divided by 4; the root of its mean square over the channels, weighted
     as in luma), n the threshold and c the luma of `clutter` times the sparsity, the result is

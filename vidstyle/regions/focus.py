@@ -186,8 +186,7 @@ class FocusRenderer(Backend):
         light = self._light(request, found)
         writing = PictureEdit(light or request.picture, partial(lift_writing, amount=style.focus))
         close = self._large(found, request, side)
-        lift = partial(lift_from_picture, faces=close, amount=style.focus)
-        large = PictureEdit(writing, lift)
+        large = PictureEdit(writing, partial(lift_from_picture, faces=close))
         lifted, request = (replace(request, edit=each) for each in (writing, large if close else writing))
         if request.time is None:
             lifted, request = lifted.edited(), request.edited()
@@ -273,22 +272,17 @@ class FocusRenderer(Backend):
         return self._patches_of(patches).prepare(request, patches, self._style, share, raster, fineness)
 
     def _lifted_share(self, request: FrameRequest) -> Callable[[Face], float]:
-        """Return what returns how much of the features of a face is drawn over its patch, 0..1."""
+        """Return a function for the share of the features of a face that is drawn over the result, 0..1."""
         medium = Medium.of(self._style, self._raster_on(request))
         side = self._side_ratio * min(request.picture.shape)
         return lambda face: self._style.focus * medium.lifted_share(face.box.height / side)
 
     def _large(self, faces: Sequence[Face], request: FrameRequest, side: float) -> list[Face]:
-        """Return the faces that are too large for a patch, less opaque where they still have one."""
+        """Return the faces that are too large for a patch; their opacity is how much of them is lifted."""
         large = [replace(face, opacity=face.opacity * (1 - _small_share(face, side))) for face in faces]
         large = [face for face in large if face.opacity > 0]
-        if not large:
-            return []
-        medium = Medium.of(self._style, self._raster_on(request))
-        large = [
-            replace(face, opacity=face.opacity * medium.lifted_share(face.box.height / side))
-            for face in large
-        ]
+        share = self._lifted_share(request) if large else None
+        large = [replace(face, opacity=face.opacity * share(face)) for face in large] if share else []
         return [face for face in large if face.opacity > 0]
 
     def _patches_of(self, patches: PatchSet) -> PatchRenderer:

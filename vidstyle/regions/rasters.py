@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vidstyle.backend import FrameRequest
-from vidstyle.block import Wave
+from vidstyle.block import Raster, Wave
 from vidstyle.core.picture import PictureLayout
 from vidstyle.regions.boxes import Rectangle
 from vidstyle.style import Style
@@ -31,24 +31,14 @@ class PageRaster:
         is_screen: whether it has any marks.
         has_points: whether all of them are points, squares or letters of one tone each: those may be
             small, while finer dots or lines would look like another print.
+        has_dots: whether some are dots that grow with the tone.
     """
 
     waves: tuple[Wave, ...] = ()
     cell: tuple[int, int] | None = None
     is_screen: bool = False
     has_points: bool = False
-
-    @property
-    def is_dotted(self) -> bool:
-        """Whether it has dots or squares, which repeat in two directions; lines that bend have no period."""
-        return len(self.waves) > 1
-
-    def dot(self, widest: float) -> tuple[int, int]:
-        """Return height and width of the squares in which features are drawn."""
-        if self.cell is None or max(self.cell) > 2 * widest:
-            return 1, 1
-        down, across = (side if side <= widest else -(-side // 2) for side in self.cell)
-        return down, across
+    has_dots: bool = False
 
     def gap(self, right: int, down: int, step: tuple[int, int]) -> tuple[int, int]:
         """Return by how much more to move a part of the page that is moved by `right` and `down`.
@@ -77,16 +67,21 @@ def raster_of(style: Style, request: FrameRequest) -> PageRaster:
     picture = request.picture
     steps = resolve(style, *picture.shape)
     lowered = lower(style, steps, PictureLayout.of(picture), request.encoding, request.rgb)
-    waves, cells, points = dict[Wave, None](), [(1, 1)], list[bool]()
+    waves, cells, rasters = dict[Wave, None](), [(1, 1)], list[Raster]()
     for node in nodes_in_order(lowered.outputs):
         if node.block is not None and (raster := node.block.raster_for(node.values)):
-            points.append(raster.has_points)
+            rasters.append(raster)
             down, right = (page / side for page, side in zip(picture.shape, node.shape, strict=True))
             waves |= {(across / right, along / down): None for across, along in raster.waves}
             cells += [(round(raster.cell[0] * down), round(raster.cell[1] * right))] if raster.cell else []
     cell = max(cells)
-    has_points = bool(points) and all(points)
-    return PageRaster(tuple(waves), None if cell == (1, 1) else cell, bool(points), has_points)
+    return PageRaster(
+        tuple(waves),
+        None if cell == (1, 1) else cell,
+        is_screen=bool(rasters),
+        has_points=bool(rasters) and all(each.has_points for each in rasters),
+        has_dots=any(each.has_dots for each in rasters),
+    )
 
 
 def divided_cell(cell: tuple[int, int], widest: float) -> tuple[int, int]:

@@ -65,8 +65,8 @@ class Style:
         focus: how much finer the detail in small faces is, and how much writing is drawn, 0 to 1; needs a
             `height`.
         detail: factor by which lengths are shorter, up to `Slider.max_detail`; style files do not have it.
-        keeps_detail: whether small faces and small pictures leave the size of marks as it is, because the
-            user has chosen the detail or the height; style files do not have it.
+        keeps_detail: whether small faces and small pictures do not change the size of marks, because the user
+            has chosen the detail or the height; style files do not have it.
         only: the mask inside which the style applies, or empty for the whole picture.
         keep: a mask inside which the source is kept, or empty.
         masks: the masks that the style declares, by name.

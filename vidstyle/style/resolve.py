@@ -6,14 +6,14 @@ And keys that tell whether only numbers and colours of a style changed.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from vidstyle.blade.bank import Bank
 from vidstyle.blade.before.percentile_curve import SETTLE_SECONDS
-from vidstyle.block import Asset, Block, Control, PageRegion, Slider
+from vidstyle.block import Asset, Block, PageRegion
 from vidstyle.core.color.film_colors import FilmTable
 from vidstyle.errors import StyleError
 from vidstyle.style import SOURCE, Step, Style, expand
@@ -121,7 +121,7 @@ def _prepare_step(style: Style, step: Step, growth: float, read: _Read) -> Resol
     values = {
         name: _prepare_value(
             style,
-            _scaled(block.parameters[name].control, value, growth, style.detail, values),
+            block.parameters[name].control.scale(value, growth, values, style.detail),
             block,
             name,
             read,
@@ -130,17 +130,6 @@ def _prepare_step(style: Style, step: Step, growth: float, read: _Read) -> Resol
         if name not in block.saved_refs
     }
     return ResolvedStep(wiring, values)
-
-
-def _scaled(control: Control, value: Any, growth: float, detail: float, values: Mapping[str, Any]) -> Any:
-    """Return a value for pictures of this growth; lengths are finer by `detail`, up to their own maximum.
-
-    Slopes are not: with others, even areas near a threshold would be brighter or darker.
-    """
-    if isinstance(control, Slider) and control.unit == "px":
-        fineness = min(detail, control.max_detail)
-        growth, control = growth / fineness, replace(control, finest=control.finest / fineness)
-    return control.scale(value, growth, values)
 
 
 def _prepare_value(style: Style, value: Any, block: Block, name: str, read: _Read) -> Any:

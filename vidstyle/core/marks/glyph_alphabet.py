@@ -14,8 +14,8 @@ ZONE_COUNT = ZONE_ROWS * ZONE_COLUMNS
 class Alphabet(tuple[np.ndarray]):
     """A table, float32 0..1; compared by identity.
 
-    It holds the glyphs side by side, sorted by increasing coverage. The last rows hold the coverage of the
-    six zones of each glyph, relative to the mean of the densest, in the column of the glyph's number.
+    The upper rows hold the glyphs side by side, sorted by increasing coverage. The last six rows have one
+    column for each glyph: the coverage of its six zones, relative to the mean coverage of the densest glyph.
     """
 
     __eq__, __hash__ = object.__eq__, object.__hash__
@@ -28,7 +28,7 @@ def alphabet_from_tile(tile: np.ndarray) -> Alphabet:
         tile: H x W, 0..1.
 
     Raises:
-        ValueError: it does not hold 2 or more glyphs that differ in tone.
+        ValueError: there are fewer than two glyphs, or all have the same coverage.
     """
     height, columns = tile.shape
     width = height * 3 // 5

@@ -18,6 +18,7 @@ from vidstyle.core.picture import Picture
 from vidstyle.core.plain_codes import codes_from_values, values_from_codes
 from vidstyle.core.sampling import ExponentialSmoother, percentiles, small_luma
 from vidstyle.regions.boxes import Box, Rectangle
+from vidstyle.regions.features.blurring import blurred, weighted_mean
 from vidstyle.regions.masks import inner_box, inner_mask
 from vidstyle.regions.patches import Patch, plane_area
 
@@ -48,8 +49,6 @@ FEATURE_WEIGHT = 0.6
 """Factor of local contrast that is added to eyes, nose and mouth."""
 FEATURE_RADIUS_RATIO = 0.125
 """Standard deviation of the Gaussian of the local mean, relative to the face's height."""
-MIN_BLUR_SIGMA_PX = 4.0
-"""Standard deviation of this Gaussian on a reduced copy, in pixels of the copy."""
 MAX_PAGE_SAMPLES = 128
 """Largest side of the copy of the page that is measured, in pixels."""
 TIME_CONSTANT_SECONDS = 1.0
@@ -156,41 +155,15 @@ def expose_face(
     )
     shown = stretch.shown(luma)
     even = shown - np.float32(_mixed(SHADING_WEIGHT, SKIN_SHADING_WEIGHT, bare)) * (
-        _shading(shown, skin, height) - np.float32(middle)
+        weighted_mean(shown, skin, SHADING_RADIUS_RATIO * height) - np.float32(middle)
     )
     ranged = np.clip(moved + gain * (even - np.float32(middle)), *CLIP_LUMA_RANGE)
     # Black stays black: hair, and what is behind it.
     lift = np.clip(shown / np.float32(max(dark, 1e-3)), 0, 1)
     ranged = np.where(ranged > shown, shown + lift * (ranged - shown), ranged)
-    around = _blurred(ranged, FEATURE_RADIUS_RATIO * height)
+    around = blurred(ranged, FEATURE_RADIUS_RATIO * height)
     weight = np.float32(_mixed(FEATURE_WEIGHT, 0.0, bare))
     return stretch.luma(np.clip(ranged + weight * (ranged - around), *CLIP_LUMA_RANGE))
-
-
-def _shading(luma: np.ndarray, skin: np.ndarray, height: float) -> np.ndarray:
-    """Return light and shadow on a face: its luma without features; around it, that of the skin nearby."""
-    sigma, weight = SHADING_RADIUS_RATIO * height, skin + np.float32(1e-3)
-    light, area = (_reduced_blur(each, sigma) for each in (luma * weight, weight))
-    return _enlarged(light / area, luma.shape)
-
-
-def _blurred(luma: np.ndarray, sigma: float) -> np.ndarray:
-    """Return luma after a Gaussian; a wide one runs on a reduced copy, which differs by about a code."""
-    return _enlarged(_reduced_blur(luma, sigma), luma.shape)
-
-
-def _reduced_blur(luma: np.ndarray, sigma: float) -> np.ndarray:
-    """Return luma after a Gaussian, in a copy in which that has about `MIN_BLUR_SIGMA_PX`."""
-    factor = max(1, int(sigma / MIN_BLUR_SIGMA_PX))
-    height, width = luma.shape
-    size = -(-width // factor), -(-height // factor)
-    small = luma if factor == 1 else cv2.resize(luma, size, interpolation=cv2.INTER_AREA)
-    return cv2.GaussianBlur(small, (0, 0), sigma * size[0] / width, sigmaY=sigma * size[1] / height)
-
-
-def _enlarged(luma: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
-    same = luma.shape == shape
-    return luma if same else cv2.resize(luma, shape[1::-1], interpolation=cv2.INTER_CUBIC)
 
 
 def _inside_face(luma: np.ndarray, face: Box[float], area: Rectangle, bare: float) -> np.ndarray:

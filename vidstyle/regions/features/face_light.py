@@ -20,6 +20,7 @@ from vidstyle.core.sampling import ExponentialSmoother, percentiles, small_luma
 from vidstyle.regions.boxes import Box, Rectangle
 from vidstyle.regions.face_tracks import Face
 from vidstyle.regions.features.areas import feature_areas
+from vidstyle.regions.features.blurring import weighted_mean
 from vidstyle.regions.features.exposure import (
     MAX_PAGE_SAMPLES,
     PAGE_QUANTILES,
@@ -54,8 +55,6 @@ FINE_RANGE = 0.015, 0.045
 """Difference of tone from this Gaussian that is grain, and from which it is a fine detail, which is kept."""
 BRIGHT_RANGE = 0.05, 0.2
 """How much brighter than the face it is what gets less light, and what gets none: what is behind it."""
-MAX_SIGMA_PX = 5.0
-"""Standard deviation from which that Gaussian runs on a reduced copy."""
 MIN_TONE = 0.05
 """Added to tones before they are compared: black stays black."""
 
@@ -146,7 +145,7 @@ def _light(luma: np.ndarray, dim: DimFace, window: Rectangle) -> np.ndarray:
     behind = _ramp(shown - np.float32(bright), BRIGHT_RANGE)
     tone = cv2.log(shown + np.float32(MIN_TONE))
     skin = inner_mask(box, window) * (1 - behind)
-    shade = _mean(tone, skin, SHADE_RATIO * height)
+    shade = weighted_mean(tone, skin, SHADE_RATIO * height)
     detail = tone - shade
     middle = np.log(median + MIN_TONE)
     lift = min(MAX_TONE_FACTOR, ((WANTED_TONE_LEVEL + MIN_TONE) / (median + MIN_TONE)) ** TONE_WEIGHT)
@@ -165,23 +164,12 @@ def _light(luma: np.ndarray, dim: DimFace, window: Rectangle) -> np.ndarray:
 
 def _raised(detail: np.ndarray, skin: np.ndarray, sigma: float) -> np.ndarray:
     """Return details with more contrast, the more so the less there is nearby."""
-    spread = cv2.sqrt(_mean(detail * detail, skin, sigma))
+    spread = cv2.sqrt(weighted_mean(detail * detail, skin, sigma))
     factor = np.clip(
         np.float32(WANTED_SPREAD_RATIO) / np.maximum(spread, np.float32(1e-3)), 1, MAX_CONTRAST_FACTOR
     )
     factor = 1 + (factor - 1) * _ramp(spread, GRAIN_SPREAD_RANGE)
     return np.asarray(detail * np.where(detail < 0, factor, factor ** np.float32(LIGHT_EXPONENT)), np.float32)
-
-
-def _mean(tone: np.ndarray, weight: np.ndarray, sigma: float) -> np.ndarray:
-    """Return the mean of the tones nearby, by weight; of a wide area, in a reduced copy."""
-    factor = max(1.0, sigma / MAX_SIGMA_PX)
-    size = tuple(max(1, round(side / factor)) for side in tone.shape[::-1])
-    weight = np.asarray(weight + np.float32(1e-3), np.float32)
-    planes = np.asarray(tone * weight, np.float32), weight
-    small = (cv2.resize(each, size, interpolation=cv2.INTER_AREA) for each in planes)
-    total, area = (cv2.GaussianBlur(each, (0, 0), sigma / factor) for each in small)
-    return cv2.resize(np.asarray(total / area, np.float32), tone.shape[::-1])
 
 
 def _within(box: Box[float], picture: Picture) -> Rectangle:

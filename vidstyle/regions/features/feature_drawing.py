@@ -13,7 +13,7 @@ from vidstyle.core.plain_codes import codes_from_values, values_from_codes
 from vidstyle.regions.features.feature_lifting import Features
 from vidstyle.regions.features.feature_marks import marks_of
 from vidstyle.regions.features.media import Medium
-from vidstyle.regions.features.page_colors import brightest_color, darkest_color, local_mean, skin_mean
+from vidstyle.regions.features.page_colors import brightest_color, darkest_colors, local_mean, skin_mean
 from vidstyle.regions.patches import plane_area
 from vidstyle.regions.rasters import PageRaster
 from vidstyle.regions.writing.lifting import luma_in
@@ -57,7 +57,8 @@ def draw_features(
     bright = [luma_in(page, each.window) for each in features]
     medium, is_light = Medium.of(style, raster), sum(color) > MIN_LIGHT_INK
     marks = [marks_of(each, medium, is_light, page, region, raster) for each in features]
-    darks = darkest_color(page) if features and medium is not Medium.LIGHT_LINES else None
+    is_darker = any(each.factor is not None for each in marks) and medium is not Medium.LIGHT_LINES
+    darks = darkest_colors(page) if is_darker else None
 
     def draw(plane: np.ndarray, kind: str) -> np.ndarray:
         if kind not in ("luma", "chroma", "color"):
@@ -68,13 +69,14 @@ def draw_features(
         for each, luma, found in zip(features, bright, marks, strict=True):
             area = plane_area(each.window, step)
             values = values_from_codes(plane[area], kind, page.encoding)
-            factor = np.minimum(found.factor, 1) if kind == "chroma" else found.factor
             drawn = values
             light = brightest_color(values, luma, BRIGHT_SHARE) if found.bright.any() else ink
             if found.clear.any():
                 ground = _ground(values, each, medium, step)
                 drawn = drawn + _like(found.clear, values) * (ground - drawn)
-            drawn = dark + (drawn - dark) * _like(factor, values)
+            if found.factor is not None:
+                factor = np.minimum(found.factor, 1) if kind == "chroma" else found.factor
+                drawn = dark + (drawn - dark) * _like(factor, values)
             for color, cover in ((light, found.bright), (ink, found.ink)):
                 if cover.any():
                     drawn = drawn + _like(cover, values) * (color - drawn)

@@ -18,6 +18,7 @@ from vidstyle.core.plain_codes import codes_from_values, values_from_codes
 from vidstyle.regions.boxes import Box, Rectangle
 from vidstyle.regions.face_tracks import Face
 from vidstyle.regions.features.areas import eye_doubt, feature_areas, has_dark_glasses
+from vidstyle.regions.features.blurring import blurred
 from vidstyle.regions.features.tones import FeatureTones, feature_tones, skin_luma, without_grain
 from vidstyle.regions.masks import face_mask, inner_mask, mask_box
 from vidstyle.regions.patches import Patch, plane_area
@@ -26,8 +27,6 @@ GLASSES_FACTOR = 2.0
 """How much larger than an eye dark glasses are."""
 LIGHT_RATIO = 0.08
 """Standard deviation of the Gaussian that finds light and shade on a face, relative to its height."""
-MAX_SIGMA_PX = 4.0
-"""Standard deviation from which that Gaussian runs on a reduced copy."""
 
 
 class Features(NamedTuple):
@@ -69,21 +68,18 @@ def lift_features(
     return lifted
 
 
-def lift_from_picture(
-    picture: Picture, faces: Sequence[Face], amount: float
-) -> tuple[Picture, list[Features]]:
+def lift_from_picture(picture: Picture, faces: Sequence[Face]) -> tuple[Picture, list[Features]]:
     """Return a whole picture without features, and these.
 
     Args:
         picture: is only read.
-        faces: the faces; their opacity is the share of the amount.
-        amount: 0..1.
+        faces: the faces; their opacity is how much of their features is lifted.
     """
     if not faces:
         return picture, []
     whole = Box(0, 0, picture.shape[1], picture.shape[0])
     patches = [Patch(whole, whole, replace(face, opacity=1.0)) for face in faces]
-    shares = {face.track: amount * face.opacity for face in faces}
+    shares = {face.track: face.opacity for face in faces}
     picture = _copied(picture)
     return picture, lift_features(picture, patches, lambda face: shares[face.track])
 
@@ -115,7 +111,7 @@ def _lift(picture: Picture, patch: Patch, face: Face, window: Rectangle, amount:
     areas, inner = feature_areas(face, window), face_mask(face.box, window)
     areas = areas._replace(whole=areas.whole * inner)
     # The closing spreads a bright cheek over a shaded one, as a disc.
-    even = _blurred(luma, LIGHT_RATIO * height)
+    even = blurred(luma, LIGHT_RATIO * height)
     change = np.float32(amount) * areas.whole * (np.minimum(skin, even) - luma)
     values = values + (change if values.ndim == 2 else change[..., None])
     plane[area] = codes_from_values(values, "luma", picture.encoding)
@@ -124,10 +120,3 @@ def _lift(picture: Picture, patch: Patch, face: Face, window: Rectangle, amount:
     return Features(
         window, share * areas.whole, tones, face, amount, share * inner_mask(face.box, window) * tones.lit
     )
-
-
-def _blurred(luma: np.ndarray, sigma: float) -> np.ndarray:
-    factor = max(1.0, sigma / MAX_SIGMA_PX)
-    size = tuple(max(1, round(side / factor)) for side in luma.shape[::-1])
-    small = cv2.resize(luma, size, interpolation=cv2.INTER_AREA)
-    return cv2.resize(cv2.GaussianBlur(small, (0, 0), sigma / factor), luma.shape[::-1])

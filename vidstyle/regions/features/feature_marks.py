@@ -11,9 +11,8 @@ from vidstyle.regions.features.feature_lifting import Features
 from vidstyle.regions.features.media import Medium
 from vidstyle.regions.features.screens import screened
 from vidstyle.regions.features.tones import MAX_SPECK_PX, SPECK_RATIO, in_steps, without_specks
-from vidstyle.regions.patch_blending import patch_mask
-from vidstyle.regions.patches import Patch, plane_area
-from vidstyle.regions.rasters import PageRaster, cell_means
+from vidstyle.regions.patches import plane_area
+from vidstyle.regions.rasters import PageRaster
 
 CORE_RANGE = 0.45, 0.95
 """Darkness at which a pixel begins to be ink, and from which it is, relative to the strongest nearby."""
@@ -26,7 +25,7 @@ LIGHT_WEIGHT = 0.8
 SKIN_WEIGHT = 0.45
 """How far dots and hatching on lit skin are replaced: the rest shows the medium."""
 SHADE_FACTOR, INK_SHADE_FACTOR = 1.5, 2.3
-"""How much darker shade is than where all is tones; and in hatching or dots, which leave paper between."""
+"""Factors of shade between light lines; and in hatching or dots, which leave paper between them."""
 INK_WEIGHT = 0.95
 """Opacity of ink without tones."""
 SKIN_LIGHT_SHARE, SKIN_LIGHT_WEIGHT = 0.5, 0.8
@@ -34,27 +33,21 @@ SKIN_LIGHT_SHARE, SKIN_LIGHT_WEIGHT = 0.5, 0.8
 the lines."""
 SKIN_SHADE_WEIGHT = 0.5
 """How much darker features are between light lines."""
-CALM_WEIGHT_RANGE, CALM_CELL_FACTOR = (0.5, 0.75), 6.0
-"""How far scan lines and letters are cleared under features; letters, by their height relative to the face's
-times this factor."""
-MAX_DOT_RATIO = 3 / 720
-"""Largest side of the squares that features consist of in styles of squares, relative to the picture's
-shorter side."""
-TONE_STEP = 0.15
-"""Difference of tones in such squares: they have few colours."""
+CLEAR_WEIGHT = 0.5
+"""How far scan lines are cleared under features."""
 
 
 class FeatureMarks(NamedTuple):
     """Layers over the page, H x W float32, in this order: a factor, and coverage.
 
     Attributes:
-        factor: of the page.
+        factor: of the page; None: 1.
         clear: coverage by even ground.
         bright: coverage by the brightest colour of the page, paper or light.
         ink: coverage by the ink of the style.
     """
 
-    factor: np.ndarray
+    factor: np.ndarray | None
     clear: np.ndarray
     bright: np.ndarray
     ink: np.ndarray
@@ -76,11 +69,9 @@ def marks_of(
     weight, skin = each.weight, each.skin
     if region is not None:
         weight, skin = (plane * region[plane_area(each.window, (1, 1))] for plane in (weight, skin))
-    if raster.cell is not None:
-        weight = weight * (patch_mask(Patch(each.window, each.window, each.face), raster.cell) > 0)
     tones, none = each.tones, np.zeros_like(weight)
-    cover, same = np.minimum(weight / np.float32(FULL_INK_WEIGHT), 1), none + 1
-    change, dot = weight * (tones.tone - 1), raster.dot(MAX_DOT_RATIO * min(page.shape))
+    cover = np.minimum(weight / np.float32(FULL_INK_WEIGHT), 1)
+    change = weight * (tones.tone - 1)
     paper = np.float32(LIGHT_WEIGHT) * weight * tones.light
     match medium:
         case Medium.LIGHT_LINES:
@@ -95,30 +86,17 @@ def marks_of(
             return FeatureMarks(1 + change, none, none, np.float32(CORE_WEIGHT) * cover * _core(each))
         case Medium.INK:
             shade = in_steps(np.float32(INK_SHADE_FACTOR) * weight * (1 - tones.tone * tones.shade))
-            shade = screened(shade, each.window, each.face.box.height, is_dotted=raster.is_dotted)
+            shade = screened(shade, each.window, each.face.box.height, is_dotted=raster.has_dots)
             ink = np.maximum(shade, np.float32(INK_WEIGHT) * cover * _core(each))
-            return FeatureMarks(same, np.float32(SKIN_WEIGHT) * np.minimum(weight, skin), paper, ink)
-    if dot != (1, 1):
-        change = np.round(cell_means(change, each.window, dot) / np.float32(TONE_STEP)) * np.float32(
-            TONE_STEP
-        )
-    calm = _calm(each, raster) * weight if dot == (1, 1) else none
-    return FeatureMarks(1 + change, calm, none, none)
+            return FeatureMarks(None, np.float32(SKIN_WEIGHT) * np.minimum(weight, skin), paper, ink)
+    clear = np.float32(CLEAR_WEIGHT) * weight if raster.waves else none
+    return FeatureMarks(1 + change, clear, none, none)
 
 
 def _core(each: Features) -> np.ndarray:
     """Return coverage by ink in the darkest parts, without specks."""
     least = min(SPECK_RATIO * each.face.box.height, MAX_SPECK_PX)
     return without_specks(_ramp(each.tones.dark, CORE_RANGE), least)
-
-
-def _calm(each: Features, raster: PageRaster) -> np.float32:
-    """Return how far a style's letters or scan lines are cleared under features, 0..1."""
-    if not raster.waves:
-        return np.float32(0)
-    least, most = CALM_WEIGHT_RANGE
-    share = CALM_CELL_FACTOR * raster.cell[0] / each.face.box.height if raster.cell else 0.0
-    return np.float32(min(most, max(least, share)))
 
 
 def _ramp(plane: np.ndarray, ends: tuple[float, float]) -> np.ndarray:

@@ -53,6 +53,6 @@ class Medium(Enum):
 
 
 def _has_grain(style: Style) -> bool:
-    """Return whether a threshold follows grain: lines over it would look like those of a pen."""
+    """Return whether grain is thresholded: lines over it would look like strokes of a pen."""
     blocks = [step.block for step in style.background]
     return ("noise", "soft_threshold") in pairwise(blocks)

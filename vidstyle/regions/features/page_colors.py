@@ -8,30 +8,30 @@ import numpy as np
 from vidstyle.core.picture import Picture
 from vidstyle.core.plain_codes import values_from_codes
 
-MAX_SAMPLES = 16_384
+MAX_BRIGHT_SAMPLES = 16_384
 """Samples that are measured for the brightest colour, at most."""
 DARK_SIZE_PX, DARK_SHARE, MAX_DARK_LUMA = (128, 72), 0.005, 0.25
 """Samples of a page across and down that are searched for its darkest colour; the share that counts as it;
 and its luma at most."""
 MIN_SKIN = 1e-3
-"""Share of skin from which its mean is right; there is none to be shown below."""
+"""Smallest share of skin that a mean is divided by; with less, the mean is not shown."""
 
 
 def brightest_color(values: np.ndarray, luma: np.ndarray, share: float) -> np.ndarray:
-    """Return the mean of the samples where luma is highest, of `MAX_SAMPLES` at most.
+    """Return the mean of the samples where luma is highest, of `MAX_BRIGHT_SAMPLES` at most.
 
     Args:
         values: samples, of luma's size or a fraction of it.
         luma: of the page, H x W float32.
         share: of the pixels that count as bright.
     """
-    every = max(1, round((luma.size / MAX_SAMPLES) ** 0.5))
+    every = max(1, round((luma.size / MAX_BRIGHT_SAMPLES) ** 0.5))
     luma = luma[::every, ::every]
     values = cv2.resize(values, luma.shape[::-1], interpolation=cv2.INTER_NEAREST)
     return np.asarray(values[luma >= np.quantile(luma, 1 - share)].mean(axis=0), np.float32)
 
 
-def darkest_color(page: Picture) -> list[np.ndarray]:
+def darkest_colors(page: Picture) -> list[np.ndarray]:
     """Return the mean of the darkest samples of a page, as one value or colour for each plane but alpha.
 
     In a style of one ink, it is the ink. Of a page without darks, it is darkened at its hue.

@@ -43,7 +43,7 @@ MIN_GRAIN_LUMA, GRAIN_CONTRAST_RATIO, GRAIN_RADIUS_PX = 0.004, 4.0, 1.5
 the Gaussian that smooths. On faces of 50 to 130 lines in six photographs."""
 SHADE_STEP_COUNT, STEP_RANGE = 4, (0.25, 0.75)
 """Steps of shade from paper to ink, and the part of each in which it changes: soft edges without stairs."""
-MAX_SAMPLES = 8192
+MAX_QUANTILE_SAMPLES = 8192
 """Values of which a quantile is taken, at most."""
 MAX_SEARCHED_HEIGHT_PX = 96
 """Larger faces are searched for skin in a reduced copy."""
@@ -175,8 +175,8 @@ def _lit(skin: np.ndarray, inside: np.ndarray) -> np.ndarray:
 
 
 def _quantile(values: np.ndarray, share: float) -> float:
-    """Return a quantile, of `MAX_SAMPLES` values at most."""
-    return float(np.quantile(values.ravel()[:: -(-values.size // MAX_SAMPLES)], share))
+    """Return a quantile, of `MAX_QUANTILE_SAMPLES` values at most."""
+    return float(np.quantile(values.ravel()[:: -(-values.size // MAX_QUANTILE_SAMPLES)], share))
 
 
 def _disc(size: float) -> np.ndarray:
