@@ -8,6 +8,7 @@ from vidstyle.block import CATEGORIES
 from vidstyle.block.absent_effects import ABSENT_EFFECTS, find_absent_effect
 from vidstyle.block.search import find_blocks, find_values, is_named
 from vidstyle.blocks import all_blocks
+from vidstyle.style import style_names
 from vidstyle.style.model import FIELDS
 
 WORDS = """
@@ -179,12 +180,15 @@ def test_effects_that_no_block_has_name_what_comes_nearest() -> None:
     for effect in ABSENT_EFFECTS:
         assert set(effect.nearest) <= all_blocks().keys() and set(effect.values) <= FIELDS.keys()
         assert effect.nearest or effect.values
+        assert set(effect.styles) <= set(style_names()) and "Closest" not in effect.advice
         for word in effect.words.split(", "):
             assert find_absent_effect(word.title()) is effect
             named = {
                 name for name, block in all_blocks().items() if word in (block.label.lower(), *block.aliases)
             }
             assert not named - {"shift"} - set(effect.nearest), f"{word}: a block claims it"
+    toon = find_absent_effect("toon")
+    assert toon is not None and toon.advice == "It takes several steps. Styles with it: cartoon, comic."
     assert find_absent_effect("shaky") is not None and "shift" not in find_blocks("shaky", all_blocks())
 
 

@@ -208,8 +208,8 @@ def test_escape_clears_the_search_and_never_shows_a_designer_without_a_style(
     browser.press("Escape")
     assert browser.run("return document.getElementById('find-look').value") == ""
     near = "document.getElementById('near-look').textContent"
-    browser.type("sepia")
-    browser.until(f"{near}.startsWith('No look is exactly “sepia”')")
+    browser.type("bokeh")
+    browser.until(f"{near}.startsWith('No look is exactly “bokeh”')")
     browser.press("Escape")
     assert browser.run(f"return {near}") == ""
     browser.press("Escape")
@@ -217,10 +217,10 @@ def test_escape_clears_the_search_and_never_shows_a_designer_without_a_style(
 
 
 def test_after_a_click_on_a_look_no_control_has_the_focus(server: DesignServer, browser: Browser) -> None:
+    """The keys are those of the page: the space bar plays the film."""
     browser.open(server.url)
     browser.until("document.querySelector('.tile:not(.new)')")
     browser.click(".tile:not(.new)")
-    """The keys are those of the page: the space bar plays the film."""
     browser.until("document.getElementById('start').hidden && document.querySelector('.style-panel .value')")
     assert browser.run(FOCUSED).startswith("<body")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,9 @@ from browser import Browser
 from waiting import eventually
 
 from vidstyle.export import SCRIPT_FOLDERS
+from vidstyle.export.page import page_script
 from vidstyle.gallery.preview import preview_page
+from vidstyle.gallery.search_words import describe_look
 from vidstyle.gallery.style_samples import StyleSample
 from vidstyle.style import load_style, style_names
 from vidstyle.style.model import KINDS
@@ -23,7 +26,8 @@ finder.dispatchEvent(new Event('input'));
 const names = document.querySelectorAll('main figure:not([hidden]) strong');
 return [...names].map((each) => each.textContent);
 """
-PROPERTIES = next(folder for folder in SCRIPT_FOLDERS if folder.name == "modules") / "look_properties.js"
+MODULES = next(folder for folder in SCRIPT_FOLDERS if folder.name == "modules")
+NEAR = "return document.getElementById('near-look').textContent"
 OFFERED = "return [...document.querySelectorAll('#words-to-try button')].map((each) => each.textContent)"
 
 
@@ -100,10 +104,16 @@ def test_a_search_forgives_errors_endings_order_and_words_that_say_nothing(
     assert browser.run(FIND, text="tlie") == [], "a short word must be right"
 
 
+def tables_of_words() -> list[dict[str, str]]:
+    """Return the looks for each list of words: of properties, and of looks that do not exist."""
+    text = (MODULES / "look_properties.js").read_text(encoding="utf-8")
+    tables = text.split("export const ")[1:]
+    return [dict(re.findall(r'^ +"(.+)": "(.+)",$', table, re.MULTILINE)) for table in tables]
+
+
 def test_properties_find_their_looks_in_the_declared_order(sheet: str, browser: Browser) -> None:
-    tables = PROPERTIES.read_text(encoding="utf-8").split("export const ")[1:]
-    declared, absent = (dict(re.findall(r'^ +"(.+)": "(.+)",$', table, re.MULTILINE)) for table in tables)
-    assert len(declared) > 20
+    declared, absent = tables_of_words()
+    assert len(declared) > 20 and len(absent) > 4
     named = [*declared.values(), *(looks.partition(" | ")[0] for looks in absent.values())]
     assert set(" ".join(named).split()) <= set(style_names())
     browser.open(sheet)
@@ -111,3 +121,29 @@ def test_properties_find_their_looks_in_the_declared_order(sheet: str, browser: 
         assert [name.lower().replace("our", "or") for name in browser.run(FIND, text=text)] == [
             look for words, looks in declared.items() if words.startswith("gloomy") for look in looks.split()
         ]
+
+
+def test_a_sheet_says_that_no_look_is_exactly_what_was_asked(sheet: str, browser: Browser) -> None:
+    browser.open(sheet)
+    assert browser.run(FIND, text="bokeh")[0] == "Watercolour"
+    assert browser.run(NEAR).startswith("No look is exactly “bokeh”. In the designer")
+    assert browser.run(FIND, text="snow white") == ["Cartoon"]
+    assert browser.run(NEAR) == ""
+
+
+def test_every_name_finds_its_look_and_each_word_is_listed_once(tmp_path: Path, browser: Browser) -> None:
+    looks = [describe_look(name, partial(load_style, name)) for name in style_names()]
+    names = [[look["name"], *filter(None, look["aliases"].split(", "))] for look in looks]
+    listed = [word for table in tables_of_words() for words in table for word in words.split(", ")]
+    assert {word for word in listed if listed.count(word) > 1} == set()
+    absent = {word for words in tables_of_words()[1] for word in words.split(", ")}
+    assert absent & {name for each in names for name in each} == set()
+    page = tmp_path / "search.html"
+    page.write_text(f"<script>{page_script(MODULES / 'find_looks.js')}</script>", encoding="utf-8")
+    browser.open(page.as_uri())
+    missed = """const named = looks.map((look) => ({ ...look, about: look.note }));
+    return names.flatMap((each, place) => each.filter((name) => !findLooks(named, name).includes(place)))"""
+    assert browser.run(missed, looks=looks, names=names) == []
+    assert browser.run(
+        "return findLooks([{ name: 'ink', aliases: 'fire', about: '', words: '' }], 'fires')"
+    ) == [0]

@@ -13,95 +13,104 @@ class AbsentEffect:
 
     Attributes:
         words: what they type, separated by commas.
-        note: sentences about what comes nearest.
+        note: sentences about what is possible.
         nearest: the blocks that come nearest.
         values: the fields of a style that come nearest.
+        styles: the styles that have the effect.
     """
 
     words: str
     note: str
     nearest: tuple[str, ...] = ()
     values: tuple[str, ...] = ()
+    styles: tuple[str, ...] = ()
+
+    @property
+    def advice(self) -> str:
+        """The note, and the styles that have the effect."""
+        return f"{self.note} Styles with it: {', '.join(self.styles)}." if self.styles else self.note
 
 
 ABSENT_EFFECTS = (
     AbsentEffect(
         "vignette, dark edges, dark corners, round corners, frame, border, photo frame, picture frame",
-        "Closest: these change the light, inside a mask if you like.",
+        "Brightness changes the light, inside a mask if you like.",
         ("brightness", "local_exposure"),
         ("only",),
     ),
     AbsentEffect(
         "shaky, shake, shaky camera, wobbly camera, camera shake, stabilize camera, stabilise",
-        "Closest: Steadiness calms what flickers; Shift colours has a Wobble. Nothing holds it still.",
+        "Steadiness reduces flicker; Shift colours has a Wobble. Nothing stabilizes a camera.",
         ("shift",),
         ("steady",),
     ),
     AbsentEffect(
         "crop, cut, trim, rotate, mirror, flip, zoom in, straighten, aspect ratio",
-        "Steps keep the frame as it is: `vidstyle render` crops time, and has --size and --rotate.",
+        "No step crops or cuts: `vidstyle render` has --start, --end, --size and --rotate.",
         ("scale",),
     ),
     AbsentEffect(
         "motion, motion blur, slow motion, slow, fast, time lapse, trails, reverse",
-        "Closest: Grain and Shift colours change at their own rate. Nothing changes time or follows motion.",
+        "Grain and Shift colours change at their own rate. Nothing changes time or follows motion.",
         ("noise", "shift"),
     ),
     AbsentEffect(
         "sky, sunset, sunrise, golden hour, replace sky, clouds in the sky",
-        "Closest: these give a picture other colours. Nothing replaces a sky.",
+        "Steps change colours, inside a mask if you like. Nothing replaces a sky.",
         ("colorize", "gradient", "hue"),
     ),
     AbsentEffect(
         "rain, snow, sparkle, sparkles, glitter, fire, smoke, lens flare, particles",
-        "Closest: Grain adds spots. Nothing adds things that fall or fly.",
+        "Grain adds spots. Nothing adds falling or flying things.",
         ("noise",),
     ),
     AbsentEffect(
         "text, subtitle, caption, title, speech bubble, logo, watermark, sticker, emoji",
-        "Closest: Letters draws the picture in letters; `vidstyle comic` letters balloons.",
+        "Letters draws the picture in letters; `vidstyle comic` adds speech balloons.",
         ("glyphs",),
     ),
     AbsentEffect(
         "blur background, blurred background, background blur, bokeh, depth of field, portrait mode",
-        "Closest: Blur, with a mask in Keep original inside for what stays sharp.",
+        "Use Blur, and select in Keep original inside what stays sharp.",
         ("gaussian", "kuwahara"),
         ("keep",),
     ),
     AbsentEffect(
         "background, remove background, change background, foreground",
-        "Closest: a mask decides where the style applies. One of people is ready.",
+        "A mask selects where the style applies; a mask of people is built in.",
         (),
         ("only", "keep"),
     ),
     AbsentEffect(
         "glow, glowing, soft glow, bloom, halo, shine, light leak",
-        "Closest: Blur, then Blend pictures in the mode screen. Edge detection makes glowing tubes.",
+        "Use Blur, then Blend pictures in the mode screen. Edge detection makes glowing tubes.",
         ("gaussian", "blend", "sobel"),
     ),
     AbsentEffect(
         "fog, foggy, mist, misty, haze, hazy",
-        "Closest: Blur softens and Colour strength pales; Contrast boost takes haze away.",
+        "Blur softens, Colour strength makes colours pale, and Contrast boost removes haze.",
         ("gaussian", "saturation", "minimum_range"),
     ),
     AbsentEffect(
         "scratches, scratched, scratch, scratched film, hairs, dust and scratches",
-        "Closest: Grain adds specks, longer ones with Grain stretch; Shift colours makes rows wobble.",
+        "Grain adds specks, longer ones with Grain stretch; Shift colours makes rows wobble.",
         ("noise", "shift"),
     ),
     AbsentEffect(
         "cartoon, cartoonish, cartoony, toon, anime",
-        "It takes several: open the style Cartoon or Comic, or combine these.",
+        "It takes several steps.",
         ("luma_posterize", "kuwahara", "flow_xdog", "tvf"),
+        styles=("cartoon", "comic"),
     ),
     AbsentEffect(
         "vintage, old film, old movie, old photo, antique, aged",
-        "It takes several, or the style VHS or Noir: these are its parts.",
+        "It takes several steps.",
         ("colorize", "noise", "saturation", "gaussian"),
+        styles=("vhs", "noir"),
     ),
     AbsentEffect(
         "smooth skin, beauty, remove wrinkles, wrinkles, make up, makeup, slim, young",
-        "Closest: these smooth skin; Detail in faces keeps eyes and mouths.",
+        "Flatten texture smooths skin; Detail in faces keeps eyes and mouths.",
         ("tvf", "detail"),
         ("focus",),
     ),

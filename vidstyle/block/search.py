@@ -40,7 +40,7 @@ def find_values(text: str, values: Mapping[str, Parameter]) -> list[str]:
 
 
 def is_named(text: str, blocks: Mapping[str, Block], values: Mapping[str, Parameter]) -> bool:
-    """Whether a label, name or alias has all words of a text; else what is found only comes near.
+    """Return whether a label, name or alias has all words of a text; otherwise results are only similar.
 
     >>> from vidstyle.blocks import all_blocks
     >>> is_named("sharpen", all_blocks(), {}), is_named("velvet", all_blocks(), {})

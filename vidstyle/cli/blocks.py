@@ -16,6 +16,7 @@ from vidstyle.errors import UsageError
 
 if TYPE_CHECKING:
     from vidstyle.block import Block
+    from vidstyle.block.absent_effects import AbsentEffect
 
 
 @command(
@@ -41,12 +42,21 @@ def blocks(name: str | None, as_json: bool) -> None:
     found = [all_blocks()[each] for each in find_blocks(name or "", all_blocks())]
     if not found:
         absent = find_absent_effect(str(name))
-        hint = absent.note if absent else suggest_block(str(name), all_blocks())
+        hint = _advice(absent) if absent else suggest_block(str(name), all_blocks())
         raise UsageError(name, f"there is no block '{name}'", hint)
     if as_json:
         click.echo(json.dumps([_as_dict(block) for block in found], indent=2))
     else:
         click.echo("\n".join(_list(found) if name else _list_by_category(found)))
+
+
+def _advice(effect: AbsentEffect) -> str:
+    from vidstyle.blocks import all_blocks
+    from vidstyle.style.model import FIELDS
+
+    labels = [all_blocks()[name].label for name in effect.nearest]
+    fields = [FIELDS[name].label for name in effect.values]
+    return f"{effect.advice} Closest: {', '.join(labels + fields)}"
 
 
 def _list_by_category(found: Sequence[Block]) -> Iterator[str]:

@@ -10,10 +10,9 @@ from vidstyle.style import load_style, popular_first
 
 
 def list_styles(folder: Path) -> dict[str, str]:
-    """Return the names of all styles, with what `load_style` reads for each.
+    """Return the name of each style, and the name or path to load it by.
 
-    Those of `popular_first` come first, then the valid style files of the folder, into which the designer
-    saves.
+    The styles of `popular_first` lead; the valid style files of `folder`, where the designer saves, follow.
     """
     listed = {name: name for name in popular_first()}
     for path in sorted(folder.absolute().glob("*.toml")):

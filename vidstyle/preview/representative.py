@@ -7,6 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from vidstyle.core.uniform import is_nearly_uniform
 from vidstyle.errors import InputError
 from vidstyle.preview.clip import Clip
 from vidstyle.preview.encode import encode
@@ -17,8 +18,6 @@ TRIED_POSITION_RATIOS = (0, 0.02, 0.1, 0.25, 0.4, 0.55, 0.7, 0.85)
 TRIED_SIDE_PX = 160
 GLANCE_SIDE_PX = 360
 """Shorter side of the first picture that a page shows."""
-MIN_DEVIATION = 12.0
-"""Standard deviation of the codes of a frame, 0..255, below which it is nearly uniform."""
 MIN_FACE_HEIGHT_RATIO = 0.12
 """Height of a face, relative to the picture, from which it represents a film."""
 BRIGHT_RATIO = 0.35
@@ -64,7 +63,7 @@ def _tried_frames(clip: Clip) -> Iterator[tuple[int, np.ndarray]]:
             picture = clip.glance(number, TRIED_SIDE_PX)
         except InputError:
             continue
-        if picture.std() >= MIN_DEVIATION:
+        if not is_nearly_uniform(picture):
             yield number, picture
 
 

@@ -161,11 +161,11 @@ class DesignConnection(DesignView):
         """
         style, absent = self.designer.opened.style, find_absent_effect(text)
         if absent is not None:
-            note = f"No step is exactly “{text}”. {absent.note}"
+            note = f"No step is exactly “{text}”. {absent.advice} Closest:"
             return {"blocks": absent.nearest, "values": absent.values, "note": note}
         values = FIELDS | knobs_of(style, table_from_style(style))
         found = find_blocks(text, all_blocks())
-        note = "" if is_named(text, all_blocks(), values) else f"No step is exactly “{text}”; closest:"
+        note = "" if is_named(text, all_blocks(), values) else f"No step is exactly “{text}”. Closest:"
         return {"blocks": found, "values": find_values(text, values), "note": note if found else ""}
 
     @message
@@ -228,7 +228,7 @@ class DesignConnection(DesignView):
         await self.tell({"previews": {"done": len(order), "total": len(order)}})
 
     async def _send_thumbnails(self, styles: list[tuple[int, Style]]) -> None:
-        """Send what is ready before the tiles of the example: its photograph in the shipped styles."""
+        """Send the shipped thumbnails, which show the example too, until its tiles are rendered."""
         for index, style in styles:
             picture = await asyncio.to_thread(shipped_thumbnail, style)
             if picture is not None:

@@ -78,17 +78,17 @@ export class Dialogs {
     if (answer) this.say(`Saved as ${answer.file}.`);
   }
 
-  /** Refuses the names of other styles: a name finds the first style that has it. */
+  /** Refuses the names of other styles, since a name loads the first style that has it. */
   #checkName() {
     const input = this.#text("save-name"), wanted = input.value.trim();
     const isTaken = this.#named.has(wanted) && this.session.state?.file !== `${wanted}.toml`;
-    input.setCustomValidity(isTaken ? "Another style has this name already: choose another one." : "");
+    input.setCustomValidity(isTaken ? "Another style already has this name. Choose a different one." : "");
   }
 
   async saveAs() {
     const { name: own = "", file = "" } = this.session.state ?? {}, isShipped = !file && this.#named.has(own);
     this.#text("save-name").value = isShipped ? `my-${own}` : own === NEW_NAME ? "" : own;
-    get("save-note").textContent = isShipped ? `${title(own)} comes with vidstyle and stays as it is. Your version is saved as a file of its own.` : "The style is saved as a TOML file with this name.";
+    get("save-note").textContent = isShipped ? `${title(own)} comes with vidstyle and is never changed. Your version gets a name of its own.` : "The style is saved as a TOML file with this name.";
     this.#checkName();
     if ((await openDialog("save-dialog")) !== "save") return;
     const name = this.#text("save-name").value.trim();

@@ -152,7 +152,7 @@ export class Preview {
   #showSource() {
     if (this.view.result) return;
     const note = get("draft-note");
-    note.textContent = "Original: the style follows…";
+    note.textContent = "Original. Rendering the style…";
     note.hidden = !this.view.source;
     this.handlers.onchange();
     this.view.draw();

@@ -1,7 +1,7 @@
 // The start screen: all styles, previewed on the user's picture.
 
 import { clock, get, icon, make, press, title } from "./elements.js";
-import { findLooks, nearNote, offerWords } from "./find_looks.js";
+import { describeSearch, findLooks } from "./find_looks.js";
 import { glanceAt } from "./preview.js";
 import { rove } from "./roving.js";
 
@@ -238,10 +238,7 @@ export class Start {
     const tiles = [...found, ...this.#tiles.filter((tile) => !found.includes(tile))];
     if (tiles.some((tile, place) => get("tiles").children[place] !== tile)) get("tiles").append(...tiles);
     for (const tile of tiles) tile.hidden = !found.includes(tile) || (this.#group !== ALL && !tile.dataset.kinds?.includes(this.#group));
-    get("near-look").textContent = nearNote(looks, this.finder.value);
-    const isEmpty = tiles.every((tile) => tile.hidden);
-    get("no-look").hidden = !isEmpty;
-    if (isEmpty) offerWords(looks, this.finder.value, (word) => this.#search(word));
+    describeSearch(looks, this.finder.value, tiles.every((tile) => tile.hidden), (word) => this.#search(word));
   }
 
   /** @param {string} name @param {string} text @param {(isByKeyboard: boolean) => void} chosen */

@@ -50,14 +50,29 @@ function propertiesOf(look) {
   });
 }
 
-/** Returns all names of a look. @param {Look} look */
-const namesOf = ({ name, aliases }) => [...spelledNames(name, NAME_WEIGHT), ...listedNames(aliasesOf(aliases)), ...propertiesOf(name)];
+/**
+ * Returns a function that keeps its results: pages describe the same looks again for each search.
+ * @template T
+ * @param {(look: Look) => T} compute
+ */
+function remembered(compute) {
+  const results = /** @type {Map<string, T>} */ (new Map());
+  return (/** @type {Look} */ look) => {
+    const key = [look.name, look.aliases, look.about, look.words].join("\n");
+    const result = results.get(key) ?? compute(look);
+    results.set(key, result);
+    return result;
+  };
+}
 
-/** Returns the words that describe a look, each for itself. @param {Look} look */
-function descriptionsOf({ about, words }) {
+/** Returns all names of a look. */
+const namesOf = remembered(({ name, aliases }) => [...spelledNames(name, NAME_WEIGHT), ...listedNames(aliasesOf(aliases)), ...propertiesOf(name)]);
+
+/** Returns the words that describe a look, each for itself. */
+const descriptionsOf = remembered(({ about, words }) => {
   const each = (/** @type {string} */ text, /** @type {number} */ weight) => tellingWords(text).map((word) => lookName([word], weight));
   return [...each(about, ABOUT_WEIGHT), ...each(words, BLOCKS_WEIGHT)];
-}
+});
 
 /** Returns how well names fit a meaning, given what else is asked: names with further words fit less. @param {LookName[]} names @param {string[]} meaning @param {Set<string>} asked */
 function fitOf(names, meaning, asked) {
@@ -81,12 +96,16 @@ function scoresOf(names, text) {
   return scores;
 }
 
-/** Returns what comes closest if a text asks for what no look is: names of looks, and what else to say. @param {string} text */
-function absentOf(text) {
-  const asked = new Set(tellingWords(text).map(stemOf));
-  const isAsked = (/** @type {string} */ name) => tellingWords(name).every((word) => asked.has(stemOf(word)));
-  const found = Object.entries(ABSENT_LOOKS).find(([words]) => aliasesOf(words).some(isAsked));
-  if (!found) return null;
+/** Returns the stems of a text in one order, whatever the order of its words. @param {string} text */
+const stemsOf = (text) => tellingWords(text).map(stemOf).sort().join(" ");
+
+/** Returns the names in the style file of a look, in their stems. */
+const ownStems = remembered(({ name, aliases }) => new Set([name, ...aliasesOf(aliases)].map(stemsOf)));
+
+/** Returns what comes closest to a text that names what no look is: names of looks, and what else to say. @param {Look[]} looks @param {string} text */
+function absentOf(looks, text) {
+  const found = Object.entries(ABSENT_LOOKS).find(([words]) => aliasesOf(words).map(stemsOf).includes(stemsOf(text)));
+  if (!found || looks.some((look) => ownStems(look).has(stemsOf(text)))) return null;
   const [names, note = "These come closest."] = found[1].split(" | ");
   return { names: names.split(" "), note };
 }
@@ -94,34 +113,31 @@ function absentOf(text) {
 /** Returns the numbers of looks with these names, which have the spelling of the properties. @param {Look[]} looks @param {string[]} names */
 const numbersOf = (looks, names) => names.map((name) => looks.findIndex((look) => tellingWords(look.name).join(" ") === name)).filter((look) => look >= 0);
 
-/**
- * Returns what to say of the looks that a text finds: "" if they are what it asks for.
- * @param {Look[]} looks
- * @param {string} text
- */
-export function nearNote(looks, text) {
-  const [best] = findLooks(looks, text);
-  if (best === undefined || !tellingWords(text).length) return "";
+/** Returns what to say of the looks that a text finds: "" if they are what it asks for. @param {Look[]} looks @param {string} text @param {number} best */
+function nearNote(looks, text, best) {
   const names = looks.map((look) => [...namesOf(look), ...descriptionsOf(look)]);
   const meanings = meaningsIn(names, text), asked = new Set(meanings.flat());
   const isAll = meanings.every((meaning) => fitOf(names[best], meaning, asked) > 0);
-  const absent = absentOf(text);
+  const absent = absentOf(looks, text);
   return isAll && !absent ? "" : `No look is exactly “${text.trim()}”. ${absent?.note ?? "These come closest."}`;
 }
 
 /**
- * Returns the numbers of the looks that a text means, best first; descriptions count only for a text that names none.
+ * Returns the numbers of the looks that a text means, best first: those with this very name lead, and descriptions count
+ * only for a text that names none.
  * @param {Look[]} looks
  * @param {string} text
  */
 export function findLooks(looks, text) {
   if (!tellingWords(text).length) return [...looks.keys()];
-  const near = numbersOf(looks, absentOf(text)?.names ?? []);
+  const near = numbersOf(looks, absentOf(looks, text)?.names ?? []);
   if (near.length) return near;
   const named = scoresOf(looks.map(namesOf), text);
   const scores = Math.max(...named) > 0 ? named : scoresOf(looks.map(descriptionsOf), text);
   const least = Math.max(...scores) * MIN_SCORE_RATIO;
-  return [...looks.keys()].filter((look) => least > 0 && scores[look] >= least).sort((one, other) => scores[other] - scores[one]);
+  const isExact = looks.map((look) => ownStems(look).has(stemsOf(text)));
+  const found = [...looks.keys()].filter((look) => isExact[look] || (least > 0 && scores[look] >= least));
+  return found.sort((one, other) => Number(isExact[other]) - Number(isExact[one]) || scores[other] - scores[one]);
 }
 
 /** Returns the pairs of letters of a text. @param {string} text */
@@ -145,15 +161,24 @@ function wordsToTry(looks, text) {
   return near.sort((one, other) => nearness(other) - nearness(one)).slice(0, MAX_WORDS_TO_TRY);
 }
 
-/**
- * Offers words in place of an empty list; looks of another kind come first.
- * @param {Look[]} looks
- * @param {string} text
- * @param {(word: string) => void} choose searches for one of them
- */
-export function offerWords(looks, text, choose) {
+/** Offers words in place of an empty list; looks of another kind come first. @param {Look[]} looks @param {string} text @param {(word: string) => void} choose */
+function offerWords(looks, text, choose) {
   const found = text.trim() ? findLooks(looks, text).map((number) => looks[number].name) : [];
   const offered = found.length ? found.slice(0, MAX_WORDS_TO_TRY) : wordsToTry(looks, text);
   const buttons = offered.map((word) => make("button", { type: "button", textContent: word, onclick: () => choose(word) }));
   get("words-to-try").replaceChildren(...(offered.length ? ["Try ", ...buttons] : []));
+}
+
+/**
+ * Says what a search finds, next to its results: that it is only near, or, of an empty list, which words to try.
+ * @param {Look[]} looks
+ * @param {string} text
+ * @param {boolean} isEmpty whether none is shown, such as of the chosen kind
+ * @param {(word: string) => void} choose searches for a word
+ */
+export function describeSearch(looks, text, isEmpty, choose) {
+  const [best] = findLooks(looks, text);
+  get("near-look").textContent = isEmpty || best === undefined || !tellingWords(text).length ? "" : nearNote(looks, text, best);
+  get("no-look").hidden = !isEmpty;
+  if (isEmpty) offerWords(looks, text, choose);
 }

@@ -1,7 +1,7 @@
 // The page of a preview sheet. `vidstyle.gallery.preview` joins it with the modules that it imports.
 
 import { get, icon, make, press, saveAs, title } from "./elements.js";
-import { findLooks, offerWords } from "./find_looks.js";
+import { describeSearch, findLooks } from "./find_looks.js";
 import { rove } from "./roving.js";
 import { SHARED_KEYS } from "./shared_keys.js";
 import { switchTheme } from "./theme.js";
@@ -109,8 +109,7 @@ function filter() {
   const shownFigures = found.filter((figure) => isAll || (figure !== figures[0] && (group === ALL || figure.dataset.kinds?.includes(group)) && (!onlyStarred || isStarred(figure))));
   for (const figure of figures) figure.hidden = !shownFigures.includes(figure);
   sheet.append(...shownFigures);
-  get("no-look").hidden = shownFigures.length > 0;
-  if (!shownFigures.length) offerWords(looks.slice(1), finder.value, search);
+  describeSearch(looks.slice(1), finder.value, !shownFigures.length, search);
 }
 
 /** Chooses a number of columns that fills the last row, as far as possible; pictures in portrait get more columns. */

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from vidstyle.core.convert import to_rgb
+from vidstyle.core.uniform import is_nearly_uniform
 from vidstyle.gallery.search_words import describe_look
 from vidstyle.live.control import Controls
 from vidstyle.live.meter import LatencyMeter
@@ -18,8 +19,6 @@ from vidstyle.media.picture_bytes import jpeg_bytes, png_bytes
 from vidstyle.style import Style
 from vidstyle.style.panel import panel
 
-MIN_DEVIATION = 12.0
-"""Standard deviation of the codes of a picture, 0..255, below which it is nearly uniform."""
 MAX_SIZE = (1920, 1080)
 """Width and height that JPEG pictures are reduced to fit."""
 
@@ -79,12 +78,12 @@ class FrameFeed:
         """Wait for a picture of the source that is not nearly uniform, and keep it: H x W x 3 uint8 RGB."""
         while self._early_picture is None:
             frame = self.latest
-            picture = to_rgb(frame.original or frame.picture) if frame else np.zeros((1, 1, 3), np.uint8)
-            if picture.std() >= MIN_DEVIATION:
+            picture = None if frame is None else await asyncio.to_thread(_source_picture, frame)
+            if picture is not None and not is_nearly_uniform(picture):
                 self._early_picture = picture
                 break
             async with self._arrived:
-                await self._arrived.wait()
+                await self._arrived.wait_for(lambda: self.latest is not frame)  # noqa: B023
         return self._early_picture
 
     async def jpeg(self, frame: LiveFrame, quality: int) -> bytes:
@@ -113,6 +112,11 @@ class FrameFeed:
 
     async def _encode(self, function: Any, *values: Any) -> bytes:
         return await asyncio.get_running_loop().run_in_executor(self._encoder, function, *values)
+
+
+def _source_picture(frame: LiveFrame) -> np.ndarray:
+    """Return the unstyled picture of a frame, H x W x 3 uint8 RGB."""
+    return to_rgb(frame.original or frame.picture)
 
 
 def encode_jpeg(frame: LiveFrame, quality: int) -> bytes:

@@ -36,13 +36,13 @@ export class NextNine {
     const label = LOCK_LABELS[name];
     const sign = makeSvg("svg", { viewBox: "0 0 16 16", "aria-hidden": "true" });
     sign.append(makeSvg("path", { class: "shut", d: "M3.5 7.5h9v6h-9zM5.5 7.5v-2a2.5 2.5 0 0 1 5 0v2" }), makeSvg("path", { class: "open", d: "M3.5 7.5h9v6h-9zM5.5 7.5v-2a2.5 2.5 0 0 1 4.800-1" }));
-    const button = make("button", { id: `lock-${name}`, title: `Keep the ${label.toLowerCase()} of the look that you choose` }, sign, label);
+    const button = make("button", { id: `lock-${name}`, title: `The next nine keep the ${label.toLowerCase()} of the look that you choose` }, sign, label);
     press(button, false);
     button.onclick = () => {
       const on = button.ariaPressed !== "true";
       press(button, on);
       this.#send("lock", { name, on });
-      this.say(`${label}: ${on ? "the next nine keep those of the look that you choose" : "may change again"}`);
+      this.say(on ? `The next nine keep the ${label.toLowerCase()} of the look that you choose.` : `The ${label.toLowerCase()} may change again.`);
     };
     return button;
   }

@@ -1,7 +1,7 @@
 // The looks of a session as pictures, with a search.
 
 import { get, make, press, title } from "./elements.js";
-import { findLooks, offerWords } from "./find_looks.js";
+import { describeSearch, findLooks } from "./find_looks.js";
 
 /** @typedef {{name: string, note: string, kinds: string[], aliases: string, words: string}} Described */
 
@@ -53,8 +53,7 @@ export class LookList {
     for (const button of this.#waiting) {
       this.#seen.unobserve(button);
       this.#waiting.delete(button);
-      const { src } = /** @type {HTMLImageElement} */ (button.querySelector("img"));
-      const own = make("img", { src: src.replace("thumbnail.jpg", "look.jpg"), alt: "", width: 240, height: 135 });
+      const own = this.#picture("look.jpg", button.dataset.name ?? "");
       await own.decode().then(() => button.querySelector("img")?.replaceWith(own), () => {});
     }
     this.#isTaking = false;
@@ -106,10 +105,14 @@ export class LookList {
     this.#buttons = [button, ...this.#buttons.filter((other) => other !== button)];
   }
 
+  /** Returns the picture of a look on the photograph of vidstyle or on the own picture. @param {"thumbnail.jpg" | "look.jpg"} file @param {string} name */
+  #picture(file, name) {
+    return make("img", { src: `${file}?of=${encodeURIComponent(name)}`, alt: "", width: 240, height: 135 });
+  }
+
   /** @param {string} name */
   #button(name) {
-    const picture = make("img", { src: `thumbnail.jpg?of=${encodeURIComponent(name)}`, alt: "", width: 240, height: 135 });
-    const made = make("button", { title: title(name), onclick: () => this.onchoose(name) }, picture, make("span", { textContent: title(name) }));
+    const made = make("button", { title: title(name), onclick: () => this.onchoose(name) }, this.#picture("thumbnail.jpg", name), make("span", { textContent: title(name) }));
     made.dataset.name = name;
     return made;
   }
@@ -128,8 +131,7 @@ export class LookList {
     get("more").ariaExpanded = String(this.#isExpanded);
     get("more").textContent = this.#isExpanded ? "Fewer looks" : `All ${found.length} looks`;
     if (focused instanceof HTMLElement && found.some((button) => button === focused)) focused.focus();
-    get("no-look").hidden = found.length > 0 || !this.#buttons.length;
-    if (!found.length) offerWords(looks, this.#finder.value, (word) => this.search(word));
+    describeSearch(looks, this.#finder.value, !found.length && looks.length > 0, (word) => this.search(word));
     this.#show();
   }
 
