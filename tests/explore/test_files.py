@@ -14,6 +14,8 @@ from skimage import data
 
 from vidstyle.cli import commands, main
 from vidstyle.errors import InputError
+from vidstyle.explore.crops.full_size import FullSize
+from vidstyle.explore.generate import random_style
 from vidstyle.explore.write_styles import PAGE_FILE, SHEET_FILE, TABLE_FILE, explore_to_folder
 from vidstyle.style import load_style
 
@@ -46,6 +48,14 @@ def test_same_seed_same_bytes_on_any_number_of_cores(
         style = load_style(tmp_path / "one" / row["file"])
         assert style.name == row["name"] and "open rules, seed 7-" in style.note
         assert 0 <= row["score"] <= 1
+
+
+def test_styles_are_judged_at_full_size(tmp_path: Path) -> None:
+    picture = cv2.resize(data.chelsea(), (1500, 1000), interpolation=cv2.INTER_CUBIC)
+    cv2.imwrite(str(tmp_path / "cat.png"), picture[..., ::-1])
+    (found,) = explore_to_folder(tmp_path / "cat.png", tmp_path / "looks", 1, seed=7, tries=8).chosen
+    measured = FullSize(picture).measure(random_style(found.style.name.removeprefix("open-")))
+    assert found.full_size == pytest.approx(measured, abs=1e-6)
 
 
 def test_the_best_of_many_are_chosen(photograph: Path, tmp_path: Path) -> None:

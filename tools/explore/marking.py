@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import tomllib
 from concurrent.futures import ThreadPoolExecutor
 from itertools import count
@@ -25,6 +26,7 @@ import cv2
 import numpy as np
 
 from vidstyle.core.machine.cores import available_cores
+from vidstyle.errors import InputError
 from vidstyle.explore.candidates import examine
 from vidstyle.explore.crops.full_size import FullSize
 from vidstyle.explore.generate import random_style
@@ -79,7 +81,9 @@ def main() -> None:
 
 def shown_picture(pictures: Path, name: str) -> np.ndarray:
     """A picture at the size at which it is shown, H x W x 3 uint8."""
-    picture = read_still(next(pictures.glob(f"{name}.*")))
+    picture = read_still(next(pictures.glob(f"{name}.*")), max_side=math.inf)
+    if picture.shape[0] < HEIGHT:
+        raise InputError(name, f"has {picture.shape[0]} lines, fewer than {HEIGHT}", "choose a larger one")
     width = round(picture.shape[1] * HEIGHT / picture.shape[0])
     return cv2.resize(picture, (width, HEIGHT), interpolation=cv2.INTER_AREA)
 

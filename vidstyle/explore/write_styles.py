@@ -12,6 +12,7 @@ import numpy as np
 
 from vidstyle.errors import InputError, UsageError
 from vidstyle.explore.candidates import Found, RandomStyle, search
+from vidstyle.explore.crops.full_size import MAX_SIDE_PX
 from vidstyle.explore.measure import Original, reduce_picture
 from vidstyle.explore.paper.rules import Rules
 from vidstyle.explore.score import Judge, reasons, verdict
@@ -63,7 +64,7 @@ def explore_to_folder(
     if not overwrite and folder.is_dir() and any(folder.iterdir()):
         raise UsageError(folder, "is not empty", "add -y to write into it, or choose another folder")
     scorer = Judge(judge) if judge else None
-    picture = read_still(source, read)
+    picture = read_still(source, read, MAX_SIDE_PX)
     found = search(Original(picture), seed, count, rules, tries, scorer, on_step, stop)
     if not found.chosen:
         raise InputError(source, f"no style passed of {found.tried} candidates", "choose another picture")

@@ -153,12 +153,13 @@ def _to_html(note: str) -> str:
     return re.sub("`([^`]*)`", r"<code>\1</code>", escape(note))
 
 
-def read_still(source: str | Path, read: ReadOptions | None = None) -> np.ndarray:
-    """Read one picture, upright, with square pixels and no side above `MAX_SIDE`: H x W x 3 uint8.
+def read_still(source: str | Path, read: ReadOptions | None = None, max_side: float = MAX_SIDE) -> np.ndarray:
+    """Read one picture, upright, with square pixels and no side above a maximum: H x W x 3 uint8.
 
     Args:
         source: the input, see `open_reader`.
         read: read options; without a start, the middle of a film or the first picture of a pipe is used.
+        max_side: in pixels.
 
     Raises:
         InputError: the source cannot be read, or has no picture at that time.
@@ -167,10 +168,10 @@ def read_still(source: str | Path, read: ReadOptions | None = None) -> np.ndarra
     middle = _middle(source, read) if read.start is None and str(source) != "-" else None
     if middle is not None:
         try:
-            return _read(source, replace(read, start=middle))
+            return _read(source, replace(read, start=middle), max_side)
         except InputError:
             log.warning("%s: no frame in the middle of its nominal duration; showing the first one", source)
-    return _read(source, read)
+    return _read(source, read, max_side)
 
 
 def _middle(source: str | Path, read: ReadOptions) -> Fraction | None:
@@ -179,16 +180,16 @@ def _middle(source: str | Path, read: ReadOptions) -> Fraction | None:
         return opened.duration / 2 if opened.duration and opened.frames != 1 else None
 
 
-def _read(source: str | Path, read: ReadOptions) -> np.ndarray:
+def _read(source: str | Path, read: ReadOptions, max_side: float) -> np.ndarray:
     with open_reader(source, read) as reader:
         color = to_rgb(next(item for item in reader if isinstance(item, Frame)).picture)
-        return _resize(color, round(color.shape[1] * (reader.info.sample_aspect or 1)))
+        return _resize(color, round(color.shape[1] * (reader.info.sample_aspect or 1)), max_side)
 
 
-def _resize(color: np.ndarray, width: int) -> np.ndarray:
-    """Resize to this width, for square pixels, and reduce to `MAX_SIDE`."""
+def _resize(color: np.ndarray, width: int, max_side: float) -> np.ndarray:
+    """Resize to this width, for square pixels, and reduce to `max_side`."""
     height = color.shape[0]
-    factor = min(1, MAX_SIDE / max(width, height))
+    factor = min(1, max_side / max(width, height))
     size = max(1, round(width * factor)), max(1, round(height * factor))
     smaller = size[0] <= color.shape[1] and size[1] <= height
     return cv2.resize(color, size, interpolation=cv2.INTER_AREA if smaller else cv2.INTER_LINEAR)
