@@ -11,7 +11,7 @@ from films import RATE, page, panned_film, picture
 from media import photograph
 from pictures import same_bits, step, style
 
-from tools.steadiness.clips import SPEED, moving_disc, restyled
+from tools.steadiness.clips import DISC_SPEED_PX, make_moving_disc, restyle_clip
 from vidstyle.core.picture import Picture
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.pipeline.scene_memory import memory_bytes, restore_memory
@@ -26,15 +26,15 @@ FIXED = style(step("gaussian", sigma=1), step("mosaic", size=9, variation=0.4), 
 def of_disc(chosen: Style) -> tuple[float, float]:
     """Correlation of the marks on a moving disc with the next frame: where they are, and where it moves."""
     still = cv2.resize(photograph("coffee")[:338], (320, 180), interpolation=cv2.INTER_AREA)
-    clip, _ = moving_disc(still, 6)
-    shown = restyled(chosen, clip, "cpu")[-2:]
+    clip, _ = make_moving_disc(still, 6)
+    shown = restyle_clip(chosen, clip, "cpu")[-2:]
     lumas = [cv2.cvtColor(each, cv2.COLOR_RGB2GRAY).astype(np.float32) for each in shown]
     first, second = (each - cv2.GaussianBlur(each, (0, 0), 4) for each in lumas)
     rows, columns = np.indices(still.shape[:2])
-    places = np.hypot(rows - 90, columns - 160 - SPEED * 2) < 30
+    places = np.hypot(rows - 90, columns - 160 - DISC_SPEED_PX * 2) < 30
     page_, object_ = (
         float(np.corrcoef(np.roll(first, shift, axis=1)[places], second[places])[0, 1])
-        for shift in (0, SPEED)
+        for shift in (0, DISC_SPEED_PX)
     )
     return page_, object_
 

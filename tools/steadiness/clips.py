@@ -1,4 +1,4 @@
-"""The films on which steadiness is measured: parts of clips, a still scene, a disc that moves."""
+"""Films for measuring steadiness: parts of clips, a still scene, a moving disc."""
 
 from __future__ import annotations
 
@@ -23,44 +23,48 @@ from vidstyle.media.read.reader import Reader, open_reader
 from vidstyle.renderer import Renderer
 from vidstyle.style import Style
 
-RATE = 25
-"""Frames a second of the scenes that are made here."""
-SPEED = 3
-"""Pixels that the disc moves from frame to frame."""
+SCENE_RATE = 25
+"""Frames per second of the still scene and the moving disc."""
+DISC_SPEED_PX = 3
+"""Motion of the disc from frame to frame, to the right."""
 
 
 @dataclass(frozen=True)
 class Clip:
-    """Frames in a row, each H x W x 3 uint8 RGB, and their times in seconds."""
+    """Successive frames, each H x W x 3 uint8 RGB, and their times in seconds."""
 
     frames: list[np.ndarray]
     times: list[float]
 
 
 def read_clip(path: Path, count: int, width: int) -> Clip:
-    """Frames from the middle of a film, reduced to a width if they are wider.
+    """Read frames from the middle of a film.
+
+    Args:
+        count: number of frames.
+        width: maximum width in pixels; wider frames are scaled down.
 
     Raises:
-        InputError: it cannot be read, or has fewer than two frames there.
+        InputError: the film cannot be read, or has fewer than two frames.
     """
     with open_reader(path) as reader:
-        start = _start(reader.info, count)
+        start = _find_start(reader.info, count)
     with open_reader(path, ReadOptions(start=start)) as reader:
         frames = list(islice(_frames(reader), count))
     if len(frames) < 2:
         raise InputError(path, "is a single picture", "give films")
-    rgb = [_reduced(_rgb(frame.picture), width) for frame in frames]
+    rgb = [_scale_down(_to_rgb(frame.picture), width) for frame in frames]
     return Clip(rgb, [float(frame.time) for frame in frames])
 
 
-def restyled(style: Style, clip: Clip, device: str) -> list[np.ndarray]:
-    """The frames of a clip in a style, which sees them in a row."""
+def restyle_clip(style: Style, clip: Clip, device: str) -> list[np.ndarray]:
+    """Return the frames of a clip in a style, rendered as a film."""
     with Renderer(style, device) as renderer:
         return [renderer(*frame) for frame in zip(clip.frames, clip.times, strict=True)]
 
 
-def motions_of(clip: Clip) -> list[Motion | None]:
-    """The motion from each frame to the next; None across a cut."""
+def find_motions(clip: Clip) -> list[Motion | None]:
+    """Return the motion from each frame to the next; None across a cut."""
     detector = SceneCutDetector()
     cuts = [
         detector.is_cut(sample_plane(cv2.cvtColor(frame, cv2.COLOR_RGB2GRAY)).astype(np.float32) / 255)
@@ -70,10 +74,12 @@ def motions_of(clip: Clip) -> list[Motion | None]:
     return [None if cut else find_motion(first, second) for first, second, cut in pairs]
 
 
-def still_scene(photograph: np.ndarray, count: int, noise: float, seed: int = 0) -> Clip:
-    """A photograph, H x W x 3 uint8, under another normal noise in each frame, as a sensor's.
+def make_still_scene(photograph: np.ndarray, count: int, noise: float, seed: int = 0) -> Clip:
+    """Return a film of a photograph with new normal noise in each frame.
 
     Args:
+        photograph: H x W x 3 uint8.
+        count: number of frames.
         noise: standard deviation in levels of 255.
     """
     random = np.random.default_rng(seed)
@@ -81,31 +87,34 @@ def still_scene(photograph: np.ndarray, count: int, noise: float, seed: int = 0)
     return _clip([np.clip(np.rint(frame), 0, 255).astype(np.uint8) for frame in noisy])
 
 
-def moving_disc(photograph: np.ndarray, count: int) -> tuple[Clip, list[np.ndarray]]:
-    """A disc of the mirrored photograph that moves over it, and where its edge is, H x W bool in each frame.
+def make_moving_disc(photograph: np.ndarray, count: int) -> tuple[Clip, list[np.ndarray]]:
+    """Return a film of a disc, cut from the mirrored photograph, that moves over the photograph.
 
-    There is no noise, so that nothing differs but what moves. The edge is as wide on both sides as the way of
-    four frames.
+    There is no noise, so only the motion changes pixels.
+
+    Returns:
+        The film, and for each frame the pixels around the edge of the disc, H x W bool: four times the motion
+        per frame on each side.
     """
     height, width = photograph.shape[:2]
     texture = photograph[::-1, ::-1]
     rows, columns = np.indices((height, width))
     frames, edges = [], []
     for number in range(count):
-        shift = SPEED * (number - count // 2)
+        shift = DISC_SPEED_PX * (number - count // 2)
         distance = np.hypot(rows - height / 2, columns - width / 2 - shift) - height / 4
         disc = (distance <= 0)[..., None]
         frames.append(np.where(disc, np.roll(texture, shift, axis=1), photograph))
-        edges.append(np.abs(distance) <= 4 * SPEED)
+        edges.append(np.abs(distance) <= 4 * DISC_SPEED_PX)
     return _clip(frames), edges
 
 
 def _clip(frames: list[np.ndarray]) -> Clip:
-    return Clip(frames, [number / RATE for number in range(len(frames))])
+    return Clip(frames, [number / SCENE_RATE for number in range(len(frames))])
 
 
-def _start(info: VideoInfo, count: int) -> Fraction | None:
-    """Where so many frames in the middle begin, in seconds; None where the length is not known."""
+def _find_start(info: VideoInfo, count: int) -> Fraction | None:
+    """Return the time in seconds where the middle `count` frames begin; None if the length is unknown."""
     if not info.duration or not info.rate:
         return None
     return max(Fraction(0), info.duration / 2 - count / info.rate / 2)
@@ -115,12 +124,12 @@ def _frames(reader: Reader) -> Iterator[Frame]:
     return (item for item in reader if isinstance(item, Frame))
 
 
-def _rgb(picture: Picture) -> np.ndarray:
+def _to_rgb(picture: Picture) -> np.ndarray:
     color = color_rows(picture, 0, picture.shape[0])
     return np.rint(np.clip(color, 0, 1) * 255).astype(np.uint8)
 
 
-def _reduced(frame: np.ndarray, width: int) -> np.ndarray:
+def _scale_down(frame: np.ndarray, width: int) -> np.ndarray:
     if frame.shape[1] <= width:
         return frame
     size = width, round(frame.shape[0] * width / frame.shape[1])

@@ -1,68 +1,83 @@
-"""The figures of steadiness as a table for people."""
+"""Format measurements of steadiness as Markdown tables."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
 
-from tools.steadiness import DISC_FRAMES, GHOST, NOISE, QUIET, SETTLING, STILL_FRAMES, Figures
+from tools.steadiness import (
+    DISC_SCENE_FRAMES,
+    GHOST_WEIGHT,
+    MAX_QUIET_LEVELS,
+    NOISE_LEVELS,
+    SETTLING_FRAMES,
+    STILL_SCENE_FRAMES,
+    Steadiness,
+)
 
 SOURCE = "(the films themselves)"
 
 
-def markdown(
-    figures: Mapping[str, Sequence[Figures]], steady: Sequence[float], untouched: Figures, films: str
+def format_steadiness(
+    measured: Mapping[str, Sequence[Steadiness]], steady: Sequence[float], source: Steadiness, films: str
 ) -> str:
-    """A Markdown table.
+    """Return a Markdown table with a row for each style and one for the source, and a legend.
 
     Args:
-        figures: for each style those at each value of `steady`.
-        untouched: those of the films themselves.
-        films: which clips, for the legend.
+        measured: for each style its steadiness at each value of `steady`.
+        source: steadiness of the films without a style.
+        films: description of the clips, for the legend.
     """
-    names = ("still", "warping error", "of source's", "quiet", "smear")
-    lines = [["style", *(f"{name}, {value:g}" for name in names for value in steady), "ghost"]]
+    names = ("still scene", "warping error", "ratio to source", "quiet areas", "smear")
+    lines = [["style", *(f"{name} at {value:g}" for name in names for value in steady), "ghost"]]
     lines += [["---", *("---:" for _ in lines[0][1:])]]
-    lines += [[style, *_cells(each)] for style, each in figures.items()]
-    lines += [[SOURCE, *_cells([untouched] * len(steady))]]
+    lines += [[style, *_cells(each)] for style, each in measured.items()]
+    lines += [[SOURCE, *_cells([source] * len(steady))]]
     rows = (f"| {' | '.join(line)} |" for line in lines)
     return "\n".join([*rows, "", *_legend(films)]) + "\n"
 
 
-def markdown_of_following(
+def format_mark_motion(
     styles: Sequence[str], clips: Sequence[str], columns: Sequence[Sequence[tuple[float, float]]]
 ) -> str:
-    """A Markdown table: for each clip, a column, the two correlations of each style and of the clip."""
+    """Return a Markdown table: for each clip a column with the correlations of each style and of the source.
+
+    Args:
+        styles: names.
+        clips: names.
+        columns: for each clip the result of `compare_mark_motion`.
+    """
     lines = [["style", *clips], ["---", *("---:" for _ in clips)]]
     for style, *pairs in zip([*styles, SOURCE], *columns, strict=True):
         lines += [[style, *(f"{page:.2f} \\| {along:.2f}" for page, along in pairs)]]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines) + "\n"
 
 
-def _cells(figures: Sequence[Figures]) -> list[str]:
+def _cells(measured: Sequence[Steadiness]) -> list[str]:
     return [
-        *(f"{each.still:.2f}" for each in figures),
-        *(_known(1000 * each.warping) for each in figures),
-        *(_known(each.ratio) for each in figures),
-        *(_known(each.quiet) for each in figures),
-        *(f"{each.smear:.2f}" for each in figures),
-        f"{figures[0].ghost:.1f}",
+        *(f"{each.still:.2f}" for each in measured),
+        *(_format_known(1000 * each.warping) for each in measured),
+        *(_format_known(each.ratio) for each in measured),
+        *(_format_known(each.quiet) for each in measured),
+        *(f"{each.smear:.2f}" for each in measured),
+        f"{measured[0].ghost:.1f}",
     ]
 
 
-def _known(number: float) -> str:
+def _format_known(number: float) -> str:
     return "-" if math.isnan(number) else f"{number:.2f}"
 
 
 def _legend(films: str) -> list[str]:
     return [
-        "Behind each comma stands `steady`; differences are in levels of 255.",
-        f"Still: mean difference of successive frames of a photograph under noise of {NOISE} levels, "
-        f"frames {SETTLING + 1} to {STILL_FRAMES}.",
-        f"Warping error (Lai et al. 2018), in thousandths, and how many times the source's it is: {films}. "
-        "Dots and strokes that stay on the page while the picture moves under them count as change.",
-        f"Quiet: mean difference of successive frames where the film's own is at most {QUIET} levels: marks "
-        "that lie still have no reason to change there.",
-        "Smear: mean difference from the film at steady 0 around the edge of a disc that moves over a "
-        f"photograph, {DISC_FRAMES} frames; ghost: that with {GHOST:g} of the last result mixed in.",
+        '"At" gives the value of `steady`; differences are in levels of 255.',
+        "Still scene: mean difference between successive frames of a photograph with noise of "
+        f"{NOISE_LEVELS} levels, frames {SETTLING_FRAMES + 1} to {STILL_SCENE_FRAMES}.",
+        f"Warping error (Lai et al. 2018): in thousandths, and as a ratio to the source's own: {films}. "
+        "Dots and strokes that stay on the page while the picture moves under them count as errors.",
+        "Quiet areas: mean difference between successive frames where the source changes by at most "
+        f"{MAX_QUIET_LEVELS} levels: fixed marks have no reason to change there.",
+        "Smear: mean difference from the result at steady 0 around the edge of a disc that moves over a "
+        f"photograph, {DISC_SCENE_FRAMES} frames; ghost: the same for frames into which the previous result "
+        f"is mixed with weight {GHOST_WEIGHT:g}.",
     ]
