@@ -231,7 +231,8 @@ def test_processes_end_with_a_program_that_is_killed() -> None:
 def pids_of(shared: StyleProcesses) -> list[int]:
     assert shared._parent is not None
     pid = shared._parent.pid
-    return [*map(int, Path(f"/proc/{pid}/task/{pid}/children").read_text(encoding="ascii").split())]
+    children = Path(f"/proc/{pid}/task/{pid}/children").read_text(encoding="ascii").split()
+    return [pid, *map(int, children)]
 
 
 def is_running(pid: int) -> bool:

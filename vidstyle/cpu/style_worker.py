@@ -1,7 +1,7 @@
 """The program of the processes that edit and restyle pictures for a renderer in another process.
 
-It prepares a first job, and forks a process for each pair of descriptors, which begins at once and shares the
-memory of what is loaded. No thread may run before that.
+It prepares a first job, and forks a process for each pair of descriptors but the last, which it serves
+itself: they begin at once and share the memory of what is loaded. No thread may run before that.
 
 A request is "style", a packed `StyleJob`, a stored picture, the offset after it, and the `FilmState`. The
 answer is ("measured", step, time constant, percentiles) for each measurement, to which the renderer replies
@@ -86,7 +86,7 @@ def _serve(connection: Connection, pictures: SharedPictures) -> None:
 
 
 def main(job: int, descriptors: Sequence[int]) -> None:
-    """Fork a process for each connection and its memory, and wait until all have ended."""
+    """Serve each connection with its memory in a process, the last one in this, until all are closed."""
     import cv2
 
     keep_freed_memory()
@@ -96,16 +96,21 @@ def main(job: int, descriptors: Sequence[int]) -> None:
         file.seek(0)
         _prepare(pickle.load(file)[0])  # loads the change of pictures, too
     gc.freeze()  # collections in a process would copy the memory that they share
-    for place in range(0, len(descriptors), 2):
+    *others, last = zip(descriptors[::2], descriptors[1::2], strict=True)
+    for own in others:
         if os.fork() == 0:
-            own = descriptors[place : place + 2]
-            _close(each for each in descriptors if each not in own)
-            _serve(Connection(own[0]), SharedPictures(own[1]))
+            _serve_only(own, descriptors)
             os._exit(0)
-    _close(descriptors)
+    _serve_only(last, descriptors)
     with suppress(ChildProcessError):
         while True:
             os.wait()
+
+
+def _serve_only(own: Sequence[int], descriptors: Sequence[int]) -> None:
+    """Serve one connection, without those of the other processes."""
+    _close(each for each in descriptors if each not in own)
+    _serve(Connection(own[0]), SharedPictures(own[1]))
 
 
 def _close(descriptors: Any) -> None:
