@@ -440,3 +440,14 @@ def test_the_shape_of_a_panel_changes_before_a_pair_is_separated(apart: int) -> 
         alone = replace(key_frames[number], faces=pair, saliency=pair[0])
         layout = lay_out([*key_frames[:number], alone, *key_frames[number + 1 :]], PAPERS[0])
         assert all(layout.panels[number].crop.contains(face) for face in pair)
+
+
+@pytest.mark.parametrize("count", [4, 5, 6])
+def test_a_place_at_the_start_is_not_larger_than_people(count: int) -> None:
+    """Though its importance is close to theirs and its picture wants the width of the page."""
+    place, *others = even_film(count, WIDE)
+    face = Box(300, 60, 420, 200)
+    people = [replace(each, faces=(face,), importance=0.6) for each in others]
+    layout = lay_out([replace(place, importance=0.45), *people], paper("a4", 75))
+    areas = [panel.rectangle.area for panel in layout.panels]
+    assert areas[0] < max(areas[1:])

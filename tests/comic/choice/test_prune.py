@@ -13,6 +13,7 @@ from stories import PLACES, view
 
 from vidstyle.comic.analyze.action import Foreground
 from vidstyle.comic.analyze.features import Candidate, extract_features
+from vidstyle.comic.select.choose import usable_candidates
 from vidstyle.comic.select.prune import prune
 from vidstyle.regions.boxes import Box
 
@@ -90,16 +91,16 @@ def with_slopes(candidate: Candidate, levels: float, sharpness: float = 0.2) -> 
 
 
 def test_clutter_and_soft_pictures_are_removed() -> None:
-    """A large face is kept in clutter, and so are the last two panels."""
+    """A large face is kept in clutter, and so are the last four panels."""
     calm = [
         with_slopes(key_frame(view(PLACES[number], 0, 0, (320, 180)), number, scene=number), 2)
-        for number in range(3)
+        for number in range(4)
     ]
-    other = key_frame(view(PLACES[4], 0, 0, (320, 180)), 3, scene=3)
+    other = key_frame(view(PLACES[4], 0, 0, (320, 180)), 4, scene=4)
     face = replace(other, faces=(Box(100, 20, 200, 140),))
     assert prune([*calm, with_slopes(other, 6)], 0) == calm
-    assert len(prune([*calm, with_slopes(face, 6)], 0)) == 4
-    assert len(prune([with_slopes(each, 6) for each in calm], 0)) == 2
+    assert len(prune([*calm, with_slopes(face, 6)], 0)) == 5
+    assert len(prune([with_slopes(each, 6) for each in (*calm, other)], 0)) == 4
     assert prune([*calm, with_slopes(other, 2, sharpness=0.1)], 0) == calm
 
 
@@ -119,10 +120,10 @@ def test_one_place_is_enough_next_to_three_people() -> None:
     assert prune(calm, 0) == [*calm[:3], calm[5]]
 
 
-@pytest.mark.parametrize(("light", "kept"), [(0.2, 3), (0.8, 4)])
+@pytest.mark.parametrize(("light", "kept"), [(0.2, 4), (0.8, 5)])
 def test_a_dark_panel_without_forms_is_murk(light: float, kept: int) -> None:
-    clear = [key_frame(view(PLACES[number], 0, 0, (320, 180)), number, scene=number) for number in range(3)]
-    unclear = key_frame(view(PLACES[5], 0, 0, (320, 180)), 3, clarity=0.3, light=light, scene=3)
+    clear = [key_frame(view(PLACES[number], 0, 0, (320, 180)), number, scene=number) for number in range(4)]
+    unclear = key_frame(view(PLACES[5], 0, 0, (320, 180)), 4, clarity=0.3, light=light, scene=4)
     assert len(prune([*clear, unclear], 0)) == kept
 
 
@@ -196,14 +197,14 @@ def test_a_picture_out_of_focus_is_removed_next_to_a_sharp_one(resolution: float
     assert len(prune([soft, replace(soft, time=99, scene=9, thumbnail=sharp.thumbnail)], 0)) == 2
 
 
-def test_a_place_that_tells_nothing_is_removed_next_to_one_person_and_another_place() -> None:
-    one, place, dull = (
+def test_a_place_that_tells_nothing_is_removed_if_four_panels_are_left() -> None:
+    one, *places, dull = (
         key_frame(view(PLACES[number], 0, 0, (320, 180)), 9 * number, importance=value, scene=number)
-        for number, value in enumerate((0.9, 0.3, 0.05))
+        for number, value in enumerate((0.9, 0.3, 0.3, 0.3, 0.05))
     )
     someone = replace(one, faces=(Box(100, 40, 160, 110),))
-    assert prune([someone, place, dull], 0) == [someone, place]
-    assert prune([someone, dull], 0) == [someone, dull]
+    assert prune([someone, *places, dull], 0) == [someone, *places]
+    assert prune([someone, *places[:2], dull], 0) == [someone, *places[:2], dull]
 
 
 def test_a_view_comes_once_though_the_camera_pans_and_cars_pass() -> None:
@@ -224,6 +225,22 @@ def test_a_view_comes_once_though_the_camera_pans_and_cars_pass() -> None:
             for number, (each, action) in enumerate(zip(panned, actions, strict=True))
         ]
         assert len(prune(movers, 0)) == count
+
+
+def test_a_view_that_comes_back_in_another_scene_is_shown_once() -> None:
+    hall = cv2.resize(photograph("coffee"), (640, 400))
+    first, again = (key_frame(hall[30:, left : left + 560], 9.0 * left, scene=left) for left in (0, 20))
+    other = key_frame(view(PLACES[1], 0, 0, (320, 180)), 90, scene=1)
+    assert prune([first, other, replace(again, importance=0.6)], 0) == [
+        other,
+        replace(again, importance=0.6),
+    ]
+
+
+def test_frames_with_reported_errors_are_shown_only_if_no_frame_is_visibly_damaged() -> None:
+    frames = [replace(key_frame(view(PLACES[0], 0, 0, (320, 180)), each), damaged=True) for each in (0, 1)]
+    assert usable_candidates(frames) == frames
+    assert usable_candidates([frames[0], replace(frames[1], broken=True)]) == []
 
 
 def test_a_dark_picture_without_a_face_is_removed_next_to_lit_ones() -> None:

@@ -171,17 +171,19 @@ class FilmFile(Film):
 
     def _survey_whole(self, gap: float, on_time: Callable[[float], None]) -> Survey:
         motion, measured, runs, run = CandidateMotion(), MeasuredCandidates(), list[int](), 0
-        time, last = 0.0, -gap
+        time, last, is_new_shot = 0.0, -gap, False
         for sample in self._sampler.frames():
             time = float(sample.time)
             on_time(time)
             is_candidate = time - last >= gap - 1e-3
             motion.push(sample, is_candidate)
             run += sample.is_key
+            is_new_shot |= motion.shots.begins_at(time)
             if is_candidate:
-                measured.append(time, partial(self._measure, sample))
+                measured.append(time, partial(self._measure, sample), is_new_shot)
                 runs.append(run)
-                last = time
+                # The first picture after a cut may be a remainder of the shot before.
+                last, is_new_shot = time, motion.shots.begins_at(time)
         self.damage = self._sampler.damage
         begins = motion.shots.shots()
         self._transitions = motion.shots.transitions

@@ -24,9 +24,17 @@ class MeasuredCandidates:
         self._last = -_FACE_INTERVAL_SECONDS
         self._max_waiting = _MAX_WAITING_PER_CORE * available_cores()
 
-    def append(self, time: float, measure: Callable[[bool], Future[Candidate]]) -> None:
-        """Add the next candidate; `measure` starts its measurement, with or without faces."""
-        looks = time - self._last >= _FACE_INTERVAL_SECONDS - 1e-3
+    def append(
+        self, time: float, measure: Callable[[bool], Future[Candidate]], is_new_shot: bool = False
+    ) -> None:
+        """Add the next candidate.
+
+        Args:
+            time: in seconds.
+            measure: starts its measurement, with or without faces.
+            is_new_shot: whether there is a cut before it, so that earlier faces tell nothing.
+        """
+        looks = is_new_shot or time - self._last >= _FACE_INTERVAL_SECONDS - 1e-3
         if looks:
             self._last = time
         self._looked.append(looks)

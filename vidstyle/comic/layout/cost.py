@@ -210,10 +210,14 @@ def panel_costs(
 def _oversize_weights(key_frames: Sequence[KeyFrame], weights: LayoutWeights) -> np.ndarray:
     """Return the additional weight of an area above the wanted one: unimportant panels stay small.
 
-    The first key frame is the establishing view, which may be large.
+    So do places next to people or movers. If there are only places, the first one may be large.
     """
     found = weights.oversize * np.clip(-deviations(key_frames), 0.0, 1.0)
-    found[0] = 0.0
+    has_figure = np.array([bool(each.faces) or each.subject is not None for each in key_frames])
+    if has_figure.any():
+        found[~has_figure] = weights.oversize
+    else:
+        found[0] = 0.0
     return found
 
 

@@ -19,6 +19,7 @@ from vidstyle.comic.layout.storyboard import format_timecode
 from vidstyle.comic.lettering.fonts import Letters, remove_stress
 from vidstyle.comic.output.compression_noise import smooth_compression_noise
 from vidstyle.comic.output.enlargement import sharpen_enlarged
+from vidstyle.comic.output.shadow_light import lift_shadows
 from vidstyle.comic.output.sheet import Label, RenderedPanel, Sheet
 from vidstyle.comic.output.write import Frames
 from vidstyle.core.closing import Closing
@@ -105,6 +106,7 @@ class PanelRenderer(Closing):
         shown = cut_out(color, window, width, height, is_cleaned=not style.is_plain)
         if style.is_plain:
             return shown
+        shown = lift_shadows(shown)
         style = scale_to_paper(style, height, width, self._dpi * self._oversampling)
         if self._backend is None:
             self._backend = open_renderer(style, self._device, self._announce)

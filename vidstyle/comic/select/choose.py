@@ -131,9 +131,9 @@ def _attempts(wanted: int, beats: int, usual: int) -> list[tuple[int, float]]:
 def usable_candidates(candidates: Sequence[Candidate]) -> list[Candidate]:
     """Return the candidates that panels may show: without defects, if the film has any.
 
-    A film without a single good frame shows combed ones, then those in which the decoder reported errors
-    that are not visible, then blurred ones. Blank and test pictures, visible damage and blends of two shots
-    are never shown.
+    A film without a single good frame shows combed ones, then those in which the decoder reported errors,
+    if none of its frames has visible ones, then blurred ones. Blank and test pictures, visible damage and
+    blends of two shots are never shown.
     """
     shown = [
         each
@@ -141,6 +141,8 @@ def usable_candidates(candidates: Sequence[Candidate]) -> list[Candidate]:
         if not (each.blank or each.test_picture or each.broken or each.in_transition)
     ]
     whole = [each for each in shown if not each.damaged]
+    if any(each.broken for each in candidates):
+        shown = whole
     steady = [each for each in whole if not each.blurred]
     sharp = [each for each in shown if not each.blurred]
     return [each for each in steady if not each.combed] or steady or sharp or shown

@@ -32,14 +32,12 @@ _MIN_SUBJECT_STRENGTH = 0.1
 """Strength from which a frame has a subject, see `subject_strength`."""
 _MIN_SCENE_SIMILARITY = 0.25
 """Similarity above which two frames of one scene, in which the camera may travel, show the same place."""
-_MAX_PLACE_PANELS = 1
-"""Maximum number of panels of a film of one place in which nothing is a subject."""
 
-_MIN_FIGURE_RATIO, _MIN_FIGURES, _MIN_STORY_PANELS = 4, 2, 4
-"""From the second number of panels with a face or a mover on, one place is kept for each first number.
-
-The third value is the number of panels that are left at least.
-"""
+_MIN_FIGURE_RATIO, _MIN_FIGURES = 4, 2
+"""From the second number of panels with a face or a mover on, one place is kept for each first number."""
+_MIN_STORY_PANELS = 4
+"""Number of panels that are left at least by the removal of places, clutter, murk and darkness: fewer tell no
+story, which is worse than a place that is hard to read."""
 
 _MAX_SUBJECT_CUT_SHARE = 0.6
 """A panel is removed if a larger part of its moving subject is outside of the picture."""
@@ -47,8 +45,8 @@ _MIN_PLACE_IMPORTANCE = 0.1
 """Importance below which a panel without a figure tells nothing next to panels with one."""
 
 # Clutter.
-_MAX_CLUTTER, _MIN_CALM_PANELS = 0.5, 2
-"""Clutter above which a panel is removed, and the number of panels that are left at least."""
+_MAX_CLUTTER = 0.5
+"""Clutter above which a panel is removed."""
 
 # Soft pictures.
 _MIN_SHARPNESS_RATIO = 0.6
@@ -57,11 +55,8 @@ _MAX_SOFT_RESOLUTION_PX, _MAX_SOFT_RESOLUTION_RATIO = 225.0, 0.7
 """A picture is too soft for any panel below the first value, if another one has so much more detail."""
 
 # Murk.
-_MIN_CLARITY_RATIO, _MAX_MURK_LIGHT, _MIN_CLEAR_PANELS = 0.5, 0.4, 2
-"""Clarity relative to the median, and mean luma, below which a panel without a subject is murk.
-
-The third value is the number of panels that are left at least.
-"""
+_MIN_CLARITY_RATIO, _MAX_MURK_LIGHT = 0.5, 0.4
+"""Clarity relative to the median, and mean luma, below which a panel without a subject is murk."""
 _MAX_DARK_LIGHT, _MAX_DARK_CLARITY = 0.25, 0.5
 """Mean luma and clarity below which the dark hides what moves, though not a face."""
 
@@ -109,8 +104,8 @@ def _find_twin(key_frames: Sequence[Candidate]) -> int | None:
 def _find_same_moment(key_frames: Sequence[Candidate]) -> int | None:
     """Return a frame that is too close in time to another one of its scene, if enough are left.
 
-    Prefer the frame with the most close neighbours, so that as many moments as possible stay; then the least
-    important one.
+    Prefer the frame with the most close neighbours, so that as many moments as possible stay; then the frame
+    whose place most others show; then the least important one.
     """
     if len(key_frames) <= _MIN_MOMENT_PANELS:
         return None
@@ -121,18 +116,25 @@ def _find_same_moment(key_frames: Sequence[Candidate]) -> int | None:
         for number in (before, before + 1)
         if not key_frames[number].forced
     )
-    return max(crowded, key=lambda each: (crowded[each], -key_frames[each].importance), default=None)
+    alike = Counter(number for pair in _pairs_of_one_place(key_frames) for number in pair)
+    return max(
+        crowded, key=lambda each: (crowded[each], alike[each], -key_frames[each].importance), default=None
+    )
 
 
 def _find_repeated_place(key_frames: Sequence[Candidate]) -> int | None:
     """Return a frame without a subject whose place another such frame shows."""
+    found = _pairs_of_one_place(key_frames)
+    alike = max(found, key=found.__getitem__, default=())
+    return _weakest(key_frames, alike)
+
+
+def _pairs_of_one_place(key_frames: Sequence[Candidate]) -> dict[tuple[int, int], float]:
+    """Return the pairs of frames without a subject that show one place, and how much they look alike."""
     places = [number for number, each in enumerate(key_frames) if not _has_subject(each)]
     like = likeness(key_frames, scenes=1)
-    found = [pair for pair in combinations(places, 2) if _is_same_place(key_frames, pair, float(like[pair]))]
-    if not found or (len(places) == len(key_frames) <= _MAX_PLACE_PANELS):
-        return None
-    alike = max(found, key=lambda pair: float(like[pair]))
-    return _weakest(key_frames, alike)
+    pairs = {pair: float(like[pair]) for pair in combinations(places, 2)}
+    return {pair: alike for pair, alike in pairs.items() if _is_same_place(key_frames, pair, alike)}
 
 
 def _find_empty_place(key_frames: Sequence[Candidate]) -> int | None:
@@ -162,41 +164,9 @@ def _is_cut(candidate: Candidate) -> bool:
     return action is not None and action.cut > _MAX_SUBJECT_CUT_SHARE
 
 
-def _find_weak_place(key_frames: Sequence[Candidate]) -> int | None:
-    """Return the least important frame without a figure, if it tells nothing next to others with one."""
-    weak = [
-        number
-        for number, each in enumerate(key_frames)
-        if not has_figure(each) and each.importance < _MIN_PLACE_IMPORTANCE
-    ]
-    figures = sum(map(has_figure, key_frames))
-    is_story = figures >= _MIN_FIGURES or (figures and len(key_frames) > _MIN_FIGURES)
-    return _weakest(key_frames, weak) if is_story else None
-
-
 def _is_same_place(key_frames: Sequence[Candidate], pair: tuple[int, int], like: float) -> bool:
     one, other = (key_frames[number] for number in pair)
     return like > (_MIN_SCENE_SIMILARITY if one.scene == other.scene else SAME_SIMILARITY)
-
-
-def _find_clutter(key_frames: Sequence[Candidate]) -> int | None:
-    """Return the most cluttered frame, if enough others are left."""
-    if len(key_frames) <= _MIN_CALM_PANELS:
-        return None
-    cluttered = [
-        number for number, each in enumerate(key_frames) if not each.forced and clutter(each) > _MAX_CLUTTER
-    ]
-    return max(cluttered, key=lambda number: clutter(key_frames[number]), default=None)
-
-
-def _find_surplus_place(key_frames: Sequence[Candidate]) -> int | None:
-    """Return the least important place of a story that has enough people and movers without it."""
-    places = [number for number, each in enumerate(key_frames) if not has_figure(each)]
-    figures = len(key_frames) - len(places)
-    few = len(key_frames) <= _MIN_STORY_PANELS or figures < _MIN_FIGURES
-    if few or len(places) <= max(1, figures // _MIN_FIGURE_RATIO):
-        return None
-    return _weakest(key_frames, places)
 
 
 def _find_soft(key_frames: Sequence[Candidate]) -> int | None:
@@ -223,33 +193,48 @@ def _is_sharp_close_up(candidate: Candidate) -> bool:
     return is_person(candidate) and face_softness(candidate) <= MAX_LEADING_SOFTNESS
 
 
-def _find_murk(key_frames: Sequence[Candidate]) -> int | None:
-    if len(key_frames) <= _MIN_CLEAR_PANELS:
+def _find_illegible(key_frames: Sequence[Candidate]) -> int | None:
+    """Return the least important frame that is hard to read or tells little, if enough others are left."""
+    if len(key_frames) <= _MIN_STORY_PANELS:
         return None
+    places = [number for number, each in enumerate(key_frames) if not has_figure(each)]
+    cluttered = [number for number, each in enumerate(key_frames) if clutter(each) > _MAX_CLUTTER]
+    return _weakest(
+        key_frames,
+        [*cluttered, *_murky(key_frames), *_dark(key_frames), *_surplus_places(key_frames, places)],
+    )
+
+
+def _surplus_places(key_frames: Sequence[Candidate], places: Sequence[int]) -> list[int]:
+    """Return the places that tell nothing next to figures, or all of them if there are too many."""
+    figures = len(key_frames) - len(places)
+    if figures >= _MIN_FIGURES and len(places) > max(1, figures // _MIN_FIGURE_RATIO):
+        return list(places)
+    weak = [number for number in places if key_frames[number].importance < _MIN_PLACE_IMPORTANCE]
+    return weak if figures else []
+
+
+def _murky(key_frames: Sequence[Candidate]) -> list[int]:
+    """Return the frames without a subject that are dark and have no distinct forms."""
     limit = _MIN_CLARITY_RATIO * float(np.median([each.clarity for each in key_frames]))
-    murky = [
+    return [
         number
         for number, each in enumerate(key_frames)
-        if each.clarity < limit
-        and each.light < _MAX_MURK_LIGHT
-        and not _has_subject(each)
-        and not each.forced
+        if each.clarity < limit and each.light < _MAX_MURK_LIGHT and not _has_subject(each)
     ]
-    return min(murky, key=lambda number: key_frames[number].clarity, default=None)
 
 
-def _find_dark(key_frames: Sequence[Candidate]) -> int | None:
-    """Return the darkest frame with a mover but no face, if enough others are left that are not as dark."""
+def _dark(key_frames: Sequence[Candidate]) -> list[int]:
+    """Return the frames with a mover but no face that the dark hides; none if too few others are left."""
     dark = [
         number
         for number, each in enumerate(key_frames)
         if each.light < _MAX_DARK_LIGHT
         and each.clarity < _MAX_DARK_CLARITY
         and has_figure(each)
-        and not (each.faces or each.forced)
+        and not each.faces
     ]
-    is_free = len(key_frames) - len(dark) >= _MIN_STORY_PANELS
-    return min(dark, key=lambda number: key_frames[number].light, default=None) if is_free else None
+    return dark if len(key_frames) - len(dark) >= _MIN_STORY_PANELS else []
 
 
 def _has_subject(candidate: Candidate) -> bool:
@@ -263,11 +248,7 @@ _FINDERS = (
     _find_same_moment,
     _find_repeated_place,
     _find_empty_place,
-    _find_clutter,
     _find_soft,
     _find_coarse,
-    _find_surplus_place,
-    _find_weak_place,
-    _find_murk,
-    _find_dark,
+    _find_illegible,
 )

@@ -9,13 +9,15 @@ import cv2
 import numpy as np
 
 from vidstyle.comic.analyze.features import Candidate
+from vidstyle.comic.analyze.similarity import DIFFERENT_SIMILARITY, similarity
 from vidstyle.comic.select.frame_scores import is_person
 from vidstyle.comic.select.movers import has_lone_mover, has_moved
 
 _INNER_SIZE_PX, _SCALE_RATIOS = (30, 20), (0.85, 1.0, 1.18)
 """Width and height of the middle of a thumbnail that is searched in another one, and the scales tried."""
 _MIN_VIEW_CORRELATION = 0.7
-"""Correlation from which two frames of a scene are one view: other pictures of a trailer have up to 0.61."""
+"""Correlation from which two frames are one view, if they look alike or belong to one scene: other pictures
+of a trailer and of a film of joined clips have up to 0.68."""
 
 
 def find_repeated_view(key_frames: Sequence[Candidate]) -> int | None:
@@ -34,9 +36,15 @@ def find_repeated_view(key_frames: Sequence[Candidate]) -> int | None:
 
 
 def _is_one_view(one: Candidate, other: Candidate) -> bool:
-    if one.scene != other.scene or is_person(one) or is_person(other) or _tells_more(one, other):
+    if is_person(one) or is_person(other) or _tells_more(one, other):
         return False
-    return view_correlation(one.thumbnail, other.thumbnail) >= _MIN_VIEW_CORRELATION
+    if view_correlation(one.thumbnail, other.thumbnail) < _MIN_VIEW_CORRELATION:
+        return False
+    return one.scene == other.scene or _looks_alike(one, other)
+
+
+def _looks_alike(one: Candidate, other: Candidate) -> bool:
+    return float(similarity([one.thumbnail, other.thumbnail])[0, 1]) > DIFFERENT_SIMILARITY
 
 
 def _tells_more(one: Candidate, other: Candidate) -> bool:
