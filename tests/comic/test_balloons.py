@@ -324,6 +324,13 @@ def test_words_without_a_speaker_are_captions() -> None:
     assert kinds_of(unknown[1:] * 2, left) == [("balloon", True)] * 2
 
 
+def test_a_much_smaller_face_is_no_speaker() -> None:
+    """It is far away, or no face; with fewer people than speakers, only the first one has a tail."""
+    main, small = Box(180, 100, 300, 240), Box(480, 140, 510, 175)
+    both = [Line(0, 1, "Who is it?", speaker="1"), Line(0, 1, "Me.", speaker="2")]
+    assert kinds_of(both, main, small) == [("balloon", True), ("caption", False)]
+
+
 def test_sounds_have_no_tail() -> None:
     face = Box(280, 150, 350, 240)
     sound = Line(0, 1, "door slams", narrated=True, manner="sound")

@@ -35,6 +35,8 @@ _MAX_BAND_SHARE, _MAX_LAST_BAND_SHARE = 0.3, 0.55
 # The speaker, and what text must not cover.
 _MIN_SPEAKER_AREA_RATIO = 1.3
 """Area of a single speaker's face relative to the next one: faces of one size may both be speaking."""
+_MIN_SPEAKER_HEIGHT_RATIO = 1 / 3
+"""Minimum height of a speaker's face relative to the largest one: others are far away, or no faces."""
 _MAX_KEPT_SUBJECT_SHARE = 0.35
 """Share of a panel up to which its moving subject stays clear of text."""
 
@@ -213,8 +215,8 @@ def _wordings(
 ) -> Iterator[Wording]:
     """Yield each line with its speaker's face; a line without one is a caption, unless it is loud or thought.
 
-    Several speakers are assumed to stand from left to right. An answer by someone who is not shown is a
-    balloon without a tail.
+    Several speakers are assumed to stand from left to right, if there are as many people. An answer by
+    someone who is not shown is a balloon without a tail.
 
     Args:
         lines: of a panel.
@@ -226,8 +228,10 @@ def _wordings(
     speakers = list(
         dict.fromkeys(voice for line, voice in zip(lines, voices, strict=True) if not line.narrated)
     )
-    across = sorted(mouths, key=lambda face: face.left, reverse=style.right_to_left)
-    is_known = len(speakers) > 1 and ANSWERING_VOICE not in speakers
+    least = _MIN_SPEAKER_HEIGHT_RATIO * max((face.height for face in mouths), default=0.0)
+    near = [face for face in mouths if face.height >= least]
+    across = sorted(near, key=lambda face: face.left, reverse=style.right_to_left)
+    is_known = 1 < len(speakers) <= len(across) and ANSWERING_VOICE not in speakers
     of = dict(zip(speakers, across if is_known else _only_speaker(mouths), strict=False))
     for line, voice in zip(lines, voices, strict=True):
         size = round(style.size * _WHISPER_FONT_RATIO) if line.manner == "whispered" else style.size

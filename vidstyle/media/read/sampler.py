@@ -336,6 +336,9 @@ class SmallCopies:
         if (width, height) == self._stored:
             return native
         # A shared reformatter, since a new one would set up its filters for each frame.
-        small = self._reformatter.reformat(native, width, height, self._scaled_format, interpolation="AREA")
+        # In one thread, as copies are small and candidates are measured in parallel.
+        small = self._reformatter.reformat(
+            native, width, height, self._scaled_format, interpolation="AREA", threads=1
+        )
         ColorTags.of(native).put_on(small)
         return small
