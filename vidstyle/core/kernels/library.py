@@ -29,6 +29,8 @@ from vidstyle.core.kernels.declare import (
     dry_run,
 )
 from vidstyle.core.kernels.object_files import load, store
+from vidstyle.core.machine.object_linker import LinkError, link
+from vidstyle.core.machine.processor import described_processor
 from vidstyle.core.machine.versions import version_of
 from vidstyle.errors import log
 
@@ -83,7 +85,14 @@ def _address(compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> int:
             _order_with_others(name, (compiled, kinds))
     code = code or _delivered(_ordered[name])
     with _lock:
-        return _engine().add(name, code)
+        return _linked(name, code)
+
+
+def _linked(name: str, code: bytes) -> int:
+    try:
+        return link(name, code)
+    except LinkError:
+        return int(_engine().add(name, code))
 
 
 def _engine_module() -> Any:
@@ -144,9 +153,9 @@ def object_name(compiled: Compiled, kinds: tuple[ArgumentType, ...]) -> str:
 def _platform() -> str:
     here = Path(__file__)
     files = (_file_digest(str(here.with_name(each))) for each in COMPILER_FILES)
-    return repr(
-        (_engine_module().processor(), version_of("numba"), object.__basicsize__, tuple.__basicsize__, *files)
-    )
+    versions = version_of("numba"), version_of("llvmlite")
+    processor = described_processor() or _engine_module().processor()
+    return repr((processor, versions, object.__basicsize__, tuple.__basicsize__, *files))
 
 
 @functools.cache
