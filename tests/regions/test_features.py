@@ -220,6 +220,19 @@ def test_features_keep_to_the_region_of_a_style() -> None:
     assert np.array_equal(halved[:, 320:], page[:, 320:]) and halved.min() < 150
 
 
+@pytest.mark.parametrize(("ground", "lit"), [(30, 2.0), (150, 1.0)])
+def test_dark_skin_in_tones_gets_light(ground: int, lit: float) -> None:
+    """On black, eyes cannot be darker than the skin."""
+    features, page = (
+        lifted(Picture.from_array(picture_with_face()))[1],
+        np.full((480, 640, 3), ground, np.uint8),
+    )
+    drawn = draw_features(Picture.from_array(page), features, load_style("neon"), None, NO_RASTER)
+    luma = luma_in(drawn, WINDOW) * 255 / ground
+    assert np.quantile(luma, 0.95) >= lit and luma[EYES].min() < 0.6 * np.quantile(luma, 0.95)
+    assert luma[:4].max() == pytest.approx(1, abs=0.01)
+
+
 def test_landmarks_are_found_and_move_with_the_face() -> None:
     """Mirrored, left and right are exchanged."""
     picture = picture_with_face()

@@ -21,7 +21,7 @@ from vidstyle.regions.faces import FaceFinder
 from vidstyle.regions.features.landmarks import USUAL_LANDMARKS, Landmarks, MarkedFaces
 from vidstyle.stabilize.motion import reduced_luma
 
-MIN_PICTURE_SIDE_PX = 240
+MIN_PICTURE_SIDE_PX = 144
 """Minimum shorter side for the detection of faces: in smaller pictures, faces have too few pixels."""
 MIN_FACE_RATIO = 0.05
 """Minimum height of a face, relative to the picture's shorter side: 54 of 1080 lines."""

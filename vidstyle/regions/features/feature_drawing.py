@@ -56,7 +56,10 @@ def draw_features(
     ]
     bright = [luma_in(page, each.window) for each in features]
     medium, is_light = Medium.of(style, raster), sum(color) > MIN_LIGHT_INK
-    marks = [marks_of(each, medium, is_light, page, region, raster) for each in features]
+    marks = [
+        marks_of(each, medium, is_light, luma, region, raster)
+        for each, luma in zip(features, bright, strict=True)
+    ]
     is_darker = any(each.factor is not None for each in marks) and medium is not Medium.LIGHT_LINES
     darks = darkest_colors(page) if is_darker else None
 
@@ -74,6 +77,8 @@ def draw_features(
             if found.clear.any():
                 ground = _ground(values, each, medium, step)
                 drawn = drawn + _like(found.clear, values) * (ground - drawn)
+            if found.light is not None:
+                drawn = drawn * _like(found.light, values)
             if found.factor is not None:
                 factor = np.minimum(found.factor, 1) if kind == "chroma" else found.factor
                 drawn = dark + (drawn - dark) * _like(factor, values)
