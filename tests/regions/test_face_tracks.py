@@ -6,6 +6,7 @@ import math
 import threading
 from collections.abc import Iterator
 
+import cv2
 import numpy as np
 import pytest
 from media import photograph
@@ -44,6 +45,18 @@ def test_a_moving_face_is_followed(follower: FaceFollower) -> None:
         (face,) = follower.follow(picture, time)
         assert (face.track, face.opacity) == (0, 1.0)
         assert distance(face, 100 + 100 * time) < 0.1 * FACE.height
+
+
+def test_a_large_face_is_followed_in_a_reduced_copy(follower: FaceFollower) -> None:
+    """Within a fiftieth of its height, though a pixel of the copy is larger."""
+    still, place = picture_with_face(), FACE.moved(250, 150)
+    errors = []
+    for number in range(25):
+        left, top = round(place.left) - 60 + number, round(place.top) - 35
+        seen = cv2.resize(still[top : top + 120, left : left + 160], None, fx=4, fy=4)
+        (face,) = follower.follow(Picture.from_array(seen), number / 25)
+        errors.append(face.box.center[0] - 4 * (place.center[0] - left))
+    assert np.ptp(errors) < 0.02 * 4 * FACE.height
 
 
 def test_a_still_face_rests(follower: FaceFollower) -> None:

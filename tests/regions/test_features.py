@@ -67,8 +67,24 @@ def test_features_go_as_far_as_focus() -> None:
     assert features.amount == 0.5 and lifted(picture, 0.0)[1] == []
 
 
-def test_ink_alone_draws_large_faces_itself() -> None:
-    """Other styles get the features of faces of every size."""
+def test_features_of_faces_of_any_size_are_alike() -> None:
+    """Those of a large face come from a reduced copy."""
+    color, shown = picture_with_face(), []
+    for factor in (1, 6):
+        window, face = (Box(*(factor * side for side in each)) for each in (WINDOW, PLACE))
+        large = cv2.resize(color, None, fx=factor, fy=factor, interpolation=cv2.INTER_CUBIC)
+        (found,) = lift_features(
+            Picture.from_array(large), [Patch(window, window, Face(0, face))], lambda _: 1.0
+        )
+        page = Picture.from_array(np.full(large.shape, 200, np.uint8))
+        drawn = luma_in(draw_features(page, [found], load_style("poster"), None, NO_RASTER), window)
+        assert found.weight.shape[0] <= 350
+        shown.append(cv2.resize(drawn, (110, 120), interpolation=cv2.INTER_AREA))
+    assert shown[0][EYES].min() < 0.5 and np.corrcoef(shown[0].ravel(), shown[1].ravel())[0, 1] > 0.9
+
+
+def test_styles_draw_large_faces_themselves() -> None:
+    """Points and grain draw faces of every size."""
     shares = [
         [Medium.of(load_style(name), raster).lifted_share(size) for size in (0.1, sum(FACE_RATIOS) / 2, 0.4)]
         for name, raster in (
@@ -79,8 +95,8 @@ def test_ink_alone_draws_large_faces_itself() -> None:
             ("charcoal", NO_RASTER),
         )
     ]
-    assert shares[0] == shares[2] == pytest.approx([1, 0.5, 0]) and shares[1] == [1, 1, 1]
-    assert shares[3] == shares[4] == [0, 0, 0]
+    assert shares[:3] == [pytest.approx([1, 0.5, 0])] * 3
+    assert shares[3:] == [[0, 0, 0]] * 2
 
 
 def test_features_of_a_large_face_are_lifted_from_the_whole_picture() -> None:

@@ -16,7 +16,7 @@ from vidstyle.core.picture import SITINGS, Picture
 from vidstyle.core.planes import color_rows
 from vidstyle.core.scene_cuts import SceneCutDetector, SceneCuts
 from vidstyle.regions.automatic_detail import MIN_CROWD_DETAIL, face_detail
-from vidstyle.regions.boxes import Box, Point
+from vidstyle.regions.boxes import Box, Point, Rectangle
 from vidstyle.regions.faces import FaceFinder
 from vidstyle.regions.features.landmarks import USUAL_LANDMARKS, Landmarks, MarkedFaces
 from vidstyle.stabilize.motion import reduced_luma
@@ -42,6 +42,8 @@ FADE_SECONDS = 0.4
 
 _FOLLOW_RANGE_RATIO = 0.4
 """Maximum motion of a face between two frames, relative to its height."""
+_MIN_TEMPLATE_HEIGHT_PX = 32
+"""Height of the copies in which larger faces are followed, at least."""
 _MIN_FOLLOW_CORRELATION = 0.5
 """Minimum correlation of a face with its picture at the last search, 0..1; below it, the face is lost."""
 _FAST_RATIO = 0.06
@@ -70,7 +72,7 @@ class Face:
 
 
 class _Template:
-    """The picture of a face at the last search, cropped from a small copy.
+    """The picture of a face at the last search, cropped from a small copy; of a large face, reduced.
 
     Args:
         small: the copy, H x W uint8.
@@ -78,15 +80,15 @@ class _Template:
     """
 
     def __init__(self, small: np.ndarray, box: Box[float]) -> None:
-        place = _inside(small, box)
-        self._pixels = small[place.top : place.bottom, place.left : place.right]
+        place, self._factor = _inside(small, box), max(1, int(box.height / _MIN_TEMPLATE_HEIGHT_PX))
+        self._pixels = self._cropped(small, place)
         self._offset = box.left - place.left, box.top - place.top
 
     def shift(self, small: np.ndarray, box: Box[float]) -> Point | None:
         """Return the motion of the face from `box` to the right and down; None if it is lost."""
         reach = _FOLLOW_RANGE_RATIO * box.height
         around = _inside(small, box.padded(reach, reach, reach))
-        seen = small[around.top : around.bottom, around.left : around.right]
+        seen = self._cropped(small, around)
         if not self._pixels.size or any(np.less(seen.shape, self._pixels.shape)):
             return None
         likeness = cv2.matchTemplate(seen, self._pixels, cv2.TM_CCOEFF_NORMED)
@@ -95,9 +97,17 @@ class _Template:
             return None
         right, down = _peak(likeness[row], column), _peak(likeness[:, column], row)
         return (
-            around.left + right + self._offset[0] - box.left,
-            around.top + down + self._offset[1] - box.top,
+            around.left + self._factor * right + self._offset[0] - box.left,
+            around.top + self._factor * down + self._offset[1] - box.top,
         )
+
+    def _cropped(self, small: np.ndarray, place: Rectangle) -> np.ndarray:
+        pixels = small[place.top : place.bottom, place.left : place.right]
+        height, width = (side // self._factor for side in pixels.shape)
+        if self._factor == 1 or not height * width:
+            return pixels
+        whole = pixels[: height * self._factor, : width * self._factor]
+        return cv2.resize(whole, (width, height), interpolation=cv2.INTER_AREA)
 
 
 _Seen = tuple[Box[float], Landmarks, _Template]

@@ -13,14 +13,27 @@ MIN_WEIGHT = 1e-3
 
 def blurred(plane: np.ndarray, sigma: float) -> np.ndarray:
     """Return a plane after a Gaussian, H x W float32."""
-    return _enlarged(_reduced_blur(plane, sigma), plane.shape)
+    return enlarged(_reduced_blur(plane, sigma), plane.shape)
 
 
 def weighted_mean(plane: np.ndarray, weight: np.ndarray, sigma: float) -> np.ndarray:
     """Return the mean of the samples nearby by their weights and a Gaussian, H x W float32."""
     weight = np.asarray(weight + np.float32(MIN_WEIGHT), np.float32)
     total, area = (_reduced_blur(each, sigma) for each in (plane * weight, weight))
-    return _enlarged(total / area, plane.shape)
+    return enlarged(total / area, plane.shape)
+
+
+def enlarged(plane: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    """Return a plane at the size of a larger one."""
+    is_same = plane.shape == shape
+    return plane if is_same else cv2.resize(plane, shape[1::-1], interpolation=cv2.INTER_LINEAR)
+
+
+def resized(plane: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    """Return a plane at the size of a smaller or larger one."""
+    if plane.size <= shape[0] * shape[1]:
+        return enlarged(plane, shape)
+    return cv2.resize(plane, shape[1::-1], interpolation=cv2.INTER_AREA)
 
 
 def _reduced_blur(plane: np.ndarray, sigma: float) -> np.ndarray:
@@ -30,8 +43,3 @@ def _reduced_blur(plane: np.ndarray, sigma: float) -> np.ndarray:
     size = -(-width // factor), -(-height // factor)
     small = plane if factor == 1 else cv2.resize(plane, size, interpolation=cv2.INTER_AREA)
     return cv2.GaussianBlur(small, (0, 0), sigma * size[0] / width, sigmaY=sigma * size[1] / height)
-
-
-def _enlarged(plane: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
-    is_same = plane.shape == shape
-    return plane if is_same else cv2.resize(plane, shape[1::-1], interpolation=cv2.INTER_CUBIC)

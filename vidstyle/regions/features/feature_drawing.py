@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import cv2
 import numpy as np
 
 from vidstyle.block import rgb_from_text
 from vidstyle.core.picture import Picture
 from vidstyle.core.plain_codes import codes_from_values, values_from_codes
+from vidstyle.regions.features.blurring import resized
 from vidstyle.regions.features.feature_lifting import Features
 from vidstyle.regions.features.feature_marks import marks_of
 from vidstyle.regions.features.media import Medium
@@ -73,8 +73,7 @@ def draw_features(
             area = plane_area(each.window, step)
             values = values_from_codes(plane[area], kind, page.encoding)
             drawn = values
-            light = brightest_color(values, luma, BRIGHT_SHARE) if found.bright.any() else ink
-            if found.clear.any():
+            if found.clear is not None:
                 ground = _ground(values, each, medium, step)
                 drawn = drawn + _like(found.clear, values) * (ground - drawn)
             if found.light is not None:
@@ -82,9 +81,11 @@ def draw_features(
             if found.factor is not None:
                 factor = np.minimum(found.factor, 1) if kind == "chroma" else found.factor
                 drawn = dark + (drawn - dark) * _like(factor, values)
-            for color, cover in ((light, found.bright), (ink, found.ink)):
-                if cover.any():
-                    drawn = drawn + _like(cover, values) * (color - drawn)
+            if found.bright is not None:
+                light = brightest_color(values, luma, BRIGHT_SHARE)
+                drawn = drawn + _like(found.bright, values) * (light - drawn)
+            if found.ink is not None:
+                drawn = drawn + _like(found.ink, values) * (ink - drawn)
             plane[area] = codes_from_values(drawn, kind, page.encoding)
         return plane
 
@@ -101,6 +102,5 @@ def _ground(values: np.ndarray, each: Features, medium: Medium, step: tuple[int,
 
 def _like(plane: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Return a plane at the size of samples, to be multiplied by them."""
-    if plane.shape != values.shape[:2]:
-        plane = cv2.resize(plane, values.shape[1::-1], interpolation=cv2.INTER_AREA)
+    plane = resized(plane, values.shape[:2])
     return plane if values.ndim == 2 else plane[..., None]

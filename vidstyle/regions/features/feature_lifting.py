@@ -18,11 +18,13 @@ from vidstyle.core.plain_codes import codes_from_values, values_from_codes
 from vidstyle.regions.boxes import Box, Rectangle
 from vidstyle.regions.face_tracks import Face
 from vidstyle.regions.features.areas import eye_doubt, feature_areas, has_dark_glasses
-from vidstyle.regions.features.blurring import blurred
+from vidstyle.regions.features.blurring import blurred, enlarged
 from vidstyle.regions.features.tones import FeatureTones, feature_tones, skin_luma, without_grain
 from vidstyle.regions.masks import face_mask, inner_mask, mask_box
 from vidstyle.regions.patches import Patch, plane_area
 
+MAX_DRAWN_HEIGHT_PX = 224
+"""Height of a face from which its features are those of a reduced copy."""
 GLASSES_FACTOR = 2.0
 """How much larger than an eye dark glasses are."""
 LIGHT_RATIO = 0.08
@@ -31,6 +33,8 @@ LIGHT_RATIO = 0.08
 
 class Features(NamedTuple):
     """The features of a face.
+
+    The planes of a large face are those of a reduced copy of the window.
 
     Attributes:
         window: their box in the picture.
@@ -100,23 +104,37 @@ def _lift(picture: Picture, patch: Patch, face: Face, window: Rectangle, amount:
     assert plane is not None
     values = values_from_codes(plane[area], "luma", picture.encoding)
     luma = values if values.ndim == 2 else cv2.transform(values, picture.encoding.weights[None])
-    amount *= 1 - eye_doubt(luma, face, window)
+    seen, inside, small = _reduced(luma, face, window)
+    amount *= 1 - eye_doubt(small, seen, inside)
     if not amount:
         return None
-    luma, height = without_grain(luma), face.box.height
-    skin, strokes = skin_luma(luma, height)
-    if has_dark_glasses(skin, face, window):
-        skin, _ = skin_luma(luma, GLASSES_FACTOR * height)
+    small, height = without_grain(small), seen.box.height
+    skin, strokes = skin_luma(small, height)
+    if has_dark_glasses(skin, seen, inside):
+        skin, _ = skin_luma(small, GLASSES_FACTOR * height)
         strokes = skin
-    areas, inner = feature_areas(face, window), face_mask(face.box, window)
+    areas, inner = feature_areas(seen, inside), face_mask(seen.box, inside)
     areas = areas._replace(whole=areas.whole * inner)
     # The closing spreads a bright cheek over a shaded one, as a disc.
-    even = blurred(luma, LIGHT_RATIO * height)
-    change = np.float32(amount) * areas.whole * (np.minimum(skin, even) - luma)
+    even = np.minimum(skin, blurred(small, LIGHT_RATIO * height))
+    ground, whole = (enlarged(each, luma.shape) for each in (even, areas.whole))
+    change = np.float32(amount) * whole * (ground - (luma if seen is not face else small))
     values = values + (change if values.ndim == 2 else change[..., None])
     plane[area] = codes_from_values(values, "luma", picture.encoding)
-    tones = feature_tones(luma, (skin, strokes), areas, height)
+    tones = feature_tones(small, (skin, strokes), areas, height)
     share = np.float32(amount * face.opacity)
-    return Features(
-        window, share * areas.whole, tones, face, amount, share * inner_mask(face.box, window) * tones.lit
-    )
+    lit = share * inner_mask(seen.box, inside) * tones.lit
+    return Features(window, share * areas.whole, tones, face, amount, lit)
+
+
+def _reduced(luma: np.ndarray, face: Face, window: Rectangle) -> tuple[Face, Rectangle, np.ndarray]:
+    """Return a face, its window and the window's luma, all at the size at which features are drawn."""
+    factor = max(1.0, face.box.height / MAX_DRAWN_HEIGHT_PX)
+    if factor == 1:
+        return face, window, luma
+    width, height = (round(side / factor) for side in (window.width, window.height))
+    across, down = width / window.width, height / window.height
+    left, top, right, bottom = face.box.moved(-window.left, -window.top)
+    seen = replace(face, box=Box(left * across, top * down, right * across, bottom * down))
+    small = cv2.resize(luma, (width, height), interpolation=cv2.INTER_AREA)
+    return seen, Box(0, 0, width, height), small

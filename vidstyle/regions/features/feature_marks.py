@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vidstyle.regions.features.blurring import enlarged, resized
 from vidstyle.regions.features.feature_lifting import Features
 from vidstyle.regions.features.media import Medium
 from vidstyle.regions.features.screens import screened
@@ -35,26 +36,28 @@ SKIN_SHADE_WEIGHT = 0.5
 MIN_SKIN_LUMA, MAX_LIGHT_FACTOR = 0.34, 3.0
 """Mean luma of lit skin in tones, below which a face gets light, and the largest factor: on black, features
 cannot be darker. Tuned on 20 faces in neon and noir."""
+BRIGHT_LUMA_RANGE = 0.2, 0.5
+"""Luma of what gets less light, and of what gets none, such as glowing tubes."""
 CLEAR_WEIGHT = 0.5
 """How far scan lines are cleared under features."""
 
 
 class FeatureMarks(NamedTuple):
-    """Layers over the page, H x W float32, in this order: coverage, factors, and coverage.
+    """Layers over the page, H x W float32 or None, in this order: coverage, factors, and coverage.
 
     Attributes:
         clear: coverage by even ground.
-        light: factor that lights a dark face; None: 1.
-        factor: factor that darkens features, towards the darkest colour; None: 1.
+        light: factor that lights a dark face.
+        factor: factor that darkens features, towards the darkest colour.
         bright: coverage by the brightest colour of the page, paper or light.
         ink: coverage by the ink of the style.
     """
 
-    clear: np.ndarray
-    light: np.ndarray | None
-    factor: np.ndarray | None
-    bright: np.ndarray
-    ink: np.ndarray
+    clear: np.ndarray | None = None
+    light: np.ndarray | None = None
+    factor: np.ndarray | None = None
+    bright: np.ndarray | None = None
+    ink: np.ndarray | None = None
 
 
 def marks_of(
@@ -75,10 +78,11 @@ def marks_of(
         region: where the style applies, H x W float32, 0..1; None: everywhere.
         raster: dots, squares and lines of the style.
     """
-    weight, skin = each.weight, each.skin
+    weight, skin, shape = each.weight, each.skin, (each.window.height, each.window.width)
     if region is not None:
-        weight, skin = (plane * region[plane_area(each.window, (1, 1))] for plane in (weight, skin))
-    tones, none = each.tones, np.zeros_like(weight)
+        applied = resized(region[plane_area(each.window, (1, 1))], weight.shape)
+        weight, skin = weight * applied, skin * applied
+    tones = each.tones
     cover = np.minimum(weight / np.float32(FULL_INK_WEIGHT), 1)
     change = weight * (tones.tone - 1)
     paper = np.float32(LIGHT_WEIGHT) * weight * tones.light
@@ -86,21 +90,22 @@ def marks_of(
         case Medium.LIGHT_LINES:
             shade = in_steps(np.float32(SHADE_FACTOR) * cover * (1 - tones.tone * tones.shade))
             light = np.float32(SKIN_LIGHT_SHARE) * skin * (1 - shade)
-            light = screened(light, each.window, each.face.box.height, is_dotted=False)
-            light = np.maximum(np.float32(SKIN_LIGHT_WEIGHT) * light, paper)
+            light = screened(enlarged(light, shape), each.window, each.face.box.height, is_dotted=False)
+            light = np.maximum(np.float32(SKIN_LIGHT_WEIGHT) * light, enlarged(paper, shape))
             factor = 1 - np.float32(SKIN_SHADE_WEIGHT) * np.minimum(shade, skin)
-            bright, ink = (none, light) if is_light else (light, none)
-            return FeatureMarks(none, None, factor, bright, ink)
+            return FeatureMarks(factor=factor, **{"ink" if is_light else "bright": light})
         case Medium.INK_OVER_TONES:
-            return FeatureMarks(none, None, 1 + change, none, np.float32(CORE_WEIGHT) * cover * _core(each))
+            return FeatureMarks(factor=1 + change, ink=np.float32(CORE_WEIGHT) * cover * _core(each))
         case Medium.INK:
             shade = in_steps(np.float32(INK_SHADE_FACTOR) * weight * (1 - tones.tone * tones.shade))
-            shade = screened(shade, each.window, each.face.box.height, is_dotted=raster.has_dots)
-            ink = np.maximum(shade, np.float32(INK_WEIGHT) * cover * _core(each))
+            shade = screened(
+                enlarged(shade, shape), each.window, each.face.box.height, is_dotted=raster.has_dots
+            )
+            ink = np.maximum(shade, enlarged(np.float32(INK_WEIGHT) * cover * _core(each), shape))
             clear = np.float32(SKIN_WEIGHT) * np.minimum(weight, skin)
-            return FeatureMarks(clear, None, None, paper, ink)
-    clear = np.float32(CLEAR_WEIGHT) * weight if raster.waves else none
-    return FeatureMarks(clear, _light(luma, skin), 1 + change, none, none)
+            return FeatureMarks(clear, bright=paper, ink=ink)
+    clear = np.float32(CLEAR_WEIGHT) * weight if raster.waves else None
+    return FeatureMarks(clear, _light(resized(luma, skin.shape), skin), 1 + change)
 
 
 def _light(luma: np.ndarray, skin: np.ndarray) -> np.ndarray | None:
@@ -108,12 +113,12 @@ def _light(luma: np.ndarray, skin: np.ndarray) -> np.ndarray | None:
     area = float(skin.sum())
     mean = float((luma * skin).sum()) / area if area else 1.0
     factor = min(MAX_LIGHT_FACTOR, MIN_SKIN_LUMA / max(mean, 1e-3))
-    return 1 + np.float32(factor - 1) * skin if factor > 1 else None
+    return 1 + np.float32(factor - 1) * skin * (1 - _ramp(luma, BRIGHT_LUMA_RANGE)) if factor > 1 else None
 
 
 def _core(each: Features) -> np.ndarray:
     """Return coverage by ink in the darkest parts, without specks."""
-    least = min(SPECK_RATIO * each.face.box.height, MAX_SPECK_PX)
+    least = min(SPECK_RATIO * each.face.box.height, MAX_SPECK_PX) * each.weight.shape[0] / each.window.height
     return without_specks(_ramp(each.tones.dark, CORE_RANGE), least)
 
 

@@ -10,8 +10,8 @@ from vidstyle.regions.rasters import PageRaster
 from vidstyle.style import Style
 
 FACE_RATIOS = 0.26, 0.38
-"""Heights of faces relative to the picture's shorter side. Where all is ink, features are lifted completely
-up to the first; from the second on not at all, as the style draws them well itself."""
+"""Heights of faces relative to the picture's shorter side. Features are lifted completely up to the first;
+from the second on not at all, as the style draws them well itself."""
 
 
 class Medium(Enum):
@@ -23,11 +23,6 @@ class Medium(Enum):
     LIGHT_LINES = "lines lighter than their ground"
     POINTS = "points, squares and letters, which are small in faces"
     GRAIN = "grain of paper, which a threshold covers or leaves bare"
-
-    @property
-    def draws_features(self) -> bool:
-        """Return whether the style draws the features of faces of every size itself."""
-        return self in (Medium.POINTS, Medium.GRAIN)
 
     @classmethod
     def of(cls, style: Style, raster: PageRaster) -> Medium:
@@ -46,8 +41,8 @@ class Medium(Enum):
         Args:
             size_ratio: the height of the face relative to the picture's shorter side.
         """
-        if self is not Medium.INK:
-            return float(not self.draws_features)
+        if self in (Medium.POINTS, Medium.GRAIN):
+            return 0.0
         whole, none = FACE_RATIOS
         return min(1.0, max(0.0, (none - size_ratio) / (none - whole)))
 

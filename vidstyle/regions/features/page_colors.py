@@ -7,6 +7,7 @@ import numpy as np
 
 from vidstyle.core.picture import Picture
 from vidstyle.core.plain_codes import values_from_codes
+from vidstyle.core.sampling import percentiles
 
 MAX_BRIGHT_SAMPLES = 16_384
 """Samples that are measured for the brightest colour, at most."""
@@ -28,7 +29,7 @@ def brightest_color(values: np.ndarray, luma: np.ndarray, share: float) -> np.nd
     every = max(1, round((luma.size / MAX_BRIGHT_SAMPLES) ** 0.5))
     luma = luma[::every, ::every]
     values = cv2.resize(values, luma.shape[::-1], interpolation=cv2.INTER_NEAREST)
-    return np.asarray(values[luma >= np.quantile(luma, 1 - share)].mean(axis=0), np.float32)
+    return np.asarray(values[luma >= percentiles(luma, [100 * (1 - share)])].mean(axis=0), np.float32)
 
 
 def darkest_colors(page: Picture) -> list[np.ndarray]:
@@ -46,7 +47,7 @@ def darkest_colors(page: Picture) -> list[np.ndarray]:
 
     page.map_planes(sample)
     luma = samples[0] if samples[0].ndim == 2 else cv2.transform(samples[0], page.encoding.weights[None])
-    is_dark = luma <= np.quantile(luma, DARK_SHARE)
+    is_dark = luma <= percentiles(luma, [100 * DARK_SHARE])
     share = min(1.0, MAX_DARK_LUMA / max(float(luma[is_dark].mean()), MAX_DARK_LUMA))
     return [np.asarray(share * each[is_dark].mean(axis=0), np.float32) for each in samples]
 

@@ -28,18 +28,24 @@ def screened(shade: np.ndarray, window: Rectangle, height: float, *, is_dotted: 
     """
     pitch = max(MIN_PITCH_PX, PITCH_RATIO * height)
     turn = 2 * np.pi / pitch * np.exp(1j * np.radians(SCREEN_DEGREES))
-    rows = np.arange(window.top, window.top + shade.shape[0], dtype=np.float32)[:, None]
-    columns = np.arange(window.left, window.left + shade.shape[1], dtype=np.float32)
-    first, second = (
-        np.cos(np.float32(wave.real) * columns + np.float32(wave.imag) * rows) for wave in (turn, 1j * turn)
-    )
     edge = EDGE_FACTOR * pitch / 2
+    first = _wave(turn, shade.shape, window)
     if is_dotted:
-        return _inked(shade, (2 - first - second) / 4, edge)
+        return _inked(shade, (2 - first - _wave(1j * turn, shade.shape, window)) / 4, edge)
+    lines = _inked(shade, np.arccos(first) / np.float32(np.pi), edge)
     least, most = CROSSED_RANGE
     crossed = np.clip((shade - np.float32(least)) / np.float32(most - least), 0, 1)
-    lines = ((shade, first), (crossed, second))
-    return np.maximum(*(_inked(each, np.arccos(wave) / np.float32(np.pi), edge) for each, wave in lines))
+    if not crossed.any():
+        return lines
+    second = np.arccos(_wave(1j * turn, shade.shape, window)) / np.float32(np.pi)
+    return np.maximum(lines, _inked(crossed, second, edge))
+
+
+def _wave(turn: complex, shape: tuple[int, ...], window: Rectangle) -> np.ndarray:
+    """Return a wave with its radians per pixel across and down, H x W float32, -1..1."""
+    rows = np.arange(window.top, window.top + shape[0], dtype=np.float32)[:, None]
+    columns = np.arange(window.left, window.left + shape[1], dtype=np.float32)
+    return np.cos(np.float32(turn.real) * columns + np.float32(turn.imag) * rows)
 
 
 def _inked(shade: np.ndarray, order: np.ndarray, edge: float) -> np.ndarray:

@@ -7,6 +7,8 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
+from vidstyle.core.sampling import percentiles
+
 FEATURE_RATIO, STROKE_RATIO, HIGHLIGHT_RATIO = 0.2, 0.1, 0.07
 """Diameters of the discs that fill features such as an eye with its brow, strokes such as a lid, and bright
 parts such as teeth, relative to the face's height."""
@@ -176,7 +178,7 @@ def _lit(skin: np.ndarray, inside: np.ndarray) -> np.ndarray:
 
 def _quantile(values: np.ndarray, share: float) -> float:
     """Return a quantile, of `MAX_QUANTILE_SAMPLES` values at most."""
-    return float(np.quantile(values.ravel()[:: -(-values.size // MAX_QUANTILE_SAMPLES)], share))
+    return float(percentiles(values.ravel()[:: -(-values.size // MAX_QUANTILE_SAMPLES)], [100 * share])[0])
 
 
 def _disc(size: float) -> np.ndarray:
