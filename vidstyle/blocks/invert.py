@@ -7,7 +7,7 @@ from typing import Annotated
 import numpy as np
 
 from vidstyle.block import ResultRows, Slider, block
-from vidstyle.core.kernels import TIE_LIFT
+from vidstyle.core.kernels import TIE_LIFT, compiled, interleaved
 
 
 @block(
@@ -29,7 +29,13 @@ def invert(
 
     Each channel is inverted.
     """
-    np.copyto(out, picture)
-    chosen = picture + TIE_LIFT >= np.float32(above / 255)
-    np.subtract(np.float32(1), picture, out=out, where=chosen)
+    _invert(interleaved(picture), TIE_LIFT, np.float32(above / 255), interleaved(out))
     return out
+
+
+@compiled
+def _invert(values, lift, darkest, out):  # type: ignore[no-untyped-def]
+    for row in range(values.shape[0]):
+        for x in range(values.shape[1]):
+            level = values[row, x]
+            out[row, x] = np.float32(1) - level if level + lift >= darkest else level
