@@ -24,9 +24,14 @@ from vidstyle.design.page import open_page
 from vidstyle.design.page.design_server import DesignServer
 from vidstyle.design.style_list import list_styles
 from vidstyle.errors import UsageError
-from vidstyle.gallery.thumbnail import THUMBNAIL_HEIGHT_PX, THUMBNAIL_WIDTH_PX, shipped_thumbnail
+from vidstyle.gallery.thumbnail import (
+    THUMBNAIL_HEIGHT_PX,
+    THUMBNAIL_WIDTH_PX,
+    restyle_thumbnail,
+    shipped_thumbnail,
+)
 from vidstyle.preview.clip import open_clip
-from vidstyle.preview.representative import representative_frame
+from vidstyle.preview.representative import GLANCE_SIDE_PX, representative_frame
 from vidstyle.style import FIRST_STYLES, load_style, style_names
 
 FOCUSED = """
@@ -183,6 +188,22 @@ def test_the_first_picture_is_served_before_any_frame_is_requested(server: Desig
         picture = np.asarray(Image.open(answer), float)
     exact = server.designer.clip.frame(representative_frame(server.designer.clip))
     assert picture.shape == exact.shape and np.abs(picture - exact).mean() < 6
+
+
+def test_blocks_are_shown_on_the_own_picture(server: DesignServer) -> None:
+    clip = server.designer.clip
+    own = fetch_sample(server, "source")
+    shown = clip.glance(representative_frame(clip), GLANCE_SIDE_PX)
+    assert np.abs(own - restyle_thumbnail(load_style("plain"), shown)).mean() < 6
+    gray = fetch_sample(server, "to_gray")
+    assert np.ptp(gray, axis=2).mean() < 3 < np.ptp(own, axis=2).mean()
+
+
+def fetch_sample(server: DesignServer, name: str) -> np.ndarray:
+    """Return the picture of a block that the server sends, H x W x 3."""
+    opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
+    with opener.open(server.url), opener.open(f"{server.url.partition('/?')[0]}/block.jpg?of={name}") as sent:
+        return np.asarray(Image.open(sent), float)
 
 
 def test_the_first_looks_of_the_list_exist_and_lead_it(tmp_path: Path) -> None:

@@ -365,10 +365,13 @@ def test_by_keyboard_alone_a_look_is_found_kept_compared_and_saved(
     eventually(lambda: chooser.at < at)
     opened.until("document.getElementById('tiles').ariaBusy === 'false'")
     at, count = chooser.at, len(chooser.screens)
-    opened.run("document.querySelector('.take').click(); document.getElementById('back').click()")
-    eventually(lambda: len(chooser.screens) == count + 1, "a look is chosen")
-    eventually(lambda: chooser.at == at, "Back while the next screen is made")
-    opened.until("document.getElementById('tiles').ariaBusy === 'false'")
+    for cancel in ("document.getElementById('back').click()", "document.getElementById('stop').click()"):
+        opened.run(f"document.querySelector('.take').click(); {cancel}")
+        opened.until("document.getElementById('message').textContent === 'Cancelled.'")
+        opened.until("document.getElementById('tiles').ariaBusy === 'false'")
+        opened.run("document.getElementById('message').textContent = ''")
+        assert (chooser.at, len(chooser.screens)) == (at, count), "the search ends, and its screen stays"
+        eventually(lambda: opened.run(READY), "all tiles are shown again")
     press(opened, "?")
     assert opened.run("return document.getElementById('help').open")
     opened.run("document.getElementById('help').close()")

@@ -1,6 +1,8 @@
-"""Thumbnails of blocks for lists and help."""
+"""Thumbnails of blocks on the user's picture, for lists and help."""
 
 from __future__ import annotations
+
+import numpy as np
 
 from vidstyle.blocks import all_blocks
 from vidstyle.gallery.style_samples import style_of_block
@@ -21,9 +23,9 @@ def sample_names() -> list[str]:
     return [SOURCE, *all_blocks()]
 
 
-def block_sample(name: str) -> bytes:
-    """Render the thumbnail of a block, or the untouched picture, as JPEG."""
-    return encode(restyle_thumbnail(_style_of(name)), "jpeg")
+def block_sample(name: str, picture: np.ndarray | None) -> bytes:
+    """Render the thumbnail of a block, or the untouched picture, as JPEG; see `restyle_thumbnail`."""
+    return encode(restyle_thumbnail(_style_of(name), picture), "jpeg")
 
 
 def _style_of(name: str) -> Style:

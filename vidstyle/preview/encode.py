@@ -1,9 +1,10 @@
-"""Encoding of pictures for browsers."""
+"""Encoding of pictures for browsers, and decoding."""
 
 from __future__ import annotations
 
 from typing import Literal
 
+import cv2
 import numpy as np
 
 from vidstyle.media.picture_bytes import jpeg_bytes, png_bytes
@@ -19,3 +20,10 @@ def encode(picture: np.ndarray, format: PictureFormat) -> bytes:
         return jpeg_bytes(picture, JPEG_QUALITY)
     # For local transfer, speed matters more than size; most of a picture with alpha is empty.
     return png_bytes(picture, compression=int(picture.shape[2] == 4))
+
+
+def decode_picture(data: bytes) -> np.ndarray:
+    """Return the picture of a file that `encode` made: H x W x 3 uint8 RGB."""
+    picture = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR_RGB)
+    assert picture is not None
+    return picture

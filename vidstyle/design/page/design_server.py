@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -27,11 +27,10 @@ from vidstyle.errors import InputError, StyleError, VidstyleError
 from vidstyle.export.export_targets import describe_targets
 from vidstyle.gallery.search_words import describe_look
 from vidstyle.preview.clip import Clip
-from vidstyle.preview.encode import encode
+from vidstyle.preview.encode import decode_picture, encode
 from vidstyle.style import load_style
 from vidstyle.style.model import KINDS
 from vidstyle.web.page_server import PageServer, jpeg_response, named_pictures
-from vidstyle.web.server import Handler
 
 STATIC_FOLDER = Path(__file__).parent.with_name("static")
 MAX_PAGES = 3
@@ -75,9 +74,10 @@ class DesignServer(PageServer[DesignView]):
         self.designer, self.session = designer, DesignSession(designer, device)
         self.front, self.documents = front, MadeDocuments()
         self._settling: asyncio.Task[None] | None = None
+        self._samples = named_pictures(sample_names, self._sample)
         handlers = {
             "/glance.jpg": self._glance,
-            "/block.jpg": self._samples(sample_names, block_sample),
+            "/block.jpg": self._send_sample,
             DOCUMENT_PATH: self.documents.serve,
             RENDERED_PATH: RenderedFiles(lambda number: self.queue.finished(number)).serve,
         }
@@ -105,7 +105,6 @@ class DesignServer(PageServer[DesignView]):
                     "category": CATEGORIES[block.category],
                     "help": block.help,
                     "details": block.details,
-                    "picture": f"/block.jpg?of={name}",
                 }
                 for name, block in sorted(all_blocks().items(), key=_place_in_list)
             ]
@@ -146,6 +145,7 @@ class DesignServer(PageServer[DesignView]):
         """Show another clip."""
         old, self.designer.clip = self.designer.clip, clip
         self.session.look_at(clip)
+        self._samples = named_pictures(sample_names, self._sample)
         for page in list(self.browsers):
             await page.show_clip(clip)
         await self.queue.release(old)
@@ -186,8 +186,17 @@ class DesignServer(PageServer[DesignView]):
         except VidstyleError as error:  # reported when the exact frame is requested
             raise web.HTTPNotFound from error
 
-    def _samples(self, names: Callable[[], Iterable[str]], make: Callable[[str], bytes]) -> Handler:
-        return named_pictures(names, lambda name: self.session.picture(make, name))
+    async def _send_sample(self, request: web.Request) -> web.StreamResponse:
+        return await self._samples(request)
+
+    async def _sample(self, name: str) -> bytes:
+        """Return the thumbnail of a block, on the frame that represents the clip."""
+        try:
+            picture = decode_picture(await asyncio.wrap_future(self.session.glance))
+        except VidstyleError:  # reported when the exact frame is requested
+            picture = None
+        data: bytes = await self.session.picture(block_sample, name, picture)
+        return data
 
 
 def _place_in_list(named: tuple[str, Block]) -> tuple[int, str]:

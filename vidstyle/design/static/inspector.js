@@ -88,10 +88,10 @@ export class Inspector {
   /** Shows an example before and after the block, once that is asked for. */
   #showExample() {
     const block = this.step?.block;
-    if (!this.example.open || !block || this.example.dataset.block === block) return;
-    this.example.dataset.block = block;
+    if (!block || !this.example.open || this.example.dataset.picture === this.session.sampleAt(block)) return;
+    this.example.dataset.picture = this.session.sampleAt(block);
     const figures = Object.entries({ source: "Before", [block]: "After, with default values" }).map(([name, text]) =>
-      make("figure", {}, make("img", { src: `/block.jpg?of=${name}`, alt: "" }), make("figcaption", { textContent: text })));
+      make("figure", {}, make("img", { src: this.session.sampleAt(name), alt: "" }), make("figcaption", { textContent: text })));
     const details = this.session.blocks.find(({ name }) => name === block)?.details ?? "";
     this.example.replaceChildren(this.example.children[0], make("div", {}, ...figures), make("p", { className: "help", textContent: details }));
   }

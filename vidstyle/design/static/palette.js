@@ -143,7 +143,7 @@ export class Palette {
 
   /** @param {Block} block */
   #option(block) {
-    const picture = make("img", { src: block.picture, alt: "", loading: "lazy", width: 80, height: 45 });
+    const picture = make("img", { src: this.session.sampleAt(block.name), alt: "", loading: "lazy", width: 80, height: 45 });
     const name = make("b", {}, block.label, make("small", { textContent: block.name }));
     const text = make("div", {}, name, make("span", { textContent: block.help }));
     const option = make("div", { className: "option", id: `block-${block.name}` }, picture, text);

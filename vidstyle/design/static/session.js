@@ -67,6 +67,8 @@ export class Session {
   blocks = [];
   /** @type {import("./types.js").StyleInfo[]} */
   styles = [];
+  /** @type {import("./player.js").Clip | null} */
+  clip = null;
   #gestures = new Gestures();
   /** @type {Map<string, ((value: any) => void)[]>} */
   #listeners = new Map();
@@ -95,6 +97,11 @@ export class Session {
     this.#listeners.set(kind, [...(this.#listeners.get(kind) ?? []), listener]);
   }
 
+  /** Returns the address of the picture of a block on the clip, or of the clip: "source". @param {string} name */
+  sampleAt(name) {
+    return `block.jpg?${new URLSearchParams({ of: name, on: this.clip?.name ?? "" })}`;
+  }
+
   /** Sends the values again that were lost with the connection. @param {import("./socket.js").Loss | null} loss */
   #changed(loss) {
     this.#tell("connection", loss);
@@ -120,6 +127,7 @@ export class Session {
       if (kind === "state") this.state = value;
       if (kind === "blocks") this.blocks = value;
       if (kind === "styles") this.styles = value;
+      if (kind === "clip") this.clip = value;
       this.#tell(kind, value);
     }
   }

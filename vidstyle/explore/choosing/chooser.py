@@ -97,11 +97,12 @@ class Chooser:
     def more_like(self, place: int) -> TileScreen:
         """Choose a tile of the screen, and show similar ones."""
         self._learn(place)
-        taken = self.screen.tiles[place]
-        self.screen.taken = place
+        screen, taken = self.screen, self.screen.tiles[place]
         if taken not in self._favourites:
             self._favourites.append(taken)
-        return self.again(taken)
+        made = self.again(taken)
+        screen.taken = place
+        return made
 
     def again(self, taken: Tile | None = None) -> TileScreen:
         """Show more tiles like `taken`, by default the one in the middle."""

@@ -6,7 +6,7 @@ import itertools
 import threading
 from collections import OrderedDict
 from collections.abc import Sequence
-from concurrent.futures import Future
+from concurrent.futures import CancelledError, Future
 from dataclasses import replace
 from functools import cached_property
 from typing import Any
@@ -62,6 +62,7 @@ class Exploration(Closing):
         references: the pictures whose looks the user wanted, as JPEG, the latest last.
         frames: the frame numbers of the excerpt.
         rate: the frame rate of the excerpt.
+        stopped: whether choices are refused; see `stop`.
         marks: the visible marks of tiles, by tile number; see `visible_marks`.
         glance: the first of these frames in approximate colours, as JPEG, before any kernel is compiled.
     """
@@ -77,6 +78,8 @@ class Exploration(Closing):
         self._faces, self._searching = StillFaces(), threading.Lock()
         self._change = itertools.count()
         self._latest, self._is_closed = -1, False
+        self._awaited: list[Future[Look | None]] = []
+        self.stopped = threading.Event()
         self.on_progress: ProgressCallback = ignore_progress
         self.references: list[bytes] = []
         self.tries: list[bytes] = []
@@ -84,7 +87,7 @@ class Exploration(Closing):
         self._ahead: list[tuple[str, Future[Look | None]]] = []
         self.move_to(self._first_part())
         self.glance = encode(clip.glance(self.frames[0], GLANCE_SIDE_PX), "jpeg")
-        self.chooser = Chooser(self._looks_of, shipped_styles(), seed)
+        self.chooser = Chooser(self._candidate_looks, shipped_styles(), seed)
 
     def close(self) -> None:
         """End the processes."""
@@ -148,17 +151,19 @@ class Exploration(Closing):
             UsageError: the exploration was closed.
         """
         photograph = np.ascontiguousarray(self.clip.frame(self.frames[0], MATCH_SIDE_PX))
-        self.references.append(encode(reduce_picture(wanted, MATCH_SIDE_PX), "jpeg"))
 
         def show() -> None:
-            found = match_styles(wanted, photograph, self._report_unless_closed)
+            found = match_styles(wanted, photograph, self._report_match)
+            self.references.append(encode(reduce_picture(wanted, MATCH_SIDE_PX), "jpeg"))
             self.chooser.show_matches([(each.style, each.words) for each in found[:MATCH_COUNT]])
 
         self._choose(show)
 
-    def _report_unless_closed(self, step: str, done: float, total: float) -> None:
+    def _report_match(self, step: str, done: float, total: float) -> None:
         if self._is_closed:
             raise UsageError("the explorer", "is closed")
+        if self.stopped.is_set():
+            raise CancelledError
         self.on_progress(step, done, total)
 
     def more_like(self, number: int) -> None:
@@ -206,10 +211,21 @@ class Exploration(Closing):
             raise UsageError("screen", f"there is no screen {screen}")
         self._choose(lambda: setattr(self.chooser, "at", screen))
 
+    def stop(self) -> None:
+        """Stop making a screen: its choice raises UsageError, and the present screen stays."""
+        self.stopped.set()
+        for future in self._awaited:
+            future.cancel()
+
     def _choose(self, action: Any) -> None:
         with self._turn:
             self._stop_looking_ahead()
-            action()
+            try:
+                action()
+            except CancelledError:
+                raise UsageError("the search", "was cancelled") from None
+            finally:
+                self._awaited = []
             self._see_marks()
         self._look_ahead()
 
@@ -226,6 +242,17 @@ class Exploration(Closing):
     # Looks
 
     def _looks_of(self, styles: Sequence[Style]) -> list[Look | None]:
+        return [future.result() for future in self._request_looks(styles)]
+
+    def _candidate_looks(self, styles: Sequence[Style]) -> list[Look | None]:
+        """Like `_looks_of`, for a screen, which `stop` cancels."""
+        self._awaited = self._request_looks(styles)
+        if self.stopped.is_set():
+            self.stop()
+        return [future.result() for future in self._awaited]
+
+    def _request_looks(self, styles: Sequence[Style]) -> list[Future[Look | None]]:
+        """Request looks, and report how many are there."""
         # Styles with few steps first: if no kernel is compiled yet, something is seen early.
         order = sorted(range(len(styles)), key=lambda place: len(styles[place].steps))
         futures = {place: self._request_look(styles[place], NOW)[1] for place in order}
@@ -238,7 +265,7 @@ class Exploration(Closing):
         report()
         for future in futures.values():
             future.add_done_callback(report)
-        return [futures[place].result() for place in range(len(styles))]
+        return [futures[place] for place in range(len(styles))]
 
     def _keep_try(self, finished: Future[Look | None]) -> None:
         """Keep the picture of a candidate until there is a first screen."""

@@ -97,6 +97,7 @@ class ExploreServer(PageServer["ExploreConnection"]):
 
     async def choose(self, action: Callable[..., Any], *values: Any) -> Any:
         """Call a method of the exploration, then send the state, even if the browser has disconnected."""
+        self.exploration.stopped.clear()
 
         def work() -> Any:
             result = action(*values)
@@ -247,8 +248,14 @@ class ExploreConnection(PageConnection):
             )  # fmt: skip
         return str(path)
 
+    @message(in_background=True)  # in the order of the messages: after the choice that it stops
+    async def stop(self) -> None:
+        """Stop the search for the next screen."""
+        self._exploration.stop()
+
     @message
     async def cancel(self) -> None:
+        """Stop rendering."""
         self._server.job.cancel()
 
     @message(in_background=True)

@@ -35,8 +35,10 @@ let state = { at: 0, tiles: [], taken: null, back: false, forward: false, near: 
 let compared = null;
 /** Whether a new screen is being made. */
 let busy = false;
-/** The screen to show as soon as that is made. @type {number | null} */
+/** The screen to show as soon as the search has ended. @type {number | null} */
 let wanted = null;
+/** Whether the user has cancelled the search. */
+let isStopped = false;
 
 /** Announces a message to screen readers. @param {string} text @param {boolean} [visible] whether to show it for a few seconds as well */
 const say = (text, visible = true) => announce(get("message"), text, { visible });
@@ -119,7 +121,7 @@ async function showSource() {
   const picture = await fetchPicture("glance.jpg").catch(() => null);
   get("opening").hidden = true;
   if (!picture) return;
-  if (!state.tiles.length && shownTries < 5) tiles.sketch(4, picture, "Original");
+  if (!state.tiles.length && shownTries < 5) tiles.sketch(4, picture, "Original", true);
   picture.close();
 }
 
@@ -132,7 +134,7 @@ async function showTries(count) {
     const place = shownTries;
     const picture = await fetchPicture(`tried.jpg?number=${shownTries++}`).catch(() => null);
     if (!picture || state.tiles.length) return;
-    tiles.sketch(place, picture, "Draft");
+    tiles.sketch(place, picture, "Candidate");
     picture.close();
   }
 }
@@ -149,7 +151,8 @@ function leadOf({ tiles: [first, , , , middle] }) {
 function showLead([heading, more] = leadOf(state)) {
   get("hint").textContent = heading;
   get("hint-more").textContent = more;
-  get("screen-progress").hidden = !busy && state.tiles.length > 0;
+  get("search").hidden = !busy && state.tiles.length > 0;
+  get("stop").hidden = !state.tiles.length;
 }
 
 /** Shows the progress of the next screen. @param {{step: string, done: number, total: number, shown: number}} tried */
@@ -279,20 +282,27 @@ const connection = new Connection({
 
 const STAYING = "The present looks stay until the next ones are found.";
 
+/** Stops the search for the next screen. */
+function stop() {
+  if (!busy || isStopped) return;
+  isStopped = true;
+  connection.ask("stop").catch((error) => say(error.message));
+}
+
 /** Requests another screen. @param {string} kind @param {object} [fields] @param {[string?, string?]} lead the heading and the text to show while it is made */
 const ask = (kind, fields, ...lead) => change(() => connection.ask(kind, fields), ...lead);
 
 /** Makes another screen, one at a time. @param {() => Promise<any>} request @param {string} [heading] names the next screen @param {string} [more] text to show until it is there */
 async function change(request, heading = "One moment…", more = STAYING) {
   if (busy) return;
-  busy = true;
+  [busy, isStopped] = [true, false];
   showBack();
   showLead([heading, more]);
   get("tiles").setAttribute("aria-busy", "true");
   try {
     await request();
   } catch (error) {
-    say(/** @type {Error} */ (error).message);
+    say(isStopped ? "Cancelled." : /** @type {Error} */ (error).message);
     tiles.show(state.tiles, new Set(state.stars.map(({ tile }) => tile)));
   }
   get("tiles").setAttribute("aria-busy", "false");
@@ -306,11 +316,11 @@ async function change(request, heading = "One moment…", more = STAYING) {
   if (screen !== null) await show(screen);
 }
 
-/** Shows a screen, while another one is being made after that. @param {number} screen */
+/** Shows a screen, and stops the search for another one before. @param {number} screen */
 function show(screen) {
   if (busy) {
     wanted = screen;
-    showLead(["Going back…", "As soon as the present search ends."]);
+    stop();
   } else if (screen !== state.at) ask("jump", { screen });
 }
 
@@ -397,6 +407,7 @@ get("back").onclick = back;
 get("forward").onclick = () => ask("forward");
 addEventListener("popstate", ({ state: entry }) => entry && show(entry.screen));
 get("fresh").onclick = fresh;
+get("stop").onclick = stop;
 const help = /** @type {HTMLDialogElement} */ (get("help"));
 get("ask").onclick = () => help.showModal();
 get("play").onclick = togglePlay;
@@ -411,6 +422,7 @@ const KEYS = {
   Backspace: back,
   ".": () => ask("forward"),
   [SHARED_KEYS.next]: fresh,
+  Escape: stop,
   m: () => reference.choose(),
   a: () => state.tiles[4]?.kind === "chosen" && ask("again", {}, MORE),
   [SHARED_KEYS.save]: () => withCurrent(star),

@@ -14,6 +14,7 @@ import { nameOf, rootOf, summaryOf } from "./tiles.js";
 
 /** Words of the button that saves, and of it when the file exists. */
 const [SAVE, REPLACE] = ["Save look", "Replace"];
+const MAX_NAME_LENGTH = 40;
 const LAYER_NAMES = { base: "First", background: "Background", lines: "Lines" };
 const canvas = /** @type {HTMLCanvasElement} */ (get("large"));
 const dialog = /** @type {HTMLDialogElement} */ (get("lightbox"));
@@ -121,7 +122,7 @@ export class Lightbox {
     get("targets").replaceChildren(...clip.targets.map(({ kind, title, use, help }) => make("button", { onclick: () => this.export(kind) }, make("b", { textContent: title }), make("span", { textContent: `${use}.` }), make("span", { className: "quiet", textContent: `A .${kind} file: ${help}` }))));
     /** @type {HTMLDetailsElement} */ (get("exports")).open = false;
     this.#showRender(clip);
-    /** @type {HTMLInputElement} */ (get("name")).value = "";
+    /** @type {HTMLInputElement} */ (get("name")).value = nameOf(tile).toLowerCase().replace(/[^a-z0-9]+/g, "-").replace(/^-|-$/g, "").slice(0, MAX_NAME_LENGTH);
     get("outcome").textContent = "";
     get("save").textContent = SAVE;
     this.#mark();
@@ -380,6 +381,7 @@ export class Lightbox {
       event.preventDefault();
       this.save();
     });
+    get("name").addEventListener("focus", () => /** @type {HTMLInputElement} */ (get("name")).select());
     get("name").addEventListener("input", () => (get("save").textContent = SAVE));
     get("render").onclick = () => this.render();
     get("cancel").onclick = () => this.handlers.ask("cancel");

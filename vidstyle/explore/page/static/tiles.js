@@ -12,6 +12,8 @@ const MIN_WIDTH_PX = 480;
 /** Lower tiles would not show a look; the stage scrolls. */
 const MIN_HEIGHT_PX = 96;
 const GAP_PX = 12;
+/** What a tile says until it is drawn at its size. */
+const DRAFT = "Rendering…";
 /** Names of looks have this space, if the stage has it, below pictures that are narrower. */
 const MIN_NAME_WIDTH_PX = 300;
 
@@ -56,6 +58,8 @@ export class Tiles {
   shown = [];
   /** Whether the picture of the chosen tile is in the middle already, before its screen has arrived. */
   #isMoved = false;
+  /** Moves that picture, after the animation. @type {ReturnType<typeof setTimeout> | undefined} */
+  #moving;
 
   /**
    * @param {HTMLElement} element
@@ -68,7 +72,7 @@ export class Tiles {
     this.element = element;
     this.cells = Array.from({ length: TILE_COUNT }, (_, place) => {
       const canvas = make("canvas", { width: 16, height: 9 });
-      const draft = make("span", { className: "tag", textContent: "Draft" });
+      const draft = make("span", { className: "tag spinning", textContent: DRAFT });
       const take = make("button", { className: "take", disabled: true, onclick: () => ontake(place) }, canvas, draft);
       take.setAttribute("aria-keyshortcuts", String(place + 1));
       take.setAttribute("aria-label", `Tile ${place + 1}, not ready`);
@@ -86,13 +90,14 @@ export class Tiles {
     });
   }
 
-  /** Shows a picture in a tile that is not ready. @param {number} place @param {ImageBitmap} picture @param {string} tag says what it is */
-  sketch(place, picture, tag) {
+  /** Shows a picture in a tile that is not ready. @param {number} place @param {ImageBitmap} picture @param {string} tag says what it is @param {boolean} [isExact] */
+  sketch(place, picture, tag, isExact = false) {
     const { cell, canvas, draft } = this.cells[place];
     draft.textContent = tag;
     resize(canvas, [picture.width, picture.height]);
     canvas.getContext("2d")?.drawImage(picture, 0, 0);
     cell.classList.add("sketched");
+    cell.classList.toggle("exact", isExact);
   }
 
   /**
@@ -101,6 +106,7 @@ export class Tiles {
    * @param {Set<number>} kept
    */
   show(tiles, kept) {
+    clearTimeout(this.#moving); // a search that was cancelled at once
     const before = this.shown;
     this.shown = tiles;
     this.element.classList.remove("leaving");
@@ -111,8 +117,8 @@ export class Tiles {
         cell.classList.add("waiting", "draft");
         this.#preview(place);
       }
-      draft.textContent = "Draft";
-      cell.classList.remove("sketched");
+      draft.textContent = DRAFT;
+      cell.classList.remove("sketched", "exact");
       cell.classList.toggle("chosen", tile.kind === "chosen");
       name.textContent = name.title = nameOf(tile);
       summary.textContent = summaryOf(tile);
@@ -204,8 +210,7 @@ export class Tiles {
     const [from, to] = [this.cells[place].canvas, this.cells[4].canvas];
     const { name, summary } = this.cells[4];
     const chosen = this.shown[place];
-    setTimeout(() => {
-      if (this.shown[place] !== chosen) return;
+    this.#moving = setTimeout(() => {
       this.#isMoved = true;
       [name.textContent, name.title, summary.textContent] = ["Your choice", "", chosen.look];
       this.cells[4].cell.classList.remove("waiting");
