@@ -9,6 +9,9 @@ import { Viewer } from "./viewer.js";
 
 /** @typedef {import("./viewer.js").StyleData} StyleData */
 
+/** Part of the example that is left as it was. */
+const EXAMPLE_SPLIT = 0.4;
+
 /** Puts the shared texts and textures into the plans. */
 function readData() {
   /** @type {StyleData & {shaders: string[], textures: import("./runner.js").Plan["textures"]}} */
@@ -47,6 +50,7 @@ async function showExample(viewer) {
   if (viewer.source.picture) return; // opened meanwhile
   viewer.source.show(picture);
   viewer.prepare(restyled);
+  viewer.compare(EXAMPLE_SPLIT);
   document.body.classList.add("empty", "example");
 }
 

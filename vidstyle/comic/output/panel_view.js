@@ -47,6 +47,8 @@ export class PanelView {
       get(id).prepend(icon(name));
       get(id).addEventListener("click", () => this.#show(this.#at + by));
     }
+    get("read").prepend(icon("enlarge"));
+    get("read").addEventListener("click", () => this.#open(this.#at));
     get("panel-turn").prepend(icon("turn"));
     get("panel-turn").addEventListener("click", () => {
       this.#isTurned = !this.#isTurned;

@@ -208,6 +208,7 @@ export class Viewer {
     clearTimeout(this.#refining);
     this.#movingSide = this.#fastSide;
     this.#wait(DRAWING);
+    if (document.body.matches(".example")) this.compare(null);
     document.body.classList.remove("empty", "example");
     get("back").hidden = true;
     get("film").hidden = !this.source.film;
@@ -319,7 +320,13 @@ export class Viewer {
     get(on ? "open" : "again").focus();
   }
 
-  #compare() {
+  /** Divides the picture: on the left of this fraction of its width, the original; null: nowhere. @param {number | null} split */
+  compare(split) {
+    this.#styled.divider.move(split);
+    press(get("compare"), split !== null);
+  }
+
+  #toggleCompare() {
     this.#styled.divider.toggle();
     press(get("compare"), this.#styled.divider.split !== null);
   }
@@ -356,7 +363,7 @@ export class Viewer {
       play: () => this.source.toggle(),
       save: () => this.#save(),
       record: () => this.#record(),
-      compare: () => this.#compare(),
+      compare: () => this.#toggleCompare(),
       link: () => this.#copyLink(),
       ask: () => /** @type {HTMLDialogElement} */ (get("keys")).showModal(),
     };
