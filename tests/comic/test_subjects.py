@@ -14,7 +14,7 @@ from face_network import FACE, red_finder
 from media import photograph
 from stories import PLACES, shot, view, write_film
 
-from vidstyle.comic.analyze.action import add_actions, subject_difference
+from vidstyle.comic.analyze.action import add_actions, cut_share, subject_difference
 from vidstyle.comic.analyze.face_search import add_faces, follow_faces
 from vidstyle.comic.analyze.features import Foreground, Survey, add_saliency, extract_features
 from vidstyle.comic.analyze.film import open_film
@@ -284,3 +284,11 @@ def test_letterbox_bars_are_removed(tmp_path: Path) -> None:
     assert content_area(night) == (slice(0, 144), slice(0, 256))
     assert content_area(np.zeros_like(night)) == (slice(0, 144), slice(0, 256))
     assert content_area(night, is_photograph=True) == (slice(41, 144), slice(0, 256))
+
+
+def test_an_edge_that_takes_the_head_counts_more() -> None:
+    person = np.zeros((32, 48), bool)
+    person[0:18, 20:24] = True
+    upside_down = person[::-1]
+    assert cut_share(person) == pytest.approx(2 * cut_share(upside_down))
+    assert cut_share(np.roll(person, 5, axis=0)) == 0

@@ -101,7 +101,11 @@ def test_clutter_and_soft_pictures_are_removed() -> None:
     assert prune([*calm, with_slopes(other, 6)], 0) == calm
     assert len(prune([*calm, with_slopes(face, 6)], 0)) == 5
     assert len(prune([with_slopes(each, 6) for each in (*calm, other)], 0)) == 4
-    assert prune([*calm, with_slopes(other, 2, sharpness=0.1)], 0) == calm
+    soft = with_slopes(other, 2, sharpness=0.1)
+    assert prune([*calm, soft], 0) == calm
+    walker = Foreground(np.eye(32, 48, dtype=bool), Box(60, 40, 200, 130), 1.0, 0.0, False)
+    assert len(prune([*calm, replace(soft, action=walker, resolution=300.0)], 0)) == 5
+    assert prune([*calm, replace(soft, action=walker, resolution=300.0, motion=0.2)], 0) == calm
 
 
 def test_one_place_is_enough_next_to_three_people() -> None:

@@ -40,6 +40,8 @@ _SUBJECT_BOX_SHARE = 0.95
 """Share of the subject that its box contains; the subject may be in several places."""
 _FULL_DIFFERENCE_SHARE = 0.03
 """Share of the picture that two subjects cover together from which their difference counts fully."""
+_TOP_EDGE_FACTOR = 2.0
+"""How much more a cut by the upper edge counts than one by another edge: it takes the head."""
 _GONE_SUBJECT_RATIO = 0.12
 """The subject is gone if it covers less than this fraction of its usual area in the shot."""
 
@@ -160,8 +162,7 @@ def _subject(color: np.ndarray, background: np.ndarray) -> tuple[np.ndarray, flo
 def _foreground(candidate: Candidate, change: np.ndarray, most: float) -> Foreground:
     places = change > 0
     area = float(places.mean())
-    edges = (places[0], places[-1], places[:, 0], places[:, -1])
-    at_edge = max(float(edge.sum()) for edge in edges) / max(1.0, float(np.sqrt(places.sum())))
+    at_edge = cut_share(places)
     height, width = candidate.shape
     rows, columns = places.shape
     whole = Box[float](0, 0, columns, rows)
@@ -169,6 +170,11 @@ def _foreground(candidate: Candidate, change: np.ndarray, most: float) -> Foregr
     box = held.padded(1, 1, 1).intersection(whole)
     across, down = width / columns, height / rows
     inside = Box(box.left * across, box.top * down, box.right * across, box.bottom * down)
-    return Foreground(
-        places, inside, min(1.0, area / most), min(1.0, at_edge), area < _GONE_SUBJECT_RATIO * most
-    )
+    return Foreground(places, inside, min(1.0, area / most), at_edge, area < _GONE_SUBJECT_RATIO * most)
+
+
+def cut_share(places: np.ndarray) -> float:
+    """Return how much of a subject with this mask, H x W bool, the picture's edges cut off, 0..1."""
+    top, *others = (float(edge.sum()) for edge in (places[0], places[-1], places[:, 0], places[:, -1]))
+    longest = max(_TOP_EDGE_FACTOR * top, *others)
+    return min(1.0, longest / max(1.0, float(np.sqrt(places.sum()))))

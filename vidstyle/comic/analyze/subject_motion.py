@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
+from vidstyle.comic.analyze.action import cut_share
 from vidstyle.comic.analyze.features import Candidate, Foreground
 from vidstyle.comic.analyze.similarity import THUMBNAIL_SIZE
 from vidstyle.regions.boxes import Box
@@ -206,10 +207,8 @@ def _subject(candidate: Candidate, mask: np.ndarray | None) -> Foreground | None
     held = held.padded(_BOX_MARGIN_PX, _BOX_MARGIN_PX, _BOX_MARGIN_PX).intersection(whole)
     across, down = width / shown.shape[1], height / shown.shape[0]
     box = Box(held.left * across, held.top * down, held.right * across, held.bottom * down)
-    edges = shown[0], shown[-1], shown[:, 0], shown[:, -1]
-    cut = max(float(edge.sum()) for edge in edges) / max(1.0, float(np.sqrt(shown.sum())))
     places = cv2.resize(shown.astype(np.uint8), THUMBNAIL_SIZE, interpolation=cv2.INTER_AREA) > 0
-    return Foreground(places, box, 1.0, min(1.0, cut), is_gone=False)
+    return Foreground(places, box, 1.0, cut_share(shown), is_gone=False)
 
 
 def _within_picture(mask: np.ndarray, candidate: Candidate) -> np.ndarray:

@@ -53,6 +53,8 @@ _MIN_SHARPNESS_RATIO = 0.6
 """Sharpness relative to the median of the panels below which one is soft."""
 _MAX_SOFT_RESOLUTION_PX, _MAX_SOFT_RESOLUTION_RATIO = 225.0, 0.7
 """A picture is too soft for any panel below the first value, if another one has so much more detail."""
+_MAX_STILL_MOTION = 0.05
+"""Motion up to which a picture with a moving subject is soft because of its camera, not blurred by motion."""
 
 # Murk.
 _MIN_CLARITY_RATIO, _MAX_MURK_LIGHT = 0.5, 0.4
@@ -175,9 +177,22 @@ def _find_soft(key_frames: Sequence[Candidate]) -> int | None:
     soft = [
         number
         for number, each in enumerate(key_frames)
-        if each.sharpness < limit and not each.forced and not _is_sharp_close_up(each)
+        if each.sharpness < limit
+        and not (each.forced or _is_sharp_close_up(each) or _is_still_with_subject(each))
     ]
     return min(soft, key=lambda number: key_frames[number].sharpness, default=None)
+
+
+def _is_still_with_subject(candidate: Candidate) -> bool:
+    """Whether a frame shows a subject in front of a still camera, and is not blurred by its motion.
+
+    The films of some cameras are soft throughout, though everything in them can be recognized.
+    """
+    return (
+        candidate.action is not None
+        and candidate.motion <= _MAX_STILL_MOTION
+        and candidate.resolution >= _MAX_SOFT_RESOLUTION_PX
+    )
 
 
 def _find_coarse(key_frames: Sequence[Candidate]) -> int | None:
