@@ -10,11 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from tools.fuzz import FOUND, keep
+from tools.fuzz import FOUND, save_finding
 from tools.fuzzing.attempts import attempt
-from tools.fuzzing.cases import KINDS, Case, mutated
-from tools.fuzzing.originals import whole_files
-from tools.fuzzing.processes import MAX_MEMORY, BrokenPromiseError
+from tools.fuzzing.cases import KINDS, Case, make_file
+from tools.fuzzing.originals import write_originals
+from tools.fuzzing.processes import MAX_MEMORY_BYTES, BrokenPromiseError
 from tools.fuzzing.worker import Worker
 from vidstyle.errors import InputError, VidstyleError
 
@@ -41,7 +41,7 @@ def fail(*_: Path) -> None:
 
 
 def fill(*_: Path) -> None:
-    bytearray(MAX_MEMORY + 2**24)
+    bytearray(MAX_MEMORY_BYTES + 2**24)
 
 
 def lose_frames(*_: Path) -> None:
@@ -78,11 +78,11 @@ def test_what_a_file_does_is_noticed(trial: Callable[[Path, Path], None], outcom
     "kind", [pytest.param("film", marks=SLOW), *(each for each in KINDS if each != "film")]
 )
 def test_a_seed_finds_the_same_again(kind: str, tmp_path: Path) -> None:
-    whole = [whole_files(folder, [kind]) for folder in (tmp_path / "one", tmp_path / "other")]
+    whole = [write_originals(folder, [kind]) for folder in (tmp_path / "one", tmp_path / "other")]
     for number in range(20):
-        assert mutated(kind, 7, number, whole[0]) == mutated(kind, 7, number, whole[1])
+        assert make_file(kind, 7, number, whole[0]) == make_file(kind, 7, number, whole[1])
 
 
 def test_a_find_is_kept_as_a_file(tmp_path: Path) -> None:
-    keep(Case("page", 7, 3), "crash", {}, tmp_path)
-    assert (tmp_path / "page-7-3.page.toml").read_bytes() == mutated("page", 7, 3, {})[1]
+    save_finding(Case("page", 7, 3), "crash", {}, tmp_path)
+    assert (tmp_path / "page-7-3.page.toml").read_bytes() == make_file("page", 7, 3, {})[1]

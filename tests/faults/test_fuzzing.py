@@ -15,26 +15,26 @@ import tomlkit
 from onnx_model import negative
 from PIL import Image
 
-from tools.fuzzing.arrays import VIEWS, native
+from tools.fuzzing.arrays import VIEWS, to_native
 from tools.fuzzing.attempts import attempt
-from tools.fuzzing.cases import mutated
-from tools.fuzzing.commands import check
-from tools.fuzzing.film_times import TIMED, joined, with_jump
+from tools.fuzzing.cases import make_file
+from tools.fuzzing.commands import check_end
+from tools.fuzzing.film_times import TIMED, concatenate, shift_times
 from tools.fuzzing.formats import FAMILIES
-from tools.fuzzing.frame_counts import check_frames, ffmpeg_frames
-from tools.fuzzing.kernel_caches import spoil
-from tools.fuzzing.metadata import PLACERS, profile, with_metadata
-from tools.fuzzing.originals import whole_files
+from tools.fuzzing.frame_counts import check_frames, count_ffmpeg_frames
+from tools.fuzzing.kernel_caches import damage_files
+from tools.fuzzing.metadata import PLACERS, add_metadata, profile
+from tools.fuzzing.originals import write_originals
 from tools.fuzzing.pages import CUE_FILE
 from tools.fuzzing.processes import BrokenPromiseError, Ended, run_apart, run_here
-from tools.fuzzing.restructure import restructured
-from tools.fuzzing.structure import shelves
+from tools.fuzzing.restructure import restructure
+from tools.fuzzing.structure import part_lists
 from vidstyle.errors import InputError, VidstyleError
 
 
 @pytest.fixture(scope="module")
 def originals(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    whole = whole_files(tmp_path_factory.mktemp("originals"), ["film", "picture"])
+    whole = write_originals(tmp_path_factory.mktemp("originals"), ["film", "picture"])
     return {path.name: path for paths in whole.values() for path in paths}
 
 
@@ -68,7 +68,7 @@ def test_a_file_is_read_as_its_parts_and_written_again(
     path = originals[name]
     family, content = FAMILIES[path.suffix], path.read_bytes()
     parts = family.read(content)
-    found = {part.name for shelf in shelves(parts) for part in shelf}
+    found = {part.name for siblings in part_lists(parts) for part in siblings}
     assert set(PARTS[name]) <= found
     before, after = frames(content, tmp_path / name), frames(family.write(parts), tmp_path / name)
     assert len(before) == len(after) > 0
@@ -80,7 +80,7 @@ def test_a_file_is_read_as_its_parts_and_written_again(
 def test_structures_are_changed_in_many_ways(name: str, originals: dict[str, Path]) -> None:
     path = originals[name]
     content, family = path.read_bytes(), FAMILIES[path.suffix]
-    made = {restructured(Random(seed), content, family, content) for seed in range(100)}
+    made = {restructure(Random(seed), content, family, content) for seed in range(100)}
     assert len(made) > 40
     assert {len(each) > len(content) for each in made} == {True, False}
 
@@ -90,7 +90,7 @@ def test_times_jump_by_hours(suffix: str, originals: dict[str, Path], tmp_path: 
     content = originals[f"film{suffix}"].read_bytes()
     longest = 0.0
     for seed in range(40):
-        (tmp_path / f"film{suffix}").write_bytes(with_jump(Random(seed), content, suffix))
+        (tmp_path / f"film{suffix}").write_bytes(shift_times(Random(seed), content, suffix))
         try:
             with av.open(str(tmp_path / f"film{suffix}")) as container:
                 times = [
@@ -108,7 +108,7 @@ def test_films_are_joined_with_other_pids(originals: dict[str, Path], tmp_path: 
     path.write_bytes(b"".join(contents))
     with av.open(str(path)) as container:
         assert len(container.streams.video) == 2
-    assert {joined(Random(seed), contents) for seed in range(20)} >= {b"".join(contents)}
+    assert {concatenate(Random(seed), contents) for seed in range(20)} >= {b"".join(contents)}
 
 
 @pytest.mark.filterwarnings("ignore")  # Pillow warns of damaged metadata
@@ -119,7 +119,7 @@ def test_metadata_is_where_readers_look_for_it(
     name = {".png": "rgb.png", ".jpg": "progressive.jpg", ".webp": "lossy.webp", ".tif": "plain.tif"}[suffix]
     content, has_profile, turns = originals[name].read_bytes(), False, set[object]()
     for seed in range(100):
-        (tmp_path / name).write_bytes(with_metadata(Random(seed), content, suffix))
+        (tmp_path / name).write_bytes(add_metadata(Random(seed), content, suffix))
         try:
             with Image.open(tmp_path / name) as picture:
                 has_profile |= picture.info.get("icc_profile") == profile()
@@ -132,7 +132,7 @@ def test_metadata_is_where_readers_look_for_it(
 @pytest.mark.parametrize("view", VIEWS)
 def test_views_have_the_values_of_their_native_copies(view: Callable[[np.ndarray], np.ndarray]) -> None:
     made = view(np.random.default_rng(1).uniform(size=(6, 7, 3)).astype(np.float32))
-    copy = native(made)
+    copy = to_native(made)
     np.testing.assert_array_equal(copy, made)
     assert copy.flags.c_contiguous and copy.dtype.isnative
 
@@ -156,15 +156,15 @@ def test_a_command_must_keep_to_the_rules(
     for name in written:
         (tmp_path / name).touch()
     with pytest.raises(BrokenPromiseError, match=wrong):
-        check(Ended(exit_code, lines, ""), tmp_path)
+        check_end(Ended(exit_code, lines, ""), tmp_path)
 
 
 def test_a_command_that_keeps_to_the_rules_is_accepted(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="was refused: no film"):
-        check(Ended(3, ["no film"], ""), tmp_path)
+        check_end(Ended(3, ["no film"], ""), tmp_path)
     (tmp_path / "out.mkv").touch()
-    check(Ended(0, [], ""), tmp_path)
-    check(Ended(4, ["damaged"], ""), tmp_path)
+    check_end(Ended(0, [], ""), tmp_path)
+    check_end(Ended(4, ["damaged"], ""), tmp_path)
 
 
 @pytest.mark.parametrize("kind", ["cue", "network"])
@@ -177,7 +177,7 @@ def test_cue_files_and_networks_are_used_as_films_are(tmp_path: Path, kind: str)
         (folder := tmp_path / str(number)).mkdir()
         with pytest.raises(VidstyleError) if number else nullcontext():
             attempt(path, folder)
-    first, second = ([mutated(kind, 5, number, {}) for number in range(5)] for _ in range(2))
+    first, second = ([make_file(kind, 5, number, {}) for number in range(5)] for _ in range(2))
     assert first == second and len({*first, whole}) > 4
 
 
@@ -192,7 +192,7 @@ def test_programs_are_run_and_judged(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_missing_frames_are_noticed(originals: dict[str, Path]) -> None:
-    if not ffmpeg_frames(originals["film.mkv"]):
+    if not count_ffmpeg_frames(originals["film.mkv"]):
         pytest.skip("ffprobe is not installed")
     check_frames(originals["film.mkv"], 10)
     with pytest.raises(BrokenPromiseError, match="fewer frames: 9 of 10"):
@@ -202,7 +202,7 @@ def test_missing_frames_are_noticed(originals: dict[str, Path]) -> None:
 def test_a_recording_that_follows_another_counts(originals: dict[str, Path], tmp_path: Path) -> None:
     path = tmp_path / "joined.ts"
     path.write_bytes(originals["film.ts"].read_bytes() + originals["other-pids.ts"].read_bytes())
-    assert ffmpeg_frames(path) in (0, 20)
+    assert count_ffmpeg_frames(path) in (0, 20)
 
 
 def test_caches_are_damaged(tmp_path: Path) -> None:
@@ -211,7 +211,7 @@ def test_caches_are_damaged(tmp_path: Path) -> None:
         files = [tmp_path / f"{seed}-{number}.o" for number in range(3)]
         for file in files:
             file.write_bytes(file.name.encode() * 100)
-        spoil(Random(seed), files)
+        damage_files(Random(seed), files)
         faults |= {
             "link" if file.is_symlink() else "folder" if file.is_dir() else "lost" if not file.exists()
             else "bytes" if file.read_bytes() != file.name.encode() * 100 else ""

@@ -20,7 +20,7 @@ from media import alpha_ramp, make_clip, make_picture, moving_frames, rms_error
 from PIL import Image
 from waiting import eventually
 
-from tools.pictures.progression import progression
+from tools.pictures.progression import render_progression
 from vidstyle.assets import asset_folder
 from vidstyle.cli import browser, main
 from vidstyle.errors import InputError
@@ -301,7 +301,7 @@ def test_a_style_is_shown_step_by_step() -> None:
     style = Style(
         "s", paper="#ffeedd", base=(bright, gray), background=(tones,), lines=(Step("", save="x"), *lines)
     )
-    stages = list(progression(source, style))
+    stages = list(render_progression(source, style))
     assert [(stage.layer, stage.name) for stage in stages] == [
         ("", "source"),
         ("base", "brightness"),
@@ -327,7 +327,7 @@ def test_a_style_is_shown_step_by_step() -> None:
 @pytest.mark.parametrize("name", of_the_day(style_names(), 8))
 def test_every_shipped_style_can_be_shown_step_by_step(name: str) -> None:
     style = load_style(name)
-    stages = list(progression(picture((96, 54)), style))
+    stages = list(render_progression(picture((96, 54)), style))
     assert len(stages) == 2 + sum(bool(step.block) for step in style.steps)
 
 

@@ -117,4 +117,4 @@ def test_a_tool_can_be_imported(tool: Path, monkeypatch: pytest.MonkeyPatch) -> 
 
 def test_the_gallery_shows_the_current_styles() -> None:
     shown = (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")
-    assert shown == gallery.page(gallery.styles_in_order(), "gallery")
+    assert shown == gallery.format_page(gallery.sort_styles(), "gallery")

@@ -1,4 +1,4 @@
-"""The parts of `tools/fuzz.py`: what cases are made from, how they are damaged, used and judged."""
+"""Parts of `tools/fuzz.py`: originals, damage, attempts to use the files, and checks of the outcome."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a file is used, by the ending of its name."""
+"""Use a file according to the ending of its name."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import numpy as np
 from media import moving_frames
 from PIL import Image
 
-from tools.fuzzing.arrays import VIEWS, native
+from tools.fuzzing.arrays import VIEWS, to_native
 from tools.fuzzing.commands import (
     ALLOWED_EXIT_CODES,
     PAGE_ENDINGS,
@@ -25,7 +25,7 @@ from tools.fuzzing.commands import (
 )
 from tools.fuzzing.frame_counts import check_frames, check_refusal
 from tools.fuzzing.kernel_caches import try_cache
-from tools.fuzzing.originals import SIZE
+from tools.fuzzing.originals import PICTURE_SIZE
 from tools.fuzzing.processes import BrokenPromiseError, run_here
 from vidstyle.comic.make import ComicOptions, make_comic
 from vidstyle.cues.cue_file import read_cue_file
@@ -37,27 +37,30 @@ from vidstyle.renderer import Renderer, stylize
 from vidstyle.style import load_style, save_style, style_names
 
 DELIBERATE_REFUSALS = ("its colours are coded with",)
-"""Errors for films that FFmpeg decodes, with wrong colours."""
+"""Errors for films that FFmpeg decodes with wrong colours."""
 COMMAND_RATIO = 12
-"""One of this many films, pictures and page files runs through a command in a separate process."""
+"""One in this many films, pictures and page files is given to a command in a separate process."""
 
 FLOAT_TOLERANCE = 1e-4
-"""Channels that share memory are restyled as one, with other rounding. Integers must be equal."""
+"""Channels that share memory are processed together, with other rounding; integers must be equal."""
 
 
 def attempt(path: Path, folder: Path) -> None:
-    """Use a file as its ending says, writing into a folder that holds nothing else.
+    """Use a file according to its ending.
+
+    Args:
+        folder: an empty folder for the output.
 
     Raises:
-        VidstyleError: the file cannot be used.
-        BrokenPromiseError: it was used, but a promise of docs/reliability.md does not hold.
+        VidstyleError: the file is refused.
+        BrokenPromiseError: the program violates a promise of docs/reliability.md.
     """
     ending = path.name[path.name.index(".") :]
     ATTEMPTS.get(ending, _try_media)(path, folder, zlib.crc32(path.read_bytes()))
 
 
 def _try_media(path: Path, folder: Path, choice: int) -> None:
-    """A film or picture in one of the styles; of some films, a comic; some by the commands."""
+    """Restyle a film or picture; make comics of some; give some to a command."""
     style = _style_for(choice)
     if choice // 64 % COMMAND_RATIO == 0:
         return try_command(path, folder, style, choice // 1024)
@@ -81,10 +84,10 @@ def _style_for(choice: int) -> str:
 
 
 def _try_array(path: Path, folder: Path, choice: int) -> None:
-    """A view of the array, and its contiguous copy: both are refused, or give the same picture."""
+    """Restyle a view of the array and its contiguous copy: both must be refused or give the same picture."""
     array = np.load(path)
     view = array if array.ndim < 3 or not array.size else VIEWS[(choice >> 8) % len(VIEWS)](array)
-    before, results = view.copy(), [_stylized(each, choice) for each in (native(view), view)]
+    before, results = view.copy(), [_try_stylize(each, choice) for each in (to_native(view), view)]
     if not np.array_equal(before, view, equal_nan=view.dtype.kind in "fc"):
         raise BrokenPromiseError("the array was changed")
     if isinstance(results[0], VidstyleError) and isinstance(results[1], VidstyleError):
@@ -95,7 +98,7 @@ def _try_array(path: Path, folder: Path, choice: int) -> None:
         raise BrokenPromiseError("another result for another layout")
 
 
-def _stylized(array: np.ndarray, choice: int) -> np.ndarray | VidstyleError:
+def _try_stylize(array: np.ndarray, choice: int) -> np.ndarray | VidstyleError:
     try:
         return stylize(array, _style_for(choice))
     except VidstyleError as error:
@@ -103,18 +106,18 @@ def _stylized(array: np.ndarray, choice: int) -> np.ndarray | VidstyleError:
 
 
 def _try_style(path: Path, folder: Path, choice: int) -> None:
-    """Three frames in the style and in its variants; saved and read again."""
+    """Load, save and reload a style, and restyle three frames in it and its variants."""
     style = load_style(path)
     save_style(style, shutil.copy(path, folder / "copy.toml"))
     load_style(folder / "copy.toml")
     for name in ("", *(f":{variant}" for variant in style.variants)):
         with Renderer(load_style(f"{path}{name}"), device="cpu") as renderer:
-            for picture in moving_frames(3, SIZE):
+            for picture in moving_frames(3, PICTURE_SIZE):
                 renderer(picture)
 
 
 def _try_bank(path: Path, folder: Path, choice: int) -> None:
-    """The bank in a style next to it."""
+    """Use a bank in a style file in the same folder."""
     style = folder / "style.toml"
     step = f'block = "learned"\nbank = "bank.npz"\npasses = {choice % 8 + 1}'
     style.write_text(f"format = 1\n[[base]]\n{step}\n[[background]]\nblock = 'posterize'\n")
@@ -123,7 +126,7 @@ def _try_bank(path: Path, folder: Path, choice: int) -> None:
 
 
 def _try_network(path: Path, folder: Path, choice: int) -> None:
-    """The network in a style next to it."""
+    """Use a network in a style file in the same folder."""
     style = folder / "style.toml"
     style.write_text("format = 1\n[[background]]\nblock = 'network'\nmodel = 'model.onnx'\n")
     shutil.copy(path, folder / "model.onnx")
@@ -131,16 +134,16 @@ def _try_network(path: Path, folder: Path, choice: int) -> None:
 
 
 def _try_people(path: Path, folder: Path, choice: int) -> None:
-    """Three frames in a style that reads people, with the model, as `--model` chooses it."""
+    """Restyle three frames with `only = "people"` and the model, as with `--model`."""
     model = shutil.copy(path, folder / f"model{path.suffix}")
     style = load_style({"format": 1, "only": "people", "background": [{"block": "posterize"}]})
     with use_file(MODEL_VARIABLE, model), Renderer(style, device="cpu") as renderer:
-        for picture in moving_frames(3, SIZE):
+        for picture in moving_frames(3, PICTURE_SIZE):
             renderer(picture)
 
 
 def _try_cues(path: Path, folder: Path, choice: int) -> None:
-    """A film of three pictures with the cues."""
+    """Render three pictures with a cue file."""
     cues, target = folder / "case.toml", folder / TARGETS[choice % len(TARGETS)]
     shutil.copy(path, cues)
     render(
@@ -149,13 +152,13 @@ def _try_cues(path: Path, folder: Path, choice: int) -> None:
 
 
 def _try_subtitles(path: Path, folder: Path, choice: int) -> None:
-    """A comic of three pictures with the subtitles."""
+    """Make a comic of three pictures with a subtitle file."""
     options = ComicOptions(size="480x360", subtitles=str(path))
     make_comic(_write_pictures(folder), folder / "page.png", options)
 
 
 def _try_page(path: Path, folder: Path, choice: int) -> None:
-    """The comic of a page file, of three pictures."""
+    """Make the comic of a page file with three pictures."""
     page, made = folder / "case.toml", folder / "made"
     shutil.copy(path, page)
     made.mkdir()
@@ -168,7 +171,7 @@ def _try_page(path: Path, folder: Path, choice: int) -> None:
 
 
 def _try_config(path: Path, folder: Path, choice: int) -> None:
-    """A command with the configuration; its default names are in the folder."""
+    """Run a command with a configuration file."""
     made = folder / "made"
     made.mkdir()
     picture = _write_pictures(folder) / "0.png"
@@ -205,4 +208,4 @@ ATTEMPTS: dict[str, Callable[[Path, Path, int], None]] = {
     ".cache": lambda path, folder, _: try_cache(path, folder),
     **dict.fromkeys((".srt", ".vtt", ".ass"), _try_subtitles),
 }
-"""With any other ending, `_try_media`."""
+"""Functions by file ending; all other endings use `_try_media`."""

@@ -1,4 +1,4 @@
-"""Banks of learned filters, networks and models of people: odd numbers and shapes, or damaged as files."""
+"""Banks of learned filters, networks and models of people, with odd numbers and shapes or damaged bytes."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ import numpy as np
 from face_network import red_people, remembering_people
 from onnx_model import convolution, layered, negative
 
-from tools.fuzzing.arrays import array_bytes, odd_array
-from tools.fuzzing.damage import ODD_FLOATS, ODD_NUMBERS, damaged, random_slice
+from tools.fuzzing.arrays import array_bytes, make_odd_array
+from tools.fuzzing.damage import ODD_FLOATS, ODD_NUMBERS, damage, random_slice
 from vidstyle.blade.bank_file import shipped_banks
 from vidstyle.regions.chosen_files import people_model
 
 MODEL_SIDES = 0, 1, 31, 32, 144, 256, 4097, 2**31, 2**63
-"""Sizes that models may declare."""
+"""Sizes that models declare."""
 PORT_NAMES = "r1i", "r1o", "r2i", "state_in", "state_out", "src", "pha", "", "i", "o" * 300, "past", "present"
-"""Names of inputs and outputs, of which some belong together."""
+"""Names of inputs and outputs; some form pairs."""
 
 
 def bank_case(random: Random) -> tuple[str, bytes]:
-    """A bank with odd numbers in its arrays, with odd arrays, or damaged in its entries or as an archive."""
+    """Return a bank with odd numbers, odd arrays, damaged entries or a damaged archive."""
     with np.load(shipped_banks()["etf"]) as whole:
         entries = dict(whole)
     entries["filters"] *= np.float32(random.choice((1, 1, 10, 1e4, 1e30)))
@@ -34,12 +34,12 @@ def bank_case(random: Random) -> tuple[str, bytes]:
     if fault == "numbers":
         entries[name] = _with_odd_numbers(random, entries[name])
     if fault == "array":
-        entries[name] = odd_array(
+        entries[name] = make_odd_array(
             random, tuple(random.choice((0, 1, 3, 24)) for _ in range(random.randint(0, 5)))
         )
     contents = {name: array_bytes(array) for name, array in entries.items()}
     if fault == "entry":
-        contents[name] = damaged(random, contents[name])
+        contents[name] = damage(random, contents[name])
     if fault == "bomb":
         shape = random.choice(
             ("(99999999999,)", "(1,) * 9", "((" * 40, "[" * 3000, "(300000000, 1)", "(-1, 5)")
@@ -54,17 +54,17 @@ def bank_case(random: Random) -> tuple[str, bytes]:
     archive = io.BytesIO()
     with zipfile.ZipFile(archive, "w", random.choice((zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED))) as file:
         for name, content in contents.items():
-            # A fixed date: the same case has the same bytes.
+            # A fixed date makes the bytes of a case reproducible.
             file.writestr(zipfile.ZipInfo(f"{name}.npy"), content, file.compression)
     content = archive.getvalue()
-    return ".npz", damaged(random, content) if fault == "archive" else content
+    return ".npz", damage(random, content) if fault == "archive" else content
 
 
 def network_case(random: Random) -> tuple[str, bytes]:
-    """A network with odd weights, of an odd shape, or damaged as a file."""
+    """Return a network with odd weights, an odd shape or damaged bytes."""
     kind = random.choice(("bytes", "bytes", "bytes", "weights", "shape", "padding"))
     if kind == "bytes":
-        return ".onnx", damaged(random, random.choice((negative(), layered(4, 2))))
+        return ".onnx", damage(random, random.choice((negative(), layered(4, 2))))
     kernel = np.eye(3, dtype=np.float32).reshape(3, 3, 1, 1)
     sides = (0, 1, 31, 32, 64, 4096, 4097, 2**31, 2**63, 2**64 - 1, "width")
     shape: tuple[int | str, ...] = (1, 3, "height", "width")
@@ -77,16 +77,16 @@ def network_case(random: Random) -> tuple[str, bytes]:
 
 
 def people_case(random: Random) -> tuple[str, bytes]:
-    """A model of one input or with a state, or the installed model; two thirds damaged as files."""
+    """Return a model with or without a state, or the installed model; two thirds have damaged bytes."""
     installed = people_model()
     if installed is not None and random.random() < 0.3:
-        return ".people.tflite", damaged(random, installed.read_bytes())
+        return ".people.tflite", damage(random, installed.read_bytes())
     model = red_people() if random.random() < 0.3 else remembering_people(**_odd_state(random))
-    return ".people.onnx", damaged(random, model) if random.random() < 0.6 else model
+    return ".people.onnx", damage(random, model) if random.random() < 0.6 else model
 
 
 def _odd_state(random: Random) -> dict[str, object]:
-    """Return arguments of `remembering_people`, half of them usual."""
+    """Return arguments of `remembering_people`, some of them odd."""
     odd: dict[str, object] = {
         "state": (random.choice(PORT_NAMES), random.choice(PORT_NAMES)),
         "result": random.choice(PORT_NAMES),

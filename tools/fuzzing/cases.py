@@ -1,4 +1,4 @@
-"""What a case is made from: the same kind, seed and number give the same file."""
+"""Make the file of a case: the same kind, seed and number give the same bytes."""
 
 from __future__ import annotations
 
@@ -9,30 +9,30 @@ from typing import NamedTuple
 
 from tools.fuzzing.arrays import array_case
 from tools.fuzzing.banks import bank_case, network_case, people_case
-from tools.fuzzing.damage import damaged
-from tools.fuzzing.film_times import TIMED, joined, with_jump
+from tools.fuzzing.damage import damage
+from tools.fuzzing.film_times import TIMED, concatenate, shift_times
 from tools.fuzzing.formats import FAMILIES
-from tools.fuzzing.metadata import PLACERS, with_metadata
+from tools.fuzzing.metadata import PLACERS, add_metadata
 from tools.fuzzing.pages import config_case, cue_case, page_case
-from tools.fuzzing.restructure import restructured
+from tools.fuzzing.restructure import restructure
 from tools.fuzzing.styles import style_case
 from tools.fuzzing.subtitles import subtitle_case
 
 
 class Case(NamedTuple):
-    """What a file is made from."""
+    """The kind, seed and number that determine a file."""
 
     kind: str
     seed: int
     number: int
 
 
-def mutated(kind: str, seed: int, number: int, whole: dict[str, list[Path]]) -> tuple[str, bytes]:
-    """The ending of the name of a file, and its content.
+def make_file(kind: str, seed: int, number: int, whole: dict[str, list[Path]]) -> tuple[str, bytes]:
+    """Return the file ending and the content of a case.
 
     Args:
-        kind, seed, number: of the case.
-        whole: the undamaged films and pictures, by kind.
+        kind, seed, number: see `Case`.
+        whole: undamaged films and pictures by kind.
     """
     random = Random(f"{kind} {seed} {number}")
     make = KINDS[kind]
@@ -40,37 +40,37 @@ def mutated(kind: str, seed: int, number: int, whole: dict[str, list[Path]]) -> 
 
 
 def film_case(random: Random, originals: Sequence[Path]) -> tuple[str, bytes]:
-    """A film: half of them with damaged bytes, the others with changed structure, times or streams."""
+    """Return a film: half have damaged bytes, the others changed structure, times or streams."""
     path = random.choice(originals)
     content, suffix = path.read_bytes(), path.suffix
     if random.random() < 0.5:
-        return suffix, damaged(random, content)
+        return suffix, damage(random, content)
     alike = [each.read_bytes() for each in originals if each.suffix == suffix]
-    changes: list[Callable[[], bytes]] = [lambda: joined(random, alike)]
+    changes: list[Callable[[], bytes]] = [lambda: concatenate(random, alike)]
     if suffix in FAMILIES:
         donor = random.choice(alike)
-        changes += [lambda: restructured(random, content, FAMILIES[suffix], donor)] * 3
+        changes += [lambda: restructure(random, content, FAMILIES[suffix], donor)] * 3
     if suffix in TIMED:
-        changes += [lambda: with_jump(random, content, suffix)] * 2
+        changes += [lambda: shift_times(random, content, suffix)] * 2
     content = random.choice(changes)()
-    return suffix, damaged(random, content) if random.random() < 0.2 else content
+    return suffix, damage(random, content) if random.random() < 0.2 else content
 
 
 def picture_case(random: Random, originals: Sequence[Path]) -> tuple[str, bytes]:
-    """A picture: half of them with damaged bytes alone, the others with metadata or changed structure."""
+    """Return a picture: half have damaged bytes only, the others metadata or changed structure."""
     path = random.choice(originals)
     content, suffix = path.read_bytes(), path.suffix
     is_new = random.random() < 0.6 and suffix in FAMILIES
     if is_new and suffix in PLACERS:
-        content = with_metadata(random, content, suffix)
+        content = add_metadata(random, content, suffix)
     if is_new and random.random() < 0.5:
         donor = random.choice([each for each in originals if each.suffix == suffix]).read_bytes()
-        content = restructured(random, content, FAMILIES[suffix], donor)
-    return suffix, content if is_new and random.random() < 0.8 else damaged(random, content)
+        content = restructure(random, content, FAMILIES[suffix], donor)
+    return suffix, content if is_new and random.random() < 0.8 else damage(random, content)
 
 
 def cache_case(random: Random) -> tuple[str, bytes]:
-    """The seed of damage to a cache of kernels, whose files differ between machines."""
+    """Return the seed of damage to a kernel cache, whose files differ between machines."""
     return ".cache", str(random.randrange(2**32)).encode()
 
 
@@ -88,4 +88,4 @@ KINDS: dict[str, Callable[..., tuple[str, bytes]]] = {
     "config": config_case,
     "cache": cache_case,
 }
-"""How a file of a kind is made."""
+"""Functions that make a file of a kind."""

@@ -1,4 +1,4 @@
-"""Cases through the commands, with their exit codes, messages, outputs and numbers of frames."""
+"""Give files to commands, and check exit codes, messages, output files and frame counts."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from vidstyle.pipeline.render import DAMAGED_EXIT_CODE
 
 UNUSABLE = InputError.exit_code
 ALLOWED_EXIT_CODES = {0, UsageError.exit_code, UNUSABLE, DAMAGED_EXIT_CODE}
-"""Of a command with a damaged input (docs/rules.md, Exit codes); 2: of a size that no encoder takes."""
+"""Exit codes of commands with damaged input (docs/rules.md); 2 is for sizes that no encoder accepts."""
 TARGETS = ("out_%05d.png", "out.mkv", "out.mp4", "out.avi", "out.mov", "out.ts")
-"""What films and pictures become: sound and subtitles are copied, converted or left out."""
+"""Output files; the container decides whether sound and subtitles are copied, converted or dropped."""
 PAGE_ENDINGS = (".png", ".svg", ".pdf", ".cbz", ".html", ".jpg")
 QUIET = ("--progress", "none", "--log-level", "error")
 
 Command = Callable[[Path, Path, str, int], list[str | Path]]
-"""Arguments of the program for a file, a folder for what it writes, a style and a number that chooses."""
+"""Returns arguments of the program for a file, an output folder, a style and a random number."""
 
 
 def _render(path: Path, folder: Path, style: str, choice: int) -> list[str | Path]:
@@ -29,7 +29,7 @@ def _render(path: Path, folder: Path, style: str, choice: int) -> list[str | Pat
 
 
 def page_command(path: Path, folder: Path, style: str, choice: int) -> list[str | Path]:
-    """The comic of a page file, which has decided size and styles."""
+    """Return the command for the comic of a page file, which sets size and styles."""
     return ["comic", path, folder / f"page{PAGE_ENDINGS[choice % len(PAGE_ENDINGS)]}", *QUIET]
 
 
@@ -52,40 +52,40 @@ COMMANDS: tuple[Command, ...] = (_render, _render, _render, _render, _comic, _pr
 def try_command(
     path: Path, folder: Path, style: str, choice: int, commands: tuple[Command, ...] = COMMANDS
 ) -> None:
-    """Run one of the commands in a process of its own.
+    """Run one of the commands in a separate process.
 
     Raises:
-        BrokenPromiseError: it does not keep to docs/rules.md.
-        InputError: it has refused the file.
+        BrokenPromiseError: the command violates docs/rules.md.
+        InputError: the command refused the file.
     """
     arguments = commands[choice % len(commands)](path, folder, style, choice // len(commands))
     ended = run_apart(["-m", "vidstyle", *arguments])
-    check(ended, folder)
+    check_end(ended, folder)
     if arguments[0] == "render" and ended.exit_code == 0:
         check_frames(path, json.loads(ended.output)["frames"])
 
 
-def check(ended: Ended, folder: Path) -> None:
-    """Compare how a command has ended with docs/rules.md.
+def check_end(ended: Ended, folder: Path) -> None:
+    """Check the end of a command against docs/rules.md.
 
     Args:
-        ended: the run.
-        folder: what it has written into; empty before.
+        ended: the finished command.
+        folder: its output folder, which was empty before.
 
     Raises:
-        BrokenPromiseError: another exit code, other than one line for an error, or a wrong set of files.
-        InputError: the command has refused the file.
+        BrokenPromiseError: wrong exit code, more or fewer than one line for an error, or wrong output files.
+        InputError: the command refused the file.
     """
-    said = ended.lines[-1] if ended.lines else "nothing said"
+    message = ended.lines[-1] if ended.lines else "no message"
     written = sorted(each.name for each in folder.iterdir())
     if ended.exit_code not in ALLOWED_EXIT_CODES:
-        raise BrokenPromiseError(f"exit {ended.exit_code}: {said}")
+        raise BrokenPromiseError(f"exit {ended.exit_code}: {message}")
     if ended.exit_code in (0, DAMAGED_EXIT_CODE):
         if not written or any(".partial." in name for name in written):
-            raise BrokenPromiseError(f"exit {ended.exit_code} with the files {written}: {said}")
+            raise BrokenPromiseError(f"exit {ended.exit_code} with the files {written}: {message}")
         return
     if len(ended.lines) != 1:
         raise BrokenPromiseError(f"exit {ended.exit_code} with {len(ended.lines)} lines: {ended.lines}")
     if written:
-        raise BrokenPromiseError(f"exit {ended.exit_code} with the files {written}: {said}")
-    raise InputError("the file", f"was refused: {said}")
+        raise BrokenPromiseError(f"exit {ended.exit_code} with the files {written}: {message}")
+    raise InputError("the file", f"was refused: {message}")

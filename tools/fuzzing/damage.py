@@ -1,4 +1,4 @@
-"""Damage to bytes and texts of any kind."""
+"""Damage bytes and text of any kind."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ WORDS = (
 )
 
 
-def damaged(random: Random, content: bytes) -> bytes:
-    """Apply one to three faults: flipped bytes, a hole, a part lost or doubled, odd numbers in the header."""
+def damage(random: Random, content: bytes) -> bytes:
+    """Apply one to three faults: changed bytes, holes, lost or repeated parts, odd numbers in the header."""
     for _ in range(random.choice((1, 1, 2, 3))):
         content = random.choice((_flipped, _holed, _shortened, _doubled, _with_odd_header))(
             random, bytearray(content)
@@ -44,7 +44,7 @@ def _flipped(random: Random, content: bytearray) -> bytearray:
 
 
 def random_slice(random: Random, length: int) -> slice:
-    """A part of a sequence, from anywhere in it and mostly short."""
+    """Return a random part of a sequence of this length, mostly a short one."""
     start = random.randint(0, length)
     return slice(start, start + random.randint(0, max(1, length // random.choice((2, 20, 200)))))
 
@@ -79,8 +79,8 @@ def _with_odd_header(random: Random, content: bytearray) -> bytearray:
     return content
 
 
-def edited(random: Random, text: str) -> bytes:
-    """Change, double or remove characters, words and lines, and encode the text in one of several ways."""
+def edit_text(random: Random, text: str) -> bytes:
+    """Change, repeat or remove characters and lines, and encode the text in a random encoding."""
     for _ in range(random.choice((1, 3, 20))):
         parts = list(text) if random.random() < 0.5 else text.splitlines(keepends=True)
         place = random.randrange(len(parts) + 1)

@@ -1,4 +1,4 @@
-"""The syntax of the formats whose structure is changed: a few lines for each."""
+"""Syntax of the formats whose structure is changed."""
 
 from __future__ import annotations
 
@@ -104,12 +104,12 @@ PACKETS = Family(_packet, lambda name, size: name)
 
 
 class TiffTags:
-    """The tags of the first page of a TIFF file; they are written behind its other bytes."""
+    """The tags of the first page of a TIFF file; changed tags are appended to the file."""
 
     order: Order = "little"
 
     def read(self, content: bytes) -> list[Part]:
-        """The bytes of the whole file, the tags, and the place of the next page."""
+        """Return the bytes of the full file, the tags, and the offset of the next page."""
         order = "<" if content[:2] == b"II" else ">"
         (start,) = struct.unpack_from(f"{order}I", content, 4)
         (count,) = struct.unpack_from(f"{order}H", content, start)
@@ -118,7 +118,7 @@ class TiffTags:
         return [Part(b"", content), *(Part(tag[:2], tag[2:]) for tag in tags), Part(b"", following)]
 
     def write(self, parts: list[Part]) -> bytes:
-        """The file; the offset of the tags, which stand behind all else, is changed in its header."""
+        """Return the file with the tags appended and their offset in the header updated."""
         texts = [part.name + part.content for part in parts]
         body = max(texts, key=len, default=b"")
         order = "<" if body[:2] == b"II" else ">"
@@ -140,4 +140,4 @@ FAMILIES: dict[str, Family | TiffTags] = {
     ".ts": PACKETS,
     ".flv": FLV_TAGS,
 }
-"""By the endings of file names."""
+"""Syntax by file ending."""

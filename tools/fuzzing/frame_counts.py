@@ -1,4 +1,4 @@
-"""How many frames FFmpeg finds in a film, where it is installed."""
+"""Count the frames that FFmpeg decodes from a film, if it is installed."""
 
 from __future__ import annotations
 
@@ -14,48 +14,52 @@ from typing import Any
 import av
 
 from tools.fuzzing.originals import FILMS
-from tools.fuzzing.processes import SECONDS, BrokenPromiseError
+from tools.fuzzing.processes import MAX_PROCESSOR_SECONDS, BrokenPromiseError
 
 FILM_ENDINGS = {Path(name).suffix for name in FILMS}
 FIELDS = "packet=stream_index,pos:stream=index,nb_read_frames:stream_disposition=attached_pic"
 
 
 def check_frames(path: Path, frames: int) -> None:
-    """Compare the frames of a film that was made without a complaint with those that FFmpeg finds.
+    """Check that a film rendered with exit code 0 has all frames that FFmpeg decodes.
+
+    Args:
+        path: the source.
+        frames: number of rendered frames.
 
     Raises:
-        BrokenPromiseError: FFmpeg finds more.
+        BrokenPromiseError: FFmpeg decodes more.
     """
-    if path.suffix in FILM_ENDINGS and frames < (wanted := ffmpeg_frames(path)):
+    if path.suffix in FILM_ENDINGS and frames < (wanted := count_ffmpeg_frames(path)):
         raise BrokenPromiseError(f"fewer frames: {frames} of {wanted} with exit code 0")
 
 
 def check_refusal(path: Path) -> None:
-    """Try a film that was refused with the FFmpeg of PyAV: what another release decodes is no measure here.
+    """Check that the FFmpeg of PyAV cannot decode a refused film; other releases may differ.
 
     Raises:
-        BrokenPromiseError: it decodes frames.
+        BrokenPromiseError: FFmpeg decodes frames.
     """
-    if path.suffix in FILM_ENDINGS and (found := _decoded_frames(path)):
+    if path.suffix in FILM_ENDINGS and (found := _count_decoded_frames(path)):
         raise BrokenPromiseError(f"refused film: FFmpeg decodes {found} frames")
 
 
-def _decoded_frames(path: Path) -> int:
+def _count_decoded_frames(path: Path) -> int:
     counts = Counter[int]()
     with suppress(av.FFmpegError), av.open(str(path), metadata_errors="replace") as container:
-        films = container.streams.video  # of none, `demux` would give all packets
+        films = container.streams.video  # without arguments, `demux` yields all packets
         for packet in container.demux(*films) if films else ():
             with suppress(av.FFmpegError):
                 counts[packet.stream_index] += len(packet.decode())
     return max(counts.values(), default=0)
 
 
-def ffmpeg_frames(path: Path) -> int:
-    """The frames of the longest video track, and of those that end before it begins or follow it.
+def count_ffmpeg_frames(path: Path) -> int:
+    """Count the frames of the longest video track and of tracks entirely before or after it.
 
-    The order is that of the bytes in the file: times may repeat where one recording follows another.
+    The order is the order of bytes in the file, as timestamps may repeat in joined recordings.
     """
-    found = _probed(path)
+    found = _probe(path)
     tracks = [each for each in found.get("streams", []) if not each["disposition"]["attached_pic"]]
     counts = {each["index"]: int(each.get("nb_read_frames", 0)) for each in tracks}
     places = defaultdict[int, list[int]](lambda: [0])
@@ -70,12 +74,16 @@ def ffmpeg_frames(path: Path) -> int:
     return counts[longest] + sum(counts[index] for index in others)
 
 
-def _probed(path: Path) -> dict[str, Any]:
-    """What ffprobe says of the video tracks; nothing where it is missing, fails or hangs."""
+def _probe(path: Path) -> dict[str, Any]:
+    """Return the output of ffprobe for the video tracks; empty if it is missing, fails or hangs."""
     command = [_ffprobe(), "-v", "quiet", "-count_frames", "-select_streams", "v"]
     command += ["-show_entries", FIELDS, "-of", "json", f"file:{path.absolute()}"]
     try:
-        run = subprocess.run(command, capture_output=True, timeout=SECONDS) if _ffprobe() else None
+        run = (
+            subprocess.run(command, capture_output=True, timeout=MAX_PROCESSOR_SECONDS)
+            if _ffprobe()
+            else None
+        )
         return json.loads(run.stdout) if run else {}
     except (subprocess.TimeoutExpired, ValueError):
         return {}

@@ -1,4 +1,4 @@
-"""Pictures with metadata: profiles, EXIF, XMP, gain maps and texts, whole or damaged."""
+"""Pictures with metadata: profiles, EXIF, XMP, gain maps and text, intact or damaged."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from random import Random
 
 from PIL import ImageCms
 
-from tools.fuzzing.damage import WORDS, damaged
+from tools.fuzzing.damage import WORDS, damage
 from tools.fuzzing.formats import FAMILIES
 from tools.fuzzing.structure import Part
 
@@ -19,17 +19,17 @@ xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#"><rdf:Description xmlns:h
 hdrgm:Version="1.0" hdrgm:GainMapMax="{value}" tiff:Orientation="{value}"/></rdf:RDF></x:xmpmeta>"""
 ODD_ORIENTATIONS = (0, 9, 255, 65535)
 Metadata = dict[str, bytes]
-"""Contents by what they are: profile, exif, xmp, index (of pictures in the file), text."""
+"""Content by kind: profile, exif, xmp, index (of the pictures in the file) and text."""
 
 
-def with_metadata(random: Random, content: bytes, suffix: str) -> bytes:
-    """Add metadata of one to all kinds to a picture; half of them are damaged."""
+def add_metadata(random: Random, content: bytes, suffix: str) -> bytes:
+    """Add metadata of one or more kinds to a picture; half of it is damaged."""
     family = FAMILIES[suffix]
     parts = family.read(content)
     for kind in random.sample(list(MAKERS), random.randint(1, len(MAKERS))):
         made = MAKERS[kind](random)
         if random.random() < 0.5:
-            made = damaged(random, made)
+            made = damage(random, made)
         for _ in range(random.choice((1, 1, 1, 1, 2, 50))):
             PLACERS[suffix](random, parts, kind, made)
     return family.write(parts)
@@ -37,7 +37,7 @@ def with_metadata(random: Random, content: bytes, suffix: str) -> bytes:
 
 @cache
 def profile() -> bytes:
-    """An ICC profile, with a fixed date."""
+    """Return an ICC profile with a fixed date."""
     made = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
     return made[:24] + bytes(12) + made[36:]
 
@@ -47,7 +47,7 @@ def _profile(random: Random) -> bytes:
 
 
 def _exif(random: Random) -> bytes:
-    """A TIFF with an orientation, a resolution, a text, and pointers to itself or to nowhere."""
+    """Return a TIFF with an orientation, a resolution, a text, and pointers to itself or out of bounds."""
     order = random.choice("<>")
     orientation = random.choice((*range(1, 9), *range(1, 9), *ODD_ORIENTATIONS))
     entries = [
@@ -77,7 +77,7 @@ def _xmp(random: Random) -> bytes:
 
 
 def _index(random: Random) -> bytes:
-    """A multi-picture index: two pictures, the second of any size and at any place."""
+    """Return a multi-picture index of two pictures, the second of any size and offset."""
     order = random.choice("<>")
     size, offset = (random.choice((0, 100, 1000, 2**31, 2**32 - 1)) for _ in range(2))
     head = struct.pack(f"{order}2sHIH", b"II" if order == "<" else b"MM", 42, 8, 3)
@@ -101,7 +101,7 @@ MAKERS: dict[str, Callable[[Random], bytes]] = {
 
 
 def _place_chunk(random: Random, parts: list[Part], kind: str, content: bytes) -> None:
-    """PNG: before the pixels, seldom anywhere."""
+    """PNG: insert a chunk before the pixels, rarely anywhere."""
     packed = zlib.compress(content)
     chunk = {
         "profile": Part(b"iCCP", b"name\0\0" + packed),
@@ -120,7 +120,7 @@ def _place_chunk(random: Random, parts: list[Part], kind: str, content: bytes) -
 
 
 def _place_segment(random: Random, parts: list[Part], kind: str, content: bytes) -> None:
-    """JPEG: a profile may be divided among several segments."""
+    """JPEG: insert segments; a profile may need several."""
     front = {
         "profile": b"",
         "exif": b"Exif\0\0",
@@ -141,7 +141,7 @@ def _place_segment(random: Random, parts: list[Part], kind: str, content: bytes)
 
 
 def _place_riff_chunk(random: Random, parts: list[Part], kind: str, content: bytes) -> None:
-    """WebP: behind a header for extended files, whose flags say what there is."""
+    """WebP: insert a chunk after an extended header, whose flags list the metadata."""
     chunks = next((part.children for part in parts if part.children), None)
     if chunks is None:
         return
@@ -158,7 +158,7 @@ def _place_riff_chunk(random: Random, parts: list[Part], kind: str, content: byt
 
 
 def _place_tag(random: Random, parts: list[Part], kind: str, content: bytes) -> None:
-    """TIFF: the content stands behind the pixels."""
+    """TIFF: add a tag, with its content after the pixels."""
     code = {"profile": 34675, "exif": 34665, "xmp": 700, "index": 330, "text": 270}[kind]
     order = "<" if parts[0].content[:2] == b"II" else ">"
     if kind == "exif" and random.random() < 0.5:
@@ -178,4 +178,4 @@ PLACERS: dict[str, Callable[[Random, list[Part], str, bytes], None]] = {
     ".webp": _place_riff_chunk,
     ".tif": _place_tag,
 }
-"""How metadata gets into a picture, by the ending of its name."""
+"""Functions that insert metadata into a picture, by file ending."""

@@ -1,4 +1,4 @@
-"""The films and pictures that cases are made from: all containers, codecs and still formats."""
+"""Undamaged films and pictures: all containers, codecs and still formats."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from PIL import Image
 
 from tools.fuzzing.metadata import profile
 
-SIZE = (64, 48)
+PICTURE_SIZE = (64, 48)
 EXIF = b"Exif\0\0MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0"
-"""Of a picture to be turned by 90 degrees."""
+"""Metadata that rotates a picture by 90 degrees."""
 FILMS: dict[str, dict[str, Any]] = {
     "film.mp4": {"codec": "libx264", "audio_tracks": 1, "subtitles": ["eng"], "chapters": 2},
     "film.mov": {"codec": "prores_ks", "pix_fmt": "yuv422p10le", "rotation": 90},
@@ -38,7 +38,7 @@ FILMS: dict[str, dict[str, Any]] = {
     "film.y4m": {"codec": "rawvideo", "format": "yuv4mpegpipe"},
     "film.gif": {"codec": "gif", "pix_fmt": "rgb8"},
 }
-"""Arguments of `make_clip`, and `remuxed`: options of the muxer of a copy."""
+"""Arguments of `make_clip`; `remuxed` has muxer options of a remuxed copy."""
 
 STILLS: dict[str, dict[str, Any]] = {
     "rgb.png": {},
@@ -69,11 +69,11 @@ STILLS: dict[str, dict[str, Any]] = {
     "still.sun": {"codec": "sunrast", "pix_fmt": "bgr24"},
     "still.jls": {"codec": "jpegls", "pix_fmt": "rgb24"},
 }
-"""Arguments of Pillow, or the encoder of FFmpeg. No library here writes PSD."""
+"""Arguments of Pillow, or an encoder of FFmpeg. Neither writes PSD."""
 
 
-def whole_files(folder: Path, kinds: Iterable[str]) -> dict[str, list[Path]]:
-    """Write the films and pictures that are mutated; files of other kinds are made for each case."""
+def write_originals(folder: Path, kinds: Iterable[str]) -> dict[str, list[Path]]:
+    """Write the films and pictures of these kinds and return their paths; other kinds need no originals."""
     folder.mkdir(exist_ok=True)
     makers = {"film": (FILMS, _film), "picture": (STILLS, _still)}
     return {
@@ -84,8 +84,8 @@ def whole_files(folder: Path, kinds: Iterable[str]) -> dict[str, list[Path]]:
 
 
 def _film(path: Path, remuxed: dict[str, str] | None = None, **options: Any) -> Path:
-    # Not the copy that `make_clip` keeps: the same film has the same bytes in each folder.
-    make_clip.__wrapped__(path, **{"size": SIZE, "frames": 10} | options)
+    # Without the cache of `make_clip`: a film has the same bytes in each folder.
+    make_clip.__wrapped__(path, **{"size": PICTURE_SIZE, "frames": 10} | options)
     if remuxed is not None:
         copy = path.rename(path.with_name(f"copied-{path.name}"))
         remux(copy, path, fflags="+bitexact", **remuxed)
@@ -96,11 +96,11 @@ def _film(path: Path, remuxed: dict[str, str] | None = None, **options: Any) -> 
 def _still(
     path: Path, frames: int = 1, mode: str = "RGB", codec: str = "", pix_fmt: str = "", **options: Any
 ) -> Path:
-    pictures = list(moving_frames(frames, SIZE))
+    pictures = list(moving_frames(frames, PICTURE_SIZE))
     if codec:
         with av.open(str(path), "w", format="image2", options={"update": "1"}) as container:
             video = container.add_stream(codec, options={"strict": "-2"})
-            video.width, video.height, video.pix_fmt = *SIZE, pix_fmt
+            video.width, video.height, video.pix_fmt = *PICTURE_SIZE, pix_fmt
             container.mux([*video.encode(frame_from_rgb(pictures[0], pix_fmt)), *video.encode(None)])
     elif path.suffix == ".psd":
         planes = np.moveaxis(pictures[0], 2, 0).tobytes()

@@ -10,7 +10,7 @@ from typing import Any
 import click
 import tomlkit
 
-from tools.fuzzing.damage import ODD_VALUES, WORDS, edited
+from tools.fuzzing.damage import ODD_VALUES, WORDS, edit_text
 from vidstyle.cli import commands
 
 PANEL = {
@@ -43,7 +43,7 @@ PAGE_FILE = {
         }
     ],
 }
-"""A page of two panels, as `comic --save` writes it."""
+"""A comic page of two panels, as written by `comic --save`."""
 CUE_FILE = {
     "format": 1,
     "rate": 24,
@@ -60,7 +60,7 @@ ODD_SIZES = (0, -1, 64, 65, 20_000, 2**14, 2**17, 200_000, 2**31, 10**30, 1e308)
 
 
 def page_case(random: Random) -> tuple[str, bytes]:
-    """The file of a comic."""
+    """Return the page file of a comic."""
     table = deepcopy(PAGE_FILE)
     _change_values(random, table, (*ODD_VALUES, *LONG_WORDS, *ODD_SIZES, [], [[]], [1, 2]))
     if random.random() < 0.1:
@@ -69,7 +69,7 @@ def page_case(random: Random) -> tuple[str, bytes]:
 
 
 def cue_case(random: Random) -> tuple[str, bytes]:
-    """A cue file."""
+    """Return a cue file."""
     table = deepcopy(CUE_FILE)
     odd = 0.05, 0.1, 0.15, 1e-9, 10**7, "0:0.1", "00:00:00:23", "9:9:9", "linear", "fade", "noir", [], [0]
     _change_values(random, table, (*ODD_VALUES, *LONG_WORDS, *odd), (0, 0, 0, 0, 0.01, -0.01))
@@ -79,7 +79,7 @@ def cue_case(random: Random) -> tuple[str, bytes]:
 
 
 def config_case(random: Random) -> tuple[str, bytes]:
-    """A configuration file: any options of any commands with any values, or with values of their type."""
+    """Return a configuration file with random options of random commands, some of another type."""
     context, table = click.Context(commands), dict[str, Any]()
     for name in ("render", *random.sample(commands.list_commands(context), random.choice((0, 0, 2)))):
         command = commands.get_command(context, name)
@@ -103,7 +103,7 @@ def _change_values(
     odd: tuple[Any, ...],
     shifts: tuple[float, ...] = (-20, -1, 0, 1, 0.25, 5),
 ) -> None:
-    """Shift numbers, and replace or repeat values at any depth."""
+    """Shift numbers, and replace or repeat values, at any depth."""
     for _ in range(random.choice((1, 2, 10))):
         holder, key = random.choice(
             [place for place in _places(table) if isinstance(place[0][place[1]], float | int)]
@@ -118,7 +118,7 @@ def _change_values(
 
 
 def _places(value: Any) -> Iterator[tuple[Any, Any]]:
-    """All places in a table at which a value stands."""
+    """Yield the container and key of each value in a table, at any depth."""
     keys = list(value) if isinstance(value, dict) else range(len(value)) if isinstance(value, list) else ()
     for key in keys:
         yield value, key
@@ -128,15 +128,15 @@ def _places(value: Any) -> Iterator[tuple[Any, Any]]:
 def _written(random: Random, table: dict[str, Any]) -> bytes:
     try:
         text = tomlkit.dumps(table)
-    except RecursionError:  # values within one another, which tomlkit only reads
+    except RecursionError:  # tomlkit reads deeper nesting than it writes
         text = random.choice(_bombs(random))
     if random.random() < 0.1:
         text = random.choice(_bombs(random)) + text
-    return edited(random, text) if random.random() < 0.25 else text.encode("utf-8", "replace")
+    return edit_text(random, text) if random.random() < 0.25 else text.encode("utf-8", "replace")
 
 
 def _bombs(random: Random) -> list[str]:
-    """Short texts that take a parser much time, memory or stack."""
+    """Return short texts that cost a parser much time, memory or stack."""
     depth = random.choice((50, 1000, 5000, 20_000, 400_000))
     return [
         f"x = {'[' * depth}{']' * depth}\n",

@@ -1,4 +1,4 @@
-"""Runs the program in a process of its own, or in this one, and watches what it takes and how it ends."""
+"""Run the program in a separate process or in this one, and check its time, memory and end."""
 
 from __future__ import annotations
 
@@ -18,57 +18,60 @@ from tools.fuzzing import ROOT
 from vidstyle import cli
 from vidstyle.core.machine.cores import available_cores
 
-SECONDS = 20.0
-"""Of a processor: a case that takes longer is considered a hang."""
+MAX_PROCESSOR_SECONDS = 20.0
+"""Processor time of a case; longer ones count as hangs."""
 CLOCK_RATIO = 10
-"""A case may take this many times as long by the clock, times the number of processes that share a core."""
-MAX_MEMORY = 2**30
-"""Bytes of RAM that a case may take in addition to what its process had before."""
+"""Limit of wall-clock time relative to processor time, per process that shares a core."""
+MAX_MEMORY_BYTES = 2**30
+"""RAM that a case may use in addition to the previous use of its process."""
 
 
 class BrokenPromiseError(Exception):
-    """What a run did that it must not do."""
+    """The program violated a promise of docs/rules.md or docs/reliability.md."""
 
 
 class Ended(NamedTuple):
-    """How a run ended."""
+    """A finished run: exit code, lines on standard error, and standard output."""
 
     exit_code: int
     lines: list[str]
     output: str
 
 
-def answers(process: psutil.Process, has_answered: Callable[[float], bool], seconds: float = SECONDS) -> bool:
-    """Wait until a process has answered, for at most so many seconds of a processor.
+def wait_for_answer(
+    process: psutil.Process, has_answered: Callable[[float], bool], seconds: float = MAX_PROCESSOR_SECONDS
+) -> bool:
+    """Wait until a process has answered, and return whether it did.
 
     Args:
-        process: which counts.
-        has_answered: waits up to a number of seconds, and returns whether the answer is there.
-        seconds: of a processor; by the clock it may be `CLOCK_RATIO` times as many, more on a busy machine.
+        process: the process whose processor time is limited.
+        has_answered: waits up to a number of seconds, and returns whether the answer has arrived.
+        seconds: limit of processor time; wall-clock time may be `CLOCK_RATIO` times as long, longer on a busy
+            machine.
     """
     begin, limit = time.monotonic(), seconds + sum(process.cpu_times()[:2])
-    while time.monotonic() < begin + _patience(seconds) and sum(process.cpu_times()[:2]) < limit:
+    while time.monotonic() < begin + _clock_limit(seconds) and sum(process.cpu_times()[:2]) < limit:
         if has_answered(0.5):
             return True
     return False
 
 
-def _patience(seconds: float) -> float:
-    """Return the time by the clock in which a process gets so many seconds of a processor, at least."""
+def _clock_limit(seconds: float) -> float:
+    """Return the wall-clock time in which a process surely gets a number of seconds of processor time."""
     return CLOCK_RATIO * seconds * max(1.0, psutil.getloadavg()[0] / available_cores())
 
 
-def memory(field: str, process: int | str = "self") -> int:
-    """A line of the status of a process, such as "VmRSS", in bytes; 0 once it has ended."""
+def memory_bytes(field: str, process: int | str = "self") -> int:
+    """Return a field of the status of a process, such as "VmRSS", in bytes; 0 after its end."""
     lines = Path(f"/proc/{process}/status").read_text().splitlines()
     return next((int(line.split()[1]) << 10 for line in lines if line.startswith(field)), 0)
 
 
 def run_apart(arguments: Sequence[str | Path], **variables: str) -> Ended:
-    """Run Python with these arguments and environment variables in a process of its own.
+    """Run Python with these arguments and environment variables in a separate process.
 
     Raises:
-        BrokenPromiseError: a signal ended it, it hangs or takes too much memory.
+        BrokenPromiseError: the process is ended by a signal, hangs or uses too much memory.
     """
     with psutil.Popen(
         [sys.executable, *map(str, arguments)],
@@ -82,20 +85,20 @@ def run_apart(arguments: Sequence[str | Path], **variables: str) -> Ended:
 
         def has_ended(seconds: float) -> bool:
             nonlocal highest
-            highest = max(highest, memory("VmHWM", process.pid))
+            highest = max(highest, memory_bytes("VmHWM", process.pid))
             try:
                 said[:] = process.communicate(timeout=min(seconds, 0.1))
             except subprocess.TimeoutExpired:
                 return False
             return True
 
-        if not answers(process, has_ended, SECONDS / 2):
+        if not wait_for_answer(process, has_ended, MAX_PROCESSOR_SECONDS / 2):
             for each in [*process.children(recursive=True), process]:
                 each.kill()
             raise BrokenPromiseError("hang")
     if process.returncode < 0:
         raise BrokenPromiseError(f"signal {-process.returncode}")
-    if highest > memory("VmRSS") + MAX_MEMORY:
+    if highest > memory_bytes("VmRSS") + MAX_MEMORY_BYTES:
         raise BrokenPromiseError(f"memory: {highest >> 20} MiB")
     output, errors = (text.decode(errors="replace") for text in said)
     return Ended(process.returncode, errors.splitlines(), output)

@@ -1,4 +1,4 @@
-"""Damage to the structure of a file: parts that are moved, doubled, removed, resized, renamed or swapped."""
+"""Damage the structure of a file: move, repeat, remove, resize, rename or swap its parts."""
 
 from __future__ import annotations
 
@@ -7,33 +7,33 @@ from copy import deepcopy
 from random import Random
 from typing import NamedTuple
 
-from tools.fuzzing.damage import ODD_NUMBERS, damaged
-from tools.fuzzing.structure import Family, Part, shelves
+from tools.fuzzing.damage import ODD_NUMBERS, damage
+from tools.fuzzing.structure import Family, Part, part_lists
 
 MAX_BYTES = 2**20
-"""A file that has grown beyond this is not changed further."""
+"""Larger files are not changed further."""
 
 
 class Place(NamedTuple):
-    """One of the parts in a list of parts."""
+    """The position of a part in a list of parts."""
 
-    shelf: list[Part]
+    siblings: list[Part]
     index: int
 
     @property
     def part(self) -> Part:
-        """The part there."""
-        return self.shelf[self.index]
+        """The part at this position."""
+        return self.siblings[self.index]
 
 
-def restructured(random: Random, content: bytes, family: Family, donor: bytes) -> bytes:
+def restructure(random: Random, content: bytes, family: Family, donor: bytes) -> bytes:
     """Apply one to five faults to the structure of a file.
 
     Args:
-        random: where chance comes from.
-        content: of the file.
-        family: how the file is read.
-        donor: another file of the family, parts of which may replace those of the file.
+        random: source of random numbers.
+        content: content of the file.
+        family: syntax of the file.
+        donor: another file with the same syntax, whose parts may replace parts of the file.
     """
     parts, others = family.read(content), family.read(donor)
     for _ in range(random.choice((1, 1, 2, 5))):
@@ -43,40 +43,42 @@ def restructured(random: Random, content: bytes, family: Family, donor: bytes) -
 
 
 def _random_place(random: Random, parts: list[Part]) -> Place:
-    """A part at any depth: each list of parts is as likely as another, so that short ones are not missed."""
-    shelf = random.choice(list(shelves(parts)))
-    return Place(shelf, random.randrange(len(shelf)))
+    """Return a random part at any depth; all lists of parts are equally likely, however short."""
+    siblings = random.choice(list(part_lists(parts)))
+    return Place(siblings, random.randrange(len(siblings)))
 
 
 def _remove(random: Random, place: Place, parts: list[Part], others: list[Part], family: Family) -> None:
-    del place.shelf[place.index : place.index + random.choice((1, 1, 1, 3))]
+    del place.siblings[place.index : place.index + random.choice((1, 1, 1, 3))]
 
 
 def _double(random: Random, place: Place, parts: list[Part], others: list[Part], family: Family) -> None:
     target = random.choice((place, _random_place(random, parts)))
     copies = [deepcopy(place.part) for _ in range(random.choice((1, 1, 5, 100)))]
     if len(family.write(copies)) < MAX_BYTES:
-        target.shelf[target.index : target.index] = copies
+        target.siblings[target.index : target.index] = copies
 
 
 def _move(random: Random, place: Place, parts: list[Part], others: list[Part], family: Family) -> None:
-    part = place.shelf.pop(place.index)
+    part = place.siblings.pop(place.index)
     if parts:
         target = _random_place(random, parts)
-        target.shelf.insert(target.index, deepcopy(part))
+        target.siblings.insert(target.index, deepcopy(part))
 
 
 def _swap(random: Random, place: Place, parts: list[Part], others: list[Part], family: Family) -> None:
-    other = random.choice((_random_place(random, parts), Place(place.shelf, len(place.shelf) - 1)))
+    other = random.choice((_random_place(random, parts), Place(place.siblings, len(place.siblings) - 1)))
     first, second = deepcopy(place.part), deepcopy(other.part)
-    place.shelf[place.index], other.shelf[other.index] = second, first
+    place.siblings[place.index], other.siblings[other.index] = second, first
 
 
-def _take(random: Random, place: Place, parts: list[Part], others: list[Part], family: Family) -> None:
-    """Take over a part of another file, of the same name where it has one."""
-    same = [part for shelf in shelves(others) for part in shelf if part.name == place.part.name]
+def _insert_from_donor(
+    random: Random, place: Place, parts: list[Part], others: list[Part], family: Family
+) -> None:
+    """Insert a part of another file, mostly one with the same name."""
+    same = [part for siblings in part_lists(others) for part in siblings if part.name == place.part.name]
     part = random.choice(same) if same and random.random() < 0.7 else _random_place(random, others).part
-    place.shelf[place.index : place.index + random.choice((0, 1))] = [deepcopy(part)]
+    place.siblings[place.index : place.index + random.choice((0, 1))] = [deepcopy(part)]
 
 
 def _resize(random: Random, place: Place, parts: list[Part], others: list[Part], family: Family) -> None:
@@ -91,13 +93,13 @@ def _rename(random: Random, place: Place, parts: list[Part], others: list[Part],
 
 
 def _cut(random: Random, place: Place, parts: list[Part], others: list[Part], family: Family) -> None:
-    """Shorten or damage the content; the size in the header follows."""
+    """Shorten or damage the content, and update the size in the header."""
     content = place.part.content
-    place.part.content = random.choice((content[: random.randint(0, len(content))], damaged(random, content)))
+    place.part.content = random.choice((content[: random.randint(0, len(content))], damage(random, content)))
 
 
 def _set_numbers(random: Random, place: Place, parts: list[Part], others: list[Part], family: Family) -> None:
-    """Put odd numbers where a part has numbers: at even places near its start."""
+    """Overwrite numbers with odd ones, at even offsets near the start of a part."""
     content = bytearray(place.part.content)
     for _ in range(random.choice((1, 1, 4)) if content else 0):
         start, width = random.randrange(0, min(len(content), 64), 2), random.choice((2, 4, 4, 8))
@@ -108,6 +110,6 @@ def _set_numbers(random: Random, place: Place, parts: list[Part], others: list[P
 
 Fault = Callable[[Random, Place, list[Part], list[Part], Family], None]
 FAULTS: tuple[Fault, ...] = (
-    *(_remove, _double, _move, _swap, _take, _resize, _rename, _cut),
+    *(_remove, _double, _move, _swap, _insert_from_donor, _resize, _rename, _cut),
     *(_set_numbers, _set_numbers),
 )

@@ -1,7 +1,6 @@
-"""Reads a file as its parts (boxes, elements, chunks, segments, tags or packets), and writes changed ones.
+"""Parse a file into parts (boxes, elements, chunks, segments, tags or packets), and write changed parts.
 
-Sizes and checksums are those of the changed parts, so that a change reaches the code behind the parser of the
-container.
+Sizes and checksums are updated, so that changes reach the code behind the parser of the container.
 """
 
 from __future__ import annotations
@@ -18,10 +17,10 @@ class Part:
     """A part of a file.
 
     Attributes:
-        name: type, identifier or tag as in the file; empty for bytes that are no part.
-        content: without header; of a part with children, what precedes these.
+        name: type, identifier or tag as in the file; empty for bytes outside of parts.
+        content: bytes after the header; in a part with children, the bytes before them.
         children: parts inside this one, or None.
-        size: what the header says instead of the right size, or None.
+        size: a wrong size for the header, or None.
     """
 
     name: bytes
@@ -31,7 +30,7 @@ class Part:
 
 
 class Extent(NamedTuple):
-    """Where a part lies in a file: its content from `begin` to `end`, the next part at `after`."""
+    """Position of a part in a file: content from `begin` to `end`; the next part starts at `after`."""
 
     name: bytes
     begin: int
@@ -41,15 +40,15 @@ class Extent(NamedTuple):
 
 @dataclass(frozen=True)
 class Family:
-    """A family of formats with the same syntax.
+    """The syntax shared by a family of formats.
 
     Attributes:
-        extent: where the part at a place lies; None where there is none.
-        head: the header for a name and a size of the content.
-        tail: what follows a content: padding or a checksum of header and content.
-        containers: names of parts with children, and how many bytes precede these.
-        signature: bytes at the start of a file before its first part.
-        order: of the bytes in numbers.
+        extent: returns the extent of the part at a position; None if there is no part.
+        head: returns the header for a name and a content size.
+        tail: returns the bytes after a content: padding or a checksum.
+        containers: names of parts with children, and the number of bytes before the children.
+        signature: number of bytes before the first part.
+        order: byte order of numbers.
     """
 
     extent: Callable[[bytes, int], Extent | None]
@@ -60,29 +59,29 @@ class Family:
     order: Order = "big"
 
     def read(self, content: bytes) -> list[Part]:
-        """The parts of a file; its signature is the first."""
-        return [Part(b"", content[: self.signature]), *self._parts(content, self.signature)]
+        """Return the parts of a file; the first one is its signature."""
+        return [Part(b"", content[: self.signature]), *self._parse_parts(content, self.signature)]
 
-    def _parts(self, content: bytes, place: int) -> Iterator[Part]:
+    def _parse_parts(self, content: bytes, place: int) -> Iterator[Part]:
         while place < len(content):
             found = self.extent(content, place)
             if found is None or not place < found.after <= len(content):
                 yield Part(b"", content[place:])
                 return
-            yield self._part(found.name, content[found.begin : found.end])
+            yield self._parse_part(found.name, content[found.begin : found.end])
             place = found.after
 
-    def _part(self, name: bytes, content: bytes) -> Part:
+    def _parse_part(self, name: bytes, content: bytes) -> Part:
         lead = self.containers.get(name)
         if lead is None:
             return Part(name, content)
-        return Part(name, content[:lead], list(self._parts(content, lead)))
+        return Part(name, content[:lead], list(self._parse_parts(content, lead)))
 
     def write(self, parts: list[Part]) -> bytes:
-        """The file of these parts."""
-        return b"".join(map(self._written, parts))
+        """Return a file with these parts."""
+        return b"".join(map(self._write_part, parts))
 
-    def _written(self, part: Part) -> bytes:
+    def _write_part(self, part: Part) -> bytes:
         content = part.content + self.write(part.children or [])
         if not part.name:
             return content
@@ -90,9 +89,9 @@ class Family:
         return head + content + self.tail(head, content)
 
 
-def shelves(parts: list[Part]) -> Iterator[list[Part]]:
-    """All lists of parts in a file: the outermost one and those of each part with children."""
+def part_lists(parts: list[Part]) -> Iterator[list[Part]]:
+    """Yield all lists of parts in a file: the outermost one, and the children of each part."""
     if parts:
         yield parts
     for part in parts:
-        yield from shelves(part.children or [])
+        yield from part_lists(part.children or [])

@@ -9,7 +9,7 @@ from typing import Any
 import tomlkit
 from random_styles import Chance
 
-from tools.fuzzing.damage import ODD_VALUES, edited
+from tools.fuzzing.damage import ODD_VALUES, edit_text
 from vidstyle.block import Control, Slider
 from vidstyle.blocks import all_blocks
 from vidstyle.style import LAYERS, table_from_style
@@ -19,7 +19,7 @@ from vidstyle.style.paths import steps_by_path
 
 
 def style_case(random: Random) -> tuple[str, bytes]:
-    """A style file of up to 256 steps, with values at the ends of their ranges, beyond, of other types."""
+    """Return a style file of up to 256 steps; some values are out of range or of another type."""
     most = random.choice((1, 2, 2, 3, 8, MAX_STEPS // len(LAYERS)))
     chance = Chance(
         random.randrange(2**32), wild=True, learned=True, structure=True, max_steps=most, max_factor=math.inf
@@ -41,7 +41,7 @@ def style_case(random: Random) -> tuple[str, bytes]:
     }
     table["variants"] = {"odd": {path: value for path, value in values.items() if random.random() < 0.02}}
     text = tomlkit.dumps(table)
-    return ".toml", edited(random, text) if random.random() < 0.2 else text.encode()
+    return ".toml", edit_text(random, text) if random.random() < 0.2 else text.encode()
 
 
 def _odd_value(random: Random, control: Control) -> Any:

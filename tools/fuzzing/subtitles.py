@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from random import Random
 
-from tools.fuzzing.damage import WORDS, edited
+from tools.fuzzing.damage import WORDS, edit_text
 
 ASS_HEADER = (
     *("[Script Info]", "ScriptType: v4.00+", "[Events]"),
@@ -19,7 +19,7 @@ STORY = [
 
 
 def subtitle_case(random: Random) -> tuple[str, bytes]:
-    """A subtitle file with odd times, words and lines."""
+    """Return a subtitle file with odd times, words and lines."""
     suffix = random.choice((".srt", ".vtt", ".ass"))
     story = list(STORY)
     for _ in range(random.choice((0, 1, 4))):
@@ -28,7 +28,7 @@ def subtitle_case(random: Random) -> tuple[str, bytes]:
             (1, 30, 2000)
         )
         story.insert(random.randrange(len(story)), (start, start + random.choice((0, 1, -3, 1e6)), word))
-    return suffix, edited(random, _subtitle_text(suffix, story * random.choice((1, 1, 1, 100))))
+    return suffix, edit_text(random, _subtitle_text(suffix, story * random.choice((1, 1, 1, 100))))
 
 
 def _subtitle_text(suffix: str, story: list[tuple[float, float, str]]) -> str:

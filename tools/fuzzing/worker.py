@@ -16,30 +16,36 @@ from pathlib import Path
 
 import psutil
 
-from tools.fuzzing.cases import Case, mutated
-from tools.fuzzing.processes import MAX_MEMORY, SECONDS, BrokenPromiseError, answers, memory
+from tools.fuzzing.cases import Case, make_file
+from tools.fuzzing.processes import (
+    MAX_MEMORY_BYTES,
+    MAX_PROCESSOR_SECONDS,
+    BrokenPromiseError,
+    memory_bytes,
+    wait_for_answer,
+)
 from vidstyle.errors import VidstyleError
 
-MAX_ADDRESSES = 2**33
-"""Bytes of addresses that a worker may take, so that a find does not exhaust the machine."""
+MAX_ADDRESS_BYTES = 2**33
+"""Address space of a worker, so that a finding does not exhaust the machine."""
 Trial = Callable[[Path, Path], None]
-"""Uses a file, and writes into a folder."""
+"""Uses a file and writes to a folder."""
 
 
 class Worker:
-    """A process that tries one file after another; a new one is started after a crash or a hang."""
+    """A process that tries files one after another; it is restarted after a crash or a hang."""
 
     def __init__(self, whole: dict[str, list[Path]], trial: Trial) -> None:
         self._arguments = whole, trial
         self._process: BaseProcess | None = None
 
-    def outcome(self, case: Case, seconds: float = SECONDS) -> str:
-        """Whether the file was used or refused, or what was found."""
+    def outcome(self, case: Case, seconds: float = MAX_PROCESSOR_SECONDS) -> str:
+        """Try a case and return "used", "refused", or a description of the finding."""
         if self._process is None:
             self._start()
         self._pipe.send(case)
         try:
-            answered = answers(psutil.Process(self._process.pid), self._pipe.poll, seconds)
+            answered = wait_for_answer(psutil.Process(self._process.pid), self._pipe.poll, seconds)
             found = self._pipe.recv() if answered else "hang"
         except (EOFError, psutil.NoSuchProcess):
             self._process.join()
@@ -58,22 +64,22 @@ class Worker:
     def _start(self) -> None:
         context = multiprocessing.get_context("spawn")
         self._pipe, far = context.Pipe()
-        self._process = context.Process(target=work, args=(far, *self._arguments), daemon=True)
+        self._process = context.Process(target=serve_cases, args=(far, *self._arguments), daemon=True)
         self._process.start()
         far.close()
         self._pipe.recv()
 
 
-def work(pipe: Connection, whole: dict[str, list[Path]], trial: Trial) -> None:
-    """Answer each case from the pipe by its outcome."""
+def serve_cases(pipe: Connection, whole: dict[str, list[Path]], trial: Trial) -> None:
+    """Send the outcome of each case received from the pipe."""
     os.nice(10)
-    logging.disable(logging.CRITICAL)  # a level would be changed by the command line
-    resource.setrlimit(resource.RLIMIT_AS, (MAX_ADDRESSES, MAX_ADDRESSES))
-    gc.freeze()  # so that collecting garbage after each case takes little time
+    logging.disable(logging.CRITICAL)  # the command line would override a level
+    resource.setrlimit(resource.RLIMIT_AS, (MAX_ADDRESS_BYTES, MAX_ADDRESS_BYTES))
+    gc.freeze()  # makes collecting garbage after each case fast
     pipe.send("ready")
     while True:
         kind, seed, number = pipe.recv()
-        suffix, content = mutated(kind, seed, number, whole)
+        suffix, content = make_file(kind, seed, number, whole)
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder, f"case{suffix}")
             path.write_bytes(content)
@@ -83,7 +89,7 @@ def work(pipe: Connection, whole: dict[str, list[Path]], trial: Trial) -> None:
 
 def _outcome(trial: Trial, path: Path, folder: Path) -> str:
     Path("/proc/self/clear_refs").write_text("5")  # resets the peak memory
-    before = memory("VmRSS")
+    before = memory_bytes("VmRSS")
     try:
         trial(path, folder)
         found = "used"
@@ -95,5 +101,5 @@ def _outcome(trial: Trial, path: Path, folder: Path) -> str:
         place = traceback.extract_tb(error.__traceback__)[-1]
         found = f"{type(error).__name__} in {Path(place.filename).name}:{place.lineno}"
     gc.collect()
-    more = memory("VmHWM") - before
-    return f"memory: {more >> 20} MiB" if more > MAX_MEMORY else found
+    more = memory_bytes("VmHWM") - before
+    return f"memory: {more >> 20} MiB" if more > MAX_MEMORY_BYTES else found

@@ -1,1 +1,1 @@
-"""Styles on photographs and clips at full size, to be judged by eye."""
+"""A page for judging styles by eye, on photographs and clips at full size."""

@@ -1,1 +1,1 @@
-"""Draws the pictures of the documentation and the thumbnails of styles."""
+"""Draw the pictures of the documentation and the thumbnails of styles."""

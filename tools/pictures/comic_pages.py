@@ -1,7 +1,7 @@
-"""Makes the comic pages of the documentation: `python -m tools.pictures.comic_pages [docs]`.
+"""Make the comic pages of the documentation: `python -m tools.pictures.comic_pages [docs]`.
 
-comic.jpg is the page of the demo, out of our own film; photographs.jpg one of a folder of photographs in the
-public domain, from scikit-image, with a file of subtitles.
+comic.jpg is the comic page of the demo film; comic-photographs.jpg is made from public-domain photographs of
+scikit-image and a subtitle file.
 """
 
 from __future__ import annotations
@@ -22,11 +22,10 @@ STORY = (
     ("astronaut", "What a view!", "Wait. Who is feeding the cat?"),
     ("chelsea", "Nobody is.", "<i>She will hear of this.</i>"),
 )
-"""A photograph, and what is said in it."""
-TITLE = "Ten past seven"
-STYLE, SIZE = "watercolor", "a5"
-WIDTH, QUALITY = 827, 88
-"""Of the pictures in the documentation, in pixels."""
+"""Names of photographs, and the subtitles of each."""
+PAGE_TITLE = "Ten past seven"
+PAGE_STYLE, PAGE_SIZE = "watercolor", "a5"
+PICTURE_WIDTH_PX, JPEG_QUALITY = 827, 88
 
 
 def main() -> None:
@@ -39,38 +38,38 @@ def main() -> None:
     with TemporaryDirectory() as name:
         folder = Path(name)
         make_film(folder / "film.mp4")
-        shrink(make_page(folder / "film.mp4", folder / "film.png"), docs / "comic.jpg")
-        shrink(page_of_photographs(folder), docs / "comic-photographs.jpg")
+        write_smaller(make_page(folder / "film.mp4", folder / "film.png"), docs / "comic.jpg")
+        write_smaller(make_photograph_page(folder), docs / "comic-photographs.jpg")
 
 
-def page_of_photographs(folder: Path) -> Path:
-    """The page of the story; the folder of photographs and the file of subtitles stay beside it."""
+def make_photograph_page(folder: Path) -> Path:
+    """Make the page of `STORY` with photographs and subtitles in the same folder, and return its path."""
     (folder / "photographs").mkdir()
     events = []
     for number, (name, *said) in enumerate(STORY):
         picture = getattr(skimage.data, name)()
         cv2.imwrite(str(folder / "photographs" / f"{number}-{name}.png"), picture[..., ::-1])
         for part, text in enumerate(filter(None, said)):
-            # A picture of a folder is shown for a second.
+            # Each picture of a folder is shown for one second.
             times = (f"00:00:{number:02},{milliseconds}" for milliseconds in (f"{part}00", f"{part + 1}99"))
             events.append(f"{len(events) + 1}\n{' --> '.join(times)}\n{text}\n")
     (folder / "story.srt").write_text("\n".join(events), encoding="utf-8")
     options = ComicOptions(
-        styles=(STYLE,),
-        size=SIZE,
-        title=TITLE,
+        styles=(PAGE_STYLE,),
+        size=PAGE_SIZE,
+        title=PAGE_TITLE,
         subtitles=str(folder / "story.srt"),
     )
     return make_comic(folder / "photographs", folder / "photographs.png", options).files[0]
 
 
-def shrink(page: Path, target: Path) -> None:
-    """Save a page as it is shown in the documentation."""
+def write_smaller(page: Path, target: Path) -> None:
+    """Save a comic page at the size used in the documentation."""
     picture = cv2.imread(str(page))
     assert picture is not None
-    size = WIDTH, round(WIDTH * picture.shape[0] / picture.shape[1])
+    size = PICTURE_WIDTH_PX, round(PICTURE_WIDTH_PX * picture.shape[0] / picture.shape[1])
     smaller = cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
-    cv2.imwrite(str(target), smaller, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])
+    cv2.imwrite(str(target), smaller, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
-"""Draws every block at its default and every style: `python -m tools.pictures.contact_sheet [docs]`.
+"""Draw every block at its defaults, and every style: `python -m tools.pictures.contact_sheet [docs]`.
 
-It also renews the thumbnails of the shipped styles, which belong to the program.
+It also updates the thumbnails of the shipped styles, which are part of the package.
 """
 
 from __future__ import annotations
@@ -35,33 +35,32 @@ SHOWN_AFTER: dict[str, tuple[Step, ...]] = {
         (Step("structure_tensor"), Step("gaussian", save="flow"), Step("", source=SOURCE)),
     ),
 }
-"""What runs before the blocks that would show nothing on the photograph itself."""
-VALUES = {name: {"flow": "flow"} for name in ("kuwahara", "strokes")}
-"""Their values, where not the defaults."""
+"""Steps before blocks that have no visible effect on the photograph itself."""
+SHOWN_VALUES = {name: {"flow": "flow"} for name in ("kuwahara", "strokes")}
+"""Parameters of blocks that differ from the defaults."""
 
-CROP = np.s_[:320, 64:384]
-"""What is shown of the photograph."""
-SIDE = 224
-"""Of one picture, in pixels."""
-FULL = 720
-"""At which styles run, to be reduced: lengths of theirs are meant for it."""
+SHOWN_CROP = np.s_[:320, 64:384]
+"""The part of the photograph that is shown."""
+SAMPLE_SIDE_PX = 224
+STYLE_SIDE_PX = 720
+"""Size at which styles run, before their results are scaled down; styles are designed for this height."""
 BLOCK_COLUMNS, STYLE_COLUMNS = 6, 5
 VARIANTS = ("engraving:blue", "ink:orange", "pixel:game-boy", "woodcut:linocut")
-"""Some that fill the last row of the styles."""
-LANDSCAPE = np.s_[:288]
-"""What thumbnails show of it."""
-QUALITY = 75
-"""Of thumbnails, as WebP: all of them together take 100 KB."""
+"""Variants that fill the last row of the sheet of styles."""
+THUMBNAIL_CROP = np.s_[:288]
+"""The part of the photograph that thumbnails show."""
+THUMBNAIL_QUALITY = 75
+"""WebP quality; all thumbnails together take 100 KB."""
 
 
 def main() -> None:
-    """Draw the two sheets and say where they are."""
+    """Draw the two sheets and the thumbnails, and print their paths."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path, nargs="?", default=Path("docs"))
     folder: Path = parser.parse_args().folder
     for name, pictures, columns in (
-        ("blocks", labelled_blocks(), BLOCK_COLUMNS),
-        ("styles", labelled_styles(), STYLE_COLUMNS),
+        ("blocks", label_blocks(), BLOCK_COLUMNS),
+        ("styles", label_styles(), STYLE_COLUMNS),
     ):
         output = folder / f"{name}.jpg"
         output.write_bytes(encode_picture(sheet_of(pictures, columns), ".jpg"))
@@ -71,7 +70,7 @@ def main() -> None:
 
 def write_thumbnails() -> None:
     """Write the photograph at twice the size of thumbnails, and the thumbnail of each shipped style."""
-    photograph = skimage.data.astronaut()[LANDSCAPE]
+    photograph = skimage.data.astronaut()[THUMBNAIL_CROP]
     larger = cv2.resize(
         photograph, (2 * THUMBNAIL_WIDTH_PX, 2 * THUMBNAIL_HEIGHT_PX), interpolation=cv2.INTER_AREA
     )
@@ -82,25 +81,29 @@ def write_thumbnails() -> None:
 
 def _write_thumbnail(name: str, picture: np.ndarray) -> None:
     output = THUMBNAIL_FOLDER / f"{name}.webp"
-    cv2.imwrite(str(output), picture[..., ::-1], [cv2.IMWRITE_WEBP_QUALITY, QUALITY])
+    cv2.imwrite(str(output), picture[..., ::-1], [cv2.IMWRITE_WEBP_QUALITY, THUMBNAIL_QUALITY])
     print(output)
 
 
-def labelled_styles() -> Iterator[np.ndarray]:
-    """The photograph, and what each style and some variants make of it."""
+def label_styles() -> Iterator[np.ndarray]:
+    """Yield the photograph, and its rendering in each style and in some variants."""
     names = [*sorted(style_names(), key=lambda name: (name != PLAIN, name)), *VARIANTS]
-    photograph = cv2.resize(skimage.data.astronaut()[CROP], (FULL, FULL), interpolation=cv2.INTER_CUBIC)
+    photograph = cv2.resize(
+        skimage.data.astronaut()[SHOWN_CROP], (STYLE_SIDE_PX, STYLE_SIDE_PX), interpolation=cv2.INTER_CUBIC
+    )
     for name, sample in zip(names, samples_of(photograph, map(load_style, names)), strict=True):
-        small = cv2.resize(sample.picture, (SIDE, SIDE), interpolation=cv2.INTER_AREA)
+        small = cv2.resize(sample.picture, (SAMPLE_SIDE_PX, SAMPLE_SIDE_PX), interpolation=cv2.INTER_AREA)
         yield label_picture(small, "source" if sample.style.is_plain else name)
 
 
-def labelled_blocks() -> Iterator[np.ndarray]:
-    """The photograph and what each block makes of it, in the order of the names."""
-    photograph = cv2.resize(skimage.data.astronaut()[CROP], (SIDE, SIDE), interpolation=cv2.INTER_AREA)
+def label_blocks() -> Iterator[np.ndarray]:
+    """Yield the photograph, and the output of each block, in the order of their names."""
+    photograph = cv2.resize(
+        skimage.data.astronaut()[SHOWN_CROP], (SAMPLE_SIDE_PX, SAMPLE_SIDE_PX), interpolation=cv2.INTER_AREA
+    )
     yield label_picture(photograph, "source")
     for name in all_blocks():
-        steps = (*SHOWN_AFTER.get(name, ()), Step(name, VALUES.get(name, {})))
+        steps = (*SHOWN_AFTER.get(name, ()), Step(name, SHOWN_VALUES.get(name, {})))
         picture = stylize(photograph, Style(name, background=steps))
         yield label_picture(picture, ", ".join(step.block for step in steps if step.block))
 

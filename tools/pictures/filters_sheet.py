@@ -1,6 +1,6 @@
-"""Draws the sheet of the learned blocks: `python -m tools.pictures.filters_sheet`.
+"""Draw the sheet of the learned blocks: `python -m tools.pictures.filters_sheet`.
 
-Of pictures of scikit-image; with a folder, of the last ten pictures in it.
+It shows photographs of scikit-image, or the last ten pictures of a folder.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from vidstyle.style import Step, Style
 
 SETTINGS: dict[str, tuple[str, dict[str, Any]]] = {
     "source": ("detail", {"delta": 0}),
-    "etf 1: a breath": ("etf", {"passes": 1}),
+    "etf 1: 1 pass": ("etf", {"passes": 1}),
     "etf 2: 6 passes": ("etf", {"passes": 6, "rho": 3}),
     "etf 3: broad, 1 pass": ("etf", {"brush": "broad", "passes": 1, "rho": 4}),
     "etf 4: broad, 3 passes": ("etf", {"brush": "broad", "passes": 3, "rho": 5, "reselect": True}),
@@ -32,8 +32,8 @@ SETTINGS: dict[str, tuple[str, dict[str, Any]]] = {
     "detail +20": ("detail", {"delta": 20}),
     "detail +100": ("detail", {"delta": 100}),
 }
-"""What is shown of each photograph, in rows."""
-SIDE = 160
+"""Name of each column, with its block and values."""
+MAX_SIDE_PX = 160
 PHOTOGRAPHS = (
     "astronaut", "chelsea", "coffee", "rocket", "hubble_deep_field",
     "retina", "camera", "grass", "gravel", "brick",
@@ -42,17 +42,17 @@ PHOTOGRAPHS = (
 
 
 def main() -> None:
-    """Draw, and say where."""
+    """Draw the sheet and print its path."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path, nargs="?")
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/filters.jpg"))
     arguments = parser.parse_args()
-    pictures = [cropped(getattr(skimage.data, name)()) for name in PHOTOGRAPHS]
+    pictures = [crop_center(getattr(skimage.data, name)()) for name in PHOTOGRAPHS]
     if arguments.folder:
         found = photographs_in(arguments.folder, 700)[-10:]
-        pictures = [cropped(cv2.convertScaleAbs(each.color(), alpha=255)) for each in found]
+        pictures = [crop_center(cv2.convertScaleAbs(each.color(), alpha=255)) for each in found]
     sheet = [
-        label_picture(styled(picture, *setting), name)
+        label_picture(apply_block(picture, *setting), name)
         for picture in pictures
         for name, setting in SETTINGS.items()
     ]
@@ -60,15 +60,15 @@ def main() -> None:
     print(arguments.output)
 
 
-def styled(picture: np.ndarray, block: str, values: dict[str, Any]) -> np.ndarray:
-    """A part of a picture with one block at a setting."""
+def apply_block(picture: np.ndarray, block: str, values: dict[str, Any]) -> np.ndarray:
+    """Return the output of one block for a picture."""
     return stylize(picture, Style("sheet", background=(Step(block, values),)))
 
 
-def cropped(picture: np.ndarray, most: int = SIDE) -> np.ndarray:
-    """Return the middle of a picture, at most `most` pixels on each side, as RGB."""
-    top, left = (max(side - most, 0) // 2 for side in picture.shape[:2])
-    middle = np.ascontiguousarray(picture[top : top + most, left : left + most])
+def crop_center(picture: np.ndarray, max_side: int = MAX_SIDE_PX) -> np.ndarray:
+    """Return the center of a picture, at most `max_side` pixels wide and high, as RGB."""
+    top, left = (max(side - max_side, 0) // 2 for side in picture.shape[:2])
+    middle = np.ascontiguousarray(picture[top : top + max_side, left : left + max_side])
     return middle if middle.ndim == 3 else cv2.cvtColor(middle, cv2.COLOR_GRAY2RGB)
 
 

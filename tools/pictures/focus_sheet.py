@@ -1,7 +1,6 @@
-"""Draws the sheet of docs/focus.md: `python -m tools.pictures.focus_sheet`.
+"""Draw the sheet of docs/focus.md: `python -m tools.pictures.focus_sheet`.
 
-A photograph of scikit-image, with more around it so that its face is small, in each style without and with
-focus.
+A photograph of scikit-image, padded so that the face is small, in each style without and with focus.
 """
 
 from __future__ import annotations
@@ -20,19 +19,19 @@ from vidstyle.style import PLAIN, load_style, style_names
 
 PICTURE_SIDE_PX = 900
 SHOWN_SIDE_PX = 150
-SCALE = 0.8
-"""Size of the photograph: then the face has 112 lines."""
-FACE_CENTER = 225, 120
+PHOTOGRAPH_SCALE = 0.8
+"""Scale of the photograph: the face is then 112 pixels high."""
+FACE_CENTER_PX = 225, 120
 """Position of the face in the photograph."""
-COLUMNS = 4
+SHEET_COLUMNS = 4
 
 
 def main() -> None:
-    """Draw, and say where."""
+    """Draw the sheet and print its path."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/focus.jpg"))
     arguments = parser.parse_args()
-    picture, (left, top) = wide_photograph()
+    picture, (left, top) = pad_photograph()
     shown = slice(top, top + SHOWN_SIDE_PX), slice(left, left + SHOWN_SIDE_PX)
     samples = []
     for name in style_names():
@@ -40,16 +39,18 @@ def main() -> None:
             style = load_style(name)
             pair = [stylize(picture, replace(style, focus=focus))[shown] for focus in (0.0, 1.0)]
             samples.append(label_picture(np.hstack(pair), name))
-    arguments.output.write_bytes(encode_picture(sheet_of(samples, COLUMNS), arguments.output.suffix))
+    arguments.output.write_bytes(encode_picture(sheet_of(samples, SHEET_COLUMNS), arguments.output.suffix))
     print(arguments.output)
 
 
-def wide_photograph() -> tuple[np.ndarray, tuple[int, int]]:
-    """Return the picture, and left and top of the part that is shown."""
-    photograph = cv2.resize(skimage.data.astronaut(), None, fx=SCALE, fy=SCALE, interpolation=cv2.INTER_AREA)
+def pad_photograph() -> tuple[np.ndarray, tuple[int, int]]:
+    """Return the padded photograph, and left and top of the part that is shown."""
+    photograph = cv2.resize(
+        skimage.data.astronaut(), None, fx=PHOTOGRAPH_SCALE, fy=PHOTOGRAPH_SCALE, interpolation=cv2.INTER_AREA
+    )
     border = PICTURE_SIDE_PX - photograph.shape[0]
     picture = cv2.copyMakeBorder(photograph, 0, border, border // 2, border - border // 2, cv2.BORDER_REFLECT)
-    across, down = (round(SCALE * place) for place in FACE_CENTER)
+    across, down = (round(PHOTOGRAPH_SCALE * place) for place in FACE_CENTER_PX)
     return picture, (border // 2 + across - SHOWN_SIDE_PX // 2, down - SHOWN_SIDE_PX // 2)
 
 

@@ -1,7 +1,7 @@
-"""Writes gallery.md, gallery/ and styles.webp: `python -m tools.pictures.gallery [docs]`.
+"""Write gallery.md, gallery/ and styles.webp: `python -m tools.pictures.gallery [docs]`.
 
 The page shows each style on three photographs, its variants, the picture after each step, and its graph.
-styles.webp is an animation of a photograph under a gliding camera, whose style changes every second.
+styles.webp is an animation: the camera moves over a photograph, whose style changes every second.
 """
 
 from __future__ import annotations
@@ -15,20 +15,20 @@ import cv2
 import numpy as np
 import skimage.data
 
-from tools.pictures.animation import animation
-from tools.pictures.progression import progression
+from tools.pictures.animation import render_animation
+from tools.pictures.progression import render_progression
 from vidstyle.bench.paper_figures import figure_for
 from vidstyle.diagram.graph import graph_of
 from vidstyle.diagram.svg import graph_svg
 from vidstyle.gallery.style_samples import encode_picture, label_picture, samples_of, sheet_of
 from vidstyle.style import PLAIN, Style, load_style, style_names
 
-FULL = 960, 720
+STYLE_SIZE = 960, 720
 """The size at which pictures are restyled, in pixels; styles are designed for this height."""
 
 
-def _in_the_dark(photograph: np.ndarray) -> np.ndarray:
-    """Return a photograph two stops darker, with the noise of a phone."""
+def _simulate_dark_room(photograph: np.ndarray) -> np.ndarray:
+    """Return a photograph two stops darker, with the noise of a phone camera."""
     light = (photograph / 255) ** 2.2 / 4
     noise = np.random.default_rng(1).normal(size=light.shape) * np.sqrt(0.002 * light + 1e-5)
     codes: np.ndarray = np.rint(255 * (light + noise).clip(0, 1) ** (1 / 2.2)).astype(np.uint8)
@@ -40,15 +40,17 @@ PHOTOGRAPHS = {
     "cat": skimage.data.chelsea()[:, 25:425],
     "coffee": skimage.data.coffee()[:, 33:566],
     "rocket": skimage.data.rocket()[:, 35:604],
-    "dark": _in_the_dark(cv2.resize(skimage.data.astronaut()[:384], FULL, interpolation=cv2.INTER_CUBIC)),
+    "dark": _simulate_dark_room(
+        cv2.resize(skimage.data.astronaut()[:384], STYLE_SIZE, interpolation=cv2.INTER_CUBIC)
+    ),
 }
 """Crops of public-domain photographs, aspect ratio 4:3; the last simulates a dark room."""
-FACE = np.s_[20:340, 265:585]
-"""The part of the first photograph, at `FULL` size, that is shown after each step: the face."""
+FACE_CROP = np.s_[20:340, 265:585]
+"""The part of the first photograph, at `STYLE_SIZE` size, that is shown after each step: the face."""
 
-SHOWN, STEP, VARIANT = (480, 360), (176, 176), (256, 192)
+SAMPLE_SIZE, STEP_SIZE, VARIANT_SIZE = (480, 360), (176, 176), (256, 192)
 """The sizes at which results, steps and variants are shown."""
-COLUMNS = 6
+STEP_COLUMNS = 6
 """Columns of a sheet of steps."""
 
 HEAD = """\
@@ -97,48 +99,48 @@ def main() -> None:
     folder.mkdir(parents=True, exist_ok=True)
     for old in folder.iterdir():
         old.unlink()
-    styles = styles_in_order()
-    for name, content in drawings(styles):
+    styles = sort_styles()
+    for name, content in render_files(styles):
         (folder / name).write_bytes(content)
-    (docs / "gallery.md").write_text(page(styles, folder.name), encoding="utf-8")
-    (docs / "styles.webp").write_bytes(animation())
+    (docs / "gallery.md").write_text(format_page(styles, folder.name), encoding="utf-8")
+    (docs / "styles.webp").write_bytes(render_animation())
     size = sum(made.stat().st_size for made in folder.iterdir())
     print(f"{docs / 'gallery.md'}, {folder} ({size / 1e6:.1f} MB), {docs / 'styles.webp'}")
 
 
-def styles_in_order() -> list[Style]:
-    """The styles of the package: those of the paper first, by its numbers."""
-    return sorted(map(load_style, set(style_names()) - {PLAIN}), key=_order)
+def sort_styles() -> list[Style]:
+    """Return the shipped styles: first the styles of the paper in its order, then the others by name."""
+    return sorted(map(load_style, set(style_names()) - {PLAIN}), key=_sort_key)
 
 
-def drawings(styles: list[Style]) -> Iterator[tuple[str, bytes]]:
-    """Name and content of each file in the folder of the gallery."""
+def render_files(styles: list[Style]) -> Iterator[tuple[str, bytes]]:
+    """Yield the name and content of each file of the gallery folder."""
     photographs = {
-        name: cv2.resize(photograph, FULL, interpolation=cv2.INTER_CUBIC)
+        name: cv2.resize(photograph, STYLE_SIZE, interpolation=cv2.INTER_CUBIC)
         for name, photograph in PHOTOGRAPHS.items()
     }
     for name, photograph in photographs.items():
-        yield f"source-{name}.jpg", _jpeg(photograph, SHOWN)
+        yield f"source-{name}.jpg", _jpeg(photograph, SAMPLE_SIZE)
         for sample in samples_of(photograph, styles):
-            yield f"{sample.style.name}-{name}.jpg", _jpeg(sample.picture, SHOWN)
+            yield f"{sample.style.name}-{name}.jpg", _jpeg(sample.picture, SAMPLE_SIZE)
     first = photographs["astronaut"]
     for style in styles:
         yield f"{style.name}.svg", graph_svg(graph_of(style), style.name).encode()
-        yield f"{style.name}-steps.jpg", encode_picture(_steps(first, style), ".jpg")
+        yield f"{style.name}-steps.jpg", encode_picture(_step_sheet(first, style), ".jpg")
         if style.variants:
-            yield f"{style.name}-variants.jpg", encode_picture(_variants(first, style), ".jpg")
+            yield f"{style.name}-variants.jpg", encode_picture(_variant_sheet(first, style), ".jpg")
 
 
-def page(styles: list[Style], folder: str) -> str:
-    """The text of the page.
+def format_page(styles: list[Style], folder: str) -> str:
+    """Return the Markdown of the gallery.
 
     Args:
-        styles: in the order in which they are shown.
-        folder: of the pictures, relative to the page.
+        styles: in display order.
+        folder: folder of the pictures, relative to the gallery.
     """
     sentences = {style.name: style.note.partition(". ")[0].rstrip(".") for style in styles}
     contents = "\n".join(f"- [{name}](#{name}): {sentence}." for name, sentence in sentences.items())
-    width, height = FULL
+    width, height = STYLE_SIZE
     head = HEAD.format(
         photographs=", ".join(PHOTOGRAPHS),
         width=width,
@@ -154,11 +156,11 @@ def _section(style: Style, folder: str) -> str:
     origin = f"Made after the paper's style {figure.style}." if figure else "Our own."
     names = _variant_names(style)
     variants = f"\n![{', '.join(names)}]({folder}/{style.name}-variants.jpg)\n" if names else ""
-    told = f" Variants: {', '.join(f'`{name}`' for name in names)}." if names else ""
+    variant_text = f" Variants: {', '.join(f'`{name}`' for name in names)}." if names else ""
     return SECTION.format(
         name=style.name,
         note=fill(style.note, 110, break_on_hyphens=False),
-        about=f"{origin} `--style {style.name}`.{told}",
+        about=f"{origin} `--style {style.name}`.{variant_text}",
         row=_row(style.name, folder),
         folder=folder,
         variants=variants,
@@ -172,25 +174,29 @@ def _row(name: str, folder: str) -> str:
     )
 
 
-def _order(style: Style) -> tuple[int, str]:
+def _sort_key(style: Style) -> tuple[int, str]:
     figure = figure_for(style.name)
     return figure.style if figure else 99, style.name
 
 
-def _steps(photograph: np.ndarray, style: Style) -> np.ndarray:
-    """A crop of the picture after each step, in rows of `COLUMNS`."""
+def _step_sheet(photograph: np.ndarray, style: Style) -> np.ndarray:
+    """Return a crop of the picture after each step, in rows of `STEP_COLUMNS`."""
     return sheet_of(
         (
-            label_picture(_reduced(stage.picture[FACE], STEP), f"{stage.layer} {stage.name}".strip())
-            for stage in progression(photograph, style)
+            label_picture(
+                _scale_down(stage.picture[FACE_CROP], STEP_SIZE), f"{stage.layer} {stage.name}".strip()
+            )
+            for stage in render_progression(photograph, style)
         ),
-        COLUMNS,
+        STEP_COLUMNS,
     )
 
 
-def _variants(photograph: np.ndarray, style: Style) -> np.ndarray:
+def _variant_sheet(photograph: np.ndarray, style: Style) -> np.ndarray:
     samples = samples_of(photograph, (load_style(name) for name in _variant_names(style)))
-    pictures = [label_picture(_reduced(sample.picture, VARIANT), sample.style.name) for sample in samples]
+    pictures = [
+        label_picture(_scale_down(sample.picture, VARIANT_SIZE), sample.style.name) for sample in samples
+    ]
     return sheet_of(pictures, len(pictures))
 
 
@@ -199,10 +205,10 @@ def _variant_names(style: Style) -> list[str]:
 
 
 def _jpeg(picture: np.ndarray, size: tuple[int, int]) -> bytes:
-    return encode_picture(_reduced(picture, size), ".jpg")
+    return encode_picture(_scale_down(picture, size), ".jpg")
 
 
-def _reduced(picture: np.ndarray, size: tuple[int, int]) -> np.ndarray:
+def _scale_down(picture: np.ndarray, size: tuple[int, int]) -> np.ndarray:
     return cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
 
 

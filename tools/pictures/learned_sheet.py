@@ -1,4 +1,4 @@
-"""A filter beside the bank that learned it: `python -m tools.pictures.learned_sheet BANK.npz MODULE:NAME`."""
+"""Draw a filter and the bank trained on it: `python -m tools.pictures.learned_sheet BANK.npz MODULE:NAME`."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from vidstyle.gallery.style_samples import encode_picture, label_picture, sheet_
 from vidstyle.renderer import stylize
 from vidstyle.style import Step, Style
 
-CROP = (slice(20, 260), slice(110, 350))
-"""Of scikit-image's cat, where there is fine texture."""
+SHOWN_CROP = (slice(20, 260), slice(110, 350))
+"""Part of scikit-image's cat with fine texture."""
 
 
 def main() -> None:
-    """Draw the source, the filter on its luma, and the bank, and say where they are."""
+    """Draw the source, the filter applied to its luma, and the bank, and print the path of the sheet."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("bank", type=Path)
     parser.add_argument("function")
@@ -35,7 +35,7 @@ def main() -> None:
     filtered = cv2.cvtColor(ycrcb, cv2.COLOR_YCrCb2RGB)
     pictures = {"source": source, arguments.function: filtered, "bank": learned}
     enlarged = {
-        name: cv2.resize(picture[CROP], None, fx=1.5, fy=1.5, interpolation=cv2.INTER_CUBIC)
+        name: cv2.resize(picture[SHOWN_CROP], None, fx=1.5, fy=1.5, interpolation=cv2.INTER_CUBIC)
         for name, picture in pictures.items()
     }
     arguments.output.write_bytes(

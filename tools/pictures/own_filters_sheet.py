@@ -1,7 +1,7 @@
-"""Draws filters of other programs and their banks: `python -m tools.pictures.own_filters_sheet`.
+"""Draw filters of other programs and their banks: `python -m tools.pictures.own_filters_sheet`.
 
-The banks are trained on photographs of scikit-image, the last of which is held out and drawn. It needs the
-program `ffmpeg`.
+Banks are trained on photographs of scikit-image; the last photograph is held out and drawn. Needs the program
+`ffmpeg`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import skimage.data
 
 from tools import foreign_filters
 from tools.foreign_filters import reference_of, train_bank
-from tools.pictures.filters_sheet import cropped
+from tools.pictures.filters_sheet import crop_center
 from vidstyle.blade.bank_file import load_bank
 from vidstyle.blade.photographs import Photograph
 from vidstyle.gallery.style_samples import encode_picture, label_picture, sheet_of
@@ -38,8 +38,8 @@ PHOTOGRAPHS = (
 )
 """The last is held out."""
 TRAINED_PX, DRAWN_PX = 320, 240
-"""Sides of the middle of a photograph that is trained on, and of the part that is drawn."""
-CROP = np.s_[20 : 20 + DRAWN_PX, 40 : 40 + DRAWN_PX]
+"""Sides of the center crops for training, and of the part that is drawn."""
+DRAWN_CROP = np.s_[20 : 20 + DRAWN_PX, 40 : 40 + DRAWN_PX]
 """The part of the held-out photograph that is drawn."""
 NAMES = (
     "scipy morphological_gradient",
@@ -49,12 +49,12 @@ NAMES = (
     "Kuwahara 7",
 )
 """Filters of `foreign_filters`."""
-GAIN = 4
-"""Factor of the drawn differences."""
+DIFFERENCE_FACTOR = 4
+"""Gain of the drawn differences."""
 
 
 def main() -> None:
-    """Train, draw, and say where."""
+    """Train the banks, draw the sheet and print its path."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("-o", "--output", type=Path, default=Path("docs/own-filters.jpg"))
     output = parser.parse_args().output
@@ -66,14 +66,14 @@ def main() -> None:
         images = Path(folder) / "photographs"
         images.mkdir()
         for number, name in enumerate(PHOTOGRAPHS):
-            picture = cropped(getattr(skimage.data, name)(), TRAINED_PX)
+            picture = crop_center(getattr(skimage.data, name)(), TRAINED_PX)
             cv2.imwrite(str(images / f"{number}-{name}.png"), picture[..., ::-1])
-        cells = [cell for name in NAMES for cell in _row(name, sources[name], images)]
+        cells = [cell for name in NAMES for cell in _draw_row(name, sources[name], images)]
     output.write_bytes(encode_picture(sheet_of(cells, 4), ".jpg"))
     print(output)
 
 
-def _row(name: str, source: str, images: Path) -> Iterator[np.ndarray]:
+def _draw_row(name: str, source: str, images: Path) -> Iterator[np.ndarray]:
     """Yield the labelled pictures of a filter: source, filter, bank, difference."""
     photograph = Photograph(max(images.iterdir()))
     bank = images.parent / "own.npz"
@@ -90,10 +90,13 @@ def _row(name: str, source: str, images: Path) -> Iterator[np.ndarray]:
     learned = stylize(levels[0], look)
     difference = np.abs(learned.astype(int) - levels[1])
     print(f"{name}: {explained:.1%}, mean difference {difference.mean():.2f} levels", flush=True)
-    yield label_picture(levels[0][CROP], "source")
-    yield label_picture(levels[1][CROP], name)
-    yield label_picture(learned[CROP], f"bank: explains {explained:.0%}")
-    yield label_picture((GAIN * difference).clip(0, 255).astype(np.uint8)[CROP], f"difference x {GAIN}")
+    yield label_picture(levels[0][DRAWN_CROP], "source")
+    yield label_picture(levels[1][DRAWN_CROP], name)
+    yield label_picture(learned[DRAWN_CROP], f"bank: explains {explained:.0%}")
+    yield label_picture(
+        (DIFFERENCE_FACTOR * difference).clip(0, 255).astype(np.uint8)[DRAWN_CROP],
+        f"difference x {DIFFERENCE_FACTOR}",
+    )
 
 
 if __name__ == "__main__":

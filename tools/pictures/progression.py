@@ -1,4 +1,4 @@
-"""The picture after each step of a style."""
+"""Render the picture after each step of a style."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from vidstyle.gallery.style_samples import restyle_picture
 from vidstyle.style import LAYERS, Step, Style
 
-_JOINT = "end of base"
+_END_OF_BASE = "end of base"
 """The name under which the end of the base layer is saved; styles cannot use names with spaces."""
 
 
@@ -28,23 +28,26 @@ class Stage:
     picture: np.ndarray
 
 
-def progression(picture: np.ndarray, style: Style) -> Iterator[Stage]:
-    """The source, the picture after each step that has a block, and the result.
+def render_progression(picture: np.ndarray, style: Style) -> Iterator[Stage]:
+    """Yield the source, the picture after each step that has a block, and the result.
 
     Args:
         picture: H x W x 3 uint8.
-        style: its layers are shown one after another, the lines layer before it is inked.
+        style: its layers are rendered in order; the lines layer is shown without ink.
     """
     yield Stage("", "source", picture)
-    done: tuple[Step, ...] = ()
+    previous: tuple[Step, ...] = ()
     for layer in LAYERS:
         steps = getattr(style, layer)
         for number, step in enumerate(steps, 1):
             if step.block:
                 so_far = Style(
-                    style.name, height=style.height, base=done + steps[:number], folder=style.folder
+                    style.name, height=style.height, base=previous + steps[:number], folder=style.folder
                 )
                 yield Stage(layer, step.block, restyle_picture(picture, so_far))
         # Each layer continues from the end of the base, and can use what was saved before.
-        done += (*steps, Step("", save=_JOINT) if layer == "base" else Step("", source=_JOINT))
+        previous += (
+            *steps,
+            Step("", save=_END_OF_BASE) if layer == "base" else Step("", source=_END_OF_BASE),
+        )
     yield Stage("", "result", restyle_picture(picture, style))

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+from vidstyle.export.format_page import page_data
 
 from tools.api_reference import block_section
 from tools.pictures.gallery import PHOTOGRAPHS
@@ -17,7 +18,6 @@ from vidstyle.block import Block
 from vidstyle.blocks import all_blocks
 from vidstyle.cli import commands
 from vidstyle.errors import VidstyleError
-from vidstyle.export.page import page_data
 from vidstyle.gallery.style_samples import style_of_block
 from vidstyle.style import PLAIN, Style, describe, load_style, style_names
 

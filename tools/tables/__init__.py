@@ -1,1 +1,1 @@
-"""Makes the tables that blocks come with."""
+"""Make the tables that ship with blocks."""

@@ -1,4 +1,4 @@
-"""Draws the glyphs that `glyphs` comes with, side by side: `python -m tools.tables.alphabet`."""
+"""Draw the glyphs that ship with `glyphs`, side by side: `python -m tools.tables.alphabet`."""
 
 from __future__ import annotations
 
@@ -9,26 +9,26 @@ import numpy as np
 
 from vidstyle.blocks.glyphs import shipped_alphabets
 
-HEIGHT, WIDTH = 40, 24
+GLYPH_HEIGHT_PX, GLYPH_WIDTH_PX = 40, 24
 HEIGHT_UNITS = 10
-"""Of a glyph; it is drawn on a field 6 wide and 10 high."""
-FINER = 8
-STROKE = 1.15
-"""Width of a stroke; a dot is a little wider."""
-STRETCH_RATIO, MIDDLE = 1.22, 4.95
-"""Glyphs are stretched in height about a middle, and fill the field: rows of text become no dark stripes."""
+"""Height of a glyph in the units of `GLYPHS`; it is 6 units wide."""
+SUPERSAMPLING_FACTOR = 8
+STROKE_WIDTH = 1.15
+"""Stroke width in units; dots are slightly wider."""
+STRETCH_RATIO, STRETCH_CENTER_HEIGHT = 1.22, 4.95
+"""Glyphs are stretched vertically about this height to fill the cell, without dark stripes between rows."""
 
 Points = list[tuple[float, float]]
 
 
 def ring(x: float, y: float, across: float, down: float, first: int = 0, last: int = 360) -> Points:
-    """Part of an ellipse, from one angle to another: 0 to the right, 90 below."""
+    """Return an arc of an ellipse between two angles in degrees: 0 is right, 90 is down."""
     turns = [math.radians(angle) for angle in range(first, last + 1, 6)]
     return [(x + across * math.cos(turn), y + down * math.sin(turn)) for turn in turns]
 
 
 def letter_s(top: float, bottom: float) -> Points:
-    """An S between two heights."""
+    """Return an S between two heights."""
     half = (bottom - top) / 4
     upper, lower = (ring(3, top + part * half, 1.75, half) for part in (1, 3))
     return [*upper[55:14:-1], *lower[45:], *lower[:27]]
@@ -81,18 +81,25 @@ GLYPHS: dict[str, list[Points]] = {
 }  # fmt: skip
 
 
-def drawn(strokes: list[Points]) -> np.ndarray:
-    """A glyph, white on black."""
-    large = np.zeros((HEIGHT * FINER, WIDTH * FINER), np.uint8)
-    scale = HEIGHT * FINER / HEIGHT_UNITS
+def draw_glyph(strokes: list[Points]) -> np.ndarray:
+    """Return a glyph, white on black, `GLYPH_HEIGHT_PX` x `GLYPH_WIDTH_PX` uint8."""
+    large = np.zeros(
+        (GLYPH_HEIGHT_PX * SUPERSAMPLING_FACTOR, GLYPH_WIDTH_PX * SUPERSAMPLING_FACTOR), np.uint8
+    )
+    scale = GLYPH_HEIGHT_PX * SUPERSAMPLING_FACTOR / HEIGHT_UNITS
     for stroke in strokes:
-        points = np.array(stroke) * (1, STRETCH_RATIO) + (0, HEIGHT_UNITS / 2 - STRETCH_RATIO * MIDDLE)
+        points = np.array(stroke) * (1, STRETCH_RATIO) + (
+            0,
+            HEIGHT_UNITS / 2 - STRETCH_RATIO * STRETCH_CENTER_HEIGHT,
+        )
         places = (points * scale * 16).round().astype(np.int32)
         if len(stroke) == 1:
-            cv2.circle(large, places[0], round(0.65 * STROKE * scale * 16), 255, -1, cv2.LINE_AA, 4)
-        cv2.polylines(large, [places], False, 255, round(STROKE * scale), cv2.LINE_AA, 4)
-    return cv2.resize(large, (WIDTH, HEIGHT), interpolation=cv2.INTER_AREA)
+            cv2.circle(large, places[0], round(0.65 * STROKE_WIDTH * scale * 16), 255, -1, cv2.LINE_AA, 4)
+        cv2.polylines(large, [places], False, 255, round(STROKE_WIDTH * scale), cv2.LINE_AA, 4)
+    return cv2.resize(large, (GLYPH_WIDTH_PX, GLYPH_HEIGHT_PX), interpolation=cv2.INTER_AREA)
 
 
 if __name__ == "__main__":
-    cv2.imwrite(str(shipped_alphabets()["letters"]), np.hstack([drawn(each) for each in GLYPHS.values()]))
+    cv2.imwrite(
+        str(shipped_alphabets()["letters"]), np.hstack([draw_glyph(each) for each in GLYPHS.values()])
+    )
