@@ -1,7 +1,7 @@
-"""Settings of the machines that the tests run on: drawn by a seed, so that each day tries others.
+"""Random settings of the machines for the tests; the seed is the date, so each day uses other settings.
 
-A second machine has the opposite settings: of two options the other one. Variables such as
-VIDSTYLE_CI_USER=ordinary choose settings of the first machine.
+A second machine has the opposite settings. Environment variables such as VIDSTYLE_CI_USER=ordinary override
+settings of the first machine.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from pathlib import Path
 ORDINARY_USER = "vidstyle-tests"
 OLDEST_PYTHON = "3.11"
 BROWSERS = {"chromium", "chromium-browser", "google-chrome", "chrome"}
-"""Names of the program that tests of pages need, one of them."""
+"""Names of browsers, one of which the tests of pages need."""
 
 OPTIONS = {
     "user": ("root", "ordinary"),
@@ -30,7 +30,7 @@ OPTIONS = {
     "locale": ("C", "C.UTF-8", "de_DE.UTF-8"),
     "programs": ("with", "without"),
 }
-"""Of each setting; one may depend on those before it."""
+"""Options of each setting; they may depend on the settings above."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Machine:
 
     @property
     def interpreter(self) -> Path:
-        """The Python that the environment is made with."""
+        """The Python of the virtual environment."""
         found = find_python(self.python, self.user)
         assert found is not None
         return found
@@ -62,41 +62,41 @@ class Machine:
 
 
 def draw_machines(seed: str) -> tuple[Machine, Machine]:
-    """The machine of the seed and its opposite; print what this computer cannot offer."""
+    """Return the machine of a seed and its opposite, and print unavailable options."""
     orders = {name: random.Random(f"{seed} {name}").sample(of, len(of)) for name, of in OPTIONS.items()}
     for name, order in orders.items():
         order.sort(key=lambda option, name=name: option != os.environ.get(f"VIDSTYLE_CI_{name.upper()}"))
     first = _first_possible(orders)
     opposite = _first_possible({name: order[::-1] for name, order in orders.items()})
     if first.cores == "1" and "VIDSTYLE_CI_CORES" not in os.environ:
-        return opposite, first  # all tests take too long on one core; the first machine runs them
+        return opposite, first  # the first machine runs all tests, too many for one core
     return first, opposite
 
 
 def account_of(user: str) -> pwd.struct_passwd | None:
-    """The account to change to; None: the present one."""
+    """Return the account to switch to, or None for the current one."""
     return None if os.geteuid() != 0 or user == "root" else pwd.getpwnam(ORDINARY_USER)
 
 
 @cache
 def find_python(version: str, user: str) -> Path | None:
-    """A Python of this version, such as "3.12", that the user can start and that can make environments."""
+    """Return a Python of a version such as "3.12" that the user can run and that has venv, or None."""
     pyenv = Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv"))
     found = [f"/usr/bin/python{version}", f"/usr/local/bin/python{version}", shutil.which(f"python{version}")]
     found += sorted(map(str, pyenv.glob(f"versions/{version}.*/bin/python{version}")))
-    return next((Path(path) for path in found if path and _makes_environments(path, version, user)), None)
+    return next((Path(path) for path in found if path and _has_venv(path, version, user)), None)
 
 
-def _makes_environments(python: str, version: str, user: str) -> bool:
+def _has_venv(python: str, version: str, user: str) -> bool:
     check = "import ensurepip, sys, venv; print('{}.{}'.format(*sys.version_info))"
     account = account_of(user)
     try:
-        told = subprocess.run(
+        run_result = subprocess.run(
             [python, "-c", check], capture_output=True, text=True, cwd="/", user=account and account.pw_uid
         )
     except OSError:
         return False
-    return told.stdout.strip() == version
+    return run_result.stdout.strip() == version
 
 
 def _first_possible(orders: Mapping[str, Iterable[str]]) -> Machine:
@@ -158,4 +158,4 @@ OBSTACLES: dict[str, Callable[[str, Mapping[str, str]], str | None]] = {
     "locale": _obstacle_to_locale,
     "programs": _obstacle_to_programs,
 }
-"""For each setting: why an option is not available here, given the settings chosen before; None if it is."""
+"""Functions that return why an option of a setting is unavailable, given the previous settings, or None."""

@@ -1,6 +1,6 @@
-"""Run all tests on the machine of the day, and on its opposite some that depend most on the machine.
+"""Run all tests on a machine with random settings, and the most sensitive ones on its opposite.
 
-VIDSTYLE_TEST_SEED, the date in `run`, chooses the machine; `settings.py` says what else can be chosen.
+VIDSTYLE_TEST_SEED, the date in `run`, selects the machine; see `settings.py` for overrides.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from settings import BROWSERS, Machine, account_of, draw_machines
 
 ROOT = Path(__file__).resolve().parents[1]
 HIDDEN_PROGRAMS = BROWSERS | {"ffmpeg", "ffprobe", "node", "npx"}
-"""What a machine "without" other programs lacks."""
+"""Programs hidden from a machine "without" other programs."""
 SENSITIVE_TESTS = (
     "tests/blade/test_training.py",
     "tests/cli",
@@ -34,10 +34,10 @@ SENSITIVE_TESTS = (
     "tests/repository",
 )
 """Tests whose results depend most on user, paths, locale, cores, Python and dependencies."""
-SENSITIVE_PARTS = 3
-"""How many of them run on the second machine; others each day."""
+SENSITIVE_TEST_COUNT = 3
+"""Number of `SENSITIVE_TESTS` that run on the second machine, a random choice each day."""
 THOROUGH_SHARE = "0.015"
-"""Of the thorough tests; others each day."""
+"""Share of the thorough tests that run, a random choice each day."""
 FUZZ_SECONDS = "25"
 FOLDERS = {
     "plain": "checkout",
@@ -54,7 +54,7 @@ class Result(NamedTuple):
 
 
 class Checkout:
-    """A clone in which commands run as on the machine, with few variables and an empty home."""
+    """A clone in which commands run with the settings of a machine, few variables and an empty home."""
 
     def __init__(self, machine: Machine, work: Path, seed: str, cores: set[int]) -> None:
         self.machine, self._cores = machine, ",".join(map(str, cores))
@@ -88,7 +88,7 @@ class Checkout:
             self.folder.parent.chmod(0o700)
 
     def run(self, *command: str, show: bool = False) -> Result:
-        """Run a command on the machine's cores; `show`: print its output at once."""
+        """Run a command on the cores of the machine; `show` prints its output immediately."""
         process = subprocess.Popen(
             ["taskset", "--cpu-list", self._cores, *command], cwd=self.folder, env=self._variables,
             text=True, encoding="utf-8", errors="replace",
@@ -105,9 +105,9 @@ class Checkout:
         return Result(process.wait() == 0, lines)
 
     def test(self, target: str, *variables: str, show: bool = False) -> Result:
-        """Run tests by their target with variables of `make`; run failed tests once more, alone.
+        """Run a test target of `make`, and rerun failed tests once without parallel processes.
 
-        Some tests play streams, on machines that may be busy.
+        Tests of streams may fail on busy machines.
         """
         make = ["make", target, self.python, *variables]
         result = self.run(*make, show=show)
@@ -115,10 +115,10 @@ class Checkout:
             return result
         failed = "TESTS=--last-failed --last-failed-no-failures none"
         again = self.run(*make, failed, "JOBS=0", show=show)
-        return Result(again.succeeded, [*result.lines, "What failed, once more:", *again.lines])
+        return Result(again.succeeded, [*result.lines, "Rerun of failed tests:", *again.lines])
 
     def fuzz(self, seed: str) -> Result:
-        """Give damaged files to the program; keep those that it stumbles over."""
+        """Run the fuzzer, and copy its findings to the repository."""
         limits = ["--seconds", FUZZ_SECONDS, "--seed", seed]
         result = self.run(".venv/bin/python", "tools/fuzz.py", *limits)
         if not result.succeeded:
@@ -128,7 +128,7 @@ class Checkout:
 
 
 def main() -> None:
-    """Print the settings, run everything, and end with the last lines of the tests."""
+    """Print the settings, run all tests and checks, and print a summary."""
     seed = os.environ["VIDSTYLE_TEST_SEED"]
     machines = draw_machines(seed)
     print(f"seed {seed}; all tests on:\n{machines[0]}\nsome on the opposite:\n{machines[1]}", flush=True)
@@ -153,17 +153,17 @@ def main() -> None:
 
 
 def _summary(lines: list[str]) -> str:
-    """Join the lines that count something, of the first run and of the second."""
+    """Join the lines with counts, of the first run and the rerun."""
     counts = re.compile(r"\d (passed|failed|error).* in |\d cases|^Success")
     return "; ".join(line.strip("= ") for line in lines if counts.search(line)) or lines[-1]
 
 
 def _run_others(second: Checkout, first: Checkout, installed: Future[Result], seed: str) -> dict[str, Result]:
     """Run the checks and the tests of the second machine in parallel with all tests of the first."""
-    sensitive = random.Random(seed).sample(SENSITIVE_TESTS, SENSITIVE_PARTS)
+    sensitive = random.Random(seed).sample(SENSITIVE_TESTS, SENSITIVE_TEST_COUNT)
     results = {
         "sensitive tests": second.test("test", f"TESTS={' '.join(sensitive)}"),
-        # So few that each additional process would take longer to collect them than they take.
+        # Few tests: collecting them in more processes would take longer than running them.
         "thorough tests": second.test("thorough", "JOBS=0"),
         "damaged files": second.fuzz(seed),
     }

@@ -1,4 +1,4 @@
-"""Makes the API reference out of docstrings: `python -m tools.api_reference [FOLDER]`.
+"""Make the API reference from docstrings: `python -m tools.api_reference [FOLDER]`.
 
 One page for the public names of `vidstyle`, one for the filter blocks.
 """
@@ -20,8 +20,8 @@ from vidstyle.blocks import all_blocks
 DEFAULT_FOLDER = Path("build/api")
 
 
-def block_section(block: Block) -> str:
-    """A block as Markdown: what it does, and a row for each parameter."""
+def format_block(block: Block) -> str:
+    """Return a block as Markdown: its description, and a row for each parameter."""
     rows = [
         f"| `{name}` | {parameter.default!r} | {parameter.control.range_text} | {parameter.control.help} |"
         for name, parameter in block.parameters.items()
@@ -30,18 +30,18 @@ def block_section(block: Block) -> str:
     return "\n".join([f"## {block.name}", "", block.help, *table, ""])
 
 
-def block_list() -> ModuleType:
-    """A module without names, whose docstring is the list of blocks."""
-    sections = [block_section(block) for block in all_blocks().values()]
+def make_block_module() -> ModuleType:
+    """Return an empty module whose docstring is the list of blocks."""
+    sections = [format_block(block) for block in all_blocks().values()]
     module = ModuleType("blocks", "\n".join(["Filter blocks, the steps of a style.", "", *sections]))
     module.__spec__ = ModuleSpec("blocks", None)
     return module
 
 
-def make(folder: Path) -> None:
-    """Write the pages; a warning, such as a link to nothing, is an error."""
-    sys.modules["blocks"] = block_list()
-    # pdoc leaves out what has underscores unless it is told so.
+def write_reference_pages(folder: Path) -> None:
+    """Write the pages; warnings, such as broken links, are errors."""
+    sys.modules["blocks"] = make_block_module()
+    # pdoc omits names with underscores that are not marked as public.
     vidstyle.Renderer.__call__.__doc__ = f"{vidstyle.Renderer.__call__.__doc__}\n\n@public"
     pdoc.render.configure(
         docformat="google", show_source=False, footer_text=f"vidstyle {vidstyle.__version__}"
@@ -53,5 +53,5 @@ def make(folder: Path) -> None:
 
 if __name__ == "__main__":
     folder = Path(*sys.argv[1:]) if sys.argv[1:] else DEFAULT_FOLDER
-    make(folder)
+    write_reference_pages(folder)
     print(folder / "index.html")

@@ -1,7 +1,7 @@
-"""Measures every learned block over its range and writes filters_bank/README.md.
+"""Measure every learned block over its range, and write filters_bank/README.md.
 
-`nice python tools/fidelity.py --images DIR` takes the last pictures of the folder, by name, which no bank has
-learned from.
+`nice python tools/fidelity.py --images DIR` uses the last pictures of the folder, by name, which are held out
+of the training.
 """
 
 from __future__ import annotations
@@ -29,59 +29,59 @@ from vidstyle.blocks import all_blocks
 from vidstyle.blocks.detail import CONTRAST_LEVELS, FULL_DELTA
 
 README = Path(__file__).parent.parent / "filters_bank" / "README.md"
-HELD_OUT = 10
-"""The last pictures of the folder that no bank learns from."""
-P = 20.0
-"""Strength of the sharpening with which lines are measured."""
-PAPER = {
+HELD_OUT_COUNT = 10
+"""Number of held-out pictures, the last of the folder."""
+SHARPENING_FACTOR = 20.0
+"""Value of the parameter `p` with which lines are measured."""
+PAPER_SCORES = {
     "etf": (34.85, 0.9619),
     "tvf": (35.86, 0.9683),
     "detail -20": (38.38, 0.9845),
     "detail +20": (41.36, 0.9895),
 }
-"""PSNR and MSSIM in the paper's figures 8 and 11, whose settings and untouched pictures it does not give."""
+"""PSNR and MSSIM in the paper's figures 8 and 11, which gives neither settings nor the source pictures."""
 
 Picture = np.ndarray
 
 
 @dataclass(frozen=True)
 class Case:
-    """One setting of a block, and what it approximates.
+    """One setting of a block, and its reference.
 
     Attributes:
-        values: of the block's parameters.
-        target: from luma to what the reference makes of it.
-        shown: what is compared of result and target: see `shown_as`.
-        paper: the key of the paper's figures.
+        values: the parameters of the block.
+        target: the reference filter for luma.
+        outputs: forms of the output to compare, see `convert_output`.
+        paper: key in `PAPER_SCORES`, or "".
     """
 
     block: str
     values: dict[str, object]
     target: Callable[[Picture], Picture]
-    shown: tuple[str, ...] = ("",)
+    outputs: tuple[str, ...] = ("",)
     paper: str = ""
 
     @property
     def run(self) -> BankRun:
-        """The bank with these values."""
+        """The bank with these parameters."""
         block = all_blocks()[self.block]
         made: BankRun = block.function(**block.arguments_for(self.values))
         return made
 
     @property
     def name(self) -> str:
-        """The values as text, as a style file has them."""
-        return ", ".join(f"{key} {toml_text(value)}" for key, value in self.values.items())
+        """The parameters as text, as in a style file."""
+        return ", ".join(f"{key} {format_toml(value)}" for key, value in self.values.items())
 
 
 def cases() -> Iterator[Case]:
-    """All that is measured."""
+    """Yield all measured settings."""
     for passes in (1, 3, 6, 12):
         for reselect in (True, False):
-            yield strokes(passes, 2, 2, reselect=reselect, paper="etf" if reselect else "")
+            yield stroke_case(passes, 2, 2, reselect=reselect, paper="etf" if reselect else "")
     for brush in ("broad",):
         for passes, rho in ((1, 4), (3, 4), (6, 4), (6, 8)):
-            yield strokes(passes, rho, 4, brush=brush, reselect=True, paper="etf")
+            yield stroke_case(passes, rho, 4, brush=brush, reselect=True, paper="etf")
     for passes in (1, 2, 6, 12):
         yield Case("tvf", {"passes": passes}, lambda z, n=passes: tv_flow(z, 2.0 * n), paper="tvf")
     yield Case("tvf", {"passes": 2}, lambda z: second_order_tv_flow(z, 4.0), ("paper's scheme",), "tvf")
@@ -93,97 +93,106 @@ def cases() -> Iterator[Case]:
         paper = f"detail {delta:+d}" if abs(delta) == 20 else ""
         for accurate in ({}, {"accurate": True}) if delta > FULL_DELTA else ({},):
             values = {"delta": delta} | accurate
-            yield Case("detail", values, lambda z, d=delta: detailed(z, d), paper=paper)
+            yield Case("detail", values, lambda z, d=delta: apply_detail(z, d), paper=paper)
     for sigma in (0.5, 0.7, 1, 1.4, 2, 2.8, 4, 5.6, 8):
-        shown = ("linear", "clipped", "threshold")
-        yield Case("flow_dog", {"sigma": sigma, "p": P}, lambda z, s=sigma: lines(z, s), shown)
+        outputs = ("linear", "clipped", "threshold")
+        yield Case(
+            "flow_dog",
+            {"sigma": sigma, "p": SHARPENING_FACTOR},
+            lambda z, s=sigma: apply_flow_dog(z, s),
+            outputs,
+        )
 
 
-def strokes(passes: int, rho: float, sigma: float, paper: str, **values: object) -> Case:
-    """Edge tangent flow, whose reference takes the tensor anew in each step, as the paper does."""
+def stroke_case(passes: int, rho: float, sigma: float, paper: str, **values: object) -> Case:
+    """Return a case of edge tangent flow; the reference computes the tensor in each pass, as in the paper."""
 
     def target(luma: Picture) -> Picture:
-        return painted(luma, sigma, rho, passes)
+        return cached_edge_tangent_flow(luma, sigma, rho, passes)
 
     return Case("etf", {"passes": passes, "rho": rho, **values}, target, paper=paper)
 
 
-def kept(reference: Callable[..., Picture]) -> Callable[..., Picture]:
-    """The reference, which is computed once for each picture and settings."""
+def cached(reference: Callable[..., Picture]) -> Callable[..., Picture]:
+    """Decorate a reference filter so that it caches the result for each picture and settings."""
     results: dict[tuple[object, ...], Picture] = {}
 
-    def recalled(luma: Picture, *settings: float) -> Picture:
+    def compute(luma: Picture, *settings: float) -> Picture:
         key = hash(luma.tobytes()), *settings
         if key not in results:
             results[key] = reference(luma, *settings)
         return results[key]
 
-    return recalled
+    return compute
 
 
-@kept
-def painted(luma: Picture, sigma: float, rho: float, passes: int) -> Picture:
-    """Edge tangent flow, each step from what the one before has made."""
-    before = painted(luma, sigma, rho, passes - 1) if passes > 1 else luma
+@cached
+def cached_edge_tangent_flow(luma: Picture, sigma: float, rho: float, passes: int) -> Picture:
+    """Return edge tangent flow; each pass starts from the cached result of the previous one."""
+    before = cached_edge_tangent_flow(luma, sigma, rho, passes - 1) if passes > 1 else luma
     return edge_tangent_flow(before, sigma, rho)
 
 
-base = kept(detail_base)
+cached_detail_base = cached(detail_base)
 
 
-def detailed(luma: Picture, delta: float) -> Picture:
-    """Detail control by its reference: each layer of detail by its own factor."""
+def apply_detail(luma: Picture, delta: float) -> Picture:
+    """Return the reference of `detail`: each detail layer is multiplied by its factor."""
     block = all_blocks()["detail"]
     run: BankRun = block.function(**block.arguments_for({"delta": delta}))
-    bases = (base(luma, contrast) for contrast in CONTRAST_LEVELS)
-    return sum((weight * base for weight, base in zip(run.weights, bases, strict=True)), run.identity * luma)
+    bases = (cached_detail_base(luma, contrast) for contrast in CONTRAST_LEVELS)
+    return sum(
+        (weight * cached_detail_base for weight, cached_detail_base in zip(run.weights, bases, strict=True)),
+        run.identity * luma,
+    )
 
 
-def lines(luma: Picture, sigma: float) -> Picture:
-    """The flow-guided difference of Gaussians by its reference."""
+def apply_flow_dog(luma: Picture, sigma: float) -> Picture:
+    """Return the reference of `flow_dog`."""
     smooth, difference = flow_dog_parts(luma, sigma)
-    return smooth + np.float32(P) * difference
+    return smooth + np.float32(SHARPENING_FACTOR) * difference
 
 
-def toml_text(value: object) -> str:
-    """A value as text: 2, 0.5, true, broad."""
+def format_toml(value: object) -> str:
+    """Return a value as text: 2, 0.5, true, broad."""
     return str(value).lower() if isinstance(value, bool | str) else f"{value:g}"
 
 
-def shown_as(picture: Picture, shown: str) -> Picture:
-    """The picture itself, clipped to 0..1, or after the soft threshold."""
-    if shown == "threshold":
+def convert_output(picture: Picture, outputs: str) -> Picture:
+    """Return the picture unchanged, clipped to 0..1, or after the soft threshold."""
+    if outputs == "threshold":
         return all_blocks()["soft_threshold"](picture, np.empty_like(picture), phi=0.02, epsilon=130)
-    return np.clip(picture, 0, 1) if shown == "clipped" else picture
+    return np.clip(picture, 0, 1) if outputs == "clipped" else picture
 
 
-def rows_of(case: Case, pictures: Sequence[Picture]) -> list[str]:
-    """Lines of the table: means of PSNR and MSSIM against the target, and of the untouched pictures'."""
+def measure_rows(case: Case, pictures: Sequence[Picture]) -> list[str]:
+    """Return rows of the table: mean PSNR and MSSIM of the block and of the untouched pictures."""
     measured = []
     for luma in pictures:
         target, result = case.target(luma), case.run.whole(luma)
-        for shown in case.shown:
-            wanted = shown_as(target, shown)
-            pairs = ((each, wanted) for each in (shown_as(result, shown), luma))
+        for outputs in case.outputs:
+            wanted = convert_output(target, outputs)
+            pairs = ((each, wanted) for each in (convert_output(result, outputs), luma))
             measured.append([measure(*pair) for pair in pairs for measure in (psnr, mssim)])
-    means = np.reshape(measured, (len(pictures), len(case.shown), 4)).mean(axis=0)
+    means = np.reshape(measured, (len(pictures), len(case.outputs), 4)).mean(axis=0)
     return [
-        f"| `{case.block}` | {case.name}{shown and ', '}{shown} | {found:.2f} dB | {similar:.4f} | "
-        f"{untouched:.2f} dB | {alike:.4f} | {found - untouched:.2f} dB | {paper_at(case, untouched)} |"
-        for shown, (found, similar, untouched, alike) in zip(case.shown, means, strict=True)
+        f"| `{case.block}` | {case.name}{outputs and ', '}{outputs} | {found:.2f} dB | {similar:.4f} | "
+        f"{untouched:.2f} dB | {untouched_mssim:.4f} | {found - untouched:.2f} dB | "
+        f"{format_paper_scores(case, untouched)} |"
+        for outputs, (found, similar, untouched, untouched_mssim) in zip(case.outputs, means, strict=True)
     ]
 
 
-def paper_at(case: Case, untouched: float) -> str:
-    """The paper's figures, and the gain that they would be where pictures change as much as with ours."""
+def format_paper_scores(case: Case, untouched: float) -> str:
+    """Return the scores of the paper, and the gain that they mean at the strength of our reference."""
     if not case.paper:
         return ""
-    found, similar = PAPER[case.paper]
+    found, similar = PAPER_SCORES[case.paper]
     return f"{found:.2f} dB, {similar:.4f}; {found - untouched:+.2f} dB"
 
 
-def bank_row(name: str, bank: Bank) -> str:
-    """What a bank is."""
+def format_bank(name: str, bank: Bank) -> str:
+    """Return a row of the table of banks."""
     bins, samples = bank.bins, np.array(bank.about["samples"])
     residuals = np.sqrt((np.square(bank.about["residuals"]) * samples).sum(axis=1) / max(samples.sum(), 1))
     return (
@@ -195,34 +204,36 @@ def bank_row(name: str, bank: Bank) -> str:
 
 
 def main() -> None:
-    """Measure, print, write."""
+    """Measure, print rows, and write the README."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--images", type=Path, required=True)
     parser.add_argument("--long-side", type=int, default=768)
     parser.add_argument("--only", action="append", help="a block, or 'flow_dog sigma 2'; writes nothing")
-    parser.add_argument("--pictures", type=int, default=HELD_OUT, help="how many of the held-out ones")
+    parser.add_argument(
+        "--pictures", type=int, default=HELD_OUT_COUNT, help="number of held-out pictures to use"
+    )
     arguments = parser.parse_args()
-    held_out = photographs_in(arguments.images, arguments.long_side)[-HELD_OUT:]
+    held_out = photographs_in(arguments.images, arguments.long_side)[-HELD_OUT_COUNT:]
     pictures = [luma_of(each.color()) for each in held_out[: arguments.pictures]]
     rows = []
     for case in cases():
         if not arguments.only or any(f"{case.block} {case.name}".startswith(each) for each in arguments.only):
-            rows += rows_of(case, pictures)
-            print(*rows[-len(case.shown) :], sep="\n", flush=True)
+            rows += measure_rows(case, pictures)
+            print(*rows[-len(case.outputs) :], sep="\n", flush=True)
     if not arguments.only:
-        README.write_text(page(rows, len(pictures), arguments.long_side), encoding="utf-8")
+        README.write_text(format_readme(rows, len(pictures), arguments.long_side), encoding="utf-8")
 
 
-def page(rows: list[str], count: int, long_side: int) -> str:
-    """The README."""
+def format_readme(rows: list[str], count: int, long_side: int) -> str:
+    """Return the content of filters_bank/README.md."""
     banks = {name: shipped_bank(name) for name in shipped_banks()}
     about = next(iter(banks.values())).about
-    learned = PICTURES.format(count=len(about["pictures"]))
+    learned = PICTURES_SECTION.format(count=len(about["pictures"]))
     return "\n".join(
         [
-            HEAD,
-            *(bank_row(name, bank) for name, bank in banks.items()),
-            FIDELITY.format(count=count, long_side=long_side),
+            README_HEAD,
+            *(format_bank(name, bank) for name, bank in banks.items()),
+            FIDELITY_SECTION.format(count=count, long_side=long_side),
             *rows,
             learned,
             *(f"| {name} | `{checksum}` |" for name, checksum in about["pictures"]),
@@ -231,7 +242,7 @@ def page(rows: list[str], count: int, long_side: int) -> str:
     )
 
 
-HEAD = """\
+README_HEAD = """\
 # Banks of learned filters
 
 Each file holds a small linear filter for each bin of local structure (orientation x strength x coherence x
@@ -244,7 +255,7 @@ which have the mean filter of their orientation. *Photographs* is the reduced le
 
 | bank | reference | parts | bins | filters | rho | residual | empty | photographs, px |
 |---|---|---|---|---|---|---|---|---|"""
-FIDELITY = """
+FIDELITY_SECTION = """
 ## Fidelity
 
 Luma of {count} photographs that no bank has learned from, their longer side reduced to {long_side} pixels,
@@ -259,7 +270,7 @@ equal strength. If the gain is below 0, the filter of the paper must have been s
 
 | block | setting | PSNR | MSSIM | untouched PSNR | untouched MSSIM | gain | paper |
 |---|---|---|---|---|---|---|---|"""
-PICTURES = """
+PICTURES_SECTION = """
 ## Training pictures
 
 {count} photographs; the next ten by name were held out. They are not part of this repository.

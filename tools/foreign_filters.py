@@ -1,8 +1,8 @@
-"""Trains banks on filters of other programs and prints what they explain, messages and times.
+"""Train banks on filters of other programs, and print their fidelity, messages and times.
 
-`nice python tools/foreign_filters.py --images DIR` holds out half of the pictures. It needs the program
-`ffmpeg`. `--only NAME` takes some of the filters, `--program` another version of vidstyle, and `-- OPTIONS`
-passes options to `vidstyle train`.
+`nice python tools/foreign_filters.py --images DIR` holds out half of the pictures and needs the program
+`ffmpeg`. `--only NAME` selects filters, `--program` another version of vidstyle, and `-- OPTIONS` passes
+options to `vidstyle train`.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from scipy import ndimage
 if TYPE_CHECKING:
     from vidstyle.blade.reference_filter import ReferenceFilter
 
-FFMPEG = "ffmpeg -loglevel error -y -i {in} -vf %s {out}"
-TIMED_SHAPE = (720, 1280)
+FFMPEG_COMMAND = "ffmpeg -loglevel error -y -i {in} -vf %s {out}"
+TIMED_SIZE = (720, 1280)
 
 
 def dim(picture: np.ndarray) -> np.ndarray:
@@ -119,50 +119,50 @@ def pencil(picture: np.ndarray) -> np.ndarray:
     return cv2.pencilSketch(picture, sigma_s=60, sigma_r=0.07, shade_factor=0.02)[1]
 
 
-OURS = "foreign_filters:"
+MODULE_PREFIX = "foreign_filters:"
 FILTERS: dict[str, dict[str, str]] = {
     "tone": {
-        "x 0.7": f"{OURS}dim",
-        "negative": f"{OURS}negative",
-        "square root": f"{OURS}gamma",
-        "sepia": f"{OURS}sepia",
+        "x 0.7": f"{MODULE_PREFIX}dim",
+        "negative": f"{MODULE_PREFIX}negative",
+        "square root": f"{MODULE_PREFIX}gamma",
+        "sepia": f"{MODULE_PREFIX}sepia",
     },
     "blur": {
-        "cv2.GaussianBlur 1.5": f"{OURS}gaussian",
-        "cv2.medianBlur 5": f"{OURS}median",
-        "scipy uniform_filter 9": f"{OURS}box",
-        "ffmpeg avgblur 3": FFMPEG % "avgblur=sizeX=3",
+        "cv2.GaussianBlur 1.5": f"{MODULE_PREFIX}gaussian",
+        "cv2.medianBlur 5": f"{MODULE_PREFIX}median",
+        "scipy uniform_filter 9": f"{MODULE_PREFIX}box",
+        "ffmpeg avgblur 3": FFMPEG_COMMAND % "avgblur=sizeX=3",
     },
     "sharpen": {
-        "ffmpeg cas=1": FFMPEG % "cas=1",
-        "ffmpeg unsharp": FFMPEG % "unsharp=7:7:1.5",
-        "scipy gaussian_laplace": f"{OURS}laplacian_sharpening",
+        "ffmpeg cas=1": FFMPEG_COMMAND % "cas=1",
+        "ffmpeg unsharp": FFMPEG_COMMAND % "unsharp=7:7:1.5",
+        "scipy gaussian_laplace": f"{MODULE_PREFIX}laplacian_sharpening",
         "cv2.detailEnhance": "cv2:detailEnhance",
     },
     "edge-preserving": {
-        "cv2.bilateralFilter": f"{OURS}bilateral",
-        "cv2 guidedFilter": f"{OURS}guided",
-        "ffmpeg nlmeans": FFMPEG % "nlmeans=s=8",
+        "cv2.bilateralFilter": f"{MODULE_PREFIX}bilateral",
+        "cv2 guidedFilter": f"{MODULE_PREFIX}guided",
+        "ffmpeg nlmeans": FFMPEG_COMMAND % "nlmeans=s=8",
         "cv2.edgePreservingFilter": "cv2:edgePreservingFilter",
     },
     "edges": {
-        "Sobel magnitude": f"{OURS}sobel",
-        "scipy morphological_gradient": f"{OURS}morphological_gradient",
-        "ffmpeg kirsch": FFMPEG % "kirsch",
-        "Laplacian magnitude": f"{OURS}laplacian",
+        "Sobel magnitude": f"{MODULE_PREFIX}sobel",
+        "scipy morphological_gradient": f"{MODULE_PREFIX}morphological_gradient",
+        "ffmpeg kirsch": FFMPEG_COMMAND % "kirsch",
+        "Laplacian magnitude": f"{MODULE_PREFIX}laplacian",
     },
     "painterly": {
         "cv2.stylization": "cv2:stylization",
-        "cv2.pencilSketch": f"{OURS}pencil",
-        "Kuwahara 7": f"{OURS}kuwahara",
-        "cv2.xphoto.oilPainting 4, 1": f"{OURS}oil",
+        "cv2.pencilSketch": f"{MODULE_PREFIX}pencil",
+        "Kuwahara 7": f"{MODULE_PREFIX}kuwahara",
+        "cv2.xphoto.oilPainting 4, 1": f"{MODULE_PREFIX}oil",
     },
 }
-"""Filters by kind: functions, and commands with {in} and {out}."""
+"""Filters by kind: functions, or commands with {in} and {out}."""
 
 
 def main() -> None:
-    """Train and print."""
+    """Train the banks and print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--images", type=Path, required=True)
     parser.add_argument("--only", action="append", help="a kind, or the beginning of a name")
@@ -184,11 +184,11 @@ def main() -> None:
                     each == kind or name.startswith(each) for each in arguments.only
                 ):
                     bank = banks / f"{name.replace(' ', '-')}.npz"
-                    print(f"| {kind} | {name} | {row(arguments, source, bank)} |", flush=True)
+                    print(f"| {kind} | {name} | {train_row(arguments, source, bank)} |", flush=True)
 
 
-def row(arguments: argparse.Namespace, source: str, bank: Path) -> str:
-    """Train one bank, and return its columns of the table."""
+def train_row(arguments: argparse.Namespace, source: str, bank: Path) -> str:
+    """Train one bank and return its cells of the table."""
     count = sum(each.is_file() for each in arguments.images.iterdir())
     options = ["--hold-out", str(count // 2), *arguments.options]
     begun = time.monotonic()
@@ -199,13 +199,13 @@ def row(arguments: argparse.Namespace, source: str, bank: Path) -> str:
     from vidstyle.blade.bank_file import load_bank
 
     fidelity = load_bank(bank).about["fidelity"]
-    told = ("layouts", "stage", "the filter", "not local")
+    shown_words = ("layouts", "stage", "the filter", "not local")
     lines = (line.partition(": ")[2] for line in run.stderr.splitlines())
-    said = "; ".join(line for line in lines if any(word in line for word in told))
-    timed = f" | {times(source, bank)}" if arguments.timed else ""
+    messages = "; ".join(line for line in lines if any(word in line for word in shown_words))
+    timed = f" | {time_filters(source, bank)}" if arguments.timed else ""
     return (
         f"{fidelity['explained']:.1%} | {fidelity['psnr']:.1f} dB | {fidelity['untouched psnr']:.1f} dB | "
-        f"{fidelity['mssim']:.3f} | {fidelity['untouched mssim']:.3f} | {seconds:.0f} s{timed} | {said}"
+        f"{fidelity['mssim']:.3f} | {fidelity['untouched mssim']:.3f} | {seconds:.0f} s{timed} | {messages}"
     )
 
 
@@ -219,31 +219,31 @@ def train_bank(
     return subprocess.run(words, capture_output=True, text=True, env=os.environ | {"PYTHONPATH": path})
 
 
-def reference_of(source: str) -> ReferenceFilter:
-    """Return the filter that a function or command is."""
+def make_reference(source: str) -> ReferenceFilter:
+    """Return the reference filter of a function or command."""
     from vidstyle.blade.program_filter import reference_by_command
     from vidstyle.blade.reference_filter import reference_by_function
 
     return reference_by_command(source) if "{in}" in source else reference_by_function(source)
 
 
-def times(source: str, bank: Path) -> str:
+def time_filters(source: str, bank: Path) -> str:
     """Return the processor time of a filter, and of its bank for luma, at 1280 x 720, in milliseconds."""
     from vidstyle.blade.bank_file import load_bank
     from vidstyle.blade.before.luma_steps import prepare
     from vidstyle.blade.inference import BankRun
     from vidstyle.blade.photographs import Photograph
 
-    noise = np.random.default_rng(1).random(TIMED_SHAPE, np.float32)
+    noise = np.random.default_rng(1).random(TIMED_SIZE, np.float32)
     luma = cv2.GaussianBlur(noise, (0, 0), 3)
     color = np.repeat(luma[..., None], 3, axis=2)
-    reference, run, photograph = reference_of(source), BankRun(load_bank(bank)), Photograph(Path("timed"))
-    theirs = _ms(lambda: reference.apply(color, photograph))
-    ours = _ms(lambda: run.whole(prepare(luma, run.luma_steps)))
-    return f"{theirs:.0f} ms | {ours:.1f} ms"
+    reference, run, photograph = make_reference(source), BankRun(load_bank(bank)), Photograph(Path("timed"))
+    reference_ms = _best_ms(lambda: reference.apply(color, photograph))
+    bank_ms = _best_ms(lambda: run.whole(prepare(luma, run.luma_steps)))
+    return f"{reference_ms:.0f} ms | {bank_ms:.1f} ms"
 
 
-def _ms(call: Callable[[], object]) -> float:
+def _best_ms(call: Callable[[], object]) -> float:
     call()
     return min(_processor_ms(call) for _ in range(3))
 

@@ -1,4 +1,4 @@
-"""Compares the shipped banks with references that share no code with the program.
+"""Compare the shipped banks with references that share no code with the program.
 
 `python -m tools.independent_references` prints a table for textured photographs of scikit-image. The
 references are written from the equations of the paper and of its sources, with NumPy and SciPy only; their
@@ -21,15 +21,15 @@ from vidstyle.blade.training import psnr
 PHOTOGRAPHS = ("brick", "camera", "chelsea", "grass", "gravel", "hubble_deep_field")
 """Photographs with fine texture."""
 SIDE_PX = 288
-"""Side of the middle of a photograph that is filtered."""
+"""Side of the center crop that is filtered."""
 BORDER_PX = 16
-"""Width of the border that is not compared."""
-P = fidelity.P
+"""Width of the border that is excluded from the comparison."""
+SHARPENING_FACTOR = fidelity.SHARPENING_FACTOR
 
 Picture = np.ndarray
 
 
-def tangents(luma: Picture, rho: float, presmoothing: float = 0.0) -> np.ndarray:
+def smooth_tensor(luma: Picture, rho: float, presmoothing: float = 0.0) -> np.ndarray:
     """Return the smoothed structure tensor, 3 x H x W: xx, xy, yy of Scharr's derivatives."""
     smooth = gaussian_filter(luma, presmoothing) if presmoothing else luma
     across, down = (
@@ -49,16 +49,16 @@ def tangent_at(tensor: np.ndarray, place: np.ndarray) -> np.ndarray:
     return np.stack([np.sin(angle), np.cos(angle)])
 
 
-def along_lines(plane: Picture, tensor: np.ndarray, sigma: float) -> Picture:
-    """Line integral convolution with a Gaussian: Runge-Kutta steps of one pixel, second order."""
+def integrate_along_lines(plane: Picture, tensor: np.ndarray, sigma: float) -> Picture:
+    """Return the line integral convolution with a Gaussian: Runge-Kutta steps of one pixel, second order."""
     start = np.indices(plane.shape).astype(float)
     first = tangent_at(tensor, start)
     total, weights = plane.copy(), 1.0
     for side in (1, -1):
         place, heading = start, side * first
         for step in range(1, int(np.ceil(3 * sigma)) + 1):
-            here = aligned(tangent_at(tensor, place), heading)
-            heading = aligned(tangent_at(tensor, place + here / 2), here)
+            here = align(tangent_at(tensor, place), heading)
+            heading = align(tangent_at(tensor, place + here / 2), here)
             place = place + heading
             weight = np.exp(-(step**2) / (2 * sigma**2))
             total += weight * map_coordinates(plane, place, order=1, mode="nearest")
@@ -66,15 +66,15 @@ def along_lines(plane: Picture, tensor: np.ndarray, sigma: float) -> Picture:
     return total / weights
 
 
-def aligned(tangent: np.ndarray, heading: np.ndarray) -> np.ndarray:
-    """Return the tangent with the sign that continues a line."""
+def align(tangent: np.ndarray, heading: np.ndarray) -> np.ndarray:
+    """Return the tangent, reversed where it points against the heading."""
     return np.where((tangent * heading).sum(axis=0) < 0, -tangent, tangent)
 
 
 def edge_tangent_flow(luma: Picture, sigma: float, rho: float, passes: int) -> Picture:
-    """Section 5.4.2: average along the tangents, which each pass finds again."""
+    """Section 5.4.2: average along the tangents, which each pass computes again."""
     for _ in range(passes):
-        luma = along_lines(luma, tangents(luma, rho), sigma)
+        luma = integrate_along_lines(luma, smooth_tensor(luma, rho), sigma)
     return luma
 
 
@@ -82,20 +82,26 @@ def curvature_flow(luma: Picture, time: float) -> Picture:
     """Section 5.4.1, equation 11, expanded: the second derivative along level lines."""
     now, count = 255 * luma, round(time / 0.2)
     for _ in range(count):
-        x, y = (correlate(now, kernel, mode="nearest") for kernel in (CENTRAL, CENTRAL.T))
-        xx, yy = (correlate(now, kernel, mode="nearest") for kernel in (SECOND, SECOND.T))
-        xy = correlate(now, MIXED, mode="nearest")
+        x, y = (
+            correlate(now, kernel, mode="nearest")
+            for kernel in (FIRST_DERIVATIVE_MATRIX, FIRST_DERIVATIVE_MATRIX.T)
+        )
+        xx, yy = (
+            correlate(now, kernel, mode="nearest")
+            for kernel in (SECOND_DERIVATIVE_MATRIX, SECOND_DERIVATIVE_MATRIX.T)
+        )
+        xy = correlate(now, MIXED_DERIVATIVE_MATRIX, mode="nearest")
         now = now + time / count * (xx * y * y - 2 * x * y * xy + yy * x * x) / (x * x + y * y + 0.1)
     return now / 255
 
 
-CENTRAL = np.array([[0, 0, 0], [-0.5, 0, 0.5], [0, 0, 0]])
-SECOND = np.array([[0, 0, 0], [1, -2, 1], [0, 0, 0]])
-MIXED = np.array([[1, 0, -1], [0, 0, 0], [-1, 0, 1]]) / 4
+FIRST_DERIVATIVE_MATRIX = np.array([[0, 0, 0], [-0.5, 0, 0.5], [0, 0, 0]])
+SECOND_DERIVATIVE_MATRIX = np.array([[0, 0, 0], [1, -2, 1], [0, 0, 0]])
+MIXED_DERIVATIVE_MATRIX = np.array([[1, 0, -1], [0, 0, 0], [-1, 0, 1]]) / 4
 
 
 def circle_median_flow(luma: Picture, time: float) -> Picture:
-    """The same flow by medians over circles of 2 px (Oberman 2004), which creates no extremes."""
+    """Return the same flow by medians over circles of 2 px (Oberman 2004), which creates no extremes."""
     now, count, radius = luma, round(time / 0.25), 2.0
     turns = np.arange(32) * 2 * np.pi / 32
     for _ in range(count):
@@ -109,7 +115,7 @@ def circle_median_flow(luma: Picture, time: float) -> Picture:
 def flow_dog(luma: Picture, sigma: float) -> Picture:
     """Section 5.4.3: (1 + p) G - p G' across the edge, of sigma and 1.6 sigma, then along the flow."""
     coarse = max(sigma, 1.0)
-    tensor = tangents(luma, 2 * coarse, 0.5 * coarse if sigma > 1 else 0.0)
+    tensor = smooth_tensor(luma, 2 * coarse, 0.5 * coarse if sigma > 1 else 0.0)
     start = np.indices(luma.shape).astype(float)
     along = tangent_at(tensor, start)
     normal = np.stack([along[1], -along[0]])
@@ -123,7 +129,9 @@ def flow_dog(luma: Picture, sigma: float) -> Picture:
             sums[each] += weight * pair
             totals[each] += 2 * weight
     narrow, wide = (each / total for each, total in zip(sums, totals, strict=True))
-    return along_lines((1 + P) * narrow - P * wide, tensor, 1.5 * coarse)
+    return integrate_along_lines(
+        (1 + SHARPENING_FACTOR) * narrow - SHARPENING_FACTOR * wide, tensor, 1.5 * coarse
+    )
 
 
 def soft_threshold(picture: Picture, phi: float, epsilon: float) -> Picture:
@@ -159,27 +167,30 @@ def nonlocal_means(luma: Picture, strength: float) -> Picture:
 def cases() -> Iterator[tuple[fidelity.Case, str, Callable[[Picture], Picture]]]:
     """Yield settings of blocks with our reference, and the name and function of the independent one."""
     for passes in (1, 3):
-        case = fidelity.strokes(passes, 2, 2, reselect=True, paper="")
+        case = fidelity.stroke_case(passes, 2, 2, reselect=True, paper="")
         yield case, "", lambda z, n=passes: edge_tangent_flow(z, 2, 2, n)
-    case = fidelity.strokes(6, 4, 4, brush="broad", reselect=True, paper="")
+    case = fidelity.stroke_case(6, 4, 4, brush="broad", reselect=True, paper="")
     yield case, "", lambda z: edge_tangent_flow(z, 4, 4, 6)
     curvature = fidelity.Case("tvf", {"passes": 1}, lambda z: tv_flow(z, 2))
     yield curvature, "central differences", lambda z: curvature_flow(z, 2)
     yield curvature, "medians of circles", lambda z: circle_median_flow(z, 2)
     for values in ({"delta": -20}, {"delta": 20}, {"delta": 20, "accurate": True}):
         delta = values["delta"]
-        case = fidelity.Case("detail", dict(values), lambda z, d=delta: fidelity.detailed(z, d))
+        case = fidelity.Case("detail", dict(values), lambda z, d=delta: fidelity.apply_detail(z, d))
         yield case, "", lambda z, d=delta: detail(z, d)
     for sigma in (1, 1.4, 2, 4):
-        shown = ("clipped", "threshold")
+        outputs = ("clipped", "threshold")
         case = fidelity.Case(
-            "flow_dog", {"sigma": sigma, "p": P}, lambda z, s=sigma: fidelity.lines(z, s), shown
+            "flow_dog",
+            {"sigma": sigma, "p": SHARPENING_FACTOR},
+            lambda z, s=sigma: fidelity.apply_flow_dog(z, s),
+            outputs,
         )
         yield case, "", lambda z, s=sigma: flow_dog(z, s)
 
 
-def source(name: str) -> Picture:
-    """Return the luma of the middle of a photograph, float32, 0..1."""
+def load_luma(name: str) -> Picture:
+    """Return the luma of the center of a photograph, float32, 0..1."""
     picture = getattr(skimage.data, name)()
     luma = (picture @ [0.299, 0.587, 0.114] if picture.ndim == 3 else picture) / 255.0
     top, left = ((side - SIDE_PX) // 2 for side in luma.shape)
@@ -187,28 +198,30 @@ def source(name: str) -> Picture:
     return np.ascontiguousarray(middle, np.float32)
 
 
-def rows_of(case: fidelity.Case, name: str, reference: Callable[[Picture], Picture]) -> Iterator[str]:
+def measure_rows(case: fidelity.Case, name: str, reference: Callable[[Picture], Picture]) -> Iterator[str]:
     """Yield lines of the table: mean PSNR of the inner area of all photographs."""
     found: list[list[float]] = []
-    for luma in map(source, PHOTOGRAPHS):
+    for luma in map(load_luma, PHOTOGRAPHS):
         planes = luma, case.run.whole(luma), case.target(luma), reference(luma.astype(np.float64))
-        for shown in case.shown:
-            kind = shown or "clipped"
-            plain, result, ours, theirs = (inner(fidelity.shown_as(each, kind)) for each in planes)
+        for outputs in case.outputs:
+            kind = outputs or "clipped"
+            plain, result, ours, theirs = (
+                crop_border(fidelity.convert_output(each, kind)) for each in planes
+            )
             pairs = (
-                (inner(luma) if shown == "threshold" else plain, theirs),
+                (crop_border(luma) if outputs == "threshold" else plain, theirs),
                 (result, theirs),
                 (result, ours),
                 (ours, theirs),
             )
             found.append([psnr(*pair) for pair in pairs])
-    means = np.reshape(found, (len(PHOTOGRAPHS), len(case.shown), 4)).mean(axis=0)
-    for shown, row in zip(case.shown, means, strict=True):
-        setting = ", ".join(filter(None, (case.name, name, shown)))
+    means = np.reshape(found, (len(PHOTOGRAPHS), len(case.outputs), 4)).mean(axis=0)
+    for outputs, row in zip(case.outputs, means, strict=True):
+        setting = ", ".join(filter(None, (case.name, name, outputs)))
         yield f"| `{case.block}` | {setting} | {' | '.join(f'{each:.1f} dB' for each in row)} |"
 
 
-def inner(picture: Picture) -> Picture:
+def crop_border(picture: Picture) -> Picture:
     """Return a picture without its border."""
     return picture[BORDER_PX:-BORDER_PX, BORDER_PX:-BORDER_PX]
 
@@ -222,7 +235,7 @@ def main() -> None:
     print("|---" * 6 + "|")
     for case, name, reference in cases():
         if f"{case.block} {case.name}".startswith(only):
-            print(*rows_of(case, name, reference), sep="\n", flush=True)
+            print(*measure_rows(case, name, reference), sep="\n", flush=True)
 
 
 if __name__ == "__main__":

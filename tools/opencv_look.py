@@ -1,6 +1,6 @@
-"""Restyles a film with one of OpenCV's looks: `python tools/opencv_look.py stylization clip.mp4 out.mp4`.
+"""Restyle a film with an effect of OpenCV: `python tools/opencv_look.py stylization clip.mp4 out.mp4`.
 
-A peer for `compare_peers.py`: OpenCV decodes, FFmpeg encodes as there.
+Used by `compare_peers.py`: OpenCV decodes, FFmpeg encodes with the same options.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-ENCODE = ["-c:v", "libx264", "-preset", "veryfast", "-crf", "18", "-pix_fmt", "yuv420p"]
+ENCODER_OPTIONS = ["-c:v", "libx264", "-preset", "veryfast", "-crf", "18", "-pix_fmt", "yuv420p"]
 
 LOOKS: dict[str, Callable[[np.ndarray], Any]] = {
     "stylization": cv2.stylization,
@@ -29,7 +29,7 @@ def main(look: str, source: str, target: str) -> None:
     width, height = (int(film.get(side)) for side in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT))
     pixels = ["-f", "rawvideo", "-pix_fmt", "bgr24", "-s", f"{width}x{height}"]
     rate = ["-r", str(film.get(cv2.CAP_PROP_FPS))]
-    command = ["ffmpeg", "-v", "error", "-y", *pixels, *rate, "-i", "-", *ENCODE, target]
+    command = ["ffmpeg", "-v", "error", "-y", *pixels, *rate, "-i", "-", *ENCODER_OPTIONS, target]
     with subprocess.Popen(command, stdin=subprocess.PIPE) as encoder:
         assert encoder.stdin
         while (read := film.read())[0]:

@@ -1,12 +1,12 @@
-"""Puts measurements into docs/performance.md.
+"""Insert measurements into docs/performance.md.
 
     python tools/compare_peers.py CLIP > peers.md
     vidstyle bench --film CLIP -o film.md
     vidstyle bench --size 1920x1080 -o bench.md
     python -m tools.performance peers.md film.md bench.md
 
-The name of a file without its ending says which section it is for. The table of what styles move on a GPU is
-counted anew each time.
+The name of a file without its ending selects the section. The table of GPU memory traffic is computed on each
+run.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ from vidstyle.style import load_style, style_names
 
 PAGE = Path(__file__).parent.parent / "docs" / "performance.md"
 
-BANDWIDTHS = (320, 4800)
-"""GB/s of the cards in the table of styles on a GPU."""
+BANDWIDTH_RATES = (320, 4800)
+"""Memory bandwidths in GB/s of the GPUs in the table of traffic."""
 
 
-def with_tables(page: str, section: str, tables: str) -> str:
-    """The page with other tables in a section, their headings one level deeper.
+def replace_section(page: str, section: str, tables: str) -> str:
+    """Return the page with the tables of a section replaced, their headings one level deeper.
 
     Raises:
-        ValueError: there is no such section.
+        ValueError: the page has no such section.
     """
     place = re.compile(rf"(?<=<!-- {re.escape(section)} -->\n).*?(?=<!-- end -->)", re.DOTALL)
     if not place.search(page):
@@ -38,15 +38,15 @@ def with_tables(page: str, section: str, tables: str) -> str:
     return place.sub(lambda _: f"{deeper.strip()}\n", page, count=1)
 
 
-def traffic_table() -> str:
-    """For each style: passes, bytes that they move for each pixel of a 1920x1080 film, and their bounds."""
+def format_traffic() -> str:
+    """Return a table of passes, memory traffic per pixel at 1920x1080, and speed limits of each style."""
     plans = {name: plan_for_video(load_style(name), 1920, 1080, "compute") for name in style_names()}
     traffic = {name: plan_traffic(plan) for name, plan in plans.items()}
     moved = {name: each.read + each.written for name, each in traffic.items() if plans[name].passes}
-    cards = [f"at {each} GB/s, MP/s at most" for each in BANDWIDTHS]
+    cards = [f"at {each} GB/s, MP/s at most" for each in BANDWIDTH_RATES]
     lines = [f"| {' | '.join(('style', 'passes', 'bytes a pixel', *cards))} |", "|---|---:|---:|---:|---:|"]
     for name in sorted(moved, key=lambda name: moved[name]):
-        bounds = (f"{1000 * each / moved[name]:,.0f}" for each in BANDWIDTHS)
+        bounds = (f"{1000 * each / moved[name]:,.0f}" for each in BANDWIDTH_RATES)
         cells = (name, str(len(plans[name].passes)), f"{moved[name]:.1f}", *bounds)
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines)
@@ -55,7 +55,7 @@ def traffic_table() -> str:
 if __name__ == "__main__":
     parser = ArgumentParser(description=__doc__, formatter_class=RawDescriptionHelpFormatter)
     parser.add_argument("tables", nargs="*", type=Path, help="files with tables")
-    page = with_tables(PAGE.read_text(encoding="utf-8"), "traffic", traffic_table())
+    page = replace_section(PAGE.read_text(encoding="utf-8"), "traffic", format_traffic())
     for path in parser.parse_args().tables:
-        page = with_tables(page, path.stem, path.read_text(encoding="utf-8"))
+        page = replace_section(page, path.stem, path.read_text(encoding="utf-8"))
     PAGE.write_text(page, encoding="utf-8")

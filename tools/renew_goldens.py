@@ -1,7 +1,7 @@
-"""Renews the pictures of tests/cpu/test_goldens.py: `python tools/renew_goldens.py [--all]`.
+"""Update the golden pictures of tests/cpu/test_goldens.py: `python tools/renew_goldens.py [--all]`.
 
-It says which changed and by how much. What a test would let pass stays as it is, so that those that change
-are those to look at, and none does because of another processor; --all renews everything that differs.
+It prints the changed pictures and their differences. Pictures within the tolerance of the tests are kept, so
+that another processor changes nothing, and every changed file is worth a look; --all updates all differences.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from goldens import FOLDER, STYLES, Difference, golden, golden_path, shipped, wr
 
 
 def main() -> None:
-    """Renew, and print one line for each golden that is another, new or removed."""
+    """Update the pictures, and print one line for each changed, new or removed one."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--all", action="store_true", help="renew all that differ, by however little")
+    parser.add_argument("--all", action="store_true", help="update all that differ, however little")
     everything: bool = parser.parse_args().all
     FOLDER.mkdir(exist_ok=True)
-    changes = [line for name in STYLES if (line := renewed(name, everything))]
+    changes = [line for name in STYLES if (line := renew_golden(name, everything))]
     for path in sorted(FOLDER.iterdir()):
         if path.stem not in STYLES:
             path.unlink()
@@ -32,8 +32,8 @@ def main() -> None:
     print(*changes, f"{len(changes)} changed; {len(STYLES)} goldens of {size // 1000} kB", sep="\n")
 
 
-def renewed(name: str, everything: bool) -> str:
-    """What was changed about the golden of a style; empty if nothing was."""
+def renew_golden(name: str, everything: bool) -> str:
+    """Update the golden picture of a style, and return a line about the change, or ""."""
     got, kept = shipped(name), golden(name)
     found = None if kept is None or kept.shape != got.shape else Difference.of(got, kept)
     if found and (found.mean == 0 or (found.small and not everything)):

@@ -1,24 +1,24 @@
-"""Measures how a film scales with cores, and predicts its time on more cores.
+"""Measure how rendering scales with cores, and predict its speed on more cores.
 
     python tools/scaling.py CLIP --styles plain ink comic oil > scaling.md
     python -m tools.performance scaling.md
 
-Each number of cores is measured in a process of its own with that CPU affinity, after a short film has
-loaded all that is needed: as the difference of a film and its first quarter, so that opening and closing
-cancel. *Used* is processor time divided by time. *Others* are cores that other programs used meanwhile: of
-several runs, the one with the least counts. *Busy* is the share of the time in which each core had work.
-*Switches* are voluntary and involuntary context switches per frame.
+Each number of cores is measured in a separate process with that CPU affinity, after a warm-up. The time of
+the first quarter of the film is subtracted from the time of the film, so that opening and closing cancel out.
+*Used* is processor time divided by wall-clock time. *Others* are cores used by other programs; of several
+runs, the one with the fewest counts. *Busy* is the utilization of each core. *Switches* are voluntary and
+involuntary context switches per frame.
 
-*Predicted* is the replay: the processor times of all tasks, measured on one core, on virtual cores. They are
-longer by the factor by which tasks take longer while all measured cores have the same tasks. A thread that
-waits for Python's lock continues after the time that this machine needs to wake a thread on another core.
-From three cores on, bands are large; from four on, a process takes writing off; from eight on, pictures are
-restyled in processes, too. Compare it with the measured rows before you believe the virtual ones. Styles
-without steps have no tasks to replay. *Bound by* is the part without which the replay gains most frames per
-second, and their number then.
+*Predicted* simulates virtual cores with the processor times of all tasks, measured on one core. These times
+are multiplied by the slowdown of tasks while all measured cores are busy. A thread that waits for the GIL
+continues after the time that this machine needs to wake a thread on another core. Films use large bands from
+three cores on, a process for writing and faces from four on, and processes for restyling from eight on.
+Compare predictions with the measured rows before you trust the virtual ones. Styles without steps have no
+tasks to simulate. *Bound by* is the part whose removal speeds up the simulation most, with the new speed.
 
-The last table has the processor time of a frame of 1920x1080, the part outside kernels, which is at most the
-time with Python's lock, and the fewest virtual cores for 30 and 60 frames a second. Needs Linux.
+The last table has the processor time of a frame of 1920x1080, its part outside kernels, which is an upper
+bound of the time with the GIL, and the minimum number of virtual cores for 30 and 60 frames per second. Needs
+Linux.
 """
 
 from __future__ import annotations
@@ -30,18 +30,18 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[1]))  # also if it is run as a file
+sys.path.insert(0, str(Path(__file__).parents[1]))  # when run as a script
 
-from tools.replay.film import Machine, predicted_seconds  # noqa: E402
-from tools.replay.film_job import FilmJob, film_times, recorded, short_frames  # noqa: E402
+from tools.replay.film import Machine, predict_seconds  # noqa: E402
+from tools.replay.film_job import FilmJob, measure_film, record_film, short_frames  # noqa: E402
 from tools.replay.machine import wake_up_seconds  # noqa: E402
 from tools.replay.record import Recording  # noqa: E402
 from vidstyle.core.bands import MAX_SMALL_BAND_THREADS  # noqa: E402
 from vidstyle.cpu.style_processes import MIN_PROCESS_THREADS  # noqa: E402
 
 STYLES = ("plain", "ink", "comic", "impressionist", "oil", "watercolor")
-VIRTUAL_CORES = (4, 8, 16, 32)
-HD, RATES, MAX_CORES = (1920, 1080), (30, 60), 128
+VIRTUAL_CORE_COUNTS = (4, 8, 16, 32)
+FULL_HD_SIZE, TARGET_RATES, MAX_CORES = (1920, 1080), (30, 60), 128
 COLUMNS = (
     *("style", "cores", "s", "frames/s", "speed-up", "used", "others", "busy, %", "switches"),
     *("predicted frames/s", "off, %", "bound by"),
@@ -58,7 +58,7 @@ def main() -> None:
     parser.add_argument("--frames", type=int, default=144)
     parser.add_argument("--rounds", type=int, default=3)
     arguments = parser.parse_args()
-    os.environ["PYTHONPATH"] = os.pathsep.join(sys.path)  # for processes that measure a film
+    os.environ["PYTHONPATH"] = os.pathsep.join(sys.path)  # for the measuring processes
     cores = sorted(os.sched_getaffinity(0))
     wake_up = wake_up_seconds(cores)
     print(_row(COLUMNS), _row(["---", *["---:"] * (len(COLUMNS) - 1)]), sep="\n")
@@ -68,12 +68,12 @@ def main() -> None:
 
 
 def _print_speeds(job: FilmJob, rounds: int, wake_up: float) -> None:
-    """Print the rows of a style, all numbers of cores in turn."""
+    """Print the rows of a style, one for each number of cores."""
     numbers = sorted({*(2**n for n in range(8) if 2**n <= len(job.cores)), len(job.cores)})
-    record, slowdown = recorded(job, rounds)
-    large, _ = recorded(replace(job, cores=job.cores[:1], large_bands=True), rounds)
+    record, slowdown = record_film(job, rounds)
+    large, _ = record_film(replace(job, cores=job.cores[:1], large_bands=True), rounds)
     jobs = [FilmJob(job.clip, job.style, job.frames, job.cores[:number]) for number in numbers]
-    runs = [[film_times(each) for each in jobs] for _ in range(rounds)]
+    runs = [[measure_film(each) for each in jobs] for _ in range(rounds)]
     machine, alone = Machine(slowdown, wake_up), 0.0
     for place, number in enumerate(numbers):
         run = min((each[place] for each in runs), key=lambda run: run.others)
@@ -90,7 +90,7 @@ def _print_speeds(job: FilmJob, rounds: int, wake_up: float) -> None:
     if not record.finished:
         return
     single = frames_per_second(record, 1, machine)
-    for number in VIRTUAL_CORES:
+    for number in VIRTUAL_CORE_COUNTS:
         shown = _recording_for(number, record, large)
         speed = frames_per_second(shown, number, machine)
         cells = (
@@ -100,13 +100,13 @@ def _print_speeds(job: FilmJob, rounds: int, wake_up: float) -> None:
             *[""] * 4,
             f"{speed:.0f}",
             "",
-            bound(shown, number, machine),
+            find_bound(shown, number, machine),
         )
         print(_row([job.style, f"{number} virtual", *cells]))
 
 
 def _recording_for(cores: int, small: Recording, large: Recording) -> Recording:
-    """Return the recording with the bands that a film has on these cores."""
+    """Return the recording with the band size that films use on these cores."""
     return large if MAX_SMALL_BAND_THREADS < cores < MIN_PROCESS_THREADS else small
 
 
@@ -114,11 +114,11 @@ def frames_per_second(record: Recording, cores: int, machine: Machine) -> float:
     """Return the predicted rate of a film, measured as for a real film."""
     frames = len(record.reading)
     few = short_frames(frames)
-    seconds = predicted_seconds(record, cores, machine) - predicted_seconds(record, cores, machine, few)
+    seconds = predict_seconds(record, cores, machine) - predict_seconds(record, cores, machine, few)
     return (frames - few) / seconds
 
 
-def bound(record: Recording, cores: int, machine: Machine) -> str:
+def find_bound(record: Recording, cores: int, machine: Machine) -> str:
     """Return which part of a film limits its rate on some cores, and the rate without it."""
     parts = {
         "Python's lock": (record.without("lock"), machine),
@@ -133,22 +133,22 @@ def bound(record: Recording, cores: int, machine: Machine) -> str:
 
 
 def _print_needs(arguments: argparse.Namespace, cores: Sequence[int], wake_up: float) -> None:
-    heads = [f"cores for {HD[1]}p{rate}" for rate in RATES]
+    heads = [f"cores for {FULL_HD_SIZE[1]}p{rate}" for rate in TARGET_RATES]
     print("", _row(["style", "ms", "of it Python", *heads]), _row(["---", *["---:"] * 4]), sep="\n")
     for style in arguments.styles:
-        record, slowdown = recorded(
-            FilmJob(arguments.clip, style, max(arguments.frames // 2, 24), cores, HD), 1
+        record, slowdown = record_film(
+            FilmJob(arguments.clip, style, max(arguments.frames // 2, 24), cores, FULL_HD_SIZE), 1
         )
         if not record.finished:
             continue
         frames = len(record.reading)
         parts = [f"{1000 * each / frames:.1f}" for each in (record.seconds, record.python_seconds)]
         machine = Machine(slowdown, wake_up)
-        print(_row([style, *parts, *(cores_for(record, rate, machine) for rate in RATES)]), flush=True)
+        print(_row([style, *parts, *(min_cores(record, rate, machine) for rate in TARGET_RATES)]), flush=True)
 
 
-def cores_for(record: Recording, rate: float, machine: Machine) -> str:
-    """Return the fewest cores with this number of frames per second, start excluded."""
+def min_cores(record: Recording, rate: float, machine: Machine) -> str:
+    """Return the minimum number of cores for this number of frames per second."""
     for number in range(1, MAX_CORES + 1):
         if frames_per_second(record, number, machine) >= rate:
             return str(number)

@@ -1,9 +1,9 @@
-"""Simulates clusters that restyle films in segments, and prints the table of docs/scale.md.
+"""Simulate clusters that restyle films in segments, and print the table of docs/scale.md.
 
     python tools/simulate_cluster.py --restyle 1.4 --analyse 0.15
 
-Each option is a measured time or a property of the cluster; `--help` lists them. A worker is one core. All
-films wait at the beginning. A film is analysed, its segments are restyled, and then they are joined.
+Each option is a measured time or a property of the cluster, see `--help`. A worker is one core. All films are
+queued at the start. Each film is analysed, restyled in segments, and joined.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from dataclasses import dataclass, field, fields, replace
 
 WORKER_COUNTS = (10, 1_000, 100_000)
 RUN_SECONDS = 3600.0
-"""How long the cluster would take for a run without losses."""
+"""Duration of a run without losses."""
 MIN_FILMS = 20
 
 
@@ -80,7 +80,7 @@ class Task:
 
 @dataclass
 class Outcome:
-    """What a run has shown; times in seconds.
+    """The result of a run; times in seconds.
 
     Attributes:
         makespan: until the last film is joined.
@@ -141,7 +141,7 @@ class Simulation:
         return self._outcome
 
     def _next_task(self) -> Task | None:
-        """Films that have begun come first."""
+        """Return the next task; films in progress come first."""
         if self._ready:
             return self._ready.popleft()
         if not self._waiting:
@@ -161,14 +161,14 @@ class Simulation:
 
     def _end(self, worker: int) -> None:
         if worker not in self._running or self._running[worker][2] != self._now:
-            return  # the machine was lost meanwhile
+            return  # the machine was lost in the meantime
         task, _, _ = self._running.pop(worker)
         self._free.append(worker)
         self._outcome.finished[task.film, task.kind] += 1
         self._follow(task)
 
     def _follow(self, task: Task) -> None:
-        """Make ready what waits for a task that has ended."""
+        """Queue the tasks that depend on a finished one."""
         film, cluster = task.film, self._cluster
         if task.kind == "analyse":
             length = cluster.film / cluster.segments
@@ -184,7 +184,7 @@ class Simulation:
             self._outcome.latencies.append(self._now - self._begun[film])
 
     def _lose(self, node: int) -> None:
-        """Lose a machine: its tasks begin again elsewhere."""
+        """Lose a machine; its tasks restart on other machines."""
         workers = self._workers(node)
         for worker in workers & self._running.keys():
             task, since, _ = self._running.pop(worker)
@@ -211,13 +211,13 @@ class Simulation:
         heapq.heappush(self._events, (time, self._count, act, subject))
 
 
-def films_of_run(cluster: Cluster) -> int:
-    """Return the number of films that the cluster makes in `RUN_SECONDS`."""
+def films_for_run(cluster: Cluster) -> int:
+    """Return the number of films that the cluster renders in `RUN_SECONDS`."""
     return max(MIN_FILMS, round(cluster.workers * RUN_SECONDS / cluster.film_work))
 
 
-def row(cluster: Cluster, films: int, price: float) -> str:
-    """Run a cluster, and return a row of the table; `price`: of a core for an hour."""
+def simulate_row(cluster: Cluster, films: int, price: float) -> str:
+    """Run a cluster and return a row of the table; `price` is the price of a core-hour."""
     outcome = Simulation(cluster, films).run()
     hours, core_seconds = films * cluster.film / 3600, cluster.workers * outcome.makespan
     shares = (
@@ -246,7 +246,7 @@ def main() -> None:
         if each.name != "workers":
             parser.add_argument(f"--{each.name}", type=type(each.default), default=each.default)
     parser.add_argument("--workers", type=int, nargs="+", default=WORKER_COUNTS)
-    parser.add_argument("--price", type=float, default=0.04, help="of a core for an hour")
+    parser.add_argument("--price", type=float, default=0.04, help="price of a core-hour")
     arguments = vars(parser.parse_args())
     workers, price = arguments.pop("workers"), arguments.pop("price")
     titles = ("workers", "hours of film a day", "useful", "lost", "scheduler", "storage", "machines lost",
@@ -254,7 +254,7 @@ def main() -> None:
     print(f"| {' | '.join(titles)} |", f"|{'---:|' * len(titles)}", sep="\n")
     for number in workers:
         cluster = replace(Cluster(**arguments), workers=number)
-        print(row(cluster, films_of_run(cluster), price), flush=True)
+        print(simulate_row(cluster, films_for_run(cluster), price), flush=True)
 
 
 if __name__ == "__main__":

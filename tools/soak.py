@@ -1,4 +1,4 @@
-"""Renders a long film and fails if memory, threads or open files grow, or sound and pictures part.
+"""Render a long film, and fail if memory, threads or open files grow, or if sound and picture drift apart.
 
 `python tools/soak.py --frames 108000 --rate 10 --size 64 48` renders three hours.
 """
@@ -23,20 +23,20 @@ from vidstyle.pipeline import stages
 from vidstyle.pipeline.progress import Progress
 from vidstyle.pipeline.render import render
 
-WARM_UP = 500
-"""Frames after which every buffer has been made once."""
-END = 100
-"""Frames before the end from which on the reading thread may be through."""
+WARM_UP_FRAMES = 500
+"""Frames at the start that are not measured, while buffers are allocated."""
+LAST_FRAMES = 100
+"""Frames at the end that are not measured, as the reading thread may have finished."""
 MIN_SAMPLES = 10
-"""Fewer tell no slope."""
+"""Minimum number of samples for a reliable slope."""
 SAMPLE_SECONDS = 0.002
-"""How often progress is told: a quick machine is through with hundreds of small frames in 0.1 s."""
-MAX_MEGABYTES = 1.0
-"""Memory growth in 10,000 frames at most; steps of the allocator count for more in shorter runs."""
+"""Interval of progress reports; a fast machine renders hundreds of small frames in 0.1 s."""
+MAX_GROWTH_RATE = 1.0
+"""Maximum memory growth in MB per 10,000 frames; in shorter runs the allocator causes larger slopes."""
 
 
 def main() -> None:
-    """Make a film, render it, and fail if memory, threads or files grow."""
+    """Render a generated film, and exit with 1 if memory, threads or open files grow."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -45,35 +45,35 @@ def main() -> None:
     parser.add_argument("--style", default="plain")
     parser.add_argument("--size", type=int, nargs=2, default=(192, 108), metavar=("WIDTH", "HEIGHT"))
     parser.add_argument(
-        "--kind", default="mkv", help="of the output; FFmpeg holds the index of an MP4 in memory"
+        "--kind", default="mkv", help="container of the output; FFmpeg keeps the index of an MP4 in memory"
     )
     parser.add_argument(
-        "--limit", type=float, default=MAX_MEGABYTES, help="MB that memory may grow in 10,000 frames"
+        "--limit", type=float, default=MAX_GROWTH_RATE, help="maximum memory growth in MB per 10,000 frames"
     )
     arguments = parser.parse_args()
     size, rate = tuple(arguments.size), arguments.rate
     stages.WATCH_SECONDS = SAMPLE_SECONDS
-    samples, apart = soak(arguments.frames, arguments.style, size, arguments.kind, rate)
+    samples, end_difference = soak(arguments.frames, arguments.style, size, arguments.kind, rate)
     if len(samples) < MIN_SAMPLES:
         sys.exit(f"{len(samples)} samples are too few; render more --frames")
     _, resident, threads, files = samples.T
-    slope = growth(samples)
+    slope = fit_growth(samples)
     print(
         f"{len(samples)} samples: {slope:+.2f} MB per 10,000 frames "
         f"({resident.min() / 2**20:.1f} to {resident.max() / 2**20:.1f} MB), "
         f"threads {threads.min()} to {threads.max()}, open files {files.min()} to {files.max()}, "
-        f"ends of the streams within {apart:.3f} s"
+        f"ends of the streams within {end_difference:.3f} s"
     )
     constant = threads.min() == threads.max() and files.min() == files.max()
-    sys.exit(slope > arguments.limit or not constant or apart > 1 / rate)
+    sys.exit(slope > arguments.limit or not constant or end_difference > 1 / rate)
 
 
 def soak(frames: int, style: str, size: tuple[int, int], kind: str, rate: int) -> tuple[np.ndarray, float]:
-    """What rendering costs while it goes on, and how well the streams keep together.
+    """Render a film and sample its use of resources.
 
     Returns:
-        Rows of frames written, bytes of memory, threads, open files; and by how many seconds a stream of the
-        result ends before or after it did in the source, at most.
+        Rows of written frames, bytes of memory, threads and open files; and the maximum difference in seconds
+        between the ends of a stream in the source and in the result.
     """
     samples: list[tuple[int, int, int, int]] = []
 
@@ -83,14 +83,18 @@ def soak(frames: int, style: str, size: tuple[int, int], kind: str, rate: int) -
 
     with tempfile.TemporaryDirectory() as folder:
         film, target = Path(folder, "film.mp4"), Path(folder, f"restyled.{kind}")
-        write_film(film, pictures(frames, *size), Fraction(rate), Tone())
+        write_film(film, make_pictures(frames, *size), Fraction(rate), SineTone())
         render(film, target, style, on_progress=sample)
-        apart = max(abs(one - other) for one, other in zip(ends(film), ends(target), strict=True))
-    return np.array([one for one in samples if WARM_UP < one[0] < frames - END]), apart
+        end_difference = max(
+            abs(one - other) for one, other in zip(stream_ends(film), stream_ends(target), strict=True)
+        )
+    return np.array(
+        [one for one in samples if WARM_UP_FRAMES < one[0] < frames - LAST_FRAMES]
+    ), end_difference
 
 
-def ends(path: Path) -> list[float]:
-    """When each stream ends, in seconds."""
+def stream_ends(path: Path) -> list[float]:
+    """Return the end of each stream in seconds."""
     with av.open(str(path)) as container:
         last = [0.0] * len(container.streams)
         for packet in container.demux():
@@ -100,19 +104,19 @@ def ends(path: Path) -> list[float]:
     return last
 
 
-def growth(samples: np.ndarray) -> float:
-    """The slope of a least-squares line through memory, in MB per 10,000 frames."""
+def fit_growth(samples: np.ndarray) -> float:
+    """Return the memory growth in MB per 10,000 frames, by a least-squares fit."""
     return float(np.polyfit(samples[:, 0], samples[:, 1], 1)[0]) * 10_000 / 2**20
 
 
 def resident_bytes() -> int:
-    """Memory that this process has in RAM; Linux only."""
+    """Return the resident memory of this process in bytes; Linux only."""
     pages = int(Path("/proc/self/statm").read_text().split()[1])
     return pages * os.sysconf("SC_PAGE_SIZE")
 
 
-def pictures(count: int, width: int, height: int) -> Iterator[Picture]:
-    """A moving ramp."""
+def make_pictures(count: int, width: int, height: int) -> Iterator[Picture]:
+    """Yield pictures of a moving ramp."""
     encoding = Encoding()
     across = np.arange(width, dtype=np.int64) + np.arange(height)[:, None]
     neutral = np.full(encoding.chroma_shape(height, width), 128, np.uint8)
@@ -121,8 +125,8 @@ def pictures(count: int, width: int, height: int) -> Iterator[Picture]:
         yield Picture(encoding, luma=luma, chroma=(neutral, neutral))
 
 
-class Tone:
-    """A soft tone without end."""
+class SineTone:
+    """An endless quiet sine tone; slices are samples."""
 
     def __getitem__(self, part: slice) -> np.ndarray:
         samples = np.arange(part.start, part.stop) % 100

@@ -1,9 +1,9 @@
-"""Renders every film of a folder in the given styles and compares each result with its source.
+"""Render every film of a folder in the given styles, and compare each result with its source.
 
     python tools/survey_clips.py FOLDER [--style plain ...]
 
-One line for each: frames, the greatest difference of a presentation time in ms, the difference of the
-end in ms, the size, and for each copied sound track whether its packets are the same, byte for byte.
+Each row has the number of frames, the maximum difference of timestamps in ms, the difference of the end in
+ms, the size, and for each copied sound track whether its packets are identical.
 """
 
 from __future__ import annotations
@@ -24,22 +24,22 @@ from vidstyle.style import style_names
 
 
 @dataclass(frozen=True)
-class Facts:
-    """What a player would notice of a file."""
+class FileFacts:
+    """Properties of a file that a player shows."""
 
     times: list[float]
     end: float
     size: tuple[int, int]
-    turn: int
+    rotation: int
     sound: list[tuple[int, str, float]]
 
 
-def facts_of(path: Path, stream: int | None = None) -> Facts:
+def read_facts(path: Path, stream: int | None = None) -> FileFacts:
     """Decode the pictures of the longest (or given) video stream and read all sound packets."""
     with av.open(str(path)) as container:
         videos = [each for each in container.streams.video if not each.disposition.value & 0x400]
         video = max(videos, key=lambda each: each.frames or (each.duration or 0))
-        times, end, turn = [], 0.0, 0
+        times, end, rotation = [], 0.0, 0
         digests = {each.index: hashlib.sha256() for each in container.streams.audio}
         firsts: dict[int, float] = {}
         counts = dict.fromkeys(digests, 0)
@@ -56,10 +56,10 @@ def facts_of(path: Path, stream: int | None = None) -> Facts:
                 continue
             for frame in frames:
                 times.append(float(frame.pts * frame.time_base))
-                turn = frame.rotation
+                rotation = frame.rotation
                 end = times[-1] + float((frame.duration or 0) * frame.time_base)
         sound = [(counts[key], digests[key].hexdigest(), firsts.get(key, 0.0)) for key in digests]
-        return Facts(times, end, (video.width, video.height), turn, sound)
+        return FileFacts(times, end, (video.width, video.height), rotation, sound)
 
 
 def main() -> None:
@@ -76,7 +76,7 @@ def main() -> None:
     print("|---|---|---|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as folder:
         for path in sorted(options.folder.iterdir()):
-            source = facts_of(path)
+            source = read_facts(path)
             for style in options.style or style_names():
                 target = Path(folder) / f"out{options.container}"
                 began = time.perf_counter()
@@ -87,15 +87,15 @@ def main() -> None:
                     continue
                 elapsed = time.perf_counter() - began
                 print(
-                    f"| {path.name} | {style} | {_compare(source, facts_of(target))} | {elapsed:.1f} |",
+                    f"| {path.name} | {style} | {_compare(source, read_facts(target))} | {elapsed:.1f} |",
                     flush=True,
                 )
                 target.unlink()
 
 
-def _compare(source: Facts, result: Facts) -> str:
+def _compare(source: FileFacts, result: FileFacts) -> str:
     differ = max((abs(a - b) for a, b in zip(source.times, result.times, strict=False)), default=0.0)
-    upright = source.size[::-1] if source.turn % 180 else source.size
+    upright = source.size[::-1] if source.rotation % 180 else source.size
     size = "x".join(map(str, result.size)) + ("" if result.size == upright else f" (not {upright})")
     pairs = zip(source.sound, result.sound, strict=False)
     sound = [

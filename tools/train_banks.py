@@ -1,6 +1,7 @@
-"""Remakes the banks in filters_bank/: `python tools/train_banks.py --images DIR`.
+"""Train the banks in filters_bank/: `python tools/train_banks.py --images DIR`.
 
-The last pictures of the folder, by name, are left to `fidelity.py`. The same pictures give the same bytes.
+The last pictures of the folder, by name, are held out for `fidelity.py`. The same pictures give the same
+bytes.
 """
 
 from __future__ import annotations
@@ -24,37 +25,37 @@ from vidstyle.blocks.detail import CONTRAST_LEVELS
 from vidstyle.blocks.tvf import PASS_TIME, STEPS_PER_PASS
 
 FOLDER = Path(__file__).parent.parent / "filters_bank"
-LONG_SIDE = 512
-HELD_OUT = 10
+LONG_SIDE_PX = 512
+HELD_OUT_COUNT = 10
 
 
 @dataclass(frozen=True)
 class Plan:
-    """How a bank is made.
+    """Training plan of a bank.
 
     Attributes:
-        config: its shape; parts and scale are those of each of its teachers.
-        teachers: what its parts approximate, in their order, and the part of the size at which they run.
-        about: what else the bank says of itself.
-        long_side: to which the longer side of the photographs is reduced, in pixels.
+        config: shape of the bank; each teacher sets parts and scale.
+        teachers: reference filters of its parts, and the scale of the picture at which each runs.
+        about: additional metadata of the bank.
+        long_side: longer side of the photographs in pixels, after scaling down.
     """
 
     name: str
     config: TrainingConfig
     teachers: tuple[tuple[ReferenceFilter, float], ...]
     about: dict[str, Any] = field(default_factory=dict)
-    long_side: int = LONG_SIDE
+    long_side: int = LONG_SIDE_PX
 
 
 def _teacher(name: str, *settings: dict[str, float], scale: float = 1.0) -> tuple[ReferenceFilter, float]:
-    """A reference filter with several settings, at this part of the size."""
+    """Return a reference filter with several settings, and the scale at which it runs."""
     return join_references([reference_by_name(name, **each) for each in settings]), scale
 
 
-def _lines(name: str, config: TrainingConfig, *sigmas: float, long_side: int = LONG_SIDE) -> Plan:
-    """A bank for lines of several widths, in pixels; those above 1 are of reduced pictures.
+def _lines(name: str, config: TrainingConfig, *sigmas: float, long_side: int = LONG_SIDE_PX) -> Plan:
+    """Return the plan of a bank for lines of several widths in pixels; widths above 1 use smaller pictures.
 
-    Bent lines need filters of their own; strength and coherence hardly matter beside that.
+    Bins need curvature, as bent lines have different filters; strength and coherence hardly matter.
     """
     whole = [{"sigma": sigma} for sigma in sigmas if sigma <= 1]
     teachers = [_teacher("flow_dog", *whole)] if whole else []
@@ -62,10 +63,10 @@ def _lines(name: str, config: TrainingConfig, *sigmas: float, long_side: int = L
     return Plan(name, config, tuple(teachers), {"sigmas": sigmas}, long_side)
 
 
-LAYERS = [{"contrast": contrast} for contrast in CONTRAST_LEVELS]
-TIMES = (3.0, 6.0, 12.0)
-"""Of total variation flow, in levels of 255 times pixels; between them filters are interpolated."""
-FLOWS = [{"time": time, "gradient_power": 0} for time in TIMES]
+LAYER_SETTINGS = [{"contrast": contrast} for contrast in CONTRAST_LEVELS]
+FLOW_TIMES_LEVELS_PX = (3.0, 6.0, 12.0)
+"""Times of total variation flow, in levels of 255 times pixels; filters are interpolated between them."""
+FLOW_SETTINGS = [{"time": time, "gradient_power": 0} for time in FLOW_TIMES_LEVELS_PX]
 PLANS = (
     Plan(
         "etf",
@@ -90,15 +91,15 @@ PLANS = (
     Plan(
         "tvf_flat",
         TrainingConfig(Bins(8, 20, 4, (0.0, 40.0), (0.1, 0.9)), 1.55, 9, prior_samples=1),
-        (_teacher("tv_flow", *FLOWS),),
-        {"times": TIMES},
+        (_teacher("tv_flow", *FLOW_SETTINGS),),
+        {"times": FLOW_TIMES_LEVELS_PX},
         long_side=768,
     ),
     Plan(
         "tvf_flat_clipped",
         TrainingConfig(Bins(4, 12, 2, (0.0, 40.0), (0.1, 0.9)), 1.55, 9, clips=(4.0, 16.0)),
-        (_teacher("tv_flow", *FLOWS),),
-        {"times": TIMES},
+        (_teacher("tv_flow", *FLOW_SETTINGS),),
+        {"times": FLOW_TIMES_LEVELS_PX},
     ),
     _lines("flow_dog_fine", TrainingConfig(Bins(24, 1, 1, curvatures=9), 2.0, 9), 0.5, 0.7, 1.0),
     # The reference enlarges the tensor of a reduced picture, which widens its window a little.
@@ -111,12 +112,12 @@ PLANS = (
     Plan(
         "detail",
         TrainingConfig(Bins(16, 8, 3, (10.0, 58.0)), 1.5, 9),
-        (_teacher("detail_base", *LAYERS),),
+        (_teacher("detail_base", *LAYER_SETTINGS),),
     ),
     Plan(
         "detail_clipped",
         TrainingConfig(Bins(2, 16, 1, (0.0, 60.0)), 1.5, 9, clips=(16.0, 64.0)),
-        (_teacher("detail_base", *LAYERS),),
+        (_teacher("detail_base", *LAYER_SETTINGS),),
     ),
 )
 
@@ -133,7 +134,7 @@ class KeptPhotograph(Photograph):
 
 
 def main() -> None:
-    """Train, measure, write."""
+    """Train the banks and write them."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--images", type=Path, required=True)
     parser.add_argument("--only", action="append", choices=[plan.name for plan in PLANS])
@@ -144,13 +145,13 @@ def main() -> None:
         if not arguments.only or plan.name in arguments.only:
             side = plan.long_side
             if side not in pictures:
-                found = photographs_in(arguments.images, side)[:-HELD_OUT]
+                found = photographs_in(arguments.images, side)[:-HELD_OUT_COUNT]
                 pictures[side] = [KeptPhotograph(each.path, side) for each in found]
-            make(plan, pictures[side])
+            train_plan(plan, pictures[side])
 
 
-def make(plan: Plan, pictures: Sequence[Photograph]) -> None:
-    """One bank: the parts of all its teachers, which share the choice of filters."""
+def train_plan(plan: Plan, pictures: Sequence[Photograph]) -> None:
+    """Train one bank with the parts of all its teachers, which share the bins."""
     banks = []
     for reference, scale in plan.teachers:
         config = replace(plan.config, sums=reference.sums, scale=scale)
@@ -166,5 +167,5 @@ def make(plan: Plan, pictures: Sequence[Photograph]) -> None:
 
 
 if __name__ == "__main__":
-    np.seterr(all="raise", under="ignore")  # flat places of total variation flow end in denormal numbers
+    np.seterr(all="raise", under="ignore")  # total variation flow of flat areas yields denormal numbers
     main()

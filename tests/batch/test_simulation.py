@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 
-from tools.simulate_cluster import Cluster, Outcome, Simulation, row
+from tools.simulate_cluster import Cluster, Outcome, Simulation, simulate_row
 
 QUIET = Cluster(film=600.0, segment=30.0, loss=0.0, stragglers=0.0, dispatch=1e12, storage=1e18)
 """A cluster without losses, whose scheduler and storage take no time."""
@@ -81,7 +81,7 @@ def test_a_slow_scheduler_and_a_slow_storage_decide() -> None:
 
 
 def test_a_row_has_the_hours_of_a_day() -> None:
-    cells = row(replace(QUIET, workers=1), 2, price=0.04).strip("| ").split(" | ")
+    cells = simulate_row(replace(QUIET, workers=1), 2, price=0.04).strip("| ").split(" | ")
     hours = 24 * QUIET.film / QUIET.film_work
     assert cells[:3] == ["1", f"{hours:,.0f}", "100.0%"]
     assert float(cells[-1]) == pytest.approx(0.04 * QUIET.film_work / QUIET.film, abs=0.001)

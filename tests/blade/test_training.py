@@ -180,7 +180,7 @@ def test_every_shipped_bank_is_valid_and_described() -> None:
 def test_page_of_banks_lists_current_banks_and_settings() -> None:
     page = fidelity.README.read_text()
     for name in shipped_banks():
-        assert fidelity.bank_row(name, shipped_bank(name)) in page
+        assert fidelity.format_bank(name, shipped_bank(name)) in page
     for case in fidelity.cases():
         for shown in case.shown:
             assert f"| `{case.block}` | {case.name}{shown and ', '}{shown} | " in page
@@ -189,7 +189,7 @@ def test_page_of_banks_lists_current_banks_and_settings() -> None:
 def test_fidelity_is_measured_on_linear_and_clipped_results() -> None:
     luma = luma_of("chelsea")[:64, :96]
     case = fidelity.Case("flow_dog", {"sigma": 1, "p": 0}, lambda z: z, ("linear", "clipped"))
-    linear, clipped = fidelity.rows_of(case, [luma])
+    linear, clipped = fidelity.measure_rows(case, [luma])
     assert "sigma 1, p 0, linear" in linear and "inf dB" in linear and "inf dB" in clipped
 
 

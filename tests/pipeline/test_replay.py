@@ -7,12 +7,12 @@ from pathlib import Path
 import pytest
 from media import make_clip
 
-from tools.replay.film import Machine, predicted_seconds
+from tools.replay.film import Machine, predict_seconds
 from tools.replay.film_job import FilmTimes
 from tools.replay.machine import slowdown
 from tools.replay.record import Recording, recording
 from tools.replay.virtual_cores import MAX_SLICE_SECONDS, Give, Operation, Semaphore, Take, Work, run
-from tools.scaling import bound, cores_for
+from tools.scaling import find_bound, min_cores
 from vidstyle.core.machine.cores import use_threads
 from vidstyle.pipeline.render import render
 
@@ -45,7 +45,7 @@ def test_threads_that_wait_for_each_other_are_reported() -> None:
 
 @pytest.mark.parametrize("cores", [1, 2, 4, 8])
 def test_frames_without_a_common_part_take_all_cores(cores: int) -> None:
-    predicted = predicted_seconds(film([("native", 0.1)]), cores)
+    predicted = predict_seconds(film([("native", 0.1)]), cores)
     assert predicted == pytest.approx(FRAMES * 0.1 / cores, rel=0.01)
 
 
@@ -54,17 +54,17 @@ def test_frames_without_a_common_part_take_all_cores(cores: int) -> None:
     [[("python", 0.02), ("native", 0.08)], [("native", 0.08), ("enter", 0), ("native", 0.02), ("leave", 0)]],
 )
 def test_what_one_frame_does_at_a_time_limits_the_rate(finished: list[tuple[str, float]]) -> None:
-    assert predicted_seconds(film(finished), 64) == pytest.approx(FRAMES * 0.02 + 0.08, rel=0.02)
+    assert predict_seconds(film(finished), 64) == pytest.approx(FRAMES * 0.02 + 0.08, rel=0.02)
 
 
 def test_decoding_is_done_by_one_thread_and_encoding_by_several() -> None:
-    assert predicted_seconds(film([], reading=0.1), 8) == pytest.approx(FRAMES * 0.1, rel=0.01)
-    assert predicted_seconds(film([], writing=0.1), 8) == pytest.approx(FRAMES * 0.1 / 8, rel=0.15)
+    assert predict_seconds(film([], reading=0.1), 8) == pytest.approx(FRAMES * 0.1, rel=0.01)
+    assert predict_seconds(film([], writing=0.1), 8) == pytest.approx(FRAMES * 0.1 / 8, rel=0.15)
 
 
 def test_the_fewest_cores_for_a_rate() -> None:
-    assert [cores_for(film([("native", 0.1)]), rate, IDEAL) for rate in (5, 35)] == ["1", "4"]
-    assert cores_for(film([("python", 0.1)]), 11, IDEAL).startswith("over")
+    assert [min_cores(film([("native", 0.1)]), rate, IDEAL) for rate in (5, 35)] == ["1", "4"]
+    assert min_cores(film([("python", 0.1)]), 11, IDEAL).startswith("over")
 
 
 def test_the_part_that_limits_a_film_is_named() -> None:
@@ -73,13 +73,13 @@ def test_the_part_that_limits_a_film_is_named() -> None:
     free = [("native", 0.001)]
     parts = film(locked), film(ordered), film(free, reading=0.1), film(free, writing=0.2)
     names = ["Python's lock", "the order of frames", "reading", "writing"]
-    assert [bound(each, 16, IDEAL).split(" (")[0] for each in parts] == names
+    assert [find_bound(each, 16, IDEAL).split(" (")[0] for each in parts] == names
 
 
 def test_tasks_take_longer_while_other_cores_are_in_use() -> None:
     made, machine = film([("native", 0.1)]), Machine(slowdown=1.5)
-    assert predicted_seconds(made, 1, machine) == pytest.approx(FRAMES * 0.1, rel=0.01)
-    assert predicted_seconds(made, 2, machine) == pytest.approx(FRAMES * 0.1 * 1.5 / 2, rel=0.01)
+    assert predict_seconds(made, 1, machine) == pytest.approx(FRAMES * 0.1, rel=0.01)
+    assert predict_seconds(made, 2, machine) == pytest.approx(FRAMES * 0.1 * 1.5 / 2, rel=0.01)
     assert slowdown([film([("native", each)]) for each in (3, 2)], [made, film([("native", 3)])]) == 1
     assert slowdown([film([("native", 2)])], [film([("native", 3)])]) == pytest.approx(1.5)
 
@@ -94,10 +94,10 @@ def test_a_waiting_thread_gets_the_lock_late_and_a_running_one_first() -> None:
 
 def test_processes_need_no_lock_for_the_style() -> None:
     made = film([("style", 0.01), ("python", 0.07), ("moved", 0)])
-    with_lock, without = (predicted_seconds(made, 16, Machine(has_processes=each)) for each in (False, True))
+    with_lock, without = (predict_seconds(made, 16, Machine(has_processes=each)) for each in (False, True))
     assert with_lock == pytest.approx(FRAMES * 0.07, rel=0.02)
     edits = film([("edit", 0.01), ("python", 0.07), ("moved", 0)])
-    assert predicted_seconds(edits, 4) < FRAMES * 0.07 == pytest.approx(predicted_seconds(made, 4), rel=0.05)
+    assert predict_seconds(edits, 4) < FRAMES * 0.07 == pytest.approx(predict_seconds(made, 4), rel=0.05)
     # Twelve processes take four rounds; pictures for which none is free wait for the lock.
     assert 3 * 0.08 <= without <= 4 * 0.08 + 0.07
 
@@ -110,7 +110,7 @@ def test_opening_and_closing_a_film_cancel() -> None:
     assert frames.seconds == pytest.approx(7.2) and frames.busy == pytest.approx((7.2, 0))
     assert frames.others == pytest.approx(0)
     made = film([("native", 0.1)])
-    assert predicted_seconds(made, 2, frames=10) == pytest.approx(10 * 0.1 / 2, rel=0.01)
+    assert predict_seconds(made, 2, frames=10) == pytest.approx(10 * 0.1 / 2, rel=0.01)
 
 
 def test_a_film_is_recorded(tmp_path: Path) -> None:
@@ -126,5 +126,5 @@ def test_a_film_is_recorded(tmp_path: Path) -> None:
     assert set(kinds) == {"python", "native", "enter", "leave", "edit", "style", "moved"}
     assert kinds.index("edit") < kinds.index("moved") < kinds.index("style")
     assert 0 < made.python_seconds < made.seconds
-    assert predicted_seconds(made, 1) == pytest.approx(made.seconds, rel=0.01)
-    assert made.seconds / 4 < predicted_seconds(made, 4) < made.seconds
+    assert predict_seconds(made, 1) == pytest.approx(made.seconds, rel=0.01)
+    assert made.seconds / 4 < predict_seconds(made, 4) < made.seconds

@@ -99,10 +99,10 @@ def test_measurements_replace_those_in_the_document(section: str) -> None:
     begin = page.index(f"<!-- {section} -->")
     end = page.index("<!-- end -->", begin)
     assert page[begin:end].count("|") > 20
-    changed = performance.with_tables(page, section, "machine: here\n\n## 8x8, CPU\n")
+    changed = performance.replace_section(page, section, "machine: here\n\n## 8x8, CPU\n")
     assert changed == f"{page[:begin]}<!-- {section} -->\nmachine: here\n\n### 8x8, CPU\n{page[end:]}"
     with pytest.raises(ValueError, match="no section elsewhere"):
-        performance.with_tables(page, "elsewhere", "")
+        performance.replace_section(page, "elsewhere", "")
 
 
 PATTERNS = ("*.py", "drivers/*.py", "pictures/*.py", "tables/*.py", "*/__main__.py")

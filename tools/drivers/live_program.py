@@ -1,4 +1,4 @@
-"""Shared by the trials on real drivers: running the program, and writing and reading virtual cameras."""
+"""Run the program in trials on real drivers, and write and read virtual cameras."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from pathlib import Path
 import av
 import numpy as np
 
-LONG = 120.0
+TIMEOUT_SECONDS = 120.0
 """Timeout in seconds; an emulated machine is slow."""
-SIZE = (320, 180)
-RATE = 10
+PICTURE_SIZE = (320, 180)
+FRAME_RATE = 10
 """Frames per second."""
 PIX_FMTS = {"rawvideo": "yuyv422", "mjpeg": "yuvj422p"}
-DARK, BRIGHT, CHROMA = 30, 220, (110, 150)
+DARK_LEVEL, BRIGHT_LEVEL, CHROMA_LEVELS = 30, 220, (110, 150)
 """Luma, and chroma (Cb, Cr), of the pictures written to a virtual camera."""
-FLASH = 0.35
+FLASH_SECONDS = 0.35
 """Duration of a flash in seconds: a few pictures, of which one may be lost."""
 
 
@@ -41,71 +41,71 @@ class Program:
             self.lines.append(line.strip())
 
     @property
-    def over(self) -> bool:
+    def has_ended(self) -> bool:
         """Whether the process has ended."""
         return self._process.poll() is not None
 
     def expect(self, words: str) -> None:
         """Wait until a line of its output contains these words."""
-        deadline = time.monotonic() + LONG
+        deadline = time.monotonic() + TIMEOUT_SECONDS
         while not any(words in line for line in self.lines):
-            assert time.monotonic() < deadline and not self.over, f"{words!r} was not said: {self.lines}"
+            assert time.monotonic() < deadline and not self.has_ended, f"{words!r} was not said: {self.lines}"
             time.sleep(0.02)
 
     def expect_file(self, path: Path) -> None:
-        """Wait until it writes a video to this path."""
-        deadline = time.monotonic() + LONG
+        """Wait until the program writes a video to this path."""
+        deadline = time.monotonic() + TIMEOUT_SECONDS
         while not any(each.stat().st_size for each in path.parent.glob(f"{path.stem}.partial.*")):
-            assert time.monotonic() < deadline and not self.over, f"{path} is not begun: {self.lines}"
+            assert time.monotonic() < deadline and not self.has_ended, f"{path} is not begun: {self.lines}"
             time.sleep(0.05)
 
     def end(self) -> None:
-        """Terminate it, if it has not ended."""
+        """Terminate the program if it has not ended."""
         self._process.terminate()
-        self._process.wait(LONG)
-        self._thread.join(LONG)
+        self._process.wait(TIMEOUT_SECONDS)
+        self._thread.join(TIMEOUT_SECONDS)
 
 
 @contextmanager
-def started(*arguments: str) -> Iterator[Program]:
-    """The program while it runs."""
-    program = Program(*arguments, *sized())
+def run_live(*arguments: str) -> Iterator[Program]:
+    """Run the program within the block."""
+    program = Program(*arguments, *size_options())
     try:
         yield program
     finally:
         program.end()
 
 
-def finished(*arguments: str) -> subprocess.CompletedProcess[str]:
-    """A run of the program that ends by itself."""
-    return subprocess.run(command(*arguments), capture_output=True, text=True, timeout=LONG)
+def run_to_end(*arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run the program until it ends."""
+    return subprocess.run(command(*arguments), capture_output=True, text=True, timeout=TIMEOUT_SECONDS)
 
 
 def command(*arguments: str) -> list[str]:
-    """The command line."""
+    """Return the command line."""
     return [sys.executable, "-m", "vidstyle", "live", *arguments, "--no-keys", "--device", "cpu"]
 
 
-def sized() -> list[str]:
-    """Options for small pictures, for emulated machines."""
-    return ["--size", "{}x{}".format(*SIZE), "--fps", str(RATE)]
+def size_options() -> list[str]:
+    """Return options for small pictures, for slow emulated machines."""
+    return ["--size", "{}x{}".format(*PICTURE_SIZE), "--fps", str(FRAME_RATE)]
 
 
 def wait_for_picture(path: str, program: Program) -> None:
     """Wait until a virtual camera shows something."""
-    deadline = time.monotonic() + LONG
+    deadline = time.monotonic() + TIMEOUT_SECONDS
     while True:
-        assert time.monotonic() < deadline and not program.over, f"nothing is written: {program.lines}"
+        assert time.monotonic() < deadline and not program.has_ended, f"nothing is written: {program.lines}"
         try:
-            columns(path)
+            column_colors(path)
             return
         except (av.FFmpegError, OSError):
             time.sleep(0.3)
 
 
-def columns(path: str) -> np.ndarray:
-    """The mean colour of the columns of a camera's picture, away from the text on it: N x 3, 0..255."""
-    with av.open(path, format="v4l2", options={"video_size": "{}x{}".format(*SIZE)}) as container:
+def column_colors(path: str) -> np.ndarray:
+    """Return the median colour of eight columns of a camera's picture, below its text: 8 x 3, 0..255."""
+    with av.open(path, format="v4l2", options={"video_size": "{}x{}".format(*PICTURE_SIZE)}) as container:
         frames = container.decode(video=0)
         for _ in range(3):
             frame = next(frames)
@@ -115,16 +115,16 @@ def columns(path: str) -> np.ndarray:
     return np.array([np.median(column, axis=0) for column in middle])
 
 
-class Flashing:
+class FlashWriter:
     """Writes dark pictures to a virtual camera, and some bright ones on demand.
 
     Args:
-        path: of the camera.
+        path: device of the camera.
         codec: "rawvideo" or "mjpeg".
 
     Attributes:
         began: time of the first picture, in seconds of `time.monotonic`.
-        flashed: time of the first bright one.
+        flashed: time of the first bright picture.
     """
 
     def __init__(self, path: str, codec: str = "rawvideo") -> None:
@@ -137,25 +137,25 @@ class Flashing:
             time.sleep(0.01)
 
     def flash(self, moment: float) -> None:
-        """Write bright pictures from this time on, for FLASH seconds."""
+        """Write bright pictures from this time on, for `FLASH_SECONDS`."""
         self._flash = moment
 
     def end(self) -> None:
         """Close the camera."""
         self._over.set()
-        self._thread.join(LONG)
+        self._thread.join(TIMEOUT_SECONDS)
 
     def _write(self, path: str, codec: str) -> None:
         pix_fmt = PIX_FMTS[codec]
-        dark, bright = (_even_picture(level, pix_fmt) for level in (DARK, BRIGHT))
+        dark, bright = (_even_picture(level, pix_fmt) for level in (DARK_LEVEL, BRIGHT_LEVEL))
         with av.open(path, "w", "v4l2") as container:
-            stream = container.add_stream(codec, rate=RATE)
-            stream.width, stream.height, stream.pix_fmt = *SIZE, pix_fmt
-            stream.codec_context.time_base = Fraction(1, RATE)
+            stream = container.add_stream(codec, rate=FRAME_RATE)
+            stream.width, stream.height, stream.pix_fmt = *PICTURE_SIZE, pix_fmt
+            stream.codec_context.time_base = Fraction(1, FRAME_RATE)
             number = 0
-            while not self._over.wait(min(1 / RATE, max(0.0, self._flash - time.monotonic()))):
+            while not self._over.wait(min(1 / FRAME_RATE, max(0.0, self._flash - time.monotonic()))):
                 due = time.monotonic() >= self._flash
-                frame = bright if due or time.monotonic() - self.flashed < FLASH else dark
+                frame = bright if due or time.monotonic() - self.flashed < FLASH_SECONDS else dark
                 frame.pts, number = number, number + 1
                 container.mux(stream.encode(frame))
                 self.began = self.began or time.monotonic()
@@ -164,10 +164,10 @@ class Flashing:
 
 
 def _even_picture(level: int, pix_fmt: str) -> av.VideoFrame:
-    frame = av.VideoFrame(*SIZE, pix_fmt)
-    samples = [[level], [CHROMA[0]], [CHROMA[1]]]
+    frame = av.VideoFrame(*PICTURE_SIZE, pix_fmt)
+    samples = [[level], [CHROMA_LEVELS[0]], [CHROMA_LEVELS[1]]]
     if len(frame.planes) == 1:
-        samples = [[level, CHROMA[0], level, CHROMA[1]]]
+        samples = [[level, CHROMA_LEVELS[0], level, CHROMA_LEVELS[1]]]
     for plane, pattern in zip(frame.planes, samples, strict=True):
         plane.update(bytes(pattern * (plane.buffer_size // len(pattern))))
     return frame

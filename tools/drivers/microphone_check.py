@@ -1,6 +1,6 @@
-"""The trials of `camera_check.py` that are about sound, on ALSA's loopback card (snd-aloop).
+"""Sound trials of `camera_check.py`, on the loopback card of ALSA (snd-aloop).
 
-What is played on the card's first device is heard on its second, as if a microphone stood by.
+The second device of the card records the sound that is played on the first.
 """
 
 from __future__ import annotations
@@ -15,27 +15,27 @@ from pathlib import Path
 
 import av
 import numpy as np
-from live_program import Flashing, finished, sized, started
+from live_program import FlashWriter, run_live, run_to_end, size_options
 
 from vidstyle.media.capture.microphone import prepare_alsa
 
 DRIVER = Path("/sys/bus/platform/drivers/snd_aloop")
 CARD = "Loopback"
 SOUND_RATE = 48000
-PIECE = 480
-"""Samples that are played at once: a hundredth of a second."""
-CLICK = 0.1
-"""Seconds that a click takes."""
-AHEAD = 0.5
-"""Seconds that sound is given to the card before it is heard; the machine may be that slow."""
-LOUD = 10000
-"""Of 16-bit samples, as films of this kind hold them."""
-IN_STEP = 0.08
-"""Seconds by which sound and picture may differ: films are lip-synchronous up to about this."""
+CHUNK_COUNT = 480
+"""Samples of a chunk: 10 ms."""
+CLICK_SECONDS = 0.1
+"""Duration of a click."""
+QUEUED_SECONDS = 0.5
+"""Length of the playback queue, for slow machines."""
+MIN_CLICK_LEVEL = 10000
+"""Minimum 16-bit sample of a click."""
+MAX_OFFSET_SECONDS = 0.08
+"""Maximum offset between sound and picture, about the threshold of lip sync."""
 
 
 class Microphones:
-    """The trials; each returns what it found, and fails by an assertion."""
+    """Trials of microphones; each returns a line about its result, and fails by an assertion."""
 
     def __init__(self, virtual: str) -> None:
         cards = Path("/proc/asound/cards").read_text().splitlines() if Path("/proc/asound").is_dir() else []
@@ -45,7 +45,7 @@ class Microphones:
         self._card = numbers[0] if numbers else ""
 
     def all(self) -> tuple[Callable[[], str], ...]:
-        """In their order."""
+        """Return all trials in order."""
         return (self.missing, self.busy, self.in_step, self.unplugged)
 
     @property
@@ -54,27 +54,27 @@ class Microphones:
         return f"hw:{self._card},1"
 
     def missing(self) -> str:
-        """A microphone that is not there."""
-        run = finished("test", "--microphone", "hw:77", "--to", "null")
+        """A missing microphone is a one-line error."""
+        run = run_to_end("test", "--microphone", "hw:77", "--to", "null")
         assert run.returncode == 6 and self._heard in run.stderr and len(run.stderr.splitlines()) == 1, (
             run.stderr
         )
         return run.stderr.strip()
 
     def busy(self) -> str:
-        """A microphone that another program has."""
+        """A microphone in use by another program is a one-line error."""
         with av.open(f"{self._heard},0", format="alsa"), av.open(f"{self._heard},1", format="alsa"):
-            run = finished("test", "--microphone", self._heard, "--to", "null", *sized())
+            run = run_to_end("test", "--microphone", self._heard, "--to", "null", *size_options())
         assert run.returncode == 6 and "in use by another program" in run.stderr, run.stderr
         assert len(run.stderr.splitlines()) == 1, run.stderr
         return run.stderr.strip()
 
     def in_step(self) -> str:
-        """A flash before the camera and a click before the microphone are at one moment in the film."""
+        """A simultaneous flash and click are simultaneous in the film."""
         with tempfile.TemporaryDirectory() as folder:
             film = Path(folder, "film.mkv")
-            camera, clicking = Flashing(self._virtual), Clicking(f"hw:{self._card},0")
-            with started(
+            camera, clicking = FlashWriter(self._virtual), ClickPlayer(f"hw:{self._card},0")
+            with run_live(
                 self._virtual, "--microphone", self._heard, "--style", "plain", "--to", str(film)
             ) as program:
                 program.expect_file(film)
@@ -88,7 +88,7 @@ class Microphones:
                     moments.append(camera.flashed - clicking.clicked)
             camera.end()
             clicking.end()
-            flashes, clicks = flashes_and_clicks(film)
+            flashes, clicks = find_events(film)
         assert len(flashes) == len(moments), f"{len(moments)} flashes, {flashes} in the film"
         late = [
             click - flash + apart
@@ -98,15 +98,15 @@ class Microphones:
         ]
         text = ", ".join(f"{1000 * each:+.0f}" for each in late)
         # A slow machine may lose the first picture of a flash.
-        assert len(late) > 2 and abs(statistics.median(late)) < IN_STEP, f"sound is {text} ms late"
+        assert len(late) > 2 and abs(statistics.median(late)) < MAX_OFFSET_SECONDS, f"sound is {text} ms late"
         return f"sound is {text} ms late"
 
     def unplugged(self) -> str:
-        """The card is taken away and put back: pictures go on, and the sound comes back."""
+        """Unbind and bind the card: pictures continue, and the sound reconnects."""
         device = next(path.name for path in DRIVER.glob("snd_aloop.*"))
         with tempfile.TemporaryDirectory() as folder:
             film = Path(folder, "film.mkv")
-            with started(
+            with run_live(
                 "test", "--microphone", self._heard, "--style", "plain", "--to", str(film)
             ) as program:
                 program.expect_file(film)
@@ -128,11 +128,11 @@ class Microphones:
         return f"back {seconds:.1f} s after its return; pictures stop for {stop:.2f} s at most, sound never"
 
 
-class Clicking:
-    """Plays silence, and a click when it is told to.
+class ClickPlayer:
+    """Plays silence, and a click on request.
 
     Attributes:
-        clicked: when it was to be heard, in seconds of `time.monotonic`.
+        clicked: time at which the click is audible, in seconds of `time.monotonic`.
     """
 
     def __init__(self, device: str) -> None:
@@ -143,11 +143,11 @@ class Clicking:
         self._thread.start()
 
     def click(self, moment: float) -> None:
-        """Click at this moment, which is far enough away to be put before it into what is played."""
+        """Play a click at a time after the queued sound, in seconds of `time.monotonic`."""
         self._moment = moment
 
     def end(self) -> None:
-        """Let go of the device."""
+        """Close the device."""
         self._over.set()
         self._thread.join(10)
 
@@ -158,26 +158,26 @@ class Clicking:
             container.start_encoding()
             number, zero = 0, time.monotonic()
             while not self._over.is_set():
-                heard = zero + number * PIECE / SOUND_RATE
-                # No more is put in than is heard soon, so that it is known when it is heard.
-                self._over.wait(max(0.0, heard - time.monotonic() - AHEAD))
+                heard = zero + number * CHUNK_COUNT / SOUND_RATE
+                # A bounded queue makes the time of playback predictable.
+                self._over.wait(max(0.0, heard - time.monotonic() - QUEUED_SECONDS))
                 due = heard >= self._moment
                 if due:
                     self.clicked, self._moment = heard, float("inf")
-                frame = loud if heard - self.clicked < CLICK else quiet
-                frame.pts, frame.time_base, number = number * PIECE, Fraction(1, SOUND_RATE), number + 1
+                frame = loud if heard - self.clicked < CLICK_SECONDS else quiet
+                frame.pts, frame.time_base, number = number * CHUNK_COUNT, Fraction(1, SOUND_RATE), number + 1
                 container.mux(stream.encode(frame))
 
 
 def _sound(level: int) -> av.AudioFrame:
-    samples = np.full((1, 2 * PIECE), level, np.int16)
+    samples = np.full((1, 2 * CHUNK_COUNT), level, np.int16)
     frame = av.AudioFrame.from_ndarray(samples, "s16", "stereo")
     frame.sample_rate = SOUND_RATE
     return frame
 
 
-def flashes_and_clicks(film: Path) -> tuple[list[float], list[float]]:
-    """When the picture turns bright and the sound loud, in seconds of the film."""
+def find_events(film: Path) -> tuple[list[float], list[float]]:
+    """Return the times at which the picture turns bright and the sound loud, in seconds of the film."""
     bright: list[float] = []
     loud: list[float] = []
     with av.open(str(film)) as container:
@@ -188,11 +188,11 @@ def flashes_and_clicks(film: Path) -> tuple[list[float], list[float]]:
                     bright.append(frame.time)
             else:
                 samples = frame.to_ndarray()[0, :: 1 if frame.format.is_planar else 2].astype(float)
-                places = np.flatnonzero(np.abs(samples) > LOUD)
+                places = np.flatnonzero(np.abs(samples) > MIN_CLICK_LEVEL)
                 loud += [frame.time + places[0] / frame.sample_rate] if len(places) else []
-    return _beginnings(bright), _beginnings(loud)
+    return _event_starts(bright), _event_starts(loud)
 
 
-def _beginnings(moments: list[float]) -> list[float]:
-    """The moments that have none within half a second before them."""
+def _event_starts(moments: list[float]) -> list[float]:
+    """Return the times without another one within the previous half second."""
     return [moment for place, moment in enumerate(moments) if place == 0 or moment - moments[place - 1] > 0.5]

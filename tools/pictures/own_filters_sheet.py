@@ -17,7 +17,7 @@ import numpy as np
 import skimage.data
 
 from tools import foreign_filters
-from tools.foreign_filters import reference_of, train_bank
+from tools.foreign_filters import make_reference, train_bank
 from tools.pictures.filters_sheet import crop_center
 from vidstyle.blade.bank_file import load_bank
 from vidstyle.blade.photographs import Photograph
@@ -84,7 +84,7 @@ def _draw_row(name: str, source: str, images: Path) -> Iterator[np.ndarray]:
         raise SystemExit(run.stderr)
     explained = load_bank(bank).about["fidelity"]["explained"]
     color = photograph.color()
-    (filtered,) = reference_of(source).apply(color, photograph)
+    (filtered,) = make_reference(source).apply(color, photograph)
     levels = [np.uint8(np.clip(each * 255 + 0.5, 0, 255)) for each in (color, filtered)]
     look = Style("own", background=(Step("learned", {"bank": bank.name}),), folder=bank.parent)
     learned = stylize(levels[0], look)

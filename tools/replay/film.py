@@ -32,7 +32,7 @@ class Machine:
     has_processes: bool = True
 
 
-def predicted_seconds(
+def predict_seconds(
     recording: Recording, cores: int, machine: Machine = Machine(), frames: int | None = None
 ) -> float:
     """Return the time of the recorded film, or its first frames, on some cores, with a frame per thread."""

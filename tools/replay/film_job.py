@@ -85,25 +85,25 @@ def short_frames(frames: int) -> int:
     return int(SHORT_RATIO * frames)
 
 
-def film_times(job: FilmJob) -> FilmTimes:
+def measure_film(job: FilmJob) -> FilmTimes:
     """Render a film after a short one that loads modules and kernels, without opening and closing it."""
-    return FilmTimes(**_started(job))
+    return FilmTimes(**_run_job(job))
 
 
-def recorded(job: FilmJob, rounds: int) -> tuple[Recording, float]:
+def record_film(job: FilmJob, rounds: int) -> tuple[Recording, float]:
     """Return the tasks of a film on the first of some cores, and `slowdown` for all of them."""
     alone, together = [], []
     jobs = [FilmJob(**{**asdict(job), "cores": (core,), "records": True}) for core in job.cores]
     with ThreadPoolExecutor(len(jobs)) as pool:
         for _ in range(rounds):
-            alone.append(Recording(**_started(jobs[0])))
+            alone.append(Recording(**_run_job(jobs[0])))
             if len(jobs) > 1:
-                together += [Recording(**each) for each in pool.map(_started, jobs)]
+                together += [Recording(**each) for each in pool.map(_run_job, jobs)]
     least = min(alone, key=lambda each: each.seconds)
     return least, slowdown(alone, together or alone)
 
 
-def _started(job: FilmJob) -> dict[str, Any]:
+def _run_job(job: FilmJob) -> dict[str, Any]:
     command = [sys.executable, "-m", "tools.replay.film_job", json.dumps(asdict(job))]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:

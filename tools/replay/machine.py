@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from tools.replay.record import Recording
 
-PASSES, BATCHES = 20, 200
+PASS_ROUNDS, BATCH_COUNT = 20, 200
 
 
 def slowdown(alone: Sequence[Recording], together: Sequence[Recording]) -> float:
@@ -28,7 +28,7 @@ def wake_up_seconds(cores: Sequence[int]) -> float:
 
     With one core it is 0. It is the least of several means, as other programs delay threads.
     """
-    return min(_mean_pass(cores) for _ in range(BATCHES)) if len(cores) > 1 else 0.0
+    return min(_mean_pass(cores) for _ in range(BATCH_COUNT)) if len(cores) > 1 else 0.0
 
 
 def _mean_pass(cores: Sequence[int]) -> float:
@@ -37,7 +37,7 @@ def _mean_pass(cores: Sequence[int]) -> float:
 
     def play(own: int, first: bool) -> None:
         os.sched_setaffinity(0, cores[own : own + 1])  # of this thread
-        for _ in range(PASSES):
+        for _ in range(PASS_ROUNDS):
             if first:
                 permits[1 - own].release()
             permits[own].acquire()
@@ -50,4 +50,4 @@ def _mean_pass(cores: Sequence[int]) -> float:
         each.start()
     for each in threads:
         each.join()
-    return (time.perf_counter() - began) / (2 * PASSES)
+    return (time.perf_counter() - began) / (2 * PASS_ROUNDS)

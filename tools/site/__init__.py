@@ -1,4 +1,4 @@
-"""Builds the web site of vidstyle: `python -m tools.site [FOLDER]`.
+"""Build the web site of vidstyle: `python -m tools.site [FOLDER]`.
 
 The site has the documents with search, a page for each style and block, the commands, the API reference, and
 the page on which visitors restyle their own pictures. It loads nothing from other hosts. All texts come from

@@ -1,4 +1,4 @@
-"""Builds the site; see `tools.site`."""
+"""Build the site; see `tools.site`."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from mkdocs.commands.build import build
 from mkdocs.config import load_config
 from mkdocs.config.defaults import MkDocsConfig
 
-from tools.api_reference import make as make_api_reference
+from tools.api_reference import write_reference_pages
 from tools.pictures.gallery import PHOTOGRAPHS
-from tools.site.documents import copy_documents, titles
+from tools.site.documents import copy_documents, page_titles
 from tools.site.reference import block_examples, write_reference
 from vidstyle.gallery.showcase import ExamplePicture, write_showcase
 from vidstyle.style import PLAIN, load_style, style_names
 
 DEFAULT_FOLDER = Path("build/site")
 EXAMPLES = {"astronaut": "A face", "cat": "A cat", "rocket": "Night"}
-"""Photographs to start with, of `PHOTOGRAPHS`, and their titles."""
+"""Example photographs from `PHOTOGRAPHS`, and their titles."""
 EXCLUDED = "**/*.map", "assets/javascripts/lunr/**"
-"""Files of the theme that nothing loads: source maps, and search in other languages."""
+"""Unused files of the theme: source maps, and search in other languages."""
 
 
 def main() -> None:
@@ -37,20 +37,20 @@ def main() -> None:
 
 
 def build_site(folder: Path, tried: Sequence[str]) -> None:
-    """Write the site to a folder, which is replaced if a site is in it.
+    """Write the site to a folder, and replace an existing site.
 
     Args:
-        tried: the styles of the page on which visitors restyle their own pictures.
+        tried: names of the styles on the page where visitors restyle their own pictures.
 
     Raises:
-        SystemExit: the folder has other files, or a link leads to nothing.
+        SystemExit: the folder has files other than a site, or a link is broken.
     """
     if folder.is_dir() and any(folder.iterdir()) and not (folder / "search").is_dir():
-        sys.exit(f"{folder} has files that are not a site; name another folder")
+        sys.exit(f"{folder} has files that are not a site; choose another folder")
     with tempfile.TemporaryDirectory() as pages:
         copy_documents(Path(pages))
         reference = write_reference(Path(pages))
-        make_api_reference(Path(pages) / "api")
+        write_reference_pages(Path(pages) / "api")
         _write_try_page(Path(pages) / "try", tried)
         build(_configuration(Path(pages), folder.absolute(), reference))
     for pattern in EXCLUDED:
@@ -60,7 +60,7 @@ def build_site(folder: Path, tried: Sequence[str]) -> None:
 
 
 def _configuration(pages: Path, folder: Path, reference: list[Any]) -> MkDocsConfig:
-    nav = [{"vidstyle": "index.md"}, {"Try it": "try/index.html"}, {"Guide": titles()}, *reference]
+    nav = [{"vidstyle": "index.md"}, {"Try it": "try/index.html"}, {"Guide": page_titles()}, *reference]
     settings = str(Path(__file__).with_name("mkdocs.yml"))
     return load_config(settings, nav=nav, docs_dir=str(pages), site_dir=str(folder))
 

@@ -26,7 +26,7 @@ _LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^)\s]+)\)")
 
 
 def heading_id(text: str, separator: str) -> str:
-    """Return the identifier of a heading, as links in the documents have it.
+    """Return the anchor of a heading, as used by links in the documents.
 
     >>> heading_id("Bad input: 1, 2 & `x`", "-")
     'bad-input-1-2--x'
@@ -36,14 +36,14 @@ def heading_id(text: str, separator: str) -> str:
 
 @cache
 def documents() -> dict[str, str]:
-    """Return the page of each document: the README first, then in the order in which it links to them."""
+    """Return the page of each document: first the README, then in the order of its links."""
     names = [f"docs/{path.name}" for path in sorted((ROOT / "docs").glob("*.md"))]
     links = [address.partition("#")[0] for _, _, address in _LINK.findall(_read("README.md"))]
     ordered = [name for name in dict.fromkeys([*links, *names]) if name in names and name != GALLERY]
     return {"README.md": "index.md"} | {name: Path(name).name for name in ordered} | OTHER_DOCUMENTS
 
 
-def titles() -> list[dict[str, str]]:
+def page_titles() -> list[dict[str, str]]:
     """Return the title and page of each document except the README, for the navigation."""
     named = list(documents().items())[1:]
     return [
@@ -63,7 +63,7 @@ def _read(name: str) -> str:
 
 
 def _with_page_links(text: str, source: str, pages: Path) -> str:
-    """Return a document with links to pages and pictures of the site; links to other files become text."""
+    """Rewrite the links of a document to pages and pictures of the site; links to other files become text."""
 
     def replace(match: re.Match[str]) -> str:
         mark, label, address = match.groups()
@@ -88,7 +88,7 @@ def _with_page_links(text: str, source: str, pages: Path) -> str:
 
 
 def copy_picture(path: Path, pages: Path, width: int = MAX_PICTURE_WIDTH_PX) -> str:
-    """Copy a picture to the folder `pictures` of the pages, smaller; return its address from the top."""
+    """Copy a picture to the folder `pictures`, scaled down, and return its address relative to the root."""
     target = pages / "pictures" / (path.name if path.suffix != ".jpg" else f"{path.stem}-small.webp")
     target.parent.mkdir(exist_ok=True)
     picture = cv2.imread(str(path)) if path.suffix == ".jpg" else None

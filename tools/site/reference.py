@@ -1,4 +1,4 @@
-"""Pages of the site that are made from declarations: styles, blocks and commands."""
+"""Generated pages of the site: styles, blocks and commands."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from pathlib import Path
 from typing import Any
 
 import click
-from vidstyle.export.format_page import page_data
 
-from tools.api_reference import block_section
+from tools.api_reference import format_block
 from tools.pictures.gallery import PHOTOGRAPHS
 from tools.site.documents import ROOT, copy_picture
 from vidstyle.block import Block
 from vidstyle.blocks import all_blocks
 from vidstyle.cli import commands
 from vidstyle.errors import VidstyleError
+from vidstyle.export.page import page_data
 from vidstyle.gallery.style_samples import style_of_block
 from vidstyle.style import PLAIN, Style, describe, load_style, style_names
 
@@ -27,7 +27,7 @@ GALLERY_FOLDER = ROOT / "docs" / "gallery"
 
 
 def write_reference(pages: Path) -> list[dict[str, Any]]:
-    """Write a page for each style, each block and the commands; return their entries of the navigation."""
+    """Write a page for each style, each block and the commands, and return their navigation entries."""
     names = [name for name in style_names() if name != PLAIN]
     for folder in ("styles", "blocks"):
         (pages / folder).mkdir()
@@ -106,7 +106,7 @@ def _style_list(names: list[str]) -> Iterator[str]:
 
 
 def _block_page(block: Block, examples: set[str]) -> Iterator[str]:
-    yield block_section(block).replace("## ", "# ", 1)
+    yield format_block(block).replace("## ", "# ", 1)
     if (name := f"block-{block.name}") in examples:
         address = f"../try/index.html?embed#{name}"
         yield f'<iframe class="example" src="{address}" loading="lazy" title="{block.name}"></iframe>\n'
