@@ -186,7 +186,7 @@ def test_programs_are_run_and_judged(monkeypatch: pytest.MonkeyPatch) -> None:
     assert run_here(["styles", "nothing"]).exit_code == 3
     with pytest.raises(BrokenPromiseError, match="signal 6"):
         run_apart(["-c", "import os; os.abort()"])
-    monkeypatch.setattr("tools.fuzzing.processes.SECONDS", 0.2)
+    monkeypatch.setattr("tools.fuzzing.processes.MAX_PROCESSOR_SECONDS", 0.2)
     with pytest.raises(BrokenPromiseError, match="hang"):
         run_apart(["-c", "import threading; threading.Event().wait()"])
 
