@@ -172,7 +172,7 @@ def test_what_is_measured_and_the_size_are_those_of_a_film(
 def test_a_hook_says_what_each_number_is_and_what_is_left_out() -> None:
     style = load_style("blueprint")
     text = text_of(style, 1280, 720, picture(36, 64))
-    epsilon = next(step.values["epsilon"] for step in style.lines if step.block == "soft_threshold")
+    epsilon = next(step.values["epsilon"] for step in style.base if step.block == "soft_threshold")
     assert re.search(
         rf"const float epsilon_\d+ = {epsilon:.1f}; // soft_threshold.epsilon: more for more black: ", text
     )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import av
 import cv2
 import numpy as np
@@ -140,7 +142,8 @@ def test_between_light_lines_skin_is_light_and_eyes_are_dark() -> None:
     picture, eye = picture_with_face(), USUAL_LANDMARKS.inside(PLACE).left_eye
     cv2.circle(picture, (round(eye[0]), round(eye[1])), 3, (20, 20, 20), -1)
     features, page = lifted(Picture.from_array(picture))[1], np.full((480, 640, 3), 90, np.uint8)
-    drawn = draw_features(Picture.from_array(page), features, load_style("blueprint"), None, NO_RASTER)
+    style = replace(load_style("ink"), ink="#eaf4ff", paper="#2f6cc2")
+    drawn = draw_features(Picture.from_array(page), features, style, None, NO_RASTER)
     change = luma_in(drawn, WINDOW) - 90 / 255
     across, down = round(eye[0]) - WINDOW.left, round(eye[1]) - WINDOW.top
     cheek = change[down + 10 : down + 18, across - 4 : across + 4]
