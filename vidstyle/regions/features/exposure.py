@@ -26,8 +26,8 @@ FACE_LUMA_RANGE, SKIN_LUMA_RANGE = (0.08, 0.8), (0.6, 0.82)
 """Target luma of the darkest and the brightest tone of a face, and of one without eyes, nose and mouth."""
 RANGE_WEIGHT = 0.5
 """Weight of the middle of that range; the rest is the weight of the face's original brightness."""
-BRIGHT_SKIN_WEIGHT = 0.65
-"""The same for a face without eyes, nose and mouth that is brighter: skin is darker than paper."""
+BRIGHT_WEIGHT, BRIGHT_SKIN_WEIGHT = 0.8, 0.65
+"""The same for a face that is brighter, with and without eyes, nose and mouth: skin is darker than paper."""
 CONTRAST_EXPONENT = 0.7
 """Exponent of the contrast factor that would fill the range: 1 fills it, 0 keeps the contrast."""
 CLIP_LUMA_RANGE = 0.04, 0.9
@@ -150,9 +150,8 @@ def expose_face(
     gain = min(_mixed(CONTRAST_FACTOR_RANGE[1], 1.0, bare), max(CONTRAST_FACTOR_RANGE[0], gain))
     middle = (dark + bright) / 2
     wanted = (low + high) / 2
-    moved = middle + _mixed(RANGE_WEIGHT, BRIGHT_SKIN_WEIGHT if wanted < middle else RANGE_WEIGHT, bare) * (
-        wanted - middle
-    )
+    pull = _mixed(BRIGHT_WEIGHT, BRIGHT_SKIN_WEIGHT, bare) if wanted < middle else RANGE_WEIGHT
+    moved = middle + pull * (wanted - middle)
     shown = stretch.shown(luma)
     even = shown - np.float32(_mixed(SHADING_WEIGHT, SKIN_SHADING_WEIGHT, bare)) * (
         weighted_mean(shown, skin, SHADING_RADIUS_RATIO * height) - np.float32(middle)
