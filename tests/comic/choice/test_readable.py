@@ -128,6 +128,17 @@ def test_a_film_without_a_readable_frame_shows_the_best_one(
     assert caplog.messages == ["no frame of the film can be drawn clearly; the best one is shown"]
 
 
+@pytest.mark.parametrize(("value", "count"), [(0.5, 3), (0.3, 1)])
+def test_what_can_nearly_be_read_fills_a_page_of_less_than_three_panels(
+    film: Path, value: float, count: int
+) -> None:
+    def readability(candidates: Sequence[Candidate]) -> list[float]:
+        return [1.0 if each.time < 1 else value for each in candidates]
+
+    with open_film(film) as source:
+        assert len(find_key_frames(source, readability=readability)) == count
+
+
 def test_people_are_more_important_than_places() -> None:
     place, person, asked = (
         Candidate(

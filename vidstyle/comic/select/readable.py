@@ -21,6 +21,9 @@ _REFUSED_SECONDS = 1.2
 """Time around such a frame without another choice: darkness and blur last."""
 _MIN_READABILITY, _MIN_PLACE_READABILITY = 0.55, 0.73
 """Minimum readability, see `measure_readability`; the second value is for a panel without a subject."""
+_MIN_STORY_SCENES, _MIN_STORY_READABILITY = 3, 0.45
+"""With readable frames of fewer scenes than the first value, the best ones of others are shown from the
+second value on: a page of one or two pictures tells no story."""
 _READABILITY_WEIGHT, _PLACE_READABILITY_WEIGHT = 0.5, 2.0
 """How much the importance of a frame depends on its readability; the second value is for a panel without a
 subject, which tells nothing if it cannot be read."""
@@ -82,7 +85,7 @@ class ReadableSearch:
         return candidate.forced or self._known[candidate.time] >= limit
 
     def _keep_readable(self, candidates: Sequence[Candidate], least: int) -> list[Candidate]:
-        """Return the readable frames, and the best of the others up to a number of frames."""
+        """Return the readable frames, and the best of the others up to a number of frames, or for a story."""
         distinct = {each.time: each for each in candidates}.values()
         kept = [each for each in distinct if self._is_readable(each)]
         others = sorted(
@@ -92,8 +95,18 @@ class ReadableSearch:
         )
         if not kept and others:
             log.warning("no frame of the film can be drawn clearly; the best one is shown")
-        kept += others[: max(0, max(1, least) - len(kept))]
+        kept += self._tell_more(kept, others)
+        rest = [each for each in others if each not in kept]
+        kept += rest[: max(0, max(1, least) - len(kept))]
         return sorted(kept, key=lambda each: each.time)
+
+    def _tell_more(self, kept: Sequence[Candidate], others: Sequence[Candidate]) -> list[Candidate]:
+        """Return frames of other scenes that can nearly be read, if the readable ones tell no story."""
+        shown, told = {each.scene for each in kept}, dict[int, Candidate]()
+        for each in others:
+            if each.scene not in shown and self._known[each.time] >= _MIN_STORY_READABILITY:
+                told.setdefault(each.scene, each)
+        return list(told.values())[: max(0, _MIN_STORY_SCENES - len(shown))]
 
 
 def _find_repeated_poses(candidates: Sequence[Candidate]) -> list[Candidate]:
