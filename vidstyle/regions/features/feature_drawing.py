@@ -56,12 +56,14 @@ def draw_features(
     ]
     bright = [luma_in(page, each.window) for each in features]
     medium, is_light = Medium.of(style, raster), sum(color) > MIN_LIGHT_INK
+    darks = darkest_colors(page) if medium in (Medium.TONES, Medium.INK_OVER_TONES) else []
+    darkest = float(
+        np.dot(darks[0], page.encoding.weights) if darks and darks[0].size > 1 else sum(darks[:1])
+    )
     marks = [
-        marks_of(each, medium, is_light, luma, region, raster)
+        marks_of(each, medium, is_light, luma, darkest, region, raster)
         for each, luma in zip(features, bright, strict=True)
     ]
-    is_darker = any(each.factor is not None for each in marks) and medium is not Medium.LIGHT_LINES
-    darks = darkest_colors(page) if is_darker else None
 
     def draw(plane: np.ndarray, kind: str) -> np.ndarray:
         if kind not in ("luma", "chroma", "color"):

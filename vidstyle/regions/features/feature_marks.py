@@ -33,10 +33,10 @@ SKIN_LIGHT_SHARE, SKIN_LIGHT_WEIGHT = 0.5, 0.8
 the lines."""
 SKIN_SHADE_WEIGHT = 0.5
 """How much darker features are between light lines."""
-MIN_SKIN_LUMA, MAX_LIGHT_FACTOR = 0.34, 3.0
-"""Mean luma of lit skin in tones, below which a face gets light, and the largest factor: on black, features
-cannot be darker. Tuned on 20 faces in neon and noir."""
-BRIGHT_LUMA_RANGE = 0.2, 0.5
+MIN_SKIN_CONTRAST, MAX_LIGHT_FACTOR = 0.32, 3.0
+"""Mean luma of lit skin in tones above the page's darkest colour, below which a face gets light, and the
+largest factor: features cannot be darker than this colour. Tuned on 20 faces in neon, blueprint and noir."""
+BRIGHT_LUMA_RANGE = 0.3, 0.6
 """Luma of what gets less light, and of what gets none, such as glowing tubes."""
 CLEAR_WEIGHT = 0.5
 """How far scan lines are cleared under features."""
@@ -65,6 +65,7 @@ def marks_of(
     medium: Medium,
     is_light: bool,
     luma: np.ndarray,
+    darkest: float,
     region: np.ndarray | None,
     raster: PageRaster,
 ) -> FeatureMarks:
@@ -75,6 +76,7 @@ def marks_of(
         medium: how the style draws.
         is_light: whether the ink has the colour of light lines.
         luma: of the page in the window of the features, H x W float32, 0..1.
+        darkest: luma of the page's darkest colour.
         region: where the style applies, H x W float32, 0..1; None: everywhere.
         raster: dots, squares and lines of the style.
     """
@@ -105,14 +107,14 @@ def marks_of(
             clear = np.float32(SKIN_WEIGHT) * np.minimum(weight, skin)
             return FeatureMarks(clear, bright=paper, ink=ink)
     clear = np.float32(CLEAR_WEIGHT) * weight if raster.waves else None
-    return FeatureMarks(clear, _light(resized(luma, skin.shape), skin), 1 + change)
+    return FeatureMarks(clear, _light(resized(luma, skin.shape), skin, darkest), 1 + change)
 
 
-def _light(luma: np.ndarray, skin: np.ndarray) -> np.ndarray | None:
+def _light(luma: np.ndarray, skin: np.ndarray, darkest: float) -> np.ndarray | None:
     """Return the factor that makes dark skin of a page light enough for features; None if it is."""
     area = float(skin.sum())
     mean = float((luma * skin).sum()) / area if area else 1.0
-    factor = min(MAX_LIGHT_FACTOR, MIN_SKIN_LUMA / max(mean, 1e-3))
+    factor = min(MAX_LIGHT_FACTOR, (darkest + MIN_SKIN_CONTRAST) / max(mean, 1e-3))
     return 1 + np.float32(factor - 1) * skin * (1 - _ramp(luma, BRIGHT_LUMA_RANGE)) if factor > 1 else None
 
 
