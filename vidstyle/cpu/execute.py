@@ -12,7 +12,7 @@ from vidstyle.core.bands import BandWorkers, in_bands
 from vidstyle.core.codes import Chroma, chroma_radius
 from vidstyle.core.color.deferred_color import Mixed
 from vidstyle.core.convert import PictureAssembler
-from vidstyle.core.kernels import aligned_empty, is_dry_run
+from vidstyle.core.kernels import is_dry_run
 from vidstyle.core.picture import MASK_ENCODING, Picture
 from vidstyle.core.planes import (
     color_rows,
@@ -26,6 +26,7 @@ from vidstyle.core.planes import (
 )
 from vidstyle.core.resample import Resampling
 from vidstyle.core.sampling import percentiles, sample_plane, sampled_values
+from vidstyle.cpu.frame_memory import PlaneMemory
 from vidstyle.cpu.pixel_operations import TAKES_DEFERRED, Value, at_every_pixel, per_pixel, planes_of
 from vidstyle.cpu.schedule import Key, Schedule, Sweep
 from vidstyle.style.nodes import LoweredStyle, Node, PercentileRequest, encoding_of
@@ -60,7 +61,7 @@ class FrameExecutor:
         shown: FilmState = STILL,
     ) -> None:
         self._workers, self._source, self._output = workers, source, schedule.output
-        self._shown = shown
+        self._shown, self._memory = shown, PlaneMemory(workers, schedule.successors)
         self._stored: dict[Node, Value] = {}
         self._numbers: dict[PercentileRequest[Node], np.ndarray] = {}
         for task, releases in schedule.tasks:
@@ -120,7 +121,7 @@ class FrameExecutor:
         return chroma
 
     def _run_sweep(self, sweep: Sweep) -> None:
-        self._stored |= {node: _empty_planes(node) for node in sweep.stores}
+        self._stored |= self._memory.planes(sweep)
         node = sweep.results[0]
         if node.op == "network":
             self._run_network(node)
@@ -265,12 +266,6 @@ def _run_bank(node: Node, inputs: dict[str, Value], top: int, bottom: int, out: 
 def _margin(node: Node, top: int, bottom: int) -> tuple[int, int]:
     """Return the number of rows that the inputs of a node have above and below its requested rows."""
     return min(node.radius, top), min(node.radius, node.shape[0] - bottom)
-
-
-def _empty_planes(node: Node) -> Value:
-    if node.kind == "chroma":
-        return aligned_empty(node.shape), aligned_empty(node.shape)
-    return aligned_empty((*node.shape, 3) if node.kind == "color" else node.shape)
 
 
 def _copy_rows(value: Value, rows: Value) -> Value:

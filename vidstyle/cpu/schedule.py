@@ -78,10 +78,13 @@ class Schedule:
     Attributes:
         tasks: in order, each with the stored nodes that no later task reads.
         output: the sweep that computes the result at every pixel; it stores nothing.
+        successors: of planes of which a sweep reads only rows around its band, and that no later task reads:
+            the sweep, and planes that it stores and that can follow in their memory.
     """
 
     tasks: tuple[tuple[Task, tuple[Node, ...]], ...]
     output: Sweep
+    successors: dict[Node, tuple[Sweep, Node]]
 
     @property
     def has_network(self) -> bool:
@@ -163,11 +166,11 @@ class _Scheduler:
             for number, task in enumerate([*self._tasks, self._output])
             for node in _planes_read(task)
         }
-        tasks = (
+        tasks = tuple(
             (task, tuple(node for node, end in last.items() if end == number and node not in self._kept))
             for number, task in enumerate(self._tasks)
         )
-        return Schedule(tuple(tasks), self._output)
+        return Schedule(tasks, self._output, _successors(tasks))
 
     def computed_twice(self) -> set[Node]:
         """Return nodes that several sweeps compute, except conversions and nodes read only by such nodes."""
@@ -235,10 +238,31 @@ def _results(lowered: LoweredStyle, stored: set[Node]) -> list[Node]:
     return [node for node in (lowered.color, luma, chroma) if node]
 
 
+def _successors(tasks: Iterable[tuple[Task, tuple[Node, ...]]]) -> dict[Node, tuple[Sweep, Node]]:
+    """Return `Schedule.successors`. No plane follows one that follows another."""
+    found: dict[Node, tuple[Sweep, Node]] = {}
+    for task, releases in tasks:
+        if isinstance(task, PercentileRequest):
+            continue
+        followers = {node for _, node in found.values()}
+        banded = {step.node for step in task.steps if step.is_loaded} - set(_read_whole(task)) - followers
+        free = [node for node in releases if node in banded and not node.is_given and node.kind != "chroma"]
+        for node in task.stores:
+            alike = (each for each in free if (each.kind, each.shape) == (node.kind, node.shape))
+            if (before := next(alike, None)) is not None and before not in found:
+                found[before] = task, node
+                free.remove(before)
+    return found
+
+
+def _read_whole(sweep: Sweep) -> Iterable[Node]:
+    """Return the nodes of which a sweep may read other rows than those around its band."""
+    steps = [step for step in sweep.steps if not step.is_loaded and step.node.op in READS_PLANES]
+    return [image for step in steps for image in step.node.inputs.values()]
+
+
 def _planes_read(task: Task) -> Iterable[Node]:
     """Return the nodes whose planes a task reads."""
     if isinstance(task, PercentileRequest):
         return nodes_in_order([task.of])
-    loaded = [step.node for step in task.steps if step.is_loaded]
-    others = [step.node for step in task.steps if not step.is_loaded and step.node.op in READS_PLANES]
-    return loaded + [image for node in others for image in node.inputs.values()]
+    return [*(step.node for step in task.steps if step.is_loaded), *_read_whole(task)]
