@@ -26,7 +26,7 @@ def by_hand(page: Page, **values: float) -> None:
     save_style(style, page.folder / "by-hand.toml")
     assert (page.folder / "hatched.toml").read_bytes() == (page.folder / "by-hand.toml").read_bytes()
     vidstyle.render(page.folder / "film.mp4", page.folder / "by-hand.mp4", style, frames=FRAMES)
-    assert (page.folder / "hatched.mp4").read_bytes() == (page.folder / "by-hand.mp4").read_bytes()
+    assert (page.folder / "film-hatched.mp4").read_bytes() == (page.folder / "by-hand.mp4").read_bytes()
 
 
 def test_no_moving_card_catches_a_click_on_the_button_of_a_gap(page: Page) -> None:
@@ -96,7 +96,7 @@ def test_a_style_is_built_by_mouse(page: Page) -> None:
     browser.click("#render-frames")
     browser.type(str(FRAMES))
     browser.click("#render-go")
-    page.told("hatched.mp4")
+    page.told("film-hatched.mp4")
     by_hand(page, **values)
 
 
@@ -177,7 +177,7 @@ def test_a_style_is_built_by_keyboard_alone(page: Page) -> None:
     browser.press("Tab")
     browser.type(str(FRAMES))
     browser.press("Enter")
-    page.told("hatched.mp4")
+    page.told("film-hatched.mp4")
     by_hand(page, spacing=9.0, sigma=1.5, epsilon=55.0)
 
 

@@ -43,6 +43,8 @@ export class Dialogs {
   /** The ending of rendered files. */
   #suffix = ".mp4";
 
+  /** Begins the names of rendered files. */
+  #stem = "film";
   /** The styles that every command knows by name. @type {Set<string>} */
   #named = new Set();
 
@@ -50,7 +52,7 @@ export class Dialogs {
   constructor(session, say) {
     this.session = session;
     this.say = say;
-    session.on("clip", ({ count }) => (this.#suffix = count === 1 ? ".png" : ".mp4"));
+    session.on("clip", (clip) => this.#fit(clip));
     session.on("styles", (/** @type {import("./types.js").StyleInfo[]} */ styles) => (this.#named = new Set(styles.filter(({ has_name: hasName }) => hasName).map((each) => each.name))));
     this.#text("save-name").addEventListener("input", () => this.#checkName());
     session.on("targets", (targets) => this.#fill(targets));
@@ -128,8 +130,18 @@ export class Dialogs {
     if (answer) this.say(`Exported as ${answer.file}.`);
   }
 
+  /** Fits the dialog to a film or a photograph. @param {import("./player.js").Clip} clip */
+  #fit({ name, count }) {
+    const isFilm = count !== 1;
+    this.#suffix = isFilm ? ".mp4" : ".png";
+    this.#stem = name.replace(/\.[^.]*$/, "").replace(/[^\p{L}\p{N}_-]+/gu, "-");
+    get("render-title").textContent = isFilm ? "Render this film" : "Save this picture";
+    get("render-go").textContent = isFilm ? "Render" : "Save";
+    for (const element of document.querySelectorAll(".of-film")) element.toggleAttribute("hidden", !isFilm);
+  }
+
   render() {
-    this.#text("render-name").value = `${this.session.state?.name ?? "film"}${this.#suffix}`;
+    this.#text("render-name").value = `${this.#stem}-${this.session.state?.name ?? "style"}${this.#suffix}`;
     get("render-state").textContent = "";
     this.#running(false);
     return openDialog("render-dialog");
@@ -178,12 +190,14 @@ export class Dialogs {
     if (error) return this.#failed(error);
     const bar = /** @type {HTMLProgressElement} */ (get("render-bar"));
     if (total) [bar.max, bar.value] = [total, done];
+    const isPicture = this.#suffix === ".png";
+    if (isPicture && !finished) return;
     get("render-state").textContent = finished ? text || `Saved as ${file}.` : text ?? (total ? `Frame ${done} of ${total}` : `Frame ${done}`);
     if (!finished) return;
     this.#running(false);
     // Where the queue or the dialog shows the end already, it is only announced.
     const isSeen = Boolean(document.querySelector("#queue:popover-open, #render-dialog[open]"));
-    this.say(text || `Saved as ${file}. To play it, open the queue (Q).`, false, !isSeen);
+    this.say(text || `Saved as ${file}.${isPicture ? "" : " To play it, open the queue (Q)."}`, false, !isSeen);
   }
 
   /** Copies the equivalent command line. */

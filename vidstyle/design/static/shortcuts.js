@@ -96,7 +96,7 @@ export function shortcuts({ queue, steps, diagram, preview, bar, dialogs, histor
     { keys: [SHARED_KEYS.save], help: "Save", run: open(() => dialogs.save()) },
     { keys: ["Ctrl+Shift+s"], help: "Save under another name", run: open(() => dialogs.saveAs()), typing: true },
     { keys: ["Ctrl+e"], help: "Export", run: open(() => dialogs.export()), typing: true },
-    { keys: ["Ctrl+Enter"], help: "Render this film", run: open(render), typing: true },
+    { keys: ["Ctrl+Enter"], help: "Render in this style", run: open(render), typing: true },
     { keys: ["q"], help: "Go to the queue: play or download finished films", run: () => queue.enter() },
     { keys: ["Ctrl+o"], help: "Show all styles", run: () => start.show(true), typing: true },
     { group: "Knobs", keys: ["v"], help: "Go to the values", run: open(toValues) },

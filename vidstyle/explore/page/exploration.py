@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import threading
 from collections import OrderedDict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import CancelledError, Future
 from dataclasses import replace
 from functools import cached_property
@@ -47,7 +47,7 @@ DRAWN_SIDE_PX = 540
 MATCH_SIDE_PX, MATCH_COUNT = 360, 30
 """Side at which looks are compared with a reference, and how many of the nearest styles may become tiles."""
 MAX_TRIES = 9
-"""Number of candidates that are shown before there is a screen."""
+"""Number of candidates for a screen that are shown until it is there."""
 PAD_GRID_SIZE = 5
 """Rows and columns of the samples on a tuning pad."""
 
@@ -58,7 +58,7 @@ class Exploration(Closing):
     Attributes:
         chooser: screens and favourites; read it only between choices.
         on_progress: receives progress while a screen is made.
-        tries: pictures of candidates for the first screen, as JPEG, to be seen until there is one.
+        tries: pictures of candidates for all screens, as JPEG, to be seen until each screen is there.
         references: the pictures whose looks the user wanted, as JPEG, the latest last.
         frames: the frame numbers of the excerpt.
         rate: the frame rate of the excerpt.
@@ -78,6 +78,7 @@ class Exploration(Closing):
         self._faces, self._searching = StillFaces(), threading.Lock()
         self._change = itertools.count()
         self._latest, self._is_closed = -1, False
+        self._try_count = 0
         self._awaited: list[Future[Look | None]] = []
         self.stopped = threading.Event()
         self.on_progress: ProgressCallback = ignore_progress
@@ -220,6 +221,7 @@ class Exploration(Closing):
     def _choose(self, action: Any) -> None:
         with self._turn:
             self._stop_looking_ahead()
+            self._try_count = 0
             try:
                 action()
             except CancelledError:
@@ -246,20 +248,24 @@ class Exploration(Closing):
 
     def _candidate_looks(self, styles: Sequence[Style]) -> list[Look | None]:
         """Like `_looks_of`, for a screen, which `stop` cancels."""
-        self._awaited = self._request_looks(styles)
+        self._awaited = self._request_looks(styles, self._keep_try)
         if self.stopped.is_set():
             self.stop()
         return [future.result() for future in self._awaited]
 
-    def _request_looks(self, styles: Sequence[Style]) -> list[Future[Look | None]]:
+    def _request_looks(
+        self, styles: Sequence[Style], on_look: Callable[[Look], None] = lambda _: None
+    ) -> list[Future[Look | None]]:
         """Request looks, and report how many are there."""
         # Styles with few steps first: if no kernel is compiled yet, something is seen early.
         order = sorted(range(len(styles)), key=lambda place: len(styles[place].steps))
         futures = {place: self._request_look(styles[place], NOW)[1] for place in order}
 
         def report(finished: Future[Look | None] | None = None) -> None:
-            if finished is not None:
-                self._keep_try(finished)
+            if finished is not None and not finished.cancelled() and not finished.exception():
+                look = finished.result()
+                if look is not None:
+                    on_look(look)
             self.on_progress("trying styles", sum(each.done() for each in futures.values()), len(futures))
 
         report()
@@ -267,13 +273,10 @@ class Exploration(Closing):
             future.add_done_callback(report)
         return [futures[place] for place in range(len(styles))]
 
-    def _keep_try(self, finished: Future[Look | None]) -> None:
-        """Keep the picture of a candidate until there is a first screen."""
-        is_wanted = not self.chooser.screens and len(self.tries) < MAX_TRIES
-        if not is_wanted or finished.cancelled() or finished.exception():
-            return
-        look = finished.result()
-        if look is not None and not look.fault:
+    def _keep_try(self, look: Look) -> None:
+        """Keep the picture of a candidate, to be seen until the screen is there."""
+        if self._try_count < MAX_TRIES and not look.fault:
+            self._try_count += 1
             self.tries.append(encode(look.picture, "jpeg"))
 
     @cached_property

@@ -125,17 +125,17 @@ async function showSource() {
   picture.close();
 }
 
-/** The number of candidates that are shown. */
-let shownTries = 0;
+/** The number of candidates that the server has, those that are shown or were not wanted, and those before this search. */
+let [tryCount, shownTries, firstTry] = [0, 0, 0];
 
-/** Shows candidates until the first screen is chosen from them. @param {number} count */
-async function showTries(count) {
-  while (shownTries < count && !state.tiles.length) {
-    const place = shownTries;
-    const picture = await fetchPicture(`tried.jpg?number=${shownTries++}`).catch(() => null);
-    if (!picture || state.tiles.length) return;
-    tiles.sketch(place, picture, "Candidate");
-    picture.close();
+/** Shows candidates in the empty tiles until the screen is chosen from them. */
+async function showTries() {
+  const first = firstTry, isWanted = () => first === firstTry && (!state.tiles.length || leaving !== null);
+  while (shownTries < tryCount && isWanted()) {
+    const number = shownTries++ - first, place = leaving && number >= 4 ? number + 1 : number;
+    const picture = await fetchPicture(`tried.jpg?number=${first + number}`).catch(() => null);
+    if (picture && isWanted() && place < 9) tiles.sketch(place, picture, "Candidate");
+    picture?.close();
   }
 }
 
@@ -157,7 +157,8 @@ function showLead([heading, more] = leadOf(state)) {
 
 /** Shows the progress of the next screen. @param {{step: string, done: number, total: number, shown: number}} tried */
 function showTried({ step, done, total, shown }) {
-  showTries(shown);
+  tryCount = shown;
+  showTries();
   if (!busy && state.tiles.length) return;
   const bar = /** @type {HTMLProgressElement} */ (get("screen-progress"));
   if (total && done < total) Object.assign(bar, { max: total, value: done });
@@ -334,6 +335,7 @@ const fresh = () => ask("fresh", {}, "Finding nine new looks…");
 function take(place) {
   if (busy || !state.tiles.length) return;
   leaving = state.tiles[place];
+  firstTry = shownTries = tryCount;
   tiles.leave(place, isKept(leaving.tile));
   ask("like", { tile: state.tiles[place].tile }, MORE, "Your choice stays in the middle.");
 }

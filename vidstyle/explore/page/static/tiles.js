@@ -96,7 +96,7 @@ export class Tiles {
     draft.textContent = tag;
     resize(canvas, [picture.width, picture.height]);
     canvas.getContext("2d")?.drawImage(picture, 0, 0);
-    cell.classList.add("sketched");
+    cell.classList.add("sketched", "draft");
     cell.classList.toggle("exact", isExact);
   }
 
@@ -208,6 +208,9 @@ export class Tiles {
       }
     }
     const [from, to] = [this.cells[place].canvas, this.cells[4].canvas];
+    const picture = make("canvas", { width: from.width, height: from.height });
+    picture.getContext("2d")?.drawImage(from, 0, 0);
+    const isDraft = this.cells[place].cell.classList.contains("draft");
     const { name, summary } = this.cells[4];
     const chosen = this.shown[place];
     this.#moving = setTimeout(() => {
@@ -215,9 +218,9 @@ export class Tiles {
       [name.textContent, name.title, summary.textContent] = ["Your choice", "", chosen.look];
       this.cells[4].cell.classList.remove("waiting");
       if (from === to) return;
-      [to.width, to.height] = [from.width, from.height];
-      to.getContext("2d")?.drawImage(from, 0, 0);
-      this.cells[4].cell.classList.toggle("draft", this.cells[place].cell.classList.contains("draft"));
+      resize(to, [picture.width, picture.height]);
+      to.getContext("2d")?.drawImage(picture, 0, 0);
+      this.cells[4].cell.classList.toggle("draft", isDraft);
       this.cells[place].cell.classList.add("waiting");
     }, reduced ? 0 : 235);
   }
