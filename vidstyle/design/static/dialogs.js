@@ -134,7 +134,7 @@ export class Dialogs {
   #fit({ name, count }) {
     const isFilm = count !== 1;
     this.#suffix = isFilm ? ".mp4" : ".png";
-    this.#stem = name.replace(/\.[^.]*$/, "").replace(/[^\p{L}\p{N}_-]+/gu, "-");
+    this.#stem = name.replace(/^.*[\\/]|\.[^.\\/]*$/g, "").replace(/[^\p{L}\p{N}_-]+/gu, "-").replace(/^-|-$/g, "") || "film";
     get("render-title").textContent = isFilm ? "Render this film" : "Save this picture";
     get("render-go").textContent = isFilm ? "Render" : "Save";
     for (const element of document.querySelectorAll(".of-film")) element.toggleAttribute("hidden", !isFilm);

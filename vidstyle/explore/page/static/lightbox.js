@@ -122,7 +122,7 @@ export class Lightbox {
     get("targets").replaceChildren(...clip.targets.map(({ kind, title, use, help }) => make("button", { onclick: () => this.export(kind) }, make("b", { textContent: title }), make("span", { textContent: `${use}.` }), make("span", { className: "quiet", textContent: `A .${kind} file: ${help}` }))));
     /** @type {HTMLDetailsElement} */ (get("exports")).open = false;
     this.#showRender(clip);
-    /** @type {HTMLInputElement} */ (get("name")).value = nameOf(tile).toLowerCase().replace(/[^a-z0-9]+/g, "-").replace(/^-|-$/g, "").slice(0, MAX_NAME_LENGTH);
+    /** @type {HTMLInputElement} */ (get("name")).value = (tile.look || nameOf(tile)).toLowerCase().replace(/[^a-z0-9]+/g, "-").replace(/^-|-$/g, "").slice(0, MAX_NAME_LENGTH);
     get("outcome").textContent = "";
     get("save").textContent = SAVE;
     this.#mark();
