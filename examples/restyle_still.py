@@ -1,4 +1,4 @@
-"""Restyles a picture with a style of its own: python restyle_still.py in.jpg out.png."""
+"""Restyles a picture with a style written in Python: python restyle_still.py in.jpg out.png."""
 
 import sys
 

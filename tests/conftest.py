@@ -66,7 +66,7 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
 
 @pytest.fixture(scope="module")
 def context() -> Iterator[moderngl.Context]:
-    """An OpenGL context of its own, without a window."""
+    """A separate OpenGL context without a window."""
     context = moderngl.create_context(standalone=True, backend="egl", libgl="libEGL.so.1")
     # What is dropped without being released comes into context.objects.
     context.gc_mode = "context_gc"

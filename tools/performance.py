@@ -21,7 +21,7 @@ from vidstyle.style import load_style, style_names
 
 PAGE = Path(__file__).parent.parent / "docs" / "performance.md"
 
-BANDWIDTH_RATES = (320, 4800)
+MEMORY_RATES = (320, 4800)
 """Memory bandwidths in GB/s of the GPUs in the table of traffic."""
 
 
@@ -43,10 +43,10 @@ def format_traffic() -> str:
     plans = {name: plan_for_video(load_style(name), 1920, 1080, "compute") for name in style_names()}
     traffic = {name: plan_traffic(plan) for name, plan in plans.items()}
     moved = {name: each.read + each.written for name, each in traffic.items() if plans[name].passes}
-    cards = [f"at {each} GB/s, MP/s at most" for each in BANDWIDTH_RATES]
+    cards = [f"at {each} GB/s, MP/s at most" for each in MEMORY_RATES]
     lines = [f"| {' | '.join(('style', 'passes', 'bytes a pixel', *cards))} |", "|---|---:|---:|---:|---:|"]
     for name in sorted(moved, key=lambda name: moved[name]):
-        bounds = (f"{1000 * each / moved[name]:,.0f}" for each in BANDWIDTH_RATES)
+        bounds = (f"{1000 * each / moved[name]:,.0f}" for each in MEMORY_RATES)
         cells = (name, str(len(plans[name].passes)), f"{moved[name]:.1f}", *bounds)
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines)

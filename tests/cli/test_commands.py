@@ -28,7 +28,7 @@ def run(capfd: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str
 
 
 def run_and_list(names: Iterable[str], *arguments: object) -> tuple[str, list[str]]:
-    """Standard output of the program in a process of its own, and which of these modules it has loaded."""
+    """Run the program in a separate process; return its output, and which of these modules it loads."""
     program = (
         "import sys; from vidstyle.cli import main; code = main(sys.argv[1:]);"
         f"print([name for name in {[*names]!r} if name in sys.modules], file=sys.stderr); sys.exit(code)"

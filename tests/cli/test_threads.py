@@ -123,6 +123,6 @@ def test_no_other_file_counts_the_cores() -> None:
     package = Path(vidstyle.__file__).parent
     counting = re.compile(r"cpu_count|sched_getaffinity|setNumThreads|PoolExecutor\(\)")
     found = [path for path in package.rglob("*.py") if counting.search(path.read_text(encoding="utf-8"))]
-    # Processes of their own, which are given a number of threads.
+    # Separate processes, which get a number of threads.
     own = {package / "network" / "network_program.py", package / "cpu" / "style_worker.py"}
     assert [path for path in found if path not in own] == [package / "core" / "machine" / "cores.py"]

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from faults import remux
 from media import make_picture
-from stories import PLACES, RATE, dissolved, shot, story, view, write_film
+from stories import PLACES, RATE, dissolve, shot, story, view, write_film
 
 from vidstyle.comic.analyze import film as film_file
 from vidstyle.comic.analyze.features import (
@@ -134,7 +134,7 @@ def test_blurred_black_and_blended_pictures_are_not_chosen(tmp_path: Path) -> No
         return [*blurred, *frames[20:]] if number % 2 else [*frames[20:], *blurred]
 
     black = [np.zeros_like(view(PLACES[0]))] * 20
-    frames = [*partly_blurred(0), *black, *dissolved(partly_blurred(1), partly_blurred(2), 16)]
+    frames = [*partly_blurred(0), *black, *dissolve(partly_blurred(1), partly_blurred(2), 16)]
     path = write_film(tmp_path / "film.mp4", frames)
     key_frames = key_frames_of(path, panels=3)
     times = [each.time * RATE for each in key_frames]
@@ -151,7 +151,7 @@ def test_a_transition_is_never_chosen(six_shots: Path) -> None:
 
 def test_frames_around_a_candidate_know_the_dissolves_of_the_film(tmp_path: Path) -> None:
     """Near its end, too little of a dissolve is decoded to find it again."""
-    frames = dissolved(shot(PLACES[0], 3 * RATE), shot(PLACES[1], 4 * RATE), RATE)
+    frames = dissolve(shot(PLACES[0], 3 * RATE), shot(PLACES[1], 4 * RATE), RATE)
     with open_film(write_film(tmp_path / "film.mp4", frames)) as film:
         after = [each for each in film.survey().candidates if each.time > 2.5 and not each.in_transition]
         near = film.around(after[0])

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 import pytest
-from stories import PLACES, RATE, Place, dissolved, flashed, shot, small_luma, view, whipped
+from stories import PLACES, RATE, Place, add_flash, dissolve, make_whip_pan, shot, small_luma, view
 
 from vidstyle.comic.analyze.picture_contrast import color_histogram
 from vidstyle.comic.analyze.shots import KeyShots, ShotFinder
@@ -33,7 +33,7 @@ def joined(seed: int) -> tuple[list[np.ndarray], list[tuple[float, float]]]:
         mixed = int(random.integers(8, 26)) if frames and random.random() < 0.5 else 0
         if frames:
             begins.append(((len(frames) - mixed / 2) / RATE, mixed / 2 / RATE))
-        frames = dissolved(frames, new, mixed) if mixed else frames + new
+        frames = dissolve(frames, new, mixed) if mixed else frames + new
     return [noisy(frame, random) for frame in frames], begins
 
 
@@ -42,9 +42,9 @@ def eventful(place: Place, random: np.random.Generator) -> list[np.ndarray]:
     length = int(random.integers(56, 90))
     event = random.integers(4)
     if event == 0:
-        return whipped(place, length, float(random.choice([-220, 220])))
+        return make_whip_pan(place, length, float(random.choice([-220, 220])))
     frames = shot(place, length, float(random.uniform(-1.5, 1.5)))
-    return flashed(frames, length // 2) if event == 1 else frames
+    return add_flash(frames, length // 2) if event == 1 else frames
 
 
 def noisy(frame: np.ndarray, random: np.random.Generator) -> np.ndarray:
@@ -73,7 +73,7 @@ def test_joined_shots_are_distinguished(seeds: Sequence[int]) -> None:
 
 @pytest.mark.parametrize("frames", [10, 16, 24])
 def test_only_pictures_in_or_near_a_dissolve_are_in_transition(frames: int) -> None:
-    finder = finder_of(dissolved(shot(PLACES[0], 60), shot(PLACES[1], 60), frames))
+    finder = finder_of(dissolve(shot(PLACES[0], 60), shot(PLACES[1], 60), frames))
     begin, middle, end = (60 - frames) / RATE, (60 - frames / 2) / RATE, 60 / RATE
     assert finder.shots() == pytest.approx([0, middle], abs=frames / 2 / RATE)
     assert finder.is_transition(middle)
@@ -128,6 +128,6 @@ def test_motion_is_measured_if_each_frame_comes_twice() -> None:
 @pytest.mark.parametrize("speed", [0.0, 6.0], ids=["still", "fast"])
 def test_a_dissolve_into_a_shot_that_is_cut_at_once_is_a_transition(speed: float) -> None:
     second = [*shot(PLACES[1], 10, speed), *shot(PLACES[2], 50, speed)]
-    finder = finder_of(dissolved(shot(PLACES[0], 60), second, 20))
+    finder = finder_of(dissolve(shot(PLACES[0], 60), second, 20))
     assert all(finder.is_transition(number / RATE) for number in range(43, 58))
     assert not any(finder.is_transition(number / RATE) for number in (20, 80))

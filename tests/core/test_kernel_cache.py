@@ -135,7 +135,7 @@ def run(
 @pytest.mark.skipif(os.name != "posix", reason="makes pipes and links")
 @pytest.mark.parametrize("count", [24, pytest.param(200, marks=pytest.mark.thorough)])
 def test_damaged_and_foreign_files_are_compiled_again_and_replaced(count, tmp_path):
-    """In a process of its own, which a signal would end."""
+    """Run in a separate process, as a signal would end it."""
     ran = run(DAMAGE, DAY, count, XDG_CACHE_HOME=str(tmp_path))
     lines = ran.stdout.splitlines()
     assert (ran.returncode, lines[-1:]) == (0, ["done"]), ran.stdout + ran.stderr

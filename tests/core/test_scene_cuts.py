@@ -122,7 +122,7 @@ def test_noise_is_no_cut(light: float) -> None:
 
 @pytest.mark.parametrize("name", ["astronaut", "coffee", "chelsea"])
 def test_light_is_no_cut(name: str) -> None:
-    """A flash of one frame, a white one, a stroboscope, and the light that goes on and stays."""
+    """A flash of one frame, a white one, a stroboscope, and a light that is switched on and stays."""
     still = view(name, zoom=1.2)
     flash = np.minimum(1, still + 0.5)
     assert cuts([still, still, flash, still, still]) == []

@@ -50,7 +50,7 @@ def test_edits_of_one_gesture_are_undone_together() -> None:
     document.undo()
     assert document.content.table()["lines"] == [{"block": "flow_xdog"}]
     document.redo()
-    # Undoing has ended the gesture, whatever number the next one has.
+    # Undo has ended the gesture, so the number of the next one does not matter.
     document.edit("set", 2, step=step, name="sigma", value=5)
     document.undo()
     assert document.content.table()["lines"] == [{"block": "flow_xdog", "sigma": 4.0}]

@@ -333,7 +333,7 @@ def test_a_second_of_film_is_shown_steadied(page: Page) -> None:
 
 
 def test_a_camera_is_shown_as_it_moves(browser: Browser, tmp_path: Path) -> None:
-    """The source that stands for a camera where there is none."""
+    """A source that replaces a missing camera."""
     with shown(browser, open_clip("test"), tmp_path) as page:
         page.begin()
         page.add("[data-layer=background]", "posterize", "Posterize")

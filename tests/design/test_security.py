@@ -33,7 +33,7 @@ def photo(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory, photo: Path) -> Iterator[DesignServer]:
-    """Whatever a test does to it, it serves the next one."""
+    """The server of all tests, which must survive each of them."""
     with served(tmp_path_factory.mktemp("folder"), open_clip(photo)) as server:
         yield server
 

@@ -67,7 +67,7 @@ def structure(style: Style) -> dict[str, list[str]]:
 
 def test_the_first_screen_has_mutants_of_shipped_styles_and_nothing_that_fails() -> None:
     screen = chooser().screen
-    # Where too few of a kind pass, others stand in.
+    # Other kinds replace a kind of which too few pass.
     assert (Counter(FIRST_SCREEN_KINDS) - Counter(tile.kind for tile in screen.tiles)).total() <= 2
     shipped = {style.name for style in shipped_styles()}
     mutants = [tile for tile in screen.tiles if tile.kind == "shipped"]
@@ -80,7 +80,7 @@ def test_the_tile_that_was_taken_stays_in_the_middle_and_the_others_follow_from_
     taken = made.screen.tiles[2]
     tiles = made.more_like(2).tiles
     assert (tiles[MIDDLE].style, tiles[MIDDLE].kind) == (taken.style, "chosen")
-    # Where too few of a kind pass or are different looks, others stand in: there are four of other kinds.
+    # Other kinds replace a kind of which too few pass or look different: there are four of other kinds.
     assert (Counter(SCREEN_KINDS) - Counter(tile.kind for tile in tiles)).total() <= 3
     for tile in tiles:
         if tile.kind in ("values", "step", "cross"):

@@ -298,7 +298,7 @@ def test_nine_tiles_move_and_say_what_they_are(opened: Browser, page: ExploreSer
 
     def moves() -> bool:
         seen.add(opened.run(sample))
-        return len(seen) > 2  # the first may be the small picture that stands there until then
+        return len(seen) > 2  # the first may be the thumbnail
 
     press(opened, "p")
     eventually(moves)

@@ -1,6 +1,6 @@
-"""Drives the element `vidstyle` from a program, under the Python of GStreamer: prints what it saw as JSON.
+"""Use the element `vidstyle` from a program, with the Python of GStreamer, and print the results as JSON.
 
-pytest does not run this file; tests/export/test_plug_in_gstreamer.py does, as a program of its own.
+pytest does not run this file; tests/export/test_plug_in_gstreamer.py runs it as a separate program.
 """
 
 from __future__ import annotations

@@ -34,7 +34,7 @@ ENVIRONMENT = os.environ | {
 
 
 def run(*command: str | Path, folder: Path, **changes: str) -> subprocess.CompletedProcess[str]:
-    """With an index of plug-ins of its own."""
+    """Return an environment with a separate index of plug-ins."""
     environment = ENVIRONMENT | {"GST_REGISTRY": str(folder / "registry")} | changes
     return subprocess.run(
         command, cwd=folder, env=environment, capture_output=True, text=True, timeout=300, check=False
@@ -140,7 +140,7 @@ def test_a_wrong_style_is_said_before_the_pipeline_plays(gstreamer: Path) -> Non
 
 
 def test_properties_change_in_mid_film_and_rows_may_lie_apart(gstreamer: Path) -> None:
-    """What is said of the source, plain, ink, ink after a mistake, and green ink."""
+    """Return the results for the source, plain, ink, ink after a mistake, and green ink."""
     path = os.pathsep.join((ENVIRONMENT["PYTHONPATH"], str(ELEMENT.parent)))
     program = ROOT / "tests/export/gstreamer_pipeline.py"
     done = run(SYSTEM_PYTHON, program, folder=gstreamer, PYTHONPATH=path)

@@ -15,14 +15,14 @@ from covering import of_the_day
 from faults import (
     Measured,
     Program,
+    assert_not_opened,
     cut,
+    damage_packets,
     drop_file_privileges,
     measure_peak_memory,
     packets,
     remux,
-    spoil_packets,
     times,
-    unopened,
     video,
 )
 from media import make_clip, make_picture
@@ -133,14 +133,14 @@ def test_7_a_matroska_cut_short(program: Program, kind):
 def test_8_one_picture_spoilt(program: Program):
     options = {"bf": "0", "g": "300"}
     clip = make_clip(program.folder / "clip.mp4", frames=60, options=options)
-    outcome = program(spoil_packets(clip, slice(20, 21)))
+    outcome = program(damage_packets(clip, slice(20, 21)))
     assert outcome.exit_code == 4 and "1 frame damaged" in outcome.said
     assert times(outcome.target) == pytest.approx([number / 30 for number in range(60)], abs=0.001)
 
 
 def test_9_no_picture_decodes(program: Program):
     clip = make_clip(program.folder / "clip.mp4", frames=30)
-    program.refused(3, "no frame could be decoded", spoil_packets(clip, slice(None)))
+    program.refused(3, "no frame could be decoded", damage_packets(clip, slice(None)))
     assert not (program.folder / "out.mp4").exists()
 
 
@@ -197,7 +197,7 @@ def test_25_a_playlist_in_disguise_opens_nothing_else(program: Program, kind, en
     other = make_clip(program.folder / "other.mp4", frames=2, size=(32, 32))
     path = program.folder / f"film.{ending}"
     path.write_text(PLAYLISTS[kind])
-    with unopened(other):
+    with assert_not_opened(other):
         program.refused(3, "playlist" if "after" not in kind else "not a readable video", path)
 
 
@@ -206,7 +206,7 @@ def test_25_a_playlist_on_standard_input_opens_nothing_else(program: Program, ki
     other = make_clip(program.folder / "other.mp4", frames=2, size=(32, 32))
     command = [sys.executable, "-m", "vidstyle", "render", "--style", "plain", "-", "out.mp4"]
     content = PLAYLISTS[kind].encode()
-    with unopened(other):
+    with assert_not_opened(other):
         ended = subprocess.run(command, input=content, capture_output=True, cwd=program.folder, timeout=LONG)
     assert ended.returncode == 3 and ended.stderr.count(b"\n") == 1
 

@@ -38,7 +38,7 @@ def long_clip(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def start(clip: Path, target: Path, frames: int = 10) -> subprocess.Popen[str]:
-    """A render that has written so many frames at least."""
+    """Start a render and wait until it has written at least N frames."""
     options = ["--size", "480x270", "--preset", "medium", "--progress", "json"]
     process = subprocess.Popen([*RENDER, *options, str(clip), str(target)], stderr=subprocess.PIPE, text=True)
     assert process.stderr is not None

@@ -16,7 +16,7 @@ from gpu import (
     faults,
     film_picture,
     gray_picture,
-    most_off,
+    max_code_difference,
     packed_picture,
 )
 from pictures import VIDEO, run, step
@@ -59,7 +59,7 @@ TAME, WILD, LEARNED = range(50), (*range(50, 85), *range(90, 105)), range(100, 1
 def test_random_styles_agree_fused_and_unfused(seed: int, fused: Sessions, apart: Sessions) -> None:
     chosen = Chance(seed, wild=False).style()
     for form, (right, one, other) in pages_of(chosen, seed, fused, apart):
-        assert most_off(one, other) <= 1, (form, chosen)
+        assert max_code_difference(one, other) <= 1, (form, chosen)
         assert disagreements(right, one) == [], (form, chosen)
 
 
@@ -104,7 +104,7 @@ def test_random_styles_of_the_day_agree(fused: Sessions, apart: Sessions) -> Non
         chosen = Chance(seed, wild=False).style()
         for form, (right, one, other) in pages_of(chosen, seed, fused, apart):
             found += [f"{seed} {form}: {line}" for line in disagreements(right, one)]
-            if most_off(one, other) > 1:
+            if max_code_difference(one, other) > 1:
                 found.append(f"{seed} {form}: fused and apart differ")
     assert not found, "\n".join(found)
 

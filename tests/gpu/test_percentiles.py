@@ -142,7 +142,7 @@ def test_first_measurement_is_not_smoothed(percentiles: GpuPercentiles) -> None:
 
 
 def test_previous_numbers_stay_valid(context: moderngl.Context, percentiles: GpuPercentiles) -> None:
-    """A frame in flight reads the numbers of its own measurement."""
+    """A frame in flight uses the results of its measurement."""
     samples = [coded_texture(context, np.full((4, 5), value, np.float32)) for value in (0.2, 0.8)]
     textures = [percentiles.measure(each, (5, 4), (50,), 1.0) for each in samples]
     assert [numbers(texture)[0] for texture in textures] == pytest.approx([0.2, 0.8], abs=CLOSE)

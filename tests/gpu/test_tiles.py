@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 import pytest
 from covering import DAY, drawn, of_the_day
-from gpu import FORMS, Sessions, film_picture, gray_picture, most_off, packed_picture
+from gpu import FORMS, Sessions, film_picture, gray_picture, max_code_difference, packed_picture
 from pictures import FLOAT, RGB8, VIDEO, step, style
 
 from vidstyle.backend import FrameRequest
@@ -37,7 +37,7 @@ def seams(
     started = {
         form: [each.start(form, chosen, picture, **options) for each in (whole, tiled)] for form in forms
     }
-    off = {form: most_off(*(page() for page in pages)) for form, pages in started.items()}
+    off = {form: max_code_difference(*(page() for page in pages)) for form, pages in started.items()}
     return [f"{form}: {codes} codes off" for form, codes in off.items() if codes > 1]
 
 

@@ -252,7 +252,7 @@ def test_the_budget_goes_up_again_and_stays_up():
 
 
 def test_the_budget_leaves_alone_what_is_fast_enough():
-    """24 frames per second look smooth, whatever the source has."""
+    """24 frames per second look smooth, for sources of any rate."""
     for rate, seconds in ((30, 0.041), (60, 0.041), (10, 0.099)):
         assert set(run_budget(AdaptiveScale(1 / rate, 720), seconds, 500)) == {1.0}
 

@@ -49,7 +49,7 @@ def test_one_picture_is_under_way_and_then_the_newest_follows() -> None:
         assert window.picture()[0] == 0
         for number in range(1, 6):
             page.offer(live_frame(number))
-        for _ in range(3):  # much else is said meanwhile
+        for _ in range(3):  # other messages arrive in between
             assert window.ask(do="bypass", on=False) == ""
             window.news("status")
         assert window.pictures == 0

@@ -35,7 +35,7 @@ def page(monkeypatch: pytest.MonkeyPatch) -> Iterator[PageTarget]:
 
 @pytest.fixture
 def visitor(page: PageTarget) -> Iterator[Visitor]:
-    """Whatever a test does to the server, it answers the next one at once."""
+    """A server that must answer each test immediately, after any other test."""
     visitor = Visitor(page)
     yield visitor
     assert visitor.ask("/")[0] == 200
@@ -251,7 +251,7 @@ def test_messages_have_a_limit(visitor: Visitor) -> None:
 
 
 def test_a_flood_of_messages_ends_the_socket(monkeypatch: pytest.MonkeyPatch) -> None:
-    """So many in a second are answered, and with the next second the count begins anew."""
+    """N messages per second are answered; the count restarts with the next second."""
     monkeypatch.setattr(Viewer, "MAX_MESSAGES", 20)
     clock = FakeClock()
     with showing(clock=clock) as (page, _, visitor), visitor.look() as window:

@@ -74,7 +74,7 @@ class Receiver:
             begin = None
             for packet in container.demux(video=0, audio=0):
                 begin = packet.pts * packet.time_base if begin is None and packet.pts is not None else begin
-                with suppress(av.InvalidDataError):  # as a player, who goes on where a packet was lost
+                with suppress(av.InvalidDataError):  # like a player, which continues after a lost packet
                     for frame in packet.decode():
                         self._take(frame, begin)
                 if len(self.sizes) >= pictures:

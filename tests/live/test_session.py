@@ -54,7 +54,7 @@ def test_frames_arrive_in_order_and_are_counted():
     assert summary.frames == 30 and kept.numbers == list(range(30)) and kept.closed == 1
     assert kept.captured == sorted(set(kept.captured))
     assert all(taken <= there for taken, there in zip(kept.captured, kept.arrived, strict=True))
-    # 30 pictures at 30 a second take a second, whatever the style could do.
+    # 30 pictures at 30 per second take a second, however fast the style is.
     assert kept.arrived[-1] - kept.arrived[0] == pytest.approx(29 / 30)
     assert summary.size == SMALL and summary.rate == 30
 
@@ -150,7 +150,7 @@ def test_the_style_changes_between_two_frames(monkeypatch: pytest.MonkeyPatch):
         eventually(lambda: len(kept.numbers) > 3)
         few, count = gray_levels(kept), len(kept.numbers)
         running.controls.choose("poster")
-        # While the new style is made ready the old one goes on.
+        # The old style continues while the new one is prepared.
         eventually(lambda: len(kept.numbers) > count + 3)
         assert running.controls.status().style == "few"
         go.set()

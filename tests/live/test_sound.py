@@ -158,7 +158,7 @@ def test_small_gaps_and_a_clock_that_drifts_do_not_add_up(tmp_path: Path, gap: f
 
 
 def test_sound_stays_in_step_while_a_picture_is_repeated(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
-    """It goes on with the time, as the repeated pictures do."""
+    """Sound continues with the time, like repeated pictures."""
     placed = []
     monkeypatch.setattr(Stream, "push_audio", lambda self, chunk, seconds: placed.append(seconds))
     gray = [np.full(shape, 128, np.uint8) for shape in ((48, 64), (24, 32), (24, 32))]

@@ -41,7 +41,7 @@ BYTES = 64 * 48 * 3 // 2
 
 
 class Writer:
-    """Writes gray y4m frames into a named pipe, in real time, until it is told to let go."""
+    """Writes gray y4m frames into a named pipe, in real time, until it is stopped."""
 
     def __init__(self, path: Path, level: int) -> None:
         self._over = threading.Event()

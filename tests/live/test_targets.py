@@ -30,7 +30,7 @@ from vidstyle.media.write.writer import WriteOptions
 
 
 def live(*arguments: str) -> subprocess.Popen[bytes]:
-    """The program with a small moving picture, in a process of its own."""
+    """Run the program with a small moving picture, in a separate process."""
     command = live_command("test", "--size", "160x90", "--device", "cpu", *arguments)
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
@@ -85,7 +85,7 @@ def test_a_reader_that_goes_ends_it_with_one_line():
 
 
 def test_a_reader_that_stands_still_holds_up_nobody(tmp_path: Path):
-    """A pipe that is full: the other target goes on, the newest picture waits, and the end comes soon."""
+    """With a full pipe, the other target continues, the newest picture waits, and the session ends soon."""
     reading, writing = os.pipe()
     film = tmp_path / "film.mkv"
     targets = "--to", "-", "--format", "y4m", "--to", str(film)

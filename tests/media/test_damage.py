@@ -149,7 +149,7 @@ def test_gaps_between_frames_alone_are_no_damage(tmp_path, ending):
 
 @pytest.mark.parametrize(("reordered", "seconds"), [(0, 1.25), (2, 1.0)])
 def test_recordings_that_were_joined_are_no_damage(tmp_path, reordered, seconds):
-    """The counters of the second begin anew; its pictures wait for the end of the first one's sound."""
+    """The counters of the second film restart; its pictures wait for the end of the first one's sound."""
     options = {"bf": str(reordered)}
     clip = media.make_clip(tmp_path / "clip.mkv", frames=50, size=SMALL, audio_tracks=1, options=options)
     path = tmp_path / "clip.ts"
@@ -245,7 +245,7 @@ def test_pictures_one_after_another_are_a_film_where_the_name_says_so(tmp_path):
 
 
 def test_a_picture_in_tiles_is_refused():
-    """FFmpeg gives each tile as a film of its own; one of them would be shown for the whole."""
+    """FFmpeg opens each tile as a separate film; one tile would be shown instead of the picture."""
     with pytest.raises(InputError, match="is a picture in 2 tiles"):
         open_reader(Path(__file__).parents[1] / "fixtures" / "tiles.avif")
 

@@ -17,7 +17,7 @@ from vidstyle.media.read.open import open_media
 
 FRAMES = 60
 TIMES = [Fraction(number, 30) + Fraction(number % 3, 200) for number in range(FRAMES)]
-"""Uneven, so that each frame has entries of its own in the tables of times."""
+"""Uneven times, so that each frame has separate entries in the tables."""
 
 
 def damaged(path: Path, table: bytes, changes: dict[int, int]) -> Path:

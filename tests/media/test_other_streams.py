@@ -1,4 +1,4 @@
-"""Sound and subtitles that are late, missing or damaged: the pictures are kept, in step, whatever they do."""
+"""Sound and subtitles that are late, missing or damaged: pictures are kept, in sync."""
 
 from __future__ import annotations
 
@@ -217,7 +217,7 @@ def test_sound_with_a_time_hours_away_makes_the_film_no_longer(tmp_path, codec, 
 
 @pytest.mark.parametrize("ending", [".mov", ".ts"])
 def test_aac_that_has_lost_its_headers_is_counted_once(tmp_path, ending):
-    """It is tried in a file of its own before, where what is lost does not count."""
+    """It is first tested in a separate file, whose losses do not count."""
     source = make_clip(tmp_path / "in.flv", codec="flv", size=(64, 48), frames=10, audio_tracks=1)
     headers, packet = b"\xaf\x00", b"\xaf\x01"
     source.write_bytes(source.read_bytes().replace(headers, packet, 1))

@@ -1,4 +1,4 @@
-"""Recordings whose streams begin anew midway, and films with a broken video track: nothing is lost unsaid."""
+"""Recordings whose streams restart midway, and films with a broken video track: losses are reported."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ PADDING = (b"\x47\x1f\xff\x10" + b"\xff" * 184) * 30_000
 
 @pytest.fixture
 def feed(monkeypatch):
-    """Gives content on standard input, from a pipe that passes on so many bytes at a time."""
+    """Gives content on standard input, from a pipe that returns at most N bytes per read."""
     threads = []
 
     def write(inlet: int, content: bytes, step: int) -> None:

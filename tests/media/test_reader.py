@@ -305,7 +305,7 @@ def test_raw_video_on_standard_input(monkeypatch):
 
 
 def _at_a_time(path: Path, start: int) -> Path:
-    """The film with every stamp later by so many seconds."""
+    """Copy a film with all timestamps shifted by N seconds."""
     moved = path.with_stem("moved")
     with av.open(str(path)) as source, av.open(str(moved), "w") as target:
         streams = {stream.index: target.add_stream_from_template(stream) for stream in source.streams}

@@ -1,6 +1,6 @@
 """Pictures and films with profiles, EXIF and other side data: upright, in the right light, and no crash.
 
-PyAV ends the process when it collects side data that was read, so all of it is read in a process of its own.
+PyAV crashes when it frees side data that was read, so a separate process reads all of it.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def read_and_collect(paths: list[Path], times: int) -> subprocess.CompletedProce
 
 
 def picture() -> Image.Image:
-    """Each quarter has a colour of its own."""
+    """Each quarter has a different colour."""
     rgb = np.zeros((SIZE[1], SIZE[0], 3), np.uint8)
     rgb[: SIZE[1] // 2, : SIZE[0] // 2] = (255, 0, 0)
     rgb[: SIZE[1] // 2, SIZE[0] // 2 :] = (0, 255, 0)

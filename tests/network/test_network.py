@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 import onnx_model as onnx
 import pytest
-from faults import MEMORY_UNIT, measure_peak_memory
+from faults import MEMORY_UNIT_BYTES, measure_peak_memory
 from media import photograph
 from pictures import noise
 
@@ -112,7 +112,7 @@ def test_a_photograph_of_12_megapixels_takes_less_than_2_gb(tmp_path: Path) -> N
         "for each in network_process._kept.values(): each.process.close()\n"
         "who = resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN\n"
         "used = sum(resource.getrusage(each).ru_maxrss for each in who)\n"
-        f"sys.exit(used * {MEMORY_UNIT} >= 2_000_000_000)\n"
+        f"sys.exit(used * {MEMORY_UNIT_BYTES} >= 2_000_000_000)\n"
     )
     measured = measure_peak_memory([sys.executable, "-c", program, tmp_path / "net.toml"])
     assert measured.exit_code == 0, (measured.errors, measured.peak_bytes)
@@ -217,7 +217,7 @@ def mutated(content: bytes, random: np.random.Generator) -> bytes:
 
 
 def test_mutated_models_do_not_crash_the_program() -> None:
-    """500 files: each is refused with a ValueError or runs, whatever becomes of the process that runs it."""
+    """500 files: each is refused with a ValueError or runs, even if its process crashes."""
     random, running, outcomes = np.random.default_rng(7), NetworkProcess(), list[str]()
     originals = onnx.negative(), onnx.layered(4, 3)
     for number in range(500):

@@ -76,7 +76,7 @@ def test_plain_hands_over_the_decoders_own_frames(
 
 
 def test_the_queues_are_short(clip: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """Before the first frame is written, as many are read as can be; then the writer goes on."""
+    """Before the first frame is written, as many are read as possible; then the writer continues."""
     # Two queues, and what each of the three threads has in its hands.
     most = 2 * MAX_QUEUED_BATCHES + 3
     read: list[int] = []

@@ -145,7 +145,7 @@ REMEMBERS = {
 def test_a_style_that_remembers_settles_before_the_border(
     tmp_path, interrupt: Interrupt, style, size, frames
 ):
-    """Warmed up in mid-scene, and begun anew by the cut after it."""
+    """State is warmed up in mid-scene, and reset by the next cut."""
     source, lossless = tmp_path / "source.mp4", WriteOptions(codec="ffv1", audio="none")
     shape = size * 16 // 9 // 2 * 2, size
     rgbs = [*shot(PLACES[0], frames), *shot(PLACES[1], 12)]

@@ -1,4 +1,4 @@
-"""Long scenes in segments: the same pictures as in one run, by a warm-up or by a memory handed on."""
+"""Long scenes in segments: the same pictures as in one run, by a warm-up or a stored state."""
 
 from __future__ import annotations
 

@@ -236,7 +236,7 @@ UNUSABLE = {
         "--preview in.png -o none/out.html": "its folder does not exist",
     },
 }
-"""By exit code: arguments, and what is said."""
+"""Arguments and messages by exit code."""
 
 
 @pytest.mark.parametrize(

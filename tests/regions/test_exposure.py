@@ -1,4 +1,4 @@
-"""Tones of faces approach one range, whatever the style stretches later."""
+"""Tones of faces approach one range, before the style stretches them."""
 
 from __future__ import annotations
 

@@ -313,7 +313,7 @@ def test_a_mask_does_not_flicker_and_starts_again_at_a_cut() -> None:
 
 
 def test_films_repeat_exactly(red_model: Path) -> None:
-    """And begin anew at each known cut, whatever was before."""
+    """Masks are reset at each known cut."""
     style = replace(load_style("poster"), focus=0.0, steady=0.0, only="people")
     frames = list(panned(8, 6))
 

@@ -54,7 +54,7 @@ def test_wrong_models_are_refused_in_one_line(tmp_path: Path, monkeypatch: pytes
 
 
 def test_a_model_that_crashes_is_reported(red_model: Path) -> None:
-    """It runs in another process: the program goes on."""
+    """It runs in another process, so the program continues."""
     network = PeopleNetwork(red_model)
     color = np.zeros((network.size[1], network.size[0], 3), np.uint8)
     color[:, 100:] = 250, 10, 10

@@ -12,7 +12,7 @@ ROOT = Path(__file__).parents[2]
 
 
 def test_the_documented_path_of_a_frame_is_that_of_a_real_one() -> None:
-    """In a process of its own: threads that run already cannot be traced."""
+    """Run in a separate process: threads that already run cannot be traced."""
     command = [sys.executable, "-m", "tools.frame_path"]
     measured = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT).stdout
     documented = SECTION.search(PAGE.read_text(encoding="utf-8"))

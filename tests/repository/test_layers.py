@@ -174,7 +174,7 @@ def test_no_folder_is_a_heap() -> None:
 
 
 def test_every_folder_with_code_is_a_package() -> None:
-    """Else its files would be taken for modules of their own, such as media/codecs.py for `codecs`."""
+    """Otherwise its files would be imported as top-level modules, such as media/codecs.py as `codecs`."""
     folders = {path.parent for path in (ROOT / "vidstyle").rglob("*.py")}
     assert [folder.name for folder in folders if not (folder / "__init__.py").exists()] == []
 

@@ -30,7 +30,7 @@ TWO_LAYERS = Style(
 
 
 def random_graph(chance: random.Random, most: int = 7) -> Style:
-    """A valid style with many names, and at most so many steps in a layer."""
+    """A valid style with many names, and at most N steps in a layer."""
     names, layers = ["source"], {}
     for layer in LAYERS:
         steps = []

@@ -54,7 +54,7 @@ def test_no_two_styles_look_alike() -> None:
 
 @pytest.mark.parametrize("name", of_the_day(VARIANTS, 12))
 def test_a_variant_looks_other_than_its_style(name: str) -> None:
-    """A second later, when what is drawn anew is another drawing."""
+    """Return the result a second later, when redrawn marks differ."""
     made = []
     for each in (name, name.partition(":")[0]):
         with Renderer(each, device="cpu") as renderer:

@@ -1,4 +1,4 @@
-"""Settings of blocks, and styles of one block with what it may ask for."""
+"""Settings of blocks, and styles with a single block and its inputs."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from vidstyle.style import Style
 
 
 def ends_of(block: Block) -> dict[str, list[Any]]:
-    """By parameter both ends of its range, or its options."""
+    """Return both ends of the range of each parameter, or its options."""
     ends: dict[str, list[Any]] = {}
     for name, parameter in block.parameters.items():
         control = parameter.control
@@ -32,7 +32,7 @@ def ends_of(block: Block) -> dict[str, list[Any]]:
 
 
 def settings(block: Block) -> list[dict[str, Any]]:
-    """No values; every parameter at each end or option; and all at their low, and all at their high ends."""
+    """Return the defaults, each parameter at each end or option, and all parameters at the same end."""
     ends = ends_of(block)
     single = [{name: value} for name, values in ends.items() for value in values]
     corners = [{name: values[corner] for name, values in ends.items()} for corner in (0, -1)] if ends else []
@@ -41,14 +41,14 @@ def settings(block: Block) -> list[dict[str, Any]]:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A style's folder with tiles of three sizes, one wider and one higher than the others, and a bank."""
+    """Return a folder of a style with a bank and three tiles: a wide, a tall and a square one."""
     folder = tmp_path_factory.mktemp("style")
     (folder / "tiles").mkdir()
     random = np.random.default_rng(1)
     for number, size in enumerate([(5, 31), (40, 7), (12, 12)]):
         tile = random.integers(60 * number, 60 * number + 130, size).astype(np.uint8)
         assert cv2.imwrite(str(folder / "tiles" / f"{number}.png"), tile)
-    # Alike in all bins: eight passes of noise would make much of a choice upon the border of two.
+    # All bins have the same filter: eight passes would amplify a different choice at the border of two bins.
     filters = random.normal(0, 0.01, (3, 1, 5, 5)).astype(np.float32).repeat(48, axis=1)
     filters += filters[:, :, ::-1, ::-1].copy()
     filters[:, :, 2, 2] += np.array([1, 0, 0])[:, None] - filters.sum(axis=(2, 3))
@@ -58,7 +58,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def style_of_a_richer_bank(folder: Path) -> Path:
-    """A style whose bank chooses by curvature, local mean and a second window, too, and changes chroma."""
+    """Write a style whose bank also selects by curvature, mean and a second window, and filters chroma."""
     bins = Bins(8, 1, 2, curvatures=3, features=(Feature("mean", 3, 2.0), Feature("strength", 2, 3.0)))
     filters = np.random.default_rng(2).normal(0, 0.03, (1, bins.count, 5, 5)).astype(np.float32)
     filters[:, :, 2, 2] += 0.9 - filters.sum(axis=(2, 3))
@@ -69,7 +69,7 @@ def style_of_a_richer_bank(folder: Path) -> Path:
 
 
 def style_of_an_affine_bank(folder: Path) -> Path:
-    """A style whose bank has filters with their own sums and constants, symmetric about nothing."""
+    """Write a style whose bank has asymmetric affine filters."""
     random, bins = np.random.default_rng(3), Bins(8, 2, 2, features=(Feature("mean", 4, 0.3),))
     filters = random.normal(0, 0.04, (1, bins.count, 5, 5)).astype(np.float32)
     filters[:, :, 2, 2] += random.uniform(-1, 1, bins.count).astype(np.float32)
@@ -83,7 +83,7 @@ def style_of_an_affine_bank(folder: Path) -> Path:
 
 
 def style_of_a_clipped_bank(folder: Path) -> Path:
-    """A style whose bank has clipped differences, selects by difference, and has two stages."""
+    """Write a style whose bank has clipped differences and two stages, and selects by difference."""
     random, bins = np.random.default_rng(4), Bins(4, 2, 1, features=(Feature("difference", 5, 2.0),))
     filters = random.normal(0, 0.02, (1, bins.count, 5, 5)).astype(np.float32)
     filters[:, :, 2, 2] += 1 - filters.sum(axis=(2, 3))
@@ -100,7 +100,7 @@ def style_of_a_clipped_bank(folder: Path) -> Path:
 
 
 def style_of_a_bank_with_a_matrix(folder: Path) -> Path:
-    """A style whose bank mixes the channels first, runs at half the size, and filters chroma."""
+    """Write a style whose bank has a colour matrix, runs at half the size, and filters chroma."""
     random, bins = np.random.default_rng(5), Bins(4, 2, 1)
     filters = random.normal(0, 0.02, (1, bins.count, 5, 5)).astype(np.float32)
     filters[:, :, 2, 2] += 1 - filters.sum(axis=(2, 3))
@@ -114,7 +114,7 @@ def style_of_a_bank_with_a_matrix(folder: Path) -> Path:
 
 
 def style_of_a_bank_with_luma_steps(folder: Path) -> Path:
-    """A style whose bank has a tone curve through percentiles and a local mode before its filters."""
+    """Write a style whose bank has a tone curve through percentiles and a local mode before its filters."""
     random, bins = np.random.default_rng(6), Bins(4, 2, 1)
     filters = random.normal(0, 0.02, (1, bins.count, 5, 5)).astype(np.float32)
     filters[:, :, 2, 2] += 1 - filters.sum(axis=(2, 3))
@@ -134,10 +134,10 @@ RICHER_BANKS = [
     style_of_a_bank_with_a_matrix,
     style_of_a_bank_with_luma_steps,
 ]
-"""Functions of a folder that write a style with a bank of a form that no shipped bank has."""
+"""Functions that write a style to a folder, with a kind of bank that is not shipped."""
 
 
 def block_style(block: Block, values: dict[str, Any], folder: Path) -> Style:
-    """The block upon the source, with a blurred picture and a gray one to be had."""
+    """Return a style with the block applied to the source; `soft` and `flat` are saved pictures."""
     saved = (step("gaussian", save="soft"), step("to_gray", source="source", save="flat"))
     return Style("test", base=saved, background=(step(block.name, source="source", **values),), folder=folder)

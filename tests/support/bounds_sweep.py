@@ -1,4 +1,4 @@
-"""Strange pictures, random chains of steps, mutated banks; run as a process, since what fails may end it.
+"""Strange pictures, random chains of steps and mutated banks, run as a process because failures may crash it.
 
 python tests/support/bounds_sweep.py chains SEED COUNT
 """
@@ -22,22 +22,22 @@ from vidstyle.blocks import all_blocks
 from vidstyle.errors import StyleError
 from vidstyle.style import Step, Style, load_style, style_names
 
-STRANGE = (np.nan, np.inf, -np.inf, 1e30, -1e30, 1e-40, -1e5, 3.0)
-"""What may stand in a picture that was made without `Picture.from_array`."""
+STRANGE_LEVELS = (np.nan, np.inf, -np.inf, 1e30, -1e30, 1e-40, -1e5, 3.0)
+"""Values that are possible only in pictures made without `Picture.from_array`."""
 
 
 def strange_picture(seed: int, *shape: int) -> np.ndarray:
-    """Noise with strange numbers, single ones or whole corners of them."""
+    """Return noise with strange numbers at single pixels and in a corner."""
     random = np.random.default_rng(seed)
     picture = noise(*shape, seed=seed)
-    for number in STRANGE:
+    for number in STRANGE_LEVELS:
         picture[random.random(shape) < random.choice([0.001, 0.02, 0.2])] = number
-    picture[: shape[0] // 4, : shape[1] // 4] = random.choice(STRANGE)
+    picture[: shape[0] // 4, : shape[1] // 4] = random.choice(STRANGE_LEVELS)
     return picture
 
 
 def pictures(seed: int, count: int) -> None:
-    """Every block and style on strange pictures: nothing may end the process."""
+    """Run every block and style on strange pictures; the process must survive."""
     chosen = [load_style(name) for name in style_names()]
     chosen += [style(step("to_gray"), step(name, source="source")) for name in all_blocks()]
     for number in range(count):
@@ -47,7 +47,7 @@ def pictures(seed: int, count: int) -> None:
 
 
 def random_value(random: np.random.Generator, parameter: Parameter, saved: list[str]) -> Any:
-    """A value in range, often one of its ends."""
+    """Return a value in the range of a parameter, often an end of it."""
     control = parameter.control
     if isinstance(control, Slider):
         ends = (control.low, control.high)
@@ -63,10 +63,10 @@ def random_value(random: np.random.Generator, parameter: Parameter, saved: list[
 
 
 def random_style(random: np.random.Generator) -> Style:
-    """Up to 256 steps of a few kinds, in which the same ones often come again."""
+    """Return a style of up to 256 steps of a few blocks."""
     blocks = list(all_blocks().values())
     kinds = random.choice(len(blocks), random.integers(1, 6))
-    if random.random() < 0.5:  # those that may leave all bounds
+    if random.random() < 0.5:  # blocks that may overshoot
         kinds = [number for number, each in enumerate(blocks) if each.kind == "learned" or each.overshoots]
     saved, steps = ["source"], list[Step]()
     for number in range(random.choice([1, 4, 16, 64, 255])):
@@ -80,7 +80,7 @@ def random_style(random: np.random.Generator) -> Style:
 
 
 def chains(seed: int, count: int) -> None:
-    """Random styles within all ranges: numbers within 0..1, or refused in one line."""
+    """Run random valid styles: results are within 0..1, or the style is refused in one line."""
     refused = 0
     for number in range(seed, seed + count):
         random = np.random.default_rng(number)
@@ -95,12 +95,12 @@ def chains(seed: int, count: int) -> None:
     print(f"{refused} of {count} refused")
 
 
-def mutated(random: np.random.Generator, array: np.ndarray) -> np.ndarray:
-    """An array with some of its bytes changed, or some of its numbers strange."""
+def mutate_array(random: np.random.Generator, array: np.ndarray) -> np.ndarray:
+    """Return a copy of an array with some changed bytes or strange numbers."""
     if array.dtype.kind == "f" and random.random() < 0.6:
         changed = np.atleast_1d(array.copy())
         changed[random.random(changed.shape) < random.choice([0.001, 0.1, 1])] = random.choice(
-            [*STRANGE, 500.0, -900.0, 1e-3, 0.0]
+            [*STRANGE_LEVELS, 500.0, -900.0, 1e-3, 0.0]
         )
         return changed.reshape(array.shape)
     changed = np.frombuffer(array.tobytes(), np.uint8).copy()
@@ -110,7 +110,7 @@ def mutated(random: np.random.Generator, array: np.ndarray) -> np.ndarray:
 
 
 def banks(seed: int, count: int) -> None:
-    """Banks with mutated arrays: refused with a reason, or their results are within bounds."""
+    """Run mutated banks: they are refused with a reason, or their results are within bounds."""
     refused = 0
     with tempfile.TemporaryDirectory() as folder, np.errstate(invalid="ignore", over="ignore"):
         path = Path(folder) / "bank.npz"
@@ -120,7 +120,7 @@ def banks(seed: int, count: int) -> None:
             with np.load(random.choice(np.array(shipped, object))) as found:
                 arrays = {name: found[name] for name in found.files}
             for name in random.choice(["filters", "filters", "bins", "ranges", "rho", "about"], 2):
-                arrays[name] = mutated(random, arrays[name])
+                arrays[name] = mutate_array(random, arrays[name])
             np.savez(path, **arrays)
             try:
                 bank: Bank = load_bank(path)

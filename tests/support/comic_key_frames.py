@@ -30,19 +30,21 @@ def random_film(seed: int, count: int, shapes: Sequence[tuple[int, int]] = (LAND
         key_frames.append(
             KeyFrame(Fraction(number * 3), (height, width), random.random(), saliency, by_size, scene)
         )
-    most = max(key_frame.importance for key_frame in key_frames)
-    return [replace(key_frame, importance=key_frame.importance / most) for key_frame in key_frames]
+    max_importance = max(key_frame.importance for key_frame in key_frames)
+    return [replace(key_frame, importance=key_frame.importance / max_importance) for key_frame in key_frames]
 
 
-def random_box(random: np.random.Generator, width: int, height: int, least: np.ndarray, times: float) -> Box:
-    """Return a box within a picture, of `least` x 1 to `times`."""
-    wide, high = least * random.uniform(1, times)
+def random_box(
+    random: np.random.Generator, width: int, height: int, min_size: np.ndarray, max_scale: float
+) -> Box:
+    """Return a random box within a picture, with 1 to `max_scale` times the size `min_size`."""
+    wide, high = min_size * random.uniform(1, max_scale)
     left, top = random.uniform(0, width - wide), random.uniform(0, height - high)
     return Box(left, top, left + wide, top + high)
 
 
 def even_film(count: int, shape: tuple[int, int] = LANDSCAPE) -> list[KeyFrame]:
-    """Return key frames of equal importance: each is a scene, with the saliency in the middle."""
+    """Return key frames of equal importance, each a separate scene with central saliency."""
     height, width = shape
     middle = Box(width * 0.35, height * 0.3, width * 0.65, height * 0.7)
     return [KeyFrame(Fraction(number), shape, 0.5, middle, (), number) for number in range(count)]

@@ -1,4 +1,4 @@
-"""A machine whose control groups limit a process."""
+"""Simulated control groups that limit a process."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 def machine(root: Path, groups: str, files: dict[str, str]) -> Path:
-    """A folder with the files of /proc and /sys that say how much a process may use."""
+    """Write the files of /proc and /sys with the limits of a process, and return their root folder."""
     texts = {"proc/self/cgroup": groups} | {f"sys/fs/cgroup/{name}": text for name, text in files.items()}
     for name, text in texts.items():
         path = root / name

@@ -1,4 +1,4 @@
-"""Few cases for many: covering arrays, in which any two values meet, and draws that change by the day."""
+"""Sample many cases: pairwise covering arrays, and random choices that change daily."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ import numpy as np
 import pytest
 
 DAY = int(os.environ["VIDSTYLE_TEST_SEED"])
-"""The seed of the day, by which a run draws its share of many cases."""
+"""Random seed of the run, by default the date."""
 
 
 def of_the_day(cases: Sequence[Any], count: int) -> list[Any]:
-    """Cases for `parametrize`: as many as said, others each day; thorough runs take those that are left."""
+    """Mark all but `count` cases for `parametrize` as thorough; the random choice changes daily."""
     drawn = set(np.random.default_rng(DAY).choice(len(cases), count, replace=False).tolist())
     marks = [() if number in drawn else pytest.mark.thorough for number in range(len(cases))]
     return [pytest.param(case, marks=mark) for case, mark in zip(cases, marks, strict=True)]
 
 
 def in_one_test(names: str, cases: Iterable[Any]) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """As `pytest.mark.parametrize`, but in one test, which reports all cases that fail.
+    """Parametrize like `pytest.mark.parametrize`, but in a single test that reports all failing cases.
 
-    For many cases that take less than a test costs by itself. They share the fixtures of the test.
+    Use it for many cases that are faster than the overhead of a test. Cases share the fixtures of the test.
     """
     parameters, known = [name.strip() for name in names.split(",")], list(cases)
 
@@ -55,14 +55,14 @@ def in_one_test(names: str, cases: Iterable[Any]) -> Callable[[Callable[..., Non
 
 
 def drawn(options: Sequence[Any], case: str) -> Any:
-    """One of some options for a case, another each day."""
+    """Return a random option for a case, different each day."""
     return random.Random(f"{DAY} {case}").choice(options)
 
 
 def covering_rows(factors: Mapping[str, Sequence[Any]]) -> list[dict[str, Any]]:
-    """The rows of a pairwise covering array, built greedily; the same ones at every call.
+    """Return the rows of a pairwise covering array, built greedily and deterministically.
 
-    The first row takes the first value of every factor: put defaults first.
+    The first row has the first value of each factor: put defaults first.
     """
     names = list(factors)
     missing = {
@@ -90,6 +90,6 @@ def _values(factors: Mapping[str, Sequence[Any]], name: str) -> list[tuple[str, 
 
 
 def _pairs(row: Mapping[str, int], names: Iterable[str]) -> set[tuple[tuple[str, int], tuple[str, int]]]:
-    """The pairs of values in a row, in the order of the names; of one value alone, it with itself."""
+    """Return the pairs of values in a row, in the order of names; a single value is paired with itself."""
     taken = [(name, row[name]) for name in names if name in row]
     return set(combinations(taken, 2)) or {(taken[0], taken[0])} if taken else set()

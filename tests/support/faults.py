@@ -1,4 +1,4 @@
-"""Shared by the tests of bad input: running the program under supervision, and corrupting files."""
+"""Run the program with checks, and damage files, for the tests of bad input."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ import pytest
 
 from vidstyle import cli
 
-NOBODY = 65534
-"""The number of the user that owns no files."""
+NOBODY_ID = 65534
+"""User id without files."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a run ended.
+    """The result of a run.
 
     Attributes:
-        exit_code: of the program.
-        lines: what it said on standard error.
-        target: the output asked for.
+        exit_code: exit code of the program.
+        lines: lines on standard error.
+        target: path of the output.
     """
 
     exit_code: int
@@ -48,12 +48,12 @@ class Outcome:
 
     @property
     def left(self) -> list[str]:
-        """The files in the target's folder that have its stem: the output, or its partial file."""
+        """Files in the folder of the target with its stem: the output, or its partial file."""
         return sorted(path.name for path in self.target.parent.glob(f"{self.target.stem}.*"))
 
 
 class Program:
-    """Runs `vidstyle render` in-process and checks what holds for every run, good or bad."""
+    """Runs `vidstyle render` in this process, and checks the invariants of every run."""
 
     def __init__(self, folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
         self.folder = folder
@@ -62,7 +62,7 @@ class Program:
     def __call__(
         self, source: str | Path, target: str | Path = "out.mp4", *options: str, style: str = "plain"
     ) -> Outcome:
-        """Render into the target, a name in the test's own folder, quietly."""
+        """Render to a target in the folder of the test, without progress."""
         target = target if str(target) == "-" else self.folder / target
         before = _digests(Path(source))
         self._capfd.readouterr()
@@ -86,7 +86,7 @@ class Program:
         return Outcome(exit_code, said.splitlines(), Path(target))
 
     def refused(self, exit_code: int, words: str, *arguments: str | Path, **options: str) -> Outcome:
-        """Run what must fail: one line with these words, this exit code, and nothing left behind."""
+        """Check that a run fails with this exit code and a line with these words, and leaves no files."""
         outcome = self(*arguments, **options)
         assert outcome.exit_code == exit_code, outcome.said
         assert len(outcome.lines) == 1 and outcome.said.startswith("vidstyle: "), outcome.said
@@ -96,16 +96,16 @@ class Program:
 
 
 def own_threads() -> set[threading.Thread]:
-    """The threads of the package that run now; others than those of before a call are left over by it.
+    """Return the running threads of the package; new ones after a call are leftovers of it.
 
-    Without those of `shared_workers`, which are started once and stay.
+    Threads of `shared_workers`, which are started once and stay, are excluded.
     """
     names = re.compile("vidstyle(?!-bands)")
     return {thread for thread in threading.enumerate() if names.match(thread.name)}
 
 
 def video(path: Path, cut_off: bool = False) -> list[av.VideoFrame]:
-    """All frames, decoded by plain PyAV; where it was `cut_off`, up to the last whole one."""
+    """Decode all frames with PyAV only; of a file that is `cut_off`, up to the last complete one."""
     frames: list[av.VideoFrame] = []
     with av.open(str(path.absolute())) as container:
         for packet in container.demux(video=0):
@@ -117,12 +117,12 @@ def video(path: Path, cut_off: bool = False) -> list[av.VideoFrame]:
 
 
 def times(path: Path) -> list[float]:
-    """The presentation times of all frames in seconds."""
+    """Return the presentation times of all frames in seconds."""
     return [float(frame.pts * frame.time_base) for frame in video(path)]
 
 
 def packets(path: Path, kind: str, number: int = 0) -> list[tuple[float, bytes]]:
-    """Time in seconds and content of every packet of a stream, by its kind and number among those."""
+    """Return time in seconds and content of each packet of stream `number` of a kind."""
     with av.open(str(path.absolute())) as container:
         stream = getattr(container.streams, kind)[number]
         found = [packet for packet in container.demux(stream) if packet.size and packet.pts is not None]
@@ -130,19 +130,19 @@ def packets(path: Path, kind: str, number: int = 0) -> list[tuple[float, bytes]]
 
 
 def cut(path: Path, share: float) -> Path:
-    """Keep only the first part of the file."""
+    """Truncate a file to a share of its size."""
     path.write_bytes(path.read_bytes()[: int(path.stat().st_size * share)])
     return path
 
 
-def spoil_packets(path: Path, numbers: slice, seed: int = 1) -> Path:
-    """Overwrite the content of some video packets, in the order of the file, with noise."""
+def damage_packets(path: Path, numbers: slice, seed: int = 1) -> Path:
+    """Overwrite some video packets, numbered in file order, with noise."""
     with av.open(str(path.absolute())) as container:
         places = [(packet.pos, packet.size) for packet in container.demux(video=0) if packet.size]
     content = bytearray(path.read_bytes())
     noise = np.random.default_rng(seed)
     for start, size in places[numbers]:
-        # Past the length and the kind of the first unit, so that the container stays whole.
+        # After length and type of the first unit, so that the container stays intact.
         content[start + 5 : start + size] = noise.bytes(size - 5)
     path.write_bytes(content)
     return path
@@ -157,14 +157,14 @@ def remux(
     kinds: tuple[str, ...] = ("video", "audio", "subtitle"),
     **options: str,
 ) -> Path:
-    """Copy all packets in the order of their times into another container.
+    """Copy all packets in decoding order to another container.
 
     Args:
-        source, target: two files.
-        stamp: gives the video packet of one number the presentation time of that of another.
-        offset: seconds to move everything by.
-        kinds: of streams to copy.
-        options: for the muxer.
+        source, target: paths of the files.
+        stamp: maps the number of a video packet to the packet whose presentation time it gets.
+        offset: seconds by which all packets are shifted.
+        kinds: kinds of streams to copy.
+        options: muxer options.
     """
     with (
         av.open(str(source.absolute())) as given,
@@ -181,7 +181,7 @@ def remux(
         for number, other in (stamp or {}).items():
             pictures[number].pts = stamps[other]
         for packet in sorted(found, key=lambda packet: packet.dts * packet.time_base):
-            # Decoding times have to stay ahead of presentation times, wherever those were moved.
+            # Decoding times must precede the changed presentation times.
             ahead = round(Fraction(1, 2) / packet.time_base) if stamp else 0
             move = round(Fraction(offset) / packet.time_base)
             packet.pts, packet.dts = packet.pts + move + ahead, packet.dts + move
@@ -191,8 +191,8 @@ def remux(
 
 
 @contextmanager
-def unopened(path: Path) -> Iterator[None]:
-    """Assert that within the block nobody opens the file, by whatever library (Linux inotify)."""
+def assert_not_opened(path: Path) -> Iterator[None]:
+    """Assert that no library opens the file within the block (Linux inotify)."""
     libc = ctypes.CDLL(None, use_errno=True)
     watch = libc.inotify_init1(os.O_NONBLOCK)
     in_open = 0x20
@@ -209,10 +209,10 @@ def unopened(path: Path) -> Iterator[None]:
 
 @contextmanager
 def drop_file_privileges() -> Iterator[None]:
-    """Make the modes of files apply to the superuser too, within the block (Linux capabilities).
+    """Apply file modes to the superuser, too, within the block (Linux capabilities).
 
-    Another user could not enter the checkout and the test's own folder where only their owner may.
-    Applies to this thread and those that it starts.
+    Another user may have no access to the checkout and the folder of the test. Applies to this thread and the
+    threads that it starts.
     """
     if os.geteuid() != 0:
         yield
@@ -245,13 +245,13 @@ code = subprocess.call(sys.argv[1:], stdout=subprocess.DEVNULL)
 print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
 sys.exit(code)
 """
-"""Runs a command. Until a process has loaded its program, it counts the memory of its parent as its own."""
-MEMORY_UNIT = 1 if sys.platform == "darwin" else 1024
-"""Bytes in a unit of `ru_maxrss`."""
+"""Runs a command from a small process, because a new process first counts the memory of its parent."""
+MEMORY_UNIT_BYTES = 1 if sys.platform == "darwin" else 1024
+"""Unit of `ru_maxrss`."""
 
 
 class Measured(NamedTuple):
-    """A command that has ended."""
+    """Exit code, standard error and peak memory of a command."""
 
     exit_code: int
     errors: str
@@ -259,7 +259,7 @@ class Measured(NamedTuple):
 
 
 def measure_peak_memory(command: Sequence[str | Path]) -> Measured:
-    """Run a command; its highest memory does not depend on the process of the tests."""
+    """Run a command and measure its peak memory, independently of the test process."""
     parent = [sys.executable, "-c", _SMALL_PARENT, *map(str, command)]
     done = subprocess.run(parent, capture_output=True, text=True)
-    return Measured(done.returncode, done.stderr, int(done.stdout) * MEMORY_UNIT)
+    return Measured(done.returncode, done.stderr, int(done.stdout) * MEMORY_UNIT_BYTES)

@@ -1,4 +1,4 @@
-"""Shared by the tests of focus."""
+"""Pictures and styles for the tests of focus."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from vidstyle.renderer import restyle_array
 from vidstyle.style import Style
 
 PLACE = FACE.moved(250, 150)
-"""The face in `picture_with_face`."""
+"""Position of the face in `picture_with_face`."""
 
 
 def without(style: Style) -> Style:

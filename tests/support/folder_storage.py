@@ -1,4 +1,4 @@
-"""A storage in a folder, for all processes of a test: an entry point of fsspec makes it `s3://`."""
+"""Storage in a folder for all processes of a test; an entry point of fsspec registers it as `s3://`."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from fsspec.implementations.dirfs import DirFileSystem
 from fsspec.implementations.local import LocalFileSystem
 
 ROOT, PERIOD = "TEST_STORAGE", "TEST_STORAGE_PERIOD"
-"""Variables: the folder, and N to refuse each write whose number is a multiple of N (0: none)."""
+"""Environment variables: the folder, and N to refuse every Nth write (0: none)."""
 
 
 class FolderStorage(DirFileSystem):
-    """The files of a folder."""
+    """A file system in a folder."""
 
     protocol = "s3"
 
@@ -22,7 +22,7 @@ class FolderStorage(DirFileSystem):
         super().__init__(path=os.environ[ROOT], fs=LocalFileSystem(), **options)
 
     def put_file(self, lpath: str, rpath: str, *rest: Any, mode: str = "overwrite", **options: Any) -> None:
-        """Copy a local file here, unless it is to be refused."""
+        """Copy a local file to the storage, or raise ConnectionError for every Nth write."""
         log, period = Path(os.environ[ROOT] + ".writes"), int(os.environ[PERIOD])
         with log.open("a", encoding="utf-8") as file:
             print(rpath, file=file)
@@ -35,7 +35,7 @@ class FolderStorage(DirFileSystem):
 
 
 def install(folder: Path, root: Path, period: int = 0) -> dict[str, str]:
-    """Return the variables of processes that find the storage in `root`; `folder`: for its metadata."""
+    """Return environment variables for processes with the storage in `root`; write metadata to `folder`."""
     about = folder / "folder_storage-1.dist-info"
     about.mkdir(parents=True)
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: folder-storage\nVersion: 1\n")

@@ -15,15 +15,15 @@ from vidstyle.style import PLAIN, Style, load_style, style_names
 FOLDER = Path(__file__).parents[1] / "golden"
 STYLES = sorted(set(style_names()) - {PLAIN})
 
-MEAN, LEVELS, SHARE = 0.1, 3, 0.999
-"""Levels of 255 that samples may be off on average, and how many this share of them may be off at most.
+MAX_MEAN_LEVELS, MAX_SAMPLE_LEVELS, MIN_SHARE = 0.1, 3, 0.999
+"""Maximum mean difference in levels of 255, and maximum difference of this share of the samples.
 
-OpenCV, Numba and processors differ in their last bits, which may take one learned filter for another or tip a
-sample over a steep threshold. A software GPU with 16 bits between its passes is a rougher difference, and
-stays within 0.02 levels and 99.98 %; a slight change of one value in each style was beyond this."""
+Versions of OpenCV and Numba and processors differ in the last bits, which may select another learned filter
+or push a sample over a steep threshold. A software GPU with 16 bits between its passes differs more, but
+stays within 0.02 levels and 99.98 %; a slight change of one value in each style exceeded the limits."""
 
-SHOWN = 16
-"""How many times larger than it is a difference is drawn."""
+DRAWN_DIFFERENCE_FACTOR = 16
+"""Gain of drawn differences."""
 
 PICTURES = (photograph("astronaut")[60:276:2, 60:348:2], photograph("rocket")[150:258, 250:394])
 """A face with red, orange and black around it, and a light on a dark sky: 108 x 144 pixels each."""
@@ -31,11 +31,11 @@ PICTURES = (photograph("astronaut")[60:276:2, 60:348:2], photograph("rocket")[15
 
 @dataclass(frozen=True)
 class Difference:
-    """How far two pictures of one shape are apart.
+    """The difference of two pictures of the same shape.
 
     Attributes:
-        mean: in levels of 255.
-        within: the share of the samples that are at most LEVELS apart.
+        mean: mean difference in levels of 255.
+        within: share of the samples that differ by at most `MAX_SAMPLE_LEVELS`.
     """
 
     mean: float
@@ -43,39 +43,40 @@ class Difference:
 
     @classmethod
     def of(cls, one: np.ndarray, other: np.ndarray) -> Difference:
-        """Of two pictures, uint8."""
+        """Compare two pictures, uint8."""
         levels = distance(one, other)
-        return cls(float(levels.mean()), float((levels <= LEVELS).mean()))
+        return cls(float(levels.mean()), float((levels <= MAX_SAMPLE_LEVELS).mean()))
 
     @property
     def small(self) -> bool:
-        """Whether the pictures pass for the same."""
-        return self.mean <= MEAN and self.within >= SHARE
+        """Whether the difference is within the tolerance."""
+        return self.mean <= MAX_MEAN_LEVELS and self.within >= MIN_SHARE
 
     def __str__(self) -> str:
-        return f"{self.mean:.3f} levels off on average, {self.within:.2%} of the samples at most {LEVELS}"
+        share = f"{self.within:.2%} of the samples at most {MAX_SAMPLE_LEVELS}"
+        return f"{self.mean:.3f} levels off on average, {share}"
 
 
 def distance(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """How far apart the samples of two pictures are, uint8."""
+    """Return the absolute difference of two pictures, uint8."""
     return cv2.absdiff(one, other)
 
 
 def drawn(style: Style) -> np.ndarray:
-    """Both pictures in a style, side by side, by the CPU: 108 x 288 x 3 uint8 RGB.
+    """Restyle both pictures on the CPU, and return them side by side, 108 x 288 x 3 uint8 RGB.
 
-    Lengths are taken as they are written: fitted to so small a picture, most would be below a pixel.
+    Lengths are not scaled to the picture: most would be below a pixel.
     """
     return np.hstack([restyle_picture(picture, replace(style, height=None)) for picture in PICTURES])
 
 
 def golden_path(name: str) -> Path:
-    """Where the golden of a style is kept."""
+    """Return the path of the golden picture of a style."""
     return FOLDER / f"{name}.png"
 
 
 def golden(name: str) -> np.ndarray | None:
-    """What the style drew when its golden was made, RGB; None if it has none."""
+    """Return the golden picture of a style, RGB, or None."""
     path = golden_path(name)
     return cv2.imread(str(path))[..., ::-1].copy() if path.exists() else None
 
@@ -87,20 +88,20 @@ def write_png(path: Path, picture: np.ndarray) -> Path:
 
 
 def check(name: str, got: np.ndarray, folder: Path) -> None:
-    """Compare what a style draws with its golden.
+    """Compare the result of a style with its golden picture.
 
     Args:
         got: both pictures in the style.
-        folder: where pictures of the difference are put if there is one.
+        folder: folder for pictures of the difference.
 
     Raises:
-        AssertionError: they differ, or there is no golden; it names the pictures.
+        AssertionError: the pictures differ, or there is no golden picture; it names the files.
     """
     kept = golden(name)
     assert kept is not None, f"{name}: has no golden; run tools/renew_goldens.py and look at it"
     found = Difference.of(got, kept)
     if not found.small:
-        seen = np.minimum(distance(got, kept), 255 // SHOWN) * SHOWN
+        seen = np.minimum(distance(got, kept), 255 // DRAWN_DIFFERENCE_FACTOR) * DRAWN_DIFFERENCE_FACTOR
         pictures = {"got": got, "golden": kept, "difference": seen}
         paths = [write_png(folder / f"{name}-{what}.png", each) for what, each in pictures.items()]
         listed = "\n  ".join(map(str, paths))
@@ -109,5 +110,5 @@ def check(name: str, got: np.ndarray, folder: Path) -> None:
 
 
 def shipped(name: str) -> np.ndarray:
-    """What the shipped style of this name draws now."""
+    """Return the current result of a shipped style."""
     return drawn(load_style(name))

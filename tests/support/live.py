@@ -1,4 +1,4 @@
-"""Shared by the tests of live sessions: sources, an injected clock, sessions, and waiting."""
+"""Sources, targets, injected clocks and sessions for the tests of live."""
 
 from __future__ import annotations
 
@@ -31,20 +31,20 @@ POSTER = {"format": 1, "name": "few", "background": [{"block": "luma_posterize",
 
 
 def live_command(*arguments: str) -> list[str]:
-    """The program as a command, to be run in a process of its own."""
+    """Return the command line of `vidstyle live` for a separate process."""
     return [sys.executable, "-m", "vidstyle", "live", *arguments]
 
 
 def generated(rate: int = 30, size: tuple[int, int] = SMALL) -> LiveSource:
-    """A small moving picture in real time."""
+    """Return a source that generates a small moving picture in real time."""
     return GeneratedPicture(size, Fraction(rate))
 
 
 class FakeClock(Clock):
-    """Time that passes only when somebody says so.
+    """A clock that advances only on request.
 
     Attributes:
-        looks: how often somebody asked for the time.
+        looks: number of calls of `now`.
     """
 
     def __init__(self) -> None:
@@ -77,15 +77,14 @@ class FakeClock(Clock):
 
 
 BEGIN = FakeClock().now()
-"""When the time of such a clock begins."""
+"""Start time of these clocks."""
 
 
 class SimulatedClock(FakeClock):
-    """Time that passes when all threads of a session wait: it is then the next moment that one waits for.
+    """A clock that jumps to the next deadline as soon as all threads of a session wait.
 
-    So a session goes as fast as it can, everything happens at the moment that it is due, and nothing is late
-    for want of a faster machine. Threads of sessions before it, which gave them up, do not
-    count.
+    A session runs as fast as possible, and everything happens exactly when it is due on any machine.
+    Threads left over from earlier sessions are ignored.
     """
 
     THREADS = tuple(f"vidstyle {name}" for name in ("session", "capture", "microphone", "style", "to "))
@@ -119,7 +118,7 @@ class SimulatedClock(FakeClock):
 
 @dataclass
 class Kept:
-    """A target that keeps what it is offered: numbers, times and the newest picture."""
+    """A target that records the numbers and times of frames, and keeps the newest picture."""
 
     name: str = "kept"
     state: str = "running"
@@ -129,7 +128,7 @@ class Kept:
     newest: av.VideoFrame | None = None
     closed: int = 0
     context: TargetContext | None = None
-    """What it was opened for; None before."""
+    """The context with which it was opened, or None."""
 
     def offer(self, frame: LiveFrame) -> None:
         self.numbers.append(frame.number)
@@ -143,7 +142,7 @@ class Kept:
 
 
 class Running:
-    """A session in a thread of its own."""
+    """A session in a separate thread."""
 
     def __init__(
         self,
@@ -169,16 +168,16 @@ class Running:
             self.error = error
 
     def join(self) -> None:
-        """Wait for its thread."""
+        """Wait for the thread."""
         self._thread.join(LONG)
 
     def end(self) -> LiveSummary:
-        """Stop it and return how it went."""
+        """Stop the session and return its summary."""
         self.stop.set()
         return self.wait()
 
     def wait(self) -> LiveSummary:
-        """Let it come to its own end."""
+        """Wait until the session ends by itself, and return its summary."""
         self.join()
         assert not self._thread.is_alive()
         if self.error is not None:
@@ -195,7 +194,7 @@ def session(
     clock: Clock | None = None,
     **options: object,
 ) -> Iterator[Running]:
-    """A running session, in simulated time unless a clock is given; at its end all threads are gone."""
+    """Run a session within the block, in simulated time unless a clock is given; all threads must end."""
     before = set(threading.enumerate())
     makers = [target if not hasattr(target, "offer") else _handing(target) for target in targets]
     running = Running(source, makers, style, LiveOptions(device="cpu", **options), clock or SimulatedClock())  # type: ignore[arg-type]
@@ -216,7 +215,7 @@ def _handing(target: Kept) -> Callable[[TargetContext], Target]:
 
 
 def before_opening(name: str, do: Callable[[], None], monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let something happen whenever a live session makes the style of this name ready."""
+    """Call a function whenever a live session prepares the style of this name."""
     original = hot_swap.open_renderer
 
     def open_renderer(style: object, *given: object, **named: object) -> object:
@@ -228,12 +227,12 @@ def before_opening(name: str, do: Callable[[], None], monkeypatch: pytest.Monkey
 
 
 def refuse() -> None:
-    """What a device that has gone says."""
+    """Raise the error of a lost device."""
     raise DeviceError("gpu:7", "is gone")
 
 
 class Receiver:
-    """Takes what is sent to a port of this machine, and hangs up when told to."""
+    """Receives data on a local port, and hangs up on request."""
 
     def __init__(self, port: int = 0) -> None:
         self._server = socket.create_server(("127.0.0.1", port))
@@ -252,7 +251,7 @@ class Receiver:
             pass  # hung up
 
     def finish(self) -> None:
-        """Wait until the other side has hung up."""
+        """Wait until the sender has hung up."""
         self._thread.join(LONG)
         assert not self._thread.is_alive()
 

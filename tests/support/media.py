@@ -1,6 +1,6 @@
-"""Makes the films and pictures that the tests run on: a photograph, panned, turned and brightened over time.
+"""Make the films and pictures for tests: a photograph that is panned and rotated over time.
 
-Nothing of the package is used here, so that a mistake in it cannot hide in its own tests.
+Conversions do not use the package, so a bug cannot hide in its own tests.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import skimage.data
 from vidstyle.media.codecs import open_encoder
 
 MATRICES = {"bt601": (0.299, 0.114), "bt709": (0.2126, 0.0722), "bt2020": (0.2627, 0.0593)}
-"""Weights of red and blue."""
+"""Luma weights of red and blue."""
 TAGS = {
     "bt709": {"color_primaries": 1, "color_trc": 1, "colorspace": 1},
     "bt601": {"color_primaries": 6, "color_trc": 6, "colorspace": 6},
@@ -36,16 +36,16 @@ PHOTOGRAPHS = ("coffee", "astronaut", "rocket", "chelsea")
 
 @cache
 def photograph(name: str = "coffee") -> np.ndarray:
-    """A photograph that scikit-image ships (astronaut, chelsea, coffee, rocket): H x W x 3 uint8."""
+    """Return a photograph of scikit-image (astronaut, chelsea, coffee, rocket), H x W x 3 uint8."""
     return np.ascontiguousarray(getattr(skimage.data, name)())
 
 
 @cache
 def _still(name: str, width: int, height: int) -> tuple[np.ndarray, float]:
-    """A photograph, softened to be shown in frames of a size, and the zoom at which it is shown."""
+    """Return a photograph, blurred for frames of a size, and its zoom factor."""
     still = photograph(name)
     zoom = 1.3 * max(width / still.shape[1], height / still.shape[0])
-    if zoom < 0.1:  # of so few pixels the blur would take a second
+    if zoom < 0.1:  # blurring the full photograph would take a second
         still = cv2.resize(still, None, fx=10 * zoom, fy=10 * zoom, interpolation=cv2.INTER_AREA)
         zoom = 1.3 * max(width / still.shape[1], height / still.shape[0])
     return cv2.GaussianBlur(still, (0, 0), max(0.6, 0.5 / zoom)), zoom
@@ -54,12 +54,12 @@ def _still(name: str, width: int, height: int) -> tuple[np.ndarray, float]:
 def moving_frames(
     frames: int = 30, size: tuple[int, int] = (320, 180), name: str = "coffee"
 ) -> Iterator[np.ndarray]:
-    """Frames of a smooth pan over a photograph: H x W x 3 uint8 RGB; `size` is (width, height)."""
+    """Return frames of a smooth pan over a photograph, H x W x 3 uint8 RGB; `size` is (width, height)."""
     return (moving_frame(number, size, name) for number in range(frames))
 
 
 def moving_frame(number: int, size: tuple[int, int], name: str = "coffee") -> np.ndarray:
-    """One of `moving_frames`."""
+    """Return one of `moving_frames`."""
     width, height = size
     still, zoom = _still(name, width, height)
     turn = cv2.getRotationMatrix2D((still.shape[1] / 2, still.shape[0] / 2), 3 * np.sin(number / 17), zoom)
@@ -76,7 +76,7 @@ def planes_from_rgb(
     depth: int = 8,
     step: tuple[int, int] = (2, 2),
 ) -> list[np.ndarray]:
-    """Y, Cb and Cr of RGB 0..1 (H x W x 3 floats), chroma left-sited, as integers of `depth` bits."""
+    """Convert RGB 0..1 (H x W x 3 floats) to Y, Cb and Cr, left-sited, as integers of `depth` bits."""
     red, blue = MATRICES[matrix]
     weights = np.array([red, 1 - red - blue, blue])
     differences = ([0, 0, 1] - weights) / (2 - 2 * blue), ([1, 0, 0] - weights) / (2 - 2 * red)
@@ -90,7 +90,7 @@ def planes_from_rgb(
 
 
 def subsample(plane: np.ndarray, step: tuple[int, int]) -> np.ndarray:
-    """The plane at every `step` pixels: cosited across (weights 1 2 1), the mean of pairs down."""
+    """Subsample a plane by `step`: cosited horizontally (weights 1 2 1), means of pairs vertically."""
     across, down = step
     if down == 2:
         plane = cv2.copyMakeBorder(plane, 0, plane.shape[0] % 2, 0, 0, cv2.BORDER_REPLICATE)
@@ -102,7 +102,7 @@ def subsample(plane: np.ndarray, step: tuple[int, int]) -> np.ndarray:
 
 
 def hdr_signal(rgb: np.ndarray, transfer: str) -> np.ndarray:
-    """RGB 0..1 as the PQ or HLG signal of a scene with white at 203 nits and highlights near 1000.
+    """Convert RGB 0..1 to the PQ or HLG signal of a scene with white at 203 nits and highlights near 1000.
 
     SMPTE ST 2084 and ITU-R BT.2100, with BT.2020 primaries; 0..1.
     """
@@ -136,7 +136,7 @@ def frame_from_rgb(
     full_range: bool = False,
     transfer: str = "",
 ) -> av.VideoFrame:
-    """An av.VideoFrame of the RGB picture (H x W x 3 uint8), converted by our own arithmetic.
+    """Return an av.VideoFrame of an RGB picture (H x W x 3 uint8), converted without the package.
 
     `pix_fmt` is yuv4??p, yuvj4??p, yuv4??p10le or 12le, yuva420p (alpha: a ramp), gray, gray10le, or any RGB
     (alpha: the ramp too).
@@ -149,7 +149,7 @@ def frame_from_rgb(
 def stored_planes(
     rgb: np.ndarray, pix_fmt: str, matrix: str, full_range: bool, transfer: str
 ) -> list[np.ndarray]:
-    """The planes of an RGB picture as a frame holds them; of RGB formats the picture with the ramp."""
+    """Return the planes of a frame for an RGB picture; for RGB formats the picture with a ramp of alpha."""
     height, width = rgb.shape[:2]
     if not pix_fmt.startswith(("yuv", "gray")):
         return [np.dstack([rgb, alpha_ramp(height, width)])]
@@ -167,7 +167,7 @@ def stored_planes(
 
 @lru_cache(1000)
 def _moving_planes(number: int, size: tuple[int, int], name: str, *stored: Any) -> list[np.ndarray]:
-    """The planes of a frame that many films begin with."""
+    """Return the planes of a frame; cached, as many films start with the same frames."""
     return stored_planes(moving_frame(number, size, name), *stored)
 
 
@@ -178,12 +178,12 @@ def _frame_of(planes: Sequence[np.ndarray], size: tuple[int, int], pix_fmt: str)
 
 
 def alpha_ramp(height: int, width: int) -> np.ndarray:
-    """Opaque at the left to clear at the right: H x W uint8."""
+    """Return a ramp from opaque at the left to transparent at the right, H x W uint8."""
     return np.broadcast_to(np.linspace(255, 0, width).astype(np.uint8), (height, width)).copy()
 
 
-def written_once(write: Callable[..., Path]) -> Callable[..., Path]:
-    """Have a function write a file of the same kind and options once only, and copy it from then on."""
+def write_once(write: Callable[..., Path]) -> Callable[..., Path]:
+    """Decorate a function that writes files: cache the content for each combination of options."""
     made: dict[tuple[str, str], bytes] = {}
 
     @wraps(write)
@@ -198,7 +198,7 @@ def written_once(write: Callable[..., Path]) -> Callable[..., Path]:
     return written
 
 
-@written_once
+@write_once
 def make_clip(
     path: Path,
     *,
@@ -225,26 +225,26 @@ def make_clip(
     scene_frames: int = 0,
     format: str | None = None,
 ) -> Path:
-    """Write a film, and return its path; the container follows the name unless `format` says it.
+    """Write a film and return its path; the name selects the container unless `format` is given.
 
     Args:
         size: width and height in pixels, as stored.
         times: presentation times in seconds, instead of `frames` at a constant rate.
-        matrix: what the samples are made with, and tagged with where `tagged`.
-        transfer: "", "pq" or "hlg"; the two want matrix="bt2020" and a 10-bit `pix_fmt`.
-        rotation: degrees counterclockwise that a player is to turn the picture by.
-        audio_tracks: AAC tracks (Opus in WebM), each another tone, in English, German, French.
-        subtitles: languages of subtitle tracks (MKV or MP4), two lines in each.
-        chapters: how many, evenly spread.
-        scene_frames: frames after which the next photograph begins, with a cut; 0: never.
-        options: for the encoder, on top of a quick preset and a keyframe every second.
+        matrix: matrix of the samples, also in the tags if `tagged`.
+        transfer: "", "pq" or "hlg"; the latter require matrix="bt2020" and a 10-bit `pix_fmt`.
+        rotation: rotation by the player, in degrees counterclockwise.
+        audio_tracks: number of AAC tracks (Opus in WebM) with different tones, in English, German, French.
+        subtitles: languages of subtitle tracks (MKV or MP4) with two lines each.
+        chapters: number of evenly spaced chapters.
+        scene_frames: frames of a scene, after which a cut to the next photograph follows; 0: no cuts.
+        options: encoder options, in addition to a fast preset and a key frame every second.
     """
     times = [Fraction(number) / Fraction(rate) for number in range(frames)] if times is None else list(times)
-    # Without this Matroska gets random numbers.
+    # Without this, Matroska files contain random numbers.
     with av.open(str(path), "w", format=format, container_options={"fflags": "+bitexact"}) as container:
         video = container.add_stream(codec, rate=Fraction(rate), options=_encoder_options(codec, options))
         video.width, video.height, video.pix_fmt = *size, pix_fmt
-        video.codec_context.thread_count = 1  # those of libvpx would wait for each other longer than work
+        video.codec_context.thread_count = 1  # the threads of libvpx would mostly wait for each other
         video.codec_context.time_base = _time_base(times, Fraction(rate))
         _tag(video.codec_context, matrix if tagged else "", full_range, transfer)
         if sample_aspect:
@@ -280,7 +280,7 @@ def make_clip(
 
 
 def make_picture(path: Path, *, size: tuple[int, int] = (320, 180), mode: str = "RGB") -> Path:
-    """Write a still picture by Pillow, which is not what the package uses; `mode` is one of Pillow's."""
+    """Write a still picture with Pillow, independently of the package; `mode` is a mode of Pillow."""
     from PIL import Image
 
     rgb = next(moving_frames(1, size))
@@ -296,7 +296,7 @@ def make_picture(path: Path, *, size: tuple[int, int] = (320, 180), mode: str = 
 
 
 def rgb_from_frame(frame: av.VideoFrame) -> np.ndarray:
-    """The frame as a player shows it, by its tags (else by its size): H x W x 3 floats, 0..255.
+    """Convert a frame to RGB as a player does, by its tags (else by its size): H x W x 3 floats, 0..255.
 
     Our own arithmetic again, chroma raised to full size with its left siting; 4:2:0, 4:2:2, 4:4:4 or gray,
     8 to 16 bits, planar.
@@ -323,12 +323,12 @@ def rgb_from_frame(frame: av.VideoFrame) -> np.ndarray:
 
 
 def rms_error(one: np.ndarray, other: np.ndarray) -> float:
-    """The root of the mean squared difference."""
+    """Return the root of the mean squared difference."""
     return float(np.sqrt(np.mean((one.astype(np.float64) - other.astype(np.float64)) ** 2)))
 
 
 def read_all(path: Path) -> list[av.VideoFrame]:
-    """Every frame of the film's first video stream, by plain PyAV."""
+    """Decode all frames of the first video stream with PyAV only."""
     with av.open(str(path)) as container:
         return list(container.decode(video=0))
 
@@ -341,7 +341,7 @@ def plane_samples(plane: av.video.plane.VideoPlane, depth: int) -> np.ndarray:
 
 
 def _raise(plane: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """Chroma at the luma's shape: linear, cosited across and centred down."""
+    """Upsample chroma to the shape of luma: linear, cosited horizontally and centred vertically."""
     height, width = shape
     across, down = -(-width // plane.shape[1]), -(-height // plane.shape[0])
     x = (np.arange(width, dtype=np.float32)) / across
@@ -376,7 +376,7 @@ def _tag(tagged: av.VideoCodecContext | av.VideoFrame, matrix: str, full_range: 
 
 
 def _interlace(frame: av.VideoFrame) -> av.VideoFrame:
-    """Comb the frame: its odd rows come from a picture 6 pixels to the side."""
+    """Comb the frame: shift its odd rows by 6 pixels."""
     planes = [plane_samples(plane, 8).astype(np.uint8) for plane in frame.planes]
     for plane in planes:
         plane[1::2] = np.roll(plane[1::2], 6 * plane.shape[1] // frame.width, axis=1)

@@ -35,14 +35,14 @@ def run(chosen: Style, picture: Picture, threads: int = 2, **options: Any) -> Pi
 
 
 def run_luma(chosen: Style, luma: np.ndarray, **options: Any) -> np.ndarray:
-    """A style on a gray float picture; luma of the result, float32."""
+    """Restyle a gray float picture and return the luma of the result, float32."""
     result = run(chosen, Picture(FLOAT, luma=np.asarray(luma, np.float32)), **options).luma
     assert result is not None
     return result
 
 
 def run_color(chosen: Style, color: np.ndarray, **options: Any) -> np.ndarray:
-    """A style on an RGB float picture; RGB of the result, float32."""
+    """Restyle an RGB float picture and return the RGB of the result, float32."""
     result = run(chosen, Picture(FLOAT, color=np.asarray(color, np.float32)), rgb=True, **options).color
     assert result is not None
     return result
@@ -53,7 +53,7 @@ def noise(*shape: int, seed: int = 1, low: float = 0, high: float = 1) -> np.nda
 
 
 def codes(encoding: Encoding, height: int, width: int, seed: int = 1) -> Picture:
-    """Random planes in the legal range of an encoding: middling colours, so that RGB stays within 0..1."""
+    """Return random planes in the legal range of an encoding, whose RGB is within 0..1."""
     random = np.random.default_rng(seed)
 
     def plane(shape: tuple[int, int], low: float, high: float) -> np.ndarray:
@@ -68,7 +68,7 @@ def codes(encoding: Encoding, height: int, width: int, seed: int = 1) -> Picture
 
 
 def planes(picture: Picture) -> list[np.ndarray]:
-    """All arrays that a picture holds."""
+    """Return all planes of a picture."""
     held = (picture.luma, *(picture.chroma or ()), picture.color, picture.alpha)
     return [plane for plane in held if plane is not None]
 
@@ -92,7 +92,7 @@ SOURCES = {
     "float": Picture(FLOAT, color=noise(37, 41, 3)),
     "gray": Picture(VIDEO, luma=codes(VIDEO, 37, 41).luma),
 }
-"""One picture of every kind, 37 x 41."""
+"""One picture of each kind, 37 x 41."""
 
 TARGETS = [
     VIDEO,
@@ -111,30 +111,30 @@ TARGETS = [
 """Encodings of results: matrices, ranges, depths, chroma grids and sitings."""
 
 
-_FACE_SHAPE = 480, 640
-"""Height and width of the pictures."""
+_PICTURE_SIZE = 480, 640
+"""Height and width of pictures with a face."""
 FACE = Box(60, 21, 105, 77)
-"""The face in the part of a photograph that is laid over the background."""
+"""The face in the crop of a photograph that is pasted over the background."""
 
 
 def picture_with_face(left: float | None = 250, top: float = 150) -> np.ndarray:
-    """Return a face of 56 lines before a table, H x W x 3 uint8; `left` None: the table alone.
+    """Return a face, 56 pixels high, in front of a table, H x W x 3 uint8; if `left` is None only the table.
 
     Args:
-        left, top: position of the part with the face, in pixels.
+        left, top: position of the crop with the face, in pixels.
     """
-    table = cv2.resize(photograph("coffee"), _FACE_SHAPE[::-1], interpolation=cv2.INTER_AREA)
+    table = cv2.resize(photograph("coffee"), _PICTURE_SIZE[::-1], interpolation=cv2.INTER_AREA)
     if left is None:
         return table
     person = cv2.resize(
         photograph("astronaut")[20:260, 60:360], None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA
     )
     place = np.array([[1, 0, left], [0, 1, top]], np.float32)
-    return cv2.warpAffine(person, place, _FACE_SHAPE[::-1], table, borderMode=cv2.BORDER_TRANSPARENT)
+    return cv2.warpAffine(person, place, _PICTURE_SIZE[::-1], table, borderMode=cv2.BORDER_TRANSPARENT)
 
 
 def keep_writing(picture: Picture, amount: float) -> tuple[Picture, list[object]]:
-    """Replaces `lift_writing`, in other processes, too."""
+    """Replace `lift_writing`, also in other processes."""
     return picture, []
 
 
@@ -149,5 +149,5 @@ def picture_with_writing(dark: bool = True) -> np.ndarray:
 
 
 def film_with_face(place: Callable[[int], float | None], frames: int) -> list[tuple[Picture, float]]:
-    """Return frames, 25 a second, with their times; `place`: the face's `left` by the number of the frame."""
+    """Return frames at 25 per second with their times; `place` returns `left` of the face in a frame."""
     return [(Picture.from_array(picture_with_face(place(number))), number / 25) for number in range(frames)]

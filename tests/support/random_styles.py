@@ -1,4 +1,4 @@
-"""Styles of any blocks and values, for the tests that hold for every style."""
+"""Random styles with any blocks and values, for tests of properties of all styles."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ from vidstyle.blocks import all_blocks
 from vidstyle.style import LAYERS, Step, Style
 
 STRUCTURE = ("structure_tensor", "kuwahara", "lic", "strokes", "palette", "glyphs", "line_screen")
-"""Blocks that go by the direction of edges or choose one of a few: where it is doubtful, rounding decides."""
+"""Blocks that depend on edge directions or choose one of a few options, where rounding may decide."""
 MAX_FACTOR = 1.6
-"""Working sizes grow no faster, unless it is said: a few steps would take most of the time."""
+"""Maximum growth of the working size per step: larger pictures would dominate the run time."""
 
 
 def is_learned(block: Block) -> bool:
-    """Whether it runs a bank, by itself or as one of its steps."""
+    """Return whether a block runs a bank, directly or in one of its steps."""
     if block.kind == "recipe":
         return any(is_learned(part) for part, _ in block.function())
     return block.kind == "learned"
 
 
 class Chance:
-    """Draws styles: any blocks, any values, pictures saved and taken up again, in any layer.
+    """Draws random styles: any blocks and values, saved pictures and references to them, in any layer.
 
     Args:
-        wild: values come from anywhere in their ranges, not only from where random styles look well.
-        learned: learned blocks may be among them.
-        structure: and those of `STRUCTURE`.
-        max_steps: of each layer.
-        max_factor: of a block that changes the size.
+        wild: whether values use full ranges instead of the ranges for good-looking random styles.
+        learned: whether to include learned blocks.
+        structure: whether to include the blocks of `STRUCTURE`.
+        max_steps: maximum number of steps in a layer.
+        max_factor: maximum factor of blocks that change the size.
     """
 
     def __init__(
@@ -101,13 +101,13 @@ class Chance:
 
 
 def random_style(seed: int, folder: Path) -> Style:
-    """A style as it is read from a file in a folder."""
+    """Return a random style that seems to be loaded from a file in a folder."""
     drawn = Chance(seed, wild=True, learned=True, structure=True, max_steps=4).style()
     return replace(drawn, name=str(seed), note=("", "Made by chance.")[seed % 2], folder=folder)
 
 
 def add_comments(path: Path) -> None:
-    """Comments above the steps of a style and beside each line."""
+    """Add comments above the steps of a style and at the end of each line."""
     lines = path.read_text(encoding="utf-8").splitlines()
     commented = [f"{'# above' if line.startswith('[[') else ''}\n{line} # beside" for line in lines if line]
     path.write_text("\n".join(commented), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""A film with scenes, and a style with all that remembers earlier pictures."""
+"""A film with scenes, and a style with all kinds of state of earlier frames."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ REMEMBERING = replace(
     ),
     lines=(step("minimum_range", settle=0.5), step("sobel", invert=True)),
 )
-"""Everything that follows a film: two measurements, marks that move, stabilization of source and result."""
+"""All kinds of state: two measurements, moving marks, stabilization of source and result."""
 
 
 def film(shape: tuple[int, int] = (45, 60)) -> Iterator[Picture]:
-    """Two scenes in which the camera moves, then another size."""
+    """Yield two scenes with a moving camera, then a scene of another size."""
     for name, size in (("coffee", shape), ("rocket", shape), ("coffee", (shape[0] - 9, shape[1] + 10))):
         wide = page(size[0], size[1] + 12, name)
         yield from (picture(noisy(wide[:, 2 * n : 2 * n + size[1]], 3, n)) for n in range(4))

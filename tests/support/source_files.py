@@ -1,4 +1,4 @@
-"""Files of the repository, read once by all tests of their texts."""
+"""Source files of the repository, parsed once for all tests."""
 
 from __future__ import annotations
 

@@ -19,14 +19,14 @@ PLACES = [
     for across, down in [(0.3, 0.3), (0.7, 0.7), (0.3, 0.75), (0.7, 0.25)]
     for name in ("astronaut", "rocket", "coffee", "chelsea")
 ]
-"""Pictures that do not look like one another: parts of photographs, by the place of their middles, 0..1."""
+"""Dissimilar views: photographs, and relative positions of the center, 0..1."""
 
 Place = tuple[str, float, float]
 
 
 @cache
 def _wide(name: str) -> np.ndarray:
-    """A photograph of which a frame shows less than half in each direction."""
+    """Return a photograph so large that a frame shows less than half of it in each direction."""
     still = photograph(name)
     scale = 2.2 * max(SIZE[0] / still.shape[1], SIZE[1] / still.shape[0])
     size = round(still.shape[1] * scale), round(still.shape[0] * scale)
@@ -34,7 +34,7 @@ def _wide(name: str) -> np.ndarray:
 
 
 def view(place: Place, across: float = 0, down: float = 0, size: tuple[int, int] = SIZE) -> np.ndarray:
-    """What is seen at a place, moved by pixels: H x W x 3 uint8."""
+    """Return the view at a place, shifted by pixels, H x W x 3 uint8."""
     name, x, y = place
     wide = _wide(name)
     middle = x * (wide.shape[1] - 1) + across, y * (wide.shape[0] - 1) + down
@@ -44,12 +44,12 @@ def view(place: Place, across: float = 0, down: float = 0, size: tuple[int, int]
 
 
 def shot(place: Place, frames: int, speed: float = 0.7, start: float = 0) -> list[np.ndarray]:
-    """A camera that slowly turns over a place, `speed` pixels for each frame, from `start` on."""
+    """Return a shot that pans slowly from a place, `speed` pixels per frame."""
     return [view(place, start + speed * number, speed * number / 3) for number in range(frames)]
 
 
-def dissolved(before: list[np.ndarray], after: list[np.ndarray], frames: int) -> list[np.ndarray]:
-    """One shot and then another, the last frames of the one mixed with the first of the other."""
+def dissolve(before: list[np.ndarray], after: list[np.ndarray], frames: int) -> list[np.ndarray]:
+    """Join two shots with a dissolve of `frames` frames."""
     mixed = [
         cv2.addWeighted(old, 1 - share, new, share, 0)
         for old, new, share in zip(
@@ -59,14 +59,14 @@ def dissolved(before: list[np.ndarray], after: list[np.ndarray], frames: int) ->
     return [*before[:-frames], *mixed, *after[frames:]]
 
 
-def flashed(frames: list[np.ndarray], number: int) -> list[np.ndarray]:
-    """With a white frame and a bright one."""
+def add_flash(frames: list[np.ndarray], number: int) -> list[np.ndarray]:
+    """Replace two frames by a flash: a white frame and a bright one."""
     lit = [np.full_like(frames[number], 255), cv2.convertScaleAbs(frames[number + 1], alpha=0.4, beta=150)]
     return [*frames[:number], *lit, *frames[number + 2 :]]
 
 
-def whipped(place: Place, frames: int, pixels: float, whip: int = 7) -> list[np.ndarray]:
-    """A camera that stands still, whips to the side within some frames, blurred by that, and stands still."""
+def make_whip_pan(place: Place, frames: int, pixels: float, whip: int = 7) -> list[np.ndarray]:
+    """Return a still shot with a whip pan of `whip` blurred frames in its middle."""
     step = pixels / whip
     turning = [
         np.mean([view(place, step * (number + part / 8)) for part in range(8)], axis=0)
@@ -78,7 +78,7 @@ def whipped(place: Place, frames: int, pixels: float, whip: int = 7) -> list[np.
 
 
 def small_luma(rgb: np.ndarray) -> np.ndarray:
-    """As the finder of shots takes it."""
+    """Return luma as the shot detection reads it, 72 x 128 float32, 0..1."""
     luma = cv2.resize(cv2.cvtColor(rgb, cv2.COLOR_RGB2GRAY), (128, 72), interpolation=cv2.INTER_AREA)
     return luma.astype(np.float32) / 255
 
@@ -86,7 +86,7 @@ def small_luma(rgb: np.ndarray) -> np.ndarray:
 def write_film(
     path: Path, frames: Iterable[np.ndarray], rate: int = RATE, options: dict[str, str] | None = None
 ) -> Path:
-    """A film of the frames, H x W x 3 uint8 of even sides; a key frame every second."""
+    """Write a film of frames, H x W x 3 uint8 with even sides, and a key frame every second."""
     with av.open(str(path), "w") as container:
         usual = {"preset": "ultrafast", "crf": "16", "g": str(rate), "sc_threshold": "0"}
         video = container.add_stream("libx264", rate=Fraction(rate), options=usual | (options or {}))
@@ -101,6 +101,6 @@ def write_film(
 
 
 def story(shots: int, frames: int) -> Iterator[np.ndarray]:
-    """So many shots, each of so many frames, with cuts between them."""
+    """Yield `shots` shots of `frames` frames each, with cuts between them."""
     for number in range(shots):
         yield from shot(PLACES[number], frames)

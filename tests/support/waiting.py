@@ -1,4 +1,4 @@
-"""Waiting for what comes to be. Nothing else in the tests looks at a clock, or sleeps (test_names.py)."""
+"""Wait for conditions; the only tests that read the clock or sleep use these functions (test_names.py)."""
 
 from __future__ import annotations
 
@@ -12,33 +12,33 @@ from collections.abc import Callable
 from vidstyle.core.machine.cores import available_cores
 
 IDLE_LIMIT_SECONDS = 60.0
-"""Time after which a test is taken to hang. No measure: far more than anything takes on an idle machine."""
+"""Time after which a test counts as hanging, far longer than any operation takes on an idle machine."""
 
 
 def patience() -> float:
-    """IDLE_LIMIT_SECONDS, times the number of processes that share a core: each gets that much less of it."""
+    """Return `IDLE_LIMIT_SECONDS`, multiplied by the number of processes per core."""
     load = os.getloadavg()[0] if hasattr(os, "getloadavg") else 0.0
     return IDLE_LIMIT_SECONDS * max(1.0, load / available_cores())
 
 
 LONG = patience()
-"""As above, when the tests began."""
+"""Result of `patience` at the start of the tests."""
 
 
 def guard(what: object = "") -> Callable[[], float]:
-    """A function that gives the seconds left of our patience, and fails the test once there are none."""
+    """Return a function that returns the seconds left, and fails the test after a timeout."""
     begin = time.monotonic()
 
     def left() -> float:
         seconds = begin + patience() - time.monotonic()
-        assert seconds > 0, what() if callable(what) else what or "it never came to be"
+        assert seconds > 0, what() if callable(what) else what or "timeout"
         return seconds
 
     return left
 
 
 def eventually(fact: Callable[[], object], what: object = "") -> None:
-    """Wait until something is so; fail, saying `what`, if that never comes."""
+    """Wait until a condition holds; fail with the message `what` after a timeout."""
     left = guard(what)
     while not fact():
         left()
@@ -46,12 +46,12 @@ def eventually(fact: Callable[[], object], what: object = "") -> None:
 
 
 def thread_names() -> Counter[str]:
-    """The names of all threads, and how many have each."""
+    """Return the number of threads by name."""
     return Counter(thread.name for thread in threading.enumerate())
 
 
 def new_threads(before: Counter[str]) -> set[str]:
-    """The names of threads started since, other than further workers of a renderer's pool.
+    """Return the names of threads started since `before`, except further workers of a renderer's pool.
 
     A pool has a worker for each core and starts the next one when all others have work.
     """
@@ -60,7 +60,7 @@ def new_threads(before: Counter[str]) -> set[str]:
 
 
 def is_waiting(thread: threading.Thread) -> bool:
-    """Whether a thread waits for an event, a condition or a lock of Python's."""
+    """Return whether a thread waits for an event, a condition or a lock."""
     frame = sys._current_frames().get(thread.ident or 0)
     return frame is not None and (frame.f_code.co_filename, frame.f_code.co_name) == (
         threading.__file__,

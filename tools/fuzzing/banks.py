@@ -15,7 +15,7 @@ from tools.fuzzing.damage import ODD_FLOATS, ODD_NUMBERS, damage, random_slice
 from vidstyle.blade.bank_file import shipped_banks
 from vidstyle.regions.chosen_files import people_model
 
-MODEL_SIDES = 0, 1, 31, 32, 144, 256, 4097, 2**31, 2**63
+MODEL_SIZES = 0, 1, 31, 32, 144, 256, 4097, 2**31, 2**63
 """Sizes that models declare."""
 PORT_NAMES = "r1i", "r1o", "r2i", "state_in", "state_out", "src", "pha", "", "i", "o" * 300, "past", "present"
 """Names of inputs and outputs; some form pairs."""
@@ -90,8 +90,8 @@ def _odd_state(random: Random) -> dict[str, object]:
     odd: dict[str, object] = {
         "state": (random.choice(PORT_NAMES), random.choice(PORT_NAMES)),
         "result": random.choice(PORT_NAMES),
-        "size": (random.choice(MODEL_SIDES[1:6]), random.choice(MODEL_SIDES[1:6])),
-        "state_shape": [random.choice(MODEL_SIDES) for _ in range(random.choice((0, 1, 4, 4, 5)))],
+        "size": (random.choice(MODEL_SIZES[1:6]), random.choice(MODEL_SIZES[1:6])),
+        "state_shape": [random.choice(MODEL_SIZES) for _ in range(random.choice((0, 1, 4, 4, 5)))],
     }
     return {name: value for name, value in odd.items() if random.random() < 0.4}
 

@@ -10,7 +10,7 @@ from tools.fuzzing.formats import FAMILIES, FLV_TAGS
 from tools.fuzzing.structure import Family, Part, part_lists
 
 JUMP_HOURS = (0.01, 1, 12, 24, 24, 26.6, 100, 600, 100_000)
-TICKS_A_SECOND = (1, 1000, 12_800, 15_360, 48_000, 90_000, 10**6)
+CLOCK_RATES = (1, 1000, 12_800, 15_360, 48_000, 90_000, 10**6)
 TIMED = (".mp4", ".mov", ".mkv", ".webm", ".avi", ".ts", ".flv")
 """Endings of the films whose timestamps can be changed."""
 PACKET_BYTES = 188
@@ -48,7 +48,7 @@ def shift_times(random: Random, content: bytes, suffix: str) -> bytes:
     return family.write(parts)
 
 
-def _jump(random: Random, clocks: tuple[int, ...] = TICKS_A_SECOND) -> int:
+def _jump(random: Random, clocks: tuple[int, ...] = CLOCK_RATES) -> int:
     """Return a random shift in ticks of one of the clocks."""
     ticks = int(random.choice(JUMP_HOURS) * 3600 * random.choice(clocks))
     return random.choice((1, 1, -1)) * ticks

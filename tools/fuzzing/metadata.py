@@ -17,7 +17,7 @@ from tools.fuzzing.structure import Part
 XMP = """<?xpacket begin="" id="W5M0MpCehiHzreSzNTczkc9d"?><x:xmpmeta xmlns:x="adobe:ns:meta/"><rdf:RDF
 xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#"><rdf:Description xmlns:hdrgm="http://ns.adobe.com/hdr-gain-map/1.0/"
 hdrgm:Version="1.0" hdrgm:GainMapMax="{value}" tiff:Orientation="{value}"/></rdf:RDF></x:xmpmeta>"""
-ODD_ORIENTATIONS = (0, 9, 255, 65535)
+ODD_ORIENTATION_CODES = (0, 9, 255, 65535)
 Metadata = dict[str, bytes]
 """Content by kind: profile, exif, xmp, index (of the pictures in the file) and text."""
 
@@ -49,7 +49,7 @@ def _profile(random: Random) -> bytes:
 def _exif(random: Random) -> bytes:
     """Return a TIFF with an orientation, a resolution, a text, and pointers to itself or out of bounds."""
     order = random.choice("<>")
-    orientation = random.choice((*range(1, 9), *range(1, 9), *ODD_ORIENTATIONS))
+    orientation = random.choice((*range(1, 9), *range(1, 9), *ODD_ORIENTATION_CODES))
     entries = [
         (0x0112, random.choice((3, 3, 3, 4, 7, 99)), 1, orientation),
         (0x011A, 5, 1, random.choice((8, 60, 2**31))),
@@ -162,7 +162,7 @@ def _place_tag(random: Random, parts: list[Part], kind: str, content: bytes) -> 
     code = {"profile": 34675, "exif": 34665, "xmp": 700, "index": 330, "text": 270}[kind]
     order = "<" if parts[0].content[:2] == b"II" else ">"
     if kind == "exif" and random.random() < 0.5:
-        orientation = random.choice((*range(1, 9), *ODD_ORIENTATIONS))
+        orientation = random.choice((*range(1, 9), *ODD_ORIENTATION_CODES))
         parts.append(Part(struct.pack(f"{order}H", 274), struct.pack(f"{order}HIH2x", 3, 1, orientation)))
         return
     offset, count = len(parts[0].content), len(content)

@@ -1,4 +1,4 @@
-"""Minimal networks as ONNX files: everything red is a face, as for YuNet, or people; a judge; a picture."""
+"""Minimal networks as ONNX files that treat red as a face (like YuNet) or as people, and a classifier."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from media import photograph
 
 STRIDES = (8, 16, 32)
 FACE = 64
-"""Pixels of the sides of each box that it finds, about the middle of a red cell of the last stride."""
+"""Side of the box around each red cell of the last stride, in pixels."""
 
 _FLOAT, _INT64 = 1, 7
 
 
 def red_finder() -> bytes:
-    """The model: an ONNX file of which the scores are those of how red each cell is."""
+    """Return a face detector as an ONNX file, whose scores are the redness of each cell."""
     nodes, tensors = list[bytes](), list[bytes]()
     outputs = []
     for stride in STRIDES:
@@ -51,7 +51,7 @@ def red_finder() -> bytes:
 
 
 def brightness_judge(classes: int) -> bytes:
-    """A model that takes 1 x 3 x 224 x 224 and gives so many shares, the last ones for bright pictures."""
+    """Return a classifier of 1 x 3 x 224 x 224 input; the last classes are for bright pictures."""
     slopes = np.linspace(-2, 2, classes) if classes > 1 else np.ones(1)
     weights = np.repeat(slopes[:, None], 3, 1).astype(np.float32)
     nodes = [
@@ -67,7 +67,7 @@ def brightness_judge(classes: int) -> bytes:
 
 
 def red_people(size: tuple[int, int] = (256, 144)) -> bytes:
-    """A model that gives a high probability of people for red pixels; `size`: width and height."""
+    """Return a model with a high probability of people for red pixels; `size` is (width, height)."""
     tensors = [
         _tensor("weights", np.array([20, -10, -10], np.float32).reshape(1, 3, 1, 1)),
         _tensor("biases", np.array([-8], np.float32)),
@@ -83,7 +83,7 @@ def remembering_people(
     size: tuple[int, int] = (256, 144),
     state_shape: list[int] | None = None,
 ) -> bytes:
-    """A model like `red_people` that adds half of its last result, as video matting networks do.
+    """Return a model like `red_people` that adds half of its previous result, like video matting networks.
 
     Args:
         state: names of the input and output of what it remembers.
@@ -143,7 +143,7 @@ def _value(name: str, shape: list[int]) -> bytes:
 
 
 def _field(number: int, value: int | bytes) -> bytes:
-    """A field of a protocol buffer."""
+    """Encode a field of a protocol buffer."""
     if isinstance(value, int):
         return _varint(number << 3) + _varint(value)
     return _varint(number << 3 | 2) + _varint(len(value)) + value
@@ -158,7 +158,7 @@ def _varint(value: int) -> bytes:
 
 
 def gray_and_red() -> np.ndarray:
-    """A gray photograph with a red right half."""
+    """Return a gray photograph whose right half is red."""
     color = np.repeat(photograph()[:144, :256, 1:2], 3, axis=2)
     color[:, 128:] = 250, 10, 10
     return color

@@ -1,4 +1,4 @@
-"""ONNX files of small networks, encoded by hand: the tests need no package for it."""
+"""ONNX files of small networks, encoded without the onnx package."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 FLOAT, INTS, INT = 1, 7, 2
-"""The type of floats of tensors, and the types of attributes."""
+"""ONNX codes of the type of tensors and of the types of attributes."""
 
 
 def field(number: int, value: int | bytes | str) -> bytes:
-    """A field of a message of Protocol Buffers."""
+    """Encode a field of a protocol buffer."""
     if isinstance(value, int):
         return varint(number << 3) + varint(value)
     content = value.encode() if isinstance(value, str) else value
@@ -32,7 +32,7 @@ def tensor(name: str, values: np.ndarray) -> bytes:
 
 
 def picture_info(name: str, shape: Sequence[int | str], kind: int = FLOAT) -> bytes:
-    """A `ValueInfoProto`; free sizes have names."""
+    """Encode a `ValueInfoProto`; free sizes have names."""
     sizes = b"".join(field(1, field(1 if isinstance(size, int) else 2, size)) for size in shape)
     return field(1, name) + field(2, field(1, field(1, kind) + field(2, sizes)))
 
@@ -58,7 +58,7 @@ def convolution(
     shape: Sequence[int | str] = (1, 3, "height", "width"),
     padding: int | None = None,
 ) -> bytes:
-    """A network of one convolution with a kernel of outputs x inputs x rows x columns."""
+    """Return a network of one convolution with a kernel of outputs x inputs x rows x columns."""
     pads = [kernel.shape[2] // 2 if padding is None else padding] * 4
     conv = node("Conv", ["in", "kernel", "offsets"], "out", kernel_shape=kernel.shape[2:], pads=pads)
     weights = [tensor("kernel", kernel), tensor("offsets", np.array(offsets))]
@@ -66,7 +66,7 @@ def convolution(
 
 
 def layered(channels: int = 16, layers: int = 3) -> bytes:
-    """A network of some convolutions with rectifiers, as networks of styles have."""
+    """Return a network of convolutions with rectifiers, like style networks."""
     random, nodes, weights = np.random.default_rng(2), [], []
     counts, name = [3, *[channels] * (layers - 1), 3], "in"
     for number, (before, after) in enumerate(zip(counts, counts[1:], strict=False)):
@@ -80,5 +80,5 @@ def layered(channels: int = 16, layers: int = 3) -> bytes:
 
 
 def negative(white: float = 255.0) -> bytes:
-    """A network that inverts pictures."""
+    """Return a network that inverts pictures."""
     return convolution(-np.eye(3).reshape(3, 3, 1, 1), [white] * 3)

@@ -1,4 +1,4 @@
-"""Headless Chromium with WebGL 2 in software, driven by its DevTools protocol."""
+"""Headless Chromium with software WebGL 2, controlled by the DevTools protocol."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ KEYS = {
     "Enter": (13, "\r"), "Escape": (27, ""), "Tab": (9, ""), "Delete": (46, ""), "ArrowLeft": (37, ""),
     "ArrowUp": (38, ""), "ArrowRight": (39, ""), "ArrowDown": (40, ""),
 }  # fmt: skip
-"""Their codes, and the texts that they enter."""
+"""Codes of keys, and the text that they enter."""
 MODIFIERS = {"Alt": 1, "Ctrl": 2, "Shift": 8}
 
 
 class Chromium:
-    """The running program.
+    """A running Chromium.
 
     Attributes:
         address: of its DevTools.
@@ -65,7 +65,7 @@ class Chromium:
 
 
 class Browser:
-    """One page, with cookies and a storage that no other page has."""
+    """A page with separate cookies and storage."""
 
     def __init__(self, address: str) -> None:
         # Without pings: Chromium may not answer one while it compiles shaders in software.
@@ -80,7 +80,7 @@ class Browser:
             self.call(f"{domain}.enable")
 
     def call(self, method: str, **parameters: Any) -> dict[str, Any]:
-        """The result of a method of the protocol."""
+        """Call a method of the protocol and return its result."""
         self._number += 1
         message = {"id": self._number, "method": method, "params": parameters}
         if self._session is not None:
@@ -94,11 +94,11 @@ class Browser:
             self.events.append(answer)
 
     def download_to(self, folder: Path) -> None:
-        """Save downloads in a folder, without asking."""
+        """Save downloads to a folder without a dialog."""
         self.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(folder), **self._profile)
 
     def run(self, body: str, **names: Any) -> Any:
-        """What the body of an async function returns, given these values under these names."""
+        """Run the body of an async function with these named values, and return its result."""
         texts = ", ".join(json.dumps(value) for value in names.values())
         code = f"(async ({', '.join(names)}) => {{ {body} }})({texts})"
         result = self.call("Runtime.evaluate", expression=code, awaitPromise=True, returnByValue=True)
@@ -113,11 +113,11 @@ class Browser:
             self.events.append(json.loads(self._socket.recv(patience())))
 
     def until(self, expression: str) -> None:
-        """Wait until an expression of the page holds."""
+        """Wait until a JavaScript expression is true."""
         eventually(lambda: self.run(f"return Boolean({expression})"), f"it never came to be: {expression}")
 
     def place(self, selector: str) -> tuple[float, float, float, float]:
-        """The middle, the width and the height of an element, which is scrolled into view."""
+        """Scroll an element into view, and return its center, width and height."""
         box = self.run(
             """const element = document.querySelector(selector);
             element.scrollIntoView({ block: "nearest" });
@@ -133,7 +133,7 @@ class Browser:
         self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, **held)
 
     def still(self, selector: str) -> tuple[float, ...]:
-        """As `place`, once the element lies open and nothing moves it, or soon will."""
+        """Return `place` once the element is uncovered and does not move."""
         seen: list[tuple[float, ...]] = [()]
 
         def is_still() -> bool:
@@ -149,7 +149,7 @@ class Browser:
         return seen[-1]
 
     def click(self, selector: str) -> None:
-        """Click on an element once it lies open and still."""
+        """Click on an element once it is uncovered and does not move."""
         x, y, *_ = self.still(selector)
         for kind in ("mousePressed", "mouseReleased"):
             self.mouse(kind, x, y)
@@ -163,7 +163,7 @@ class Browser:
         self.mouse("mouseReleased", *end)
 
     def press(self, *keys: str) -> None:
-        """Press keys one after another: letters or names, such as "a", "Enter" or "Ctrl+z"."""
+        """Press keys in order: letters or names, such as "a", "Enter" or "Ctrl+z"."""
         for key in keys:
             *held, name = key.split("+") if len(key) > 1 else [key]
             code, text = KEYS.get(name, (ord(name.upper()) if len(name) == 1 else 0, ""))
@@ -173,18 +173,18 @@ class Browser:
             self.call("Input.dispatchKeyEvent", type="keyUp", **what)
 
     def type(self, text: str) -> None:
-        """Enter a text where the focus is, in place of what is selected."""
+        """Type text into the focused element, replacing the selection."""
         self.call("Input.insertText", text=text)
 
     def close(self) -> None:
-        """Close the page, so that it takes no more time."""
+        """Close the page."""
         self._session = None
         self.call("Target.disposeBrowserContext", **self._profile)
         self._socket.close()
 
 
 class StyleBrowser(Browser):
-    """A page that has the runner loaded."""
+    """A page with the runner loaded."""
 
     def __init__(self, address: str) -> None:
         super().__init__(address)
@@ -204,7 +204,7 @@ class StyleBrowser(Browser):
 
     def restyled(self, plan: dict[str, Any], pictures: Sequence[np.ndarray], half: bool = False,
                  times: Sequence[float] | None = None) -> list[np.ndarray]:  # fmt: skip
-        """Pictures, H x W x 3 uint8, as the runner restyles them one after another."""
+        """Restyle pictures, H x W x 3 uint8, in order with the runner."""
         height, width = pictures[0].shape[:2]
         alpha = np.full((height, width, 1), 255, np.uint8)
         codes = [base64.b64encode(np.dstack([each, alpha]).tobytes()).decode() for each in pictures]
@@ -227,7 +227,7 @@ class StyleBrowser(Browser):
 
 @pytest.fixture(scope="session")
 def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Chromium]:
-    """The program, for all tests; they are skipped where there is none."""
+    """Chromium for all tests, which are skipped if it is missing."""
     program = next(filter(None, map(shutil.which, NAMES)), None)
     if program is None:
         pytest.skip("no Chromium here")
@@ -237,13 +237,13 @@ def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Chromium]:
 
 @pytest.fixture(scope="module")
 def style_browser(chromium: Chromium) -> Iterator[StyleBrowser]:
-    """A page with the runner, for all tests of a module."""
+    """A page with the runner for all tests of a module."""
     with closing(StyleBrowser(chromium.address)) as opened:
         yield opened
 
 
 @pytest.fixture(scope="module")
 def browser(chromium: Chromium) -> Iterator[Browser]:
-    """An empty page, likewise."""
+    """An empty page."""
     with closing(Browser(chromium.address)) as opened:
         yield opened

@@ -1,4 +1,4 @@
-"""Random edits of the designer's document, and a plain model of a style that they are compared with."""
+"""Random edits of the designer's document, and a simple model of a style for comparison."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SIZE = (64, 36)
 
 
 class Model:
-    """A style as lists of dictionaries, and all its earlier states, each a copy."""
+    """A style as lists of dictionaries, with copies of all earlier states."""
 
     def __init__(self, document: Document) -> None:
         table = document.content.table()
@@ -59,7 +59,7 @@ class Model:
         )
 
     def drop_step(self, number: int) -> None:
-        """Forget what refers to a step."""
+        """Remove all references to a step."""
         self.knobs = [ref for ref in self.knobs if ref[0] != number]
         self.labels = {ref: text for ref, text in self.labels.items() if ref[0] != number}
 
@@ -72,7 +72,7 @@ class Model:
 
 
 def named(table: Fields, layers: dict[str, list[tuple[int, Fields]]], path: str) -> tuple[int | None, str]:
-    """The step and the parameter that a path names."""
+    """Return the step and the parameter of a path."""
     found = find_value(table, path)
     for layer in LAYERS:
         for place, step in enumerate(table.get(layer, [])):
@@ -202,7 +202,7 @@ MAKERS: dict[str, Callable[[Model, Random], Fields]] = {
 
 
 def apply(model: Model, kind: str, new: int | None, fields: Fields) -> None:
-    """What an edit that was made does to the model."""
+    """Apply an edit to the model."""
     layers = model.layers
     if kind == "add":
         step = {"block": fields["block"]} if fields["block"] else {"from": "source"}
@@ -266,7 +266,7 @@ def model_steps(model: Model) -> list[Fields]:
 
 
 def without_defaults(table: Fields) -> Fields:
-    """The table without values that a style file need not hold."""
+    """Return a table without optional values."""
     table = copy.deepcopy(table)
     for layer in LAYERS:
         for step in table.get(layer, []):
@@ -281,7 +281,7 @@ def without_defaults(table: Fields) -> Fields:
 
 
 def check(document: Document, model: Model, file: Path | None) -> None:
-    """The document, what the page is told, the model and the file agree."""
+    """Check that document, state of the page, model and file agree."""
     table = document.content.table()
     plain = {key: value for key, value in table.items() if key not in ("knobs", "labels", "variants")}
     assert without_defaults(plain) == without_defaults(model.table())
@@ -317,7 +317,7 @@ def check(document: Document, model: Model, file: Path | None) -> None:
 
 
 def run(start: str, count: int, choose: Random, file: Path) -> int:
-    """Make random edits; returns how many were made."""
+    """Make random edits and return their number."""
     document = Document(load_style(start))
     model = Model(document)
     made = 0
@@ -355,7 +355,7 @@ def run(start: str, count: int, choose: Random, file: Path) -> int:
 
 
 def follow_expansion(document: Document, model: Model, step: int, before: Fields) -> None:
-    """Take the steps that the document has made of a recipe, if they make the same picture."""
+    """Copy the steps of an expanded recipe to the model, if the picture is the same."""
     layer, place, _ = model.find(step)
     steps = document.content.layers[layer]
     more = len(steps) - len(model.layers[layer]) + 1

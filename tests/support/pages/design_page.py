@@ -1,4 +1,4 @@
-"""A designer in a browser, whose page is used by mouse and by keyboard."""
+"""A designer in a browser, controlled by mouse and keyboard."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ WebGL2RenderingContext.prototype.compileShader = function (...all) {
   return compile.apply(this, all);
 };
 """
-"""Counts shaders, notes what a page does wrong, and leaves it without a question."""
+"""Counts shaders, records errors of the page, and disables the question before leaving."""
 FRAMES = 10
 CHOSEN = ".card.selected"
 
 
 class Page:
-    """A designer, and the browser that shows it."""
+    """A designer and its browser."""
 
     def __init__(self, browser: Browser, server: DesignServer, folder: Path) -> None:
         self.browser, self.server, self.folder = browser, server, folder
@@ -48,7 +48,7 @@ class Page:
 
     @property
     def history(self) -> list[str]:
-        """The labels of the edits that can be undone, the last one last."""
+        """Return the labels of the edits that can be undone, oldest first."""
         return [each["label"] for each in self.server.designer.state["history"]]
 
     def add(self, gap: str, block: str, name: str) -> None:
@@ -61,7 +61,7 @@ class Page:
         self.shows(name)
 
     def slide(self, name: str, part: float) -> float:
-        """Drag a slider to a part of its length; the value that it then has."""
+        """Drag a slider to a part of its length, and return its value."""
         slider = f".inspector [data-path$='.{name}'] input[type=range]"
         x, y, width, _ = self.browser.still(slider)
         part_of = "return Number(document.querySelector(slider).style.getPropertyValue('--part'))"
@@ -80,12 +80,12 @@ class Page:
         )  # fmt: skip
 
     def begin(self) -> None:
-        """Begin a style from nothing."""
+        """Start an empty style."""
         self.browser.click(".tile.new")
         self.browser.until("document.querySelectorAll('.gap').length === 3")
 
     def moves(self) -> None:
-        """Wait until the picture has changed twice by itself."""
+        """Wait until the picture has changed twice without input."""
         seen: set[str] = set()
 
         def has_moved() -> bool:
@@ -95,31 +95,31 @@ class Page:
         eventually(has_moved, "the picture stands still")
 
     def is_drawn(self) -> None:
-        """Wait until the picture is that of the present style."""
+        """Wait until the picture shows the current style."""
         revision = self.server.designer.opened.revision
         self.browser.until(f"document.getElementById('picture').dataset.revision >= {revision}")
 
     def shows(self, text: str) -> None:
-        """Wait until the chosen card has this name, and the server has no more to say."""
+        """Wait until the selected card has this name and the server is idle."""
         self.browser.until(f"document.querySelector('{CHOSEN} .name')?.textContent === {text!r}")
 
     def told(self, text: str) -> None:
-        """Wait for what a screen reader hears."""
+        """Wait for an announcement to screen readers."""
         self.browser.until(f"document.getElementById('toast').textContent.includes({text!r})")
 
     def undone(self, label: str) -> None:
-        """Wait until undo would take this back."""
+        """Wait until this is the edit that undo reverts."""
         self.browser.until(f"document.getElementById('undo').title.includes({label!r})")
 
 
 @contextmanager
 def shown(browser: Browser, clip: Clip, folder: Path) -> Iterator[Page]:
-    """The page of a designer that writes into a folder."""
+    """Show the page of a designer that writes to a folder."""
     server = open_page(Designer(clip, folder, Drafts(folder / "draft.json")), 0, "cpu")
     browser.call(
         "Emulation.setDeviceMetricsOverride", width=1440, height=900, deviceScaleFactor=1, mobile=False
     )
-    browser.call("Network.disable")  # it tells every message of every socket
+    browser.call("Network.disable")  # it reports every message of every socket
     watching = browser.call("Page.addScriptToEvaluateOnNewDocument", source=WATCH)["identifier"]
     try:
         browser.open(server.url)

@@ -1,4 +1,4 @@
-"""Shared by the tests of the designer: a server with a clip, and a page that asks it."""
+"""A designer server with a clip, and a client, for the tests of the designer."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from vidstyle.web.connection import PICTURE_HEADER
 
 
 class SentPicture(NamedTuple):
-    """A picture that the page was sent."""
+    """A picture that was sent to the page."""
 
     kind: int
     number: int
@@ -40,7 +40,7 @@ class SentPicture(NamedTuple):
 
 
 class Page:
-    """A browser that shows the designer.
+    """A client of the designer.
 
     Attributes:
         told: the newest message of each kind.
@@ -60,7 +60,7 @@ class Page:
         self._id = 0
 
     def say(self, do: str, **fields: Any) -> int:
-        """Send a message; returns its id."""
+        """Send a message and return its id."""
         self._id += 1
         self.socket.send(json.dumps({"do": do, "id": self._id, **fields}))
         return self._id
@@ -71,7 +71,7 @@ class Page:
         return self.answer(self.say(do, **fields))
 
     def upload(self, name: str, content: bytes) -> dict[str, Any]:
-        """Upload a file in one chunk; the answer once it is used."""
+        """Upload a file in one chunk, and return the answer."""
         id = self.say("upload", name=name, size=len(content))
         assert "error" not in self.answer(id)
         self.order = []
@@ -79,7 +79,7 @@ class Page:
         return self.answer(id)
 
     def error(self, do: str, **fields: Any) -> str:
-        """The error that a message gets, or ""."""
+        """Send a message and return its error, or ""."""
         return str(self.ask(do, **fields).get("error", ""))
 
     def answer(self, id: int) -> dict[str, Any]:
@@ -90,14 +90,14 @@ class Page:
         return self._answers.pop(id)
 
     def wait_for(self, kind: str) -> Any:
-        """Wait until there is a message of a kind."""
+        """Wait for a message of a kind."""
         left = guard(f"no {kind}")
         while kind not in self.told:
             self.take(left())
         return self.told[kind]
 
     def picture(self, kind: int, number: int | None = None) -> SentPicture:
-        """Wait for a picture of a kind, and forget those before it."""
+        """Wait for a picture of a kind, and discard earlier ones."""
         left = guard(f"no picture of kind {kind}")
         while True:
             while self.pictures:
@@ -107,7 +107,7 @@ class Page:
             self.take(left())
 
     def take(self, seconds: float) -> None:
-        """Take the next message."""
+        """Receive the next message."""
         data = self.socket.recv(seconds)
         if isinstance(data, bytes):
             self.pictures.append(SentPicture(*PICTURE_HEADER.unpack(data[:16]), data[16:]))
@@ -145,7 +145,7 @@ def _changed(state: dict[str, Any], changes: list[Any]) -> dict[str, Any]:
 
 @contextmanager
 def served(folder: Path, clip: Clip | None = None) -> Iterator[DesignServer]:
-    """A designer that writes into a folder, with the demo film unless there is another clip."""
+    """Serve a designer that writes to a folder, with a clip or the demo film."""
     designer = Designer(clip or open_clip(None), folder, Drafts(folder / "drafts" / "draft.json"))
     server = open_page(designer, device="cpu")
     try:
@@ -157,7 +157,7 @@ def served(folder: Path, clip: Clip | None = None) -> Iterator[DesignServer]:
 
 @contextmanager
 def shown(server: DesignServer, side: int = 64, where: str = "page") -> Iterator[Page]:
-    """A page of the designer that has been greeted."""
+    """Connect a page to the designer."""
     with Visitor(server).look() as window:
         page = Page(window.socket)
         page.wait_for("draft")

@@ -1,4 +1,4 @@
-"""Shared by the tests of the live page: a page with frames, and a client."""
+"""A live page with frames, and clients, for the tests of the live page."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from vidstyle.web.connection import PICTURE_HEADER
 
 
 def live_frame(number: int = 0, size: tuple[int, int] = (64, 48), captured: float = 0.0) -> LiveFrame:
-    """A frame with a ramp in it, brighter from one frame to the next."""
+    """Return a frame with a ramp that gets brighter from frame to frame."""
     width, height = size
     ramp = (np.linspace(0, 150, width) + number % 100).astype(np.uint8)
     rgb = np.repeat(np.repeat(ramp[None, :, None], 3, axis=2), height, axis=0)
@@ -34,10 +34,10 @@ def live_frame(number: int = 0, size: tuple[int, int] = (64, 48), captured: floa
 
 
 class Visitor:
-    """Asks a page's server for things, as a browser or as somebody who is up to something."""
+    """Sends requests to the server of a page, as a browser or as an attacker."""
 
     def __init__(self, page: PageTarget, address: str = "") -> None:
-        """`address`: of the machine, to which the browser connects; "" for that of the page."""
+        """`address`: host to connect to; "" for the host of the page."""
         parts = urlsplit(page.url)
         self.port = int(parts.port or 0)
         self.address = address or str(parts.hostname)
@@ -48,7 +48,7 @@ class Visitor:
     def ask(
         self, path: str, headers: list[tuple[str, str]] | None = None, method: str = "GET", body: bytes = b""
     ) -> tuple[int, dict[str, str], bytes]:
-        """Status, headers with small names, and body; status 0 where the line is cut without a word."""
+        """Return status, headers with lower-case names, and body; status 0 if the connection is closed."""
         headers = self.headers() if headers is None else headers
         connection = http.client.HTTPConnection(self.address, self.port, timeout=LONG)
         try:
@@ -66,7 +66,7 @@ class Visitor:
     def headers(
         self, host: str | None = None, cookie: str | None = None, **more: str
     ) -> list[tuple[str, str]]:
-        """Those of a browser that was let in; `more` with _ for -."""
+        """Return the headers of a browser with access; names of `more` have _ instead of -."""
         pairs = [("Host", host or self.host), ("Cookie", cookie or self.cookie)]
         return pairs + [(name.replace("_", "-"), value) for name, value in more.items()]
 
@@ -74,11 +74,11 @@ class Visitor:
     def look(
         self, origin: str | None = "", cookie: str | None = None, path: str = "/socket"
     ) -> Iterator[Window]:
-        """A browser that shows the page; `origin`: None for none, "" for its own."""
+        """Open a WebSocket like a browser; `origin`: None for no header, "" for the page's origin."""
         own = f"http://{self.host}" if origin == "" else origin
         with connect(
             f"ws://{self.host}{path}",
-            max_size=None,  # as in browsers: plans of large styles have over a megabyte
+            max_size=None,  # as in browsers; plans of large styles exceed a megabyte
             origin=own,  # type: ignore[arg-type]
             additional_headers={"Cookie": self.cookie if cookie is None else cookie},
             open_timeout=LONG,
@@ -90,7 +90,7 @@ class Visitor:
 
 
 class Window:
-    """What a browser gets and sends."""
+    """The messages of a browser."""
 
     def __init__(self, socket: ClientConnection) -> None:
         self.socket = socket
@@ -98,28 +98,28 @@ class Window:
         self._unread: list[str | bytes] = []
 
     def say(self, **message: Any) -> int:
-        """Send a message; returns its number."""
+        """Send a message and return its number."""
         self._id += 1
         self.socket.send(json.dumps(message | {"id": self._id}))
         return self._id
 
     @property
     def pictures(self) -> int:
-        """How many came and are not looked at yet."""
+        """Return the number of received pictures that have not been read."""
         return sum(isinstance(data, bytes) for data in self._unread)
 
     def picture(self) -> tuple[int, bytes]:
-        """Number and JPEG of the next picture."""
+        """Return number and JPEG data of the next picture."""
         data = self._next(lambda data: isinstance(data, bytes))
         assert isinstance(data, bytes)
         return PICTURE_HEADER.unpack(data[: PICTURE_HEADER.size])[1], data[PICTURE_HEADER.size :]
 
     def news(self, name: str) -> Any:
-        """The next news of this name."""
+        """Return the next news with this name."""
         return json.loads(self._next(lambda data: isinstance(data, str) and name in json.loads(data)))[name]
 
     def _next(self, is_wanted: Callable[[str | bytes], bool]) -> str | bytes:
-        """The first that is wanted; what else comes is there for later."""
+        """Return the first wanted message; keep the others for later."""
         left = guard()
         for place, data in enumerate(self._unread):
             if is_wanted(data):
@@ -138,7 +138,7 @@ class Window:
         return dict(json.loads(found))
 
     def ask(self, **message: Any) -> str:
-        """Ask for something; what went wrong, or ""."""
+        """Send a message and return its error, or ""."""
         return str(self.answer(**message).get("error", ""))
 
 
@@ -146,7 +146,7 @@ class Window:
 def showing(
     style: object = "ink", names: list[str] | None = None, clock: Clock = MONOTONIC, **given: Any
 ) -> Iterator[tuple[PageTarget, Controls, Visitor]]:
-    """A page with one frame, what it steers, and somebody to ask it; `given`: to the page."""
+    """Yield a page with one frame, its controls, and a client; `given` are arguments of the page."""
     controls = Controls(load_style(style), names)  # type: ignore[arg-type]
     page = PageTarget(controls, meter=LatencyMeter(clock), **given)
     try:

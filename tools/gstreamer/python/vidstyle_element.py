@@ -33,8 +33,8 @@ MATRICES = {
 }
 FULL_RANGE = getattr(GstVideo.VideoColorRange, "0_255")
 RGB = Encoding(full_range=True, subsampling=(1, 1))
-OWN = -1.0
-"""The value of `steady` that leaves it to the style."""
+STYLE_STEADY_CODE = -1.0
+"""Value of the property `steady` that selects the value of the style."""
 NOW = GObject.ParamFlags.READWRITE | Gst.PARAM_MUTABLE_PLAYING
 
 
@@ -55,7 +55,7 @@ class VidstyleElement(GstBase.BaseTransform):
         type=str, default="", flags=NOW, nick="Set", blurb="step.parameter=value, several separated by ;"
     )
     steady = GObject.Property(
-        type=float, minimum=OWN, maximum=1.0, default=OWN, flags=NOW,
+        type=float, minimum=STYLE_STEADY_CODE, maximum=1.0, default=STYLE_STEADY_CODE, flags=NOW,
         nick="Steady", blurb="0 lets flicker boil, 1 keeps it still, -1 is the style's own",
     )  # fmt: skip
     device = GObject.Property(
@@ -110,7 +110,7 @@ class VidstyleElement(GstBase.BaseTransform):
         return Gst.FlowReturn.OK
 
     def _renew(self) -> None:
-        """Follow the properties; where they are wrong, what runs already goes on."""
+        """Follow the properties; where they are wrong, what runs already continues."""
         asked = self.style, self.set, self.steady, self.device
         if asked == self._asked:
             return
@@ -129,7 +129,7 @@ class VidstyleElement(GstBase.BaseTransform):
 
 def _style(name: str, changes: str, steady: float) -> Style:
     assignments = [change.strip() for change in changes.split(";") if change.strip()]
-    if steady != OWN:
+    if steady != STYLE_STEADY_CODE:
         assignments.append(f"steady={steady}")
     return override(load_style(name), assignments)
 
