@@ -45,7 +45,7 @@ def start(*words: str) -> subprocess.Popen[str]:
 
 
 def ended(driver: subprocess.Popen[str]) -> dict[str, Any]:
-    """What a batch has made of its film, without an error."""
+    """Run a batch without errors and return its result."""
     out, err = driver.communicate()
     assert driver.returncode == 0, err
     return json.loads(out)["films"][0]

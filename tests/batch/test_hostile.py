@@ -1,4 +1,4 @@
-"""Lists, journals, folders and names of a batch that somebody else has prepared."""
+"""Lists, journals, folders and names of a batch that an attacker has prepared."""
 
 from __future__ import annotations
 

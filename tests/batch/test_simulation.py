@@ -16,7 +16,7 @@ FILMS = 12
 
 
 def run(cluster: Cluster, seed: int = 0) -> Outcome:
-    """Run a cluster, and check what holds for each one."""
+    """Run a cluster and check the invariants."""
     outcome = Simulation(cluster, FILMS, seed).run()
     expected = Counter({(film, kind): 1 for film in range(FILMS) for kind in ("analyse", "join")})
     expected |= Counter({(film, "restyle"): cluster.segments for film in range(FILMS)})

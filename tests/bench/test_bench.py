@@ -105,7 +105,7 @@ def test_the_command_measures_both_forms_of_passes(capfd) -> None:
         assert result["cpu"]["ms"] > 0
         assert [gpu["form"] for gpu in result["gpu"]] == ["compute", "fragment"]
         for gpu in result["gpu"]:
-            assert bool(gpu["passes"]) == (name == "sketch"), "a plane that stays as it is needs no pass"
+            assert bool(gpu["passes"]) == (name == "sketch"), "an unchanged plane needs no pass"
             assert all(part["ms"] > 0 for part in gpu["passes"])
             parts = [gpu[part]["ms"] for part in ("upload", "download", "whole")]
             assert all(part > 0 for part in parts) or name == "to_gray"

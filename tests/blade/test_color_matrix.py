@@ -116,7 +116,7 @@ def test_invalid_matrix_is_refused(name: str, bank: Bank) -> None:
 
 @pytest.mark.parametrize("amount", [0.0, 0.5, 1.0])
 def test_matrix_is_weighted_by_the_amount(amount: float, bank: Bank, tmp_path: Path) -> None:
-    """With filters that keep the picture, what is left is the matrix."""
+    """With identity filters, only the matrix has an effect."""
     filters = np.zeros_like(bank.filters)
     filters[:, :, 2, 2] = 1
     save_bank(replace(bank, filters=filters, chroma=filters, scale=1.0), tmp_path / "matrix.npz")

@@ -155,7 +155,7 @@ def test_channel_mixer_tells_fair_hair_from_skin_and_keeps_grays() -> None:
 
 
 def test_local_exposure_gives_dark_figures_no_bright_rim() -> None:
-    """A dark figure is brightened; a wall beside it is not, although its brightness nearby is blurred."""
+    """A dark figure is brightened; an adjacent wall is not, although local brightness is blurred."""
     luma = np.array([[0.2, 0.6]], np.float32)
     near, wide = np.full_like(luma, 0.2), np.full_like(luma, 0.6)
     values = {"near": near, "wide": wide, "lift": 1, "even": 0, "limits": RANGES["luma"]}

@@ -12,7 +12,7 @@ from vidstyle.pipeline.progress import Progress
 def test_plain_progress_begins_with_the_first_frame(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Before it, nothing is known; what a job of several steps does is."""
+    """Before the total is known, the step of a job is shown."""
     monkeypatch.setattr(display, "LINE_SECONDS", 0)
     with Reporting(), display.display("plain") as show:
         show(Progress(0, 0.0, 3.0, duration=8.0))

@@ -174,7 +174,7 @@ def test_pages_are_not_drawn_larger_than_memory_holds(folder: Path, tmp_path: Pa
 
 
 def test_control_characters_do_not_reach_a_document(folder: Path, tmp_path: Path) -> None:
-    """Those of subtitles are replaced; those of options are refused."""
+    """Characters of subtitles are replaced; characters of options are refused."""
     assert Letters().make_writable("a\x01\x7f\ufffe\udcff b\t") == "a\ufffd\ufffd\ufffd\ufffd b"
     assert xml_text("a\x1b<b>") == "a\ufffd&lt;b&gt;"
     words, saved = tmp_path / "words.srt", tmp_path / "comic.toml"

@@ -1,4 +1,4 @@
-"""The cache of compiled kernels: what is in it is executed, so only whole files of this user count."""
+"""The cache of compiled kernels is executed, so only intact files of this user are loaded."""
 
 from __future__ import annotations
 

@@ -264,7 +264,7 @@ def test_what_is_remembered_takes_no_more_than_it_may():
 
 
 def test_a_kernel_runs_where_nothing_may_be_written(tmp_path):
-    """Nowhere to write: neither the cache folder, nor beside the code, nor the home."""
+    """No writable folder: neither the cache folder, nor the package, nor the home folder."""
     source = tmp_path / "somewhere.py"
     source.write_text(
         "from vidstyle.core.kernels import compiled\n"

@@ -33,7 +33,7 @@ ENCODINGS = [
 ]
 SUBSAMPLED = [
     *[((2, 2), siting) for siting in SITINGS.values()],
-    # What turning by 90, 180 and 270 degrees makes of "left" and "topleft".
+    # "left" and "topleft" after rotations by 90, 180 and 270 degrees.
     *[((2, 2), siting) for siting in [(1.0, 0.5), (1.0, 0.0), (1.0, 1.0), (0.5, 1.0), (0.0, 1.0)]],
     *[((2, 1), (x, 0.0)) for x in (0.0, 0.5, 1.0)],
     *[((1, 2), (0.0, y)) for y in (0.0, 0.5, 1.0)],

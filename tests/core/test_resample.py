@@ -1,4 +1,4 @@
-"""Resampling: rows and columns alike, bands, and what is given."""
+"""Resampling: symmetry of rows and columns, bands, and arguments."""
 
 from __future__ import annotations
 

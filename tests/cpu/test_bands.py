@@ -128,7 +128,7 @@ def test_chroma_rows_of_result_follow_siting() -> None:
 
 @pytest.mark.skipif("glibc" not in platform.libc_ver(), reason="only glibc has the setting")
 def test_freed_memory_is_kept_for_all_threads() -> None:
-    """Planes of a second frame need no new memory pages from the system, nor those of another thread."""
+    """A second frame needs no new memory pages of the system, on the same thread or another."""
     code = """if True:
     import resource, threading
     import numpy as np

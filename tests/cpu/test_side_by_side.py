@@ -201,7 +201,7 @@ def test_small_memory_is_reported_once(
 
 
 def test_estimated_memory_grows_with_the_picture_and_the_style() -> None:
-    """No less than the planes that a style stores."""
+    """The estimate is at least the size of the planes that a style stores."""
     sizes = {}
     for shape in ((45, 60), (90, 120)):
         with CpuRenderer(REMEMBERING, 2) as renderer:

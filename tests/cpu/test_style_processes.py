@@ -95,7 +95,7 @@ def test_processes_give_the_same_bits(name: str, used: list[int]) -> None:
         style = replace(load_style(name), steady=steady)
         used.clear()
         assert differing(alone(style), side_by_side(style)) == [], steady
-        # What has no steps is done here, and what follows the colours of the film.
+        # Styles without steps, and styles with colours of the film, run in this process.
         assert used or style.is_plain or "film" in str(style.steps)
     assert style_processes._shared is None
 

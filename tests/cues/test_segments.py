@@ -60,7 +60,7 @@ def moving(frame: int, last: int) -> tuple[Cue, Cue]:
 def segmented(
     source: Path, folder: Path, look: StyleChoice, read: ReadOptions, turns: list[Turn]
 ) -> SegmentedFilm:
-    """Make a film in segments, the last one first, so that none has the memory of the one before."""
+    """Render a film in segments, last one first, so that no segment has the state of the previous one."""
     film = SegmentedFilm(source, folder / "joined.mkv", folder, look, read, LOSSLESS, "cpu", None, {})
     stop = threading.Event()
     plan = film.plan(Fraction(1, 5), lambda progress: None, stop, turns)

@@ -238,7 +238,7 @@ def test_escape_clears_the_search_and_never_shows_a_designer_without_a_style(
 
 
 def test_after_a_click_on_a_look_no_control_has_the_focus(server: DesignServer, browser: Browser) -> None:
-    """The keys are those of the page: the space bar plays the film."""
+    """The page has the same keys: the space bar plays the film."""
     browser.open(server.url)
     browser.until("document.querySelector('.tile:not(.new)')")
     browser.click(".tile:not(.new)")

@@ -254,7 +254,7 @@ def test_what_was_not_saved_is_offered_the_next_time(tmp_path: Path, film: Path)
     with served(tmp_path, open_clip(film)) as server, shown(server) as page:
         page.ask("open", style="ink")
         page.ask("field", name="ink", value="#112233", gesture=1)
-        # Before anything is closed: what is lost in a crash is a moment's work.
+        # Before the server is closed: a crash loses little work.
         eventually((tmp_path / "drafts" / "draft.json").exists)
     with served(tmp_path, open_clip(film)) as server, shown(server) as page:
         assert page.told["draft"]["name"] == "ink"

@@ -17,7 +17,7 @@ from gi.repository import Gst, GstVideo  # noqa: E402
 
 WIDTH, HEIGHT = 33, 19
 STRIDES, OFFSETS = (48, 32, 32), (8, 1000, 1400)
-"""Wider apart than GStreamer lays I420 by itself."""
+"""Larger strides and offsets than the I420 layout of GStreamer."""
 SHAPES = (HEIGHT, WIDTH), (10, 17), (10, 17)
 DEFAULT_STRIDES, DEFAULT_OFFSETS = (36, 20, 20), (0, 720, 920)
 CAPS = f"video/x-raw,format=I420,width={WIDTH},height={HEIGHT},framerate=25/1"

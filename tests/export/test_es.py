@@ -44,7 +44,7 @@ def picture(height: int, width: int) -> np.ndarray:
 
 
 def fault(browser: StyleBrowser, chosen: Style, shape: tuple[int, int], half: bool) -> str:
-    """What is wrong with a style in the browser; empty if it agrees with the CPU."""
+    """Return the disagreements of a style in the browser with the CPU, or ""."""
     source = picture(*shape)
     right = vidstyle.stylize(source, replace(chosen, steady=0.0, keeps_detail=True), "cpu").astype(int)
     (made,) = browser.restyled(es_plan(chosen, *shape[::-1]), [source], half)

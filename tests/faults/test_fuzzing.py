@@ -169,7 +169,7 @@ def test_a_command_that_keeps_to_the_rules_is_accepted(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("kind", ["cue", "network"])
 def test_cue_files_and_networks_are_used_as_films_are(tmp_path: Path, kind: str) -> None:
-    """Both ends: what is not damaged is used, and what is damaged is refused."""
+    """Intact files are used, and damaged ones are refused."""
     whole = {"cue": (".cues.toml", tomlkit.dumps(CUE_FILE).encode()), "network": (".onnx", negative())}[kind]
     path = tmp_path / f"case{whole[0]}"
     for number, content in enumerate((whole[1], whole[1][: len(whole[1]) // 2])):

@@ -55,7 +55,7 @@ def frames_in(line: str) -> int:
 
 
 def messages(lines: list[str]) -> list[dict[str, Any]]:
-    """The events of standard error, which holds JSON alone, without those of progress."""
+    """Return the events on standard error, which contains only JSON, except progress events."""
     return [event for event in map(json.loads, lines) if event["event"] != "progress"]
 
 
@@ -72,7 +72,7 @@ def test_31_and_32_a_signal_closes_the_film(long_clip: Path, tmp_path: Path, num
     assert sorted(os.listdir(tmp_path)) == ["out.mp4.partial.jsonl", partial.name]
     told = [event["text"] for event in messages(said.splitlines())]
     assert len(told) == 1 and str(partial) in told[0]
-    # Far from all: it did not go on.
+    # Far from all: rendering stopped.
     assert 5 < len(video(partial)) < 250
     assert packets(partial, "audio") == packets(long_clip, "audio")[: len(packets(partial, "audio"))]
 

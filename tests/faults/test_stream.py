@@ -116,7 +116,7 @@ def test_18_broadcast_cut_anywhere_and_starting_at_18_hours(program: Program):
     late = remux(clip, program.folder / "late.ts", offset=65946)
     content = late.read_bytes()
     middle = len(content) // 188 // 5 * 2 * 188
-    head = content[: 188 * 3]  # the tables, without which nothing is known of the streams
+    head = content[: 188 * 3]  # the tables, which describe the streams
     late.write_bytes(head + content[middle:])
     outcome = program(late)
     assert outcome.exit_code in (0, 4), outcome.said

@@ -149,7 +149,7 @@ def test_there_is_silence_all_the_while():
 def test_the_sound_of_the_source_gives_way(
     microphone: Whistle | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
-    """That of the film can be heard, that of the microphone cannot."""
+    """The sound of the film is audible, the sound of the microphone is not."""
     heard: list[AudioChunk] = []
     monkeypatch.setattr(TargetGroup, "push_audio", lambda self, chunk: heard.append(chunk))
     film = make_clip(tmp_path / "film.mp4", frames=15, size=(64, 48), audio_tracks=1)

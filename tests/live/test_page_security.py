@@ -80,7 +80,7 @@ def test_a_host_left_out_or_named_twice_is_refused(visitor: Visitor) -> None:
 def test_opened_to_a_network_it_answers_to_the_address_that_was_asked_and_no_other(
     address: str, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """All addresses that begin with 127 are this machine's; the first is not among those of a network."""
+    """All addresses that start with 127 are local; the first one is not a network address."""
     with showing(address=address) as (page, _, _):
         visitor = Visitor(page, "127.0.0.2")
         assert visitor.ask(f"/?token={visitor.token}", [("Host", visitor.host)])[0] == 303
@@ -289,7 +289,7 @@ def test_who_says_nothing_is_not_waited_for(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def test_who_connects_while_it_closes_leaves_nothing_open() -> None:
-    """What is left open is a ResourceWarning of asyncio, and so an error of this test."""
+    """An open connection causes a ResourceWarning of asyncio, which fails this test."""
 
     def connect(port: int, has_connected: threading.Event) -> None:
         with suppress(OSError):

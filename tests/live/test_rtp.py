@@ -21,14 +21,14 @@ from vidstyle.media.capture.monotonic import MONOTONIC
 from vidstyle.media.write.stream import StreamOptions, open_stream
 
 SOCKETS = Path("/proc/net/udp")
-"""The ports at which somebody listens for UDP."""
+"""Return the UDP ports with a listener."""
 JOIN_SECONDS = 3.0
 """How much of the stream passes before who joins has a picture: key frames come every second."""
 LOW_LATENCY_OPTIONS = {"fflags": "nobuffer", "analyzeduration": "500000"}
 
 
 def free_port() -> int:
-    """A port for UDP that is even, as those of RTP are, with a free one after it."""
+    """Return an even UDP port, as for RTP, followed by a free port."""
     while True:
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as first:
             first.bind(("127.0.0.1", 0))
@@ -43,7 +43,7 @@ def free_port() -> int:
 
 
 class Receiver:
-    """Somebody who plays a stream until some pictures have come.
+    """A client that plays a stream until some pictures have arrived.
 
     Attributes:
         sizes: width and height of each picture.

@@ -30,7 +30,7 @@ class Server:
     """Gives one film without an end, at /camera, as MPEG-TS in RTP among the answers (RFC 2326, 10.12).
 
     Attributes:
-        frozen: set while nothing is to be sent.
+        frozen: set while sending is suspended.
         mute: whether not even questions are answered.
     """
 

@@ -162,7 +162,7 @@ def free_port() -> int:
 
 
 def is_taken(port: int) -> bool:
-    """Whether somebody listens at this port."""
+    """Return whether a process listens on this port."""
     with socket.socket() as tried, contextlib.suppress(OSError):
         tried.bind(("127.0.0.1", port))
         return False

@@ -29,7 +29,7 @@ LAVFI = "testsrc2=size=64x48:rate=30"
 
 @contextmanager
 def terminal() -> Iterator[tuple[int, str]]:
-    """A device of this machine that anybody may open: one end, and the path of the other."""
+    """Open a pseudo-terminal, and return one end and the path of the other."""
     near, far = os.openpty()
     try:
         yield near, os.ttyname(far)

@@ -18,7 +18,7 @@ from vidstyle.media.read.reader import open_reader
 
 
 def stamps(clock: FrameClock, given: list[int | None]) -> list[int]:
-    """What the clock makes of the stamps; frames must come out in the order they went in."""
+    """Return the timestamps after the clock; frames must keep their order."""
     natives = [av.VideoFrame(16, 16, "gray") for _ in given]
     shown = []
     for native, pts in zip(natives, given, strict=True):

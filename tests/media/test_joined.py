@@ -1,4 +1,4 @@
-"""Films that were appended to others, in formats that FFmpeg does not continue: what is lost is reported."""
+"""Concatenated films in formats that FFmpeg does not continue: losses are reported."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ def read(path: Path) -> tuple[int, DecodeReport]:
 
 
 def packets(path: Path, kind: str = "video") -> list[tuple[int, int]]:
-    """Where the packets of a stream lie in the file, and their sizes."""
+    """Return offsets and sizes of the packets of a stream."""
     with av.open(str(path)) as container:
         return [(packet.pos, packet.size) for packet in container.demux(**{kind: 0}) if packet.size]
 
@@ -121,4 +121,4 @@ def test_damage_in_the_second_of_two_joined_gifs_is_reported(tmp_path):
     start = packets(path)[4][0]
     assert read(overwrite(path, start, b"\x7f"))[1].cut_off
     path.write_bytes(one + b"not a GIF")
-    assert read(path)[1].report() == "", "what follows the end is no part of the film"
+    assert read(path)[1].report() == "", "data after the end is not part of the film"

@@ -96,7 +96,7 @@ def spoilt(packet: av.Packet, content: bytes) -> av.Packet:
 
 
 def rendered(source: Path, target: Path, end: Fraction | None = None, audio: str = "copy") -> Summary:
-    """What rendering reports, after a look at what was written: all pictures are there."""
+    """Render, check that all pictures are written, and return the messages."""
     write = WriteOptions(overwrite=True, audio=audio)
     summary = render(source, target, "plain", read=ReadOptions(end=end), write=write, device="cpu")
     with av.open(str(source)) as container:
@@ -116,7 +116,7 @@ def beep(path: Path) -> float:
             full = 1 if frame.format.name.startswith("flt") else 32768
             if np.abs(samples).max() > 0.1 * full:
                 return float(frame.time)
-    raise AssertionError("nothing is heard")
+    raise AssertionError("the sound is silent")
 
 
 @pytest.mark.parametrize(

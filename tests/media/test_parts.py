@@ -30,7 +30,7 @@ FRAMES = 60
 def recording(
     path: Path, first_pid: int, sound_pid: int = 0, sounds: int = 1, frames: int = FRAMES, **options: object
 ) -> bytes:
-    """A transport stream of 2 s whose PIDs begin at one, but for that of the sound if it is given."""
+    """Write a transport stream of 2 s with a first PID, and optionally another PID of the sound."""
     clip = make_clip(path.with_suffix(".mp4"), frames=frames, audio_tracks=sounds, **options)
     pids = {"mpegts_start_pid": str(first_pid)}
     with av.open(str(clip)) as given, av.open(str(path), "w", container_options=pids) as made:
@@ -267,7 +267,7 @@ def test_sound_that_continues_no_stream_is_damage(tmp_path):
 def test_one_part_has_no_others(tmp_path):
     content = recording(tmp_path / "a.ts", 256)
     assert part_offsets(joined(tmp_path, content)) == [0]
-    assert part_offsets(joined(tmp_path, content, content)) == [0], "the same PIDs go on"
+    assert part_offsets(joined(tmp_path, content, content)) == [0], "the same PIDs continue"
     assert part_offsets(joined(tmp_path, b"\x47" * 1000)) == part_offsets(joined(tmp_path, b"x")) == [0]
 
 

@@ -28,7 +28,7 @@ from vidstyle.media.read.reader import open_reader
 READ_AND_COLLECT = """
 import gc, sys
 from vidstyle.media.read.reader import open_reader
-gc.freeze()  # what is there already need not be looked at each time
+gc.freeze()  # makes each collection fast
 for path in sys.argv[2:]:
     for _ in range(int(sys.argv[1])):
         with open_reader(path) as reader:

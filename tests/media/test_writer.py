@@ -31,7 +31,7 @@ from vidstyle.pipeline.render import render
 
 
 def copy(source: Path, target: Path, read: ReadOptions | None = None, **options: object) -> Path:
-    """Write what is read; the source's pictures are to be in the encoding that the target wants."""
+    """Copy a film with reader and writer; the source must have the encoding of the target."""
     with (
         open_reader(source, read) as reader,
         open_writer(target, reader.info, WriteOptions(**options), reader) as writer,  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""Networks as blocks: layouts, tiles, sizes, and the way to refuse what is no network."""
+"""Networks as blocks: layouts, tiles, sizes, and refused files."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def test_tiles_have_no_seams(shape: tuple[int, int], fixed: tuple[int, int]) -> 
 
 
 def test_a_large_picture_keeps_its_detail() -> None:
-    """A network that changes nothing at a third of the size leaves the picture nearly as it is."""
+    """A network that changes nothing at a third of the size leaves the picture almost unchanged."""
     picture = photograph("astronaut")[:384, :384].astype(np.float32) / 255
     small = cv2.resize(picture, (128, 128), interpolation=cv2.INTER_AREA)
     plain, out = cv2.resize(small, (384, 384), interpolation=cv2.INTER_CUBIC), np.empty_like(picture)

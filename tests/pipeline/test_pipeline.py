@@ -271,7 +271,7 @@ def test_what_is_no_picture_and_a_closed_renderer_are_refused():
 
 
 def test_arrays_of_any_type_and_layout() -> None:
-    """The result of each is that of its contiguous native copy, or a usage error in one line."""
+    """Each result equals the result of a contiguous native copy, or is a one-line usage error."""
     random = np.random.default_rng(int(os.environ["VIDSTYLE_TEST_SEED"]))
     style = {"format": 1, "background": [{"block": "gaussian"}, {"block": "posterize"}]}
     types = "? i1 u1 >u2 <u2 >u4 i8 >f2 f4 >f4 >f8 g c8 >c16 O S3 U2 M8[s] V4 u1,u1,u1".split()

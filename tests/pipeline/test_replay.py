@@ -98,7 +98,7 @@ def test_processes_need_no_lock_for_the_style() -> None:
     assert with_lock == pytest.approx(FRAMES * 0.07, rel=0.02)
     edits = film([("edit", 0.01), ("python", 0.07), ("moved", 0)])
     assert predict_seconds(edits, 4) < FRAMES * 0.07 == pytest.approx(predict_seconds(made, 4), rel=0.05)
-    # Twelve processes take four rounds; pictures for which none is free wait for the lock.
+    # Twelve processes take four rounds; the other pictures wait for the lock.
     assert 3 * 0.08 <= without <= 4 * 0.08 + 0.07
 
 

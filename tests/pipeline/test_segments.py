@@ -1,4 +1,4 @@
-"""Segments of a film, each restyled by itself, have the same pictures as the film in one run."""
+"""Segments of a film, restyled separately, have the same pictures as the film in one run."""
 
 from __future__ import annotations
 

@@ -51,7 +51,7 @@ def picture(size: tuple[int, int] = (320, 180)) -> np.ndarray:
 
 
 class Elements(HTMLParser):
-    """What a page is made of, as a browser reads it."""
+    """The parts of a page, as parsed by a browser."""
 
     def __init__(self, page: str) -> None:
         super().__init__()

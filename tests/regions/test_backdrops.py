@@ -1,4 +1,4 @@
-"""What stands behind people: a colour, a blur, a style, a picture or a film."""
+"""Backgrounds of people: a colour, a blur, a style, a picture or a film."""
 
 import os
 from dataclasses import replace

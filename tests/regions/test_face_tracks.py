@@ -118,7 +118,7 @@ def test_landmarks_move_half_way_to_those_of_a_new_search() -> None:
 
 
 def test_a_scene_cut_starts_again(follower: FaceFollower) -> None:
-    """Faces of the next scene are complete at once; those of the last one leave no trace."""
+    """Faces of a new scene appear immediately; faces of the previous scene leave no trace."""
     astronaut = Picture.from_array(np.ascontiguousarray(photograph("astronaut")[:480]))
     for number in range(5):
         assert [

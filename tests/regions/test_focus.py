@@ -32,7 +32,7 @@ pytestmark = pytest.mark.usefixtures("faces_alone")
 
 
 def likeness(one: np.ndarray, other: np.ndarray) -> float:
-    """Correlation of eyes and mouth: of luma without what is larger than a pupil."""
+    """Return the correlation of eyes and mouth, in luma without structure larger than a pupil."""
     inner, details = PLACE.padded(-0.12 * PLACE.width, 0, 0), []
     rows = [int(PLACE.top + share * PLACE.height) for share in (0.28, 0.5, 0.66, 0.86)]
     for picture in (one, other):

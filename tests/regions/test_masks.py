@@ -269,7 +269,7 @@ def test_a_refined_mask_follows_the_edges_of_luma() -> None:
 
 
 def bright_half(shown: Picture) -> np.ndarray:
-    """What is brighter than the middle: h x w float32."""
+    """Return a mask of pixels brighter than medium gray, h x w float32."""
     assert shown.luma is not None
     return (cv2.resize(shown.luma, (64, 36), interpolation=cv2.INTER_AREA) > 126).astype(np.float32)
 

@@ -150,7 +150,7 @@ def test_patches_hold_their_windows(shape: tuple[int, int]) -> None:
     "places", [[PLACE], [PLACE.moved(-200, 60), PLACE.moved(33, -5), PLACE.moved(150, 171)]]
 )
 def test_patches_continue_dots_and_lines(step: dict[str, object], places: list[Box[float]]) -> None:
-    """On even gray, focus changes little: the dots of a patch lie about where those of the page do."""
+    """On even gray, focus changes little: the dots of a patch are close to the dots of the page."""
     picture, table = np.full((480, 640, 3), 110, np.uint8), {"format": 1, "height": 480, "background": [step]}
     style = style_from_table(table, "screen")
     results = [focused_on(places, picture, each) for each in (without(style), style)]

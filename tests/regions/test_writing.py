@@ -34,7 +34,7 @@ WORDS = np.s_[90:210, 120:380]
 
 
 def likeness(one: np.ndarray, other: np.ndarray) -> float:
-    """Correlation of what is thinner than a letter is wide, without regard to which is darker."""
+    """Return the correlation of structure thinner than a letter, for dark and light strokes alike."""
     details = []
     for picture in (one, other):
         luma = cv2.GaussianBlur(picture[WORDS].mean(axis=2), (0, 0), 1)
@@ -54,7 +54,7 @@ def test_words_stay_legible(name: str, dark: bool) -> None:
 
 @pytest.mark.parametrize("format", ["yuv420p", "yuv422p10le", "gray", "rgb24", "yuva420p"])
 def test_writing_is_taken_off_every_layout_of_planes(format: str) -> None:
-    """At odd sizes, too; what is left is the ground, and the source is only read."""
+    """Works for odd sizes; only the ground remains, and the source is unchanged."""
     frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture_with_writing()[:479, :639]), "rgb24")
     picture = picture_from_frame(frame.reformat(format=format))
     page = Box(0, 0, 639, 479)
@@ -101,7 +101,7 @@ def test_a_word_with_an_outline_has_one_polarity() -> None:
 
 
 def test_a_thick_title_and_pale_grain_are_left_as_they_are() -> None:
-    """Beside small letters: a title of which only parts are thin, and grain of the paper."""
+    """Other structure than small letters: a title with some thin parts, and paper grain."""
     picture = picture_with_writing()
     font, smooth = cv2.FONT_HERSHEY_COMPLEX, cv2.LINE_AA
     cv2.putText(picture, "Title", (140, 95), font, 1.8, (30, 30, 40), 12, smooth)

@@ -1,4 +1,4 @@
-"""The examples in docstrings are true, and every module can be imported by itself."""
+"""The examples in docstrings are true, and every module can be imported alone."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ PROGRAM = ("vidstyle", ".venv/bin/vidstyle")
 
 
 def calls(path: Path) -> Iterator[list[str]]:
-    """What follows the program's name wherever the document's shell blocks call it, in pipes too."""
+    """Return the arguments of each call of the program in shell blocks of a document, also in pipes."""
     for block in path.read_text(encoding="utf-8").split("```sh\n")[1:]:
         for line in block.partition("```")[0].replace("\\\n", " ").splitlines():
             words = [*shlex.split(re.sub(r"(^|\s)#.*", "", line)), "|"]

@@ -21,7 +21,7 @@ SAME_ALIASES = {"Pair", "Point"}
 """Type aliases that mean the same wherever they stand."""
 
 SHARED_MODULES = {
-    "renderer": "the public one, those of CPU and GPU",
+    "renderer": "the public renderer, the CPU and the GPU renderer",
     "session": "of a GPU, of live",
     "stabilizer": "on the CPU, on a GPU",
     "svg": "of a comic page, of a style's graph",

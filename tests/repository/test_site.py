@@ -18,7 +18,7 @@ from vidstyle.blocks import all_blocks
 from vidstyle.style import PLAIN, style_names
 
 LOADED = {("script", "src"), ("img", "src"), ("iframe", "src"), ("source", "src"), ("link", "href")}
-"""Attributes whose addresses a browser loads by itself."""
+"""Attributes whose addresses a browser loads automatically."""
 
 
 class Addresses(HTMLParser):

@@ -1,1 +1,1 @@
-"""Predicts the time of a film on other numbers of cores from the measured times of its tasks."""
+"""Predict the render time of a film on any number of cores from the measured times of its tasks."""

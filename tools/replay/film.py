@@ -1,4 +1,4 @@
-"""The threads of `vidstyle render` as operations on virtual cores."""
+"""Simulate the threads of `vidstyle render` on virtual cores."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from vidstyle.cpu.style_processes import MIN_PROCESS_THREADS, useful_processes
 from vidstyle.pipeline.stages import MAX_QUEUED_BATCHES
 
 REQUEST_SECONDS = 0.00014
-"""Time with Python's lock in which a picture is handed to a process and taken back. For pictures of 512
-pixels, a change takes 0.09 ms and `ink` 0.19 ms of processor time, a part of it in the system."""
+"""Time with the GIL for sending a picture to a process and receiving the result. For pictures of 512 pixels,
+a change takes 0.09 ms and `ink` 0.19 ms of processor time, partly in the system."""
 
 
 @dataclass(frozen=True)
 class Machine:
-    """What limits a film besides the times of its tasks on one core.
+    """Properties of a machine that limit a film, in addition to the times of its tasks on one core.
 
     Attributes:
-        slowdown: times of tasks while all cores are in use, divided by those on one core, as caches, memory
-            and clock are shared.
-        wake_up_seconds: time until a thread that waits for Python's lock continues.
+        slowdown: time of tasks while all cores are busy, divided by their time on one core; caches, memory
+            and clock rate are shared.
+        wake_up_seconds: time until a thread that waits for the GIL continues.
         has_processes: whether pictures are restyled in processes, see `useful_processes`.
     """
 
@@ -35,7 +35,7 @@ class Machine:
 def predict_seconds(
     recording: Recording, cores: int, machine: Machine = Machine(), frames: int | None = None
 ) -> float:
-    """Return the time of the recorded film, or its first frames, on some cores, with a frame per thread."""
+    """Return the time of the recorded film, or of its first frames, on `cores` with one frame per thread."""
     return run(_Film(recording, cores, machine, frames).threads(), cores)
 
 
@@ -60,11 +60,11 @@ class _Film:
         self._count = min(made, frames or made)
         self._between = {name: each / made for name, each in recording.between.items()}
         self._encoding = [each + sum(recording.ending) / made for each in recording.writing]
-        self._lock = Semaphore(1, machine.wake_up_seconds)  # Python's
+        self._lock = Semaphore(1, machine.wake_up_seconds)  # the GIL
         self._processes = Semaphore(useful_processes(cores) if machine.has_processes else 0)
         self._moved = ("edit", "style") if cores >= MIN_PROCESS_THREADS else ("edit",)
         self._read, self._result = _Queue(MAX_QUEUED_BATCHES), _Queue(MAX_QUEUED_BATCHES)
-        self._encoder = _Queue(cores * 3 // 2 or 1)  # as many frames as x264 has threads
+        self._encoder = _Queue(cores * 3 // 2 or 1)  # the number of threads of x264
         self._begun = Semaphore()
         self._done = [Semaphore() for _ in range(self._count)]
         self._turns: dict[tuple[float | int, int], Semaphore] = {}
@@ -152,7 +152,7 @@ class _Film:
                 yield self._work_of(value)
 
     def _hold_lock(self, stage: str) -> Thread:
-        """What a stage does between its tasks."""
+        """Simulate the work of a stage between its tasks."""
         yield from self._locked(self._between.get(stage, 0.0))
 
     def _locked(self, seconds: float) -> Thread:
@@ -161,5 +161,5 @@ class _Film:
         yield Give(self._lock)
 
     def _turn(self, memory: float | int, number: int) -> Semaphore:
-        """Return the right of a frame to use what earlier frames have left."""
+        """Return the permit of a frame to use the state of earlier frames."""
         return self._turns.setdefault((memory, number), Semaphore(0 if number else 1))

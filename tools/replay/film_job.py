@@ -1,6 +1,6 @@
-"""Renders a film on some cores in a separate process, and returns the times of the film or of its tasks.
+"""Render a film on some cores in a separate process, and measure the film or its tasks.
 
-`python -m tools.replay.film_job CLIP JSON` is what the functions here start.
+The functions start `python -m tools.replay.film_job JSON`.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ SHORT_RATIO = 0.25
 
 @dataclass(frozen=True)
 class FilmJob:
-    """What to render: the first `frames` of a clip, at `size` if given, on these cores.
+    """A render of the first `frames` of a clip on given cores, at `size` if given.
 
     Attributes:
-        records: whether the tasks of its frames are recorded.
-        large_bands: whether they have the bands of more threads than `MAX_SMALL_BAND_THREADS`.
+        records: whether to record the tasks of the frames.
+        large_bands: whether to use the bands of more than `MAX_SMALL_BAND_THREADS` threads.
     """
 
     clip: str
@@ -49,10 +49,10 @@ class FilmTimes:
     """Times of the frames of a film in seconds.
 
     Attributes:
-        frames: how many.
-        processor: of all threads.
-        busy: of each core, also with other programs.
-        voluntary, involuntary: context switches.
+        frames: number of frames.
+        processor: processor time of all threads.
+        busy: busy time of each core, other programs included.
+        voluntary, involuntary: numbers of context switches.
     """
 
     frames: int
@@ -68,7 +68,7 @@ class FilmTimes:
         return max(0.0, (sum(self.busy) - self.processor) / self.seconds)
 
     def __sub__(self, shorter: FilmTimes) -> FilmTimes:
-        """Return the times of the frames that a shorter film lacks: opening and closing cancel."""
+        """Return the times of the additional frames; opening and closing cancel out."""
         pairs = zip(self.busy, shorter.busy, strict=True)
         return FilmTimes(
             self.frames - shorter.frames,
@@ -86,7 +86,7 @@ def short_frames(frames: int) -> int:
 
 
 def measure_film(job: FilmJob) -> FilmTimes:
-    """Render a film after a short one that loads modules and kernels, without opening and closing it."""
+    """Return the times of a film after a warm-up, without the times of opening and closing."""
     return FilmTimes(**_run_job(job))
 
 

@@ -1,4 +1,4 @@
-"""What limits a film on several cores of this machine besides the times of its tasks on one core."""
+"""Measure how this machine limits a film on several cores."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ def slowdown(alone: Sequence[Recording], together: Sequence[Recording]) -> float
 
 
 def wake_up_seconds(cores: Sequence[int]) -> float:
-    """Return the time until a thread on the second core continues that waits for one on the first.
+    """Return the time to wake a thread on the second core from a thread on the first.
 
-    With one core it is 0. It is the least of several means, as other programs delay threads.
+    It is 0 with one core. It is the minimum of several means, as other programs delay threads.
     """
     return min(_mean_pass(cores) for _ in range(BATCH_COUNT)) if len(cores) > 1 else 0.0
 

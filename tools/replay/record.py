@@ -1,4 +1,4 @@
-"""Records the tasks of a film: processor time of each, in the order in which a frame needs them."""
+"""Record the processor times of the tasks of a film, in the order in which a frame needs them."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ from vidstyle.regions.mask_renderer import MaskRenderer
 from vidstyle.stabilize import flow
 
 Event = tuple[str, float | int]
-"""("python" or "native", seconds) of work with and without Python's lock, ("enter" or "leave", number of the
-memory of earlier frames), or, around what another process can do, ("edit" or "style", seconds of copying its
-pictures) and ("moved", 0)."""
+"""("python" or "native", seconds): work with or without the GIL. ("enter" or "leave", number): use of a
+state of earlier frames. ("edit" or "style", seconds of copying pictures) and ("moved", 0): begin and end of
+work that another process can do."""
 
 
 @dataclass
@@ -43,10 +43,10 @@ class Recording:
     """The tasks of the frames of a film, in seconds of processor time.
 
     Attributes:
-        reading, writing: of each frame; with one thread, writing includes encoding.
-        begun, finished: of each frame, its events while it is begun, and while it is restyled.
-        ending: of the frames that the encoder still has after the last one was written.
-        stages: of the whole threads that read, restyle and write; with one thread, they do all tasks.
+        reading, writing: times of each frame; with one thread, writing includes encoding.
+        begun, finished: events of each frame before restyling, and while it is restyled.
+        ending: time for the frames that remain in the encoder after the last one is written.
+        stages: time of the threads that read, restyle and write; with one thread, they do all tasks.
     """
 
     reading: list[float] = field(default_factory=list)
@@ -57,7 +57,7 @@ class Recording:
     stages: dict[str, float] = field(default_factory=dict)
 
     def clear(self) -> None:
-        """Forget the tasks, such as those of a film that has loaded all that is needed."""
+        """Discard the recorded tasks, for example after a warm-up."""
         for each in vars(self).values():
             each.clear()
 
@@ -67,7 +67,7 @@ class Recording:
         return sum((*self.reading, *self.writing, *self.ending, self._restyling)) + sum(self.between.values())
 
     def without(self, part: Literal["lock", "order", "reading", "writing"]) -> Recording:
-        """Return a recording without Python's lock, order of frames, or time of reading or writing."""
+        """Return a recording without the GIL, the order of frames, or the time of reading or writing."""
         match part:
             case "lock":
                 frames = self._changed(lambda kind, value: [("native" if kind == "python" else kind, value)])
@@ -103,7 +103,7 @@ class Recording:
 
     @property
     def python_seconds(self) -> float:
-        """Processor time outside kernels, which is at most the time with Python's lock."""
+        """Processor time outside kernels, an upper bound of the time with the GIL."""
         events = (each for frame in (*self.begun, *self.finished) for each in frame)
         return sum(seconds for kind, seconds in events if kind == "python")
 
@@ -112,10 +112,10 @@ TIMED = ("python", "native")
 
 
 class _Marks(threading.local):
-    """The events of the frame that this thread works on, and when the last one ended.
+    """The events of the current frame of a thread, and the end time of the last one.
 
     Attributes:
-        overhead: seconds that recording took.
+        overhead: time of recording in seconds.
     """
 
     events: list[Event] | None = None
@@ -131,7 +131,7 @@ class _Marks(threading.local):
 
     @contextmanager
     def into(self, events: list[Event]) -> Iterator[None]:
-        """Within the block, add events to this list."""
+        """Add events to this list within the block."""
         self.mark("python")
         before, self.events, self.last = self.events, events, time.thread_time()
         try:
@@ -146,10 +146,10 @@ _marks = _Marks()
 
 @contextmanager
 def recording(large_bands: bool = False) -> Iterator[Recording]:
-    """Within the block, record the tasks of one film that is rendered with one thread.
+    """Record the tasks of one film, rendered with one thread, within the block.
 
     Args:
-        large_bands: use the bands of more threads than `MAX_SMALL_BAND_THREADS`.
+        large_bands: use the bands of more than `MAX_SMALL_BAND_THREADS` threads.
     """
     made, memories = Recording(), dict[int, tuple[int, object]]()
     at, entry = FrameOrder.at, library.entry
@@ -181,7 +181,7 @@ def recording(large_bands: bool = False) -> Iterator[Recording]:
         },
         (library, "entry"): timed_entry,
         (np, "partition"): _native(np.partition),
-        # A method of OpenCV, which the next lines do not find.
+        # A method of OpenCV; the next lines find only functions.
         (flow, "dense_flow"): _native(flow.dense_flow),
         **{
             (cv2, name): _native(each)
@@ -206,10 +206,10 @@ def _note(event: Event) -> None:
 def _native(
     function: Callable[..., Any], has_unlocked: Callable[..., bool] = lambda *_, **__: True
 ) -> Callable[..., Any]:
-    """Return a function whose time counts as time without Python's lock.
+    """Wrap a function so that its time counts as time without the GIL.
 
     Args:
-        has_unlocked: takes the result and the arguments, and returns whether the call has released the lock.
+        has_unlocked: returns whether the call released the GIL, for its result and arguments.
     """
 
     def call(*arguments: Any, **named: Any) -> Any:
@@ -223,7 +223,7 @@ def _native(
 
 
 def _has_unlocked(result: int, arguments: tuple[Any, ...]) -> bool:
-    """Whether a kernel has run and released Python's lock; of several entries, some are for other types."""
+    """Return whether a kernel has run and released the GIL; an entry for other types does not run."""
     return result != OTHER_TYPES and _numbers(arguments) > MIN_UNLOCKED_NUMBERS
 
 
@@ -232,10 +232,10 @@ def _numbers(value: Any) -> int:
 
 
 def _movable(method: Callable[..., Any], kind: str) -> Callable[..., Any]:
-    """Mark what another process can do, with the time of two copies of each plane that it takes or makes.
+    """Mark work that another process can do, with the time of two copies of its input and output planes.
 
     Args:
-        method: takes an object, another argument and the picture; returns one, or one and what it keeps.
+        method: takes an object, an argument and a picture; returns a picture, or a picture and other data.
     """
 
     def call(owner: object, other: Any, picture: Picture, *others: Any) -> Any:
@@ -267,7 +267,7 @@ def _begun(method: Callable[..., Any], made: Recording) -> Callable[..., Any]:
 
 
 def _finished(method: Callable[..., Any], made: Recording) -> Callable[..., Any]:
-    """Record all that restyles a frame, the whole and its faces; with one thread, while it is begun."""
+    """Record the restyling of a frame and its faces; with one thread it runs in the `begun` part."""
 
     def call(*arguments: Any) -> Any:
         if not made.begun or _marks.events is not made.begun[-1]:  # a dry run within a frame

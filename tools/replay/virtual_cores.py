@@ -1,4 +1,4 @@
-"""A simulation of threads on a number of cores."""
+"""Simulate threads on a number of cores."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from dataclasses import dataclass, field
 from itertools import count
 
 MAX_SLICE_SECONDS = 0.002
-"""A thread gives way to a waiting one after this time."""
+"""Time slice after which a thread yields to a waiting one."""
 
 
 @dataclass(eq=False)
 class Semaphore:
-    """A number of permits; threads that wait for one get it in their order.
+    """A semaphore; waiting threads get permits in order.
 
     Attributes:
-        wake_up_seconds: time until a waiting thread can take a permit that is given back; until then, a
-            thread that does not wait may take it. With 0, no thread can.
+        wake_up_seconds: time until a waiting thread can take a returned permit; until then, a thread that
+            does not wait may take it. With 0, the waiting thread gets it immediately.
     """
 
     permits: int = 0
@@ -59,7 +59,7 @@ def run(threads: list[Thread], cores: int) -> float:
     """
     machine = _Machine(cores)
     for thread in threads:
-        machine.go_on(thread)
+        machine.advance(thread)
     machine.run()
     if machine.ended < len(threads):
         raise RuntimeError(f"{len(threads) - machine.ended} threads wait for each other")
@@ -67,7 +67,7 @@ def run(threads: list[Thread], cores: int) -> float:
 
 
 class _Machine:
-    """The threads at a moment: `ready` ones wait for a core, `busy` ones have one or are being woken."""
+    """State of the threads: `ready` threads wait for a core, `busy` threads have one or are waking up."""
 
     def __init__(self, cores: int) -> None:
         self.now, self.ended = 0.0, 0
@@ -84,19 +84,19 @@ class _Machine:
                 self._until(self.now + part, thread, left - part)
             self.now, _, thread, left = heapq.heappop(self._busy)
             if isinstance(left, Semaphore):
-                self.go_on(thread, Take(left))
+                self.advance(thread, Take(left))
                 continue
             self._free += 1
             if left > 0:
                 self._ready.append((thread, left))
             else:
-                self.go_on(thread)
+                self.advance(thread)
 
     def _until(self, moment: float, thread: Thread, left: float | Semaphore) -> None:
         heapq.heappush(self._busy, (moment, next(self._numbers), thread, left))
 
-    def go_on(self, thread: Thread, operation: Operation | None = None) -> None:
-        """Run a thread, and those that get a permit from it, until they need a core or a permit."""
+    def advance(self, thread: Thread, operation: Operation | None = None) -> None:
+        """Run a thread, and threads that get a permit from it, until they need a core or a permit."""
         going = deque([(thread, operation)])
         while going:
             each, operation = going.popleft()

@@ -54,7 +54,7 @@ def test_the_first_frame_of_a_shot_moves_as_the_second_does(tmp_path: Path) -> N
 
 
 def test_flow_of_a_region_is_its_own() -> None:
-    """The left half moves; the right one stands still, as what is behind a runner."""
+    """The left half moves; the right half is still, like the background of a runner."""
     after = np.hstack([moved(20)[:, :320], STILL[:, 320:]])
     left, right = Box(40, 60, 240, 300), Box(420, 60, 600, 300)
     found = seen(flow_of(STILL, after))

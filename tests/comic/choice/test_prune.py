@@ -18,7 +18,7 @@ from vidstyle.comic.select.prune import prune
 from vidstyle.regions.boxes import Box
 
 HALL = view(PLACES[2], 0, 0, (320, 180))
-"""A picture in which nothing is a subject."""
+"""A picture without a subject."""
 
 
 def key_frame(picture: np.ndarray, time: float, **values: object) -> Candidate:

@@ -1,4 +1,4 @@
-"""Films that lie on their side without a rotation in their metadata are turned upright by their faces."""
+"""Sideways films without rotation metadata are rotated upright by their faces."""
 
 from __future__ import annotations
 
