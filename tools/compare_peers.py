@@ -197,7 +197,7 @@ def _row(job: Job, ours: Sequence[Spent], other: Sequence[Spent]) -> str:
     clock, processor = compare(0), compare(1)
     our_median, other_median = (statistics.median(each[0] for each in spent) for spent in (ours, other))
     unit = " s" if job.is_difference else ""
-    target = f"<= {job.wanted:.3g}{unit}" if job.target else ""
+    target = f"<= {job.target:.3g}{unit}" if job.target else ""
     cells = [job.name, f"{our_median:.2f}", f"{other_median:.2f}", f"{statistics.median(clock):.2f}{unit}"]
     cells += [f"{clock[0]:.2f} to {clock[-1]:.2f}", f"{statistics.median(processor):.2f}{unit}"]
     cells += [f"{statistics.median(used / (wall * CORE_COUNT) for wall, used in ours):.2f}", target]

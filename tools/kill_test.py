@@ -147,7 +147,10 @@ def kill_renders(
         run.kill(rng.uniform(0, arguments.within), rng.uniform(0, 0.2))
         playable = playable_seconds(target)
         good += run.position_seconds - playable <= MAX_LOST_SECONDS
-        print(f"{number} {ending} {style}: killed at {run.reached:.2f} s of the film: {playable:.2f} s play")
+        print(
+            f"{number} {ending} {style}: killed at {run.position_seconds:.2f} s of the film: "
+            f"{playable:.2f} s play"
+        )
         if is_resumed:
             whole = folder / f"whole-{style}{ending}"
             if not whole.exists():
@@ -160,7 +163,7 @@ def kill_renders(
             kept += any("frames are kept" in line and " 0 of" not in line for line in run.messages)
             continued += not failure
             print(
-                f"  continued: {failure or 'as if it had never been killed'}; {' | '.join(run.said)}",
+                f"  continued: {failure or 'as if it had never been killed'}; {' | '.join(run.messages)}",
                 flush=True,
             )
         for path in folder.glob(f"{target.stem}*"):

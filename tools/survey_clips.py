@@ -105,7 +105,7 @@ def _compare(source: FileFacts, result: FileFacts) -> str:
         sound.append(f"{len(result.sound)} tracks for {len(source.sound)}")
     return (
         f"{len(source.times)}/{len(result.times)} | {differ * 1000:.2f} "
-        f"| {abs(source.end - result.end) * 1000:.1f} | {size}{' turned' if result.turn else ''} "
+        f"| {abs(source.end - result.end) * 1000:.1f} | {size}{' turned' if result.rotation else ''} "
         f"| {', '.join(sound) or 'none'}"
     )
 
