@@ -1,4 +1,4 @@
-"""Planes that follow others in their memory: the same bits as with memory of their own, and less of it."""
+"""Planes that reuse the memory of others: the same bits as with separate memory, and less of it."""
 
 from __future__ import annotations
 
