@@ -10,7 +10,7 @@ import numpy as np
 
 from vidstyle.regions.boxes import Box, Point, Rectangle
 from vidstyle.regions.face_tracks import Face
-from vidstyle.regions.features.tones import Areas
+from vidstyle.regions.features.thin_marks import Areas
 
 EYE_RADIUS_RATIOS, MOUTH_RADIUS_RATIO, NOSE_RADIUS_RATIOS = (0.17, 0.12), 0.1, (0.11, 0.06)
 """Radii of an eye with its brow along and across the line between the eyes, distance from the line between
@@ -23,8 +23,8 @@ BRIDGE_RADIUS_RATIO, CENTER_RADIUS_RATIO = 0.2, 0.24
 with glasses; with folds next to the nose."""
 EDGE_RANGE = 1.25, 0.75
 """Distances at which an area ends, and up to which it is whole, relative to these."""
-EYE_WEIGHT, MOUTH_WEIGHT, NOSE_WEIGHT, REST_WEIGHT = 1.0, 1.0, 0.6, 0.4
-"""Weights of dark marks: a shadow next to the nose is no line."""
+EYE_WEIGHT, MOUTH_WEIGHT, NOSE_WEIGHT, REST_WEIGHT = 1.0, 1.25, 2.2, 0.3
+"""Weights of dark marks: nostrils are faint, and folds of a cheek are no lines."""
 
 
 MAX_MASK_HEIGHT_PX = 64
@@ -80,7 +80,7 @@ def _areas(face: Face, window: Rectangle) -> Areas:
         (eyes, EYE_WEIGHT), (mouth, MOUTH_WEIGHT), (nose, NOSE_WEIGHT), (np.ones_like(rest), REST_WEIGHT)
     )  # fmt: skip
     marked = np.maximum.reduce([np.float32(weight) * area for area, weight in weights])
-    return Areas(both, np.maximum(both, rest), marked)
+    return Areas(both, np.maximum(both, rest), marked, eyes)
 
 
 def eye_doubt(luma: np.ndarray, face: Face, window: Rectangle) -> float:

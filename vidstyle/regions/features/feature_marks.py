@@ -14,7 +14,7 @@ from vidstyle.regions.features.tones import MAX_SPECK_PX, SPECK_RATIO, in_steps,
 from vidstyle.regions.patches import plane_area
 from vidstyle.regions.rasters import PageRaster
 
-CORE_RANGE = 0.45, 0.95
+CORE_RANGE = 0.25, 0.5
 """Darkness at which a pixel begins to be ink, and from which it is, relative to the strongest nearby."""
 CORE_WEIGHT = 0.7
 """Opacity of ink over tones."""
@@ -24,8 +24,10 @@ LIGHT_WEIGHT = 0.8
 """Opacity of whites of eyes and teeth between lines."""
 SKIN_WEIGHT = 0.45
 """How far dots and hatching on lit skin are replaced: the rest shows the medium."""
-SHADE_FACTOR, INK_SHADE_FACTOR = 1.5, 2.3
+SHADE_FACTOR, INK_SHADE_FACTOR = 1.5, 3.0
 """Factors of shade between light lines; and in hatching or dots, which leave paper between them."""
+MAX_INK_SHADE = 0.5
+"""Most ink in the shade of a face: only features are solid."""
 INK_WEIGHT = 0.95
 """Opacity of ink without tones."""
 SKIN_LIGHT_SHARE, SKIN_LIGHT_WEIGHT = 0.5, 0.8
@@ -99,7 +101,8 @@ def marks_of(
         case Medium.INK_OVER_TONES:
             return FeatureMarks(factor=1 + change, ink=np.float32(CORE_WEIGHT) * cover * _core(each))
         case Medium.INK:
-            shade = in_steps(np.float32(INK_SHADE_FACTOR) * weight * (1 - tones.tone * tones.shade))
+            shade = np.minimum(np.float32(INK_SHADE_FACTOR) * (1 - tones.soft), np.float32(MAX_INK_SHADE))
+            shade = in_steps(weight * shade)
             shade = screened(
                 enlarged(shade, shape), each.window, each.face.box.height, is_dotted=raster.has_dots
             )

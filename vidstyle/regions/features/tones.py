@@ -7,24 +7,22 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from vidstyle.core.sampling import percentiles
+from vidstyle.regions.features.thin_marks import (
+    SHADE_EXPONENT,
+    SOFTNESS_RATIO,
+    Areas,
+    disc,
+    peak_of,
+    quantile,
+    thin_marks,
+)
 
 FEATURE_RATIO, STROKE_RATIO, HIGHLIGHT_RATIO = 0.2, 0.1, 0.07
 """Diameters of the discs that fill features such as an eye with its brow, strokes such as a lid, and bright
 parts such as teeth, relative to the face's height."""
-SOFTNESS_RATIO = 0.03
-"""Standard deviation of the Gaussian that smooths skin without features, in the same way."""
-SHADE_EXPONENT, INK_SHADE_EXPONENT = 0.4, 0.75
-"""How much of the shade between strokes, such as in an eye socket, is kept: 1 for all; and the same for ink,
-which shows no shade below."""
-NEAR_RATIO = 0.25
-"""Side of the square in which the strongest stroke is full ink, in the same way."""
-DARKNESS_RANGE = 0.16, 0.8
-"""Darkness of the strongest stroke nearby, relative to the skin, at least and at most: a faint shadow does
-not become black."""
-MIN_DARKNESS_RATIO, STRONGEST_SHARE = 0.5, 0.97
-"""The same, at least, relative to the darkness of the face's strongest strokes; and the quantile that counts
-as these."""
+INK_SHADE_EXPONENT = 0.75
+"""How much of the shade between strokes is kept between light lines, which show no shade below; see
+`SHADE_EXPONENT`."""
 LIGHT_RATIO_RANGE = 0.1, 0.4
 """Brightness relative to the skin at which whites of eyes and teeth begin, and from which they are white."""
 LIT_RATIO_RANGE, SKIN_SHARE = (0.45, 0.75), 0.75
@@ -45,24 +43,8 @@ MIN_GRAIN_LUMA, GRAIN_CONTRAST_RATIO, GRAIN_RADIUS_PX = 0.004, 4.0, 1.5
 the Gaussian that smooths. On faces of 50 to 130 lines in six photographs."""
 SHADE_STEP_COUNT, STEP_RANGE = 4, (0.25, 0.75)
 """Steps of shade from paper to ink, and the part of each in which it changes: soft edges without stairs."""
-MAX_QUANTILE_SAMPLES = 8192
-"""Values of which a quantile is taken, at most."""
 MAX_SEARCHED_HEIGHT_PX = 96
 """Larger faces are searched for skin in a reduced copy."""
-
-
-class Areas(NamedTuple):
-    """Soft masks in the window of a face, H x W float32, 0..1.
-
-    Attributes:
-        parts: eyes and mouth.
-        whole: all that belongs to features.
-        weights: how much a dark mark counts.
-    """
-
-    parts: np.ndarray
-    whole: np.ndarray
-    weights: np.ndarray
 
 
 class FeatureTones(NamedTuple):
@@ -72,7 +54,8 @@ class FeatureTones(NamedTuple):
         dark, light: coverage by dark strokes, and by whites of eyes and teeth, 0..1.
         tone: luma relative to the skin, with the contrast to show.
         lit: skin in light, 0..1.
-        shade: factor by which the shade between strokes is darker in ink, 0..1.
+        shade: factor by which the shade between strokes is darker between light lines, 0..1.
+        soft: luma relative to the skin, without thin strokes, 0..1: form, but no features.
     """
 
     dark: np.ndarray
@@ -80,6 +63,7 @@ class FeatureTones(NamedTuple):
     tone: np.ndarray
     lit: np.ndarray
     shade: np.ndarray
+    soft: np.ndarray
 
 
 def without_grain(luma: np.ndarray) -> np.ndarray:
@@ -88,7 +72,7 @@ def without_grain(luma: np.ndarray) -> np.ndarray:
     Immerkær 1996, "Fast Noise Variance Estimation", with a median in place of the mean.
     """
     luma = np.asarray(luma, np.float32)
-    grain = _quantile(np.abs(cv2.filter2D(luma, -1, LAPLACIAN_WEIGHTS)), 0.5) / GRAIN_FACTOR
+    grain = quantile(np.abs(cv2.filter2D(luma, -1, LAPLACIAN_WEIGHTS)), 0.5) / GRAIN_FACTOR
     if grain < MIN_GRAIN_LUMA:
         return luma
     return cv2.bilateralFilter(luma, 5, GRAIN_CONTRAST_RATIO * grain, GRAIN_RADIUS_PX)
@@ -100,10 +84,10 @@ def skin_luma(luma: np.ndarray, height: float) -> tuple[np.ndarray, np.ndarray]:
     size = tuple(max(1, round(side / factor)) for side in luma.shape[::-1])
     small = luma if factor == 1 else cv2.resize(luma, size, interpolation=cv2.INTER_AREA)
     height /= factor
-    calm = cv2.morphologyEx(small, cv2.MORPH_OPEN, _disc(HIGHLIGHT_RATIO * height))
-    skin = cv2.morphologyEx(calm, cv2.MORPH_CLOSE, _disc(FEATURE_RATIO * height))
+    calm = cv2.morphologyEx(small, cv2.MORPH_OPEN, disc(HIGHLIGHT_RATIO * height))
+    skin = cv2.morphologyEx(calm, cv2.MORPH_CLOSE, disc(FEATURE_RATIO * height))
     skin = cv2.GaussianBlur(skin, (0, 0), max(0.5, SOFTNESS_RATIO * height))
-    strokes = np.minimum(cv2.morphologyEx(small, cv2.MORPH_CLOSE, _disc(STROKE_RATIO * height)), skin)
+    strokes = np.minimum(cv2.morphologyEx(small, cv2.MORPH_CLOSE, disc(STROKE_RATIO * height)), skin)
     if factor == 1:
         return skin, strokes
     skin, strokes = (
@@ -126,7 +110,8 @@ def feature_tones(
     luma, skin, strokes = (each + np.float32(MIN_LUMA) for each in (luma, *grounds))
     tone = luma / strokes * cv2.pow(strokes / skin, SHADE_EXPONENT)
     darkness = np.maximum(1 - tone, 0)
-    peak = _peak(darkness, areas.parts, height)
+    peak = peak_of(darkness, areas.parts, height)
+    ink, soft = thin_marks(luma, skin, strokes, areas, height)
     lit = _lit(skin, areas.whole)
     low, high = LIGHT_RATIO_RANGE
     light = areas.parts * lit * np.clip((tone - np.float32(1 + low)) / np.float32(high - low), 0, 1)
@@ -134,21 +119,13 @@ def feature_tones(
     tone = np.clip(tone, MIN_LUMA, MAX_TONE)
     shown = np.where(tone > 1, 1 + (tone - 1) * lit, cv2.exp(exponent * cv2.log(tone)))
     return FeatureTones(
-        np.minimum(areas.weights * darkness / peak, 1),
+        ink,
         light,
         shown,
         lit,
         np.minimum(cv2.pow(strokes / skin, INK_SHADE_EXPONENT - SHADE_EXPONENT), 1),
+        soft,
     )
-
-
-def _peak(darkness: np.ndarray, parts: np.ndarray, height: float) -> np.ndarray:
-    """Return the darkness of the strongest mark nearby, within limits."""
-    size = max(1, round(NEAR_RATIO * height))
-    peak = cv2.blur(cv2.dilate(darkness * parts, np.ones((size, size), np.uint8)), (size, size))
-    least, most = DARKNESS_RANGE
-    strongest = _quantile(darkness[parts > 0.5], STRONGEST_SHARE) if parts.max() > 0.5 else most
-    return np.clip(peak, min(most, max(least, MIN_DARKNESS_RATIO * strongest)), most)
 
 
 def in_steps(shade: np.ndarray) -> np.ndarray:
@@ -172,15 +149,5 @@ def _lit(skin: np.ndarray, inside: np.ndarray) -> np.ndarray:
     """Return where the ground is skin in light, H x W float32, 0..1; `inside`: mask of the face."""
     low, high = LIT_RATIO_RANGE
     face = skin[inside > 0.5]
-    share = skin / np.float32(_quantile(face, SKIN_SHARE) if face.size else 1)
+    share = skin / np.float32(quantile(face, SKIN_SHARE) if face.size else 1)
     return np.asarray(np.clip((share - np.float32(low)) / np.float32(high - low), 0, 1), np.float32)
-
-
-def _quantile(values: np.ndarray, share: float) -> float:
-    """Return a quantile, of `MAX_QUANTILE_SAMPLES` values at most."""
-    return float(percentiles(values.ravel()[:: -(-values.size // MAX_QUANTILE_SAMPLES)], [100 * share])[0])
-
-
-def _disc(size: float) -> np.ndarray:
-    side = max(3, 2 * int(size / 2) + 1)
-    return cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))

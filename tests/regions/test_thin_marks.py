@@ -1,0 +1,57 @@
+"""Ink in faces: thin strokes are solid, soft shadows are hatched."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from vidstyle.core.picture import Picture
+from vidstyle.regions.boxes import Box
+from vidstyle.regions.face_tracks import Face
+from vidstyle.regions.features import feature_marks
+from vidstyle.regions.features.feature_drawing import draw_features
+from vidstyle.regions.features.feature_lifting import lift_features
+from vidstyle.regions.features.landmarks import USUAL_LANDMARKS
+from vidstyle.regions.patches import Patch
+from vidstyle.regions.rasters import NO_RASTER
+from vidstyle.regions.writing.lifting import luma_in
+from vidstyle.style import load_style
+
+HEIGHT = 200
+FACE: Box[float] = Box(60, 40, 210, 40 + HEIGHT)
+WINDOW = Box(0, 0, 270, 280)
+MARKS = USUAL_LANDMARKS.inside(FACE)
+NOSE_SIDE = round(MARKS.nose[0]) + 14, round(MARKS.nose[1]) - 16
+MIDDLE = USUAL_LANDMARKS.mouth(FACE)
+MOUTH = round(MIDDLE[0]), round(MIDDLE[1])
+
+
+def drawn_in_ink() -> np.ndarray:
+    """Return the luma of a face with eyes, a thin mouth and a soft shadow beside the nose, in ink."""
+    luma = np.full((WINDOW.height, WINDOW.width), 190, np.float32)
+    for eye in MARKS[:2]:
+        cv2.ellipse(luma, (round(eye[0]), round(eye[1])), (14, 6), 0, 0, 360, 40, -1)
+    shadow = np.zeros_like(luma)
+    cv2.ellipse(shadow, NOSE_SIDE, (9, 26), 0, 0, 360, 1, -1)
+    luma *= 1 - 0.5 * cv2.GaussianBlur(shadow, (0, 0), 5)
+    cv2.line(luma, (MOUTH[0] - 20, MOUTH[1]), (MOUTH[0] + 20, MOUTH[1]), 60, 3)
+    picture = Picture.from_array(np.dstack([luma.astype(np.uint8)] * 3))
+    features = lift_features(picture, [Patch(WINDOW, WINDOW, Face(0, FACE))], lambda face: 1.0)
+    page = Picture.from_array(np.full((*luma.shape, 3), 245, np.uint8))
+    return luma_in(draw_features(page, features, load_style("ink"), None, NO_RASTER), WINDOW)
+
+
+def around(page: np.ndarray, point: tuple[int, int], across: int, down: int) -> np.ndarray:
+    """Return the part of a page up to these distances from a point."""
+    return page[point[1] - down : point[1] + down + 1, point[0] - across : point[0] + across + 1]
+
+
+def test_thin_strokes_are_solid_and_soft_shadows_are_hatched(monkeypatch: pytest.MonkeyPatch) -> None:
+    page = drawn_in_ink()
+    shadow, mouth = around(page, NOSE_SIDE, 5, 12), around(page, MOUTH, 14, 0)
+    assert mouth.max() < 0.3, "the line between the lips is not solid"
+    assert 0.4 < shadow.mean() < 0.9, "a soft shadow is not shade"
+    assert (shadow > 0.8).mean() > 0.2, "a soft shadow leaves no paper"
+    monkeypatch.setattr(feature_marks, "MAX_INK_SHADE", 0.0)
+    assert np.abs(around(drawn_in_ink(), MOUTH, 14, 0) - mouth).max() < 0.05
