@@ -150,6 +150,18 @@ def test_lines_along_edges_have_rims_and_lightened_faces_are_lifted() -> None:
     assert ComparedCrop(source, []).measure(face).face_lift == 0
 
 
+def test_stretched_contrast_has_no_halos_and_bright_rims_have() -> None:
+    leaves = cv2.GaussianBlur(np.random.default_rng(1).normal(0, 900, (360, 480)), (0, 0), 4)
+    clear = np.clip(128 + leaves, 0, 255).astype(np.uint8)[..., None].repeat(3, axis=2)
+    dark = ComparedCrop((20 + clear * 0.3).astype(np.uint8), [])
+    assert abs(dark.measure(clear).halo) < 0.03
+    edge = np.full((200, 200, 3), 90, np.uint8)
+    edge[:, 100:] = 160
+    rims = edge.copy()
+    rims[:, 103:109] = 250
+    assert ComparedCrop(edge, []).measure(rims).halo > 0.1
+
+
 def test_a_style_that_is_too_large_for_the_picture_is_discarded(astronaut: FullSize) -> None:
     huge = styled(Step("scale", {"factor": 4}), Step("flow_dog"), Step("scale", {"factor": 4}))
     assert examine(Original(data.astronaut()), astronaut, huge).fault == UNUSABLE_FAULT

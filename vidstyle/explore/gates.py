@@ -56,7 +56,7 @@ FULL_SIZE_GATES = (
     Gate("burnt", -1, 0.8, "burnt to white or black"),
     Gate("fine_kept", -1, 0.9, "like the source"),
     Gate("patchiness", 0, 0.05, "with debris in smooth areas"),
-    Gate("halo", 0, 0.16, "with halos"),
+    Gate("halo", -1, 0.1, "with halos"),
     Gate("face", 0.66, 1, "with lost faces"),
 )
 """The gates for crops at full size. All but those for blur let 96 % of the styles pass that people kept."""

@@ -20,10 +20,15 @@ HALO_DISTANCES_PX, AREA_DISTANCES_PX = (3, 9), (14, 40)
 """Distances from an edge between which a halo is bright, and between which its area is compared."""
 AREA_DEVIATION_PX, BRIGHT_DEVIATION_PX = 20, 12
 MIN_AREA_WEIGHT, MIN_HALO_PIXELS = 0.02, 200
+BLACK_PERCENTILE, WHITE_PERCENTILE, MIN_STRETCHED_RANGE = 1, 99, 0.1
+"""Percentiles of luma that become black and white in a stretched picture, and their least distance."""
 
 
 class Added(NamedTuple):
-    """Mean height of structure in smooth areas, its deviation between places, and mean height of halos."""
+    """Mean height of structure in smooth areas, its deviation between places, and mean height of halos.
+
+    The height of halos is less that of the source with the contrast stretched to the full range.
+    """
 
     debris: float
     patchiness: float
@@ -45,10 +50,12 @@ class SourceAreas:
             (is_bright & (away > low) & (away < high)).astype(np.float32)
             for low, high in (HALO_DISTANCES_PX, AREA_DISTANCES_PX)
         )
+        # Detail of the picture is no halo, even if a style stretches contrast.
+        self._own_halo = self._bright_rims(_stretched(luma))
 
     def added(self, luma: np.ndarray) -> Added:
         """Return what a style adds, from the luma of its result."""
-        return Added(*self._structure(luma), self._halo(luma))
+        return Added(*self._structure(luma), self._bright_rims(luma) - self._own_halo)
 
     def _structure(self, luma: np.ndarray) -> tuple[float, float]:
         if self._smooth.mean() <= MIN_SMOOTH_SHARE:
@@ -58,11 +65,16 @@ class SourceAreas:
         inside = local[self._smooth > 0]
         return float(inside.mean()), float(inside.std())
 
-    def _halo(self, luma: np.ndarray) -> float:
+    def _bright_rims(self, luma: np.ndarray) -> float:
         weights = _blurred(self._far, AREA_DEVIATION_PX)
         area = _blurred(luma * self._far, AREA_DEVIATION_PX) / np.maximum(weights, 1e-3)
         near = (self._near > 0) & (weights > MIN_AREA_WEIGHT)
         return float(np.clip(luma - area, 0, 1)[near].mean()) if near.sum() > MIN_HALO_PIXELS else 0.0
+
+
+def _stretched(luma: np.ndarray) -> np.ndarray:
+    low, high = np.percentile(luma, (BLACK_PERCENTILE, WHITE_PERCENTILE))
+    return np.clip((luma - low) / max(high - low, MIN_STRETCHED_RANGE), 0, 1).astype(np.float32)
 
 
 def _blurred(luma: np.ndarray, deviation: float) -> np.ndarray:
