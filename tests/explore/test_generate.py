@@ -15,7 +15,7 @@ from vidstyle.explore.composed.shipped_parts import families, shipped_styles
 from vidstyle.explore.generate import alter, cross, mutate, random_style
 from vidstyle.explore.paper.rules import FILTER_COUNT_RANGE, FILTER_RULES, GRAY_SHARE, Rules
 from vidstyle.explore.random_steps import is_valid
-from vidstyle.style import Step, Style, load_style, style_text, table_from_style
+from vidstyle.style import LAYERS, Step, Style, load_style, style_text, table_from_style
 
 PAPER_ENDS = {
     ("flow_dog", "sigma"): (0.5**0.5, 8**0.5),
@@ -44,14 +44,8 @@ def blocks_of(style: Style) -> list[str]:
 
 
 def drawn_steps(style: Style) -> list[Step]:
-    """The filters of a style by the paper's rules, without steps that put them at full size and on luma."""
-    steps = [step for step in style.steps[1:] if step.block != "scale" or "method" not in step.values]
-    blocks = [step.block for step in steps]
-    if "to_color" in blocks:
-        cut = blocks.index("to_color")
-        assert blocks[cut - 2 : cut] == ["to_gray", "soft_threshold"]
-        steps = [*steps[: cut - 2], steps[cut - 1], *steps[cut + 1 :]]
-    return steps
+    """The filters of a style by the paper's rules, without steps that put them at full size."""
+    return [step for step in style.steps[1:] if step.block != "scale" or "method" not in step.values]
 
 
 CRITICAL = {1: 10.83, 4: 18.47, 5: 20.52, 6: 22.46, 7: 24.32}
@@ -90,11 +84,7 @@ def test_paper_rules_keep_to_what_the_paper_says() -> None:
     repeats = {rule.block for rule in FILTER_RULES if rule.repeats}
     assert repeats == {"flow_dog", "tvf"}
     for style in styles:
-        assert (
-            FILTER_COUNT_RANGE[0] <= len(drawn_steps(style)) <= FILTER_COUNT_RANGE[1]
-            and not style.base
-            and not style.lines
-        )
+        assert FILTER_COUNT_RANGE[0] <= len(drawn_steps(style)) <= FILTER_COUNT_RANGE[1]
         twice = {block for block, n in Counter(step.block for step in drawn_steps(style)).items() if n > 1}
         assert twice <= repeats
     lengths = Counter(len(drawn_steps(style)) for style in styles)
@@ -106,18 +96,15 @@ def test_paper_rules_keep_to_what_the_paper_says() -> None:
     }  # fmt: skip
 
 
-def test_paper_styles_have_thresholds_after_lines() -> None:
-    """Lines are no halos and draw no noise, flat tones are not outlined, and nothing whitens a picture."""
+def test_paper_styles_have_lines_over_flat_tones_of_a_smooth_picture() -> None:
+    """Lines are no halos and draw no noise, flat tones are not outlined, and nothing whitens the colours."""
     for style in paper_styles()[:200]:
-        blocks = blocks_of(style)
-        assert blocks[0] == "equalize"
-        lines = [place for place, block in enumerate(blocks) if block == "flow_dog"]
-        cuts = [place for place, block in enumerate(blocks) if block in ("soft_threshold", "luma_posterize")]
-        assert cuts and (not lines or all(cut > lines[-1] for cut in cuts))
-        assert lines or "soft_threshold" not in blocks
-        strengths = [step.values["p"] for step in style.steps if step.block == "flow_dog"]
+        base, colors, lines = ([step.block for step in style.layers[layer]] for layer in LAYERS)
+        assert base[0] == "minimum_range" and set(base[1:]) == {"tvf"}
+        assert set(lines[:-1]) == {"flow_dog"} and lines[-1] == "soft_threshold"
+        assert "luma_posterize" in colors or len(drawn_steps(style)) <= 4
+        strengths = [step.values["p"] for step in style.lines[:-1]]
         assert all(1 <= p <= 40 for p in strengths) and math.prod(1 + p for p in strengths if p > 1) < 43
-        assert not lines or "tvf" in blocks[: lines[0]]
 
 
 def test_paper_values_are_even_between_the_ends_of_the_paper() -> None:
@@ -136,17 +123,14 @@ def test_paper_values_are_even_between_the_ends_of_the_paper() -> None:
 
 
 def test_paper_styles_end_at_the_size_of_the_picture() -> None:
-    """Their last lines and their last threshold are applied there, so that edges are sharp."""
-    for style in paper_styles()[:200]:
-        steps = style.steps
+    """Their flat tones are made there, so that edges are sharp."""
+    sized = [style.background for style in paper_styles()[:200] if "scale" in blocks_of(style)]
+    assert len(sized) > 50
+    for steps in sized:
         blocks = [step.block for step in steps]
-        if "scale" in blocks:
-            small, full = (place for place, block in enumerate(blocks) if block == "scale")
-            assert steps[small].values["factor"] * steps[full].values["factor"] == pytest.approx(1, abs=0.01)
-            assert blocks[full + 1] in ("to_gray", "luma_posterize", "soft_threshold", "flow_dog")
-            for wanted in (("flow_dog",), ("soft_threshold", "luma_posterize")):
-                places = [place for place, block in enumerate(blocks) if block in wanted]
-                assert not places or places[-1] < small or places[-1] > full
+        small, full = (place for place, block in enumerate(blocks) if block == "scale")
+        assert steps[small].values["factor"] * steps[full].values["factor"] == pytest.approx(1, abs=0.01)
+        assert "luma_posterize" not in blocks or blocks.index("luma_posterize") == full + 1
 
 
 def test_ink_is_readable_on_paper() -> None:

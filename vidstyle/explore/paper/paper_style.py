@@ -1,4 +1,4 @@
-"""Draws a style by the rules of the paper."""
+"""Draws a style by the rules of the paper: smooth colours, and lines over them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from vidstyle.explore.paper.rules import (
     PAPER_HEIGHT,
     RANGE_BLOCK,
     SMOOTH_BLOCK,
-    THRESHOLD_BLOCKS,
+    TONES_BLOCK,
     FilterRule,
 )
 from vidstyle.explore.random_steps import random_value, scale_factor
@@ -26,7 +26,7 @@ from vidstyle.style import Step, Style
 
 
 def paper_style(random: Random, style: Style) -> Style:
-    """Return the style with a random background by the rules of the paper."""
+    """Return the style with random layers by the rules of the paper."""
     count = random.randint(*FILTER_COUNT_RANGE)
     is_gray = random.random() < GRAY_SHARE
     rules = _filters(random, count - is_gray)
@@ -34,9 +34,16 @@ def paper_style(random: Random, style: Style) -> Style:
         rules = _filters(random, count - is_gray)
     if is_gray:
         rules.insert(random.randint(0, len(rules)), GRAY_RULE)
-    steps = _limited(_smoothed(_ordered([_step(random, rule) for rule in rules])))
-    steps = [Step(RANGE_BLOCK), *_on_luma(_enlarged(steps))]
-    return replace(style, height=PAPER_HEIGHT, background=tuple(steps))
+    steps = [_step(random, rule) for rule in rules]
+    smooth, lines, cuts = (_of(steps, block) for block in (SMOOTH_BLOCK, LINE_BLOCK, CUT_BLOCK))
+    colors = [step for step in steps if step not in (*smooth, *lines, *cuts)]
+    return replace(
+        style,
+        height=PAPER_HEIGHT,
+        base=(Step(RANGE_BLOCK), *smooth),
+        background=tuple(_enlarged(colors)),
+        lines=(*_limited(lines), *cuts),
+    )
 
 
 def _filters(random: Random, count: int) -> list[FilterRule]:
@@ -48,10 +55,10 @@ def _filters(random: Random, count: int) -> list[FilterRule]:
 
 
 def _is_usable(rules: list[FilterRule]) -> bool:
-    """Whether there is a threshold, lines only with a filter that smooths, and Soft Threshold with lines."""
+    """Whether there are lines with a threshold on a smooth picture, and flat tones, if there is room."""
     blocks = {rule.block for rule in rules}
-    with_lines = SMOOTH_BLOCK in blocks if LINE_BLOCK in blocks else CUT_BLOCK not in blocks
-    return with_lines and bool(blocks & set(THRESHOLD_BLOCKS))
+    needed = {SMOOTH_BLOCK, LINE_BLOCK, CUT_BLOCK}
+    return needed <= blocks and (TONES_BLOCK in blocks or len(rules) == len(needed))
 
 
 def _step(random: Random, rule: FilterRule) -> Step:
@@ -61,71 +68,33 @@ def _step(random: Random, rule: FilterRule) -> Step:
     return Step(rule.block, rule.fixed | drawn)
 
 
-def _ordered(steps: list[Step]) -> list[Step]:
-    """Return the steps with thresholds after the last lines."""
-    last = _last([step.block for step in steps], (LINE_BLOCK,))
-    if last is None:
-        return steps
-    before = [step for step in steps[:last] if step.block in THRESHOLD_BLOCKS]
-    kept = [step for step in steps[:last] if step.block not in THRESHOLD_BLOCKS]
-    return [*kept, steps[last], *before, *steps[last + 1 :]]
+def _of(steps: list[Step], block: str) -> list[Step]:
+    return [step for step in steps if step.block == block]
 
 
-def _smoothed(steps: list[Step]) -> list[Step]:
-    """Return the steps with one that smooths before the first lines."""
-    blocks = [step.block for step in steps]
-    if LINE_BLOCK not in blocks:
-        return steps
-    lines, smooth = blocks.index(LINE_BLOCK), blocks.index(SMOOTH_BLOCK)
-    if smooth < lines:
-        return steps
-    return [*steps[:lines], steps[smooth], *steps[lines:smooth], *steps[smooth + 1 :]]
-
-
-def _limited(steps: list[Step]) -> list[Step]:
-    """Return the steps with strengths of lines that amplify by at most `MAX_GAIN` together."""
-    gain = math.prod(1 + step.values["p"] for step in steps if step.block == LINE_BLOCK)
+def _limited(lines: list[Step]) -> list[Step]:
+    """Return lines with strengths that amplify by at most `MAX_GAIN` together."""
+    gain = math.prod(1 + step.values["p"] for step in lines)
     if gain <= MAX_GAIN:
-        return steps
+        return lines
     power = math.log(MAX_GAIN) / math.log(gain)
     return [
         replace(step, values=step.values | {"p": max(1.0, round((1 + step.values["p"]) ** power - 1, 1))})
-        if step.block == LINE_BLOCK
-        else step
-        for step in steps
+        for step in lines
     ]
 
 
 def _enlarged(steps: list[Step]) -> list[Step]:
-    """Return the steps with the picture enlarged to its size before the last lines.
+    """Return the steps with the picture enlarged to its size before its tones become flat.
 
-    Without lines after the working size, it is enlarged before the last threshold. Otherwise everything after
-    the working size would be shown enlarged, and therefore blurred. A working size without a threshold after
-    it comes before the last threshold instead.
+    Otherwise, everything after the working size would be shown enlarged, and therefore blurred. Without flat
+    tones, it is enlarged last: lines over it are sharp.
     """
-    blocks = [step.block for step in steps]
-    if "scale" not in blocks:
+    rest = [step for step in steps if step.block != "scale"]
+    if len(rest) == len(steps):
         return steps
-    size = blocks.index("scale")
-    full = _last(blocks[size:], (LINE_BLOCK,)) or _last(blocks[size:], THRESHOLD_BLOCKS)
-    if full is None:
-        before = _last(blocks, THRESHOLD_BLOCKS)
-        assert before is not None  # all styles have a threshold
-        steps = [*steps[:before], steps[size], *steps[before:size], *steps[size + 1 :]]
-        size, full = before, 1
-    factor = scale_factor(1 / steps[size].values["factor"])
-    enlarge = Step("scale", {"factor": factor, "method": "smooth"})
-    return [*steps[: size + full], enlarge, *steps[size + full :]]
-
-
-def _on_luma(steps: list[Step]) -> list[Step]:
-    """Return the steps with the threshold on luma only, with the colours restored after it."""
-    blocks = [step.block for step in steps]
-    cut = _last(blocks, (CUT_BLOCK,))
-    if cut is None or GRAY_RULE.block in blocks[:cut]:
-        return steps
-    return [*steps[:cut], Step(GRAY_RULE.block), steps[cut], Step("to_color"), *steps[cut + 1 :]]
-
-
-def _last(blocks: list[str], wanted: tuple[str, ...]) -> int | None:
-    return max((place for place, block in enumerate(blocks) if block in wanted), default=None)
+    place = [step.block for step in steps].index("scale")
+    full = next((at for at, step in enumerate(rest) if step.block == TONES_BLOCK), len(rest))
+    enlarge = Step("scale", {"factor": scale_factor(1 / steps[place].values["factor"]), "method": "smooth"})
+    place = min(place, full)
+    return [*rest[:place], *_of(steps, "scale"), *rest[place:full], enlarge, *rest[full:]]

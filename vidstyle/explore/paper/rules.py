@@ -37,7 +37,7 @@ class FilterRule:
     block: str
     parameters: tuple[str, ...] = ()
     ends: dict[str, tuple[float, float]] = field(default_factory=dict)
-    fixed: dict[str, float] = field(default_factory=dict)
+    fixed: dict[str, float | str] = field(default_factory=dict)
     repeats: bool = False
     source: str = PAPER_SECTION
 
@@ -60,9 +60,11 @@ FILTER_RULES = (
     ),
     FilterRule(
         "tvf",
-        fixed={"passes": 1},
+        fixed={"passes": 2, "flow": "variation"},
         repeats=True,
-        source=f"{PAPER_SECTION}: TVF, without parameters, so each is one pass: styles repeat it for more",
+        source=f"{PAPER_SECTION}: TVF, without parameters. Section 4.2 B says that it makes a picture "
+        "piecewise constant, which is the flow of total variation. Two passes flatten skin and water at the "
+        "default time",
     ),
     FilterRule(
         "soft_threshold",
@@ -81,17 +83,15 @@ FILTER_RULES = (
 )
 """Filters of random styles; all that are still allowed are equally likely."""
 
-RANGE_BLOCK = "equalize"
+RANGE_BLOCK = "minimum_range"
 """The first step of each style: section 4.2 D usually places a histogram operator first, as XDoG of a hazy,
-too bright or too dark picture is almost entirely white."""
+too bright or too dark picture is almost entirely white. Of its two, this one leaves skin with highlights as
+it is, which Linear Histogram Equalization burns to white."""
 MAX_GAIN = 41.0
 """Limit for the product of 1 + p of all XDoG filters of a style: each amplifies detail by 1 + p, and the
 paper's range ends at a p of 40."""
-SMOOTH_BLOCK = "tvf"
-"""Comes before the first lines, which would draw the noise of smooth areas otherwise. Styles with lines have
-at least one."""
-THRESHOLD_BLOCKS, LINE_BLOCK, CUT_BLOCK = ("soft_threshold", "luma_posterize"), "flow_dog", "soft_threshold"
-"""The last lines and the last threshold are applied at the size of the picture: their edges are then sharp
-although filters before them used a smaller size. XDoG is lines and a threshold (section 5.4.3), so a
-threshold follows the last lines: without it, lines are halos; before them, its flat tones would be outlined.
-Soft Threshold works on luma, and is not used without lines, where it would only whiten the picture."""
+SMOOTH_BLOCK, LINE_BLOCK, CUT_BLOCK, TONES_BLOCK = "tvf", "flow_dog", "soft_threshold", "luma_posterize"
+"""Each style has the two layers of section 4: lines, which are XDoG and its threshold (section 5.4.3), over a
+background of the other filters. TVF comes before both, as lines would draw the noise of smooth areas
+otherwise. Without lines, or without flat tones, a style only smooths the photograph: of 120 styles by a
+reading with one layer, in which XDoG sharpened the colours, three people kept 15."""
