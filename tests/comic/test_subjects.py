@@ -264,7 +264,7 @@ def test_a_face_scores_high(tmp_path: Path) -> None:
 
 
 def test_letterbox_bars_are_removed(tmp_path: Path) -> None:
-    """Horizontal and vertical bars; a night sky and a dark floor are not bars."""
+    """Horizontal and vertical bars, thin ones included; a night sky and a dark floor are not bars."""
     for name, size in (("wide", (256, 104)), ("upright", (120, 144))):
         frames = [cv2.resize(frame, size) for frame in shot(PLACES[2], 30)]
         down, across = (144 - size[1]) // 2, (256 - size[0]) // 2
@@ -283,6 +283,9 @@ def test_letterbox_bars_are_removed(tmp_path: Path) -> None:
     night[:40] = 0
     assert content_area(night) == (slice(0, 144), slice(0, 256))
     assert content_area(np.zeros_like(night)) == (slice(0, 144), slice(0, 256))
+    thin = view(PLACES[0])
+    thin[:2] = thin[-2:] = 0
+    assert content_area(thin) == (slice(3, 141), slice(0, 256))
     assert content_area(night, is_photograph=True) == (slice(41, 144), slice(0, 256))
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 _MAX_BAR_LEVEL, _MAX_BAR_RANGE = 30, 12
 """Lightest pixel of a bar, and largest difference within one of its lines, of 255."""
-_MIN_BAR_SHARE, _MAX_BAR_SHARE = 0.02, 0.35
+_MIN_BAR_SHARE, _MAX_BAR_SHARE = 0.01, 0.35
 """Range of the share of the picture's side that a bar takes."""
 
 
