@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 
 from vidstyle.comic.analyze.film import open_film
-from vidstyle.comic.analyze.flaws.refused import describe_refused
+from vidstyle.comic.analyze.flaws.refused import describe_lack, describe_refused
 from vidstyle.comic.analyze.key_frame_source import Film
 from vidstyle.comic.comic_options import ComicOptions as ComicOptions
 from vidstyle.comic.comic_options import read_saved
@@ -152,8 +152,8 @@ class _Job:
         """Explain why a film gets a single panel."""
         survey, is_free = film.survey(), self._options.key_frames.panels is None
         if is_free and len(plan.key_frames) == 1 and not survey.is_folder:
-            reason = f"the film has {survey.seconds:.1f} s, without a second picture that differs"
-            log.info("one panel: %s; give --panels for more", reason)
+            reason = describe_lack(survey.candidates)
+            log.info("one panel: the film has %.1f s, and %s; give --panels for more", survey.seconds, reason)
 
     def _report_omitted(self, lines: Sequence[Line]) -> None:
         """Report each subtitle that no panel shows, with its time."""

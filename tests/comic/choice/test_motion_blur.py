@@ -16,7 +16,7 @@ from vidstyle.comic.analyze.film import open_film
 from vidstyle.comic.analyze.flaws.defect_limits import DefectLimits
 from vidstyle.comic.analyze.flaws.defects import Blockiness, count_block_corners
 from vidstyle.comic.analyze.flaws.motion_blur import FlowMeter, mark_fast_faces, region_flow
-from vidstyle.comic.analyze.flaws.refused import describe_refused
+from vidstyle.comic.analyze.flaws.refused import describe_lack, describe_refused
 from vidstyle.comic.select.choose import choose
 from vidstyle.regions.boxes import Box
 
@@ -124,6 +124,12 @@ def test_refused_frames_are_reported_with_their_first_reason() -> None:
     text = "3 of 4 frames were not used: 1 damaged, 2 in dissolves or fades"
     assert describe_refused([good, mixed, broken, mixed]) == text
     assert describe_refused([good]) == ""
+
+
+def test_a_single_panel_is_explained_by_refused_frames_only_if_they_are_most() -> None:
+    good, broken = seen(None), seen(None, damaged=True)
+    assert describe_lack([good, broken, broken]) == "2 of its 3 frames were not used"
+    assert describe_lack([good, broken]) == "its other frames are too similar or less clear"
 
 
 def test_damage_is_found_though_most_of_a_film_is_damaged() -> None:

@@ -22,3 +22,11 @@ def describe_refused(candidates: Sequence[Candidate]) -> str:
     shown = [f"{reasons[name]} {text}" for name, text in _REASONS.items() if reasons[name]]
     count = len(candidates) - reasons[""]
     return f"{count} of {len(candidates)} frames were not used: {', '.join(shown)}" if shown else ""
+
+
+def describe_lack(candidates: Sequence[Candidate]) -> str:
+    """Return why a film gives no second panel: most frames are refused, or the others differ too little."""
+    refused = sum(each.is_flawed for each in candidates)
+    if 2 * refused > len(candidates):
+        return f"{refused} of its {len(candidates)} frames were not used"
+    return "its other frames are too similar or less clear"
