@@ -14,7 +14,7 @@ from vidstyle.regions.features.tones import MAX_SPECK_PX, SPECK_RATIO, in_steps,
 from vidstyle.regions.patches import plane_area
 from vidstyle.regions.rasters import PageRaster
 
-CORE_RANGE = 0.25, 0.5
+CORE_RANGE = 0.15, 0.5
 """Darkness at which a pixel begins to be ink, and from which it is, relative to the strongest nearby."""
 CORE_WEIGHT = 0.7
 """Opacity of ink over tones."""

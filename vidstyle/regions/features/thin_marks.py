@@ -9,7 +9,7 @@ import numpy as np
 
 from vidstyle.core.sampling import percentiles
 
-THIN_RATIO = 0.065
+THIN_RATIO = 0.08
 """Diameter of the disc that fills strokes outside the eyes, such as nostrils and the line between the lips,
 relative to the face's height: lips, and a shadow beside the nose, are wider. Tuned on 20 faces of 80 to 220
 lines in ink, comic and woodcut."""
