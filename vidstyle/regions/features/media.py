@@ -9,9 +9,10 @@ from vidstyle.block import rgb_from_text
 from vidstyle.regions.rasters import PageRaster
 from vidstyle.style import Style
 
-FACE_RATIOS = 0.26, 0.38
+FACE_RATIOS = 0.12, 0.18
 """Heights of faces relative to the picture's shorter side. Features are lifted completely up to the first;
-from the second on not at all, as the style draws them well itself."""
+from the second on not at all, as the style draws them well itself. On 20 faces of 80 to 220 of 1080 lines in
+comic, ink, engraving and thermal."""
 
 
 class Medium(Enum):
