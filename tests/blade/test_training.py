@@ -182,8 +182,8 @@ def test_page_of_banks_lists_current_banks_and_settings() -> None:
     for name in shipped_banks():
         assert fidelity.format_bank(name, shipped_bank(name)) in page
     for case in fidelity.cases():
-        for shown in case.shown:
-            assert f"| `{case.block}` | {case.name}{shown and ', '}{shown} | " in page
+        for output in case.outputs:
+            assert f"| `{case.block}` | {case.name}{output and ', '}{output} | " in page
 
 
 def test_fidelity_is_measured_on_linear_and_clipped_results() -> None:
