@@ -15,7 +15,7 @@ _BASE_SIDE_PX, _WINDOW_SIDE_PX, _MIN_EDGE_DEVIATION = 160, 9, 0.1
 """Longer side of the copy in which the local light is measured; window of its guided filter, and deviation
 from which the filter keeps an edge."""
 _MIN_SEEN_LEVEL = 0.02
-"""Light below which nothing is seen."""
+"""Light below which the eye sees no detail."""
 
 
 def lift_shadows(color: np.ndarray) -> np.ndarray:

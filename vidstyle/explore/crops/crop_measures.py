@@ -48,7 +48,7 @@ class FullSizeMetrics(NamedTuple):
         burnt: share of pixels that are nearly white or black, less that of the source.
         debris: mean height of structure where the source is smooth.
         patchiness: deviation of that height between places: a regular screen has little, worms have much.
-        halo: mean height of bright rims beside edges, less that of the source with stretched contrast.
+        halo: mean height of bright rims along edges, less the height in the source with stretched contrast.
         has_face: whether the crop shows a face that is large enough.
         face: absolute correlation of facial features with the source; `MAX_FACE_LIKENESS` without a face.
         face_outlines: the same for outlines of features, which smears and blots destroy before the features.
