@@ -67,7 +67,7 @@ def test_faces_are_lost_when_their_features_are(astronaut: FullSize, cat: FullSi
     blots = styled(Step("gaussian", {"sigma": 20}), Step("soft_threshold", {"phi": 0.5, "epsilon": 90}))
     assert astronaut.measure(blots).face < 0.66 < astronaut.measure(load_style("poster")).face
     assert cat.measure(blots).face == MAX_FACE_LIKENESS and not cat.measure(blots).has_face
-    good = astronaut.measure(load_style("poster"))
+    good = astronaut.measure(load_style("engraving"))
     assert astronaut.measure(blots).face_outlines < 0.65 < good.face_outlines
     assert fault(good._replace(face=0.3)) == "with lost faces"
     assert fault(good._replace(face_outlines=0.6), "paper") == "with lost faces" != fault(good)
