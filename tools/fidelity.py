@@ -7,8 +7,9 @@ of the training.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -56,7 +57,7 @@ class Case:
     """
 
     block: str
-    values: dict[str, object]
+    values: Mapping[str, object]
     target: Callable[[Picture], Picture]
     outputs: tuple[str, ...] = ("",)
     paper: str = ""
@@ -65,7 +66,7 @@ class Case:
     def run(self) -> BankRun:
         """The bank with these parameters."""
         block = all_blocks()[self.block]
-        made: BankRun = block.function(**block.arguments_for(self.values))
+        made: BankRun = block.function(**block.arguments_for(dict(self.values)))
         return made
 
     @property
@@ -83,23 +84,28 @@ def cases() -> Iterator[Case]:
         for passes, rho in ((1, 4), (3, 4), (6, 4), (6, 8)):
             yield stroke_case(passes, rho, 4, brush=brush, reselect=True, paper="etf")
     for passes in (1, 2, 6, 12):
-        yield Case("tvf", {"passes": passes}, lambda z, n=passes: tv_flow(z, 2.0 * n), paper="tvf")
-    yield Case("tvf", {"passes": 2}, lambda z: second_order_tv_flow(z, 4.0), ("paper's scheme",), "tvf")
+        yield Case("tvf", {"passes": passes}, partial(tv_flow, time=2.0 * passes), paper="tvf")
+    yield Case("tvf", {"passes": 2}, partial(second_order_tv_flow, time=4.0), ("paper's scheme",), "tvf")
     for passes, time in ((1, 3), (2, 6), (4, 6), (4, 12), (8, 12)):
-        values = {"flow": "variation", "passes": passes, "time": time}
+        settings: dict[str, object] = {"flow": "variation", "passes": passes, "time": time}
         for accurate in ({}, {"accurate": True}) if passes > 1 else ({},):
-            yield Case("tvf", values | accurate, lambda z, t=passes * time: tv_flow(z, t, 0), paper="tvf")
+            yield Case(
+                "tvf",
+                settings | accurate,
+                partial(tv_flow, time=passes * time, gradient_power=0),
+                paper="tvf",
+            )
     for delta in (-100, -60, -20, 20, 60, 100):
         paper = f"detail {delta:+d}" if abs(delta) == 20 else ""
         for accurate in ({}, {"accurate": True}) if delta > FULL_DELTA else ({},):
             values = {"delta": delta} | accurate
-            yield Case("detail", values, lambda z, d=delta: apply_detail(z, d), paper=paper)
+            yield Case("detail", values, partial(apply_detail, delta=delta), paper=paper)
     for sigma in (0.5, 0.7, 1, 1.4, 2, 2.8, 4, 5.6, 8):
         outputs = ("linear", "clipped", "threshold")
         yield Case(
             "flow_dog",
             {"sigma": sigma, "p": SHARPENING_FACTOR},
-            lambda z, s=sigma: apply_flow_dog(z, s),
+            partial(apply_flow_dog, sigma=sigma),
             outputs,
         )
 

@@ -214,7 +214,19 @@ def train_bank(
 ) -> subprocess.CompletedProcess[str]:
     """Run `vidstyle train` on a filter: a function, or a command with {in} and {out}."""
     how = "--command" if "{in}" in source else "--function"
-    words = [program, "train", bank, "--images", images, how, source, "-y", "--progress", "none", *options]
+    words = [
+        str(program),
+        "train",
+        str(bank),
+        "--images",
+        str(images),
+        how,
+        source,
+        "-y",
+        "--progress",
+        "none",
+        *options,
+    ]
     path = os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
     return subprocess.run(words, capture_output=True, text=True, env=os.environ | {"PYTHONPATH": path})
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Iterator
+from functools import partial
 
 import numpy as np
 import skimage.data
@@ -168,25 +169,25 @@ def cases() -> Iterator[tuple[fidelity.Case, str, Callable[[Picture], Picture]]]
     """Yield settings of blocks with our reference, and the name and function of the independent one."""
     for passes in (1, 3):
         case = fidelity.stroke_case(passes, 2, 2, reselect=True, paper="")
-        yield case, "", lambda z, n=passes: edge_tangent_flow(z, 2, 2, n)
+        yield case, "", partial(edge_tangent_flow, sigma=2, rho=2, passes=passes)
     case = fidelity.stroke_case(6, 4, 4, brush="broad", reselect=True, paper="")
-    yield case, "", lambda z: edge_tangent_flow(z, 4, 4, 6)
-    curvature = fidelity.Case("tvf", {"passes": 1}, lambda z: tv_flow(z, 2))
+    yield case, "", partial(edge_tangent_flow, sigma=4, rho=4, passes=6)
+    curvature = fidelity.Case("tvf", {"passes": 1}, partial(tv_flow, time=2))
     yield curvature, "central differences", lambda z: curvature_flow(z, 2)
     yield curvature, "medians of circles", lambda z: circle_median_flow(z, 2)
     for values in ({"delta": -20}, {"delta": 20}, {"delta": 20, "accurate": True}):
         delta = values["delta"]
-        case = fidelity.Case("detail", dict(values), lambda z, d=delta: fidelity.apply_detail(z, d))
-        yield case, "", lambda z, d=delta: detail(z, d)
+        case = fidelity.Case("detail", dict(values), partial(fidelity.apply_detail, delta=delta))
+        yield case, "", partial(detail, delta=delta)
     for sigma in (1, 1.4, 2, 4):
         outputs = ("clipped", "threshold")
         case = fidelity.Case(
             "flow_dog",
             {"sigma": sigma, "p": SHARPENING_FACTOR},
-            lambda z, s=sigma: fidelity.apply_flow_dog(z, s),
+            partial(fidelity.apply_flow_dog, sigma=sigma),
             outputs,
         )
-        yield case, "", lambda z, s=sigma: flow_dog(z, s)
+        yield case, "", partial(flow_dog, sigma=sigma)
 
 
 def load_luma(name: str) -> Picture:

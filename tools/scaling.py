@@ -80,7 +80,7 @@ def _print_speeds(job: FilmJob, rounds: int, wake_up: float) -> None:
         alone = alone or run.seconds
         speed = run.frames / run.seconds
         busy = " ".join(f"{100 * each / run.seconds:.0f}" for each in run.busy)
-        cells = (f"{run.seconds:.2f}", f"{speed:.1f}", f"{alone / run.seconds:.2f}",
+        cells: tuple[str, ...] = (f"{run.seconds:.2f}", f"{speed:.1f}", f"{alone / run.seconds:.2f}",
                  f"{run.processor / run.seconds:.2f}", f"{run.others:.2f}", busy,
                  f"{run.voluntary / run.frames:.0f}, {run.involuntary / run.frames:.0f}")  # fmt: skip
         if record.finished:

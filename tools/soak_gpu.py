@@ -1,6 +1,6 @@
 """Restyle many frames on the GPU with changing styles and sizes, and fail if memory or objects grow.
 
-`python tools/soak_gpu.py` runs 20,000 frames and checks the second half; a software renderer suffices.
+`python -m tools.soak_gpu` runs 20,000 frames and checks the second half; a software renderer suffices.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ import sys
 from itertools import cycle
 
 import numpy as np
-from soak import MAX_GROWTH_RATE, fit_growth, make_pictures, resident_bytes
 
+from tools.soak import MAX_GROWTH_RATE, fit_growth, make_pictures, resident_bytes
 from vidstyle.backend import FrameRequest
 from vidstyle.gpu.device.devices import choose
 from vidstyle.gpu.session import GpuSession, InFlightFrame

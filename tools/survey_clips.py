@@ -51,10 +51,11 @@ def read_facts(path: Path, stream: int | None = None) -> FileFacts:
                     firsts.setdefault(packet.stream.index, float((packet.pts or 0) * packet.time_base))
                 continue
             try:
-                frames = packet.decode()
+                frames = video.decode(packet)
             except av.error.FFmpegError:
                 continue
             for frame in frames:
+                assert frame.pts is not None and frame.time_base is not None
                 times.append(float(frame.pts * frame.time_base))
                 rotation = frame.rotation
                 end = times[-1] + float((frame.duration or 0) * frame.time_base)

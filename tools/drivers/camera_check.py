@@ -1,11 +1,11 @@
-"""Test `vidstyle live` on real Video4Linux drivers: `python tools/drivers/camera_check.py`, as root.
+"""Test `vidstyle live` on real Video4Linux drivers: `python -m tools.drivers.camera_check`, as root.
 
 It needs the kernel's test camera (`modprobe vivid n_devs=1 node_types=0x1`), a virtual one
 (`modprobe v4l2loopback video_nr=9`) and a loopback sound card
 (`modprobe snd-aloop pcm_substreams=2`). On machines without them, --runner gives a command that runs its last
 argument where they are, with the same files, such as a script that boots a virtual machine:
 
-    python tools/drivers/camera_check.py --runner 'bash boot.sh'
+    python -m tools.drivers.camera_check --runner 'bash boot.sh'
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ from pathlib import Path
 
 import av
 import numpy as np
-from live_program import (
+
+from tools.drivers.live_program import (
     CHROMA_LEVELS,
     DARK_LEVEL,
     FlashWriter,
@@ -32,7 +33,7 @@ from live_program import (
     size_options,
     wait_for_picture,
 )
-from microphone_check import Microphones
+from tools.drivers.microphone_check import Microphones
 
 ROOT = Path(__file__).resolve().parents[2]
 DRIVER = Path("/sys/bus/platform/drivers/vivid")
@@ -64,7 +65,7 @@ def run_elsewhere(arguments: argparse.Namespace) -> bool:
     """Run the trials with the runner, and return whether they failed; its exit code is ignored."""
     names = ("only", "camera", "virtual")
     options = shlex.join(f"--{name}={getattr(arguments, name)}" for name in names)
-    here = f"cd {ROOT} && {shlex.quote(sys.executable)} tools/drivers/camera_check.py {options}"
+    here = f"cd {ROOT} && {shlex.quote(sys.executable)} -m tools.drivers.camera_check {options}"
     run = subprocess.run([*shlex.split(arguments.runner), here], stdout=subprocess.PIPE, text=True)
     print(run.stdout)
     return ALL_PASSED not in run.stdout

@@ -10,9 +10,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from fractions import Fraction
 from pathlib import Path
+from typing import cast
 
 import av
 import numpy as np
+from av import VideoStream
 
 TIMEOUT_SECONDS = 120.0
 """Timeout in seconds; an emulated machine is slow."""
@@ -149,7 +151,7 @@ class FlashWriter:
         pix_fmt = PIX_FMTS[codec]
         dark, bright = (_even_picture(level, pix_fmt) for level in (DARK_LEVEL, BRIGHT_LEVEL))
         with av.open(path, "w", "v4l2") as container:
-            stream = container.add_stream(codec, rate=FRAME_RATE)
+            stream = cast(VideoStream, container.add_stream(codec, rate=FRAME_RATE))
             stream.width, stream.height, stream.pix_fmt = *PICTURE_SIZE, pix_fmt
             stream.codec_context.time_base = Fraction(1, FRAME_RATE)
             number = 0

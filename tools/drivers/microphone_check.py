@@ -15,8 +15,8 @@ from pathlib import Path
 
 import av
 import numpy as np
-from live_program import FlashWriter, run_live, run_to_end, size_options
 
+from tools.drivers.live_program import FlashWriter, run_live, run_to_end, size_options
 from vidstyle.media.capture.microphone import prepare_alsa
 
 DRIVER = Path("/sys/bus/platform/drivers/snd_aloop")
@@ -182,7 +182,7 @@ def find_events(film: Path) -> tuple[list[float], list[float]]:
     loud: list[float] = []
     with av.open(str(film)) as container:
         for frame in container.decode(video=0, audio=0):
-            assert frame.time is not None
+            assert isinstance(frame, av.VideoFrame | av.AudioFrame) and frame.time is not None
             if isinstance(frame, av.VideoFrame):
                 if frame.to_ndarray(format="gray").mean() > 120:
                     bright.append(frame.time)

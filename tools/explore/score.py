@@ -115,6 +115,7 @@ def measured(pictures: Path, crops: Path, key: Sequence[dict[str, Any]]) -> list
 
     def measure(each: dict[str, Any]) -> FullSizeMetrics:
         seen = cv2.imread(str(crops / f"{each['number']}.png"))
+        assert seen is not None
         return compared(each["picture"], tuple(each["box"])).measure(np.ascontiguousarray(seen[..., ::-1]))
 
     with ThreadPoolExecutor() as pool:

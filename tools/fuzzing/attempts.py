@@ -90,11 +90,12 @@ def _try_array(path: Path, folder: Path, choice: int) -> None:
     before, results = view.copy(), [_try_stylize(each, choice) for each in (to_native(view), view)]
     if not np.array_equal(before, view, equal_nan=view.dtype.kind in "fc"):
         raise BrokenPromiseError("the array was changed")
-    if isinstance(results[0], VidstyleError) and isinstance(results[1], VidstyleError):
-        raise results[0]
-    if isinstance(results[0], VidstyleError) or isinstance(results[1], VidstyleError):
+    native, other = results
+    if isinstance(native, VidstyleError) and isinstance(other, VidstyleError):
+        raise native
+    if isinstance(native, VidstyleError) or isinstance(other, VidstyleError):
         raise BrokenPromiseError(f"one layout is refused: {results}"[:200])
-    if results[0].shape != results[1].shape or not np.allclose(*results, rtol=0, atol=FLOAT_TOLERANCE):
+    if native.shape != other.shape or not np.allclose(native, other, rtol=0, atol=FLOAT_TOLERANCE):
         raise BrokenPromiseError("another result for another layout")
 
 
@@ -135,7 +136,7 @@ def _try_network(path: Path, folder: Path, choice: int) -> None:
 
 def _try_people(path: Path, folder: Path, choice: int) -> None:
     """Restyle three frames with `only = "people"` and the model, as with `--model`."""
-    model = shutil.copy(path, folder / f"model{path.suffix}")
+    model = Path(shutil.copy(path, folder / f"model{path.suffix}"))
     style = load_style({"format": 1, "only": "people", "background": [{"block": "posterize"}]})
     with use_file(MODEL_VARIABLE, model), Renderer(style, device="cpu") as renderer:
         for picture in moving_frames(3, PICTURE_SIZE):

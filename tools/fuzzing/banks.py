@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import zipfile
 from random import Random
+from typing import Any
 
 import numpy as np
 from face_network import red_people, remembering_people
@@ -85,9 +86,9 @@ def people_case(random: Random) -> tuple[str, bytes]:
     return ".people.onnx", damage(random, model) if random.random() < 0.6 else model
 
 
-def _odd_state(random: Random) -> dict[str, object]:
+def _odd_state(random: Random) -> dict[str, Any]:
     """Return arguments of `remembering_people`, some of them odd."""
-    odd: dict[str, object] = {
+    odd: dict[str, Any] = {
         "state": (random.choice(PORT_NAMES), random.choice(PORT_NAMES)),
         "result": random.choice(PORT_NAMES),
         "size": (random.choice(MODEL_SIZES[1:6]), random.choice(MODEL_SIZES[1:6])),

@@ -7,7 +7,7 @@ from random import Random
 
 ODD_NUMBERS = (0, 1, 2, 0x7F, 0x7FFF, 0xFFFF, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF)
 ODD_FLOATS = (math.nan, math.inf, -math.inf, 1e30, -1e30, 1e-40, -1.0, 255.0, 65504.0)
-ODD_VALUES = (
+ODD_VALUES: tuple[object, ...] = (
     *ODD_FLOATS,
     *ODD_NUMBERS,
     10**400,
@@ -31,10 +31,9 @@ WORDS = (
 def damage(random: Random, content: bytes) -> bytes:
     """Apply one to three faults: changed bytes, holes, lost or repeated parts, odd numbers in the header."""
     for _ in range(random.choice((1, 1, 2, 3))):
-        content = random.choice((_flipped, _holed, _shortened, _doubled, _with_odd_header))(
-            random, bytearray(content)
-        )
-    return bytes(content)
+        fault = random.choice((_flipped, _holed, _shortened, _doubled, _with_odd_header))
+        content = bytes(fault(random, bytearray(content)))
+    return content
 
 
 def _flipped(random: Random, content: bytearray) -> bytearray:

@@ -7,7 +7,7 @@ from random import Random
 
 from tools.fuzzing.damage import ODD_NUMBERS
 from tools.fuzzing.formats import FAMILIES, FLV_TAGS
-from tools.fuzzing.structure import Family, Part, part_lists
+from tools.fuzzing.structure import Part, Syntax, part_lists
 
 JUMP_HOURS = (0.01, 1, 12, 24, 24, 26.6, 100, 600, 100_000)
 CLOCK_RATES = (1, 1000, 12_800, 15_360, 48_000, 90_000, 10**6)
@@ -58,7 +58,7 @@ def _named(parts: list[Part], *names: bytes) -> list[Part]:
     return [part for siblings in part_lists(parts) for part in siblings if part.name in names]
 
 
-def _change_fields(random: Random, parts: list[Part], family: Family) -> None:
+def _change_fields(random: Random, parts: list[Part], family: Syntax) -> None:
     timed = _named(parts, *TIME_FIELDS)
     start = random.randrange(max(1, len(timed)))
     jump = _jump(random)
@@ -69,7 +69,7 @@ def _change_fields(random: Random, parts: list[Part], family: Family) -> None:
             _change_number(random, part, random.choice(places), width, jump, family)
 
 
-def _change_number(random: Random, part: Part, place: int, width: int, jump: int, family: Family) -> None:
+def _change_number(random: Random, part: Part, place: int, width: int, jump: int, family: Syntax) -> None:
     before = int.from_bytes(part.content[place : place + width or None], family.order)
     number = random.choice((before + jump, before + jump, before + jump, random.choice(ODD_NUMBERS)))
     stored = width or 8
@@ -140,7 +140,7 @@ def _add_to_clock(packet: memoryview, jump: int) -> None:
 def _add_to_times(packet: memoryview, jump: int) -> None:
     """Shift the presentation and decoding timestamps if a frame begins in the packet."""
     header = 4 + (packet[4] + 1 if packet[3] & 0x20 else 0)
-    if packet[1] & 0x40 and packet[header : header + 3] == b"\0\0\1" and header + 19 <= PACKET_BYTES:
+    if packet[1] & 0x40 and bytes(packet[header : header + 3]) == b"\0\0\1" and header + 19 <= PACKET_BYTES:
         times = {2: (9,), 3: (9, 14)}.get(packet[header + 7] >> 6, ())
         for time in times:
             _add_to_time(packet[header + time :][:5], jump)

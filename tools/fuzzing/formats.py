@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 import zlib
 
-from tools.fuzzing.structure import Extent, Family, Order, Part
+from tools.fuzzing.structure import Extent, Family, Order, Part, Syntax
 
 
 def _box(content: bytes, place: int) -> Extent | None:
@@ -130,7 +130,7 @@ class TiffTags:
         return body[:4] + offset + body[8:] + count + b"".join(tags) + following
 
 
-FAMILIES: dict[str, Family | TiffTags] = {
+FAMILIES: dict[str, Syntax] = {
     **dict.fromkeys((".mp4", ".mov", ".avif"), BOXES),
     **dict.fromkeys((".mkv", ".webm"), ELEMENTS),
     **dict.fromkeys((".avi", ".webp"), RIFF),

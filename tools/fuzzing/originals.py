@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import inspect
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import av
 import numpy as np
+from av import VideoStream
 from faults import remux
 from media import frame_from_rgb, make_clip, moving_frames
 from PIL import Image
@@ -75,7 +77,10 @@ STILLS: dict[str, dict[str, Any]] = {
 def write_originals(folder: Path, kinds: Iterable[str]) -> dict[str, list[Path]]:
     """Write the films and pictures of these kinds and return their paths; other kinds need no originals."""
     folder.mkdir(exist_ok=True)
-    makers = {"film": (FILMS, _film), "picture": (STILLS, _still)}
+    makers: dict[str, tuple[dict[str, dict[str, Any]], Callable[..., Path]]] = {
+        "film": (FILMS, _film),
+        "picture": (STILLS, _still),
+    }
     return {
         kind: [make(folder / name, **options) for name, options in files.items()]
         for kind, (files, make) in makers.items()
@@ -83,9 +88,9 @@ def write_originals(folder: Path, kinds: Iterable[str]) -> dict[str, list[Path]]
     }
 
 
-def _film(path: Path, remuxed: dict[str, str] | None = None, **options: Any) -> Path:
+def _film(path: Path, remuxed: dict[str, Any] | None = None, **options: Any) -> Path:
     # Without the cache of `make_clip`: a film has the same bytes in each folder.
-    make_clip.__wrapped__(path, **{"size": PICTURE_SIZE, "frames": 10} | options)
+    inspect.unwrap(make_clip)(path, **{"size": PICTURE_SIZE, "frames": 10} | options)
     if remuxed is not None:
         copy = path.rename(path.with_name(f"copied-{path.name}"))
         remux(copy, path, fflags="+bitexact", **remuxed)
@@ -99,7 +104,7 @@ def _still(
     pictures = list(moving_frames(frames, PICTURE_SIZE))
     if codec:
         with av.open(str(path), "w", format="image2", options={"update": "1"}) as container:
-            video = container.add_stream(codec, options={"strict": "-2"})
+            video = cast(VideoStream, container.add_stream(codec, options={"strict": "-2"}))
             video.width, video.height, video.pix_fmt = *PICTURE_SIZE, pix_fmt
             container.mux([*video.encode(frame_from_rgb(pictures[0], pix_fmt)), *video.encode(None)])
     elif path.suffix == ".psd":

@@ -24,7 +24,7 @@ PANEL = {
     ],
 }
 LABEL = {"text": "A title", "at": [160.0, 30.0], "size": 20, "bold": True}
-PAGE_FILE = {
+PAGE_FILE: dict[str, Any] = {
     "format": 1,
     "source": "pictures",
     "title": "A title",
@@ -44,7 +44,7 @@ PAGE_FILE = {
     ],
 }
 """A comic page of two panels, as written by `comic --save`."""
-CUE_FILE = {
+CUE_FILE: dict[str, Any] = {
     "format": 1,
     "rate": 24,
     "scenes": [0, 0.1, 0.2],
@@ -71,7 +71,21 @@ def page_case(random: Random) -> tuple[str, bytes]:
 def cue_case(random: Random) -> tuple[str, bytes]:
     """Return a cue file."""
     table = deepcopy(CUE_FILE)
-    odd = 0.05, 0.1, 0.15, 1e-9, 10**7, "0:0.1", "00:00:00:23", "9:9:9", "linear", "fade", "noir", [], [0]
+    odd: tuple[object, ...] = (
+        0.05,
+        0.1,
+        0.15,
+        1e-9,
+        10**7,
+        "0:0.1",
+        "00:00:00:23",
+        "9:9:9",
+        "linear",
+        "fade",
+        "noir",
+        [],
+        [0],
+    )
     _change_values(random, table, (*ODD_VALUES, *LONG_WORDS, *odd), (0, 0, 0, 0, 0.01, -0.01))
     if random.random() < 0.1:
         table["cue"] *= random.choice((2, 50, 400))
@@ -83,6 +97,7 @@ def config_case(random: Random) -> tuple[str, bytes]:
     context, table = click.Context(commands), dict[str, Any]()
     for name in ("render", *random.sample(commands.list_commands(context), random.choice((0, 0, 2)))):
         command = commands.get_command(context, name)
+        assert command is not None
         options = {each[2:]: option for option in command.params for each in option.opts if each[:2] == "--"}
         chosen = random.sample(list(options), min(len(options), random.choice((1, 1, 2, 4))))
         table[name] = {key: _option_value(random, options[key].type) for key in chosen}

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, Protocol
 
 Order = Literal["big", "little"]
 
@@ -36,6 +36,23 @@ class Extent(NamedTuple):
     begin: int
     end: int
     after: int
+
+
+class Syntax(Protocol):
+    """How to read and write the parts of a file."""
+
+    @property
+    def order(self) -> Order:
+        """Byte order of numbers."""
+        ...
+
+    def read(self, content: bytes) -> list[Part]:
+        """Return the parts of a file."""
+        ...
+
+    def write(self, parts: list[Part]) -> bytes:
+        """Return a file with these parts."""
+        ...
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,8 @@ from tools.fuzzing.damage import ODD_VALUES, edit_text
 from vidstyle.block import Control, Slider
 from vidstyle.blocks import all_blocks
 from vidstyle.style import LAYERS, table_from_style
-from vidstyle.style.check import MAX_STEPS, STEP_KEYS
-from vidstyle.style.model import FIELDS
+from vidstyle.style.check import MAX_STEPS
+from vidstyle.style.model import FIELDS, STEP_KEYS
 from vidstyle.style.paths import steps_by_path
 
 

@@ -41,15 +41,14 @@ class Worker:
 
     def outcome(self, case: Case, seconds: float = MAX_PROCESSOR_SECONDS) -> str:
         """Try a case and return "used", "refused", or a description of the finding."""
-        if self._process is None:
-            self._start()
+        process = self._process or self._start()
         self._pipe.send(case)
         try:
-            answered = wait_for_answer(psutil.Process(self._process.pid), self._pipe.poll, seconds)
+            answered = wait_for_answer(psutil.Process(process.pid), self._pipe.poll, seconds)
             found = self._pipe.recv() if answered else "hang"
         except (EOFError, psutil.NoSuchProcess):
-            self._process.join()
-            found = f"crash: exit code {self._process.exitcode}"
+            process.join()
+            found = f"crash: exit code {process.exitcode}"
         if found not in ("used", "refused"):
             self.close()
         return found
@@ -61,13 +60,14 @@ class Worker:
             self._process.join()
             self._process = None
 
-    def _start(self) -> None:
+    def _start(self) -> BaseProcess:
         context = multiprocessing.get_context("spawn")
         self._pipe, far = context.Pipe()
         self._process = context.Process(target=serve_cases, args=(far, *self._arguments), daemon=True)
         self._process.start()
         far.close()
         self._pipe.recv()
+        return self._process
 
 
 def serve_cases(pipe: Connection, whole: dict[str, list[Path]], trial: Trial) -> None:

@@ -45,7 +45,7 @@ def main() -> None:
 def make_photograph_page(folder: Path) -> Path:
     """Make the page of `STORY` with photographs and subtitles in the same folder, and return its path."""
     (folder / "photographs").mkdir()
-    events = []
+    events: list[str] = []
     for number, (name, *said) in enumerate(STORY):
         picture = getattr(skimage.data, name)()
         cv2.imwrite(str(folder / "photographs" / f"{number}-{name}.png"), picture[..., ::-1])

@@ -85,7 +85,7 @@ def _draw_row(name: str, source: str, images: Path) -> Iterator[np.ndarray]:
     explained = load_bank(bank).about["fidelity"]["explained"]
     color = photograph.color()
     (filtered,) = make_reference(source).apply(color, photograph)
-    levels = [np.uint8(np.clip(each * 255 + 0.5, 0, 255)) for each in (color, filtered)]
+    levels = [np.clip(each * 255 + 0.5, 0, 255).astype(np.uint8) for each in (color, filtered)]
     look = Style("own", background=(Step("learned", {"bank": bank.name}),), folder=bank.parent)
     learned = stylize(levels[0], look)
     difference = np.abs(learned.astype(int) - levels[1])

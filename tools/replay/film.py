@@ -56,7 +56,7 @@ class _Film:
     def __init__(self, recording: Recording, cores: int, machine: Machine, frames: int | None) -> None:
         self._recording, self._cores = recording, cores
         self._slowdown = machine.slowdown if cores > 1 else 1.0
-        made = min(map(len, (recording.reading, recording.writing, recording.finished)))
+        made = min(len(recording.reading), len(recording.writing), len(recording.finished))
         self._count = min(made, frames or made)
         self._between = {name: each / made for name, each in recording.between.items()}
         self._encoding = [each + sum(recording.ending) / made for each in recording.writing]

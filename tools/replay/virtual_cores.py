@@ -78,10 +78,10 @@ class _Machine:
     def run(self) -> None:
         while self._ready or self._busy:
             while self._ready and self._free:
-                thread, left = self._ready.popleft()
+                thread, seconds = self._ready.popleft()
                 self._free -= 1
-                part = min(left, MAX_SLICE_SECONDS)
-                self._until(self.now + part, thread, left - part)
+                part = min(seconds, MAX_SLICE_SECONDS)
+                self._until(self.now + part, thread, seconds - part)
             self.now, _, thread, left = heapq.heappop(self._busy)
             if isinstance(left, Semaphore):
                 self.advance(thread, Take(left))
