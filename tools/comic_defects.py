@@ -33,8 +33,8 @@ from vidstyle.comic.analyze.film import FilmFile
 from vidstyle.media.read.sampler import FilmSampler
 from vidstyle.regions.faces import FaceFinder
 
-_SECONDS = 8.0
-_WIDTH, _HEIGHT, _RECODED_WIDTH = 640, 360, 480
+_CLIP_SECONDS = 8.0
+_CLIP_WIDTH, _CLIP_HEIGHT, _RECODED_WIDTH = 640, 360, 480
 _ENCODING = ("-c:v", "libx264", "-preset", "ultrafast", "-crf", "20", "-g", "48", "-an")
 _MIN_DIFFERENT_LEVELS, _MAX_SAME_SHARE, _MIN_DIFFERENT_SHARE = 24, 0.0005, 0.006
 """A pixel differs by these levels; with a share between the other two a frame is not counted."""
@@ -168,18 +168,18 @@ def _blurred(film: Path, stem: Path, chance: random.Random, is_averaged: bool) -
 
 def _fit() -> str:
     return (
-        f"fps=24,scale={_WIDTH}:{_HEIGHT}:force_original_aspect_ratio=increase,crop={_WIDTH}:{_HEIGHT},"
+        f"fps=24,scale={_CLIP_WIDTH}:{_CLIP_HEIGHT}:force_original_aspect_ratio=increase,crop={_CLIP_WIDTH}:{_CLIP_HEIGHT},"
         "setsar=1,format=yuv420p"
     )
 
 
-def _start(film: Path, chance: random.Random, seconds: float = _SECONDS) -> float:
+def _start(film: Path, chance: random.Random, seconds: float = _CLIP_SECONDS) -> float:
     with FilmSampler(film) as sampler:
         return chance.uniform(0, max(0.0, float(sampler.seconds) - seconds))
 
 
 def _encode(film: Path, path: Path, start: float, filters: str) -> None:
-    source = ("-ss", f"{start:.3f}", "-i", film, "-t", _SECONDS)
+    source = ("-ss", f"{start:.3f}", "-i", film, "-t", _CLIP_SECONDS)
     _ffmpeg(*source, "-map", "0:v:0", "-vf", filters, *_ENCODING, path)
 
 

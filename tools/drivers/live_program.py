@@ -97,7 +97,7 @@ def wait_for_picture(path: str, program: Program) -> None:
     """Wait until a virtual camera shows something."""
     deadline = time.monotonic() + TIMEOUT_SECONDS
     while True:
-        assert time.monotonic() < deadline and not program.has_ended, f"nothing is written: {program.lines}"
+        assert time.monotonic() < deadline and not program.has_ended, f"no frame is written: {program.lines}"
         try:
             column_colors(path)
             return

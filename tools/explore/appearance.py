@@ -20,8 +20,8 @@ from vidstyle.explore.like import known_styles
 from vidstyle.gallery.preview import read_still
 from vidstyle.gallery.style_samples import restyle_picture
 
-AXES, SHRINKAGE = 24, 0.05
-"""How many axes are kept, and by how much correlations within a style are drawn towards none."""
+AXIS_COUNT, SHRINKAGE_RATIO = 24, 0.05
+"""Number of axes that are kept, and the share by which correlations within a style are reduced."""
 
 
 def main() -> None:
@@ -50,10 +50,10 @@ def fitted(looks: np.ndarray, others: np.ndarray) -> dict[str, object]:
     means = looks.mean(axis=1)
     own = (looks - means[:, None]).reshape(-1, looks.shape[2])
     within = own.T @ own / (len(own) - len(looks))
-    within += SHRINKAGE * (np.diag(np.diag(within)) - within) + 1e-9 * np.eye(len(within))
+    within += SHRINKAGE_RATIO * (np.diag(np.diag(within)) - within) + 1e-9 * np.eye(len(within))
     white = np.linalg.inv(np.linalg.cholesky(within))
     ratios, axes = np.linalg.eigh(white @ np.cov(means.T) @ white.T)
-    ratios, axes = ratios[: -AXES - 1 : -1], axes[:, : -AXES - 1 : -1]
+    ratios, axes = ratios[: -AXIS_COUNT - 1 : -1], axes[:, : -AXIS_COUNT - 1 : -1]
     axes = np.sqrt(ratios / (1 + ratios))[:, None] * (axes.T @ white)
     placed = others @ axes.T
     pairs = [np.linalg.norm(placed[:, one] - placed[:, other], axis=1)

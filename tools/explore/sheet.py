@@ -17,32 +17,38 @@ from vidstyle.gallery.style_samples import restyle_picture
 
 TARGET = Path(__file__).parents[2] / "docs" / "explore-sheet.jpg"
 PHOTOGRAPHS = ("astronaut", "chelsea", "coffee")
-SEED, COUNT, COLUMNS = 7, 16, 8
-WIDTH, HEIGHT = 168, 126
-DRAWN_SIDE = 640
-QUALITY = 74
+RANDOM_SEED, STYLE_COUNT, COLUMN_COUNT = 7, 16, 8
+TILE_WIDTH, TILE_HEIGHT = 168, 126
+RENDERED_SIDE_PX = 640
+JPEG_QUALITY = 74
 
 
 def main() -> None:
     """See the top of the file."""
     sheet = cv2.cvtColor(np.vstack([rows_of(name) for name in PHOTOGRAPHS]), cv2.COLOR_RGB2BGR)
-    cv2.imwrite(str(TARGET), sheet, [cv2.IMWRITE_JPEG_QUALITY, QUALITY, cv2.IMWRITE_JPEG_OPTIMIZE, 1])
+    cv2.imwrite(str(TARGET), sheet, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY, cv2.IMWRITE_JPEG_OPTIMIZE, 1])
     print(f"{TARGET}: {TARGET.stat().st_size} bytes")
 
 
 def rows_of(name: str) -> np.ndarray:
     """Rows of one of scikit-image's photographs in random styles, H x W x 3 uint8."""
-    picture = reduce_picture(cropped(getattr(data, name)()), DRAWN_SIDE)
-    chosen = search(Original(picture), SEED, COUNT).chosen
-    tiles = [cv2.resize(restyle_picture(picture, each.style), (WIDTH, HEIGHT), interpolation=cv2.INTER_AREA)
-             for each in chosen]  # fmt: skip
-    return np.vstack([np.hstack(tiles[start : start + COLUMNS]) for start in range(0, COUNT, COLUMNS)])
+    picture = reduce_picture(cropped(getattr(data, name)()), RENDERED_SIDE_PX)
+    chosen = search(Original(picture), RANDOM_SEED, STYLE_COUNT).chosen
+    size = TILE_WIDTH, TILE_HEIGHT
+    restyled = (restyle_picture(picture, each.style) for each in chosen)
+    tiles = [cv2.resize(each, size, interpolation=cv2.INTER_AREA) for each in restyled]
+    return np.vstack(
+        [np.hstack(tiles[start : start + COLUMN_COUNT]) for start in range(0, STYLE_COUNT, COLUMN_COUNT)]
+    )
 
 
 def cropped(picture: np.ndarray) -> np.ndarray:
     """The upper part of a picture, with the aspect ratio of a tile."""
     height, width = picture.shape[:2]
-    rows, columns = min(height, width * HEIGHT // WIDTH), min(width, height * WIDTH // HEIGHT)
+    rows, columns = (
+        min(height, width * TILE_HEIGHT // TILE_WIDTH),
+        min(width, height * TILE_WIDTH // TILE_HEIGHT),
+    )
     left = (width - columns) // 2
     return np.ascontiguousarray(picture[:rows, left : left + columns])
 

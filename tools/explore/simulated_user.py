@@ -1,8 +1,8 @@
-"""Somebody with a look in mind who explores: how many screens until a tile is in its neighbourhood?
+"""Simulate a user who explores with a look in mind, and count the screens until a tile is close to it.
 
-The user sees nothing but pictures, takes the tile that is nearest to the hidden look, and judges by other
-numbers than the program. A picture is in the neighbourhood of a look if it is as near as the nearest
-hundredth of random styles: choosing at random then takes eleven screens of nine on average.
+The simulated user sees only pictures, chooses the tile closest to the hidden look, and compares pictures by
+other numbers than the program. A picture is in the neighbourhood of a look if it is as close as the closest
+hundredth of random styles. Random choice takes eleven screens of nine tiles on average.
 
     python -m tools.explore.simulated_user --random 50 photograph.jpg
 """
@@ -26,38 +26,42 @@ from vidstyle.explore.workers import Workers
 from vidstyle.gallery.preview import read_still
 from vidstyle.style import Style
 
-NEAREST = 0.01
+NEIGHBOUR_SHARE = 0.01
 """The share of random styles that are in the neighbourhood of a look."""
-CELLS = 12
+GRID_SIDE_COUNT = 12
 """Rows and columns in which the user compares colours and texture."""
-BANDS = (1.0, 2.0, 4.0)
-"""Standard deviations in pixels of the blurs between which texture is looked at."""
-HIDDEN_SEED, RANDOM_SEED = 5_000_000, 6_000_000
-"""Seeds of hidden looks and of random styles begin here: the program draws others."""
+BLUR_SIGMAS_PX = (1.0, 2.0, 4.0)
+"""Standard deviations of blurs in pixels; texture is the difference of two successive ones."""
+HIDDEN_LOOK_SEED, RANDOM_SEED = 5_000_000, 6_000_000
+"""First seeds of hidden looks and of random styles; the program never draws these."""
 
 
-def seen(picture: np.ndarray) -> np.ndarray:
-    """What the user sees of a picture, H x W x 3 uint8: a point, of which distances are compared."""
+def describe_picture(picture: np.ndarray) -> np.ndarray:
+    """Return a vector that describes a picture, H x W x 3 uint8; similar pictures have close vectors."""
     lab = cv2.cvtColor(picture.astype(np.float32) / 255, cv2.COLOR_RGB2Lab)
-    blurs = [cv2.GaussianBlur(lab[..., 0], (0, 0), sigma) for sigma in BANDS]
+    blurs = [cv2.GaussianBlur(lab[..., 0], (0, 0), sigma) for sigma in BLUR_SIGMAS_PX]
     bands = [np.abs(one - other) for one, other in zip([lab[..., 0], *blurs[:-1]], blurs, strict=True)]
     textures = [_cells(np.log1p(band)) for band in bands]
-    return np.concatenate([_cells(lab).ravel() / 10, *(2 * texture.ravel() for texture in textures)]) / CELLS
+    values = [_cells(lab).ravel() / 10, *(2 * texture.ravel() for texture in textures)]
+    return np.concatenate(values) / GRID_SIDE_COUNT
 
 
 def _cells(picture: np.ndarray) -> np.ndarray:
-    return cv2.resize(picture, (CELLS, CELLS), interpolation=cv2.INTER_AREA)
+    return cv2.resize(picture, (GRID_SIDE_COUNT, GRID_SIDE_COUNT), interpolation=cv2.INTER_AREA)
 
 
-def screens_needed(
+def count_screens(
     chooser: Chooser, hidden: np.ndarray, radius: float, most: int
 ) -> tuple[int | None, list[float]]:
-    """The screens until a tile is in the neighbourhood, None if more than `most`; and the nearest of each."""
+    """Return the number of screens until a tile is in the neighbourhood, and the least distance of each.
+
+    The number is None if no tile of the first `most` screens is close enough.
+    """
     nearest: list[float] = []
     place = 0
     for number in range(most):
         screen = chooser.new_screen() if number == 0 else chooser.more_like(place)
-        apart = [float(np.linalg.norm(seen(tile.look.picture) - hidden)) for tile in screen.tiles]
+        apart = [float(np.linalg.norm(describe_picture(tile.look.picture) - hidden)) for tile in screen.tiles]
         place = int(np.argmin(apart))
         nearest.append(min(apart))
         if min(apart) <= radius:
@@ -65,43 +69,46 @@ def screens_needed(
     return None, nearest
 
 
-def radius_of(hidden: np.ndarray, others: Sequence[np.ndarray]) -> float:
-    """How far the neighbourhood of a look reaches."""
-    return float(np.quantile([np.linalg.norm(each - hidden) for each in others], NEAREST))
+def neighbourhood_radius(hidden: np.ndarray, others: Sequence[np.ndarray]) -> float:
+    """Return the radius of the neighbourhood of a look."""
+    return float(np.quantile([np.linalg.norm(each - hidden) for each in others], NEIGHBOUR_SHARE))
 
 
-def looks_with(workers: Workers, picture: np.ndarray, styles: Sequence[Style]) -> list[Look | None]:
-    """What styles make of a picture."""
+def render_looks(workers: Workers, picture: np.ndarray, styles: Sequence[Style]) -> list[Look | None]:
+    """Render a picture in styles; None where a style fails."""
     return [each.result() for each in [workers.submit(0, look_of, picture, style) for style in styles]]
 
 
 def main() -> None:
-    """Print a line for each hidden look, and how many were reached."""
+    """Print a line for each hidden look, and the number of looks that were found."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("picture")
     parser.add_argument("--random", type=int, default=50, help="hidden looks that are random styles")
-    parser.add_argument("--others", type=int, default=400, help="random styles that say what is near")
+    parser.add_argument(
+        "--others", type=int, default=400, help="random styles for the radius of the neighbourhood"
+    )
     parser.add_argument("--screens", type=int, default=8)
     parser.add_argument("--side", type=int, default=200, help="longest side of the picture")
     arguments = parser.parse_args()
     picture = np.ascontiguousarray(reduce_picture(read_still(arguments.picture), arguments.side))
     with Workers() as workers:
-        looks = partial(looks_with, workers, picture)
+        looks = partial(render_looks, workers, picture)
         drawn = looks([random_style(RANDOM_SEED + number) for number in range(arguments.others)])
-        others = [seen(look.picture) for look in drawn if look and not look.fault]
+        others = [describe_picture(look.picture) for look in drawn if look and not look.fault]
         hidden = {style.name: style for style in shipped_styles()}
         hidden |= {
-            f"random {number}": random_style(HIDDEN_SEED + number) for number in range(3 * arguments.random)
+            f"random {number}": random_style(HIDDEN_LOOK_SEED + number)
+            for number in range(3 * arguments.random)
         }
         found, left = [], len(shipped_styles()) + arguments.random
         for number, (name, look) in enumerate(zip(hidden, looks(list(hidden.values())), strict=True)):
             if look is None or (look.fault and name.startswith("random")) or not left:
                 continue
             left -= 1
-            target = seen(look.picture)
+            target = describe_picture(look.picture)
             chooser = Chooser(looks, shipped_styles(), seed=number)
-            radius = radius_of(target, others)
-            needed, nearest = screens_needed(chooser, target, radius, arguments.screens)
+            radius = neighbourhood_radius(target, others)
+            needed, nearest = count_screens(chooser, target, radius, arguments.screens)
             found.append(needed)
             print(
                 f"{name:16} {needed or '-'!s:3} {radius:.2f} {' '.join(f'{each:.2f}' for each in nearest)}",

@@ -16,7 +16,7 @@ from functools import partial
 import cv2
 import numpy as np
 
-from tools.explore.simulated_user import looks_with
+from tools.explore.simulated_user import render_looks
 from vidstyle.explore.appearance import appearance_distance, appearance_of
 from vidstyle.explore.choosing.chooser import Chooser
 from vidstyle.explore.choosing.tile_screen import CHOSEN_KIND, TileScreen
@@ -27,7 +27,7 @@ from vidstyle.explore.workers import Workers
 from vidstyle.gallery.preview import read_still
 
 MAX_SCREENS = 8
-SAME_LOOK = 1.0
+SAME_LOOK_DISTANCE = 1.0
 """Appearance distance below which two pictures show the same look: usual between pictures in one style."""
 WISHES = {
     "light, no colour": {"light": (0.72, 1), "color": (0, 0.03)},
@@ -37,7 +37,7 @@ WISHES = {
     "grainy print": {"grain": (0.03, 1), "flat": (0, 0.6), "color": (0, 0.1)},
 }
 """What each wish means: limits for `seen`."""
-SPREADS = {"light": 0.2, "color": 0.05, "flat": 0.25, "grain": 0.01, "hard": 0.05}
+CLEAR_DIFFERENCES = {"light": 0.2, "color": 0.05, "flat": 0.25, "grain": 0.01, "hard": 0.05}
 """What counts as a clear difference, for the distance of a picture to a wish."""
 
 
@@ -50,7 +50,7 @@ def main() -> None:
     arguments = parser.parse_args()
     picture = np.ascontiguousarray(reduce_picture(read_still(arguments.picture), arguments.side))
     with Workers() as workers:
-        looks = partial(looks_with, workers, picture)
+        looks = partial(render_looks, workers, picture)
         for wish in WISHES:
             for seed in range(arguments.seeds):
                 met, different, nearest = screens_until(Chooser(looks, shipped_styles(), seed=seed), wish)
@@ -78,7 +78,7 @@ def missing(picture: np.ndarray, wish: str) -> float:
     """How far a picture is from a wish; 0 if it is met."""
     numbers = seen(picture)
     return sum(
-        max(low - numbers[name], numbers[name] - high, 0) / SPREADS[name]
+        max(low - numbers[name], numbers[name] - high, 0) / CLEAR_DIFFERENCES[name]
         for name, (low, high) in WISHES[wish].items()
     )
 
@@ -102,7 +102,7 @@ def look_count(screen: TileScreen) -> int:
     taken: list[np.ndarray] = []
     for tile in screen.tiles:
         look = appearance_of(tile.look.picture)
-        if all(appearance_distance(look, other) >= SAME_LOOK for other in taken):
+        if all(appearance_distance(look, other) >= SAME_LOOK_DISTANCE for other in taken):
             taken.append(look)
     return len(taken)
 

@@ -33,7 +33,7 @@ class FilmLook:
     _known: dict[str, Settings] = field(default_factory=dict, init=False)
 
     def __post_init__(self) -> None:
-        """Read what is the same for all films; raises VidstyleError."""
+        """Read the settings that all films share; raises VidstyleError."""
         if not has_fields(self.value):
             self._known[self.value] = self.settings_of(self.value)
 

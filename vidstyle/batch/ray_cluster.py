@@ -100,7 +100,7 @@ class RayCluster:
         self._driver.kill()
 
     def _begin(self, request: dict[str, Any]) -> tuple[int, queue.SimpleQueue[Mapping[str, Any] | None]]:
-        """Send a request; returns the number of the task, and the answers to it; None is the last one."""
+        """Send a request; returns the task number, and a queue of its answers, which ends with None."""
         messages: queue.SimpleQueue[Mapping[str, Any] | None] = queue.SimpleQueue()
         with self._lock:
             self._count += 1

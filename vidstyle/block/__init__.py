@@ -230,7 +230,7 @@ class Block:
 
     @property
     def details(self) -> str:
-        """What follows the first line of the docstring, on one line."""
+        """The docstring after its first line, on one line."""
         return " ".join((inspect.getdoc(self.function) or "").partition("\n")[2].split())
 
     def __call__(self, *arrays: Any, **values: Any) -> Any:

@@ -9,13 +9,13 @@ from vidstyle.block.search import is_described_by
 
 @dataclass(frozen=True)
 class AbsentEffect:
-    """An effect that people search in vain.
+    """An effect that people search for and that vidstyle does not have.
 
     Attributes:
-        words: what they type, separated by commas.
-        note: sentences about what is possible.
-        nearest: the blocks that come nearest.
-        values: the fields of a style that come nearest.
+        words: search terms, separated by commas.
+        note: an explanation of the alternatives.
+        nearest: the closest blocks.
+        values: the closest fields of a style.
         styles: the styles that have the effect.
     """
 

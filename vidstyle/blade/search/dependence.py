@@ -37,7 +37,7 @@ class Dependence:
         randomness: the difference of two runs.
         position: the difference after moving the picture.
         direction: the difference after rotating the picture by 90 degrees.
-        instability: the difference after adding noise of one level of 255, without what is linear in it.
+        instability: the difference after adding noise of one level of 255, less its linear part.
         far: the mean difference more than `FAR_PX` from a change of the picture.
         color: the difference after removing the colour of the picture.
         chroma: the change of the chroma planes; 0 for a filter that returns luma only.

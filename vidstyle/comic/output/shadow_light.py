@@ -1,4 +1,4 @@
-"""More light in the shadows of a picture, as ink on paper shows less of them than a screen does."""
+"""Lighten the shadows of a picture: ink on paper shows less of them than a screen does."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 
 _LIFT_FACTOR, _MIN_LIT_LEVEL, _MAX_GAIN_FACTOR = 0.5, 0.65, 2.2
-"""Exponent by which black shadows become lighter, the light from which a part stays as it is, 0..1, and the
-maximum gain.
+"""Exponent that lightens black shadows, the light above which a part is unchanged, 0..1, and the maximum
+gain.
 
 They were tuned on dark frames of a trailer, a room and a flash photograph, in the style comic.
 """

@@ -52,7 +52,7 @@ class FullSizeMetrics(NamedTuple):
         has_face: whether the crop shows a face that is large enough.
         face: absolute correlation of facial features with the source; `MAX_FACE_LIKENESS` without a face.
         face_outlines: the same for outlines of features, which smears and blots destroy before the features.
-        rims: mean height of light marks up to 15 pixels wide beside edges, less that of the source.
+        rims: mean height of light marks up to 15 pixels wide along edges, less the height in the source.
         mark_smallness: logarithm of the strength of marks of 4 to 8 pixels relative to those of 8 to 16.
         face_lift: by how much lighter a style makes faces than their surroundings, less the difference in the
             source, in Oklab lightness, 0..1; 0 without a face.

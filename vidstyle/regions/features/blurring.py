@@ -8,7 +8,7 @@ import numpy as np
 MIN_SIGMA_PX = 4.0
 """Standard deviation of a Gaussian on a reduced copy, in pixels of the copy."""
 MIN_WEIGHT = 1e-3
-"""Added to weights: the mean of nothing is that of all samples nearby."""
+"""Added to all weights, so that the mean without selected samples is the mean of all samples nearby."""
 
 
 def blurred(plane: np.ndarray, sigma: float) -> np.ndarray:
