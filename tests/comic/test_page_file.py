@@ -309,6 +309,12 @@ def test_a_comic_is_edited_in_a_browser(folder: Path, browser: Browser) -> None:
     assert not [event for event in browser.events if event["method"] == "Runtime.exceptionThrown"]
 
 
+def enlarged_width(browser: Browser) -> float:
+    return float(
+        browser.run("return document.querySelector('#panel-picture > svg').getBoundingClientRect().width")
+    )
+
+
 def test_a_comic_is_read_panel_by_panel(folder: Path, browser: Browser) -> None:
     make_comic(folder / "comic.toml", folder / "read.html")
     browser.open((folder / "read.html").as_uri())
@@ -333,10 +339,20 @@ def test_a_comic_is_read_panel_by_panel(folder: Path, browser: Browser) -> None:
         "return [...document.querySelectorAll('.panel')].map((each) => each.getBoundingClientRect().top)"
     )
     assert sorted(set(lefts)) == lefts
-    # A panel that is enlarged stays in view when the phone is turned.
+    # There, a panel is twice as large when enlarged; a drag moves it before it turns to the next one.
+    on_page = browser.run("return document.querySelector('#panel-2 .frame').getBoundingClientRect().width")
     browser.run("document.querySelectorAll('.panel')[1].dispatchEvent(new MouseEvent('click'))")
-    browser.run("document.getElementById('panel-after').click()")
+    assert enlarged_width(browser) > 1.9 * on_page
+    browser.drag((300, 400), (40, 400))
+    assert browser.run(number) == "2 of 4"
+    browser.drag((300, 400), (40, 400))
     assert browser.run(number) == "3 of 4"
+    browser.run("document.getElementById('panel-before').click()")
+    browser.run("document.getElementById('panel-whole').click()")
+    assert enlarged_width(browser) <= 390
+    browser.drag((300, 400), (40, 400))
+    assert browser.run(number) == "3 of 4", "a whole panel has no hidden part"
+    # A panel that is enlarged stays in view when the phone is turned.
     browser.call(
         "Emulation.setDeviceMetricsOverride", width=844, height=390, deviceScaleFactor=1, mobile=False
     )

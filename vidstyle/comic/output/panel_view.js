@@ -13,28 +13,22 @@ function placeOf(panel) {
 
 /** Windows that are as narrow as a phone: panels stand one below the other. */
 export const NARROW = matchMedia("(max-width: 40rem)");
-/** Turning an enlarged panel is offered if it then is larger by this factor. */
-const MIN_TURN_GAIN = 1.25;
+/** An enlarged panel is whole if it then is larger than on the page by the first factor, else larger by the second. */
+const [ENOUGH_GAIN, PART_GAIN] = [1.4, 2];
 
-/** Whether a panel is larger on its side, as on a phone. @param {number} width @param {number} height of the panel */
-function gainsByTurning(width, height) {
-  const { clientWidth, clientHeight } = get("panel-picture");
-  const upright = Math.min(clientWidth / width, clientHeight / height);
-  return Math.min(clientWidth / height, clientHeight / width) > MIN_TURN_GAIN * upright;
-}
-
-/** A finger that has moved so far turns to another panel. */
-const MIN_SWIPE_PX = 40;
+/** A pointer that has moved so far is no click, and one that has moved farther turns to another panel. */
+const [MIN_DRAG_PX, MIN_SWIPE_PX] = [8, 40];
 
 /** Enlarges panels when they are clicked, or when Enter is pressed. */
 export class PanelView {
   #at = 0;
-  /** Whether panels are shown on their side, where they are larger so. */
-  #isTurned = false;
+  /** Whether panels are shown whole where parts of them would be larger. */
+  #isWhole = false;
   #dialog = /** @type {HTMLDialogElement} */ (get("reading"));
 
-  /** The place where a finger or the mouse was pressed. */
-  #pressed = 0;
+  #view = get("panel-picture");
+  /** Where a finger or the mouse was pressed, and how far the panel was scrolled then. @type {{x: number, y: number, left: number, top: number} | null} */
+  #pressed = null;
 
   /**
    * @param {SVGGElement[]} panels in reading order
@@ -49,15 +43,17 @@ export class PanelView {
     }
     get("read").prepend(icon("enlarge"));
     get("read").addEventListener("click", () => this.#open(this.#at));
-    get("panel-turn").prepend(icon("turn"));
-    get("panel-turn").addEventListener("click", () => {
-      this.#isTurned = !this.#isTurned;
+    get("panel-whole").prepend(icon("fit"));
+    get("panel-whole").addEventListener("click", () => {
+      this.#isWhole = !this.#isWhole;
       this.refresh();
     });
     get("panel-close").prepend(icon("close"));
     get("panel-close").addEventListener("click", () => this.#dialog.close());
-    get("panel-picture").addEventListener("pointerdown", ({ clientX, isPrimary }) => isPrimary && (this.#pressed = clientX));
-    get("panel-picture").addEventListener("pointerup", ({ clientX, isPrimary, button }) => isPrimary && !button && this.#turn(clientX));
+    this.#view.addEventListener("pointerdown", (event) => this.#press(event));
+    this.#view.addEventListener("pointermove", (event) => this.#drag(event));
+    this.#view.addEventListener("pointerup", (event) => this.#release(event));
+    this.#view.addEventListener("pointercancel", () => (this.#pressed = null));
     addEventListener("resize", () => this.refresh());
     this.#dialog.addEventListener("close", () => {
       this.panels[this.#at].focus();
@@ -92,11 +88,30 @@ export class PanelView {
     this.#show(number);
   }
 
-  /** Turns to the side of a click, or against the direction of a swipe. @param {number} x where the pointer was released */
-  #turn(x) {
-    const moved = x - this.#pressed;
-    const isBack = Math.abs(moved) > MIN_SWIPE_PX ? moved > 0 : x < innerWidth / 2;
-    this.#show(this.#at + (isBack ? -1 : 1));
+  /** @param {PointerEvent} event */
+  #press({ clientX: x, clientY: y, isPrimary, button, pointerId }) {
+    if (!isPrimary || button) return;
+    const { scrollLeft: left, scrollTop: top } = this.#view;
+    this.#pressed = { x, y, left, top };
+    this.#view.setPointerCapture(pointerId);
+  }
+
+  /** Moves a panel that is larger than the window. @param {PointerEvent} event */
+  #drag({ clientX, clientY }) {
+    if (!this.#pressed) return;
+    const { x, y, left, top } = this.#pressed;
+    this.#view.scrollTo(left + x - clientX, top + y - clientY);
+  }
+
+  /** Turns to the side of a click, or against the direction of a swipe that starts at the edge of the panel. @param {PointerEvent} event */
+  #release({ clientX, clientY }) {
+    if (!this.#pressed) return;
+    const { x, y, left } = this.#pressed;
+    this.#pressed = null;
+    const moved = clientX - x;
+    const isAtEdge = moved > 0 ? left <= 1 : left >= this.#view.scrollWidth - this.#view.clientWidth - 1;
+    if (Math.hypot(moved, clientY - y) < MIN_DRAG_PX) this.#show(this.#at + (clientX < innerWidth / 2 ? -1 : 1));
+    else if (Math.abs(moved) > MIN_SWIPE_PX && isAtEdge) this.#show(this.#at + (moved > 0 ? -1 : 1));
   }
 
   /** Shows the enlarged panel again, after the panels were placed differently. */
@@ -110,14 +125,10 @@ export class PanelView {
     if (!panel) return;
     this.#at = number;
     const [x, y, width, height] = placeOf(panel);
-    const gains = NARROW.matches && gainsByTurning(width, height);
-    const turned = gains && this.#isTurned;
-    get("panel-turn").hidden = !gains;
-    press(get("panel-turn"), turned);
-    const viewBox = turned ? `0 0 ${height} ${width}` : `${x} ${y} ${width} ${height}`;
-    const whole = /** @type {SVGSVGElement} */ (makeSvg("svg", { viewBox, "font-family": panel.ownerSVGElement?.getAttribute("font-family") ?? "" }));
-    whole.append(makeSvg("use", { href: `#${panel.id}`, ...(turned && { transform: `rotate(90) translate(${-x} ${-y - height})` }) }));
-    get("panel-picture").replaceChildren(whole);
+    const whole = /** @type {SVGSVGElement} */ (makeSvg("svg", { viewBox: `${x} ${y} ${width} ${height}`, "font-family": panel.ownerSVGElement?.getAttribute("font-family") ?? "" }));
+    whole.append(makeSvg("use", { href: `#${panel.id}` }));
+    this.#view.replaceChildren(whole);
+    this.#fit(whole, width, height, panel.ownerSVGElement?.getScreenCTM()?.a ?? 1);
     const own = panel.transform.baseVal.consolidate()?.matrix.a ?? 1;
     reducePictures(panel, own * (whole.getScreenCTM()?.a ?? 1) * devicePixelRatio);
     get("panel-number").textContent = `${number + 1} of ${this.panels.length}`;
@@ -125,8 +136,26 @@ export class PanelView {
     for (const [id, by] of /** @type {const} */ ([["panel-before", -1], ["panel-after", 1]])) get(id).toggleAttribute("disabled", !this.panels[number + by]);
   }
 
+  /** Gives an enlarged panel its size, and shows its middle. @param {SVGSVGElement} whole @param {number} width @param {number} height @param {number} scale of the page */
+  #fit(whole, width, height, scale) {
+    this.#view.classList.remove("part");
+    const { paddingLeft, paddingTop } = getComputedStyle(this.#view);
+    const ratios = [(this.#view.clientWidth - 2 * parseFloat(paddingLeft)) / width, (this.#view.clientHeight - 2 * parseFloat(paddingTop)) / height];
+    const [fitting, filling] = [Math.min(...ratios), Math.max(...ratios)];
+    const larger = fitting >= ENOUGH_GAIN * scale ? fitting : Math.max(fitting, Math.min(filling, PART_GAIN * scale));
+    const shown = this.#isWhole ? fitting : larger;
+    Object.assign(whole.style, { width: `${shown * width}px`, height: `${shown * height}px` });
+    get("panel-whole").hidden = larger === fitting;
+    press(get("panel-whole"), this.#isWhole);
+    this.#view.classList.toggle("part", shown > fitting);
+    // A part can be scrolled with the arrow keys, too.
+    this.#view.tabIndex = shown > fitting ? 0 : -1;
+    this.#view.scrollTo((this.#view.scrollWidth - this.#view.clientWidth) / 2, (this.#view.scrollHeight - this.#view.clientHeight) / 2);
+  }
+
   /** @param {KeyboardEvent} event */
   #key(event) {
+    if (event.target === this.#view && event.key.startsWith("Arrow") && this.#view.classList.contains("part")) return;
     const last = this.panels.length - 1;
     if (event.key === SHARED_KEYS.help) /** @type {HTMLDialogElement} */ (get("help")).showModal();
     const next = { ArrowLeft: this.#at - 1, ArrowRight: this.#at + 1, Home: 0, End: last, [SHARED_KEYS.next]: this.#at + 1 }[event.key];

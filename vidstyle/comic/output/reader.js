@@ -10,6 +10,8 @@ import { switchTheme } from "./theme.js";
 const MAX_PAGE_ASPECT = 2.5;
 /** The largest height of a panel there, its distance to the next one, and their common margin, relative to the width of the page. */
 const [MAX_STACKED_HEIGHT_RATIO, STACK_GUTTER_RATIO, STACK_MARGIN_RATIO] = [1.3, 0.025, 0.015];
+/** The title is as wide there as this part of the page, but not larger than by this factor. */
+const [HEADING_RATIO, MAX_HEADING_GAIN] = [0.9, 2];
 
 const pages = /** @type {SVGSVGElement[]} */ ([...document.querySelectorAll("main > svg")]);
 const boxes = pages.map((page) => page.getAttribute("viewBox") ?? "");
@@ -44,7 +46,7 @@ function stack(page) {
   const shown = /** @type {SVGGElement[]} */ ([...page.querySelectorAll(":scope > g")]);
   const boxes = shown.map((panel) => panel.getBBox());
   const scales = boxes.map((box) => Math.min((width - 2 * margin) / box.width, (MAX_STACKED_HEIGHT_RATIO * width) / box.height));
-  let top = margin;
+  let top = margin + stackHeading(page, width, gutter);
   for (const [number, panel] of shown.entries()) {
     const [box, scale] = [boxes[number], scales[number]];
     panel.setAttribute("transform", `translate(${(width - scale * box.width) / 2 - scale * box.x} ${top - scale * box.y}) scale(${scale})`);
@@ -56,9 +58,26 @@ function stack(page) {
   page.style.aspectRatio = `${width / height}`;
 }
 
-/** Returns the panels of all pages to their places. */
+/** Marks the title of a page: text above its panels. @param {SVGSVGElement} page */
+function findHeading(page) {
+  const tops = /** @type {SVGGElement[]} */ ([...page.querySelectorAll(":scope > g")]).map((panel) => panel.getBBox().y);
+  const texts = /** @type {SVGTextElement[]} */ ([...page.querySelectorAll(":scope > text")]);
+  texts.find((text) => text.getBBox().y + text.getBBox().height <= Math.min(...tops))?.classList.add("heading");
+}
+
+/** Places the title above the panels; returns the height that it takes. @param {SVGSVGElement} page @param {number} width @param {number} gutter */
+function stackHeading(page, width, gutter) {
+  const heading = /** @type {SVGTextElement | null} */ (page.querySelector(":scope > .heading"));
+  if (!heading) return 0;
+  const box = heading.getBBox();
+  const scale = Math.min(MAX_HEADING_GAIN, (HEADING_RATIO * width) / box.width);
+  heading.setAttribute("transform", `translate(${width / 2 - scale * (box.x + box.width / 2)} ${gutter - scale * box.y}) scale(${scale})`);
+  return scale * box.height + 2 * gutter;
+}
+
+/** Returns the panels and titles of all pages to their places. */
 function unstack() {
-  for (const panel of panels) panel.removeAttribute("transform");
+  for (const part of [...panels, ...document.querySelectorAll(".heading")]) part.removeAttribute("transform");
   for (const [number, page] of pages.entries()) {
     page.setAttribute("viewBox", boxes[number]);
     page.style.aspectRatio = "";
@@ -113,6 +132,7 @@ const KEYS = {
 
 for (const [id, name] of /** @type {const} */ ([["print", "print"], ["full", "fit"], ["theme", "theme"], ["ask", "help"]])) get(id).prepend(icon(name));
 for (const page of pages) page.style.setProperty("--aspect", String(page.viewBox.baseVal.width / page.viewBox.baseVal.height));
+pages.forEach(findHeading);
 const isStrip = pages.some(({ viewBox: { baseVal: { width, height } } }) => height > MAX_PAGE_ASPECT * width);
 document.body.classList.toggle("strip", isStrip);
 get("zoom").hidden = isStrip;

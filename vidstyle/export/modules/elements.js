@@ -114,7 +114,6 @@ const ICONS = {
   back: "M10.5 2.5 5 8l5.5 5.5",
   forward: "M5.5 2.5 11 8l-5.5 5.5",
   print: "M4.5 6V2.5h7V6M4.5 12h-2V6h11v6h-2M4.5 9.5h7v4h-7z",
-  turn: "M2.5 6.5h6v7h-6zM6 3.5h3.5a4 4 0 0 1 4 4V10m-2-2 2 2.2L15.5 8",
   restore: "M3 3v4h4M3.5 7A5.5 5.5 0 1 1 2.5 9",
 };
 
