@@ -198,6 +198,13 @@ def test_a_film_is_rendered_with_progress_and_exported(
     assert file == folder / "out.mp4" and file.stat().st_size > 1000
     assert {"frames", "fraction"} <= window.news("progress").keys()
     assert "exists" in answer(window, "render", tile=tile, name="out")["error"]
+    shown: list[Path] = []
+    page.reveal = shown.append
+    assert "error" not in answer(window, "reveal", file=str(file))
+    assert "cannot be shown" in answer(window, "reveal", file=str(Path(__file__)))["error"]
+    page.reveal = None
+    assert "cannot be shown" in answer(window, "reveal", file=str(file))["error"]
+    assert shown == [file], "only files of the page"
     exported = answer(window, "export", tile=tile, name="out", kind="toml")["file"]
     assert load_style(Path(exported)).layers == page.exploration.tile(tile).style.layers
     assert "cannot be opened" in answer(window, "design", tile=tile)["error"]
@@ -285,6 +292,13 @@ def test_a_narrow_page_opens_at_its_top(browser: Browser, page: ExploreServer) -
     browser.open(page.url)
     browser.until("document.getElementById('seen').children.length")
     assert browser.run("return [scrollY, document.documentElement.scrollHeight > innerHeight]") == [0, True]
+    # Two columns have no middle: the chosen tile comes first.
+    page.exploration.more_like(page.state()["tiles"][0]["tile"])
+    page.submit(page.send_state)
+    browser.until("document.getElementById('tiles').firstElementChild.matches('.chosen')")
+    page.exploration.back()
+    page.submit(page.send_state)
+    browser.until("!document.querySelector('.chosen')")
 
 
 def test_nine_tiles_move_and_say_what_they_are(opened: Browser, page: ExploreServer) -> None:
@@ -361,12 +375,8 @@ def test_by_keyboard_alone_a_look_is_found_kept_compared_and_saved(
     opened.run("history.forward()")
     eventually(lambda: chooser.at == at, "Forward of the browser")
     opened.until("document.getElementById('tiles').ariaBusy === 'false'")
-
-    def goes_back() -> bool:
-        press(opened, ",")
-        return chooser.at < at
-
-    eventually(goes_back, "a comma goes back; the page ignores it while tiles are replaced")
+    press(opened, ",")
+    eventually(lambda: chooser.at < at, "a comma goes back")
     opened.until("document.getElementById('tiles').ariaBusy === 'false'")
     at, count = chooser.at, len(chooser.screens)
     for cancel in ("document.getElementById('back').click()", "document.getElementById('stop').click()"):
@@ -376,6 +386,11 @@ def test_by_keyboard_alone_a_look_is_found_kept_compared_and_saved(
         opened.run("document.getElementById('message').textContent = ''")
         assert (chooser.at, len(chooser.screens)) == (at, count), "the search ends, and its screen stays"
         eventually(lambda: opened.run(READY), "all tiles are shown again")
+    opened.run("document.querySelector('.take').click()")
+    press(opened, "n")
+    eventually(lambda: len(chooser.screens) == count + 1, "a key during a search replaces it")
+    assert chooser.screen.tiles[4].kind != "chosen"
+    opened.until("document.getElementById('tiles').ariaBusy === 'false'")
     press(opened, "?")
     assert opened.run("return document.getElementById('help').open")
     opened.run("document.getElementById('help').close()")

@@ -31,7 +31,13 @@ def test_a_look_is_named_by_what_one_sees() -> None:
     gray = np.full((40, 60, 3), 120, np.uint8)
     assert names_of_look(gray, ("soft",)) == ["Gray, soft"]
     both = np.concatenate([blue, np.full_like(blue, (220, 120, 20))])
-    assert names_of_look(both, ()) == ["Vivid colours"]
+    assert names_of_look(both, ()) == ["Orange on blue"]
+    lights = np.linspace(0.4, 1, 60)[None, :, None]
+    assert names_of_look((both * lights).astype(np.uint8), ()) == ["Vivid colours"]
+    black = gray * 0
+    assert names_of_look(np.concatenate([black, *[blue + 50] * 5]), ()) == ["Black on blue"]
+    red = np.full_like(blue, (200, 30, 30))
+    assert names_of_look(np.concatenate([gray, gray + 100, gray, black, red[:10]]), ()) == ["Gray with red"]
     assert names_of_look(np.full_like(blue, (180, 165, 140)), ()) == ["Sepia"]
     assert names_of_look(np.concatenate([gray * 0, gray * 0 + 255]), ()) == ["Black and white"]
 

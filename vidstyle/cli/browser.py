@@ -7,7 +7,10 @@ import sys
 import threading
 import webbrowser
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
+
+import click
 
 from vidstyle.cli.parsing.command import Group, option
 from vidstyle.cli.parsing.common_options import number
@@ -37,3 +40,8 @@ def is_wanted(no_open: bool) -> bool:
 def open_page(address: str) -> None:
     """Open an address; does not wait, as some browsers take seconds."""
     threading.Thread(target=webbrowser.open, args=(address,), name="vidstyle browser").start()
+
+
+def show_in_folder(path: Path) -> None:
+    """Show a file in the program for folders."""
+    click.launch(str(path), locate=True)

@@ -89,10 +89,12 @@ def _show_page(source: str, options: dict[str, Any]) -> int:
         raise UsageError(f"--{option}", "needs -o FOLDER", "remove it, or add -o")
     from vidstyle.explore.page import explore
 
-    browse = browser.open_page if browser.is_wanted(options["no_open"]) else None
+    is_wanted = browser.is_wanted(options["no_open"])
+    browse, reveal = (browser.open_page, browser.show_in_folder) if is_wanted else (None, None)
     with stop_on_signals() as stop:
         seed, port = options["seed"], options["port"]
-        explore(source, stop=stop, seed=seed, port=port, browse=browse, designer=designer_until(stop))
+        designer = designer_until(stop)
+        explore(source, stop=stop, seed=seed, port=port, browse=browse, designer=designer, reveal=reveal)
     return stop.exit_code
 
 

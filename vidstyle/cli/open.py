@@ -54,7 +54,7 @@ def show_front_page(source: str | None, port: int, no_open: bool, device: str, s
             "live-film": lambda file: _show_live(children, file or "test"),
             "live-test": lambda file: _show_live(children, "test"),
         }
-        front = FrontDoor(pages, _reveal if is_wanted else None)
+        front = FrontDoor(pages, browser.show_in_folder if is_wanted else None)
         browse = browser.open_page if is_wanted else None
         for url in serve(source, None, Path.cwd(), port, device, browse, stop, front):
             say(f"page: {url}")
@@ -82,7 +82,3 @@ def _make_comic(children: ChildPages, file: str | None, suffix: str, is_shown: b
     if is_shown:
         click.launch(str(path))
     return str(path)
-
-
-def _reveal(path: Path) -> None:
-    click.launch(str(path), locate=True)

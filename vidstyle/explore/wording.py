@@ -10,6 +10,7 @@ import numpy as np
 
 from vidstyle.block import Block
 from vidstyle.blocks import all_blocks
+from vidstyle.explore.color_words import color_words
 from vidstyle.explore.measure import gradient_of, luma_of_codes, oklab_thumbnail
 from vidstyle.style import Style
 from vidstyle.style.wiring import main_path
@@ -19,26 +20,6 @@ VISIBLE_CATEGORIES = ("print", "paint", "lines", "texture", "color", "tone", "sm
 MAX_NAMED_BLOCKS, MAX_NAMED_CHANGES = 2, 2
 MIN_NAMED_MARKS = 2
 """Number of marks in the shortest name of a look that has them: only one would hide what else one sees."""
-HUE_WORDS = (
-    (15, "pink"),
-    (45, "red"),
-    (85, "orange"),
-    (120, "yellow"),
-    (165, "green"),
-    (215, "turquoise"),
-    (280, "blue"),
-    (320, "purple"),
-    (360, "pink"),
-)
-"""Words for hues of Oklab, each up to an angle in degrees."""
-MIN_BLACK_AND_WHITE_RATIO = 0.8
-"""Share of nearly black and nearly white pixels of a gray picture that is called black and white."""
-MAX_BLACK_LEVEL, MIN_WHITE_LEVEL = 0.2, 0.8
-MAX_GRAY_CHROMA, MAX_SEPIA_CHROMA, MIN_VIVID_CHROMA = 0.012, 0.05, 0.065
-"""Mean chroma of a picture without colours, of orange or yellow called sepia, and of vivid colours."""
-MIN_ONE_HUE = 0.9
-"""Length of the mean colour vector, relative to the mean chroma, of a picture in one hue."""
-MAX_DARK_LIGHTNESS, MIN_PALE_LIGHTNESS = 0.35, 0.82
 CHANGE_WORDS = (
     ("lighter", "darker"),
     ("more contrast", "less contrast"),
@@ -60,7 +41,7 @@ def names_of_look(picture: np.ndarray, marks: Sequence[str]) -> list[str]:
         picture: a picture in it, H x W x 3 uint8.
         marks: the visible marks; see `visible_marks`.
     """
-    color = _color_words(picture)
+    color = color_words(picture)
     fewest = min(MIN_NAMED_MARKS, len(marks))
     return [_sentence([color, *marks[:count]]) for count in range(fewest, len(marks) + 1)]
 
@@ -109,26 +90,6 @@ def _change_word(which: int, change: float, is_warm: bool) -> str:
     if which == WARMTH_INDEX and is_warm == (change < 0):
         return "less warm" if is_warm else "less cool"
     return CHANGE_WORDS[which][int(change < 0)]
-
-
-def _color_words(picture: np.ndarray) -> str:
-    """Return the colours of a picture, such as "dark blue" or "vivid"."""
-    light, green_red, blue_yellow = np.moveaxis(oklab_thumbnail(picture), -1, 0)
-    chroma = float(np.hypot(green_red, blue_yellow).mean())
-    if chroma < MAX_GRAY_CHROMA:
-        luma = luma_of_codes(picture)
-        ends = float(((luma <= MAX_BLACK_LEVEL) | (luma >= MIN_WHITE_LEVEL)).mean())
-        return "black and white" if ends >= MIN_BLACK_AND_WHITE_RATIO else "gray"
-    across, down = float(green_red.mean()), float(blue_yellow.mean())
-    hue = next(word for end, word in HUE_WORDS if np.degrees(np.arctan2(down, across)) % 360 <= end)
-    if np.hypot(across, down) < MIN_ONE_HUE * chroma:
-        color = "vivid colours" if chroma > MIN_VIVID_CHROMA else "muted colours"
-    else:
-        color = "sepia" if hue in ("orange", "yellow") and chroma < MAX_SEPIA_CHROMA else hue
-    shade = "dark " * bool(light.mean() < MAX_DARK_LIGHTNESS) or "pale " * bool(
-        light.mean() > MIN_PALE_LIGHTNESS
-    )
-    return shade + color
 
 
 def _impression(picture: np.ndarray) -> np.ndarray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 from contextlib import closing
+from pathlib import Path
 
 import vidstyle.web  # noqa: F401  # first, since it reports how to install a missing aiohttp
 from vidstyle.errors import log
@@ -23,6 +24,7 @@ def explore(
     port: int = 0,
     browse: Callable[[str], None] | None = None,
     designer: OpenDesigner | None = None,
+    reveal: Callable[[Path], None] | None = None,
 ) -> None:
     """Serve the page until `stop` is set.
 
@@ -33,13 +35,14 @@ def explore(
         port: port to listen on; 0 selects a free one.
         browse: opens a one-time URL of the page in a browser.
         designer: opens the designer with a style.
+        reveal: shows a file in its folder; None without a desktop.
 
     Raises:
         InputError: the source cannot be read.
         OutputError: the port is taken or needs privileges.
     """
     with closing(open_clip(source)) as clip, Exploration(clip, seed) as exploration:
-        with closing(ExploreServer(exploration, port, designer)) as page:
+        with closing(ExploreServer(exploration, port, designer, reveal)) as page:
             log.warning("page: %s", page.url)
             if browse is not None:
                 browse(page.one_time_url)

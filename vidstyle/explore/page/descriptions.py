@@ -15,7 +15,7 @@ CHANGED_KINDS = ("values", "step")
 """Kinds of tiles that are named by how they differ from the chosen one."""
 
 
-def describe_clip(exploration: Exploration, has_designer: bool) -> dict[str, Any]:
+def describe_clip(exploration: Exploration, has_designer: bool, can_reveal: bool) -> dict[str, Any]:
     """Return the message that describes the clip and available actions."""
     return {
         "name": Path(exploration.clip.name).name,
@@ -26,6 +26,7 @@ def describe_clip(exploration: Exploration, has_designer: bool) -> dict[str, Any
         "count": exploration.clip.count,
         "render": not exploration.clip.live,
         "design": has_designer,
+        "reveal": can_reveal,
         "targets": describe_targets(),
     }
 

@@ -42,12 +42,20 @@ class ExploreServer(PageServer["ExploreConnection"]):
     Attributes:
         exploration: the exploration; closed with the server.
         designer: opens the designer, if available.
+        reveal: shows a file in its folder; None without a desktop.
+        written: the files that the page has written.
         job: the film that is rendered, if any.
         tried: the progress of the screen that is being made: its step, how much is done, of how much, and
             the number of candidates to be seen.
     """
 
-    def __init__(self, exploration: Exploration, port: int = 0, designer: OpenDesigner | None = None) -> None:
+    def __init__(
+        self,
+        exploration: Exploration,
+        port: int = 0,
+        designer: OpenDesigner | None = None,
+        reveal: Callable[[Path], None] | None = None,
+    ) -> None:
         """Open the page.
 
         Args:
@@ -57,6 +65,7 @@ class ExploreServer(PageServer["ExploreConnection"]):
             OutputError: the port is taken or needs privileges.
         """
         self.exploration, self.designer, self.job = exploration, designer, JobSlot()
+        self.reveal, self.written = reveal, set[Path]()
         super().__init__(
             "page", lambda: ExploreConnection(self), picture_handlers(exploration),
             STATIC_FOLDER, "explore.html", most=MAX_BROWSERS, port=port,
@@ -85,7 +94,7 @@ class ExploreServer(PageServer["ExploreConnection"]):
 
     def clip(self) -> dict[str, Any]:
         """See `describe_clip`."""
-        return describe_clip(self.exploration, self.designer is not None)
+        return describe_clip(self.exploration, self.designer is not None, self.reveal is not None)
 
     def state(self) -> dict[str, Any]:
         """See `describe_state`."""
@@ -224,19 +233,32 @@ class ExploreConnection(PageConnection):
 
     @message(in_background=True)
     async def save(self, tile: int, name: str, overwrite: bool) -> Answer:
-        return {"file": str(await asyncio.to_thread(save_style_of_user, self._style(tile), name, overwrite))}
+        path = await asyncio.to_thread(save_style_of_user, self._style(tile), name, overwrite)
+        return self._answer_file(path)
+
+    def _answer_file(self, path: Path) -> Answer:
+        self._server.written.add(path)
+        return {"file": str(path)}
+
+    @message(in_background=True)
+    async def reveal(self, file: str) -> None:
+        """Show a file that the page has written in its folder."""
+        path, reveal = Path(file), self._server.reveal
+        if reveal is None or path not in self._server.written:
+            raise UsageError(file, "cannot be shown from here", "open its folder yourself")
+        await asyncio.to_thread(reveal, path)
 
     @message(in_background=True)
     async def export(self, tile: int, name: str, kind: ExportKind) -> Answer:
         path = output_path(Path.cwd(), name, f".{kind}")
         await asyncio.to_thread(export_style, replace(self._style(tile), name=path.stem), path)
-        return {"file": str(path)}
+        return self._answer_file(path)
 
     @message(in_background=True)
     async def render(self, tile: int, name: str) -> Answer:
-        return {"file": await asyncio.to_thread(self._render, self._style(tile), name)}
+        return self._answer_file(await asyncio.to_thread(self._render, self._style(tile), name))
 
-    def _render(self, style: Style, name: str) -> str:
+    def _render(self, style: Style, name: str) -> Path:
         from vidstyle.pipeline.render import render
 
         clip, submit = self._exploration.clip, self._server.submit
@@ -246,7 +268,7 @@ class ExploreConnection(PageConnection):
                 file_of(clip), path, style, stop=stop,
                 on_progress=lambda progress: submit(self._server.tell, {"progress": progress.as_dict()}),
             )  # fmt: skip
-        return str(path)
+        return path
 
     @message(in_background=True)  # in the order of the messages: after the choice that it stops
     async def stop(self) -> None:

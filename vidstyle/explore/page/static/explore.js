@@ -35,7 +35,7 @@ let state = { at: 0, tiles: [], taken: null, back: false, forward: false, near: 
 let compared = null;
 /** Whether a new screen is being made. */
 let busy = false;
-/** The screen to show as soon as the search has ended. @type {number | null} */
+/** What the user has asked for during the search, to be done as soon as it has ended. @type {(() => unknown) | null} */
 let wanted = null;
 /** Whether the user has cancelled the search. */
 let isStopped = false;
@@ -142,7 +142,7 @@ async function showTries() {
 /** What the page asks the user, and what follows, by the kind of the tile in the middle. @param {State} shown */
 function leadOf({ tiles: [first, , , , middle] }) {
   if (!first) return ["Finding nine looks…", "They appear one by one."];
-  if (middle.kind === "chosen") return ["More like your choice", "Your choice is in the middle. Click the best again to come closer, or open one to fine-tune, save or render it."];
+  if (middle.kind === "chosen") return ["More like your choice", "Your choice has the coloured frame. Click the best to come closer, or open one to fine-tune, save or render it."];
   if (first.kind === "match") return ["Looks nearest to your picture", "The nearest comes first. Click one for nine more like it, or open it to save or render it."];
   return ["Which look do you like best?", "Click it, and nine more like it follow. Or open one to fine-tune, save or render it."];
 }
@@ -190,6 +190,7 @@ function takeState(next) {
   strips.showKept(next.stars);
   reference.show(next.reference);
   if (!next.tiles.length) return;
+  setBusy(busy);
   showLead();
   if (isNew) say(`Screen ${next.at + 1}: ${leadOf(next)[0]}`, false);
 }
@@ -283,6 +284,13 @@ const connection = new Connection({
 
 const STAYING = "The present looks stay until the next ones are found.";
 
+/** Says whether tiles can be chosen: a state arrives before the answer to the request for it. @param {boolean} on */
+function setBusy(on) {
+  busy = on;
+  get("tiles").setAttribute("aria-busy", String(on || !state.tiles.length));
+  showBack();
+}
+
 /** Stops the search for the next screen. */
 function stop() {
   if (!busy || isStopped) return;
@@ -293,36 +301,37 @@ function stop() {
 /** Requests another screen. @param {string} kind @param {object} [fields] @param {[string?, string?]} lead the heading and the text to show while it is made */
 const ask = (kind, fields, ...lead) => change(() => connection.ask(kind, fields), ...lead);
 
-/** Makes another screen, one at a time. @param {() => Promise<any>} request @param {string} [heading] names the next screen @param {string} [more] text to show until it is there */
+/** Makes another screen; a search for another one is stopped before. @param {() => Promise<any>} request @param {string} [heading] names the next screen @param {string} [more] text to show until it is there @returns {Promise<void>} */
 async function change(request, heading = "One moment…", more = STAYING) {
-  if (busy) return;
-  [busy, isStopped] = [true, false];
-  showBack();
+  if (busy) return afterSearch(() => change(request, heading, more));
+  isStopped = false;
+  setBusy(true);
   showLead([heading, more]);
-  get("tiles").setAttribute("aria-busy", "true");
   try {
     await request();
   } catch (error) {
     say(isStopped ? "Cancelled." : /** @type {Error} */ (error).message);
     tiles.show(state.tiles, new Set(state.stars.map(({ tile }) => tile)));
   }
-  get("tiles").setAttribute("aria-busy", "false");
-  busy = false;
   leaving = null;
-  showBack();
+  setBusy(false);
   redraw();
   showLead();
-  const screen = wanted;
+  const next = wanted;
   wanted = null;
-  if (screen !== null) await show(screen);
+  next?.();
 }
 
-/** Shows a screen, and stops the search for another one before. @param {number} screen */
+/** Stops the search, and then does something else. @param {() => unknown} action */
+function afterSearch(action) {
+  wanted = action;
+  stop();
+}
+
+/** Shows a screen. @param {number} screen */
 function show(screen) {
-  if (busy) {
-    wanted = screen;
-    stop();
-  } else if (screen !== state.at) ask("jump", { screen });
+  if (busy) afterSearch(() => show(screen));
+  else if (screen !== state.at) ask("jump", { screen });
 }
 
 /** Shows the screen before; while the next one is being made, the present one. */
@@ -331,13 +340,18 @@ const back = () => (busy ? show(state.at) : ask("back"));
 const MORE = "Finding nine more like it…";
 const fresh = () => ask("fresh", {}, "Finding nine new looks…");
 
-/** @param {number} place */
+/** @param {number} place @returns {void} */
 function take(place) {
-  if (busy || !state.tiles.length) return;
-  leaving = state.tiles[place];
+  const chosen = state.tiles[place];
+  if (!chosen) return;
+  if (leaving) return say("Nine more are being found. Esc cancels the search.");
+  if (busy) return afterSearch(() => state.tiles[place].tile === chosen.tile && take(place));
+  leaving = chosen;
   firstTry = shownTries = tryCount;
   tiles.leave(place, isKept(leaving.tile));
-  ask("like", { tile: state.tiles[place].tile }, MORE, "Your choice stays in the middle.");
+  // Where tiles scroll, the choice and the progress of the search are at the top.
+  get("stage").scrollTop = document.documentElement.scrollTop = 0;
+  ask("like", { tile: chosen.tile }, MORE, "Your choice stays in the middle.");
 }
 
 /** @param {number} tile */

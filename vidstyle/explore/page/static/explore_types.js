@@ -9,6 +9,7 @@
  * @property {number} fps the frame rate of the film
  * @property {number} count the number of all frames; 1 for a photograph
  * @property {boolean} render whether it can be rendered
+ * @property {boolean} reveal whether files can be shown in their folders
  * @property {boolean} design whether the designer can be opened
  * @property {Target[]} targets
  */

@@ -262,21 +262,41 @@ export class Lightbox {
 
   // Actions
 
-  /** @param {string} text @param {boolean} [alarm] */
-  #report(text, alarm = false) {
+  /** @param {string} text @param {string} [kind] "alarm" or "spinning" */
+  #report(text, kind = "") {
     if (!dialog.open) this.handlers.say(text);
     get("outcome").textContent = text;
-    get("outcome").classList.toggle("alarm", alarm);
+    get("outcome").className = `quiet ${kind}`;
   }
 
-  /** Runs an action on the tile and reports its outcome. @param {(tile: number) => Promise<string | void>} action */
-  async #act(action) {
+  /** Reports a file that was written, with its folder. @param {string} done @param {string} file */
+  #reportFile(done, file) {
+    const [, folder, name] = file.match(/^(.*?)[\\/]?([^\\/]*)$/) ?? [];
+    this.#report(`${done} as ${name}`);
+    const place = make("span", { className: "quiet", textContent: folder });
+    const copy = make("button", { textContent: "Copy path", onclick: () => this.#copy(file, copy, place) });
+    const reveal = make("button", { textContent: "Show in folder", hidden: !this.clip?.reveal, onclick: () => this.#act(async () => void (await this.handlers.ask("reveal", { file }))) });
+    get("outcome").append(place, make("span", { className: "chips" }, reveal, copy));
+  }
+
+  /** @param {string} path @param {HTMLElement} button @param {HTMLElement} place selected where the browser cannot copy */
+  async #copy(path, button, place) {
     try {
-      const text = await action(await this.#tileNumber());
-      if (text) this.#report(text);
+      await navigator.clipboard.writeText(path);
+      button.textContent = "Copied";
+    } catch {
+      getSelection()?.selectAllChildren(place);
+    }
+  }
+
+  /** Runs an action on the tile and reports its outcome. @param {(tile: number) => Promise<void>} action @param {string} [doing] what it does, if it takes long */
+  async #act(action, doing = "") {
+    try {
+      if (doing) this.#report(doing, "spinning");
+      await action(await this.#tileNumber());
       this.#mark();
     } catch (error) {
-      this.#report(/** @type {Error} */ (error).message, true);
+      this.#report(/** @type {Error} */ (error).message, "alarm");
     }
   }
 
@@ -284,7 +304,7 @@ export class Lightbox {
     const name = /** @type {HTMLInputElement} */ (get("name"));
     const button = get("save");
     if (!name.value.trim()) {
-      this.#report("Type a name for the look first.", true);
+      this.#report("Type a name for the look first.", "alarm");
       return name.focus();
     }
     const overwrite = button.textContent === REPLACE;
@@ -292,7 +312,7 @@ export class Lightbox {
       try {
         const { file } = await this.handlers.ask("save", { tile, name: name.value.trim(), overwrite });
         button.textContent = SAVE;
-        return `Saved as ${file}.`;
+        this.#reportFile("Saved", file);
       } catch (error) {
         if (/exists/.test(String(error))) button.textContent = REPLACE;
         throw error;
@@ -308,7 +328,7 @@ export class Lightbox {
 
   /** Writes the style for other programs. @param {string} kind of a target */
   export(kind) {
-    return this.#act(async (tile) => `Exported as ${(await this.handlers.ask("export", { tile, name: this.name, kind })).file}.`);
+    return this.#act(async (tile) => this.#reportFile("Exported", (await this.handlers.ask("export", { tile, name: this.name, kind })).file), `Exporting ${this.name}.${kind}…`);
   }
 
   async render() {
@@ -317,8 +337,8 @@ export class Lightbox {
     this.rendering = true;
     this.#showRender(clip);
     this.progress({});
-    this.#report(`Rendering ${this.clip?.name ?? "the film"} in this look.`);
-    await this.#act(async (tile) => `Rendered as ${(await this.handlers.ask("render", { tile, name: `${stem}-${this.name}`.slice(0, 64) })).file}.`);
+    const doing = `Rendering ${this.clip?.name ?? "the film"} in this look…`;
+    await this.#act(async (tile) => this.#reportFile("Rendered", (await this.handlers.ask("render", { tile, name: `${stem}-${this.name}`.slice(0, 64) })).file), doing);
     this.rendering = false;
     this.#showRender(clip);
   }

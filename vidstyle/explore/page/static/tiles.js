@@ -7,6 +7,8 @@ import { fetchPicture } from "./source_frames.js";
 /** @typedef {import("./painters.js").Subject} Subject */
 
 const TILE_COUNT = 9;
+/** The place of the chosen tile. */
+const MIDDLE = 4;
 /** A narrower stage has two columns and scrolls. */
 const MIN_WIDTH_PX = 480;
 /** Lower tiles would not show a look; the stage scrolls. */
@@ -84,7 +86,7 @@ export class Tiles {
       const summary = make("p", { className: "summary quiet" });
       const number = make("kbd", { textContent: String(place + 1) });
       const caption = make("div", { className: "caption" }, number, make("div", { className: "words" }, name, summary), tools);
-      const cell = make("div", { className: "tile waiting draft" }, take, caption);
+      const cell = make("div", { className: place === MIDDLE ? "tile middle waiting draft" : "tile waiting draft" }, take, caption);
       element.append(cell);
       return { cell, canvas, draft, take, star, enlarge, name, summary };
     });
@@ -112,8 +114,10 @@ export class Tiles {
     this.element.classList.remove("leaving");
     for (const [place, tile] of tiles.entries()) {
       const { cell, draft, take, star, enlarge, name, summary } = this.cells[place];
-      const isShown = place === 4 && tile.kind === "chosen" && this.#isMoved;
-      if (before[place]?.tile !== tile.tile && !isShown) {
+      const isShown = place === MIDDLE && tile.kind === "chosen" && this.#isMoved;
+      // After a search that was cancelled, faded tiles have to come back, and the middle has its own picture again.
+      const isLost = cell.classList.contains("waiting") || (place === MIDDLE && this.#isMoved);
+      if (!isShown && (isLost || before[place]?.tile !== tile.tile)) {
         cell.classList.add("waiting", "draft");
         this.#preview(place);
       }
@@ -130,7 +134,14 @@ export class Tiles {
       enlarge.setAttribute("aria-label", `Open tile ${place + 1}`);
     }
     this.#isMoved = false;
-    this.element.setAttribute("aria-busy", String(!tiles.length));
+    this.#place(this.shown[MIDDLE]?.kind === "chosen");
+  }
+
+  /** Shows the chosen tile first where there is no middle, in two columns. @param {boolean} isChosen */
+  #place(isChosen) {
+    const cells = this.cells.map(({ cell }) => cell);
+    const order = isChosen && this.columns < 3 ? [cells[MIDDLE], ...cells.filter((cell) => cell !== cells[MIDDLE])] : cells;
+    if (order.some((cell, place) => this.element.children[place] !== cell)) this.element.append(...order);
   }
 
   /** Shows the thumbnail of a tile until the tile is drawn. @param {number} place */
@@ -153,6 +164,7 @@ export class Tiles {
   fit(aspect) {
     const { clientWidth, clientHeight } = /** @type {HTMLElement} */ (this.element.parentElement);
     this.columns = clientWidth < MIN_WIDTH_PX ? 2 : 3;
+    this.#place(this.shown[MIDDLE]?.kind === "chosen");
     const caption = /** @type {HTMLElement} */ (this.element.querySelector(".caption")).offsetHeight;
     const across = (clientWidth - GAP_PX * (this.columns + 1)) / this.columns;
     const lead = /** @type {HTMLElement} */ (this.element.previousElementSibling).offsetHeight;
@@ -172,18 +184,20 @@ export class Tiles {
     return focused >= 0 ? focused : this.cells.findIndex(({ cell }) => cell.matches(":hover"));
   }
 
-  /** Moves the focus. @param {string} key the arrow key */
+  /** Moves the focus to the nearest tile in a direction. @param {string} key the arrow key */
   go(key) {
     const now = this.current;
-    const { columns } = this;
-    const column = now % columns;
-    let to = now;
-    if (now < 0) to = 4;
-    else if (key === "ArrowLeft" && column > 0) to -= 1;
-    else if (key === "ArrowRight" && column < columns - 1) to += 1;
-    else if (key === "ArrowUp") to -= columns;
-    else if (key === "ArrowDown") to += columns;
-    (this.cells[to] ?? this.cells[now]).take.focus();
+    if (now < 0) return this.cells[MIDDLE].take.focus();
+    const [x, y] = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[key] ?? [0, 0];
+    const centres = this.cells.map(({ cell }) => cell.getBoundingClientRect()).map(({ left, top, width, height }) => [left + width / 2, top + height / 2]);
+    const costs = centres.map(([across, down]) => {
+      const [right, below] = [across - centres[now][0], down - centres[now][1]];
+      const [along, aside] = [x * right + y * below, Math.abs(x * below + y * right)];
+      // A row below may begin farther to the side; a column has its own row only.
+      return along < 1 || (x && aside > 1) ? Infinity : along + aside;
+    });
+    const nearest = Math.min(...costs);
+    if (nearest < Infinity) this.cells[costs.indexOf(nearest)].take.focus();
   }
 
   /** Marks whether a tile is kept. @param {number} place @param {boolean} isKept */
@@ -194,9 +208,10 @@ export class Tiles {
   /** Moves the chosen tile to the middle, under its own name, and fades the others. @param {number} place @param {boolean} isKept */
   leave(place, isKept) {
     this.element.classList.add("leaving");
-    this.mark(4, isKept);
-    if (this.cells[place].cell.contains(document.activeElement)) this.cells[4].take.focus();
-    const middle = this.cells[4].cell.getBoundingClientRect();
+    this.#place(true);
+    this.mark(MIDDLE, isKept);
+    if (this.cells[place].cell.contains(document.activeElement)) this.cells[MIDDLE].take.focus();
+    const middle = this.cells[MIDDLE].cell.getBoundingClientRect();
     const reduced = matchMedia("(prefers-reduced-motion: reduce)").matches;
     for (const [each, { cell }] of this.cells.entries()) {
       if (each !== place) cell.classList.add("waiting");
@@ -207,20 +222,20 @@ export class Tiles {
         cell.animate({ transform: ["none", `translate(${x}px, ${y}px)`] }, { duration: 240, easing: "ease-in-out" }).onfinish = () => (cell.style.zIndex = "");
       }
     }
-    const [from, to] = [this.cells[place].canvas, this.cells[4].canvas];
+    const [from, to] = [this.cells[place].canvas, this.cells[MIDDLE].canvas];
     const picture = make("canvas", { width: from.width, height: from.height });
     picture.getContext("2d")?.drawImage(from, 0, 0);
     const isDraft = this.cells[place].cell.classList.contains("draft");
-    const { name, summary } = this.cells[4];
+    const { name, summary } = this.cells[MIDDLE];
     const chosen = this.shown[place];
     this.#moving = setTimeout(() => {
       this.#isMoved = true;
       [name.textContent, name.title, summary.textContent] = ["Your choice", "", chosen.look];
-      this.cells[4].cell.classList.remove("waiting");
+      this.cells[MIDDLE].cell.classList.remove("waiting");
       if (from === to) return;
       resize(to, [picture.width, picture.height]);
       to.getContext("2d")?.drawImage(picture, 0, 0);
-      this.cells[4].cell.classList.toggle("draft", isDraft);
+      this.cells[MIDDLE].cell.classList.toggle("draft", isDraft);
       this.cells[place].cell.classList.add("waiting");
     }, reduced ? 0 : 235);
   }
