@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from pictures import FACE, picture_with_face
 
 from vidstyle.core.picture import Picture
 from vidstyle.regions.boxes import Box
 from vidstyle.regions.face_tracks import Face
 from vidstyle.regions.features.face_light import DimFaces, light_faces
-from vidstyle.regions.features.tones import without_specks
 from vidstyle.regions.writing.lifting import luma_in
 
 PLACE = FACE.moved(250, 150)
@@ -71,10 +69,3 @@ def found_tone(picture: Picture) -> float:
     """Return the median tone of the face."""
     (found,) = DimFaces().follow(picture, [Face(0, PLACE)], None)
     return found.tones[0]
-
-
-@pytest.mark.parametrize(("side", "is_kept"), [(3, False), (9, True)])
-def test_specks_are_no_lines(side: int, is_kept: bool) -> None:
-    cover = np.zeros((20, 20), np.float32)
-    cover[5, 5 : 5 + side] = 1
-    assert bool(without_specks(cover, 5.0).any()) is is_kept

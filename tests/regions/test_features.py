@@ -15,11 +15,11 @@ from vidstyle.media.frame import picture_from_frame
 from vidstyle.regions.boxes import Box
 from vidstyle.regions.face_tracks import Face
 from vidstyle.regions.faces import FaceFinder
-from vidstyle.regions.features import tones
+from vidstyle.regions.features import calm_skin
 from vidstyle.regions.features.feature_drawing import draw_features
-from vidstyle.regions.features.feature_lifting import Features, lift_features, lift_from_picture
+from vidstyle.regions.features.feature_lifting import Features, lift_features
 from vidstyle.regions.features.landmarks import USUAL_LANDMARKS
-from vidstyle.regions.features.media import FACE_RATIOS, Medium
+from vidstyle.regions.features.media import Medium
 from vidstyle.regions.features.screens import screened
 from vidstyle.regions.patches import Patch, plane_area
 from vidstyle.regions.rasters import NO_RASTER, PageRaster
@@ -48,7 +48,7 @@ def test_eyes_are_taken_off_every_layout_of_planes(format: str) -> None:
     before, (after, (found,)) = luma_in(picture, WINDOW), lifted(picture)
     assert after[EYES].min() > before[EYES].min() + 0.2
     right, down = WINDOW.left - found.window.left, WINDOW.top - found.window.top
-    eyes = found.tones.dark[EYES[0].start + down : EYES[0].stop + down, EYES[1].start + right :]
+    eyes = found.darkness[EYES[0].start + down : EYES[0].stop + down, EYES[1].start + right :]
     assert np.array_equal(before[:20], after[:20]) and eyes.max() > 0.9
 
 
@@ -57,9 +57,9 @@ def test_grain_is_no_feature(monkeypatch: pytest.MonkeyPatch) -> None:
     noisy = picture_with_face() + np.random.default_rng(5).normal(0, 9, (480, 640, 1))
     picture = Picture.from_array(np.clip(noisy, 0, 255).astype(np.uint8))
     (smooth,) = lifted(picture)[1]
-    monkeypatch.setattr(tones, "MIN_GRAIN_LUMA", 1.0)
+    monkeypatch.setattr(calm_skin, "MIN_GRAIN_LUMA", 1.0)
     (grainy,) = lifted(picture)[1]
-    steps = [np.abs(np.diff(each.tones.dark * each.weight)).mean() for each in (smooth, grainy)]
+    steps = [np.abs(np.diff(each.darkness * each.weight)).mean() for each in (smooth, grainy)]
     assert steps[0] < 0.7 * steps[1]
 
 
@@ -87,34 +87,14 @@ def test_features_of_faces_of_any_size_are_alike() -> None:
     assert shown[0][EYES].min() < 0.5 and np.corrcoef(shown[0].ravel(), shown[1].ravel())[0, 1] > 0.9
 
 
-def test_styles_draw_large_faces_themselves() -> None:
-    """Points and grain draw faces of every size."""
-    shares = [
-        [Medium.of(load_style(name), raster).lifted_share(size) for size in (0.1, sum(FACE_RATIOS) / 2, 0.4)]
-        for name, raster in (
-            ("ink", NO_RASTER),
-            ("poster", NO_RASTER),
-            ("comic", PageRaster(is_screen=True)),
-            ("dither", PageRaster(is_screen=True, has_points=True)),
-            ("charcoal", NO_RASTER),
-        )
-    ]
-    assert shares[:3] == [pytest.approx([1, 0.5, 0])] * 3
-    assert shares[3:] == [[0, 0, 0]] * 2
-
-
-def test_features_of_a_large_face_are_lifted_from_the_whole_picture() -> None:
-    """As much as it is opaque; the source is not changed."""
-    source = Picture.from_array(picture_with_face())
-    before = source.color.copy()
-    faces = [Face(3, PLACE, 0.5)]
-    large, (found,) = lift_from_picture(source, faces)
-    assert found.amount == 0.5 and found.window.intersection(WINDOW) == found.window
-    assert large.color is not None
-    changed = (large.color != before).any(axis=2)
-    assert changed[found.window.top :, found.window.left :].any() and np.array_equal(source.color, before)
-    changed[plane_area(found.window, (1, 1))] = False
-    assert not changed.any()
+def test_squares_draw_features_themselves() -> None:
+    """All other styles get them, in ink or in tones."""
+    rasters = {"pixel": PageRaster(cell=(2, 2), has_points=True), "riso": PageRaster(has_points=True)}
+    names = "ink", "comic", "poster", "charcoal", "riso", "pixel"
+    media = [Medium.of(load_style(name), rasters.get(name, NO_RASTER)) for name in names]
+    printed = Medium.of(load_style("comic"), PageRaster(is_screen=True))
+    assert media[0] is printed is Medium.INK and media[-1] is Medium.POINTS
+    assert set(media[1:-1]) == {Medium.TONES}
 
 
 def test_a_strap_is_no_face() -> None:
@@ -136,7 +116,7 @@ def test_dark_glasses_are_dark_shapes() -> None:
     _, (found,) = lifted(Picture.from_array(picture))
     left, top = middle + 6 - found.window.left, round(PLACE.top + 0.42 * PLACE.height) - 4 - found.window.top
     lens = np.s_[top : top + 8, left : left + 8]
-    assert found.tones.dark[lens].mean() > 0.5
+    assert found.darkness[lens].mean() > 0.5
 
 
 def test_between_light_lines_skin_is_light_and_eyes_are_dark() -> None:
@@ -186,15 +166,15 @@ def test_screens_print_every_shade_and_stay_on_the_page(is_dotted: bool) -> None
     assert np.allclose(whole[20:, 20:], part, atol=1e-3)
 
 
-@pytest.mark.parametrize("ground", [40, 190])
-def test_light_marks_are_on_skin_alone(ground: int) -> None:
-    """Teeth, but not the rim of a dark collar below a bowed head."""
+def test_teeth_are_lighter_than_skin() -> None:
     picture = picture_with_face()
     mouth = picture[PLACE.top + 36 : PLACE.bottom + 6, PLACE.left : PLACE.right]
-    mouth[:] = ground
     mouth[6:8, 12:33] = 250
     (found,) = lifted(Picture.from_array(picture))[1]
-    assert (found.tones.light[PLACE.top + 40 - found.window.top :].max() > 0.3) == (ground > 100)
+    row, column = PLACE.top + 43 - found.window.top, PLACE.left + 22 - found.window.left
+    page = np.full((480, 640, 3), 150, np.uint8)
+    drawn = draw_features(Picture.from_array(page), [found], load_style("oil"), None, NO_RASTER)
+    assert found.darkness[row, column] < 0 and drawn.color[PLACE.top + 43, PLACE.left + 22].min() > 160
 
 
 @pytest.mark.parametrize(

@@ -41,7 +41,7 @@ def pixelate(
             "px",
             (3, 12),
             label="Pixel size",
-            max_detail=2.2,
+            max_detail=4,
         ),
     ] = 6,
 ) -> np.ndarray:

@@ -16,12 +16,12 @@ from vidstyle.core.picture import Encoding, Picture
 from vidstyle.core.scene_cuts import SceneCuts
 from vidstyle.core.shared_tones import SharedTones
 from vidstyle.picture_edit import PictureEdit
-from vidstyle.regions.automatic_detail import small_picture_detail, with_detail
+from vidstyle.regions.automatic_detail import FULL_FOCUS, small_picture_detail, with_detail
 from vidstyle.regions.boxes import Rectangle
 from vidstyle.regions.face_tracks import Face
 from vidstyle.regions.features.face_light import DimFaces, light_faces
 from vidstyle.regions.features.feature_drawing import draw_features
-from vidstyle.regions.features.feature_lifting import Features, lift_from_picture
+from vidstyle.regions.features.feature_lifting import Features
 from vidstyle.regions.features.media import Medium
 from vidstyle.regions.patch_blending import lay_over, patch_mask
 from vidstyle.regions.patch_renderer import OpenRenderer, PatchRenderer
@@ -60,14 +60,12 @@ class FocusedPicture:
         region: where the style applies, H x W float32, 0..1; None: everywhere.
         raster: the dots and squares of the style.
         features: eyes, noses and mouths of small faces, which are drawn over the faces.
-        large: features of large faces, which are drawn over the picture.
         light: more light on dim faces; None if there are none.
     """
 
     page: PendingPicture
     faces: Sequence[tuple[PendingPicture, PatchSet]]
     features: Sequence[Features]
-    large: PictureEdit[list[Features]]
     writing: PictureEdit[list[Strokes]]
     style: Style
     region: np.ndarray | None
@@ -79,8 +77,8 @@ class FocusedPicture:
         page = styled = self.page.result()
         for fine, patches in self.faces:
             page = lay_over(page, styled, fine.result(), patches, self.region, self.raster.cell)
-        if features := [*self.features, *self.large.kept()]:
-            page = draw_features(page, features, self.style, self.region, self.raster)
+        if self.features:
+            page = draw_features(page, self.features, self.style, self.region, self.raster)
         if strokes := self.writing.kept():
             page = draw_writing(page, strokes, self.style, self.region, self.raster.cell)
         return page
@@ -91,8 +89,8 @@ class FocusedPicture:
         for _, patches in self.faces:
             for patch in patches.visible:
                 whole[plane_area(patch.window, (1, 1))] |= patch_mask(patch, self.raster.cell) > 0
-        windows = [each.window for each in self.large.kept()] + (self.light.kept() if self.light else [])
-        for window in windows + [each.window for each in self.writing.kept()]:
+        light = self.light.kept() if self.light else []
+        for window in light + [each.window for each in self.writing.kept()]:
             whole[plane_area(window, (1, 1))] = True
         return whole
 
@@ -182,18 +180,16 @@ class FocusRenderer(Backend):
             return start(self._page, request)
         found, tones = self._follow(request), SharedTones()
         style = self._style
-        sets, side = self._plan(request, found), self._side_ratio * min(request.picture.shape)
+        sets = self._plan(request, found)
         light = self._light(request, found)
         writing = PictureEdit(light or request.picture, partial(lift_writing, amount=style.focus))
-        close = self._large(found, request, side)
-        large = PictureEdit(writing, partial(lift_from_picture, faces=close))
-        lifted, request = (replace(request, edit=each) for each in (writing, large if close else writing))
+        request = replace(request, edit=writing)
         if request.time is None:
-            lifted, request = lifted.edited(), request.edited()
-            if not (sets or close or light or writing.kept()):
+            request = request.edited()
+            if not (sets or light or writing.kept()):
                 return start(self._page, request)
         page = start(self._page, replace(request, measured=tones) if sets else request)
-        lifted = replace(lifted.edited(), tones=tones) if sets else lifted
+        lifted = replace(request.edited(), tones=tones) if sets else request
         faces = list[tuple[PendingPicture, PatchSet]]()
         features = dict[int, Features]()
         for patches in sets:
@@ -202,7 +198,7 @@ class FocusRenderer(Backend):
             features |= {each.face.track: each for each in marked}
         region, raster = _region(request.picture, style), self._raster_on(request)
         drawn = list(features.values())
-        return FocusedPicture(page, faces, drawn, large, writing, style, region, raster, light)
+        return FocusedPicture(page, faces, drawn, writing, style, region, raster, light)
 
     def skip(self, request: FrameRequest) -> None:
         """Follow faces and their tones through a picture that is not restyled."""
@@ -273,17 +269,9 @@ class FocusRenderer(Backend):
 
     def _lifted_share(self, request: FrameRequest) -> Callable[[Face], float]:
         """Return a function for the share of the features of a face that is drawn over the result, 0..1."""
-        medium = Medium.of(self._style, self._raster_on(request))
-        side = self._side_ratio * min(request.picture.shape)
-        return lambda face: self._style.focus * medium.lifted_share(face.box.height / side)
-
-    def _large(self, faces: Sequence[Face], request: FrameRequest, side: float) -> list[Face]:
-        """Return the faces that are too large for a patch; their opacity is how much of them is lifted."""
-        large = [replace(face, opacity=face.opacity * (1 - _small_share(face, side))) for face in faces]
-        large = [face for face in large if face.opacity > 0]
-        share = self._lifted_share(request) if large else None
-        large = [replace(face, opacity=face.opacity * share(face)) for face in large] if share else []
-        return [face for face in large if face.opacity > 0]
+        if Medium.of(self._style, self._raster_on(request)) is Medium.POINTS:
+            return lambda face: 0.0
+        return lambda face: min(1.0, self._style.focus / FULL_FOCUS)
 
     def _patches_of(self, patches: PatchSet) -> PatchRenderer:
         return self._patches[patches.number % len(self._patches)]

@@ -32,6 +32,7 @@ class PageRaster:
         has_points: whether all of them are points, squares or letters of one tone each: those may be
             small, while finer dots or lines would look like another print.
         has_dots: whether some are dots that grow with the tone.
+        has_colors: whether some are in several inks.
     """
 
     waves: tuple[Wave, ...] = ()
@@ -39,6 +40,7 @@ class PageRaster:
     is_screen: bool = False
     has_points: bool = False
     has_dots: bool = False
+    has_colors: bool = False
 
     def gap(self, right: int, down: int, step: tuple[int, int]) -> tuple[int, int]:
         """Return by how much more to move a part of the page that is moved by `right` and `down`.
@@ -67,10 +69,11 @@ def raster_of(style: Style, request: FrameRequest) -> PageRaster:
     picture = request.picture
     steps = resolve(style, *picture.shape)
     lowered = lower(style, steps, PictureLayout.of(picture), request.encoding, request.rgb)
-    waves, cells, rasters = dict[Wave, None](), [(1, 1)], list[Raster]()
+    waves, cells, rasters, has_colors = dict[Wave, None](), [(1, 1)], list[Raster](), False
     for node in nodes_in_order(lowered.outputs):
         if node.block is not None and (raster := node.block.raster_for(node.values)):
             rasters.append(raster)
+            has_colors |= node.kind == "color" and node.inputs["image"].op != "rgb_from_gray"
             down, right = (page / side for page, side in zip(picture.shape, node.shape, strict=True))
             waves |= {(across / right, along / down): None for across, along in raster.waves}
             cells += [(round(raster.cell[0] * down), round(raster.cell[1] * right))] if raster.cell else []
@@ -81,6 +84,7 @@ def raster_of(style: Style, request: FrameRequest) -> PageRaster:
         is_screen=bool(rasters),
         has_points=bool(rasters) and all(each.has_points for each in rasters),
         has_dots=any(each.has_dots for each in rasters),
+        has_colors=has_colors,
     )
 
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import NamedTuple
 
 import cv2
 import numpy as np
 
 from vidstyle.regions.boxes import Box, Point, Rectangle
 from vidstyle.regions.face_tracks import Face
-from vidstyle.regions.features.thin_marks import Areas
 
 EYE_RADIUS_RATIOS, MOUTH_RADIUS_RATIO, NOSE_RADIUS_RATIOS = (0.17, 0.12), 0.1, (0.11, 0.06)
 """Radii of an eye with its brow along and across the line between the eyes, distance from the line between
@@ -23,10 +23,6 @@ BRIDGE_RADIUS_RATIO, CENTER_RADIUS_RATIO = 0.2, 0.24
 with glasses; with folds next to the nose."""
 EDGE_RANGE = 1.25, 0.75
 """Distances at which an area ends, and up to which it is whole, relative to these."""
-EYE_WEIGHT, MOUTH_WEIGHT, NOSE_WEIGHT, REST_WEIGHT = 1.0, 1.25, 2.2, 0.3
-"""Weights of dark marks: nostrils are faint, and folds of a cheek are no lines."""
-
-
 MAX_MASK_HEIGHT_PX = 64
 """Height of a face from which its masks are enlarged."""
 SAMPLE_RADIUS_RATIO, EYE_SHARE = 0.06, 0.25
@@ -39,6 +35,18 @@ MAX_GLASSES_LUMA_RATIO = 0.6
 """Luma of skin without features at both eyes, relative to the cheeks, below which there are dark glasses."""
 MIN_LUMA = 0.03
 """Added to luma before it is compared, because of noise."""
+
+
+class Areas(NamedTuple):
+    """Soft masks in the window of a face, H x W float32, 0..1.
+
+    Attributes:
+        parts: eyes and mouth.
+        whole: all that belongs to features.
+    """
+
+    parts: np.ndarray
+    whole: np.ndarray
 
 
 def feature_areas(face: Face, window: Rectangle) -> Areas:
@@ -76,11 +84,7 @@ def _areas(face: Face, window: Rectangle) -> Areas:
     middle = _middle(*marks[:2]), _middle(*marks[3:])
     rest = np.maximum(capsule(*marks[:2], BRIDGE_RADIUS_RATIO), capsule(*middle, CENTER_RADIUS_RATIO))
     both = np.maximum(eyes, mouth)
-    weights = (
-        (eyes, EYE_WEIGHT), (mouth, MOUTH_WEIGHT), (nose, NOSE_WEIGHT), (np.ones_like(rest), REST_WEIGHT)
-    )  # fmt: skip
-    marked = np.maximum.reduce([np.float32(weight) * area for area, weight in weights])
-    return Areas(both, np.maximum(both, rest), marked, eyes)
+    return Areas(both, np.maximum.reduce([both, nose, rest]))
 
 
 def eye_doubt(luma: np.ndarray, face: Face, window: Rectangle) -> float:

@@ -22,7 +22,7 @@ from vidstyle.regions.features.blurring import blurred, weighted_mean
 from vidstyle.regions.masks import inner_box, inner_mask
 from vidstyle.regions.patches import Patch, plane_area
 
-FACE_LUMA_RANGE, SKIN_LUMA_RANGE = (0.08, 0.8), (0.6, 0.82)
+FACE_LUMA_RANGE, SKIN_LUMA_RANGE = (0.12, 0.8), (0.6, 0.82)
 """Target luma of the darkest and the brightest tone of a face, and of one without eyes, nose and mouth."""
 RANGE_WEIGHT = 0.5
 """Weight of the middle of that range; the rest is the weight of the face's original brightness."""
@@ -45,7 +45,7 @@ SHADING_RADIUS_RATIO = 0.25
 """Standard deviation of the Gaussian that finds light and shadow, relative to the face's height."""
 SKIN_LEVEL = 0.9
 """Level of `inner_mask` from which a pixel counts as skin."""
-FEATURE_WEIGHT = 0.6
+FEATURE_WEIGHT = 0.15
 """Factor of local contrast that is added to eyes, nose and mouth."""
 FEATURE_RADIUS_RATIO = 0.125
 """Standard deviation of the Gaussian of the local mean, relative to the face's height."""
@@ -53,6 +53,8 @@ MAX_PAGE_SAMPLES = 128
 """Largest side of the copy of the page that is measured, in pixels."""
 TIME_CONSTANT_SECONDS = 1.0
 """Time constant for smoothing the measured tones of a face in a film."""
+BARE_WEIGHT = 0.6
+"""How much less tones of a face change without its features, which are drawn with the tones of the face."""
 _EDGE_RATIO, _SKIN_EDGE_RATIO = 0.1, 0.25
 """Margin of a face that is not measured, relative to its width and height: hair and background; and the same
 for a face without eyes, nose and mouth."""
@@ -99,7 +101,8 @@ class Exposure:
             tones = self._smoothed(face.track, inside, FACE_QUANTILES, time)
             inner, stretch = inner_mask(face.box, box), Stretch.of(*range_.tolist())
             skin = (inner > SKIN_LEVEL).astype(np.float32)
-            change = amount * inner * (expose_face(luma, tones, skin, face.box.height, stretch, bare) - luma)
+            weight = amount * (1 - BARE_WEIGHT * bare)
+            change = weight * inner * (expose_face(luma, tones, skin, face.box.height, stretch, bare) - luma)
             values = values + (change if values.ndim == 2 else change[..., None])
             plane[area] = codes_from_values(values, "luma", picture.encoding)
 

@@ -21,13 +21,13 @@ from vidstyle.regions.boxes import Box, Rectangle
 from vidstyle.regions.face_tracks import Face
 from vidstyle.regions.features.areas import feature_areas
 from vidstyle.regions.features.blurring import weighted_mean
+from vidstyle.regions.features.calm_skin import without_grain
 from vidstyle.regions.features.exposure import (
     MAX_PAGE_SAMPLES,
     PAGE_QUANTILES,
     TIME_CONSTANT_SECONDS,
     Stretch,
 )
-from vidstyle.regions.features.tones import without_grain
 from vidstyle.regions.masks import inner_box, inner_mask
 from vidstyle.regions.patches import plane_area
 from vidstyle.regions.writing.lifting import luma_in

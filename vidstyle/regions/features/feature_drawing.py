@@ -9,23 +9,19 @@ import numpy as np
 from vidstyle.block import rgb_from_text
 from vidstyle.core.picture import Picture
 from vidstyle.core.plain_codes import codes_from_values, values_from_codes
-from vidstyle.regions.features.blurring import resized
+from vidstyle.regions.features.blurring import enlarged, resized
 from vidstyle.regions.features.feature_lifting import Features
-from vidstyle.regions.features.feature_marks import marks_of
+from vidstyle.regions.features.feature_marks import FeatureMarks, ink_marks, tone_marks
 from vidstyle.regions.features.media import Medium
-from vidstyle.regions.features.page_colors import brightest_color, darkest_colors, local_mean, skin_mean
+from vidstyle.regions.features.page_colors import darkest_colors, local_mean, masked_mean
 from vidstyle.regions.patches import plane_area
 from vidstyle.regions.rasters import PageRaster
 from vidstyle.regions.writing.lifting import luma_in
 from vidstyle.style import Style
 
-GROUND_RATIO, SKIN_RATIO = 0.12, 0.07
-"""Side of the square whose mean replaces letters and scan lines, relative to the face's height; and of the
-one whose mean of lit skin replaces dots and hatching."""
-MIN_LIGHT_INK = 1.5
-"""Sum of red, green and blue from which an ink is the colour of light lines; otherwise the page shows it."""
-BRIGHT_SHARE = 0.02
-"""Share of the brightest pixels around a face that show the colour of paper or light."""
+GROUND_RATIO, TONE_RATIO = 0.25, 0.06
+"""Sides of the squares whose mean between marks of ink, and of grain and scan lines, is the ground, relative
+to the face's height."""
 
 
 def draw_features(
@@ -37,8 +33,7 @@ def draw_features(
 ) -> Picture:
     """Return a picture with features over it.
 
-    Styles with lines draw them in ink, with paper for the whites of eyes; other styles darken their result,
-    towards the darkest colour of the page.
+    Styles of ink draw them in ink; other styles get the tones of the face, above the page's darkest colour.
 
     Args:
         page: the restyled picture; only read.
@@ -47,23 +42,29 @@ def draw_features(
         region: where the style applies, H x W float32, 0..1; None: everywhere.
         raster: its dots and squares.
     """
-    color = rgb_from_text(style.ink)
-    luma, *chroma = page.encoding.yuv_from_color(color)
+    color, paper = rgb_from_text(style.ink), rgb_from_text(style.paper)
+    ink_luma, *chroma = page.encoding.yuv_from_color(color)
     inks = [
-        *((luma,) if page.luma is not None else ()),
+        *((ink_luma,) if page.luma is not None else ()),
         *(chroma if page.chroma else ()),
         *((color,) if page.color is not None else ()),
     ]
-    bright = [luma_in(page, each.window) for each in features]
-    medium, is_light = Medium.of(style, raster), sum(color) > MIN_LIGHT_INK
-    darks = darkest_colors(page) if medium in (Medium.TONES, Medium.INK_OVER_TONES) else []
+    medium = Medium.of(style, raster)
+    darks = darkest_colors(page) if medium is Medium.TONES else []
     darkest = float(
         np.dot(darks[0], page.encoding.weights) if darks and darks[0].size > 1 else sum(darks[:1])
     )
-    marks = [
-        marks_of(each, medium, is_light, luma, darkest, region, raster)
-        for each, luma in zip(features, bright, strict=True)
-    ]
+    ends = ink_luma, page.encoding.yuv_from_color(paper)[0]
+    marks = list[FeatureMarks]()
+    for each in features:
+        luma = luma_in(page, each.window)
+        weight = enlarged(each.weight, luma.shape)
+        if region is not None:
+            weight = weight * region[plane_area(each.window, (1, 1))]
+        if medium is Medium.INK:
+            marks.append(ink_marks(each, weight, luma, ends, raster))
+        else:
+            marks.append(tone_marks(each, weight, luma, darkest))
 
     def draw(plane: np.ndarray, kind: str) -> np.ndarray:
         if kind not in ("luma", "chroma", "color"):
@@ -71,21 +72,16 @@ def draw_features(
         step, plane = page.encoding.subsampling if kind == "chroma" else (1, 1), plane.copy()
         ink = np.array(inks.pop(0), np.float32)
         dark = darks.pop(0) if darks else np.zeros_like(ink)
-        for each, luma, found in zip(features, bright, marks, strict=True):
+        for each, found in zip(features, marks, strict=True):
             area = plane_area(each.window, step)
             values = values_from_codes(plane[area], kind, page.encoding)
-            drawn = values
-            if found.clear is not None:
-                ground = _ground(values, each, medium, step)
-                drawn = drawn + _like(found.clear, values) * (ground - drawn)
+            ground = _ground(values, found.ground, each.face.box.height, step)
+            drawn = values + _like(found.clear, values) * (ground - values)
             if found.light is not None:
                 drawn = drawn * _like(found.light, values)
             if found.factor is not None:
                 factor = np.minimum(found.factor, 1) if kind == "chroma" else found.factor
                 drawn = dark + (drawn - dark) * _like(factor, values)
-            if found.bright is not None:
-                light = brightest_color(values, luma, BRIGHT_SHARE)
-                drawn = drawn + _like(found.bright, values) * (light - drawn)
             if found.ink is not None:
                 drawn = drawn + _like(found.ink, values) * (ink - drawn)
             plane[area] = codes_from_values(drawn, kind, page.encoding)
@@ -94,12 +90,11 @@ def draw_features(
     return page.map_planes(draw)
 
 
-def _ground(values: np.ndarray, each: Features, medium: Medium, step: tuple[int, int]) -> np.ndarray:
-    """Return what replaces letters, scan lines, dots and hatching under features."""
-    height = each.face.box.height
-    if medium is not Medium.INK:
-        return local_mean(values, GROUND_RATIO * height, step)
-    return skin_mean(values, _like(each.skin, values), SKIN_RATIO * height, step)
+def _ground(values: np.ndarray, seen: np.ndarray | None, height: float, step: tuple[int, int]) -> np.ndarray:
+    """Return what is between marks: of ink, where it is seen, and of tones, the mean nearby."""
+    if seen is None:
+        return local_mean(values, TONE_RATIO * height, step)
+    return masked_mean(values, _like(seen, values), GROUND_RATIO * height, step)
 
 
 def _like(plane: np.ndarray, values: np.ndarray) -> np.ndarray:

@@ -19,7 +19,8 @@ from vidstyle.regions.boxes import Box, Rectangle
 from vidstyle.regions.face_tracks import Face
 from vidstyle.regions.features.areas import eye_doubt, feature_areas, has_dark_glasses
 from vidstyle.regions.features.blurring import blurred, enlarged
-from vidstyle.regions.features.tones import FeatureTones, feature_tones, skin_luma, without_grain
+from vidstyle.regions.features.calm_skin import skin_luma, without_grain
+from vidstyle.regions.features.portrait import face_darkness
 from vidstyle.regions.masks import face_mask, inner_mask, mask_box
 from vidstyle.regions.patches import Patch, plane_area
 
@@ -27,6 +28,8 @@ MAX_DRAWN_HEIGHT_PX = 224
 """Height of a face from which its features are those of a reduced copy."""
 GLASSES_FACTOR = 2.0
 """How much larger than an eye dark glasses are."""
+DRAWN_FACTOR = 1.5
+"""Factor of `inner_mask`, so that all of the face but its edge is drawn."""
 LIGHT_RATIO = 0.08
 """Standard deviation of the Gaussian that finds light and shade on a face, relative to its height."""
 
@@ -38,19 +41,17 @@ class Features(NamedTuple):
 
     Attributes:
         window: their box in the picture.
-        weight: how much of them has been lifted, H x W float32, 0..1.
-        tones: marks that are darker or lighter than the skin.
+        weight: how much of the face is drawn, H x W float32, 0..1, at most `amount`.
+        darkness: see `face_darkness`.
         face: the face.
-        amount: the largest weight.
-        skin: how much is lit skin of the face, H x W float32, 0..1, at most `amount`.
+        amount: how much of the features has been lifted, 0..1.
     """
 
     window: Rectangle
     weight: np.ndarray
-    tones: FeatureTones
+    darkness: np.ndarray
     face: Face
     amount: float
-    skin: np.ndarray
 
 
 def lift_features(
@@ -72,30 +73,6 @@ def lift_features(
     return lifted
 
 
-def lift_from_picture(picture: Picture, faces: Sequence[Face]) -> tuple[Picture, list[Features]]:
-    """Return a whole picture without features, and these.
-
-    Args:
-        picture: is only read.
-        faces: the faces; their opacity is how much of their features is lifted.
-    """
-    if not faces:
-        return picture, []
-    whole = Box(0, 0, picture.shape[1], picture.shape[0])
-    patches = [Patch(whole, whole, replace(face, opacity=1.0)) for face in faces]
-    shares = {face.track: face.opacity for face in faces}
-    picture = _copied(picture)
-    return picture, lift_features(picture, patches, lambda face: shares[face.track])
-
-
-def _copied(picture: Picture) -> Picture:
-    """Return the picture with a copy of the plane that has luma."""
-    if picture.luma is None:
-        assert picture.color is not None
-        return replace(picture, color=picture.color.copy())
-    return replace(picture, luma=picture.luma.copy())
-
-
 def _lift(picture: Picture, patch: Patch, face: Face, window: Rectangle, amount: float) -> Features | None:
     """Take off the features of a face in a window; None, and no change, if it has no eyes."""
     place = window.moved(patch.place.left - patch.window.left, patch.place.top - patch.window.top)
@@ -109,22 +86,21 @@ def _lift(picture: Picture, patch: Patch, face: Face, window: Rectangle, amount:
     if not amount:
         return None
     small, height = without_grain(small), seen.box.height
-    skin, strokes = skin_luma(small, height)
+    skin = skin_luma(small, height)
     if has_dark_glasses(skin, seen, inside):
-        skin, _ = skin_luma(small, GLASSES_FACTOR * height)
-        strokes = skin
-    areas, inner = feature_areas(seen, inside), face_mask(seen.box, inside)
-    areas = areas._replace(whole=areas.whole * inner)
+        skin = skin_luma(small, GLASSES_FACTOR * height)
+    areas = feature_areas(seen, inside)
+    areas = areas._replace(whole=areas.whole * face_mask(seen.box, inside))
     # The closing spreads a bright cheek over a shaded one, as a disc.
     even = np.minimum(skin, blurred(small, LIGHT_RATIO * height))
     ground, whole = (enlarged(each, luma.shape) for each in (even, areas.whole))
     change = np.float32(amount) * whole * (ground - (luma if seen is not face else small))
     values = values + (change if values.ndim == 2 else change[..., None])
     plane[area] = codes_from_values(values, "luma", picture.encoding)
-    tones = feature_tones(small, (skin, strokes), areas, height)
-    share = np.float32(amount * face.opacity)
-    lit = share * inner_mask(seen.box, inside) * tones.lit
-    return Features(window, share * areas.whole, tones, face, amount, lit)
+    inner = inner_mask(seen.box, inside)
+    darkness = face_darkness(small, inner, areas, height)
+    weight = np.float32(amount * face.opacity) * np.minimum(np.float32(DRAWN_FACTOR) * inner, 1)
+    return Features(window, weight, darkness, face, amount)
 
 
 def _reduced(luma: np.ndarray, face: Face, window: Rectangle) -> tuple[Face, Rectangle, np.ndarray]:

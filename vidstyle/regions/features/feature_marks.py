@@ -1,132 +1,150 @@
-"""Layers of ink, light and even ground that show features of a face, in the medium of a style."""
+"""Layers over a restyled face that show its features, in the medium of a style."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 
-from vidstyle.regions.features.blurring import enlarged, resized
+from vidstyle.regions.features.blurring import enlarged, weighted_mean
 from vidstyle.regions.features.feature_lifting import Features
-from vidstyle.regions.features.media import Medium
 from vidstyle.regions.features.screens import screened
-from vidstyle.regions.features.tones import MAX_SPECK_PX, SPECK_RATIO, in_steps, without_specks
-from vidstyle.regions.patches import plane_area
 from vidstyle.regions.rasters import PageRaster
 
-CORE_RANGE = 0.15, 0.5
-"""Darkness at which a pixel begins to be ink, and from which it is, relative to the strongest nearby."""
-CORE_WEIGHT = 0.7
-"""Opacity of ink over tones."""
-FULL_INK_WEIGHT = 0.33
-"""Weight of features from which strokes are full ink: line drawings have no gray."""
-LIGHT_WEIGHT = 0.8
-"""Opacity of whites of eyes and teeth between lines."""
-SKIN_WEIGHT = 0.45
-"""How far dots and hatching on lit skin are replaced: the rest shows the medium."""
-SHADE_FACTOR, INK_SHADE_FACTOR = 1.5, 3.0
-"""Factors of shade between light lines; and in hatching or dots, which leave paper between them."""
-MAX_INK_SHADE = 0.5
-"""Most ink in the shade of a face: only features are solid."""
-INK_WEIGHT = 0.95
-"""Opacity of ink without tones."""
-SKIN_LIGHT_SHARE, SKIN_LIGHT_WEIGHT = 0.5, 0.8
-"""How much of lit skin between light lines is hatched, and the opacity of this hatching: it must stay behind
-the lines."""
-SKIN_SHADE_WEIGHT = 0.5
-"""How much darker features are between light lines."""
-MIN_SKIN_CONTRAST, MAX_LIGHT_FACTOR = 0.32, 3.0
-"""Mean luma of lit skin in tones above the page's darkest colour, below which a face gets light, and the
-largest factor: features cannot be darker than this colour. Tuned on 20 faces in neon, blueprint and noir."""
+SOLID_RANGE = 0.62, 0.88
+"""Darkness at which a pixel begins to be full ink, and from which it is. All values here were tuned on 20
+faces of 80 to 220 of 1080 lines in all styles."""
+MIN_SHADE, MAX_SHADE, MAX_COLORED_SHADE = 0.06, 0.85, 0.65
+"""Darkness that is paper; the most ink in shade, in hatching or dots; and the same over colours, which have
+shade themselves."""
+EVEN_SHADE_SHARE = 0.35
+"""Share of shade that is even: lines two pixels apart cannot show what is finer."""
+INK_LUMA_RANGE, COLORED_LUMA_RANGE = (0.3, 0.8), (0.05, 0.35)
+"""Luma, between ink and paper, at which a mark of the style counts as ink, and from which it does not; and
+the same among dots of several inks."""
+HAIR_RATIO, HAIR_RANGE = 0.06, (0.35, 0.6)
+"""Standard deviation of the Gaussian of darkness, relative to the face's height; and darkness after it from
+which marks of the style stay, such as black hair."""
+LIGHT_INK_SHADE_WEIGHT = 0.5
+"""How much darker than the paper features are between light lines: white eyes would make a negative."""
+MARK_RATIO, MIN_MARK_PX = 0.025, 1.0
+"""Standard deviation of the Gaussian by which tones of a style are compared with a face, relative to its
+height: finer marks stay."""
+FINE_EXPONENT, COARSE_EXPONENT, COARSE_RATIO = 0.95, 0.4, 0.15
+"""How far features, and light and shade, of a style approach those of the face: the rest shows how the style
+sees them; and the standard deviation of the Gaussian that divides the two, in the same way."""
+DARK_SHARE, LIGHT_SHARE = 0.95, 0.5
+"""How far the darkest tones approach the darkest colour of the page; and brightness of whites, relative to
+the difference of the skin to this colour."""
+STROKE_WEIGHT = 0.6
+"""How much darker the darkest strokes are than tones."""
+MIN_FACTOR, MAX_FACTOR, MIN_TONE = 0.1, 2.0, 0.04
+"""Smallest and largest factor of tones; and tones above the darkest colour that are compared, at least."""
+CLEAR_WEIGHT, CLEAR_RANGE = 0.5, (0.1, 0.4)
+"""How far grain and scan lines are evened out under features, and the darkness from which they are."""
+MIN_SKIN_CONTRAST, MAX_LIGHT_FACTOR = 0.28, 3.0
+"""Luma of lit skin above the page's darkest colour, below which a face gets light, and the largest factor:
+features cannot be darker than this colour."""
 BRIGHT_LUMA_RANGE = 0.3, 0.6
 """Luma of what gets less light, and of what gets none, such as glowing tubes."""
-CLEAR_WEIGHT = 0.5
-"""How far scan lines are cleared under features."""
 
 
 class FeatureMarks(NamedTuple):
     """Layers over the page, H x W float32 or None, in this order: coverage, factors, and coverage.
 
     Attributes:
-        clear: coverage by even ground.
+        clear: coverage by the ground between marks.
+        ground: where this ground is seen; None: everywhere nearby.
         light: factor that lights a dark face.
-        factor: factor that darkens features, towards the darkest colour.
-        bright: coverage by the brightest colour of the page, paper or light.
+        factor: of tones, above the darkest colour.
         ink: coverage by the ink of the style.
     """
 
-    clear: np.ndarray | None = None
+    clear: np.ndarray
+    ground: np.ndarray | None = None
     light: np.ndarray | None = None
     factor: np.ndarray | None = None
-    bright: np.ndarray | None = None
     ink: np.ndarray | None = None
 
 
-def marks_of(
-    each: Features,
-    medium: Medium,
-    is_light: bool,
-    luma: np.ndarray,
-    darkest: float,
-    region: np.ndarray | None,
-    raster: PageRaster,
+def ink_marks(
+    each: Features, weight: np.ndarray, luma: np.ndarray, ends: tuple[float, float], raster: PageRaster
 ) -> FeatureMarks:
-    """Return the layers over the page for the features of a face.
+    """Return the layers that draw a face in ink: features are solid, shade is fine hatching or dots.
 
     Args:
-        each: the features.
-        medium: how the style draws.
-        is_light: whether the ink has the colour of light lines.
-        luma: of the page in the window of the features, H x W float32, 0..1.
-        darkest: luma of the page's darkest colour.
-        region: where the style applies, H x W float32, 0..1; None: everywhere.
-        raster: dots, squares and lines of the style.
+        each: the face.
+        weight: how much is drawn, H x W float32, 0..1.
+        luma: of the page in its window, in the same way.
+        ends: luma of ink and of paper.
+        raster: dots and lines of the style.
     """
-    weight, skin, shape = each.weight, each.skin, (each.window.height, each.window.width)
-    if region is not None:
-        applied = resized(region[plane_area(each.window, (1, 1))], weight.shape)
-        weight, skin = weight * applied, skin * applied
-    tones = each.tones
-    cover = np.minimum(weight / np.float32(FULL_INK_WEIGHT), 1)
-    change = weight * (tones.tone - 1)
-    paper = np.float32(LIGHT_WEIGHT) * weight * tones.light
-    match medium:
-        case Medium.LIGHT_LINES:
-            shade = in_steps(np.float32(SHADE_FACTOR) * cover * (1 - tones.tone * tones.shade))
-            light = np.float32(SKIN_LIGHT_SHARE) * skin * (1 - shade)
-            light = screened(enlarged(light, shape), each.window, each.face.box.height, is_dotted=False)
-            light = np.maximum(np.float32(SKIN_LIGHT_WEIGHT) * light, enlarged(paper, shape))
-            factor = 1 - np.float32(SKIN_SHADE_WEIGHT) * np.minimum(shade, skin)
-            return FeatureMarks(factor=factor, **{"ink" if is_light else "bright": light})
-        case Medium.INK_OVER_TONES:
-            return FeatureMarks(factor=1 + change, ink=np.float32(CORE_WEIGHT) * cover * _core(each))
-        case Medium.INK:
-            shade = np.minimum(np.float32(INK_SHADE_FACTOR) * (1 - tones.soft), np.float32(MAX_INK_SHADE))
-            shade = in_steps(weight * shade)
-            shade = screened(
-                enlarged(shade, shape), each.window, each.face.box.height, is_dotted=raster.has_dots
-            )
-            ink = np.maximum(shade, enlarged(np.float32(INK_WEIGHT) * cover * _core(each), shape))
-            clear = np.float32(SKIN_WEIGHT) * np.minimum(weight, skin)
-            return FeatureMarks(clear, bright=paper, ink=ink)
-    clear = np.float32(CLEAR_WEIGHT) * weight if raster.waves else None
-    return FeatureMarks(clear, _light(resized(luma, skin.shape), skin, darkest), 1 + change)
+    ink, paper = ends
+    darkness, height = enlarged(each.darkness, luma.shape), each.face.box.height
+    hair = _ramp(weighted_mean(darkness, weight, HAIR_RATIO * height), HAIR_RANGE)
+    weight = _hatched(weight, each, raster, EVEN_SHADE_SHARE)
+    cover = darkness if ink < paper else 1 - darkness
+    most, even, luma_range = (
+        (MAX_COLORED_SHADE, 1.0, COLORED_LUMA_RANGE)
+        if raster.has_colors
+        else (MAX_SHADE, EVEN_SHADE_SHARE, INK_LUMA_RANGE)
+    )
+    shade = _hatched(np.float32(most) * _ramp(cover, (MIN_SHADE, 1)), each, raster, even)
+    ground = _ramp((luma - np.float32(ink)) / np.float32(paper - ink or 1), luma_range)
+    solid = _ramp(darkness, SOLID_RANGE)
+    if ink < paper:
+        return FeatureMarks(weight * (1 - ground) * (1 - hair), ground, ink=weight * np.maximum(solid, shade))
+    factor = 1 - np.float32(LIGHT_INK_SHADE_WEIGHT) * weight * solid
+    return FeatureMarks(weight * (1 - ground), ground, factor=factor, ink=weight * shade)
 
 
-def _light(luma: np.ndarray, skin: np.ndarray, darkest: float) -> np.ndarray | None:
+def tone_marks(each: Features, weight: np.ndarray, luma: np.ndarray, darkest: float) -> FeatureMarks:
+    """Return the layers that give tones of a style those of a face; see `ink_marks`.
+
+    Args:
+        darkest: luma of the page's darkest colour.
+    """
+    darkness, height = enlarged(each.darkness, luma.shape), each.face.box.height
+    lit = weight * _ramp(np.abs(darkness), (0.4, 0.1))
+    light = _light(luma, lit, weight, darkest)
+    luma = luma if light is None else luma * light
+    sigma = max(MIN_MARK_PX, MARK_RATIO * height)
+    tones = np.maximum(cv2.GaussianBlur(luma, (0, 0), sigma) - np.float32(darkest), np.float32(MIN_TONE))
+    shown = 1 - np.float32(DARK_SHARE) * np.clip(darkness, 0, 1)
+    shown += np.float32(LIGHT_SHARE) * np.clip(-darkness, 0, 1)
+    power = cv2.log(np.clip(np.float32(_mean(tones, lit)) * shown / tones, MIN_FACTOR, MAX_FACTOR))
+    coarse = weighted_mean(power, weight, COARSE_RATIO * height)
+    power = np.float32(FINE_EXPONENT) * (power - coarse) + np.float32(COARSE_EXPONENT) * coarse
+    strokes = 1 - np.float32(STROKE_WEIGHT) * _ramp(darkness, SOLID_RANGE)
+    clear = _ramp(cv2.GaussianBlur(darkness, (0, 0), sigma), CLEAR_RANGE)
+    factor = 1 + weight * (cv2.exp(power) * strokes - 1)
+    return FeatureMarks(np.float32(CLEAR_WEIGHT) * weight * clear, None, light, factor)
+
+
+def _light(luma: np.ndarray, lit: np.ndarray, weight: np.ndarray, darkest: float) -> np.ndarray | None:
     """Return the factor that makes dark skin of a page light enough for features; None if it is."""
-    area = float(skin.sum())
-    mean = float((luma * skin).sum()) / area if area else 1.0
-    factor = min(MAX_LIGHT_FACTOR, (darkest + MIN_SKIN_CONTRAST) / max(mean, 1e-3))
-    return 1 + np.float32(factor - 1) * skin * (1 - _ramp(luma, BRIGHT_LUMA_RANGE)) if factor > 1 else None
+    factor = min(MAX_LIGHT_FACTOR, (darkest + MIN_SKIN_CONTRAST) / max(_mean(luma, lit), 1e-3))
+    if factor <= 1:
+        return None
+    return 1 + np.float32(factor - 1) * weight * (1 - _ramp(luma, BRIGHT_LUMA_RANGE))
 
 
-def _core(each: Features) -> np.ndarray:
-    """Return coverage by ink in the darkest parts, without specks."""
-    least = min(SPECK_RATIO * each.face.box.height, MAX_SPECK_PX) * each.weight.shape[0] / each.window.height
-    return without_specks(_ramp(each.tones.dark, CORE_RANGE), least)
+def _hatched(cover: np.ndarray, each: Features, raster: PageRaster, even: float) -> np.ndarray:
+    """Return coverage in hatching or dots; this share is left as it is."""
+    if even == 1:
+        return cover
+    marks = screened(cover, each.window, each.face.box.height, is_dotted=raster.has_dots)
+    return marks + np.float32(even) * (cover - marks)
+
+
+def _mean(plane: np.ndarray, weight: np.ndarray) -> float:
+    """Return the weighted mean of a plane; 1 without weights."""
+    area = float(weight.sum())
+    return float((plane * weight).sum()) / area if area else 1.0
 
 
 def _ramp(plane: np.ndarray, ends: tuple[float, float]) -> np.ndarray:
-    low, high = map(np.float32, ends)
-    return np.clip((plane - low) / (high - low), 0, 1)
+    """Return 0 at the first value and 1 at the second one, H x W float32."""
+    none, whole = map(np.float32, ends)
+    return np.clip((plane - none) / (whole - none), 0, 1)

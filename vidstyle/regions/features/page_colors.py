@@ -9,27 +9,11 @@ from vidstyle.core.picture import Picture
 from vidstyle.core.plain_codes import values_from_codes
 from vidstyle.core.sampling import percentiles
 
-MAX_BRIGHT_SAMPLES = 16_384
-"""Samples that are measured for the brightest colour, at most."""
 DARK_SIZE_PX, DARK_SHARE, MAX_DARK_LUMA = (128, 72), 0.005, 0.25
 """Samples of a page across and down that are searched for its darkest colour; the share that counts as it;
 and its luma at most."""
-MIN_SKIN = 1e-3
-"""Smallest share of skin that a mean is divided by; with less, the mean is not shown."""
-
-
-def brightest_color(values: np.ndarray, luma: np.ndarray, share: float) -> np.ndarray:
-    """Return the mean of the samples where luma is highest, of `MAX_BRIGHT_SAMPLES` at most.
-
-    Args:
-        values: samples, of luma's size or a fraction of it.
-        luma: of the page, H x W float32.
-        share: of the pixels that count as bright.
-    """
-    every = max(1, round((luma.size / MAX_BRIGHT_SAMPLES) ** 0.5))
-    luma = luma[::every, ::every]
-    values = cv2.resize(values, luma.shape[::-1], interpolation=cv2.INTER_NEAREST)
-    return np.asarray(values[luma >= percentiles(luma, [100 * (1 - share)])].mean(axis=0), np.float32)
+MIN_SHARE = 1e-3
+"""Added to masks: the mean of nothing is that of all samples nearby."""
 
 
 def darkest_colors(page: Picture) -> list[np.ndarray]:
@@ -57,8 +41,7 @@ def local_mean(values: np.ndarray, size: float, step: tuple[int, int]) -> np.nda
     return cv2.blur(values, (max(1, round(size / step[0])), max(1, round(size / step[1]))))
 
 
-def skin_mean(values: np.ndarray, skin: np.ndarray, size: float, step: tuple[int, int]) -> np.ndarray:
-    """Return the mean of the samples nearby that are skin; `skin`: mask of their height and width."""
-    total = local_mean(values * skin, size, step)
-    area = local_mean(skin, size, step)
-    return total / np.maximum(area.reshape(skin.shape), np.float32(MIN_SKIN))
+def masked_mean(values: np.ndarray, mask: np.ndarray, size: float, step: tuple[int, int]) -> np.ndarray:
+    """Return the mean of the samples nearby that are in a mask of their height and width, 0..1."""
+    mask = mask + np.float32(MIN_SHARE)
+    return local_mean(values * mask, size, step) / local_mean(mask, size, step).reshape(mask.shape)

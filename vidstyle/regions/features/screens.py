@@ -6,7 +6,7 @@ import numpy as np
 
 from vidstyle.regions.boxes import Rectangle
 
-MIN_PITCH_PX, PITCH_RATIO = 2.2, 1 / 40
+MIN_PITCH_PX, PITCH_RATIO = 2.3, 1 / 55
 """Distance of lines and of dots, at least, and relative to the face's height: finer than the style's own, as
 features are small."""
 SCREEN_DEGREES = 45.0

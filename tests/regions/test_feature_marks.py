@@ -53,5 +53,5 @@ def test_thin_strokes_are_solid_and_soft_shadows_are_hatched(monkeypatch: pytest
     assert mouth.max() < 0.3, "the line between the lips is not solid"
     assert 0.4 < shadow.mean() < 0.9, "a soft shadow is not shade"
     assert (shadow > 0.8).mean() > 0.2, "a soft shadow leaves no paper"
-    monkeypatch.setattr(feature_marks, "MAX_INK_SHADE", 0.0)
+    monkeypatch.setattr(feature_marks, "MAX_SHADE", 0.0)
     assert np.abs(around(drawn_in_ink(), MOUTH, 14, 0) - mouth).max() < 0.05
