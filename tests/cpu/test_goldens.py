@@ -25,7 +25,7 @@ def test_style_matches_golden(name: str, tmp_path: Path) -> None:
 
 
 def test_changed_style_is_reported_with_pictures(tmp_path: Path) -> None:
-    changed = override(load_style("cartoon"), ["posterize.levels=2"])
+    changed = override(load_style("cartoon"), ["posterize#1.levels=2"])
     with pytest.raises(AssertionError, match="cartoon: .* levels off") as caught:
         check("cartoon", drawn(changed), tmp_path)
     paths = sorted(tmp_path.iterdir())

@@ -178,7 +178,7 @@ def test_a_slider_changes_numbers_alone_and_another_size_needs_no_other_plan(
 ) -> None:
     """For pictures whose shorter side is as long: on it depend all lengths."""
     before = es_plan(load_style("cartoon"), 97, 61)
-    chosen = override(load_style("cartoon"), ["posterize.levels=7", "saturation.factor=0.5"])
+    chosen = override(load_style("cartoon"), ["posterize#1.levels=7", "saturation.factor=0.5"])
     after = es_plan(chosen, 143, 61)
     values = after.pop("values")
     assert after | {"size": [97, 61], "values": before["values"]} == before
