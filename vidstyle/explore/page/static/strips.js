@@ -6,6 +6,9 @@ import { nameOf } from "./tiles.js";
 /** @typedef {import("./explore_types.js").State} State */
 /** @typedef {import("./explore_types.js").Tile} Tile */
 
+/** The width of a thumbnail in pixels of the screen, at most. */
+const MAX_THUMBNAIL_WIDTH_PX = 240;
+
 /** Shows them as thumbnails. */
 export class Strips {
   /** The addresses of the final pictures of tiles, by their number. @type {Map<number, string>} */
@@ -30,8 +33,19 @@ export class Strips {
   /** Lets the thumbnails of a tile show what its canvas shows: its final picture. @param {number} tile @param {HTMLCanvasElement} canvas */
   keepFinal(tile, canvas) {
     if (this.#finals.has(tile)) return;
-    this.#finals.set(tile, canvas.toDataURL("image/jpeg"));
-    for (const shown of /** @type {NodeListOf<HTMLImageElement>} */ (document.querySelectorAll(`img[data-tile="${tile}"]`))) shown.src = String(this.#finals.get(tile));
+    const width = Math.min(MAX_THUMBNAIL_WIDTH_PX, canvas.width);
+    const small = make("canvas", { width, height: Math.round((width * canvas.height) / canvas.width) });
+    const context = /** @type {CanvasRenderingContext2D} */ (small.getContext("2d"));
+    context.imageSmoothingQuality = "high";
+    context.drawImage(canvas, 0, 0, small.width, small.height);
+    this.#finals.set(tile, `look.jpg?tile=${tile}`); // until it is encoded, outside of the page's heap
+    small.toBlob((blob) => blob && this.#replace(tile, URL.createObjectURL(blob)), "image/jpeg");
+  }
+
+  /** @param {number} tile @param {string} address of its thumbnail */
+  #replace(tile, address) {
+    this.#finals.set(tile, address);
+    for (const shown of /** @type {NodeListOf<HTMLImageElement>} */ (document.querySelectorAll(`img[data-tile="${tile}"]`))) shown.src = address;
   }
 
   /** Adds the new screens, and marks the present one. @param {State} state */

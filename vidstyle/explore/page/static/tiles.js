@@ -74,7 +74,7 @@ export class Tiles {
     this.element = element;
     this.cells = Array.from({ length: TILE_COUNT }, (_, place) => {
       const canvas = make("canvas", { width: 16, height: 9 });
-      const draft = make("span", { className: "tag spinning", textContent: DRAFT });
+      const draft = make("span", { className: "tag spinning", textContent: DRAFT, ariaHidden: "true" });
       const take = make("button", { className: "take", disabled: true, onclick: () => ontake(place) }, canvas, draft);
       take.setAttribute("aria-keyshortcuts", String(place + 1));
       take.setAttribute("aria-label", `Tile ${place + 1}, not ready`);
