@@ -234,6 +234,18 @@ def test_dark_skin_in_tones_gets_light(ground: int, lit: float) -> None:
     assert luma[:4].max() == pytest.approx(1, abs=0.01)
 
 
+def test_faces_that_overlap_are_drawn_once() -> None:
+    """Else a cheek in front of another face is lit twice."""
+    (found,), dark = lifted(Picture.from_array(picture_with_face()))[1], np.full((480, 640, 3), 30, np.uint8)
+    once, twice = (
+        draw_features(Picture.from_array(dark), [found] * count, load_style("neon"), None, NO_RASTER).color
+        for count in (1, 2)
+    )
+    strong = np.zeros(dark.shape[:2], bool)
+    strong[plane_area(found.window, (1, 1))] = found.weight > 0.999
+    assert strong.any() and np.array_equal(once[strong], twice[strong])
+
+
 def test_landmarks_are_found_and_move_with_the_face() -> None:
     """Mirrored, left and right are exchanged."""
     picture = picture_with_face()

@@ -55,12 +55,13 @@ def draw_features(
         np.dot(darks[0], page.encoding.weights) if darks and darks[0].size > 1 else sum(darks[:1])
     )
     ends = ink_luma, page.encoding.yuv_from_color(paper)[0]
-    marks = list[FeatureMarks]()
+    marks, free = list[FeatureMarks](), np.ones(page.shape, np.float32)
     for each in features:
-        luma = luma_in(page, each.window)
-        weight = enlarged(each.weight, luma.shape)
+        luma, area = luma_in(page, each.window), plane_area(each.window, (1, 1))
+        weight = enlarged(each.weight, luma.shape) * free[area]
+        free[area] -= weight
         if region is not None:
-            weight = weight * region[plane_area(each.window, (1, 1))]
+            weight = weight * region[area]
         if medium is Medium.INK:
             marks.append(ink_marks(each, weight, luma, ends, raster))
         else:
