@@ -38,7 +38,7 @@ KEPT_BYTES = 1 << 28
     label="Grain",
     category="texture",
     aliases=(
-        "film grain, noise, paper, texture, canvas, old film, dust, analog, clouds, speckle, "
+        "film grain, noise, paper texture, texture, canvas, old film, dust, analog, clouds, speckle, "
         "watercolor, watercolour, linen, vintage, old photo, spray, scratches"
     ),
 )

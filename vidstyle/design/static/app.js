@@ -261,6 +261,7 @@ get("save-as-new").addEventListener("click", () => dialogs.saveAs());
 get("export").addEventListener("click", () => dialogs.export());
 get("render").addEventListener("click", () => render());
 get("help").addEventListener("click", () => help());
+get("actions").addEventListener("click", () => get("actions").matches(":popover-open") && get("actions").hidePopover());
 get("unsolo").addEventListener("click", () => solo(null));
 for (const button of get("tabs").querySelectorAll("button"))
   button.addEventListener("click", () => showTab(/** @type {typeof tab} */ (button.value)));

@@ -383,10 +383,10 @@ export class Start {
     if (!draft) return;
     const accept = make("button", { className: "strong", type: "button", textContent: "Open" });
     const discard = make("button", { type: "button", textContent: "Discard" });
-    const later = make("button", { className: "plain", type: "button", textContent: "Later", onclick: () => (offer.hidden = this.#postponed = true) });
+    const later = make("button", { className: "plain", type: "button", title: "Later", ariaLabel: "Later", onclick: () => (offer.hidden = this.#postponed = true) }, icon("close"));
     accept.addEventListener("click", () => this.open("draft", { accept: true }).then(() => (offer.hidden = true)));
     discard.addEventListener("click", () => this.session.ask("draft", { accept: false }).then(() => (offer.hidden = true)));
-    offer.replaceChildren(make("p", { textContent: `“${title(draft.name)}” has unsaved changes from ${new Date(draft.when).toLocaleString("en-GB", { dateStyle: "medium", timeStyle: "short" })}.` }), accept, discard, later);
+    offer.replaceChildren(make("p", { textContent: `“${title(draft.name)}” has unsaved changes` }, make("span", { textContent: ` from ${new Date(draft.when).toLocaleString("en-GB", { day: "numeric", month: "short", hour: "2-digit", minute: "2-digit" })}` })), accept, discard, later);
   }
 
   /** Shows the offer of a draft where the user is: on this screen, or above the picture. */

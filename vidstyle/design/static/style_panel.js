@@ -36,6 +36,7 @@ export class StylePanel {
     this.about = make("p", { className: "about" });
     this.element = make("div", { className: "style-panel" }, this.errors, this.about, this.variants, this.first, this.none, this.knobs.element,
       this.main.element, this.more);
+    this.element.hidden = true; // until a style is open
   }
 
   /** Focuses a field of the style. @param {string} name */
@@ -48,6 +49,7 @@ export class StylePanel {
 
   /** @param {State} state */
   show(state) {
+    this.element.hidden = false;
     const [about] = state.note.split(" Tune ");
     this.about.textContent = about;
     this.errors.replaceChildren(...state.errors.map((text) => make("p", { textContent: text })));
@@ -59,11 +61,11 @@ export class StylePanel {
     }));
     this.variants.hidden = !state.variants.length;
     this.knobs.show(state.knobs);
-    const hasSteps = stepsOf(state).length > 0;
+    const hasSteps = stepsOf(state).length > 0, isNew = !state.knobs.length;
     this.first.hidden = hasSteps;
     this.none.hidden = !hasSteps || state.knobs.length > 0;
     /** @param {import("./types.js").Entry} entry */
-    const isMain = (entry) => MAIN_FIELDS.includes(entry.name) && !entry.knob;
+    const isMain = (entry) => (MAIN_FIELDS.includes(entry.name) || (isNew && entry.kind === "color")) && !entry.knob;
     const hasEffect = (/** @type {import("./types.js").Entry} */ { name }) => this.isFilm || name !== "steady";
     this.main.show(state.fields.filter((entry) => isMain(entry) && hasEffect(entry)));
     this.fields.show(state.fields.filter((entry) => !isMain(entry)));
