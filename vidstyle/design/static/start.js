@@ -1,7 +1,7 @@
 // The start screen: all styles, previewed on the user's picture.
 
 import { clock, get, icon, make, press, title } from "./elements.js";
-import { describeSearch, findLooks } from "./find_looks.js";
+import { describeSearch, findLooks, relatedLooks } from "./find_looks.js";
 import { glanceAt } from "./preview.js";
 import { rove } from "./roving.js";
 
@@ -72,6 +72,7 @@ export class Start {
   #group = ALL;
   /** All tiles in the order in which they are listed. @type {HTMLElement[]} */
   #tiles = [];
+  #relatedTitle = make("h3", { textContent: "Related looks", hidden: true });
   /** The tile of a new style. @type {HTMLElement | null} */
   #new = null;
   #name = "";
@@ -207,7 +208,7 @@ export class Start {
     });
     this.#requested = 0;
     this.#tiles = document.body.classList.contains("front") ? [...tiles, fresh] : [fresh, ...tiles];
-    get("tiles").replaceChildren(...this.#tiles);
+    get("tiles").replaceChildren();
     this.#filter();
   }
 
@@ -234,11 +235,15 @@ export class Start {
   /** Shows the looks of the chosen kind that are asked for, best first. */
   #filter() {
     const looks = this.#tiles.map(lookOf);
-    const found = findLooks(looks, this.finder.value).map((number) => this.#tiles[number]);
-    const tiles = [...found, ...this.#tiles.filter((tile) => !found.includes(tile))];
-    if (tiles.some((tile, place) => get("tiles").children[place] !== tile)) get("tiles").append(...tiles);
-    for (const tile of tiles) tile.hidden = !found.includes(tile) || (this.#group !== ALL && !tile.dataset.kinds?.includes(this.#group));
-    describeSearch(looks, this.finder.value, tiles.every((tile) => tile.hidden), (word) => this.#search(word));
+    const text = this.finder.value;
+    const [found, related] = [findLooks, relatedLooks].map((find) => find(looks, text).map((number) => this.#tiles[number]));
+    const shown = [...found, ...related];
+    const parts = [...found, this.#relatedTitle, ...related, ...this.#tiles.filter((tile) => !shown.includes(tile))];
+    if (parts.some((part, place) => get("tiles").children[place] !== part)) get("tiles").append(...parts);
+    for (const tile of this.#tiles) tile.hidden = !shown.includes(tile) || (this.#group !== ALL && !tile.dataset.kinds?.includes(this.#group));
+    const isEmpty = found.every((tile) => tile.hidden);
+    this.#relatedTitle.hidden = isEmpty || related.every((tile) => tile.hidden);
+    describeSearch(looks, text, isEmpty, (word) => this.#search(word));
   }
 
   /** @param {string} name @param {string} text @param {(isByKeyboard: boolean) => void} chosen */

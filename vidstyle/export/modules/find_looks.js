@@ -26,6 +26,11 @@ const MIN_SCORE_RATIO = 0.5;
 /** Words are near if they share this part of their pairs of letters. */
 const MIN_LIKENESS_RATIO = 0.6;
 const MAX_WORDS_TO_TRY = 4;
+/** Related looks follow up to this number of results. */
+const MAX_FEW = 3;
+const MAX_RELATED = 5;
+/** Weight of a property that a look shares with the best result. */
+const SHARED_WEIGHT = 0.1;
 
 /** Returns the names in a text. @param {string} aliases */
 const aliasesOf = (aliases) => aliases.split(/,\s*/).filter(Boolean);
@@ -138,6 +143,27 @@ export function findLooks(looks, text) {
   const isExact = looks.map((look) => ownStems(look).has(stemsOf(text)));
   const found = [...looks.keys()].filter((look) => isExact[look] || (least > 0 && scores[look] >= least));
   return found.sort((one, other) => Number(isExact[other]) - Number(isExact[one]) || scores[other] - scores[one]);
+}
+
+/** Returns the number of properties that two looks share. @param {Look} one @param {Look} other */
+function sharedProperties(one, other) {
+  const [name, otherName] = [one, other].map((look) => tellingWords(look.name).join(" "));
+  return Object.values(LOOK_PROPERTIES).filter((having) => [name, otherName].every((each) => having.split(" ").includes(each))).length;
+}
+
+/**
+ * Returns the numbers of looks next to the few that a text finds, best first: those that a word of it describes, then
+ * those with the properties of the best.
+ * @param {Look[]} looks
+ * @param {string} text
+ */
+export function relatedLooks(looks, text) {
+  const found = findLooks(looks, text);
+  if (!found.length || found.length > MAX_FEW) return [];
+  const scores = scoresOf(looks.map((look) => [...namesOf(look), ...descriptionsOf(look)]), text);
+  const nearness = looks.map((look, number) => scores[number] + SHARED_WEIGHT * sharedProperties(looks[found[0]], look));
+  const related = [...looks.keys()].filter((look) => !found.includes(look) && nearness[look] > 0);
+  return related.sort((one, other) => nearness[other] - nearness[one]).slice(0, MAX_RELATED);
 }
 
 /** Returns the pairs of letters of a text. @param {string} text */

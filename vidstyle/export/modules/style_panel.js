@@ -29,7 +29,11 @@ export class StylePanel {
     for (const entry of data.controls) this.#add(entry);
     this.initial = { ...this.values };
     for (const name of Object.keys(data.variants)) this.#addVariant(name);
-    get("reset").onclick = () => this.put(this.initial);
+    get("reset").onclick = () => {
+      const first = /** @type {HTMLElement | null} */ (get("controls").querySelector("input, select"));
+      this.put(this.initial);
+      first?.focus(); // a disabled button loses the focus
+    };
     this.put(addressedStyle() === data.name ? addressedValues(this.#entries) : {});
   }
 
@@ -80,6 +84,8 @@ export class StylePanel {
       const all = { ...this.initial, ...this.data.variants[String(button.dataset.name)] };
       press(button, this.data.controls.every(({ path }) => this.values[path] === all[path]));
     }
+    const reset = /** @type {HTMLButtonElement} */ (get("reset"));
+    reset.disabled = !Object.keys(this.changes).length;
     this.onchange();
   }
 }

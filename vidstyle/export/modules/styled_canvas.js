@@ -6,6 +6,9 @@ import { get, make, resize } from "./elements.js";
 /** @typedef {import("./runner.js").LoadedStyle} LoadedStyle */
 /** @typedef {{style: LoadedStyle, side: number}} Shown a style and the shorter side at which it is drawn */
 
+/** Blur of the original until the first result, as part of the width. */
+const WAITING_BLUR_RATIO = 0.006;
+
 /** Returns the working size for a shorter side. @param {[number, number]} size @param {number} side @returns {[number, number]} */
 export function workingSize([width, height], side) {
   const long = Math.max(side, Math.round((side * Math.max(width, height)) / Math.min(width, height)));
@@ -41,7 +44,7 @@ export class StyledCanvas {
     this.divider.listen();
   }
 
-  /** Shows a new picture unchanged, until it is drawn. */
+  /** Shows a new picture blurred, until it is drawn. */
   open() {
     this.isDrawn = false;
     this.prepared = null;
@@ -85,7 +88,12 @@ export class StyledCanvas {
     resize(this.canvas, size);
     const styled = this.isDrawn ? this.#result : this.prepared;
     const isOriginal = this.isHeld || !styled;
-    this.canvas.getContext("2d")?.drawImage(isOriginal ? picture : styled, 0, 0, size[0], size[1]);
+    const context = /** @type {CanvasRenderingContext2D} */ (this.canvas.getContext("2d"));
+    context.clearRect(0, 0, size[0], size[1]);
+    // What waits for the style does not pass for its result.
+    context.filter = styled || this.isHeld ? "none" : `blur(${size[0] * WAITING_BLUR_RATIO}px) saturate(.3) opacity(.5)`;
+    context.drawImage(isOriginal ? picture : styled, 0, 0, size[0], size[1]);
+    context.filter = "none";
     if (!isOriginal) this.divider.paint(picture, own);
     this.divider.place();
   }

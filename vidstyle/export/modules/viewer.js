@@ -185,7 +185,7 @@ export class Viewer {
   /** Why the picture is not ready yet. */
   get #reason() {
     if (!this.source.picture) return "";
-    return this.#isRefined && this.#wanted === this.side ? REFINING : DRAWING;
+    return this.#isRefined && this.#wanted === this.side && this.#styled.isDrawn ? REFINING : DRAWING;
   }
 
   /** Shows why the picture is not ready yet. @param {string} text */
@@ -278,6 +278,7 @@ export class Viewer {
   }
 
   async #save() {
+    if (!get("busy").hidden) this.say("Drawing in full detail; then the picture is saved…", 0);
     if (this.#shown?.side !== this.side) await this.#use(this.side);
     await this.#styled.draw();
     const name = `${this.data?.name}.png`;

@@ -17,7 +17,7 @@ from vidstyle.live.meter import LatencyMeter
 from vidstyle.live.page.frame_feed import FrameFeed
 from vidstyle.live.page.viewer import Viewer
 from vidstyle.live.target import LiveFrame
-from vidstyle.style import Style
+from vidstyle.style import SOURCE, Style
 from vidstyle.web.page_server import PageServer, named_pictures
 
 MAX_VIEWERS = 4
@@ -59,7 +59,7 @@ class PageTarget(PageServer[Viewer]):
         handlers = {
             "/picture.png": self._send_picture,
             "/thumbnail.jpg": named_pictures(lambda: controls.names, self._thumbnail),
-            "/look.jpg": named_pictures(lambda: controls.names, self._look),
+            "/look.jpg": named_pictures(lambda: [SOURCE, *controls.names], self._look),
         }
         super().__init__(
             "page", lambda: Viewer(feed, self.fail), handlers, STATIC_FOLDER, "page.html",
@@ -114,8 +114,8 @@ class PageTarget(PageServer[Viewer]):
         return await asyncio.to_thread(lambda: encode_picture(thumbnail(style), ".jpg"))
 
     async def _look(self, name: str) -> bytes:
-        """Return the thumbnail of a style with an early picture of the session, one at a time."""
-        style = self._without_regions(name)
+        """Return the thumbnail of a style, or `SOURCE`, with an early picture of the session, one at a time."""
+        style = Style(SOURCE) if name == SOURCE else self._without_regions(name)
         async with self._looks:
             picture = await self._feed.early_picture()
             return await asyncio.to_thread(lambda: encode_picture(restyle_thumbnail(style, picture), ".jpg"))

@@ -7,6 +7,8 @@ import { describeSearch, findLooks } from "./find_looks.js";
 
 /** Number of looks that are listed unless all are wanted: two rows. */
 const MAX_LISTED = 6;
+/** The name of the unchanged picture. */
+const SOURCE = "source";
 /** For this time after the start, the computer is busy with the first frames. */
 const SETTLE_MS = 3000;
 
@@ -21,8 +23,11 @@ export class LookList {
   #isExpanded = false;
   /** Notices the looks that are in view. @type {IntersectionObserver} */
   #seen;
-  /** Looks in view that still show the photograph of vidstyle. @type {Set<HTMLButtonElement>} */
+  /** Looks in view that are not drawn on the own picture. @type {Set<HTMLButtonElement>} */
   #waiting = new Set();
+  /** Looks on the own picture; all replace the photograph of vidstyle at once. @type {Map<HTMLButtonElement, HTMLImageElement>} */
+  #own = new Map();
+  #isOwn = false;
   #isTaking = false;
   /** @type {HTMLButtonElement | undefined} */
   #chosen;
@@ -41,6 +46,8 @@ export class LookList {
   show(names) {
     this.#buttons = names.map((name) => this.#button(name));
     this.#chosen = undefined;
+    this.#isOwn = false;
+    get("shown-on").textContent = "on an example";
     this.#find();
     setTimeout(() => this.#buttons.forEach((button) => this.#seen.observe(button)), SETTLE_MS);
   }
@@ -50,13 +57,27 @@ export class LookList {
     for (const { target, isIntersecting } of entries) this.#waiting[isIntersecting ? "add" : "delete"](/** @type {HTMLButtonElement} */ (target));
     if (this.#isTaking) return;
     this.#isTaking = true;
+    const source = this.#picture("look.jpg", SOURCE);
+    const hasSource = await source.decode().then(() => true, () => false);
     for (const button of this.#waiting) {
       this.#seen.unobserve(button);
       this.#waiting.delete(button);
       const own = this.#picture("look.jpg", button.dataset.name ?? "");
-      await own.decode().then(() => button.querySelector("img")?.replaceWith(own), () => {});
+      await own.decode().then(() => this.#own.set(button, own), () => {});
+      if (this.#isOwn) this.#showOwn(button, source);
     }
     this.#isTaking = false;
+    if (this.#isOwn || !hasSource) return;
+    this.#isOwn = true;
+    get("shown-on").textContent = "on your picture";
+    for (const button of this.#buttons) this.#showOwn(button, source);
+  }
+
+  /** Shows a look on the own picture: until it is drawn, the picture itself. @param {HTMLButtonElement} button @param {HTMLImageElement} source */
+  #showOwn(button, source) {
+    const waiting = /** @type {HTMLImageElement} */ (source.cloneNode());
+    waiting.className = "waiting";
+    button.querySelector("img")?.replaceWith(this.#own.get(button) ?? waiting);
   }
 
   /** Lists all looks, or the first ones. @param {boolean} on */
