@@ -183,8 +183,10 @@ def test_a_film_that_begins_black_is_shown_by_a_later_frame(tmp_path: Path, blac
 def test_the_first_picture_is_served_before_any_frame_is_requested(server: DesignServer) -> None:
     opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
     root = server.url.partition("/?")[0]
-    with opener.open(server.url) as page, opener.open(f"{root}/glance.jpg") as answer:
-        assert b'<img src="glance.jpg"' in page.read()
+    with opener.open(server.url) as page, opener.open(f"{root}/opening.js") as script:
+        assert b'<script src="opening.js"' in page.read()
+        assert b'<img src="glance.jpg"' in script.read()
+    with opener.open(f"{root}/glance.jpg") as answer:
         picture = np.asarray(Image.open(answer), float)
     exact = server.designer.clip.frame(representative_frame(server.designer.clip))
     assert picture.shape == exact.shape and np.abs(picture - exact).mean() < 6
