@@ -228,8 +228,12 @@ def test_escape_clears_the_search_and_never_shows_a_designer_without_a_style(
     browser.run("document.getElementById('find-look').focus()")
     browser.type("noir")
     browser.until("document.querySelectorAll('.tile:not([hidden])').length < 9")
+    shown = "[...document.querySelectorAll('#tiles > :not([hidden])')]"
+    names = f"{shown}.map((each) => (each.querySelector('b') ?? each).textContent)"
+    assert browser.run(f"return {names}.slice(0, 3)") == ["Noir", "Related looks", "Charcoal"]
     browser.press("Escape")
     assert browser.run("return document.getElementById('find-look').value") == ""
+    assert "Related looks" not in browser.run(f"return {names}")
     near = "document.getElementById('near-look').textContent"
     browser.type("bokeh")
     browser.until(f"{near}.startsWith('No look is exactly “bokeh”')")

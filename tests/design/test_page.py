@@ -254,6 +254,9 @@ def test_a_draft_is_resumed(browser: Browser, film: Path, tmp_path: Path) -> Non
         page.add("[data-layer=background]", "pattern", "Hatching")
         eventually((tmp_path / "draft.json").exists)
     with shown(browser, open_clip(film), tmp_path) as page:
+        edge = "document.getElementById({!r}).getBoundingClientRect().{}"
+        browser.until(f"{edge.format('draft', 'height')} > 0")
+        assert browser.run(f"return {edge.format('draft', 'bottom')} <= {edge.format('screen', 'top')}")
         browser.click("#draft .strong")
         browser.until("document.querySelector('.card[aria-label^=Hatching]')")
         browser.until("document.getElementById('saved').textContent === 'Edited'")

@@ -216,6 +216,9 @@ def test_a_link_holds_the_values_that_the_controls_allow(page: Path, browser: Br
         document.getElementById("link").click();"""
     )
     assert browser.run("return copied") == f"{page.as_uri()}?side=360#test&posterize.levels=7"
+    reset = "document.getElementById('reset')"
+    browser.run(f"{reset}.focus(); {reset}.click()")
+    assert browser.run(f"return {reset}.disabled && document.activeElement.matches('#controls input')")
     browser.open("about:blank")
     browser.open(f"{page.as_uri()}?side=360#test&posterize.levels=7000")
     until(browser, """document.getElementById("facts").textContent""")

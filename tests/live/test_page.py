@@ -15,6 +15,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from browser import Browser
 from live import generated
 from live_page import Visitor, live_frame, showing
 from waiting import LONG, eventually
@@ -263,6 +264,17 @@ def test_each_style_has_its_thumbnail(tmp_path: Path, monkeypatch: pytest.Monkey
     assert len({picture.tobytes() for picture in pictures.values()}) == len(pictures)
     blue, _, red = pictures["ink"].mean((0, 1))
     assert blue > red
+
+
+def test_all_looks_show_the_example_or_the_own_picture(browser: Browser) -> None:
+    with showing(names=["ink", "poster"]) as (page, _, _):
+        browser.open(page.url)
+        images = "[...document.querySelectorAll('#styles img')]"
+        shown = f"{images}.map((each) => each.src.match(/([a-z]+).jpg/)[1])"
+        browser.until(f"{shown}.length > 1")
+        assert set(browser.run(f"return {shown}")) == {"thumbnail"}
+        browser.until("document.getElementById('shown-on').textContent === 'on your picture'")
+        assert set(browser.run(f"return {shown}")) == {"look"}
 
 
 def test_looks_are_shown_on_the_middle_of_an_early_picture_that_is_not_blank() -> None:
