@@ -5,6 +5,7 @@ from __future__ import annotations
 import urllib.error
 import urllib.request
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import replace
 from pathlib import Path
 
@@ -301,3 +302,13 @@ def test_by_keyboard_a_film_is_opened_restyled_adjusted_and_rendered(
     browser.until("document.getElementById('leave-dialog').open")
     browser.run(FOCUSED)  # until the rest of the key would have pressed a button
     assert browser.run("return document.getElementById('leave-dialog').open")
+
+
+def test_a_command_that_makes_a_document_is_cancelled() -> None:
+    with ChildPages() as children, ThreadPoolExecutor(1) as pool:
+        run = pool.submit(children.run, ["live", "test", "--to", "null"])
+        while not run.done():
+            children.cancel()
+            wait([run], 0.05)
+        with pytest.raises(UsageError, match="vidstyle live: cancelled"):
+            run.result()

@@ -54,7 +54,8 @@ def show_front_page(source: str | None, port: int, no_open: bool, device: str, s
             "live-film": lambda file: _show_live(children, file or "test"),
             "live-test": lambda file: _show_live(children, "test"),
         }
-        front = FrontDoor(pages, browser.show_in_folder if is_wanted else None)
+        reveal = browser.show_in_folder if is_wanted else None
+        front = FrontDoor(pages, reveal, children.cancel)
         browse = browser.open_page if is_wanted else None
         for url in serve(source, None, Path.cwd(), port, device, browse, stop, front):
             say(f"page: {url}")

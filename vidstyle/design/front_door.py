@@ -18,10 +18,12 @@ class FrontDoor:
     Attributes:
         pages: opens other pages of vidstyle, by name.
         reveal: shows a file in its folder; None without a desktop.
+        cancel: stops making the documents that `pages` makes.
     """
 
     pages: Mapping[str, OpenPage] = field(default_factory=dict)
     reveal: Callable[[Path], None] | None = None
+    cancel: Callable[[], None] = lambda: None
 
     def describe(self) -> dict[str, Any]:
         """Return the message for the page."""

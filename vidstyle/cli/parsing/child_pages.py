@@ -14,6 +14,8 @@ from vidstyle.core.closing import Closing
 from vidstyle.errors import UsageError
 
 _ADDRESS = re.compile(r"http://[\d.]+:\d+/\?token=\S+")
+_TERMINATED_CODES = (143, -15)
+"""Exit codes of a process that was asked to end: of this program, and before it handles the signal."""
 CLOSE_SECONDS = 5.0
 """Time limit for a process to end after it was asked to."""
 
@@ -23,6 +25,7 @@ class ChildPages(Closing):
 
     def __init__(self) -> None:
         self._processes: list[subprocess.Popen[str]] = []
+        self._runs: list[subprocess.Popen[str]] = []
 
     def open(self, arguments: Sequence[str]) -> str:
         """Start a command; return the address of its page.
@@ -43,12 +46,22 @@ class ChildPages(Closing):
         """Run a command to its end.
 
         Raises:
-            UsageError: the command failed; the message is its last line.
+            UsageError: the command failed, and the message is its last line; or it was cancelled.
         """
         process, errors = self._start(arguments)
+        self._runs.append(process)
         lines = deque(errors, maxlen=1)
-        if process.wait():
+        code = process.wait()
+        self._runs.remove(process)
+        if code in _TERMINATED_CODES:
+            raise UsageError(f"vidstyle {arguments[0]}", "cancelled")
+        if code:
             raise _failure(arguments, lines)
+
+    def cancel(self) -> None:
+        """End the commands of `run`."""
+        for process in list(self._runs):
+            process.terminate()
 
     def _start(self, arguments: Sequence[str]) -> tuple[subprocess.Popen[str], IO[str]]:
         command = [sys.executable, "-m", "vidstyle", *arguments]

@@ -302,6 +302,12 @@ class DesignConnection(DesignView):
         return {"url": address}
 
     @message
+    async def cancel_page(self) -> None:
+        """Stop making documents, such as comics."""
+        if self.server.front is not None:
+            self.server.front.cancel()
+
+    @message
     async def upload(self, id: int, name: str, size: UploadSize) -> None:
         """Announce a file, which follows in binary messages; the last one is answered too."""
         self._uploads.announce(id, name, size)

@@ -329,7 +329,10 @@ export class Start {
       if (!this.#mayMake(kind)) return;
       button.disabled = true;
       said.textContent = MADE[kind] ?? "Starting…";
+      const cancel = make("button", { type: "button", textContent: "Cancel", onclick: () => this.session.ask("cancel_page") });
+      if (kind in MADE) button.after(cancel);
       if (!(await this.#leave(kind)) && kind === "live") this.#offerWithoutCamera();
+      cancel.remove();
       said.textContent = purpose;
       button.disabled = false;
     });
