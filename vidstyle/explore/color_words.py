@@ -37,6 +37,9 @@ MIN_TWO_TONE_SHARES = (0.75, 0.9)
 """Share of the variance of colours that lightness explains in a picture of two tones: with several hues, and
 with one. Chosen by eye on 60 looks of 3 photographs, where others had at most 0.68."""
 MAX_DARK_LIGHTNESS, MIN_PALE_LIGHTNESS = 0.35, 0.82
+MIN_HUE_CHROMA, MIN_HUE_CHANGE_RATIO = 0.03, 0.75
+"""Chroma of a mean colour that has a hue, and its change, relative to its chroma, that makes another hue: 45
+degrees, or most of the colour."""
 MAX_BROWN_LIGHTNESS = 0.45
 """Lightness below which red, orange and yellow are called brown."""
 
@@ -61,6 +64,13 @@ def color_words(picture: np.ndarray) -> str:
         return _shade_word(colors) + ("sepia" if is_sepia else hue)
     vivid = "vivid colours" if chroma.mean() > MIN_VIVID_CHROMA else "muted colours"
     return _shade_word(colors) + vivid
+
+
+def has_other_colors(picture: np.ndarray, before: np.ndarray) -> bool:
+    """Return whether the mean hue of a picture is another one, or only one of the two pictures has a hue."""
+    now, then = (oklab_thumbnail(each)[..., 1:].mean((0, 1)) for each in (picture, before))
+    strongest = max(float(np.hypot(*now)), float(np.hypot(*then)))
+    return strongest > MIN_HUE_CHROMA and float(np.hypot(*(now - then))) > MIN_HUE_CHANGE_RATIO * strongest
 
 
 def _is_one_hue(colors: np.ndarray, chroma: np.ndarray) -> bool:

@@ -10,7 +10,7 @@ import numpy as np
 
 from vidstyle.block import Block
 from vidstyle.blocks import all_blocks
-from vidstyle.explore.color_words import color_words
+from vidstyle.explore.color_words import color_words, has_other_colors
 from vidstyle.explore.measure import gradient_of, luma_of_codes, oklab_thumbnail
 from vidstyle.style import Style
 from vidstyle.style.wiring import main_path
@@ -72,7 +72,7 @@ def name_step_changes(style: Style, before: Style) -> str:
 def names_of_changes(picture: np.ndarray, before: np.ndarray) -> list[str]:
     """Return names for how a picture differs from another of its scene, both H x W x 3 uint8, best first.
 
-    Changes that people hardly notice are called slight.
+    Other colours say more than any change. Changes that people hardly notice are called slight.
     """
     change = (_impression(picture) - _impression(before)) / MIN_CHANGES
     order = np.argsort(-np.abs(change), kind="stable")
@@ -82,7 +82,13 @@ def names_of_changes(picture: np.ndarray, before: np.ndarray) -> list[str]:
     seen = [word for word, size in zip(words, sizes, strict=True) if size >= 1]
     slight = [word for word, size in zip(words, sizes, strict=True) if 0 < size < 1]
     pairs = [_sentence(pair) for pair in combinations(seen, MAX_NAMED_CHANGES)]
-    return [*pairs, *map(_sentence, ([word] for word in seen)), *(f"A little {word}" for word in slight)]
+    other = [_sentence([color_words(picture)])] if has_other_colors(picture, before) else []
+    return [
+        *other,
+        *pairs,
+        *map(_sentence, ([word] for word in seen)),
+        *(f"A little {word}" for word in slight),
+    ]
 
 
 def _change_word(which: int, change: float, is_warm: bool) -> str:
