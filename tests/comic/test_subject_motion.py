@@ -11,7 +11,7 @@ import pytest
 from stories import PLACES, RATE, small_luma, view, write_film
 
 from vidstyle.comic.analyze.film import open_film
-from vidstyle.comic.analyze.subject_motion import STEP_SECONDS, SubjectMotion
+from vidstyle.comic.analyze.moving.subject_motion import STEP_SECONDS, SubjectMotion
 
 FRAMES = 2 * RATE
 

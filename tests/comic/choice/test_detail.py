@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from media import photograph
 
-from vidstyle.comic.analyze.action import add_actions
 from vidstyle.comic.analyze.features import extract_features
 from vidstyle.comic.analyze.flaws.defect_limits import DefectLimits
+from vidstyle.comic.analyze.moving.action import add_actions
 from vidstyle.comic.analyze.sharpness import measure_resolution
 from vidstyle.comic.output.compression_noise import smooth_compression_noise
 from vidstyle.comic.output.panel_renderer import cut_out

@@ -126,10 +126,12 @@ def test_refused_frames_are_reported_with_their_first_reason() -> None:
     assert describe_refused([good]) == ""
 
 
-def test_a_single_panel_is_explained_by_refused_frames_only_if_they_are_most() -> None:
+def test_a_single_panel_is_explained_by_the_one_reason_that_holds() -> None:
     good, broken = seen(None), seen(None, damaged=True)
     assert describe_lack([good, broken, broken]) == "2 of its 3 frames were not used"
-    assert describe_lack([good, broken]) == "its other frames are too similar or less clear"
+    assert describe_lack([good, broken]) == "its other frames look too similar"
+    other = extract_features(cv2.resize(photograph("coffee"), (640, 360)), 2.0, (360, 640))
+    assert describe_lack([good, other]) == "its other frames are less clear"
 
 
 def test_damage_is_found_though_most_of_a_film_is_damaged() -> None:

@@ -11,8 +11,8 @@ import pytest
 from media import photograph
 from stories import PLACES, view
 
-from vidstyle.comic.analyze.action import Foreground
 from vidstyle.comic.analyze.features import Candidate, extract_features
+from vidstyle.comic.analyze.moving.action import Foreground
 from vidstyle.comic.select.choose import usable_candidates
 from vidstyle.comic.select.prune import prune
 from vidstyle.regions.boxes import Box
@@ -56,13 +56,13 @@ def test_one_pose_in_two_framings_and_one_moment_come_once() -> None:
         key_frame(
             view(PLACES[number], 0, 0, (320, 180)), time, action=moving, importance=0.5 - 0.1 * (number == 1)
         )
-        for number, time in enumerate((0, 1.5, 4))
+        for number, time in enumerate((0, 0.7, 4))
     ]
     assert [each.time for each in prune(moments, 0)] == [0, 4]
-    crowded = [replace(each, time=time) for each, time in zip(moments, (0, 1.5, 3), strict=True)]
+    crowded = [replace(each, time=time) for each, time in zip(moments, (0, 0.7, 1.4), strict=True)]
     crowded[1] = replace(crowded[1], importance=0.9)
-    assert [each.time for each in prune(crowded, 0)] == [0, 3]
-    assert prune([replace(each, scene=int(each.time)) for each in moments], 0)[1].time == 1.5
+    assert [each.time for each in prune(crowded, 0)] == [0, 1.4]
+    assert prune([replace(each, scene=number) for number, each in enumerate(moments)], 0)[1].time == 0.7
 
 
 def test_other_people_in_other_places_stay() -> None:
@@ -217,18 +217,23 @@ def test_a_view_comes_once_though_the_camera_pans_and_cars_pass() -> None:
     panned = [key_frame(picture[30:, left : left + 560], left) for left in (0, 60)]
     shown = [panned[0], replace(panned[1], importance=0.6)]
     assert prune(shown, 0) == shown[1:]
-    for several, count in ((False, 2), (True, 1)):
+    for several, level, count in ((False, 250, 2), (True, 130, 1)):
         actions = []
         for left in (4, 30):
             places = np.zeros((32, 48), bool)
             places[6:28, left : left + 8] = True
-            places[2:4, 44:46] = several
+            places[31, 2:46:4] = several
             actions.append(Foreground(places, Box(100, 60, 200, 300), 0.8, 0.0, False))
         movers = [
-            replace(each, action=action, time=4.0 * number)
+            replace(each, action=action, time=4.0 * number, thumbnail=_paint(each.thumbnail, action, level))
             for number, (each, action) in enumerate(zip(panned, actions, strict=True))
         ]
         assert len(prune(movers, 0)) == count
+
+
+def _paint(thumbnail: np.ndarray, action: Foreground, level: int) -> np.ndarray:
+    """Draw the movers in a gray level."""
+    return np.where(action.places[..., np.newaxis], np.uint8(level), thumbnail)
 
 
 def test_a_view_that_comes_back_in_another_scene_is_shown_once() -> None:

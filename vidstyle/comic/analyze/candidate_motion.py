@@ -9,8 +9,8 @@ import numpy as np
 
 from vidstyle.comic.analyze.features import Candidate
 from vidstyle.comic.analyze.flaws.motion_blur import FlowMeter
+from vidstyle.comic.analyze.moving.subject_motion import SubjectMotion
 from vidstyle.comic.analyze.shots import ShotFinder
-from vidstyle.comic.analyze.subject_motion import SubjectMotion
 from vidstyle.core.sampling import small_luma
 from vidstyle.media.read.sampler import SampledFrame
 

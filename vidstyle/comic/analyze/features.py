@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import cv2
@@ -54,6 +54,8 @@ class Candidate(KeyFrame):
     Attributes:
         sharpness: 0..1, by the width of its strongest edges, in the direction in which they are wider.
         detail: see `measure_sharpness`; None if it is not known.
+        edges: see `measure_sharpness`; None if they are not known.
+        sharp_subject: sharpness of its moving subject, relative to the same subject in other frames, 0..1.
         clarity: 0..1, lower in the dark, with large black or white areas, and without distinct large forms.
         blank: whether the picture is black, white or one tone.
         thumbnail: the copy that is compared with other pictures, see `similarity`.
@@ -84,6 +86,8 @@ class Candidate(KeyFrame):
     thumbnail: np.ndarray
     histogram: np.ndarray
     detail: np.ndarray | None = None
+    edges: np.ndarray | None = None
+    sharp_subject: float = 1.0
     resolution: float = math.inf
     eyes: float = 0.0
     face_detail: float | None = None
@@ -123,12 +127,14 @@ class Survey:
         scene_starts: start time of each scene in seconds.
         seconds: the duration, as far as the film could be read.
         is_folder: whether these are separate pictures that the user has already selected.
+        sharpest_subjects: see `compare_subjects`.
     """
 
     candidates: list[Candidate]
     scene_starts: list[float]
     seconds: float
     is_folder: bool = False
+    sharpest_subjects: dict[int, float] = field(default_factory=dict)
 
 
 def extract_features(
@@ -148,7 +154,7 @@ def extract_features(
     inner = round(rows.stop * factor) - top, round(columns.stop * factor) - left
     color = np.ascontiguousarray(color[rows, columns])
     luma = cv2.cvtColor(color, cv2.COLOR_RGB2GRAY)
-    sharpness, detail = measure_sharpness(luma)
+    sharpness, detail, edges = measure_sharpness(luma)
     smeared = is_smeared(luma)
     return Candidate(
         time,
@@ -160,6 +166,7 @@ def extract_features(
         offset=(left, top),
         sharpness=sharpness,
         detail=detail,
+        edges=edges,
         clarity=measure_exposure(luma) * measure_forms(color),
         blank=is_blank(luma),
         test_picture=is_test_picture(color),

@@ -15,7 +15,6 @@ from pathlib import Path
 
 import numpy as np
 
-from vidstyle.comic.analyze.action import add_actions
 from vidstyle.comic.analyze.candidate_motion import SHOT_SIDE_PX, CandidateMotion
 from vidstyle.comic.analyze.face_search import add_faces
 from vidstyle.comic.analyze.features import (
@@ -29,9 +28,11 @@ from vidstyle.comic.analyze.flaws.film_defects import FilmDefects
 from vidstyle.comic.analyze.flaws.motion_blur import mark_fast_faces
 from vidstyle.comic.analyze.key_frame_source import STEP_NAME, Film
 from vidstyle.comic.analyze.measured_candidates import MeasuredCandidates
+from vidstyle.comic.analyze.moving.action import add_actions
+from vidstyle.comic.analyze.moving.subject_motion import add_moving_subjects, follow_subject
+from vidstyle.comic.analyze.moving.subject_sharpness import compare_subjects
 from vidstyle.comic.analyze.picture_folder import PictureFolder
 from vidstyle.comic.analyze.shots import KeyShots, is_in_transition
-from vidstyle.comic.analyze.subject_motion import add_moving_subjects, follow_subject
 from vidstyle.comic.analyze.upright import GLANCE_SIDE_PX, MAX_GLANCES, find_turn
 from vidstyle.comic.select.choose import default_panels
 from vidstyle.core.convert import to_rgb
@@ -60,8 +61,9 @@ _CUT_MARGIN_SECONDS = 0.1
 """Time around a cut without key frames: compressed pictures are worst there, and may mix two shots."""
 _CONTEXT_SECONDS = 0.2
 """Additional time that is decoded, in which cuts and the motion of subjects are seen."""
-_SEARCH_SECONDS, _KEY_SEARCH_SECONDS = 0.3, 0.8
-"""Time around a candidate that is searched; the second value if only key frames were decoded before."""
+_SEARCH_SECONDS, _MOVING_SEARCH_SECONDS, _KEY_SEARCH_SECONDS = 0.3, 0.5, 0.8
+"""Time around a candidate that is searched; the second value if its subject moves, and the third one if only
+key frames were decoded before."""
 _SEARCH_STEP_SECONDS = 1 / 15
 """Minimum interval of the frames that are compared there."""
 _KEY_CONTEXT_SECONDS = 1.2
@@ -128,7 +130,7 @@ class FilmFile(Film):
         return self._survey_whole(gap, on_time)
 
     def around(self, candidate: Candidate) -> list[Candidate]:
-        reach = self._search_seconds
+        reach = max(self._search_seconds, _MOVING_SEARCH_SECONDS if candidate.action is not None else 0.0)
         context = _KEY_CONTEXT_SECONDS if reach == _KEY_SEARCH_SECONDS else _CONTEXT_SECONDS
         motion, measured = CandidateMotion(candidate.action is not None), list[Future[Candidate]]()
         start, end, last = candidate.time - reach - context, candidate.time + (reach + context), -math.inf
@@ -200,7 +202,10 @@ class FilmFile(Film):
             for shot in [list(group)]
             for each in add_moving_subjects(shot, [moving[other.time] for other in shot])
         ]
-        return Survey(mark_fast_faces(measured.fill_missing_faces(tracked)), begins, time)
+        compared, sharpest = compare_subjects(tracked)
+        return Survey(
+            mark_fast_faces(measured.fill_missing_faces(compared)), begins, time, sharpest_subjects=sharpest
+        )
 
     def _survey_keys(self, gap: float, on_time: Callable[[float], None]) -> Survey:
         shots, measured, lumas, time = KeyShots(), MeasuredCandidates(), list[np.ndarray](), 0.0
@@ -213,8 +218,10 @@ class FilmFile(Film):
         candidates = measured.candidates()
         for each, luma in zip(candidates, lumas, strict=True):
             shots.push(each.time, luma, each.histogram)
-        in_scenes = self._assign_scenes(candidates, shots.scene_starts)
-        return Survey(measured.fill_missing_faces(in_scenes), shots.scene_starts, time)
+        compared, sharpest = compare_subjects(self._assign_scenes(candidates, shots.scene_starts))
+        return Survey(
+            measured.fill_missing_faces(compared), shots.scene_starts, time, sharpest_subjects=sharpest
+        )
 
     def _assign_scenes(self, candidates: list[Candidate], starts: list[float]) -> list[Candidate]:
         if not candidates:

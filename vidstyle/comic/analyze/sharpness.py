@@ -11,7 +11,8 @@ _FINE_DEVIATION_PX, _COARSE_DEVIATION_PX = 0.7, 2.5
 """Standard deviations of the two Gaussians under which edges are compared."""
 _STRONG_EDGE_SHARE = 0.03
 """Share of pixels, those with the strongest edges, on which sharpness is measured."""
-
+EDGE_CELL_PX = 10
+"""Side of a cell whose steepest edge is kept."""
 
 # Detail that other frames have.
 DETAIL_ROWS, DETAIL_COLUMNS = 9, 16
@@ -65,28 +66,40 @@ def measure_clutter(detail: np.ndarray) -> float:
     return float(np.clip((slope - lowest) / (highest - lowest), 0, 1))
 
 
-def measure_sharpness(luma: np.ndarray) -> tuple[float, np.ndarray]:
+def measure_sharpness(luma: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
     """Measure the sharpness of a picture, H x W uint8.
 
     Returns:
-        Its sharpness, 0 blurred, 1 perfectly sharp, see `_edge_sharpness`; and its detail: the mean slope of
-        each part under a narrow and a wide Gaussian, across and down, 2 x 2 x rows x columns float16.
+        Its sharpness, 0 blurred, 1 perfectly sharp, see `edge_width_sharpness`; its detail: the mean slope of
+        each part under a narrow and a wide Gaussian, across and down, 2 x 2 x rows x columns float16; and its
+        edges: the steepest slopes in each of many small cells, in the same order, uint8.
     """
     fine, coarse = (_slopes(luma, deviation) for deviation in (_FINE_DEVIATION_PX, _COARSE_DEVIATION_PX))
     size = DETAIL_COLUMNS, DETAIL_ROWS
     parts = [cv2.resize(each, size, interpolation=cv2.INTER_AREA) for each in (*fine, *coarse)]
     detail = np.array(parts, np.float32).reshape(2, 2, DETAIL_ROWS, DETAIL_COLUMNS)
     detail *= max(luma.shape) / _USUAL_SIDE_PX
-    return _edge_sharpness(fine, coarse), detail.astype(np.float16)
+    edges = np.array([[_steepest(each) for each in pair] for pair in (fine, coarse)])
+    return edge_width_sharpness(fine, coarse), detail.astype(np.float16), edges
 
 
-def _edge_sharpness(fine: Sequence[np.ndarray], coarse: Sequence[np.ndarray]) -> float:
-    """Return the sharpness by the width of the strongest edges, 0..1.
+def _steepest(slopes: np.ndarray) -> np.ndarray:
+    """Return the steepest slope in each cell of a picture, rows x columns uint8, of half a level."""
+    side = EDGE_CELL_PX
+    rows, columns = (length // side for length in slopes.shape)
+    cells = slopes[: rows * side, : columns * side].reshape(rows, side, columns, side)
+    return np.asarray((2 * cells.max(axis=(1, 3))).clip(0, 255), np.uint8)
+
+
+def edge_width_sharpness(
+    fine: Sequence[np.ndarray], coarse: Sequence[np.ndarray], share: float = _STRONG_EDGE_SHARE
+) -> float:
+    """Return the sharpness by the width of the strongest edges, a share of all places, 0..1.
 
     The slope of an edge under a narrow Gaussian, divided by its slope under a wide one, gives its width
     independent of its height. A pan blurs the edges of one direction only, so the wider direction counts.
     """
-    number = max(1, round(_STRONG_EDGE_SHARE * fine[0].size))
+    number = max(1, round(share * fine[0].size))
     heights, widths = [], []
     for thin, wide in zip(fine, coarse, strict=True):
         strongest = np.argpartition(wide.ravel(), -number)[-number:]

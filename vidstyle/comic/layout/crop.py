@@ -17,7 +17,7 @@ MIN_TINY_FACE_WINDOW_RATIO = 0.35
 """Minimum size if the main face is tiny, and for close-ups."""
 MIN_FACELESS_WINDOW_RATIO = 0.75
 """Minimum size without a face: saliency is less certain than a face."""
-_MIN_SUBJECT_WINDOW_RATIO = 0.6
+_MIN_SUBJECT_WINDOW_RATIO = 0.45
 """Minimum size around a moving subject without a face."""
 TINY_FACE_HEIGHT_RATIO = 1 / 12
 """Height of a face, relative to the picture's, below which it is tiny."""

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vidstyle.comic.analyze.action import subject_difference
 from vidstyle.comic.analyze.features import Candidate, Survey
+from vidstyle.comic.analyze.moving.poses import MIN_POSE_CHANGE, pose_changes
 from vidstyle.comic.analyze.similarity import SAME_SIMILARITY, similarity
 from vidstyle.comic.select.best_path import (
     FORCED_SCORE,
@@ -36,10 +36,13 @@ _MIN_FILM_MOTION = 0.02
 """Motion above which a film is not still."""
 
 _MOVED_SUBJECT_WEIGHT, _MOVED_SUBJECT_SCENES_WEIGHT = 0.5, 0.2
-"""How much less alike two frames of a scene are whose subject has moved elsewhere.
+"""How much less alike two frames of a scene are whose subject has another pose or is elsewhere.
 
-The first value is for a film of one scene, which has nothing else to tell.
+The first value is for a film of few scenes, which has nothing else to tell.
 """
+_MAX_STORY_SCENES, _STORY_PANELS, _MIN_STORY_SECONDS = 3, 6, 1.4
+"""Up to this number of scenes, other poses are other moments: up to this number of panels, each for at least
+this duration."""
 
 _SPEAKER_SCORE = 0.4
 """Score of a frame with a face while someone speaks."""
@@ -168,15 +171,10 @@ def _is_in_spans(time: float, spans: Sequence[tuple[float, float]]) -> bool:
 
 
 def likeness(pool: Sequence[Candidate], scenes: int) -> np.ndarray:
-    """Return the similarity of frames, N x N; lower for a still camera whose subject is in another place."""
+    """Return the similarity of frames, N x N; lower for other poses before a still camera."""
     like = similarity([each.thumbnail for each in pool])
-    weight = _MOVED_SUBJECT_WEIGHT if scenes == 1 else _MOVED_SUBJECT_SCENES_WEIGHT
-    for first, one in enumerate(pool):
-        for second, other in enumerate(pool[:first]):
-            if one.action and other.action and one.scene == other.scene:
-                moved = subject_difference(one.action, other.action)
-                like[[first, second], [second, first]] -= weight * moved
-    return like
+    weight = _MOVED_SUBJECT_WEIGHT if scenes <= _MAX_STORY_SCENES else _MOVED_SUBJECT_SCENES_WEIGHT
+    return np.asarray(like - weight * np.minimum(1, pose_changes(pool) / MIN_POSE_CHANGE))
 
 
 def _count_beats(survey: Survey, most: int) -> int:
@@ -192,9 +190,10 @@ def _count_panels(survey: Survey, like: np.ndarray, forced: int, panels: int | N
     for number in range(len(like)):
         if not (like[number, distinct[-DISTINCT_PANELS:]] > SAME_SIMILARITY).any():
             distinct.append(number)
-    usual = (
-        MAX_DEFAULT_PANELS if survey.is_folder else default_panels(len(survey.scene_starts), survey.seconds)
-    )
+    scenes = len(survey.scene_starts)
+    usual = MAX_DEFAULT_PANELS if survey.is_folder else default_panels(scenes, survey.seconds)
+    if scenes <= _MAX_STORY_SCENES:
+        usual = max(usual, min(_STORY_PANELS, int(survey.seconds / _MIN_STORY_SECONDS)))
     return max(forced, min(max(usual, min_panels), MAX_DEFAULT_PANELS, len(distinct)))
 
 

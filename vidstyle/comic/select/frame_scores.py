@@ -39,6 +39,8 @@ Softer faces are not enlarged.
 """
 _SOFT_FACE_COST, _SOFT_FACE_STRENGTH_RATIO = 0.5, 0.5
 """Maximum cost of a large face that is not sharp, and how much weaker a subject it is at most."""
+_SMEARED_SUBJECT_COST = 0.8
+"""Cost of a moving subject that is not as sharp as in other frames, relative to their sharpness."""
 _CLUTTER_COST = 0.4
 """Cost of a picture that is nothing but edges, in which style and reader lose the subject."""
 # The importance of chosen frames.
@@ -122,6 +124,7 @@ def scores(pool: Sequence[Candidate], scenes: np.ndarray) -> np.ndarray:
         - _MAX_MOTION_COST * np.minimum(1, [each.motion / _MAX_COST_MOTION for each in pool])
         - _MAX_LIMB_COST * np.array([limb_blur(each) for each in pool])
         + np.array([_action_value(each) for each in pool])
+        - _SMEARED_SUBJECT_COST * (1 - np.array([each.sharp_subject for each in pool]))
         - _CLUTTER_COST * np.array([clutter(each) for each in pool])
         - _SOFT_FACE_COST * np.array([face_softness(each) for each in pool])
         - _MAX_BLUR_COST * (1 - sharp / np.maximum(wanted, 1e-6)).clip(0, 0.5) * 2

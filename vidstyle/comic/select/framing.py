@@ -11,7 +11,12 @@ from vidstyle.comic.analyze.features import Candidate, Foreground
 from vidstyle.comic.analyze.sharpness import FULL_FACE_DETAIL_LEVELS
 from vidstyle.comic.analyze.similarity import SAME_SIMILARITY, similarity
 from vidstyle.comic.select.frame_scores import MAX_LEADING_SOFTNESS, face_softness
-from vidstyle.comic.select.movers import find_movers, has_large_mover, has_several_movers
+from vidstyle.comic.select.movers import (
+    find_movers,
+    has_large_mover,
+    has_several_movers,
+    is_lost_in_wide_view,
+)
 from vidstyle.regions.boxes import Box
 
 # Close-ups.
@@ -77,12 +82,18 @@ def alternate_framing(key_frames: Sequence[Candidate], enlarges_small: bool = Fa
         if like[number, number - 1] <= SAME_SIMILARITY:
             continue
         if before.framing == "near" and not has_several_movers(found[number]):
-            found[number] = replace(found[number], framing="wide")
+            found[number] = _widen(found[number])
         else:
             found[number] = _zoom_in(found[number], enlarges_small)
             if before.framing == "usual" and found[number].framing != "usual":
-                found[number - 1] = replace(before, framing="wide")
+                found[number - 1] = _widen(before)
     return found
+
+
+def _widen(key_frame: Candidate) -> Candidate:
+    """Return the key frame as a wide view; unchanged if its moving subject would be lost in it."""
+    is_lost = not key_frame.faces and is_lost_in_wide_view(key_frame)
+    return key_frame if is_lost else replace(key_frame, framing="wide")
 
 
 def widen_soft_faces(key_frames: Sequence[Candidate]) -> list[Candidate]:
@@ -164,7 +175,7 @@ def _zoom_in(key_frame: Candidate, enlarges_small: bool = False) -> Candidate:
         side, blobs, held = _NEAR_SIDE_RATIO, key_frame.blobs, None
         if key_frame.action and not key_frame.action.is_gone:
             if not (enlarges_small or has_large_mover(key_frame)):
-                return replace(key_frame, framing="wide")
+                return _widen(key_frame)
             held = box = _main_mover(key_frame.action, whole)
             (x, y), blobs = box.center, ()
             margin = 1.0 if has_several_movers(key_frame) else _ACTION_MARGIN_RATIO

@@ -10,6 +10,7 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from vidstyle.comic.analyze.features import Candidate
+from vidstyle.comic.analyze.moving.poses import has_other_pose
 from vidstyle.comic.analyze.similarity import SAME_SIMILARITY
 from vidstyle.comic.select.choose import DISTINCT_PANELS, likeness
 from vidstyle.comic.select.frame_scores import (
@@ -24,8 +25,9 @@ from vidstyle.comic.select.twins import is_twin
 from vidstyle.comic.select.views import find_repeated_view
 
 # Moments.
-_MIN_MOMENT_SECONDS, _MIN_MOMENT_PANELS = 2.0, 2
-"""Two frames of a scene within this time show one moment; number of panels that are left at least."""
+_MIN_MOMENT_SECONDS, _MIN_POSE_SECONDS, _MIN_MOMENT_PANELS = 2.0, 0.8, 2
+"""Two frames of a scene within this time show one moment; the second value is for other poses. Number of
+panels that are left at least."""
 
 # Places.
 _MIN_SUBJECT_STRENGTH = 0.1
@@ -114,7 +116,7 @@ def _find_same_moment(key_frames: Sequence[Candidate]) -> int | None:
     crowded = Counter(
         number
         for before, (one, other) in enumerate(pairwise(key_frames))
-        if one.scene == other.scene and other.time - one.time < _MIN_MOMENT_SECONDS
+        if one.scene == other.scene and _is_one_moment(one, other)
         for number in (before, before + 1)
         if not key_frames[number].forced
     )
@@ -122,6 +124,11 @@ def _find_same_moment(key_frames: Sequence[Candidate]) -> int | None:
     return max(
         crowded, key=lambda each: (crowded[each], alike[each], -key_frames[each].importance), default=None
     )
+
+
+def _is_one_moment(one: Candidate, other: Candidate) -> bool:
+    least = _MIN_POSE_SECONDS if has_other_pose(one, other) else _MIN_MOMENT_SECONDS
+    return other.time - one.time < least
 
 
 def _find_repeated_place(key_frames: Sequence[Candidate]) -> int | None:

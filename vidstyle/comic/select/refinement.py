@@ -6,10 +6,11 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from vidstyle.comic.analyze.action import add_actions
 from vidstyle.comic.analyze.features import Candidate, Survey
 from vidstyle.comic.analyze.flaws.motion_blur import MAX_PICTURE_FLOW, limb_blur, subject_flow
 from vidstyle.comic.analyze.key_frame_source import Film
+from vidstyle.comic.analyze.moving.action import add_actions
+from vidstyle.comic.analyze.moving.subject_sharpness import compare_subject
 from vidstyle.comic.analyze.similarity import DIFFERENT_SIMILARITY, similarity
 from vidstyle.comic.select.best_path import LOOKBACK_PANELS
 from vidstyle.pipeline.progress import ProgressCallback
@@ -19,8 +20,10 @@ _CUT_FACTOR = 2.0
 """How much more it counts that a subject is cut off than that it is large."""
 _MAX_FACE_CANDIDATES = 3
 """Number of frames near a chosen one in which faces are detected: the best by all other features."""
+_SIMILARITY_TOLERANCE = 0.05
+"""How much more similar to another panel a better frame may be."""
 _CLARITY_WEIGHT, _MOTION_WEIGHT, _FLOW_WEIGHT, _LIMB_WEIGHT = 0.8, 0.5, 0.5, 0.6
-_ACTION_WEIGHT, _EYES_WEIGHT, _FACES_WEIGHT = 0.5, 0.5, 0.3
+_ACTION_WEIGHT, _EYES_WEIGHT, _FACES_WEIGHT, _SHARP_SUBJECT_WEIGHT = 0.5, 0.5, 0.3, 2.0
 """Weights of the features by which frames of one shot are compared, relative to sharpness."""
 
 
@@ -80,7 +83,9 @@ class Refinement:
         nearby = add_actions(
             nearby, [other for other in self._survey.candidates if other.scene == each.scene]
         )
-        nearby = _keep_subject(nearby, each)
+        sharpest = self._survey.sharpest_subjects.get(each.scene, 0.0)
+        nearby = [compare_subject(other, sharpest) for other in _keep_subject(nearby, each)]
+        nearby = [other for other in nearby if not other.blurred] or nearby
         likely = sorted(nearby, key=_score_relative_to(nearby), reverse=True)[:_MAX_FACE_CANDIDATES]
         if not each.faces:
             return likely
@@ -112,7 +117,7 @@ def _keep_distinct(
         return list(nearby)
     like = similarity([candidate.thumbnail for candidate in (each, *nearby, *others)])
     most = like[: -len(others), -len(others) :].max(axis=1)
-    limit = max(DIFFERENT_SIMILARITY, most[0])
+    limit = max(DIFFERENT_SIMILARITY, most[0] + _SIMILARITY_TOLERANCE)
     return [other for other, like in zip(nearby, most[1:], strict=True) if like <= limit]
 
 
@@ -129,6 +134,7 @@ def _score_relative_to(nearby: Sequence[Candidate]) -> Callable[[Candidate], flo
         - _MOTION_WEIGHT * min(1.0, each.motion)
         - _FLOW_WEIGHT * min(1.0, subject_flow(each) / MAX_PICTURE_FLOW)
         - _LIMB_WEIGHT * limb_blur(each)
+        + _SHARP_SUBJECT_WEIGHT * each.sharp_subject
         + (
             _ACTION_WEIGHT * (each.action.share - _CUT_FACTOR * each.action.cut)
             if each.action and not each.faces

@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 
 from vidstyle.comic.analyze.features import Candidate
+from vidstyle.comic.analyze.moving.poses import has_other_pose
 from vidstyle.comic.analyze.similarity import color_similarity
-from vidstyle.comic.select.movers import has_moved
 from vidstyle.regions.boxes import Box
 
 # Twins: the same picture or person again on a page, in the same size of shot.
@@ -46,7 +46,7 @@ def _is_same_shot_of_person(one: Candidate, other: Candidate) -> bool:
     if not _has_one_size(one, other):
         return False
     is_alike = color_similarity(_person(one), _person(other)) >= _MIN_PERSON_SIMILARITY
-    return (is_alike and not has_moved(one, other)) or is_same_pose(one, other)
+    return (is_alike and not has_other_pose(one, other)) or is_same_pose(one, other)
 
 
 def is_same_pose(one: Candidate, other: Candidate) -> bool:
@@ -54,6 +54,7 @@ def is_same_pose(one: Candidate, other: Candidate) -> bool:
     return (
         one.scene == other.scene
         and _has_one_size(one, other)
+        and not has_other_pose(one, other)
         and pose_correlation(one, other) > _MIN_POSE_CORRELATION
     )
 

@@ -9,9 +9,10 @@ import cv2
 import numpy as np
 
 from vidstyle.comic.analyze.features import Candidate
+from vidstyle.comic.analyze.moving.poses import has_other_pose
 from vidstyle.comic.analyze.similarity import DIFFERENT_SIMILARITY, similarity
 from vidstyle.comic.select.frame_scores import is_person
-from vidstyle.comic.select.movers import has_lone_mover, has_moved
+from vidstyle.comic.select.movers import has_few_movers
 
 _INNER_SIZE_PX, _SCALE_RATIOS = (30, 20), (0.85, 1.0, 1.18)
 """Width and height of the middle of a thumbnail that is searched in another one, and the scales tried."""
@@ -23,7 +24,7 @@ of a trailer and of a film of joined clips have up to 0.68."""
 def find_repeated_view(key_frames: Sequence[Candidate]) -> int | None:
     """Return a frame whose view another one shows: a close-up, or else the less important one.
 
-    Persons and a single large mover that has moved tell something new; other places of many cars do not.
+    Persons and a few large movers in another pose tell something new; other places of many cars do not.
     """
     for pair in combinations(range(len(key_frames)), 2):
         one, other = (key_frames[each] for each in pair)
@@ -48,9 +49,9 @@ def _looks_alike(one: Candidate, other: Candidate) -> bool:
 
 
 def _tells_more(one: Candidate, other: Candidate) -> bool:
-    """Whether a single large mover is elsewhere in the second frame, or in one of the frames only."""
-    are_large = has_lone_mover(one), has_lone_mover(other)
-    return has_moved(one, other) if all(are_large) else any(are_large)
+    """Whether the large movers look different in the second frame, or are in one of the frames only."""
+    are_large = has_few_movers(one), has_few_movers(other)
+    return has_other_pose(one, other) if all(are_large) else any(are_large)
 
 
 def view_correlation(one: np.ndarray, other: np.ndarray) -> float:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from vidstyle.comic.analyze.features import Candidate
+from vidstyle.comic.analyze.features import Candidate, Foreground
 from vidstyle.regions.boxes import Box
 
 FLOW_ROWS, FLOW_COLUMNS = 9, 16
@@ -22,6 +22,8 @@ They were tuned on a trailer of 24 frames per second, on 71 pictures and 43 face
 """
 
 
+_MOVER_FLOW_PERCENTILE = 80
+"""Percentile of the flow of a moving subject that represents its fast parts."""
 _LIMB_FLOW_PERCENTILE = 97
 """Percentile of the flow of a picture that represents hands."""
 _FULL_LIMB_FLOW = 0.012
@@ -75,8 +77,15 @@ def subject_flow(candidate: Candidate) -> float:
     if candidate.faces:
         return region_flow(candidate, candidate.faces[0])
     if candidate.action and not candidate.action.is_gone:
-        return region_flow(candidate, candidate.action.box)
+        return _mover_flow(candidate.flow, candidate.action) if candidate.flow is not None else 0.0
     return region_flow(candidate)
+
+
+def _mover_flow(flow: np.ndarray, action: Foreground) -> float:
+    """Return the flow of the fastest parts of a moving subject: its box is half background."""
+    size = FLOW_COLUMNS, FLOW_ROWS
+    covered = cv2.resize(action.places.astype(np.float32), size, interpolation=cv2.INTER_AREA)
+    return float(np.percentile(flow[covered >= covered.max() / 2], _MOVER_FLOW_PERCENTILE))
 
 
 def limb_blur(candidate: Candidate) -> float:

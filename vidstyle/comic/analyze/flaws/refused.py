@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 
 from vidstyle.comic.analyze.features import Candidate
+from vidstyle.comic.analyze.similarity import SAME_SIMILARITY, similarity
 
 _REASONS = {
     "damaged": "damaged",
@@ -14,6 +15,9 @@ _REASONS = {
     "combed": "interlaced",
 }
 """Attributes of candidates and what they are called; of several, the first one counts."""
+
+_MAX_COMPARED_FRAMES = 40
+"""Maximum number of frames of which it is known whether they look alike."""
 
 
 def describe_refused(candidates: Sequence[Candidate]) -> str:
@@ -25,8 +29,10 @@ def describe_refused(candidates: Sequence[Candidate]) -> str:
 
 
 def describe_lack(candidates: Sequence[Candidate]) -> str:
-    """Return why a film gives no second panel: most frames are refused, or the others differ too little."""
-    refused = sum(each.is_flawed for each in candidates)
-    if 2 * refused > len(candidates):
-        return f"{refused} of its {len(candidates)} frames were not used"
-    return "its other frames are too similar or less clear"
+    """Return why a film gives no second panel: refused frames, or others that look alike or are unclear."""
+    used = [each for each in candidates if not each.is_flawed]
+    if 2 * len(used) < len(candidates):
+        return f"{len(candidates) - len(used)} of its {len(candidates)} frames were not used"
+    compared = used[:: -(-len(used) // _MAX_COMPARED_FRAMES)]
+    is_alike = float(similarity([each.thumbnail for each in compared]).min()) > SAME_SIMILARITY
+    return "its other frames look too similar" if is_alike else "its other frames are less clear"

@@ -38,8 +38,6 @@ _MIN_OFTEN_SHARE, _MIN_CONTOUR_RATIO = 0.5, 1.3
 these places are in the picture that shows the subject."""
 _SUBJECT_BOX_SHARE = 0.95
 """Share of the subject that its box contains; the subject may be in several places."""
-_FULL_DIFFERENCE_SHARE = 0.03
-"""Share of the picture that two subjects cover together from which their difference counts fully."""
 _TOP_EDGE_FACTOR = 2.0
 """How much more a cut by the upper edge counts than one by another edge: it takes the head."""
 _GONE_SUBJECT_RATIO = 0.12
@@ -74,16 +72,6 @@ def add_actions(frames: Sequence[Candidate], shot: Sequence[Candidate]) -> list[
         replace(each, action=_foreground(each, change, most))
         for each, change in zip(frames, changes, strict=True)
     ]
-
-
-def subject_difference(one: Foreground, other: Foreground) -> float:
-    """Return the share of the combined area of two subjects that only one of them covers, 0..1.
-
-    It is lower for small subjects: pictures of one place in which something small has moved look alike.
-    """
-    either = float((one.places | other.places).mean())
-    apart = float((one.places ^ other.places).mean())
-    return apart / max(either, _FULL_DIFFERENCE_SHARE)
 
 
 def _find_background(frames: Sequence[np.ndarray]) -> tuple[np.ndarray, list[tuple[np.ndarray, float]]]:

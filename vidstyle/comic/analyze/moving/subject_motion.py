@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
-from vidstyle.comic.analyze.action import cut_share
 from vidstyle.comic.analyze.features import Candidate, Foreground
+from vidstyle.comic.analyze.moving.action import cut_share
 from vidstyle.comic.analyze.similarity import THUMBNAIL_SIZE
 from vidstyle.regions.boxes import Box
 

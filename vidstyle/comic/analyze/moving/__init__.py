@@ -1,0 +1,1 @@
+"""What moves in front of the background of a shot: where it is, how sharp, and in which pose."""
