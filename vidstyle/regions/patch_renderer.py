@@ -12,6 +12,7 @@ from vidstyle.core.scene_cuts import KnownCuts, SceneCuts
 from vidstyle.regions.face_tracks import Face
 from vidstyle.regions.features.exposure import Exposure
 from vidstyle.regions.features.feature_lifting import Features, lift_features
+from vidstyle.regions.features.steady_darkness import SteadyDarkness
 from vidstyle.regions.patches import PatchSet, cut_patches
 from vidstyle.regions.rasters import PageRaster
 from vidstyle.style import Style
@@ -43,7 +44,7 @@ class PatchRenderer(Closing):
     def __init__(self, open_backend: OpenRenderer, side_ratio: float = 1.0) -> None:
         self._open, self._side_ratio = open_backend, side_ratio
         self._backend: Backend | None = None
-        self._cuts, self._exposure = KnownCuts(()), Exposure()
+        self._cuts, self._exposure, self._darkness = KnownCuts(()), Exposure(), SteadyDarkness()
         self._detailed: tuple[object, Style] | None = None
 
     def cancel(self) -> None:
@@ -90,9 +91,11 @@ class PatchRenderer(Closing):
         """Return the picture of all patches, with tones that suit the style by `focus`; and its features."""
         if patches.is_new and request.time is not None:
             self._cuts.add(request.time)
-            self._exposure = Exposure()
+            self._exposure, self._darkness = Exposure(), SteadyDarkness()
         picture = cut_patches(request.picture, patches.patches)
         features = lift_features(picture, patches.patches, lift)
+        if request.time is not None:
+            features = self._darkness.follow(features)
         lifted = {each.face.track: each.amount for each in features}
         self._exposure.apply(picture, patches.patches, request.picture, request.time, focus, lifted)
         return picture, features
