@@ -16,6 +16,7 @@ from vidstyle.comic.analyze.picture_contrast import color_histogram, is_blank, m
 from vidstyle.comic.analyze.saliency import find_blobs, saliency_map, salient_box
 from vidstyle.comic.analyze.sharpness import measure_resolution, measure_sharpness
 from vidstyle.comic.analyze.similarity import make_thumbnail
+from vidstyle.comic.analyze.titles import has_title
 from vidstyle.comic.key_frame import KeyFrame
 from vidstyle.regions.boxes import Box
 
@@ -75,6 +76,7 @@ class Candidate(KeyFrame):
         blockiness: see `measure_blockiness`.
         block_corners: see `count_block_corners`.
         flat_box: the flat rectangle in it, in pixels of its small copy; None if there is none.
+        titled: whether it shows a title, see `has_title`.
         key_run: the number of key frames up to it; frames of one run are predicted from each other.
         forced: whether it was requested by its time.
         small: a small copy without letterbox bars, as long as subjects may still be detected in it.
@@ -103,6 +105,7 @@ class Candidate(KeyFrame):
     blockiness: Blockiness = Blockiness()
     block_corners: int = 0
     flat_box: Box | None = None
+    titled: bool = False
     key_run: int = 0
     forced: bool = False
     small: np.ndarray | None = None
@@ -175,6 +178,7 @@ def extract_features(
         broken=smeared,
         block_corners=count_block_corners(luma),
         flat_box=find_flat_box(luma),
+        titled=has_title(luma),
         thumbnail=make_thumbnail(color),
         histogram=color_histogram(color),
         small=color,

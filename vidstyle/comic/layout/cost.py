@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vidstyle.comic.key_frame import KeyFrame
-from vidstyle.comic.layout.crop import content_box, main_face, required_box
+from vidstyle.comic.layout.crop import content_box, least_window_ratio, main_face, required_box
 from vidstyle.comic.layout.slicing import Tree
 from vidstyle.regions.boxes import Box
 
@@ -48,6 +48,9 @@ _CROP_WEIGHT = 3.0
 _LOST_FACE_COST, _MAX_LOST_FACE_SHARE = 3.0, 0.02
 """Cost of a panel that must cut large faces or the subject, and the lost share of them that is ignored."""
 
+MIN_PRINTED_FACE_MM = 15.0
+"""Height of a face on paper below which styles lose its features: 90 lines at 150 dots per inch."""
+
 # Random variations.
 _MAX_PERTURBATION_COST = 4.0
 """Maximum that a seed adds to the cost of a row; the mean is a third of it."""
@@ -63,7 +66,7 @@ class LayoutWeights:
 
         shape . ln(w/h / best shape)^2  +  saliency . (part cut off the box around salient area and faces)
         +  face . (part of the large faces, with the room around them, that is cut off; more if any is)
-        +  (much cut off the picture)
+        +  (much cut off the picture)  +  small . ln(face / printed height of the main face)^2, if smaller
         +  size . ln(w h / wanted area)^2  +  oversize . (the same, if larger and unimportant)  +  slivers,
 
     over its rows, of `template(tree)`: many columns, and a stack before its neighbour, cost more;
@@ -81,6 +84,7 @@ class LayoutWeights:
     The wanted area is a share of the paper by importance; for a splash `size` is larger.
 
     Attributes:
+        face_px: wanted minimum height of a printed face, see `MIN_PRINTED_FACE_MM`; 0 if any is accepted.
         jitter: added to each panel's deviation of importance and to the logarithm of its best shape;
             panel x 2, or None.
         perturbation: added to the cost of a template for each possible first panel; 0 for templates that are
@@ -98,6 +102,8 @@ class LayoutWeights:
     ragged: float = 0.4
     scene: float = 0.6
     balance: float = 6.0
+    small: float = 2.0
+    face_px: float = 0.0
     jitter: np.ndarray | None = None
     perturbation: dict[Tree, np.ndarray] = field(default_factory=dict)
 
@@ -193,6 +199,7 @@ def panel_costs(
             + counts * np.log(area / wanted) ** 2
             + minor * np.maximum(0.0, np.log(area / wanted)) ** 2
             + _content_cost(key_frame, aspect, weights)
+            + weights.small * _face_shortfall(key_frame, aspect, heights, weights.face_px) ** 2
             for key_frame, wanted, counts, minor, shape in zip(
                 key_frames, areas, size, _oversize_weights(key_frames, weights), shapes, strict=True
             )
@@ -233,6 +240,24 @@ def best_shape(key_frame: KeyFrame) -> float:
         else _PICTURE_SHAPE_WEIGHT
     )
     return share * own + (1 - share) * min(own + 1.5, max(own - 1.5, inner))
+
+
+def _face_shortfall(
+    key_frame: KeyFrame, aspect: np.ndarray, heights: np.ndarray, wanted: float
+) -> np.ndarray | float:
+    """Return the logarithm of the wanted height of the main face over its height in each panel, or 0.
+
+    The panel may show as little as `crop` allows around the large faces.
+    """
+    face = main_face(key_frame)
+    if face is None or not wanted:
+        return 0.0
+    height, width = key_frame.shape
+    down = np.minimum(height, width / np.maximum(aspect, 1e-6))
+    kept = required_box(key_frame)
+    least = np.maximum(kept.height, kept.width / np.maximum(aspect, 1e-6))
+    shown = np.minimum(down, np.maximum(least, least_window_ratio(key_frame) * down))
+    return np.log(np.maximum(1.0, wanted * shown / np.maximum(face.height * heights, 1e-6)))
 
 
 def _content_cost(key_frame: KeyFrame, aspect: np.ndarray, weights: LayoutWeights) -> np.ndarray:

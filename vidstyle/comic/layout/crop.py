@@ -145,22 +145,25 @@ def _scales(key_frame: KeyFrame, width: float, height: float) -> list[float]:
     """
     if key_frame.framing == "wide":
         return [1.0]
-    face = main_face(key_frame)
-    if key_frame.framing == "near":
-        least = MIN_TINY_FACE_WINDOW_RATIO
-    elif face is None:
-        least = MIN_FACELESS_WINDOW_RATIO if key_frame.subject is None else _MIN_SUBJECT_WINDOW_RATIO
-    else:
-        least = (
-            MIN_TINY_FACE_WINDOW_RATIO
-            if face.height < TINY_FACE_HEIGHT_RATIO * key_frame.shape[0]
-            else MIN_WINDOW_RATIO
-        )
+    least = least_window_ratio(key_frame)
     kept = content_box(key_frame)
     around = NEAR_CONTENT_WINDOW_RATIO if key_frame.framing == "near" else CONTENT_WINDOW_RATIO
     wanted = around * max(kept.width / width, kept.height / height)
     near = min(1.0, max(least, wanted))
     return [near, (near + least) / 2, least]
+
+
+def least_window_ratio(key_frame: KeyFrame) -> float:
+    """Return the size of the smallest window relative to the largest one of its aspect."""
+    if key_frame.framing == "wide":
+        return 1.0
+    face = main_face(key_frame)
+    if key_frame.framing == "near":
+        return MIN_TINY_FACE_WINDOW_RATIO
+    if face is None:
+        return MIN_FACELESS_WINDOW_RATIO if key_frame.subject is None else _MIN_SUBJECT_WINDOW_RATIO
+    is_tiny = face.height < TINY_FACE_HEIGHT_RATIO * key_frame.shape[0]
+    return MIN_TINY_FACE_WINDOW_RATIO if is_tiny else MIN_WINDOW_RATIO
 
 
 def _find_window(key_frame: KeyFrame, width: float, height: float, nearer: float) -> tuple[float, Box]:

@@ -4,14 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from vidstyle.comic.key_frame import KeyFrame
-from vidstyle.comic.layout.cost import LayoutWeights, panel_costs, perturb_weights, wanted_areas
+from vidstyle.comic.layout.cost import (
+    MIN_PRINTED_FACE_MM,
+    LayoutWeights,
+    panel_costs,
+    perturb_weights,
+    wanted_areas,
+)
 from vidstyle.comic.layout.pagination import Pagination, Row
-from vidstyle.comic.layout.paper import Paper
+from vidstyle.comic.layout.paper import MM_PER_INCH, Paper
 from vidstyle.comic.layout.slicing import Grid, Placement, list_rows
 from vidstyle.regions.boxes import Rectangle
 
@@ -91,10 +97,12 @@ class _Sheet:
         self.grid, self._columns = _page_grid(paper)
         self.trees = [tree for count in range(1, self._columns + 1) for tree in list_rows(count)]
         self._key_frames, self._pages, self._area_scales = key_frames, pages, np.asarray(area_scales)
+        self._face_px = MIN_PRINTED_FACE_MM * paper.dpi / MM_PER_INCH
         self._formula = self._pagination(LayoutWeights())
 
     def _pagination(self, weights: LayoutWeights) -> Pagination:
         key_frames, grid = self._key_frames, self.grid
+        weights = replace(weights, face_px=self._face_px)
         most = min(len(key_frames), 2 * math.ceil(len(key_frames) / self._pages))
         areas = wanted_areas(key_frames, grid.area.width * grid.area.height, self._pages, weights)
         panels = panel_costs(key_frames, areas * self._area_scales, grid.widths(), grid.heights(), weights)

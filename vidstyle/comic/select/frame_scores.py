@@ -41,6 +41,8 @@ _SOFT_FACE_COST, _SOFT_FACE_STRENGTH_RATIO = 0.5, 0.5
 """Maximum cost of a large face that is not sharp, and how much weaker a subject it is at most."""
 _SMEARED_SUBJECT_COST = 0.8
 """Cost of a moving subject that is not as sharp as in other frames, relative to their sharpness."""
+_TITLE_COST = 0.8
+"""Cost of a title over a picture, if its scene has frames without one."""
 _CLUTTER_COST = 0.4
 """Cost of a picture that is nothing but edges, in which style and reader lose the subject."""
 # The importance of chosen frames.
@@ -124,11 +126,18 @@ def scores(pool: Sequence[Candidate], scenes: np.ndarray) -> np.ndarray:
         - _MAX_MOTION_COST * np.minimum(1, [each.motion / _MAX_COST_MOTION for each in pool])
         - _MAX_LIMB_COST * np.array([limb_blur(each) for each in pool])
         + np.array([_action_value(each) for each in pool])
+        - _TITLE_COST * _avoidable_titles(pool)
         - _SMEARED_SUBJECT_COST * (1 - np.array([each.sharp_subject for each in pool]))
         - _CLUTTER_COST * np.array([clutter(each) for each in pool])
         - _SOFT_FACE_COST * np.array([face_softness(each) for each in pool])
         - _MAX_BLUR_COST * (1 - sharp / np.maximum(wanted, 1e-6)).clip(0, 0.5) * 2
     )
+
+
+def _avoidable_titles(pool: Sequence[Candidate]) -> np.ndarray:
+    """Return which frames show a title, while others of their scene show none."""
+    free = {each.scene for each in pool if not each.titled}
+    return np.array([each.titled and each.scene in free for each in pool], float)
 
 
 def _action_value(candidate: Candidate) -> float:
