@@ -18,15 +18,15 @@ from vidstyle.explore.random_steps import is_valid
 from vidstyle.style import LAYERS, Step, Style, load_style, style_text, table_from_style
 
 PAPER_ENDS = {
-    ("flow_dog", "sigma"): (0.5**0.5, 8**0.5),
+    ("flow_dog", "sigma"): (0.5, 2),
     ("soft_threshold", "phi"): (0.013, 0.059),
     ("soft_threshold", "epsilon"): (50, 110),
     ("detail", "delta"): (-100, 60),
     ("luma_posterize", "levels"): (5, 12),
     ("saturation", "factor"): (1.5, 2.2),
-    ("scale", "factor"): (100 / 300, 1),
+    ("scale", "factor"): ((100 / 300) ** 0.5, 1),
 }
-"""As section 6.2 prints them. Sigma is a variance there; 300 stands for the size of the picture."""
+"""As section 6.2 prints them. Sigma is twice a variance; 300 is the number of pixels of the picture."""
 
 
 @cache
@@ -44,10 +44,13 @@ def blocks_of(style: Style) -> list[str]:
 
 
 def drawn_steps(style: Style) -> list[Step]:
-    """The filters of a style by the paper's rules, without steps that put them at full size."""
-    return [step for step in style.steps[1:] if step.block != "scale" or "method" not in step.values]
+    """The filters of a style by the paper's rules, without steps for its full size and even light."""
+    steps = [*style.base[1:], *style.background, *style.lines[EVENED_COUNT:]]
+    return [step for step in steps if step.block != "scale" or "method" not in step.values]
 
 
+EVENED_COUNT = 4
+"""Steps that remove brightness before lines are drawn by the paper's rules."""
 CRITICAL = {1: 10.83, 4: 18.47, 5: 20.52, 6: 22.46, 7: 24.32}
 """What chi-square exceeds by chance once in a thousand, by degrees of freedom."""
 
@@ -101,9 +104,10 @@ def test_paper_styles_have_lines_over_flat_tones_of_a_smooth_picture() -> None:
     for style in paper_styles()[:200]:
         base, colors, lines = ([step.block for step in style.layers[layer]] for layer in LAYERS)
         assert base[0] == "minimum_range" and set(base[1:]) == {"tvf"}
-        assert set(lines[:-1]) == {"flow_dog"} and lines[-1] == "soft_threshold"
+        assert lines[:EVENED_COUNT] == ["to_gray", "scale", "gaussian", "blend"]
+        assert set(lines[EVENED_COUNT:-1]) == {"flow_dog"} and lines[-1] == "soft_threshold"
         assert "luma_posterize" in colors or len(drawn_steps(style)) <= 4
-        strengths = [step.values["p"] for step in style.lines[:-1]]
+        strengths = [step.values["p"] for step in style.lines[EVENED_COUNT:-1]]
         assert all(1 <= p <= 40 for p in strengths) and math.prod(1 + p for p in strengths if p > 1) < 43
 
 
@@ -124,7 +128,8 @@ def test_paper_values_are_even_between_the_ends_of_the_paper() -> None:
 
 def test_paper_styles_end_at_the_size_of_the_picture() -> None:
     """Their flat tones are made there, so that edges are sharp."""
-    sized = [style.background for style in paper_styles()[:200] if "scale" in blocks_of(style)]
+    backgrounds = [style.background for style in paper_styles()[:200]]
+    sized = [steps for steps in backgrounds if any(step.block == "scale" for step in steps)]
     assert len(sized) > 50
     for steps in sized:
         blocks = [step.block for step in steps]

@@ -9,6 +9,7 @@ from random import Random
 from vidstyle.blocks import all_blocks
 from vidstyle.explore.paper.rules import (
     CUT_BLOCK,
+    EVEN_SHARE,
     FILTER_COUNT_RANGE,
     FILTER_RULES,
     GRAY_RULE,
@@ -18,6 +19,8 @@ from vidstyle.explore.paper.rules import (
     PAPER_HEIGHT,
     RANGE_BLOCK,
     SMOOTH_BLOCK,
+    SURROUNDINGS_FACTOR,
+    SURROUNDINGS_SIGMA,
     TONES_BLOCK,
     FilterRule,
 )
@@ -42,7 +45,7 @@ def paper_style(random: Random, style: Style) -> Style:
         height=PAPER_HEIGHT,
         base=(Step(RANGE_BLOCK), *smooth),
         background=tuple(_enlarged(colors)),
-        lines=(*_limited(lines), *cuts),
+        lines=(*_evened(), *_limited(lines), *cuts),
     )
 
 
@@ -70,6 +73,17 @@ def _step(random: Random, rule: FilterRule) -> Step:
 
 def _of(steps: list[Step], block: str) -> list[Step]:
     return [step for step in steps if step.block == block]
+
+
+def _evened() -> list[Step]:
+    """Return steps that remove most of the brightness around each pixel, for lines also in shadows."""
+    mixing = {"other": "around", "mode": "grain_extract", "opacity": EVEN_SHARE}
+    return [
+        Step("to_gray", save="gray"),
+        Step("scale", {"factor": scale_factor(SURROUNDINGS_FACTOR)}),
+        Step("gaussian", {"sigma": SURROUNDINGS_SIGMA}, save="around"),
+        Step("blend", mixing, source="gray"),
+    ]
 
 
 def _limited(lines: list[Step]) -> list[Step]:

@@ -18,6 +18,9 @@ PAPER_HEIGHT = 1080
 on a phone."""
 FULL_SIZE = 300
 """The paper's size that stands for the size of the picture."""
+LINE_VARIANCE_RATIO = 0.5
+"""Variance of lines, in squared pixels, relative to the paper's sigma. At 1, lines of masts, eyes and blades
+of grass ran together, and people rejected most styles."""
 PAPER_SECTION = "paper, section 6.2"
 
 
@@ -52,11 +55,12 @@ FILTER_RULES = (
     FilterRule(
         "flow_dog",
         ("p",),
-        ends={"sigma": (math.sqrt(0.5), math.sqrt(8))},
+        ends={"sigma": (math.sqrt(LINE_VARIANCE_RATIO * 0.5), math.sqrt(LINE_VARIANCE_RATIO * 8))},
         repeats=True,
         source=f"{PAPER_SECTION}: XDoG (sigma 0.5 to 8, p 1 to 40). Section 4.2 C calls sigma the variance "
-        "of the Gaussian, and 7 x 7 filters hold no deviation of 8 pixels, so our deviation is its root. The "
-        "threshold is a separate filter, as in section 4.2 C, where Flow-XDoG has no other parameters",
+        "of the Gaussian, and 7 x 7 filters hold no deviation of 8 pixels, so our deviation is the root of "
+        "its half. The threshold is a separate filter, as in section 4.2 C, where Flow-XDoG has no other "
+        "parameters",
     ),
     FilterRule(
         "tvf",
@@ -76,9 +80,9 @@ FILTER_RULES = (
     FilterRule("saturation", ("factor",), source=f"{PAPER_SECTION}: Saturation (saturation 1.5 to 2.2)"),
     FilterRule(
         "scale",
-        ends={"factor": (100 / FULL_SIZE, 1)},
-        source=f"{PAPER_SECTION}: Size (size 100 to 300), where {FULL_SIZE} is read as the size of the "
-        "picture: the results in the paper are sharp, which a height of 100 to 300 lines cannot give",
+        ends={"factor": (math.sqrt(100 / FULL_SIZE), 1)},
+        source=f"{PAPER_SECTION}: Size (size 100 to 300), read as a number of pixels, where {FULL_SIZE} is "
+        "that of the picture: results in the paper are sharp, which a height of 100 to 300 lines cannot give",
     ),
 )
 """Filters of random styles; all that are still allowed are equally likely."""
@@ -95,3 +99,8 @@ SMOOTH_BLOCK, LINE_BLOCK, CUT_BLOCK, TONES_BLOCK = "tvf", "flow_dog", "soft_thre
 background of the other filters. TVF comes before both, as lines would draw the noise of smooth areas
 otherwise. Without lines, or without flat tones, a style only smooths the photograph: of 120 styles by a
 reading with one layer, in which XDoG sharpened the colours, three people kept 15."""
+SURROUNDINGS_FACTOR, SURROUNDINGS_SIGMA = 1 / 12, 2.0
+"""Reduction and blur that give the brightness around each pixel, over about 24 pixels of `PAPER_HEIGHT`."""
+EVEN_SHARE = 0.65
+"""Share of that brightness that is removed before lines are drawn, as in the shipped style `comic`. A
+threshold turns dark hair, fur and hulls into black shapes otherwise, which people rejected."""
