@@ -64,11 +64,11 @@ FILTER_RULES = (
     ),
     FilterRule(
         "tvf",
-        fixed={"passes": 2, "flow": "variation"},
+        fixed={"passes": 2, "flow": "variation", "time": 12.0, "accurate": True},
         repeats=True,
         source=f"{PAPER_SECTION}: TVF, without parameters. Section 4.2 B says that it makes a picture "
-        "piecewise constant, which is the flow of total variation. Two passes flatten skin and water at the "
-        "default time",
+        "piecewise constant, which is the flow of total variation. Two long passes flatten skin, water and "
+        "grass, of which lines would be worms",
     ),
     FilterRule(
         "soft_threshold",
