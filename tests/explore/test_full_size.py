@@ -116,15 +116,7 @@ def test_any_size_is_measured(shape: tuple[int, int]) -> None:
 
 def test_score_says_which_measures_speak_for_or_against(astronaut: FullSize) -> None:
     good = astronaut.measure(load_style("poster"))
-    bad = good._replace(
-        detail_kept=0.1,
-        edge_hardness=0.3,
-        face=0.5,
-        face_outlines=0.3,
-        rims=-0.02,
-        mark_smallness=0,
-        face_lift=-0.01,
-    )
+    bad = good._replace(fine_kept=0.1, rims=-0.02, mark_smallness=0, face_lift=-0.1)
     for rules in get_args(Rules):
         assert score(bad, rules) < score(good, rules)
         assert max(reasons(bad, rules).values()) < 0
@@ -132,7 +124,8 @@ def test_score_says_which_measures_speak_for_or_against(astronaut: FullSize) -> 
         assert verdict(bad, rules).startswith(f"Score {100 * score(bad, rules):.0f} of 100; against it: ")
         assert "face" in verdict(bad, rules)
         assert "face" not in verdict(bad._replace(has_face=False), rules)
-    assert doubt(score(bad)) == DOUBTFUL_FAULT and doubt(0.9) == ""
+        assert doubt(score(bad, rules), rules) == DOUBTFUL_FAULT and doubt(0.9, rules) == ""
+    assert doubt(0.3) == DOUBTFUL_FAULT and doubt(0.3, "paper") == ""
 
 
 def test_lines_along_edges_have_rims_and_lightened_faces_are_lifted() -> None:

@@ -4,9 +4,9 @@ Usage: python -m tools.explore.score PICTURES CROPS KEY.json MARKS.json... [--wr
 
 KEY.json lists the marked crops as `tools/explore/marking.py` writes them: number, rules, and the picture, a
 path in PICTURES without its suffix, with the box of the crop. CROPS holds what people saw, as NUMBER.png.
-Each MARKS.json holds the marks of one person, {"number": "keep" or "reject"}; the majority counts, and ties
-are left out. Scores come from models fitted without the picture, and therefore without its styles. Rules
-without marks keep their model.
+Each MARKS.json holds the marks of one person, {"number": "keep" or "reject"}. Models are fitted to the share
+of people who kept a style; it counts as kept if half of them or more did. Scores come from models fitted
+without the picture, and therefore without its styles.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ import numpy as np
 from tools.explore.marking import shown_picture
 from vidstyle.explore.crops.crop_measures import ComparedCrop, FullSizeMetrics
 from vidstyle.explore.crops.full_size import comparable_faces
-from vidstyle.explore.gates import MIN_SCORE, fault
+from vidstyle.explore.gates import MIN_SCORES, fault
 from vidstyle.explore.paper.rules import Rules
 from vidstyle.explore.score import MAX_SPREADS, MEASURES, MODEL_FILE, log_odds
 from vidstyle.regions.still_faces import StillFaces
 
-LINEAR_DECAY, SQUARE_DECAY, STEPS = 3.0, 8.0, 25
+DECAY, STEPS = 3.0, 25
 """What squared weights add to the loss, and steps of Newton's method."""
 BEST_SHARE = 0.12
 """Of the styles, whose precision is reported: the best dozen of a hundred."""
@@ -44,25 +44,30 @@ def main() -> None:
     parser.add_argument("crops", type=Path)
     parser.add_argument("key", type=Path)
     parser.add_argument("marks", type=Path, nargs="+")
-    parser.add_argument("--write", action="store_true", help=f"write {MODEL_FILE.name}")
+    parser.add_argument("--write", nargs="*", default=[], help=f"rules whose model {MODEL_FILE.name} gets")
     options = parser.parse_args()
     people = [json.loads(path.read_text(encoding="utf-8")) for path in options.marks]
     print_agreement(people)
     key = json.loads(options.key.read_text(encoding="utf-8"))
-    key = [each for each in key if majority(people, each["number"])]
+    key = [each for each in key if any(each["number"] in marks for marks in people)]
     metrics = measured(options.pictures, options.crops, key)
     models = json.loads(MODEL_FILE.read_text(encoding="utf-8"))
     for rules, names in MEASURES.items():
         here = [place for place, each in enumerate(key) if each["rules"] == rules]
         if not here:
             continue
-        kept = np.array([majority(people, key[place]["number"]) > 0 for place in here])
+        shares = np.array([kept_share(people, key[place]["number"]) for place in here])
         pictures = np.array([key[place]["picture"] for place in here])
         rows = np.array([[getattr(metrics[place], name) for name in names] for place in here])
-        scores = held_out(rows, kept, pictures)
-        report(rules, scores, kept, pictures, [metrics[place] for place in here])
-        models[rules] = {name: np.vectorize(lambda x: float(f"{x:.4g}"))(each).tolist()
-                         for name, each in fitted(rows, kept).items()}  # fmt: skip
+        scores = held_out(rows, shares, pictures)
+        print(f"{rules}, model in use: ", end="")
+        model = {name: np.array(values) for name, values in models[rules].items()}
+        report(rules, log_odds(rows, model), shares >= 0.5, pictures, [metrics[place] for place in here])
+        print(f"{rules}, fitted without the picture: ", end="")
+        report(rules, scores, shares >= 0.5, pictures, [metrics[place] for place in here])
+        if rules in options.write:
+            models[rules] = {name: np.vectorize(lambda x: float(f"{x:.4g}"))(each).tolist()
+                             for name, each in fitted(rows, shares).items()}  # fmt: skip
     if options.write:
         MODEL_FILE.write_text(json.dumps(models) + "\n", encoding="utf-8")
 
@@ -76,21 +81,21 @@ def report(
 ) -> None:
     """Print how well scores of unseen pictures agree with marks."""
     passes = np.array([not fault(each, rules) for each in metrics]) & (
-        scores >= np.log(MIN_SCORE / (1 - MIN_SCORE))
+        scores >= np.log(MIN_SCORES[rules] / (1 - MIN_SCORES[rules]))
     )
     best = np.argsort(-scores)[: round(BEST_SHARE * len(scores))]
     print(
-        f"{rules}: AUC {area(scores, kept):.3f}, within a picture {area(scores, kept, pictures):.3f}, "
+        f"AUC {area(scores, kept):.3f}, within a picture {area(scores, kept, pictures):.3f}, "
         f"{kept.mean():.0%} of {len(kept)} kept, "
         f"{kept[passes].mean():.0%} of the {passes.sum()} that pass, "
         f"{kept[best].mean():.0%} of the best {len(best)}"
     )
 
 
-def majority(people: Sequence[dict[str, str]], number: str) -> int:
-    """Marks to keep minus marks to reject."""
+def kept_share(people: Sequence[dict[str, str]], number: str) -> float:
+    """The share of people who kept a style, of those who marked it."""
     marks = [each[str(number)] for each in people if str(number) in each]
-    return marks.count("keep") - marks.count("reject")
+    return marks.count("keep") / len(marks)
 
 
 def print_agreement(people: Sequence[dict[str, str]]) -> None:
@@ -122,29 +127,31 @@ def measured(pictures: Path, crops: Path, key: Sequence[dict[str, Any]]) -> list
         return list(pool.map(measure, key))
 
 
-def held_out(rows: np.ndarray, kept: np.ndarray, pictures: np.ndarray) -> np.ndarray:
+def held_out(rows: np.ndarray, shares: np.ndarray, pictures: np.ndarray) -> np.ndarray:
     """The log-odds of each row by a model that was fitted to the rows of other pictures."""
     scores = np.zeros(len(rows))
     for name in set(pictures):
         here = pictures == name
-        scores[here] = log_odds(rows[here], fitted(rows[~here], kept[~here]))
+        scores[here] = log_odds(rows[here], fitted(rows[~here], shares[~here]))
     return scores
 
 
 def fitted(rows: np.ndarray, kept: np.ndarray) -> dict[str, np.ndarray]:
-    """The model of `log_odds`: logistic regression on measures and their squares, by Newton's method."""
+    """The model of `log_odds`: linear logistic regression, by Newton's method.
+
+    Args:
+        kept: the share of people who kept each style, 0..1.
+    """
     middle, spread = rows.mean(axis=0), rows.std(axis=0) + 1e-9
     normal = np.clip((rows - middle) / spread, -MAX_SPREADS, MAX_SPREADS)
-    inputs = np.hstack([normal, normal * normal - 1, np.ones((len(rows), 1))])
-    count = rows.shape[1]
-    decay = np.repeat([LINEAR_DECAY, SQUARE_DECAY, 1e-6], [count, count, 1])
+    inputs = np.hstack([normal, np.ones((len(rows), 1))])
+    decay = np.append(np.full(rows.shape[1], DECAY), 1e-6)
     weights = np.zeros(len(decay))
     for _ in range(STEPS):
         chance = 1 / (1 + np.exp(-inputs @ weights))
         curve = (inputs * (chance * (1 - chance))[:, None]).T @ inputs + np.diag(decay)
         weights -= np.linalg.solve(curve, inputs.T @ (chance - kept) + decay * weights)
-    return {"middle": middle, "spread": spread, "linear": weights[:count],
-            "square": weights[count:-1], "bias": weights[-1]}  # fmt: skip
+    return {"middle": middle, "spread": spread, "linear": weights[:-1], "bias": weights[-1]}
 
 
 def area(scores: np.ndarray, kept: np.ndarray, pictures: np.ndarray | None = None) -> float:

@@ -100,7 +100,7 @@ def _examine(original: Original, crops: FullSize, style: Style, rules: Rules) ->
         return result
     large = crops.measure(style)
     worth = score(large, rules)
-    reason = (fault(large, rules) or doubt(worth)) if crops.is_large else NO_FAULT
+    reason = (fault(large, rules) or doubt(worth, rules)) if crops.is_large else NO_FAULT
     result = replace(result, full_size=large, score=worth, fault=reason)
     if result.fault:
         return result

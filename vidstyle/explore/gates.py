@@ -75,8 +75,9 @@ MIN_DISTANCE = 0.5
 MIN_STEP_DIFFERENCE = 1.0
 """Change, in levels of 255 at the 99th percentile, below which a step is removed as ineffective."""
 
-MIN_SCORE = 0.5
-"""Probability of being kept below which a style is not worth showing."""
+MIN_SCORES: dict[Rules, float] = {"open": 0.5, "paper": 0.05}
+"""Probability of being kept below which a style is not worth showing. By the paper's rules, people keep less,
+and on some photographs nothing would pass a higher limit."""
 
 UNSTEADY_FAULT, DUPLICATE_FAULT, DOUBTFUL_FAULT, UNUSABLE_FAULT, NO_FAULT = (
     "flickering",
@@ -100,9 +101,9 @@ def fault(measures: PictureMetrics | FullSizeMetrics, rules: Rules = "open") -> 
     return next(iter(faults(measures, rules)), NO_FAULT)
 
 
-def doubt(score: float) -> str:
+def doubt(score: float, rules: Rules = "open") -> str:
     """Return the fault of a style with this score, or ""."""
-    return DOUBTFUL_FAULT if score < MIN_SCORE else NO_FAULT
+    return DOUBTFUL_FAULT if score < MIN_SCORES[rules] else NO_FAULT
 
 
 def is_like_another(signature: np.ndarray, others: Sequence[np.ndarray]) -> bool:

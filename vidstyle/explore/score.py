@@ -17,20 +17,18 @@ from vidstyle.explore.paper.rules import Rules
 MODEL_FILE = Path(__file__).with_name("score.json")
 """The models fitted by `tools/explore/score.py`, by rules."""
 MEASURES: dict[Rules, tuple[str, ...]] = {
-    "paper": ("detail_kept", "edge_hardness", "face_outlines"),
+    "paper": ("fine_kept", "face_lift"),
     "open": ("rims", "mark_smallness", "face_lift"),
 }
 """What a model reads, of `FullSizeMetrics`: those that agree best with people on unseen pictures."""
 WORDS = {
-    "detail_kept": "detail of the picture",
-    "edge_hardness": "hard edges",
-    "face_outlines": "features of faces",
+    "fine_kept": "fine detail",
     "rims": "light marks along edges",
     "mark_smallness": "size of marks",
     "face_lift": "lightness of faces",
 }
 """The measures that models read, in plain words."""
-FACE_MEASURES = {"face_outlines", "face_lift"}
+FACE_MEASURES = {"face_lift"}
 """Those that say nothing about pictures without a face."""
 MIN_SHOWN_REASON = 0.2
 """Log-odds from which a measure is named in a verdict."""
@@ -75,15 +73,15 @@ def log_odds(numbers: np.ndarray, model: Mapping[str, np.ndarray]) -> np.ndarray
     """Return the log-odds of the score for measures along the last axis.
 
     Args:
-        model: "middle" and "spread" of the measures, the weights "linear" and "square", and "bias".
+        model: "middle" and "spread" of the measures, the weights "linear" and perhaps "square", and "bias".
     """
     return np.asarray(contributions(numbers, model).sum(axis=-1) + model["bias"])
 
 
 def contributions(numbers: np.ndarray, model: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Return what each measure adds to the log-odds: a parabola, as too much may be as bad as too little."""
+    """Return what each measure adds to the log-odds: a line, or a parabola if too much may be bad, too."""
     normal = np.clip((numbers - model["middle"]) / model["spread"], -MAX_SPREADS, MAX_SPREADS)
-    return np.asarray(normal * model["linear"] + (normal * normal - 1) * model["square"])
+    return np.asarray(normal * model["linear"] + (normal * normal - 1) * model.get("square", 0.0))
 
 
 def spread_out(signatures: np.ndarray, scores: np.ndarray, count: int) -> list[int]:

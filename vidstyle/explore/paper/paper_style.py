@@ -19,8 +19,8 @@ from vidstyle.explore.paper.rules import (
     PAPER_HEIGHT,
     RANGE_BLOCK,
     SMOOTH_BLOCK,
+    SURROUNDINGS_DEVIATION_PX,
     SURROUNDINGS_FACTOR,
-    SURROUNDINGS_SIGMA,
     TONES_BLOCK,
     FilterRule,
 )
@@ -81,7 +81,7 @@ def _evened() -> list[Step]:
     return [
         Step("to_gray", save="gray"),
         Step("scale", {"factor": scale_factor(SURROUNDINGS_FACTOR)}),
-        Step("gaussian", {"sigma": SURROUNDINGS_SIGMA}, save="around"),
+        Step("gaussian", {"sigma": SURROUNDINGS_DEVIATION_PX}, save="around"),
         Step("blend", mixing, source="gray"),
     ]
 

@@ -99,7 +99,7 @@ SMOOTH_BLOCK, LINE_BLOCK, CUT_BLOCK, TONES_BLOCK = "tvf", "flow_dog", "soft_thre
 background of the other filters. TVF comes before both, as lines would draw the noise of smooth areas
 otherwise. Without lines, or without flat tones, a style only smooths the photograph: of 120 styles by a
 reading with one layer, in which XDoG sharpened the colours, three people kept 15."""
-SURROUNDINGS_FACTOR, SURROUNDINGS_SIGMA = 1 / 12, 2.0
+SURROUNDINGS_FACTOR, SURROUNDINGS_DEVIATION_PX = 1 / 12, 2.0
 """Reduction and blur that give the brightness around each pixel, over about 24 pixels of `PAPER_HEIGHT`."""
 EVEN_SHARE = 0.65
 """Share of that brightness that is removed before lines are drawn, as in the shipped style `comic`. A
