@@ -115,8 +115,8 @@ def test_any_size_is_measured(shape: tuple[int, int]) -> None:
 
 
 def test_score_says_which_measures_speak_for_or_against(astronaut: FullSize) -> None:
-    good = astronaut.measure(load_style("poster"))
-    bad = good._replace(fine_kept=0.1, rims=-0.02, mark_smallness=0, face_lift=-0.1)
+    good = astronaut.measure(PLAIN)
+    bad = good._replace(fine_kept=0.1, rims=-0.02, mark_smallness=0, face_lift=-0.01)
     for rules in get_args(Rules):
         assert score(bad, rules) < score(good, rules)
         assert max(reasons(bad, rules).values()) < 0
