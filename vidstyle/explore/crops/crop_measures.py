@@ -101,6 +101,7 @@ class ComparedCrop:
             for of, rows in ((np.min, faces), (np.min, [whole, *faces]), (np.max, [whole, *faces]))
         )
         return face._replace(
+            edge_hardness=low.edge_hardness,
             fineness=high.fineness,
             mark_width=low.mark_width,
             burnt=high.burnt,
