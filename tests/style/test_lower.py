@@ -10,7 +10,7 @@ from covering import in_one_test
 from pictures import FLOAT, RGB8, VIDEO, step, style
 
 from vidstyle.core.picture import Encoding, PictureLayout
-from vidstyle.cpu.schedule import READS_PLANES, Sweep, schedule
+from vidstyle.cpu.schedule import MAX_FUSED_RADIUS, READS_PLANES, Sweep, schedule
 from vidstyle.gpu.compile.shader_graph import OPERATION_FILES
 from vidstyle.style import Style, load_style, style_names
 from vidstyle.style.lower import lower
@@ -261,15 +261,18 @@ def test_the_cpu_stores_what_filters_read_before_they_run(name: str) -> None:
     for task in [*(task for task, _ in plan.tasks), plan.output]:
         if isinstance(task, Sweep):
             for each in task.steps:
-                assert not each.is_loaded or each.node.is_given or each.node in at_hand
+                for read in plan.recomputed[each.node].steps if each.node in plan.recomputed else [each]:
+                    assert not read.is_loaded or read.node.is_given or read.node in at_hand
                 if not each.is_loaded and (each.node.block or each.node.op == "resample"):
                     computed.append(each.node)
                 if not each.is_loaded and each.node.op in READS_PLANES:
                     images = each.node.inputs.values()
-                    assert all(image.is_given or image in at_hand for image in images)
+                    known = at_hand | plan.recomputed.keys()
+                    assert all(image.is_given or image in known for image in images)
                 assert each.node.measure is None or each.is_loaded or each.node.measure in at_hand
                 if each.node.reads_neighbors and not each.is_loaded:
-                    assert each.margin == 0, "a sweep has one neighborhood operation in a row"
+                    most = MAX_FUSED_RADIUS if plan.recomputed else 0
+                    assert each.margin <= most, "a sweep has one large neighborhood operation in a row"
             at_hand |= set(task.stores)
         else:
             at_hand.add(task)
@@ -299,10 +302,18 @@ def test_a_picture_is_resampled_in_the_sweep_that_reads_it_and_stored_for_two() 
     small, blurred = step("scale", factor=0.5, save="small"), step("gaussian")
     (once,) = schedule(lowered(style(small, blurred), GRAY)).tasks
     assert [node.block.name for node in once[0].stores if node.block] == ["gaussian"]
-    edges, again = step("sobel", save="edges"), step("gaussian", source="small")
-    twice = style(small, edges, again, step("blend", other="edges"))
+    twice = style(small, step("sobel"), blurred, step("blend", other="small"))
     stored, *_ = (task for task, _ in schedule(lowered(twice, GRAY)).tasks)
     assert isinstance(stored, Sweep) and [node.op for node in stored.stores] == ["resample"]
+
+
+def test_two_filters_of_a_sweep_share_the_rows_that_they_read() -> None:
+    small, edges = step("scale", factor=0.5, save="small"), step("sobel", save="edges")
+    again = step("gaussian", source="small"), step("blend", other="edges")
+    (sweep, _), *_ = schedule(lowered(style(small, edges, *again), GRAY)).tasks
+    assert isinstance(sweep, Sweep)
+    (read,) = [each for each in sweep.steps if each.node.op == "resample"]
+    assert read.margin == 6 and read.narrower == ((read.node, 1),) and not read.stores
 
 
 def test_a_long_style_needs_no_recursion() -> None:

@@ -28,7 +28,7 @@ from vidstyle.core.resample import Resampling
 from vidstyle.core.sampling import percentiles, sample_plane, sampled_values
 from vidstyle.cpu.frame_memory import PlaneMemory
 from vidstyle.cpu.pixel_operations import TAKES_DEFERRED, Value, at_every_pixel, per_pixel, planes_of
-from vidstyle.cpu.schedule import Key, Schedule, Sweep
+from vidstyle.cpu.schedule import BandStep, Key, Schedule, Sweep
 from vidstyle.style.nodes import LoweredStyle, Node, PercentileRequest, encoding_of
 
 
@@ -62,6 +62,7 @@ class FrameExecutor:
     ) -> None:
         self._workers, self._source, self._output = workers, source, schedule.output
         self._shown, self._memory = shown, PlaneMemory(workers, schedule.successors)
+        self._recomputed = schedule.recomputed
         self._stored: dict[Node, Value] = {}
         self._numbers: dict[PercentileRequest[Node], np.ndarray] = {}
         for task, releases in schedule.tasks:
@@ -145,18 +146,21 @@ class FrameExecutor:
             first, last = max(top - margin, 0), min(bottom + margin, node.shape[0])
             if step.is_loaded:
                 values[node, margin] = self._load(node, first, last)
+                _narrow(values, step, top, bottom)
                 continue
             if node.op not in TAKES_DEFERRED or step.twin is not None:
                 for _, key in step.inputs:
                     values[key] = at_every_pixel(values[key])
             inputs = {name: values[key] for name, key in step.inputs}
-            stored = {each: self._load(each, first, last) for each in step.stores}
+            stored = {each: self._load(each, top, bottom) for each in step.stores}
             if step.twin is not None:
                 luma, *chroma = yuv_from_rgb(inputs["color"], encoding_of(node.matrix))
                 for half in (node, step.twin):
                     values[half, margin] = luma if half.kind == "luma" else tuple(chroma)
             else:
-                values[node, margin] = self._compute(node, inputs, first, last, stored.get(node))
+                out = None if margin else stored.get(node)
+                values[node, margin] = self._compute(node, inputs, first, last, out)
+            _narrow(values, step, top, bottom)
             for each, rows in stored.items():
                 values[each, 0] = _copy_rows(values[each, 0], rows)
             for key in step.releases:
@@ -217,10 +221,9 @@ class FrameExecutor:
             if node.kind == "chroma":
                 return stored_chroma_rows(self._source, top, bottom)
             return (color_rows if node.kind == "color" else luma_rows)(self._source, top, bottom)
-        planes = self._stored[node]
-        if isinstance(planes, tuple):
-            return planes[0][top:bottom], planes[1][top:bottom]
-        return planes[top:bottom]
+        if node in self._recomputed:
+            return at_every_pixel(self._run_band(self._recomputed[node], top, bottom)[node, 0])
+        return _rows(self._stored[node], top, bottom)
 
     def _resample(self, node: Node, top: int, bottom: int, out: Value | None) -> Value:
         """Resample an image of another size for these rows of a node."""
@@ -266,6 +269,24 @@ def _run_bank(node: Node, inputs: dict[str, Value], top: int, bottom: int, out: 
 def _margin(node: Node, top: int, bottom: int) -> tuple[int, int]:
     """Return the number of rows that the inputs of a node have above and below its requested rows."""
     return min(node.radius, top), min(node.radius, node.shape[0] - bottom)
+
+
+def _narrow(values: dict[Key, Value], step: BandStep, top: int, bottom: int) -> None:
+    """Add the rows of a step's result for its narrower margins."""
+    if not step.narrower:
+        return
+    first = max(top - step.margin, 0)
+    for node, margin in step.narrower:
+        wide: Value = at_every_pixel(values[node, step.margin])
+        values[node, step.margin] = wide
+        end = min(bottom + margin, node.shape[0])
+        values[node, margin] = _rows(wide, max(top - margin, 0) - first, end - first)
+
+
+def _rows(value: Value, top: int, bottom: int) -> Value:
+    if isinstance(value, tuple):
+        return value[0][top:bottom], value[1][top:bottom]
+    return value[top:bottom]
 
 
 def _copy_rows(value: Value, rows: Value) -> Value:

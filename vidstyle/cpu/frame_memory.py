@@ -12,14 +12,12 @@ from vidstyle.core.kernels.aligned import CACHE_LINE_FLOATS, round_up
 from vidstyle.core.machine.free_memory import frame_memory, memory_option
 from vidstyle.core.picture import Encoding
 from vidstyle.cpu.pixel_operations import Value
-from vidstyle.cpu.schedule import Schedule, Sweep
+from vidstyle.cpu.schedule import Schedule, Sweep, plane_bytes
 from vidstyle.errors import log
-from vidstyle.style.limits import CHANNELS
-from vidstyle.style.nodes import Node, PercentileRequest, Shape
+from vidstyle.style.nodes import Node, Shape
 
 _CODEC_FRAMES = 120
 """Pictures that decoder, queues and encoder hold, measured with x264 at preset medium."""
-_FLOAT_BYTES = 4
 _KEPT_FACTOR = 1.25
 """Memory that a thread keeps relative to `_peak_bytes`. At least the measured growth of the process per
 thread, for ink, comic, paint, watercolor and ascii at 720p to 4K."""
@@ -71,35 +69,33 @@ def _plane_bytes(shape: Shape, encoding: Encoding) -> int:
 
 def _peak_bytes(schedule: Schedule, shape: Shape, workers: BandWorkers) -> int:
     """Return the most bytes of stored planes and bands at once."""
-    stored: dict[Node, int] = {}
     most = 0
-    for task, releases in [*schedule.tasks, (schedule.output, ())]:
-        if not isinstance(task, PercentileRequest) and task.steps:
-            stored |= {node: _float_bytes(node, node.shape[0]) for node in task.stores}
-            page = task.stores[0].shape if task.stores else shape
-            most = max(most, sum(stored.values()) + _band_bytes(task, page, workers))
-        for node in releases:
-            stored.pop(node, None)
+    for sweep, stored in schedule.at_once():
+        page = sweep.stores[0].shape if sweep.stores else shape
+        if sweep.steps:
+            rows = min(band_rows(workers, page, sweep.radius, sweep.channels), page[0])
+            bands = workers.count * _band_bytes(sweep, rows, schedule.recomputed)
+            most = max(most, sum(map(plane_bytes, stored)) + bands)
     return most
 
 
-def _band_bytes(sweep: Sweep, page: Shape, workers: BandWorkers) -> int:
-    """Return the most bytes of the values of bands at once, in all threads."""
-    rows = min(band_rows(workers, page, sweep.radius, sweep.channels), page[0])
+def _band_bytes(sweep: Sweep, rows: int, recomputed: Mapping[Node, Sweep]) -> int:
+    """Return the most bytes of the values of a band at once."""
     values: dict[object, int] = {}
     most = 0
     for step in sweep.steps:
-        if not step.is_loaded:
+        high = min(rows + 2 * step.margin, step.node.shape[0])
+        is_recomputed = step.is_loaded and step.node in recomputed
+        if is_recomputed:
+            inner = _band_bytes(recomputed[step.node], high, recomputed)
+            most = max(most, sum(values.values()) + inner)
+        if is_recomputed or not step.is_loaded:
             for node in filter(None, (step.node, step.twin)):
-                values[node, step.margin] = _float_bytes(node, min(rows + 2 * step.margin, node.shape[0]))
+                values[node, step.margin] = plane_bytes(node, high)
         most = max(most, sum(values.values()))
         for key in step.releases:
             values.pop(key, None)
-    return workers.count * most
-
-
-def _float_bytes(node: Node, rows: int) -> int:
-    return _FLOAT_BYTES * CHANNELS[node.kind] * rows * node.shape[1]
+    return most
 
 
 class PlaneMemory:

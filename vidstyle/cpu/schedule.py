@@ -4,12 +4,16 @@ A sweep computes nodes band by band, on all cores, so that a band stays in a cor
 to the last. A neighborhood operation reads rows around its band: its inputs are stored as whole planes first,
 and the per-pixel operations after it run in the same sweep. Conversions between RGB and luma with chroma, and
 resampled pictures, are computed again for the necessary rows instead of stored.
+
+A compact schedule, for styles that would store much, also computes RGB again that per-pixel operations make
+of smaller planes, and the rows next to a band for filters that read no others.
 """
 
 from __future__ import annotations
 
+import math
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from vidstyle.style.limits import CHANNELS
@@ -18,6 +22,13 @@ from vidstyle.style.nodes import LoweredStyle, Node, PercentileRequest, in_order
 CONVERSION_OPERATIONS = ("luma_from_rgb", "chroma_from_rgb", "rgb_from_yuv", "rgb_from_gray", "upsample")
 READS_PLANES = ("resample", "upsample", "network")
 """Operations that read stored planes: of another size, or the whole picture."""
+
+MAX_STORED_BYTES = 25
+"""Most bytes per pixel that planes may take at once without a compact schedule. Of the shipped styles, `oil`
+takes 39, `pixel` 34, `neon` and `pointillist` 26."""
+MAX_FUSED_RADIUS = 1
+"""Greatest radius of filters whose inputs a compact schedule computes in the same sweep."""
+_FLOAT_BYTES = 4
 
 Key = tuple[Node, int]
 """A node, and the numbers of rows above and below the band that it is computed for."""
@@ -30,6 +41,7 @@ class BandStep:
     Attributes:
         margin: numbers of rows above and below the band that it is computed for.
         is_loaded: whether it is read from planes instead of computed.
+        narrower: smaller margins with which later steps read it or its twin.
         inputs: its inputs, by the names of the operation's inputs.
         twin: the other half of a conversion from RGB, computed together with it.
         stores: the pictures of both halves that are stored as whole planes.
@@ -39,6 +51,7 @@ class BandStep:
     node: Node
     margin: int
     is_loaded: bool
+    narrower: tuple[Key, ...]
     inputs: tuple[tuple[str, Key], ...]
     twin: Node | None
     stores: tuple[Node, ...]
@@ -80,17 +93,28 @@ class Schedule:
         output: the sweep that computes the result at every pixel; it stores nothing.
         successors: of planes of which a sweep reads only rows around its band, and that no later task reads:
             the sweep, and planes that it stores and that can follow in their memory.
+        recomputed: nodes that are not stored, and the sweeps that compute their rows each time they are read.
     """
 
     tasks: tuple[tuple[Task, tuple[Node, ...]], ...]
     output: Sweep
     successors: dict[Node, tuple[Sweep, Node]]
+    recomputed: dict[Node, Sweep]
 
     @property
     def has_network(self) -> bool:
         """Whether it runs a network, which has a separate process."""
         sweeps = [task for task, _ in self.tasks if isinstance(task, Sweep)]
         return any(node.op == "network" for sweep in sweeps for node in sweep.results)
+
+    def at_once(self) -> Iterator[tuple[Sweep, set[Node]]]:
+        """Yield each sweep, and the nodes that are stored while it runs."""
+        stored = set[Node]()
+        for task, releases in [*self.tasks, (self.output, ())]:
+            if isinstance(task, Sweep):
+                stored |= set(task.stores)
+                yield task, stored
+            stored -= set(releases)
 
 
 def schedule(lowered: LoweredStyle, kept: Sequence[Node] = ()) -> Schedule:
@@ -99,19 +123,56 @@ def schedule(lowered: LoweredStyle, kept: Sequence[Node] = ()) -> Schedule:
     Args:
         kept: additional nodes whose planes are requested (`FrameExecutor.planes`).
     """
-    whole = _needed_whole([*lowered.outputs, *kept]) | set(kept)
+    usual = _scheduled(lowered, kept, is_compact=False)
+    most = max(sum(map(plane_bytes, stored)) for _, stored in usual.at_once())
+    is_small = most <= MAX_STORED_BYTES * math.prod(lowered.source.shape)
+    return usual if is_small or kept else _scheduled(lowered, (), is_compact=True)
+
+
+def plane_bytes(node: Node, rows: int | None = None) -> int:
+    """Return the bytes of some rows of a node, or of all, as float32."""
+    height, width = node.shape
+    return _FLOAT_BYTES * CHANNELS[node.kind] * (height if rows is None else rows) * width
+
+
+def _scheduled(lowered: LoweredStyle, kept: Sequence[Node], is_compact: bool) -> Schedule:
+    whole = _needed_whole([*lowered.outputs, *kept], MAX_FUSED_RADIUS if is_compact else 0) | set(kept)
     repeated: set[Node] = set()
     while True:
-        scheduler = _Scheduler(lowered, whole, repeated, kept)
+        recomputed = _recomputable(lowered, whole) if is_compact else set()
+        scheduler = _Scheduler(lowered, whole, repeated, kept, recomputed)
         more = scheduler.computed_twice()
         if not more:
             return scheduler.schedule()
         repeated |= more
-        whole |= {node for node in more if node.op == "resample"}  # a sweep may only have it with margins
+        # A sweep may only have them with margins.
+        whole |= more if is_compact else {node for node in more if node.op == "resample"}
 
 
-def _needed_whole(outputs: Sequence[Node]) -> set[Node]:
-    """Return the nodes that neighborhood operations, measures and resampling need as whole planes."""
+def _recomputable(lowered: LoweredStyle, whole: set[Node]) -> set[Node]:
+    """Return RGB of `whole` that per-pixel operations make of smaller planes, and that is not measured."""
+    measured = {node.measure.of for node in nodes_in_order(lowered.outputs) if node.measure is not None}
+    measured |= {other for node in measured for other in node.inputs.values()}
+
+    def is_recomputable(node: Node) -> bool:
+        planes, open_nodes = set[Node](), [node]
+        for each in open_nodes:
+            if each.reads_neighbors or each.op == "network":
+                return False
+            planes |= {other for other in each.inputs.values() if other in whole}
+            open_nodes += [other for other in each.inputs.values() if other not in whole]
+        return sum(map(plane_bytes, planes)) < plane_bytes(node)
+
+    colors = {node for node in whole - measured if node.kind == "color" and not node.is_given}
+    return set(filter(is_recomputable, colors))
+
+
+def _needed_whole(outputs: Sequence[Node], fused_radius: int) -> set[Node]:
+    """Return the nodes that neighborhood operations, measures and resampling need as whole planes.
+
+    Args:
+        fused_radius: greatest radius of filters that do not need them.
+    """
     nodes = nodes_in_order(outputs)
     users = Counter([*outputs, *(other for node in nodes for other in node.inputs.values())])
 
@@ -131,7 +192,7 @@ def _needed_whole(outputs: Sequence[Node]) -> set[Node]:
             whole |= behind_conversions(node.measure.of)
         if node.op in READS_PLANES:
             whole |= set(node.inputs.values())
-        elif node.reads_neighbors:
+        elif node.reads_neighbors and node.radius > fused_radius:
             read = set().union(*map(behind_conversions, node.inputs.values()))
             whole |= {each for each in read if each.op != "resample"}
     return whole
@@ -144,18 +205,28 @@ class _Scheduler:
         whole: nodes that each get a sweep.
         repeated: nodes that are also stored by the first sweep that computes them.
         kept: nodes that are never released.
+        recomputed: nodes of `whole` that are not stored.
     """
 
     def __init__(
-        self, lowered: LoweredStyle, whole: set[Node], repeated: set[Node], kept: Sequence[Node]
+        self,
+        lowered: LoweredStyle,
+        whole: set[Node],
+        repeated: set[Node],
+        kept: Sequence[Node],
+        recomputed: set[Node],
     ) -> None:
-        self._stores, self._kept = whole | repeated, kept
+        self._stores, self._kept = (whole | repeated) - recomputed, kept
         self._done: set[Node] = set()
         self._tasks: list[Task] = []
+        self._recomputed: dict[Node, Sweep] = {}
         for node in nodes_in_order([*lowered.outputs, *kept]):
             if node.measure is not None and node.measure not in self._tasks:
                 self._tasks.append(node.measure)
-            if node in whole - self._done and not node.is_given:
+            if node in recomputed:
+                self._recomputed[node] = self._sweep([node])
+                self._done.add(node)
+            elif node in whole - self._done and not node.is_given:
                 self._tasks.append(self._sweep([node]))
         self._output = self._sweep(_results(lowered, self._stores), is_output=True)
 
@@ -164,13 +235,14 @@ class _Scheduler:
         last = {
             node: number
             for number, task in enumerate([*self._tasks, self._output])
-            for node in _planes_read(task)
+            for node in _planes_read(task, self._recomputed)
         }
         tasks = tuple(
             (task, tuple(node for node, end in last.items() if end == number and node not in self._kept))
             for number, task in enumerate(self._tasks)
         )
-        return Schedule(tasks, self._output, _successors(tasks))
+        successors = _successors(tasks, self._recomputed)
+        return Schedule(tasks, self._output, successors, self._recomputed)
 
     def computed_twice(self) -> set[Node]:
         """Return nodes that several sweeps compute, except conversions and nodes read only by such nodes."""
@@ -184,36 +256,46 @@ class _Scheduler:
         return twice - {other for node in twice for other in node.inputs.values()}
 
     def _sweep(self, roots: Sequence[Node], is_output: bool = False) -> Sweep:
-        order = in_order([(root, 0) for root in roots], lambda key: [each for _, each in self._inputs(key)])
-        stores = [
-            node
-            for node, margin in order
-            if node in self._stores and not margin and not self._is_loaded(node)
-        ]
+        nodes = in_order(roots, lambda node: self._inputs(node).values())
+        margins = self._margins(roots, nodes)
+        computed = [node for node in nodes if 0 in margins[node] and not self._is_loaded(node)]
+        stores = [node for node in computed if node in self._stores]
+        order = [(node, max(margins[node])) for node in nodes]
         twins = self._twins(order)
         order = [key for key in order if key not in twins.values()]
-        last = {key: number for number, each in enumerate(order) for _, key in self._inputs(each)}
+        last = {key: number for number, each in enumerate(order) for _, key in self._keys_read(each)}
         kept = roots if is_output else ()
         steps = list[BandStep]()
         for number, key in enumerate(order):
             (node, margin), twin = key, twins[key][0] if key in twins else None
-            stored = () if margin else tuple(each for each in (node, twin) if each in stores)
+            made = [each for each in (node, twin) if each is not None]
+            narrower = [(each, other) for each in made for other in margins[each] - {margin}]
+            stored = tuple(each for each in made if each in stores)
             ends = tuple(each for each, end in last.items() if end == number and each[0] not in kept)
-            steps.append(BandStep(*key, self._is_loaded(node), self._inputs(key), twin, stored, ends))
+            inputs = self._keys_read(key)
+            steps.append(BandStep(*key, self._is_loaded(node), tuple(narrower), inputs, twin, stored, ends))
         self._done |= set(stores)
-        return Sweep(
-            tuple(steps), tuple(roots), tuple(stores), max((margin for _, margin in order), default=0)
-        )
+        return Sweep(tuple(steps), tuple(roots), tuple(stores), max(map(max, margins.values()), default=0))
+
+    def _margins(self, roots: Sequence[Node], nodes: Sequence[Node]) -> dict[Node, set[int]]:
+        """Return the margins with which each of the nodes of a sweep is read; the roots have none."""
+        margins = {node: {0} if node in roots else set[int]() for node in nodes}
+        for node in reversed(nodes):
+            for _, (other, margin) in self._keys_read((node, max(margins[node]))):
+                margins[other].add(margin)
+        return margins
 
     def _is_loaded(self, node: Node) -> bool:
         return node in self._done or node.is_given
 
-    def _inputs(self, key: Key) -> tuple[tuple[str, Key], ...]:
+    def _inputs(self, node: Node) -> dict[str, Node]:
+        """Return the inputs of a node at its size that a sweep computes or loads."""
+        return {} if self._is_loaded(node) or node.op in READS_PLANES else node.inputs
+
+    def _keys_read(self, key: Key) -> tuple[tuple[str, Key], ...]:
         """Return the inputs of a node at its size, with the rows that it reads."""
         node, margin = key
-        if self._is_loaded(node) or node.op in READS_PLANES:
-            return ()
-        return tuple((name, (other, margin + node.radius)) for name, other in node.inputs.items())
+        return tuple((name, (other, margin + node.radius)) for name, other in self._inputs(node).items())
 
     def _twins(self, order: list[Key]) -> dict[Key, Key]:
         """Map conversions from RGB to the later conversion that is their other half."""
@@ -238,14 +320,17 @@ def _results(lowered: LoweredStyle, stored: set[Node]) -> list[Node]:
     return [node for node in (lowered.color, luma, chroma) if node]
 
 
-def _successors(tasks: Iterable[tuple[Task, tuple[Node, ...]]]) -> dict[Node, tuple[Sweep, Node]]:
+def _successors(
+    tasks: Iterable[tuple[Task, tuple[Node, ...]]], recomputed: Mapping[Node, Sweep]
+) -> dict[Node, tuple[Sweep, Node]]:
     """Return `Schedule.successors`. No plane follows one that follows another."""
     found: dict[Node, tuple[Sweep, Node]] = {}
     for task, releases in tasks:
         if isinstance(task, PercentileRequest):
             continue
         followers = {node for _, node in found.values()}
-        banded = {step.node for step in task.steps if step.is_loaded} - set(_read_whole(task)) - followers
+        loaded, whole = {step.node for step in task.steps if step.is_loaded}, _read_whole(task, recomputed)
+        banded = loaded - set(whole) - followers
         free = [node for node in releases if node in banded and not node.is_given and node.kind != "chroma"]
         for node in task.stores:
             alike = (each for each in free if (each.kind, each.shape) == (node.kind, node.shape))
@@ -255,14 +340,24 @@ def _successors(tasks: Iterable[tuple[Task, tuple[Node, ...]]]) -> dict[Node, tu
     return found
 
 
-def _read_whole(sweep: Sweep) -> Iterable[Node]:
-    """Return the nodes of which a sweep may read other rows than those around its band."""
-    steps = [step for step in sweep.steps if not step.is_loaded and step.node.op in READS_PLANES]
-    return [image for step in steps for image in step.node.inputs.values()]
+def _read_whole(sweep: Sweep, recomputed: Mapping[Node, Sweep]) -> Iterator[Node]:
+    """Yield the nodes of which a sweep may read other rows than those around its band."""
+    for step in sweep.steps:
+        if step.is_loaded and step.node in recomputed:
+            yield from _read_whole(recomputed[step.node], recomputed)
+        elif not step.is_loaded and step.node.op in READS_PLANES:
+            for image in step.node.inputs.values():
+                yield from _planes_read(recomputed[image], recomputed) if image in recomputed else [image]
 
 
-def _planes_read(task: Task) -> Iterable[Node]:
-    """Return the nodes whose planes a task reads."""
+def _planes_read(task: Task, recomputed: Mapping[Node, Sweep]) -> Iterator[Node]:
+    """Yield the nodes whose planes a task reads."""
     if isinstance(task, PercentileRequest):
-        return nodes_in_order([task.of])
-    return [*(step.node for step in task.steps if step.is_loaded), *_read_whole(task)]
+        yield from nodes_in_order([task.of])
+        return
+    for step in task.steps:
+        if step.is_loaded and step.node in recomputed:
+            yield from _planes_read(recomputed[step.node], recomputed)
+        elif step.is_loaded:
+            yield step.node
+    yield from _read_whole(task, recomputed)
