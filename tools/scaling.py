@@ -10,7 +10,8 @@ runs, the one with the fewest counts. *Busy* is the utilization of each core. *S
 involuntary context switches per frame.
 
 *Predicted* simulates virtual cores with the processor times of all tasks, measured on one core. These times
-are multiplied by the slowdown of tasks while all measured cores are busy. A thread that waits for the GIL
+are multiplied by the slowdown: the processor time of the film on all measured cores, divided by that on one.
+On all measured cores, the prediction thus tests only when threads wait. A thread that waits for the GIL
 continues after the time that this machine needs to wake a thread on another core. Films use large bands from
 three cores on, a process for writing and faces from four on, and processes for restyling from eight on.
 Compare predictions with the measured rows before you trust the virtual ones. Styles without steps have no
@@ -33,8 +34,8 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1]))  # when run as a script
 
 from tools.replay.film import Machine, predict_seconds  # noqa: E402
-from tools.replay.film_job import FilmJob, measure_film, record_film, short_frames  # noqa: E402
-from tools.replay.machine import wake_up_seconds  # noqa: E402
+from tools.replay.film_job import FilmJob, FilmTimes, measure_film, record_film, short_frames  # noqa: E402
+from tools.replay.machine import slowdown, wake_up_seconds  # noqa: E402
 from tools.replay.record import Recording  # noqa: E402
 from vidstyle.core.bands import MAX_SMALL_BAND_THREADS  # noqa: E402
 from vidstyle.cpu.style_processes import MIN_PROCESS_THREADS  # noqa: E402
@@ -70,11 +71,11 @@ def main() -> None:
 def _print_speeds(job: FilmJob, rounds: int, wake_up: float) -> None:
     """Print the rows of a style, one for each number of cores."""
     numbers = sorted({*(2**n for n in range(8) if 2**n <= len(job.cores)), len(job.cores)})
-    record, slowdown = record_film(job, rounds)
-    large, _ = record_film(replace(job, cores=job.cores[:1], large_bands=True), rounds)
+    record = record_film(job, rounds)
+    large = record_film(replace(job, large_bands=True), rounds)
     jobs = [FilmJob(job.clip, job.style, job.frames, job.cores[:number]) for number in numbers]
     runs = [[measure_film(each) for each in jobs] for _ in range(rounds)]
-    machine, alone = Machine(slowdown, wake_up), 0.0
+    machine, alone = Machine(slowdown(*_first_and_last(runs)), wake_up), 0.0
     for place, number in enumerate(numbers):
         run = min((each[place] for each in runs), key=lambda run: run.others)
         alone = alone or run.seconds
@@ -103,6 +104,11 @@ def _print_speeds(job: FilmJob, rounds: int, wake_up: float) -> None:
             find_bound(shown, number, machine),
         )
         print(_row([job.style, f"{number} virtual", *cells]))
+
+
+def _first_and_last(runs: Sequence[Sequence[FilmTimes]]) -> tuple[list[FilmTimes], list[FilmTimes]]:
+    """Return the measurements on one core and those on all cores."""
+    return [each[0] for each in runs], [each[-1] for each in runs]
 
 
 def _recording_for(cores: int, small: Recording, large: Recording) -> Recording:
@@ -136,14 +142,14 @@ def _print_needs(arguments: argparse.Namespace, cores: Sequence[int], wake_up: f
     heads = [f"cores for {FULL_HD_SIZE[1]}p{rate}" for rate in TARGET_RATES]
     print("", _row(["style", "ms", "of it Python", *heads]), _row(["---", *["---:"] * 4]), sep="\n")
     for style in arguments.styles:
-        record, slowdown = record_film(
-            FilmJob(arguments.clip, style, max(arguments.frames // 2, 24), cores, FULL_HD_SIZE), 1
-        )
+        job = FilmJob(arguments.clip, style, max(arguments.frames // 2, 24), cores, FULL_HD_SIZE)
+        record = record_film(job, 1)
         if not record.finished:
             continue
         frames = len(record.reading)
         parts = [f"{1000 * each / frames:.1f}" for each in (record.seconds, record.python_seconds)]
-        machine = Machine(slowdown, wake_up)
+        times = [measure_film(replace(job, cores=each)) for each in (cores[:1], cores)]
+        machine = Machine(slowdown(times[:1], times[1:]), wake_up)
         print(_row([style, *parts, *(min_cores(record, rate, machine) for rate in TARGET_RATES)]), flush=True)
 
 

@@ -80,8 +80,9 @@ def test_tasks_take_longer_while_other_cores_are_in_use() -> None:
     made, machine = film([("native", 0.1)]), Machine(slowdown=1.5)
     assert predict_seconds(made, 1, machine) == pytest.approx(FRAMES * 0.1, rel=0.01)
     assert predict_seconds(made, 2, machine) == pytest.approx(FRAMES * 0.1 * 1.5 / 2, rel=0.01)
-    assert slowdown([film([("native", each)]) for each in (3, 2)], [made, film([("native", 3)])]) == 1
-    assert slowdown([film([("native", 2)])], [film([("native", 3)])]) == pytest.approx(1.5)
+    times = {seconds: FilmTimes(FRAMES, seconds, seconds, (), 0, 0) for seconds in (2.0, 3.0)}
+    assert slowdown([times[3.0], times[2.0]], [times[3.0]]) == pytest.approx(1.5)
+    assert slowdown([times[3.0]], [times[2.0]]) == 1
 
 
 def test_a_waiting_thread_gets_the_lock_late_and_a_running_one_first() -> None:

@@ -21,7 +21,7 @@ class Machine:
     """Properties of a machine that limit a film, in addition to the times of its tasks on one core.
 
     Attributes:
-        slowdown: time of tasks while all cores are busy, divided by their time on one core; caches, memory
+        slowdown: processor time on several cores, divided by the processor time on one core; caches, memory
             and clock rate are shared.
         wake_up_seconds: time until a thread that waits for the GIL continues.
         has_processes: whether pictures are restyled in processes, see `useful_processes`.

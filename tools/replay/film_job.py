@@ -13,12 +13,10 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from tools.replay.machine import slowdown
 from tools.replay.record import Recording, recording
 
 WARM_UP_FRAMES = 6
@@ -50,7 +48,7 @@ class FilmTimes:
 
     Attributes:
         frames: number of frames.
-        processor: processor time of all threads.
+        processor: processor time of all threads and processes.
         busy: busy time of each core, other programs included.
         voluntary, involuntary: numbers of context switches.
     """
@@ -90,17 +88,10 @@ def measure_film(job: FilmJob) -> FilmTimes:
     return FilmTimes(**_run_job(job))
 
 
-def record_film(job: FilmJob, rounds: int) -> tuple[Recording, float]:
-    """Return the tasks of a film on the first of some cores, and `slowdown` for all of them."""
-    alone, together = [], []
-    jobs = [FilmJob(**{**asdict(job), "cores": (core,), "records": True}) for core in job.cores]
-    with ThreadPoolExecutor(len(jobs)) as pool:
-        for _ in range(rounds):
-            alone.append(Recording(**_run_job(jobs[0])))
-            if len(jobs) > 1:
-                together += [Recording(**each) for each in pool.map(_run_job, jobs)]
-    least = min(alone, key=lambda each: each.seconds)
-    return least, slowdown(alone, together or alone)
+def record_film(job: FilmJob, rounds: int) -> Recording:
+    """Return the tasks of a film on the first of some cores: of several recordings, the fastest one."""
+    on_one = replace(job, cores=job.cores[:1], records=True)
+    return min((Recording(**_run_job(on_one)) for _ in range(rounds)), key=lambda each: each.seconds)
 
 
 def _run_job(job: FilmJob) -> dict[str, Any]:
@@ -136,17 +127,24 @@ def _run(job: FilmJob) -> dict[str, Any]:
 
 
 def _timed(run: Callable[[int], None], frames: int, cores: Sequence[int]) -> FilmTimes:
-    before, idle, began = resource.getrusage(resource.RUSAGE_SELF), _idle_seconds(cores), time.perf_counter()
+    before, processor = resource.getrusage(resource.RUSAGE_SELF), _processor_seconds()
+    idle, began = _idle_seconds(cores), time.perf_counter()
     run(frames)
     seconds, after = time.perf_counter() - began, resource.getrusage(resource.RUSAGE_SELF)
     return FilmTimes(
         frames,
         seconds,
-        after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime,
+        _processor_seconds() - processor,
         tuple(seconds - new + old for new, old in zip(_idle_seconds(cores), idle, strict=True)),
         after.ru_nvcsw - before.ru_nvcsw,
         after.ru_nivcsw - before.ru_nivcsw,
     )
+
+
+def _processor_seconds() -> float:
+    """Return the processor time of this process and of its ended processes."""
+    own, ended = map(resource.getrusage, (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    return own.ru_utime + own.ru_stime + ended.ru_utime + ended.ru_stime
 
 
 def _idle_seconds(cores: Sequence[int]) -> list[float]:
