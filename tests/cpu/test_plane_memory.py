@@ -53,6 +53,7 @@ def test_a_compact_schedule_makes_the_same_bits(
     name: str, threads: int, source: Picture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     lowered, _ = planned(name, source)
+    monkeypatch.setattr("vidstyle.cpu.schedule.MAX_COMPACT_RATIO", 1)
     results = []
     with ThreadPoolExecutor(threads) as pool:
         workers = BandWorkers(pool, threads)

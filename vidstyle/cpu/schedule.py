@@ -26,6 +26,9 @@ READS_PLANES = ("resample", "upsample", "network")
 MAX_STORED_BYTES = 25
 """Most bytes per pixel that planes may take at once without a compact schedule. Of the shipped styles, `oil`
 takes 39, `pixel` 34, `neon` and `pointillist` 26."""
+MAX_COMPACT_RATIO = 0.8
+"""Most bytes of the planes of a compact schedule, relative to those of the usual one; it is 0.98 for
+`pointillist`, which has the usual one."""
 MAX_FUSED_RADIUS = 1
 """Greatest radius of filters whose inputs a compact schedule computes in the same sweep."""
 _FLOAT_BYTES = 4
@@ -124,9 +127,16 @@ def schedule(lowered: LoweredStyle, kept: Sequence[Node] = ()) -> Schedule:
         kept: additional nodes whose planes are requested (`FrameExecutor.planes`).
     """
     usual = _scheduled(lowered, kept, is_compact=False)
-    most = max(sum(map(plane_bytes, stored)) for _, stored in usual.at_once())
-    is_small = most <= MAX_STORED_BYTES * math.prod(lowered.source.shape)
-    return usual if is_small or kept else _scheduled(lowered, (), is_compact=True)
+    most = _stored_bytes(usual)
+    if kept or most <= MAX_STORED_BYTES * math.prod(lowered.source.shape):
+        return usual
+    compact = _scheduled(lowered, (), is_compact=True)
+    return compact if _stored_bytes(compact) <= MAX_COMPACT_RATIO * most else usual
+
+
+def _stored_bytes(schedule: Schedule) -> int:
+    """Return the most bytes of stored planes at once."""
+    return max(sum(map(plane_bytes, stored)) for _, stored in schedule.at_once())
 
 
 def plane_bytes(node: Node, rows: int | None = None) -> int:
