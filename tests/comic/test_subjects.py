@@ -289,6 +289,9 @@ def test_letterbox_bars_are_removed(tmp_path: Path) -> None:
     thin[:2] = thin[-2:] = 0
     assert content_area(thin) == (slice(3, 141), slice(0, 256))
     assert content_area(night, is_photograph=True) == (slice(41, 144), slice(0, 256))
+    rim = view(PLACES[0])
+    rim[:, :2] //= 4
+    assert content_area(rim) == (slice(0, 144), slice(3, 256))
 
 
 def test_an_edge_that_takes_the_head_counts_more() -> None:

@@ -10,6 +10,10 @@ _MAX_BAR_LEVEL, _MAX_BAR_RANGE = 30, 12
 _MIN_BAR_SHARE, _MAX_BAR_SHARE = 0.01, 0.35
 """Range of the share of the picture's side that a bar takes."""
 
+_MAX_RIM_SHARE, _MAX_RIM_LIGHT_RATIO = 0.02, 0.6
+"""Maximum share of a side of the picture that a rim takes, and maximum light of its lines relative to
+the picture next to it. Scaling mixes narrow black bars with the picture."""
+
 
 def content_area(color: np.ndarray, is_photograph: bool = False) -> tuple[slice, slice]:
     """Return the rows and columns of a picture inside its black bars; all of them if there are no bars.
@@ -17,7 +21,7 @@ def content_area(color: np.ndarray, is_photograph: bool = False) -> tuple[slice,
     Args:
         color: H x W x 3 uint8.
         is_photograph: whether each side may have its own bar. The bars of a film are equal at opposite sides,
-            and a dark side is not one.
+            and a dark side is not one; a narrow dark rim may be at one side only.
     """
     red, green, blue = cv2.split(color)
     luma = cv2.max(cv2.max(red, green), blue)
@@ -33,4 +37,14 @@ def _find_content_span(luma: np.ndarray, axis: int, is_photograph: bool) -> slic
     bars = bars if is_photograph else (min(bars),) * 2
     # One more line, as scaling has mixed bar and picture there.
     first, last = (bar + 1 if _MIN_BAR_SHARE * count <= bar <= _MAX_BAR_SHARE * count else 0 for bar in bars)
-    return slice(first, count - last)
+    light = luma.mean(axis=axis)
+    return slice(max(first, _measure_rim(light)), count - max(last, _measure_rim(light[::-1])))
+
+
+def _measure_rim(light: np.ndarray) -> int:
+    """Return the number of lines at the start that are a dark rim; `light`: mean of each line, 0..255."""
+    reach = max(2, round(_MAX_RIM_SHARE * len(light)))
+    if len(light) <= reach:
+        return 0
+    dark = light[:reach] < _MAX_RIM_LIGHT_RATIO * light[reach]
+    return int(np.flatnonzero(dark)[-1]) + 2 if dark[0] else 0
