@@ -86,7 +86,8 @@ def test_so_many_browsers_and_no_more(visitor: Visitor, page: ExploreServer) -> 
 def test_the_page_sends_what_the_server_knows_and_loads_nothing_from_elsewhere() -> None:
     texts = {path.name: path.read_text(encoding="utf-8") for path in STATIC_FOLDER.iterdir()}
     scripts = "".join(text for name, text in texts.items() if name.endswith(".js"))
-    ids = re.findall(r'\bid="([\w-]+)"', texts["explore.html"])
+    opening = (server.SHARED_FOLDER / "opening.js").read_text(encoding="utf-8")
+    ids = re.findall(r'\bid="([\w-]+)"', texts["explore.html"] + opening)
     assert len(ids) == len(set(ids)) and set(
         re.findall(r'\bget\("([\w-]+)"\)', scripts.replace("options.get(", ""))
     ) <= set(ids)

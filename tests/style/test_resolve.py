@@ -62,10 +62,10 @@ def test_blurs_and_grain_keep_their_size() -> None:
         {"block": "kuwahara", "radius": 6},
     ]  # fmt: skip
     style = style_from_table({"format": 1, "height": 480, "background": steps}, "dots")
-    resolved = resolve(replace(style, detail=3.0), 480, 640)["background"]
+    resolved = resolve(replace(style, detail=5.0), 480, 640)["background"]
     names = "sigma", "size", "size", "radius"
     assert [step.values[name] for step, name in zip(resolved, names, strict=True)] == pytest.approx(
-        [6, 6, 6 / 2.2, 2]
+        [6, 6, 6 / 4, 6 / 5]
     )
 
 
