@@ -58,7 +58,7 @@ def test_a_compact_schedule_makes_the_same_bits(
     with ThreadPoolExecutor(threads) as pool:
         workers = BandWorkers(pool, threads)
         for most in (0, math.inf):
-            monkeypatch.setattr("vidstyle.cpu.schedule.MAX_STORED_BYTES", most)
+            monkeypatch.setattr("vidstyle.cpu.schedule.MAX_STORED_BYTES_PER_PIXEL", most)
             tasks = schedule(lowered)
             assert tasks.recomputed == {} or most == 0
             results.append(FrameExecutor(workers, tasks, source, _as_measured).picture(lowered))

@@ -1,6 +1,6 @@
-"""Fits the score of `vidstyle explore` to marks of people, and says how well it agrees with them.
+"""Fit the score of `vidstyle explore` to marks of people, and report how well it agrees with them.
 
-Usage: python -m tools.explore.score PICTURES CROPS KEY.json MARKS.json... [--write]
+Usage: python -m tools.explore.score PICTURES CROPS KEY.json MARKS.json... [--write RULES...]
 
 KEY.json lists the marked crops as `tools/explore/marking.py` writes them: number, rules, and the picture, a
 path in PICTURES without its suffix, with the box of the crop. CROPS holds what people saw, as NUMBER.png.
@@ -44,7 +44,13 @@ def main() -> None:
     parser.add_argument("crops", type=Path)
     parser.add_argument("key", type=Path)
     parser.add_argument("marks", type=Path, nargs="+")
-    parser.add_argument("--write", nargs="*", default=[], help=f"rules whose model {MODEL_FILE.name} gets")
+    parser.add_argument(
+        "--write",
+        nargs="+",
+        default=[],
+        choices=list(MEASURES),
+        help=f"rules whose model {MODEL_FILE.name} gets",
+    )
     options = parser.parse_args()
     people = [json.loads(path.read_text(encoding="utf-8")) for path in options.marks]
     print_agreement(people)

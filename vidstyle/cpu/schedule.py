@@ -23,7 +23,7 @@ CONVERSION_OPERATIONS = ("luma_from_rgb", "chroma_from_rgb", "rgb_from_yuv", "rg
 READS_PLANES = ("resample", "upsample", "network")
 """Operations that read stored planes: of another size, or the whole picture."""
 
-MAX_STORED_BYTES = 25
+MAX_STORED_BYTES_PER_PIXEL = 25
 """Most bytes per pixel that planes may take at once without a compact schedule. Of the shipped styles, `oil`
 takes 39, `pixel` 34, `neon` and `pointillist` 26."""
 MAX_COMPACT_RATIO = 0.8
@@ -128,7 +128,7 @@ def schedule(lowered: LoweredStyle, kept: Sequence[Node] = ()) -> Schedule:
     """
     usual = _scheduled(lowered, kept, is_compact=False)
     most = _stored_bytes(usual)
-    if kept or most <= MAX_STORED_BYTES * math.prod(lowered.source.shape):
+    if kept or most <= MAX_STORED_BYTES_PER_PIXEL * math.prod(lowered.source.shape):
         return usual
     compact = _scheduled(lowered, (), is_compact=True)
     return compact if _stored_bytes(compact) <= MAX_COMPACT_RATIO * most else usual

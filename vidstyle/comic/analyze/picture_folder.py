@@ -93,7 +93,7 @@ class PictureFolder(Film):
             if not self._has_warned:
                 self._has_warned = sampler.warn_if_hdr()
         candidate = add_faces(extract_features(small, number, sample.shape, is_photograph=True), self._faces)
-        return replace(add_saliency(candidate), scene=number)
+        return replace(add_saliency(candidate), scene=number, edges=None)
 
     def _number(self, time: float) -> int:
         return min(max(0, int(time)), len(self._paths) - 1)

@@ -36,9 +36,9 @@ _MIN_FILM_MOTION = 0.02
 """Motion above which a film is not still."""
 
 _MOVED_SUBJECT_WEIGHT, _MOVED_SUBJECT_SCENES_WEIGHT = 0.5, 0.2
-"""How much less alike two frames of a scene are whose subject has another pose or is elsewhere.
+"""Subtracted from the similarity of two frames of a scene if the pose or place of the subject differs.
 
-The first value is for a film of few scenes, which has nothing else to tell.
+The first value is for films of up to `_MAX_STORY_SCENES` scenes.
 """
 _MAX_STORY_SCENES, _STORY_PANELS, _MIN_STORY_SECONDS = 3, 6, 1.4
 """Up to this number of scenes, other poses are other moments: up to this number of panels, each for at least

@@ -44,7 +44,7 @@ export const ABSENT_LOOKS = {
   "brown, brown tone, brown photo": "engraving noir charcoal | Engraving has a variant in sepia.",
   "film scratches, celluloid": "noir vhs riso",
   "instant photo": "vhs riso noir",
-  "old paper, aged paper, yellowed paper, parchment": "riso engraving crayon ink | Most have a colour of their paper to adjust.",
+  "old paper, aged paper, yellowed paper, parchment": "riso engraving crayon ink | Most looks let you change the paper colour.",
   "needlework, knitted": "mosaic pointillist pixel",
   "blur background, blurred background, bokeh, portrait mode, depth of field": "watercolor impressionist | In the designer, blur a part with a mask.",
   "golden hour": "impressionist oil watercolor",

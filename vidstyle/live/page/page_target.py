@@ -114,7 +114,7 @@ class PageTarget(PageServer[Viewer]):
         return await asyncio.to_thread(lambda: encode_picture(thumbnail(style), ".jpg"))
 
     async def _look(self, name: str) -> bytes:
-        """Return the thumbnail of a style, or `SOURCE`, with an early picture of the session, in turn."""
+        """Return the thumbnail of a style, or `SOURCE`, on an early picture of the session, one at a time."""
         style = Style(SOURCE) if name == SOURCE else self._without_regions(name)
         async with self._looks:
             picture = await self._feed.early_picture()

@@ -13,7 +13,7 @@ DARK_SIZE_PX, DARK_SHARE, MAX_DARK_LUMA = (128, 72), 0.005, 0.25
 """Samples of a page across and down that are searched for its darkest colour; the share that counts as it;
 and its luma at most."""
 MIN_SHARE = 1e-3
-"""Added to masks: the mean of nothing is that of all samples nearby."""
+"""Added to masks, so that the mean under an empty mask is the mean of all samples nearby."""
 
 
 def darkest_colors(page: Picture) -> list[np.ndarray]:

@@ -82,7 +82,7 @@ def subject_flow(candidate: Candidate) -> float:
 
 
 def _mover_flow(flow: np.ndarray, action: Foreground) -> float:
-    """Return the flow of the fastest parts of a moving subject: its box is half background."""
+    """Return the flow of the fastest parts of a moving subject, without the background in its box."""
     size = FLOW_COLUMNS, FLOW_ROWS
     covered = cv2.resize(action.places.astype(np.float32), size, interpolation=cv2.INTER_AREA)
     return float(np.percentile(flow[covered >= covered.max() / 2], _MOVER_FLOW_PERCENTILE))

@@ -279,12 +279,13 @@ export class Lightbox {
     get("outcome").append(place, make("span", { className: "chips" }, reveal, copy));
   }
 
-  /** @param {string} path @param {HTMLElement} button @param {HTMLElement} place selected where the browser cannot copy */
+  /** @param {string} path @param {HTMLElement} button @param {HTMLElement} place shows the selected path if the browser cannot copy */
   async #copy(path, button, place) {
     try {
       await navigator.clipboard.writeText(path);
       button.textContent = "Copied";
     } catch {
+      place.textContent = path;
       getSelection()?.selectAllChildren(place);
     }
   }

@@ -141,7 +141,10 @@ export class Tiles {
   #place(isChosen) {
     const cells = this.cells.map(({ cell }) => cell);
     const order = isChosen && this.columns < 3 ? [cells[MIDDLE], ...cells.filter((cell) => cell !== cells[MIDDLE])] : cells;
-    if (order.some((cell, place) => this.element.children[place] !== cell)) this.element.append(...order);
+    if (order.every((cell, place) => this.element.children[place] === cell)) return;
+    const focused = /** @type {HTMLElement | null} */ (document.activeElement);
+    this.element.append(...order); // a moved tile loses the focus
+    if (focused && this.element.contains(focused)) focused.focus({ preventScroll: true });
   }
 
   /** Shows the thumbnail of a tile until the tile is drawn. @param {number} place */
