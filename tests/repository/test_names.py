@@ -128,7 +128,6 @@ def test_a_numeric_constant_says_its_quantity_and_role() -> None:
     unclear = [
         (str(path.relative_to(ROOT)), name)
         for path in (*FILES, *TOOLS)
-        if path.name not in ("score.py", "marking.py")
         for name, value in constants(parsed(path))
         if is_numeric(value) and not says_quantity(name)
     ]

@@ -1,4 +1,4 @@
-"""Fits how much each number of an appearance counts, to shipped styles, and says how well it works.
+"""Fit how much each number of an appearance counts to shipped styles, and report how well it works.
 
 Usage: python -m tools.explore.appearance FOLDER [--write]
 
@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from vidstyle.explore.appearance import MODEL_FILE, appearance_distance, appearance_of
 from vidstyle.explore.composed.shipped_parts import shipped_styles
+from vidstyle.explore.appearance import MODEL_FILE, appearance_distance, appearance_of
 from vidstyle.explore.like import known_styles
 from vidstyle.gallery.preview import read_still
 from vidstyle.gallery.style_samples import restyle_picture
@@ -31,18 +31,18 @@ def main() -> None:
     parser.add_argument("--write", action="store_true", help=f"write {MODEL_FILE.name}")
     options = parser.parse_args()
     files = sorted(path for path in options.folder.iterdir() if path.suffix.lower() in (".jpg", ".png"))
-    looks = np.stack([looks_of(file) for file in files], axis=1)
+    looks = np.stack([describe_looks(file) for file in files], axis=1)
     is_other = np.arange(len(files)) % 4 == 3
     given, others = looks[:, ~is_other], looks[:, is_other]
-    model = {name: rounded(value) for name, value in fitted(given, others).items()}
+    model = {name: round_numbers(value) for name, value in fit_axes(given, others).items()}
     if options.write:
         MODEL_FILE.write_text(json.dumps(model) + "\n", encoding="utf-8")
     for what, part in (("fitted to", given), ("tested on", others)):
-        print(f"{what} {part.shape[1]} photographs: {found(part):.1%} are among the first three")
+        print(f"{what} {part.shape[1]} photographs: {measure_recall(part):.1%} are among the first three")
 
 
-def fitted(looks: np.ndarray, others: np.ndarray) -> dict[str, object]:
-    """What `appearance_distance` needs, from the looks of styles, styles x photographs x numbers.
+def fit_axes(looks: np.ndarray, others: np.ndarray) -> dict[str, object]:
+    """Return what `appearance_distance` needs, from the looks of styles, styles x photographs x numbers.
 
     Linear discriminants (Fisher 1936): the axes along which styles differ most by what photographs of one
     style do. An axis counts the more, the larger that ratio.
@@ -61,8 +61,8 @@ def fitted(looks: np.ndarray, others: np.ndarray) -> dict[str, object]:
     return {"axes": axes.tolist(), "usual": float(np.median(pairs))}
 
 
-def looks_of(file: Path) -> np.ndarray:
-    """The looks of a photograph in each known style."""
+def describe_looks(file: Path) -> np.ndarray:
+    """Return the looks of a photograph in each known style."""
     picture = read_still(file)
     with ThreadPoolExecutor() as pool:
         return np.array(
@@ -70,15 +70,15 @@ def looks_of(file: Path) -> np.ndarray:
         )
 
 
-def rounded(value: object) -> object:
-    """A number or a list of them with four significant digits."""
-    return [rounded(each) for each in value] if isinstance(value, list) else float(f"{value:.4g}")
+def round_numbers(value: object) -> object:
+    """Return a number, or a list of them, with four significant digits."""
+    return [round_numbers(each) for each in value] if isinstance(value, list) else float(f"{value:.4g}")
 
 
-def found(looks: np.ndarray) -> float:
-    """How often a style, given its picture of one photograph, is among the nearest three on another.
+def measure_recall(looks: np.ndarray) -> float:
+    """Return how often a style, given its picture of one photograph, is among the nearest three on another.
 
-    By the model that is written.
+    The distances are those of the model in the file.
     """
     names = [style.name for style in known_styles()]
     shipped = [names.index(style.name) for style in shipped_styles()]

@@ -1,4 +1,4 @@
-"""Draws random styles on sheets for people to mark, and a key for `tools/explore/score.py`.
+"""Draw random styles on sheets for people to mark, and write a key for `tools/explore/score.py`.
 
 Usage: python -m tools.explore.marking PICTURES OUT --seed SEED --at PICTURE X,Y --at ... [options]
 
@@ -16,11 +16,13 @@ import argparse
 import json
 import math
 import tomllib
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from itertools import count
 from pathlib import Path
 from random import Random
-from typing import Any, get_args
+from typing import Any, NamedTuple, get_args
 
 import cv2
 import numpy as np
@@ -37,112 +39,135 @@ from vidstyle.gallery.style_samples import restyle_picture, sheet_of
 from vidstyle.regions.still_faces import StillFaces
 from vidstyle.style import load_style, style_text
 
-HEIGHT = 1080
+SHOWN_HEIGHT = 1080
 """Height at which pictures are shown."""
 CROP_SIZE = 480, 360
-COLUMNS, CROPS_PER_SHEET = 3, 6
+SHEET_COLUMNS, SHEET_CROP_COUNT = 3, 6
 LABEL_PX, GAP_PX = 23, 3
+SEED_BATCH_SIZE = 16
+"""Number of seeds that are tried at a time."""
+DEFAULT_COUNTS = {"drawn": 15, "pool": 25, "best": 12, "failed": 3}
 
 Row = dict[str, Any]
+"""A style, as key.json describes it."""
+
+
+class DrawnStyles(NamedTuple):
+    """Styles of a picture that passed the gates, styles that failed at full size, and the number tried."""
+
+    passed: list[Row]
+    failed: list[Row]
+    tried: int
 
 
 def main() -> None:
-    """See the top of the file."""
+    """Draw and write; see the top of the file."""
+    options = _parse_options()
+    rows = [row for rules in get_args(Rules) for row in draw_rules(rules, options)]
+    Random(options.seed).shuffle(rows)
+    rows = [each | {"number": str(number)} for number, each in enumerate(rows, 1)]
+    options.out.mkdir(parents=True, exist_ok=True)
+    (options.out / "key.json").write_text(json.dumps(rows, indent=1), encoding="utf-8")
+    write_sheets(options.pictures, options.out, rows)
+
+
+def _parse_options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("pictures", type=Path)
     parser.add_argument("out", type=Path)
     parser.add_argument("--seed", required=True)
     parser.add_argument("--at", nargs=2, action="append", required=True, metavar=("PICTURE", "X,Y"))
-    for name, number in (("drawn", 15), ("pool", 25), ("best", 12), ("failed", 3)):
+    for name, number in DEFAULT_COUNTS.items():
         parser.add_argument(f"--{name}", type=int, default=number)
-    options = parser.parse_args()
-    rows: list[Row] = []
-    for rules in get_args(Rules):
-        pool: list[Row] = []
-        for place, (name, at) in enumerate(options.at):
-            picture = shown_picture(options.pictures, name)
-            found = draw(picture, f"{options.seed}-{place}", rules, options.drawn + options.pool)
-            box = box_at(picture.shape, *map(float, at.split(",")))
-            print(f"{rules} {name}: {found['tried']} tried", flush=True)
-            for part, of in (
-                ("drawn", found["passed"][: options.drawn]),
-                ("failed", found["failed"][: options.failed]),
-            ):
-                rows += [each | {"part": part, "picture": name, "box": box} for each in of]
-            pool += [
-                each | {"part": "best", "picture": name, "box": box}
-                for each in found["passed"][options.drawn :]
-            ]
-        rows += sorted(pool, key=lambda each: -each["score"])[: options.best]
-    Random(options.seed).shuffle(rows)
-    rows = [each | {"number": str(number)} for number, each in enumerate(rows, 1)]
-    write(options.pictures, options.out, rows)
+    return parser.parse_args()
 
 
-def shown_picture(pictures: Path, name: str) -> np.ndarray:
-    """A picture at the size at which it is shown, H x W x 3 uint8."""
+def draw_rules(rules: Rules, options: argparse.Namespace) -> Iterator[Row]:
+    """Yield the styles by some rules that are shown: of each picture, then the best of all pictures."""
+    pool: list[Row] = []
+    for place, (name, at) in enumerate(options.at):
+        picture = read_picture(options.pictures, name)
+        found = draw_styles(picture, f"{options.seed}-{place}", rules, options.drawn + options.pool)
+        print(f"{rules} {name}: {found.tried} tried", flush=True)
+        shown = {"picture": name, "box": crop_box(picture.shape, *map(float, at.split(",")))}
+        yield from (each | shown | {"part": "drawn"} for each in found.passed[: options.drawn])
+        yield from (each | shown | {"part": "failed"} for each in found.failed[: options.failed])
+        pool += [each | shown | {"part": "best"} for each in found.passed[options.drawn :]]
+    yield from sorted(pool, key=lambda each: -each["score"])[: options.best]
+
+
+def read_picture(pictures: Path, name: str) -> np.ndarray:
+    """Read a picture at the size at which it is shown, H x W x 3 uint8.
+
+    Raises:
+        InputError: the picture is smaller.
+    """
     picture = read_still(next(pictures.glob(f"{name}.*")), max_side=math.inf)
-    if picture.shape[0] < HEIGHT:
-        raise InputError(name, f"has {picture.shape[0]} lines, fewer than {HEIGHT}", "choose a larger one")
-    width = round(picture.shape[1] * HEIGHT / picture.shape[0])
-    return cv2.resize(picture, (width, HEIGHT), interpolation=cv2.INTER_AREA)
+    height, width = picture.shape[:2]
+    if height < SHOWN_HEIGHT:
+        raise InputError(name, f"has {height} lines, fewer than {SHOWN_HEIGHT}", "choose a larger one")
+    size = round(width * SHOWN_HEIGHT / height), SHOWN_HEIGHT
+    return cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
 
 
-def box_at(shape: tuple[int, ...], x: float, y: float) -> tuple[int, int, int, int]:
-    """The crop around a point, 0..1, within the picture: left, top, right, bottom."""
+def crop_box(shape: tuple[int, ...], x: float, y: float) -> tuple[int, int, int, int]:
+    """Return the crop around a point, 0..1, within the picture: left, top, right, bottom."""
     width, height = CROP_SIZE
     left = min(max(round(x * shape[1] - width / 2), 0), shape[1] - width)
     top = min(max(round(y * shape[0] - height / 2), 0), shape[0] - height)
     return left, top, left + width, top + height
 
 
-def draw(picture: np.ndarray, seed: str, rules: Rules, wanted: int) -> dict[str, Any]:
-    """Draw styles until `wanted` pass; those that fail at full size are returned, too."""
-    original, crops = Original(picture), FullSize(picture)
-
-    def row(number: int) -> Row:
-        style = random_style(f"{seed}-{number}", rules)
-        found = examine(original, crops, style, rules)
-        return {"rules": rules, "style": style_text(style), "score": found.score, "fault": found.fault,
-                "metrics": found.full_size and found.full_size._asdict()}  # fmt: skip
-
+def draw_styles(picture: np.ndarray, seed: str, rules: Rules, wanted: int) -> DrawnStyles:
+    """Draw styles by successive seeds until `wanted` pass."""
+    examine_seed = partial(_examine_seed, Original(picture), FullSize(picture), rules)
     passed, failed, numbers, tried = list[Row](), list[Row](), count(), 0
     with ThreadPoolExecutor(available_cores()) as pool:
         while len(passed) < wanted:
-            for each in pool.map(row, [next(numbers) for _ in range(16)]):
+            seeds = [f"{seed}-{next(numbers)}" for _ in range(SEED_BATCH_SIZE)]
+            for each in pool.map(examine_seed, seeds):
                 if len(passed) < wanted:
                     tried += 1
                     (failed if each["fault"] else passed).append(each)
-    return {"passed": passed, "failed": [each for each in failed if each["metrics"]], "tried": tried}
+    return DrawnStyles(passed, [each for each in failed if each["metrics"]], tried)
 
 
-def write(pictures: Path, out: Path, rows: list[Row]) -> None:
-    """Write sheets, crops and the key."""
-    out.mkdir(parents=True, exist_ok=True)
-    (out / "key.json").write_text(json.dumps(rows, indent=1), encoding="utf-8")
-    shown = {name: shown_picture(pictures, name) for name in {each["picture"] for each in rows}}
-    faces = {name: StillFaces().find(name, lambda name=name: shown[name]) for name in shown}  # type: ignore[misc]
+def _examine_seed(original: Original, crops: FullSize, rules: Rules, seed: str) -> Row:
+    style = random_style(seed, rules)
+    found = examine(original, crops, style, rules)
+    metrics = found.full_size and found.full_size._asdict()
+    return {
+        "rules": rules,
+        "style": style_text(style),
+        "score": found.score,
+        "fault": found.fault,
+        "metrics": metrics,
+    }
 
-    def crop(row: Row) -> np.ndarray:
+
+def write_sheets(pictures: Path, out: Path, rows: list[Row]) -> None:
+    """Write the crops, and sheets of them."""
+    shown = {name: read_picture(pictures, name) for name in {each["picture"] for each in rows}}
+    faces = {name: StillFaces().find(name, partial(shown.__getitem__, name)) for name in shown}
+
+    def render_crop(row: Row) -> np.ndarray:
         left, top, right, bottom = row["box"]
-        whole = restyle_picture(
-            shown[row["picture"]], load_style(tomllib.loads(row["style"])), faces[row["picture"]]
-        )
-        part = whole[top:bottom, left:right]
-        cv2.imwrite(str(out / f"{row['number']}.png"), part[..., ::-1])
-        return labelled(part, row["number"])
+        name, style = row["picture"], load_style(tomllib.loads(row["style"]))
+        crop = restyle_picture(shown[name], style, faces[name])[top:bottom, left:right]
+        cv2.imwrite(str(out / f"{row['number']}.png"), crop[..., ::-1])
+        return label_crop(crop, row["number"])
 
     with ThreadPoolExecutor(available_cores()) as pool:
-        for first in range(0, len(rows), CROPS_PER_SHEET):
-            sheet = sheet_of(pool.map(crop, rows[first : first + CROPS_PER_SHEET]), COLUMNS)
-            path = out / f"sheet-{first // CROPS_PER_SHEET + 1:02}.png"
+        for first in range(0, len(rows), SHEET_CROP_COUNT):
+            sheet = sheet_of(pool.map(render_crop, rows[first : first + SHEET_CROP_COUNT]), SHEET_COLUMNS)
+            path = out / f"sheet-{first // SHEET_CROP_COUNT + 1:02}.png"
             cv2.imwrite(str(path), sheet[..., ::-1])
 
 
-def labelled(part: np.ndarray, number: str) -> np.ndarray:
-    """The crop below its number."""
+def label_crop(crop: np.ndarray, number: str) -> np.ndarray:
+    """Return the crop below its number."""
     framed = cv2.copyMakeBorder(
-        part, LABEL_PX, GAP_PX, GAP_PX, GAP_PX, cv2.BORDER_CONSTANT, value=(255, 255, 255)
+        crop, LABEL_PX, GAP_PX, GAP_PX, GAP_PX, cv2.BORDER_CONSTANT, value=(255, 255, 255)
     )
     return cv2.putText(framed, number, (6, 18), cv2.FONT_HERSHEY_SIMPLEX, 0.6, (0, 0, 0), 2, cv2.LINE_AA)
 

@@ -1,4 +1,4 @@
-"""Makes docs/explore-sheet.jpg: three photographs, each in the first random styles that pass, by rank.
+"""Make docs/explore-sheet.jpg: three photographs, each in the first random styles that pass, by rank.
 
 Usage: python -m tools.explore.sheet
 """
@@ -31,7 +31,7 @@ def main() -> None:
 
 
 def rows_of(name: str) -> np.ndarray:
-    """Rows of one of scikit-image's photographs in random styles, H x W x 3 uint8."""
+    """Return rows of one of scikit-image's photographs in random styles, H x W x 3 uint8."""
     picture = reduce_picture(cropped(getattr(data, name)()), RENDERED_SIDE_PX)
     chosen = search(Original(picture), RANDOM_SEED, STYLE_COUNT).chosen
     size = TILE_WIDTH, TILE_HEIGHT
@@ -43,7 +43,7 @@ def rows_of(name: str) -> np.ndarray:
 
 
 def cropped(picture: np.ndarray) -> np.ndarray:
-    """The upper part of a picture, with the aspect ratio of a tile."""
+    """Return the upper part of a picture, with the aspect ratio of a tile."""
     height, width = picture.shape[:2]
     rows, columns = (
         min(height, width * TILE_HEIGHT // TILE_WIDTH),

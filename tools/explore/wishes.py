@@ -1,4 +1,4 @@
-"""A user with a wish in words who explores: screens until it is met, and how much the tiles differ.
+"""Simulate a user who explores with a wish in words: screens until it is met, and how much tiles differ.
 
 The user sees nothing but pictures, and judges by other numbers than the program: simple limits for each
 wish. Two tiles show different looks if their `appearance_distance` is at least that between two pictures in
@@ -17,11 +17,11 @@ import cv2
 import numpy as np
 
 from tools.explore.simulated_user import render_looks
-from vidstyle.explore.appearance import appearance_distance, appearance_of
 from vidstyle.explore.choosing.chooser import Chooser
 from vidstyle.explore.choosing.tile_screen import CHOSEN_KIND, TileScreen
 from vidstyle.explore.colors import oklab
 from vidstyle.explore.composed.shipped_parts import shipped_styles
+from vidstyle.explore.appearance import appearance_distance, appearance_of
 from vidstyle.explore.measure import reduce_picture
 from vidstyle.explore.workers import Workers
 from vidstyle.gallery.preview import read_still
@@ -36,7 +36,7 @@ WISHES = {
     "soft painting": {"color": (0.04, 0.12), "hard": (0, 0.11), "grain": (0, 0.01)},
     "grainy print": {"grain": (0.03, 1), "flat": (0, 0.6), "color": (0, 0.1)},
 }
-"""What each wish means: limits for `seen`."""
+"""What each wish means: limits for `measure_look`."""
 CLEAR_DIFFERENCES = {"light": 0.2, "color": 0.05, "flat": 0.25, "grain": 0.01, "hard": 0.05}
 """What counts as a clear difference, for the distance of a picture to a wish."""
 
@@ -53,14 +53,17 @@ def main() -> None:
         looks = partial(render_looks, workers, picture)
         for wish in WISHES:
             for seed in range(arguments.seeds):
-                met, different, nearest = screens_until(Chooser(looks, shipped_styles(), seed=seed), wish)
+                met, different, nearest = count_screens(Chooser(looks, shipped_styles(), seed=seed), wish)
                 print(f"{wish:17} {met or '-'!s:3} looks {different} nearest {nearest}", flush=True)
         for near in (0.1, 0.4, 0.9):
-            print(f"near {near}: {repeated(Chooser(looks, shipped_styles(), seed=1, near=near))}", flush=True)
+            print(
+                f"near {near}: {repeat_choice(Chooser(looks, shipped_styles(), seed=1, near=near))}",
+                flush=True,
+            )
 
 
-def seen(picture: np.ndarray) -> dict[str, float]:
-    """What the user sees of a picture, H x W x 3 uint8: lightness, colour, flat parts, grain and edges."""
+def measure_look(picture: np.ndarray) -> dict[str, float]:
+    """Return the lightness, colour, flat parts, grain and edges of a picture, H x W x 3 uint8."""
     lab = oklab(picture / 255.0)
     light = lab[..., 0].astype(np.float32)
     step = np.abs(np.diff(light, axis=1))
@@ -74,31 +77,31 @@ def seen(picture: np.ndarray) -> dict[str, float]:
     }
 
 
-def missing(picture: np.ndarray, wish: str) -> float:
-    """How far a picture is from a wish; 0 if it is met."""
-    numbers = seen(picture)
+def wish_distance(picture: np.ndarray, wish: str) -> float:
+    """Return the distance of a picture from a wish; 0 if it is met."""
+    numbers = measure_look(picture)
     return sum(
         max(low - numbers[name], numbers[name] - high, 0) / CLEAR_DIFFERENCES[name]
         for name, (low, high) in WISHES[wish].items()
     )
 
 
-def screens_until(chooser: Chooser, wish: str) -> tuple[int | None, list[int], list[float]]:
-    """The screens until a tile meets the wish; different looks and the nearest tile of each screen."""
+def count_screens(chooser: Chooser, wish: str) -> tuple[int | None, list[int], list[float]]:
+    """Return the screens until a tile meets the wish, and the looks and the least distance of each screen."""
     different, nearest, place = list[int](), list[float](), 0
     for number in range(MAX_SCREENS):
         screen = chooser.new_screen() if number == 0 else chooser.more_like(place)
-        apart = [missing(tile.look.picture, wish) for tile in screen.tiles]
+        apart = [wish_distance(tile.look.picture, wish) for tile in screen.tiles]
         place = int(np.argmin(apart))
-        different.append(look_count(screen))
+        different.append(count_looks(screen))
         nearest.append(round(min(apart), 2))
         if not min(apart):
             return number + 1, different, nearest
     return None, different, nearest
 
 
-def look_count(screen: TileScreen) -> int:
-    """The largest number of tiles, taken in order, that all differ from each other."""
+def count_looks(screen: TileScreen) -> int:
+    """Count the tiles, taken in order, that differ from all that were taken."""
     taken: list[np.ndarray] = []
     for tile in screen.tiles:
         look = appearance_of(tile.look.picture)
@@ -107,21 +110,21 @@ def look_count(screen: TileScreen) -> int:
     return len(taken)
 
 
-def repeated(chooser: Chooser, screens: int = 4) -> str:
-    """Mean appearance distance of other values from the middle, and looks, on screens like the same tile."""
+def repeat_choice(chooser: Chooser, screens: int = 4) -> str:
+    """Choose the middle tile repeatedly; describe the distances from it, and the looks, of each screen."""
     chooser.new_screen()
     said: list[str] = []
     place = 0
     for _ in range(screens):
         screen = chooser.more_like(place)
         place = len(screen.tiles) // 2
-        apart = distances(screen)
-        said.append(f"{np.mean(apart):.2f} ({look_count(screen)} looks)" if apart else "-")
+        apart = distances_to_chosen(screen)
+        said.append(f"{np.mean(apart):.2f} ({count_looks(screen)} looks)" if apart else "-")
     return ", ".join(said)
 
 
-def distances(screen: TileScreen) -> Sequence[float]:
-    """The appearance distances of the tiles with other values from the chosen one."""
+def distances_to_chosen(screen: TileScreen) -> Sequence[float]:
+    """Return the appearance distances of the tiles with other values from the chosen one."""
     middle = next(tile for tile in screen.tiles if tile.kind == CHOSEN_KIND)
     look = appearance_of(middle.look.picture)
     return [appearance_distance(look, appearance_of(tile.look.picture))
