@@ -13,12 +13,11 @@ import pytest
 from skimage import data
 
 from vidstyle.cli import main
-from vidstyle.explore import like
-from vidstyle.explore.appearance import appearance_distance, appearance_of
 from vidstyle.explore.composed.shipped_parts import shipped_styles
-from vidstyle.explore.fitting.tune import tune_style
 from vidstyle.explore.gates import faults
-from vidstyle.explore.like import (
+from vidstyle.explore.matching import like
+from vidstyle.explore.matching.appearance import appearance_distance, appearance_of
+from vidstyle.explore.matching.like import (
     LOST_SUBJECT_FAULTS,
     MAX_NEAR_DISTANCE,
     MIN_FAR_DISTANCE,
@@ -26,6 +25,7 @@ from vidstyle.explore.like import (
     rank_styles,
     search_styles,
 )
+from vidstyle.explore.matching.tune import tune_style
 from vidstyle.explore.measure import Original, reduce_picture
 from vidstyle.gallery.style_samples import restyle_picture
 from vidstyle.style import Step, Style, load_style

@@ -6,8 +6,8 @@ import numpy as np
 from media import photograph
 
 from vidstyle.blocks import all_blocks
-from vidstyle.explore.visible_marks import MARK_WORDS, visible_marks
-from vidstyle.explore.wording import name_blocks, name_step_changes, names_of_changes, names_of_look
+from vidstyle.explore.naming.visible_marks import MARK_WORDS, visible_marks
+from vidstyle.explore.naming.wording import name_blocks, name_step_changes, names_of_changes, names_of_look
 from vidstyle.style import load_style
 from vidstyle.style.wiring import main_path
 

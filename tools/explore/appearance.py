@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from vidstyle.explore.composed.shipped_parts import shipped_styles
-from vidstyle.explore.appearance import MODEL_FILE, appearance_distance, appearance_of
-from vidstyle.explore.like import known_styles
+from vidstyle.explore.matching.appearance import MODEL_FILE, appearance_distance, appearance_of
+from vidstyle.explore.matching.like import known_styles
 from vidstyle.gallery.preview import read_still
 from vidstyle.gallery.style_samples import restyle_picture
 

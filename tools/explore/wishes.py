@@ -21,7 +21,7 @@ from vidstyle.explore.choosing.chooser import Chooser
 from vidstyle.explore.choosing.tile_screen import CHOSEN_KIND, TileScreen
 from vidstyle.explore.colors import oklab
 from vidstyle.explore.composed.shipped_parts import shipped_styles
-from vidstyle.explore.appearance import appearance_distance, appearance_of
+from vidstyle.explore.matching.appearance import appearance_distance, appearance_of
 from vidstyle.explore.measure import reduce_picture
 from vidstyle.explore.workers import Workers
 from vidstyle.gallery.preview import read_still

@@ -25,7 +25,7 @@ def print_like(picture: str, source: str | None, options: Mapping[str, Any], as_
         picture: of the look that is wanted.
         source: what the styles are tried on, or None for a photograph of the program's own.
     """
-    from vidstyle.explore.like import known_styles, photograph_for, rank_styles, search_styles
+    from vidstyle.explore.matching.like import known_styles, photograph_for, rank_styles, search_styles
     from vidstyle.gallery.preview import read_still
     from vidstyle.style import save_style
 

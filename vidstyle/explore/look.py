@@ -9,9 +9,9 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from vidstyle.errors import VidstyleError
-from vidstyle.explore.appearance import appearance_of, appearance_point
 from vidstyle.explore.crops.full_size import FullSize
 from vidstyle.explore.gates import doubt, fault
+from vidstyle.explore.matching.appearance import appearance_of, appearance_point
 from vidstyle.explore.measure import METRIC_DEVIATIONS, Original, oklab_thumbnail, reduce_picture
 from vidstyle.explore.score import score, verdict
 from vidstyle.style import Style

@@ -115,7 +115,7 @@ def _chosen(
 ) -> list[int]:
     """Return the number of a style for each part of a film."""
     if change.kind == "like":
-        from vidstyle.explore.scene_styles import suiting_styles
+        from vidstyle.explore.matching.scene_styles import suiting_styles
 
         return [choices.index(style) for style in suiting_styles([each.still for each in scenes], choices)]
     return in_turn(range(len(choices)), -(-len(scenes) // int(change.step)), seed)

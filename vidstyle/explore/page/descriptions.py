@@ -7,8 +7,8 @@ from typing import Any
 
 from vidstyle.blocks import all_blocks
 from vidstyle.explore.choosing.tile_screen import CHOSEN_KIND, Tile
+from vidstyle.explore.naming.wording import name_blocks, name_step_changes, names_of_changes, names_of_look
 from vidstyle.explore.page.exploration import Exploration
-from vidstyle.explore.wording import name_blocks, name_step_changes, names_of_changes, names_of_look
 from vidstyle.export.export_targets import describe_targets
 
 CHANGED_KINDS = ("values", "step")

@@ -10,8 +10,8 @@ import numpy as np
 
 from vidstyle.block import Block
 from vidstyle.blocks import all_blocks
-from vidstyle.explore.color_words import color_words, has_other_colors
 from vidstyle.explore.measure import gradient_of, luma_of_codes, oklab_thumbnail
+from vidstyle.explore.naming.color_words import color_words, has_other_colors
 from vidstyle.style import Style
 from vidstyle.style.wiring import main_path
 

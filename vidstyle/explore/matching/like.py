@@ -11,11 +11,11 @@ import numpy as np
 
 from vidstyle.core.machine.cores import available_cores
 from vidstyle.errors import StyleError
-from vidstyle.explore.appearance import appearance_distance, appearance_of
 from vidstyle.explore.composed.shipped_parts import shipped_styles
-from vidstyle.explore.fitting.tune import tune_style
 from vidstyle.explore.gates import BLURRED_FAULT, NO_SUBJECT_FAULT, faults
 from vidstyle.explore.generate import alter, cross, mutate
+from vidstyle.explore.matching.appearance import appearance_distance, appearance_of
+from vidstyle.explore.matching.tune import tune_style
 from vidstyle.explore.measure import Original, reduce_picture
 from vidstyle.gallery.preview import read_still
 from vidstyle.gallery.style_samples import restyle_picture

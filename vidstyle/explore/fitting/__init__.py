@@ -1,1 +1,0 @@
-"""Fitting of a style to the look of a picture."""

@@ -1,0 +1,1 @@
+"""Styles that match a picture: distances between looks, a search, and tuning."""
