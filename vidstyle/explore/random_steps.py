@@ -36,15 +36,10 @@ def step_near(random: Random, step: Step, spread: float, names: Iterable[str] | 
     return with_values(step, lambda parameter, value: parameter.draw_near(random, value, spread), varied)
 
 
-def random_step(random: Random, block: str, ends: Mapping[str, tuple[float, float]] | None = None) -> Step:
+def random_step(random: Random, block: str) -> Step:
     """Return a step with random values."""
     parameters = all_blocks()[block].parameters
-    given = ends or {}
-    return with_values(
-        Step(block),
-        lambda parameter, _: random_value(random, parameter, given.get(parameter.name)),
-        parameters,
-    )
+    return with_values(Step(block), lambda parameter, _: parameter.draw(random), parameters)
 
 
 def with_values(step: Step, change: Callable[[Parameter, Any], Any], names: Iterable[str]) -> Step:
