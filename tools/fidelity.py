@@ -148,7 +148,7 @@ def apply_detail(luma: Picture, delta: float) -> Picture:
     run: BankRun = block.function(**block.arguments_for({"delta": delta}))
     bases = (cached_detail_base(luma, contrast) for contrast in CONTRAST_LEVELS)
     return sum(
-        (weight * cached_detail_base for weight, cached_detail_base in zip(run.weights, bases, strict=True)),
+        (weight * base for weight, base in zip(run.weights, bases, strict=True)),
         run.identity * luma,
     )
 
