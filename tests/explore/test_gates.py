@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from pathlib import Path
 
 import cv2
@@ -12,13 +14,53 @@ from skimage import data
 
 from vidstyle.errors import InputError
 from vidstyle.explore.composed.shipped_parts import shipped_styles
-from vidstyle.explore.gates import MAX_UNSTEADY, fault, is_like_another, prune
+from vidstyle.explore.gates import (
+    DOUBTFUL_FAULT,
+    FULL_SIZE_GATES,
+    MAX_UNSTEADY,
+    MIN_SCORES,
+    PAPER_GATES,
+    Gate,
+    fault,
+    is_like_another,
+    prune,
+)
 from vidstyle.explore.generate import mutate
 from vidstyle.explore.measure import MAX_MEASURED_SIDE_PX, Original, PictureMetrics, reduce_picture
-from vidstyle.explore.score import Judge, spread_out
+from vidstyle.explore.score import MEASURES, WORDS, Judge, spread_out
 from vidstyle.style import Step, Style, load_style
 
 PHOTOGRAPHS = ("astronaut", "coffee")
+PAGE = Path(__file__).parents[2] / "docs" / "explore.md"
+
+
+def table_rows(header: str) -> list[tuple[str, str]]:
+    """The rows of the table of two columns with this header in docs/explore.md."""
+    table = PAGE.read_text(encoding="utf-8").partition(header)[2].partition("\n\n")[0]
+    return re.findall(r"^\| ([^|]+) \| ([^|]+) \|$", table, re.MULTILINE)
+
+
+def limit_texts(gate: Gate) -> tuple[str, ...]:
+    """How the document may write the limit of a gate; some are logarithms."""
+    limit = gate.high if gate.low in (0, -1) else gate.low
+    return f"{limit:g}", f"{100 * limit:g} %", f"{100 * math.exp(limit):.0f} %"
+
+
+def test_gates_at_full_size_are_documented_with_their_limits() -> None:
+    rows = dict(table_rows("| reason | limit |"))
+    gates = FULL_SIZE_GATES + PAPER_GATES
+    assert rows.keys() == {DOUBTFUL_FAULT, *(gate.reason for gate in gates)}
+    assert all(f"{100 * limit:g} %" in rows[DOUBTFUL_FAULT] for limit in MIN_SCORES.values())
+    for gate in gates:
+        limits = "|".join(map(re.escape, limit_texts(gate)))
+        assert re.search(rf"(?<![\d.])({limits})(?!\d)", rows[gate.reason]), gate
+
+
+def test_measures_of_the_score_are_documented() -> None:
+    found = [(rules, re.split("[:,]", text)[0]) for rules, text in table_rows("| rules | measurement |")]
+    assert sorted(found) == sorted(
+        (rules, WORDS[name]) for rules, names in MEASURES.items() for name in names
+    )
 
 
 @pytest.fixture(scope="module")

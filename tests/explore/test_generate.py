@@ -26,7 +26,7 @@ PAPER_ENDS = {
     ("saturation", "factor"): (1.5, 2.2),
     ("scale", "factor"): ((100 / 300) ** 0.5, 1),
 }
-"""As section 6.2 prints them. Sigma is twice a variance; 300 is the number of pixels of the picture."""
+"""Section 6.2, in our units: sigma is read as twice a variance, size as pixels of which 300 are all."""
 
 
 @cache

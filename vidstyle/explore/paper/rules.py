@@ -81,8 +81,8 @@ FILTER_RULES = (
     FilterRule(
         "scale",
         ends={"factor": (math.sqrt(100 / FULL_SIZE), 1)},
-        source=f"{PAPER_SECTION}: Size (size 100 to 300), read as a number of pixels, where {FULL_SIZE} is "
-        "that of the picture: results in the paper are sharp, which a height of 100 to 300 lines cannot give",
+        source=f"{PAPER_SECTION}: Size (size 100 to 300), read as a number of pixels, and {FULL_SIZE} as the "
+        "full size: results in the paper are sharp, which a height of 100 to 300 lines cannot give",
     ),
 )
 """Filters of random styles; all that are still allowed are equally likely."""
