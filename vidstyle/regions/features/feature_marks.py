@@ -9,7 +9,7 @@ import numpy as np
 
 from vidstyle.regions.features.blurring import enlarged, weighted_mean
 from vidstyle.regions.features.feature_lifting import Features
-from vidstyle.regions.features.screens import screened
+from vidstyle.regions.features.screens import Screen
 from vidstyle.regions.rasters import PageRaster
 
 SOLID_RANGE = 0.62, 0.88
@@ -83,14 +83,15 @@ def ink_marks(
     ink, paper = ends
     darkness, height = enlarged(each.darkness, luma.shape), each.face.box.height
     hair = _ramp(weighted_mean(darkness, weight, HAIR_RATIO * height), HAIR_RANGE)
-    weight = _hatched(weight, each, raster, EVEN_SHADE_SHARE)
+    screen = Screen(each.window, height, is_dotted=raster.has_dots)
+    weight = _hatched(weight, screen, EVEN_SHADE_SHARE)
     cover = darkness if ink < paper else 1 - darkness
     most, even, luma_range = (
         (MAX_COLORED_SHADE, 1.0, COLORED_LUMA_RANGE)
         if raster.has_colors
         else (MAX_SHADE, EVEN_SHADE_SHARE, INK_LUMA_RANGE)
     )
-    shade = _hatched(np.float32(most) * _ramp(cover, (MIN_SHADE, 1)), each, raster, even)
+    shade = _hatched(np.float32(most) * _ramp(cover, (MIN_SHADE, 1)), screen, even)
     ground = _ramp((luma - np.float32(ink)) / np.float32(paper - ink or 1), luma_range)
     solid = _ramp(darkness, SOLID_RANGE)
     if ink < paper:
@@ -130,11 +131,11 @@ def _light(luma: np.ndarray, lit: np.ndarray, weight: np.ndarray, darkest: float
     return 1 + np.float32(factor - 1) * weight * (1 - _ramp(luma, BRIGHT_LUMA_RANGE))
 
 
-def _hatched(cover: np.ndarray, each: Features, raster: PageRaster, even: float) -> np.ndarray:
-    """Return coverage in hatching or dots; this share is left as it is."""
+def _hatched(cover: np.ndarray, screen: Screen, even: float) -> np.ndarray:
+    """Return coverage in hatching or dots, but for a share `even` of it, which stays gray."""
     if even == 1:
         return cover
-    marks = screened(cover, each.window, each.face.box.height, is_dotted=raster.has_dots)
+    marks = screen.inked(cover)
     return marks + np.float32(even) * (cover - marks)
 
 

@@ -17,34 +17,40 @@ EDGE_FACTOR = 1.5
 """Steepness of the edges of lines and dots, relative to a ramp over one pixel: fine ones would be gray."""
 
 
-def screened(shade: np.ndarray, window: Rectangle, height: float, *, is_dotted: bool) -> np.ndarray:
-    """Return coverage by ink in hatching or dots, H x W float32, 0..1.
+class Screen:
+    """Hatching or dots in a window of a page; its marks have fixed positions on the page.
 
     Args:
-        shade: of a window of the page, H x W float32, 0..1.
-        window: the window: marks stay where they are on the page.
+        window: the window.
         height: of the face in pixels.
         is_dotted: whether to print dots; otherwise lines.
     """
-    pitch = max(MIN_PITCH_PX, PITCH_RATIO * height)
-    turn = 2 * np.pi / pitch * np.exp(1j * np.radians(SCREEN_DEGREES))
-    edge = EDGE_FACTOR * pitch / 2
-    first = _wave(turn, shade.shape, window)
-    if is_dotted:
-        return _inked(shade, (2 - first - _wave(1j * turn, shade.shape, window)) / 4, edge)
-    lines = _inked(shade, np.arccos(first) / np.float32(np.pi), edge)
-    least, most = CROSSED_RANGE
-    crossed = np.clip((shade - np.float32(least)) / np.float32(most - least), 0, 1)
-    if not crossed.any():
-        return lines
-    second = np.arccos(_wave(1j * turn, shade.shape, window)) / np.float32(np.pi)
-    return np.maximum(lines, _inked(crossed, second, edge))
+
+    def __init__(self, window: Rectangle, height: float, *, is_dotted: bool) -> None:
+        pitch = max(MIN_PITCH_PX, PITCH_RATIO * height)
+        turn = 2 * np.pi / pitch * np.exp(1j * np.radians(SCREEN_DEGREES))
+        first, second = (_wave(each, window) for each in (turn, 1j * turn))
+        self._edge = EDGE_FACTOR * pitch / 2
+        # In which order the pixels of each set of marks are inked.
+        self._orders = (
+            [(2 - first - second) / 4]
+            if is_dotted
+            else [np.arccos(each) / np.float32(np.pi) for each in (first, second)]
+        )
+
+    def inked(self, shade: np.ndarray) -> np.ndarray:
+        """Return the coverage by ink that prints a shade of the window, both H x W float32, 0..1."""
+        first, *crossing = self._orders
+        least, most = CROSSED_RANGE
+        crossed = np.clip((shade - np.float32(least)) / np.float32(most - least), 0, 1)
+        marks = _inked(shade, first, self._edge), *(_inked(crossed, each, self._edge) for each in crossing)
+        return np.maximum.reduce(marks)
 
 
-def _wave(turn: complex, shape: tuple[int, ...], window: Rectangle) -> np.ndarray:
+def _wave(turn: complex, window: Rectangle) -> np.ndarray:
     """Return a wave with its radians per pixel across and down, H x W float32, -1..1."""
-    rows = np.arange(window.top, window.top + shape[0], dtype=np.float32)[:, None]
-    columns = np.arange(window.left, window.left + shape[1], dtype=np.float32)
+    rows = np.arange(window.top, window.bottom, dtype=np.float32)[:, None]
+    columns = np.arange(window.left, window.right, dtype=np.float32)
     return np.cos(np.float32(turn.real) * columns + np.float32(turn.imag) * rows)
 
 
