@@ -37,7 +37,7 @@ pytestmark = pytest.mark.usefixtures("faces_alone")
 def lifted(picture: Picture, amount: float = 1.0) -> tuple[np.ndarray, list[Features]]:
     """Return the luma of the window without features, and these."""
     copied = picture.map_planes(lambda plane, _: plane.copy())
-    features = lift_features(copied, [Patch(WINDOW, WINDOW, Face(0, PLACE))], lambda face: amount)
+    features = lift_features(copied, [Patch(WINDOW, WINDOW, Face(0, PLACE))], amount)
     return luma_in(copied, WINDOW), features
 
 
@@ -77,9 +77,7 @@ def test_features_of_faces_of_any_size_are_alike() -> None:
     for factor in (1, 6):
         window, face = (Box(*(factor * side for side in each)) for each in (WINDOW, PLACE))
         large = cv2.resize(color, None, fx=factor, fy=factor, interpolation=cv2.INTER_CUBIC)
-        (found,) = lift_features(
-            Picture.from_array(large), [Patch(window, window, Face(0, face))], lambda _: 1.0
-        )
+        (found,) = lift_features(Picture.from_array(large), [Patch(window, window, Face(0, face))], 1.0)
         page = Picture.from_array(np.full(large.shape, 200, np.uint8))
         drawn = luma_in(draw_features(page, [found], load_style("poster"), None, NO_RASTER), window)
         assert found.weight.shape[0] <= 350

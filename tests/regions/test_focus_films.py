@@ -104,9 +104,7 @@ def test_only_new_windows_begin_a_scene_of_the_patches() -> None:
     with PatchRenderer(open_backend) as renderer:
         for time, is_new in zip(times, (True, False, True, True), strict=True):
             patches = PatchSet(1, (patch,), is_new, PLACE.height)
-            renderer.prepare(
-                FrameRequest(picture, time), patches, load_style("ink"), lambda face: 1.0, NO_RASTER
-            )
+            renderer.prepare(FrameRequest(picture, time), patches, load_style("ink"), 1.0, NO_RASTER)
     (cuts,) = known
     assert cuts is not None
     assert [cuts.begins_scene(picture, time) for time in times] == [True, False, True, False]

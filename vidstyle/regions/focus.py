@@ -209,7 +209,7 @@ class FocusRenderer(Backend):
         if light and sets:
             request = replace(request, picture=light.picture())
         for patches in sets:
-            self._patches_of(patches).cut(request, patches, self._style.focus, self._lifted_share(request))
+            self._patches_of(patches).cut(request, patches, self._style.focus, self._drawn_share(request))
 
     def overlay(self, picture: Picture, seen_side: float | None = None) -> np.ndarray | None:
         """Return what focus changes in a single picture, to be laid over it by other means.
@@ -262,16 +262,16 @@ class FocusRenderer(Backend):
     def _prepare(
         self, request: FrameRequest, patches: PatchSet
     ) -> tuple[Backend, FrameRequest, list[Features]]:
-        raster, share = self._raster_on(request), self._lifted_share(request)
+        raster, share = self._raster_on(request), self._drawn_share(request)
         assert self._style.height is not None and self._chosen.height is not None
         fineness = self._style.height / self._chosen.height
         return self._patches_of(patches).prepare(request, patches, self._style, share, raster, fineness)
 
-    def _lifted_share(self, request: FrameRequest) -> Callable[[Face], float]:
-        """Return a function for the share of the features of a face that is drawn over the result, 0..1."""
+    def _drawn_share(self, request: FrameRequest) -> float:
+        """Return how much of the features of faces is drawn over the result, 0..1."""
         if Medium.of(self._style, self._raster_on(request)) is Medium.POINTS:
-            return lambda face: 0.0
-        return lambda face: min(1.0, self._style.focus / FULL_FOCUS)
+            return 0.0
+        return min(1.0, self._style.focus / FULL_FOCUS)
 
     def _patches_of(self, patches: PatchSet) -> PatchRenderer:
         return self._patches[patches.number % len(self._patches)]

@@ -9,7 +9,6 @@ from vidstyle.backend import Backend, FrameRequest
 from vidstyle.core.closing import Closing
 from vidstyle.core.picture import Picture
 from vidstyle.core.scene_cuts import KnownCuts, SceneCuts
-from vidstyle.regions.face_tracks import Face
 from vidstyle.regions.features.exposure import Exposure
 from vidstyle.regions.features.feature_lifting import Features, lift_features
 from vidstyle.regions.features.steady_darkness import SteadyDarkness
@@ -25,9 +24,6 @@ DETAIL_RANGE = 2.4, 3.6
 
 SCREEN_DETAIL_RATIO, SCREEN_DETAIL_RANGE = 0.12, (1.0, 2.0)
 """The same for styles of dots or ruled lines: finer ones would look like another print."""
-
-LiftedShare = Callable[[Face], float]
-"""Returns how much of the features of a face is lifted, 0..1."""
 
 OpenRenderer = Callable[[Style, SceneCuts | None], Backend]
 """Opens a renderer for a style and scene cuts; None: they are detected."""
@@ -62,7 +58,7 @@ class PatchRenderer(Closing):
         request: FrameRequest,
         patches: PatchSet,
         style: Style,
-        lift: LiftedShare,
+        drawn: float,
         raster: PageRaster,
         fineness: float = 1.0,
     ) -> tuple[Backend, FrameRequest, list[Features]]:
@@ -72,11 +68,11 @@ class PatchRenderer(Closing):
             request: the whole picture.
             patches: the patches; the first of a set begin a scene.
             style: the style of the whole picture.
-            lift: returns how much of eyes, nose and mouth of a face is drawn over the result, 0..1.
+            drawn: how much of eyes, noses and mouths is drawn over the result, 0..1.
             raster: the rasters of the style.
             fineness: level of detail of the whole picture, by which that of patches is divided.
         """
-        cut, features = self.cut(request, patches, style.focus, lift)
+        cut, features = self.cut(request, patches, style.focus, drawn)
         share = patches.least / (self._side_ratio * min(request.picture.shape))
         is_ruled = raster.is_screen and not raster.has_points
         low, high = SCREEN_DETAIL_RANGE if is_ruled else DETAIL_RANGE
@@ -86,14 +82,14 @@ class PatchRenderer(Closing):
         return backend, replace(request, picture=cut, target=request.encoding), features
 
     def cut(
-        self, request: FrameRequest, patches: PatchSet, focus: float, lift: LiftedShare
+        self, request: FrameRequest, patches: PatchSet, focus: float, drawn: float
     ) -> tuple[Picture, list[Features]]:
         """Return the picture of all patches, with tones that suit the style by `focus`; and its features."""
         if patches.is_new and request.time is not None:
             self._cuts.add(request.time)
             self._exposure, self._darkness = Exposure(), SteadyDarkness()
         picture = cut_patches(request.picture, patches.patches)
-        features = lift_features(picture, patches.patches, lift)
+        features = lift_features(picture, patches.patches, drawn)
         if request.time is not None:
             features = self._darkness.follow(features)
         lifted = {each.face.track: each.amount for each in features}

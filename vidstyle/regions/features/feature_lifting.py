@@ -6,7 +6,7 @@ then draws a face without lines, and cannot make an eye larger than it is.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -54,21 +54,18 @@ class Features(NamedTuple):
     amount: float
 
 
-def lift_features(
-    picture: Picture, patches: Sequence[Patch], amount: Callable[[Face], float]
-) -> list[Features]:
+def lift_features(picture: Picture, patches: Sequence[Patch], amount: float) -> list[Features]:
     """Change the patches of a picture in place: take off features. Return them.
 
     Args:
         picture: the picture of all patches.
         patches: the patches.
-        amount: returns how much of the features of a face is lifted, 0..1.
+        amount: how much of the features is lifted, 0..1.
     """
     lifted = list[Features]()
-    for patch, face in ((each, each.face) for each in patches if each.face):
-        share = amount(face)
+    for patch, face in ((each, each.face) for each in patches if amount and each.face):
         window = Box(*map(round, mask_box(face.box))).intersection(patch.window)
-        if share and window.area and (found := _lift(picture, patch, face, window, share)):
+        if window.area and (found := _lift(picture, patch, face, window, amount)):
             lifted.append(found)
     return lifted
 
