@@ -11,11 +11,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-import cv2
 import numpy as np
 
 from vidstyle.core.picture import Picture
-from vidstyle.core.plain_codes import codes_from_values, values_from_codes
+from vidstyle.core.plain_codes import PartLuma
 from vidstyle.core.sampling import ExponentialSmoother, percentiles, small_luma
 from vidstyle.regions.boxes import Box, Rectangle
 from vidstyle.regions.features.blurring import blurred, weighted_mean
@@ -91,20 +90,16 @@ class Exposure:
             if not box.area:
                 continue
             right, down = patch.place.left - patch.window.left, patch.place.top - patch.window.top
-            area = plane_area(box.moved(right, down), (1, 1))
-            plane = picture.color if picture.luma is None else picture.luma
-            assert plane is not None
-            values = values_from_codes(plane[area], "luma", picture.encoding)
-            luma = values if values.ndim == 2 else cv2.transform(values, picture.encoding.weights[None])
+            part = PartLuma(picture, plane_area(box.moved(right, down), (1, 1)))
+            luma = part.luma
             bare = lifted.get(face.track, 0.0)
             inside = _inside_face(luma, face.box, box, bare)
             tones = self._smoothed(face.track, inside, FACE_QUANTILES, time)
             inner, stretch = inner_mask(face.box, box), Stretch.of(*range_.tolist())
             skin = (inner > SKIN_LEVEL).astype(np.float32)
             weight = amount * (1 - BARE_WEIGHT * bare)
-            change = weight * inner * (expose_face(luma, tones, skin, face.box.height, stretch, bare) - luma)
-            values = values + (change if values.ndim == 2 else change[..., None])
-            plane[area] = codes_from_values(values, "luma", picture.encoding)
+            exposed = expose_face(luma, tones, skin, face.box.height, stretch, bare)
+            part.add(weight * inner * (exposed - luma))
 
     def _smoothed(
         self, track: int | None, luma: np.ndarray, quantiles: tuple[float, float], time: float | None

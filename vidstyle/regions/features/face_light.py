@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 
 from vidstyle.core.picture import Picture
-from vidstyle.core.plain_codes import codes_from_values, values_from_codes
+from vidstyle.core.plain_codes import PartLuma
 from vidstyle.core.sampling import ExponentialSmoother, percentiles, small_luma
 from vidstyle.regions.boxes import Box, Rectangle
 from vidstyle.regions.face_tracks import Face
@@ -125,16 +125,12 @@ def light_faces(picture: Picture, faces: Sequence[DimFace], amount: float) -> tu
         amount: 0..1.
     """
     name = "luma" if picture.color is None else "color"
-    plane = getattr(picture, name).copy()
+    picture = replace(picture, **{name: getattr(picture, name).copy()})
     windows = [_within(inner_box(each.face.box), picture) for each in faces]
     for each, window in zip(faces, windows, strict=True):
-        area = plane_area(window, (1, 1))
-        values = values_from_codes(plane[area], "luma", picture.encoding)
-        luma = values if values.ndim == 2 else cv2.transform(values, picture.encoding.weights[None])
-        change = np.float32(amount * each.face.opacity) * _light(luma, each, window)
-        values = values + (change if values.ndim == 2 else change[..., None])
-        plane[area] = codes_from_values(values, "luma", picture.encoding)
-    return replace(picture, **{name: plane}), windows
+        part = PartLuma(picture, plane_area(window, (1, 1)))
+        part.add(np.float32(amount * each.face.opacity) * _light(part.luma, each, window))
+    return picture, windows
 
 
 def _light(luma: np.ndarray, dim: DimFace, window: Rectangle) -> np.ndarray:

@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 
 from vidstyle.core.picture import Picture
-from vidstyle.core.plain_codes import codes_from_values, values_from_codes
+from vidstyle.core.plain_codes import PartLuma
 from vidstyle.regions.boxes import Box, Rectangle
 from vidstyle.regions.face_tracks import Face
 from vidstyle.regions.features.areas import eye_doubt, feature_areas, has_dark_glasses
@@ -73,11 +73,8 @@ def lift_features(picture: Picture, patches: Sequence[Patch], amount: float) -> 
 def _lift(picture: Picture, patch: Patch, face: Face, window: Rectangle, amount: float) -> Features | None:
     """Take off the features of a face in a window; None, and no change, if it has no eyes."""
     place = window.moved(patch.place.left - patch.window.left, patch.place.top - patch.window.top)
-    area = plane_area(place, (1, 1))
-    plane = picture.color if picture.luma is None else picture.luma
-    assert plane is not None
-    values = values_from_codes(plane[area], "luma", picture.encoding)
-    luma = values if values.ndim == 2 else cv2.transform(values, picture.encoding.weights[None])
+    part = PartLuma(picture, plane_area(place, (1, 1)))
+    luma = part.luma
     seen, inside, small = _reduced(luma, face, window)
     amount *= 1 - eye_doubt(small, seen, inside)
     if not amount:
@@ -91,9 +88,8 @@ def _lift(picture: Picture, patch: Patch, face: Face, window: Rectangle, amount:
     # The closing spreads a bright cheek over a shaded one, as a disc.
     even = np.minimum(skin, blurred(small, LIGHT_RATIO * height))
     ground, whole = (enlarged(each, luma.shape) for each in (even, areas.whole))
-    change = np.float32(amount) * whole * (ground - (luma if seen is not face else small))
-    values = values + (change if values.ndim == 2 else change[..., None])
-    plane[area] = codes_from_values(values, "luma", picture.encoding)
+    # In a small face, grain stays where features were.
+    part.add(np.float32(amount) * whole * (ground - (luma if seen is not face else small)))
     inner = inner_mask(seen.box, inside)
     darkness = face_darkness(small, inner, areas, height)
     weight = np.float32(amount * face.opacity) * np.minimum(np.float32(DRAWN_FACTOR) * inner, 1)

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from vidstyle.core.picture import Picture
-from vidstyle.core.plain_codes import codes_from_values, values_from_codes
+from vidstyle.core.plain_codes import PartLuma, codes_from_values, values_from_codes
 from vidstyle.regions.boxes import Rectangle
 from vidstyle.regions.patches import plane_area
 from vidstyle.regions.writing.finding import Writing, find_writing, thickness_of
@@ -113,10 +113,7 @@ def _wider(plane: np.ndarray, height: np.ndarray, peak: np.ndarray, size: int) -
 
 def luma_in(picture: Picture, window: Rectangle) -> np.ndarray:
     """Return the luma of a part of a picture, H x W float32, 0..1."""
-    plane, kind = (picture.luma, "luma") if picture.color is None else (picture.color, "color")
-    assert plane is not None
-    values = values_from_codes(plane[plane_area(window, (1, 1))], kind, picture.encoding)
-    return values if values.ndim == 2 else cv2.transform(values, picture.encoding.weights[None])
+    return PartLuma(picture, plane_area(window, (1, 1))).luma
 
 
 def _on_ground(values: np.ndarray, trace: np.ndarray, size: tuple[int, int]) -> np.ndarray:
