@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import NamedTuple
 
-import cv2
 import numpy as np
 
 from vidstyle.regions.boxes import Box, Point, Rectangle
 from vidstyle.regions.face_tracks import Face
+from vidstyle.regions.features.blurring import enlarged
+from vidstyle.regions.features.reduced_copies import reduced_window
 
 EYE_RADIUS_RATIOS, MOUTH_RADIUS_RATIO, NOSE_RADIUS_RATIOS = (0.17, 0.12), 0.1, (0.11, 0.06)
 """Radii of an eye with its brow along and across the line between the eyes, distance from the line between
@@ -51,19 +51,8 @@ class Areas(NamedTuple):
 
 def feature_areas(face: Face, window: Rectangle) -> Areas:
     """Return where features are in a window; the masks of a large face are computed in a reduced copy."""
-    factor = max(1.0, face.box.height / MAX_MASK_HEIGHT_PX)
-    if factor == 1:
-        return _areas(face, window)
-    width, height = (max(1, round(side / factor)) for side in (window.width, window.height))
-    moved = face.box.moved(-window.left, -window.top)
-    box = Box(
-        moved.left * width / window.width,
-        moved.top * height / window.height,
-        moved.right * width / window.width,
-        moved.bottom * height / window.height,
-    )
-    small = _areas(replace(face, box=box), Box(0, 0, width, height))
-    return Areas(*(cv2.resize(each, (window.width, window.height)) for each in small))
+    small = _areas(*reduced_window(face, window, MAX_MASK_HEIGHT_PX))
+    return Areas(*(enlarged(each, (window.height, window.width)) for each in small))
 
 
 def _areas(face: Face, window: Rectangle) -> Areas:

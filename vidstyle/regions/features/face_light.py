@@ -28,6 +28,7 @@ from vidstyle.regions.features.exposure import (
     TIME_CONSTANT_SECONDS,
     Stretch,
 )
+from vidstyle.regions.features.ramps import ramp
 from vidstyle.regions.masks import inner_box, inner_mask
 from vidstyle.regions.patches import plane_area
 from vidstyle.regions.writing.lifting import luma_in
@@ -142,9 +143,10 @@ def _light(luma: np.ndarray, dim: DimFace, window: Rectangle) -> np.ndarray:
     )
     shown = np.maximum(dim.stretch.shown(calm), 0)
     fine = dim.stretch.shown(luma) - shown
-    behind = _ramp(shown - np.float32(bright), BRIGHT_RANGE)
+    behind = ramp(shown - np.float32(bright), BRIGHT_RANGE)
     tone = cv2.log(shown + np.float32(MIN_TONE))
-    skin = inner_mask(box, window) * (1 - behind)
+    inner = inner_mask(box, window)
+    skin = inner * (1 - behind)
     shade = weighted_mean(tone, skin, SHADE_RATIO * height)
     detail = tone - shade
     middle = np.log(median + MIN_TONE)
@@ -153,10 +155,10 @@ def _light(luma: np.ndarray, dim: DimFace, window: Rectangle) -> np.ndarray:
     raised = _raised(detail, skin, SHADE_RATIO * height)
     detail = detail + feature_areas(dim.face, window).whole * (raised - detail)
     lit = cv2.exp(even + detail) - np.float32(MIN_TONE)
-    share = np.float32(_ramp(median, DIM_TONE_RANGE)) * inner_mask(box, window) * (1 - behind)
+    share = np.float32(ramp(median, DIM_TONE_RANGE)) * inner * (1 - behind)
     return np.asarray(
         share
-        * (np.minimum(lit, 1) - shown - fine * (1 - _ramp(np.abs(fine), FINE_RANGE)))
+        * (np.minimum(lit, 1) - shown - fine * (1 - ramp(np.abs(fine), FINE_RANGE)))
         / np.float32(dim.stretch.gain),
         np.float32,
     )
@@ -168,14 +170,9 @@ def _raised(detail: np.ndarray, skin: np.ndarray, sigma: float) -> np.ndarray:
     factor = np.clip(
         np.float32(WANTED_SPREAD_RATIO) / np.maximum(spread, np.float32(1e-3)), 1, MAX_CONTRAST_FACTOR
     )
-    factor = 1 + (factor - 1) * _ramp(spread, GRAIN_SPREAD_RANGE)
+    factor = 1 + (factor - 1) * ramp(spread, GRAIN_SPREAD_RANGE)
     return np.asarray(detail * np.where(detail < 0, factor, factor ** np.float32(LIGHT_EXPONENT)), np.float32)
 
 
 def _within(box: Box[float], picture: Picture) -> Rectangle:
     return Box(*map(round, box)).intersection(Box(0, 0, picture.shape[1], picture.shape[0]))
-
-
-def _ramp(value: np.ndarray | float, ends: tuple[float, float]) -> np.ndarray:
-    ramp = (value - np.float32(ends[0])) / np.float32(ends[1] - ends[0])
-    return np.asarray(np.clip(ramp, 0, 1), np.float32)

@@ -7,10 +7,8 @@ then draws a face without lines, and cannot make an eye larger than it is.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
-import cv2
 import numpy as np
 
 from vidstyle.core.picture import Picture
@@ -18,9 +16,10 @@ from vidstyle.core.plain_codes import PartLuma
 from vidstyle.regions.boxes import Box, Rectangle
 from vidstyle.regions.face_tracks import Face
 from vidstyle.regions.features.areas import eye_doubt, feature_areas, has_dark_glasses
-from vidstyle.regions.features.blurring import blurred, enlarged
+from vidstyle.regions.features.blurring import blurred, enlarged, resized
 from vidstyle.regions.features.calm_skin import skin_luma, without_grain
 from vidstyle.regions.features.portrait import face_darkness
+from vidstyle.regions.features.reduced_copies import reduced_window
 from vidstyle.regions.masks import face_mask, inner_mask, mask_box
 from vidstyle.regions.patches import Patch, plane_area
 
@@ -75,7 +74,8 @@ def _lift(picture: Picture, patch: Patch, face: Face, window: Rectangle, amount:
     place = window.moved(patch.place.left - patch.window.left, patch.place.top - patch.window.top)
     part = PartLuma(picture, plane_area(place, (1, 1)))
     luma = part.luma
-    seen, inside, small = _reduced(luma, face, window)
+    seen, inside = reduced_window(face, window, MAX_DRAWN_HEIGHT_PX)
+    small = resized(luma, (inside.height, inside.width))
     amount *= 1 - eye_doubt(small, seen, inside)
     if not amount:
         return None
@@ -88,22 +88,9 @@ def _lift(picture: Picture, patch: Patch, face: Face, window: Rectangle, amount:
     # The closing spreads a bright cheek over a shaded one, as a disc.
     even = np.minimum(skin, blurred(small, LIGHT_RATIO * height))
     ground, whole = (enlarged(each, luma.shape) for each in (even, areas.whole))
-    # In a small face, grain stays where features were.
-    part.add(np.float32(amount) * whole * (ground - (luma if seen is not face else small)))
+    # Grain stays where features were. A reduced copy does not have it.
+    part.add(np.float32(amount) * whole * (ground - (small if small.shape == luma.shape else luma)))
     inner = inner_mask(seen.box, inside)
     darkness = face_darkness(small, inner, areas, height)
     weight = np.float32(amount * face.opacity) * np.minimum(np.float32(DRAWN_FACTOR) * inner, 1)
     return Features(window, weight, darkness, face, amount)
-
-
-def _reduced(luma: np.ndarray, face: Face, window: Rectangle) -> tuple[Face, Rectangle, np.ndarray]:
-    """Return a face, its window and the window's luma, all at the size at which features are drawn."""
-    factor = max(1.0, face.box.height / MAX_DRAWN_HEIGHT_PX)
-    if factor == 1:
-        return face, window, luma
-    width, height = (round(side / factor) for side in (window.width, window.height))
-    across, down = width / window.width, height / window.height
-    left, top, right, bottom = face.box.moved(-window.left, -window.top)
-    seen = replace(face, box=Box(left * across, top * down, right * across, bottom * down))
-    small = cv2.resize(luma, (width, height), interpolation=cv2.INTER_AREA)
-    return seen, Box(0, 0, width, height), small

@@ -9,6 +9,7 @@ import numpy as np
 
 from vidstyle.regions.features.blurring import enlarged, weighted_mean
 from vidstyle.regions.features.feature_lifting import Features
+from vidstyle.regions.features.ramps import ramp
 from vidstyle.regions.features.screens import Screen
 from vidstyle.regions.rasters import PageRaster
 
@@ -82,7 +83,7 @@ def ink_marks(
     """
     ink, paper = ends
     darkness, height = enlarged(each.darkness, luma.shape), each.face.box.height
-    hair = _ramp(weighted_mean(darkness, weight, HAIR_RATIO * height), HAIR_RANGE)
+    hair = ramp(weighted_mean(darkness, weight, HAIR_RATIO * height), HAIR_RANGE)
     screen = Screen(each.window, height, is_dotted=raster.has_dots)
     weight = _hatched(weight, screen, EVEN_SHADE_SHARE)
     cover = darkness if ink < paper else 1 - darkness
@@ -91,9 +92,9 @@ def ink_marks(
         if raster.has_colors
         else (MAX_SHADE, EVEN_SHADE_SHARE, INK_LUMA_RANGE)
     )
-    shade = _hatched(np.float32(most) * _ramp(cover, (MIN_SHADE, 1)), screen, even)
-    ground = _ramp((luma - np.float32(ink)) / np.float32(paper - ink or 1), luma_range)
-    solid = _ramp(darkness, SOLID_RANGE)
+    shade = _hatched(np.float32(most) * ramp(cover, (MIN_SHADE, 1)), screen, even)
+    ground = ramp((luma - np.float32(ink)) / np.float32(paper - ink or 1), luma_range)
+    solid = ramp(darkness, SOLID_RANGE)
     if ink < paper:
         return FeatureMarks(weight * (1 - ground) * (1 - hair), ground, ink=weight * np.maximum(solid, shade))
     factor = 1 - np.float32(LIGHT_INK_SHADE_WEIGHT) * weight * solid
@@ -107,7 +108,7 @@ def tone_marks(each: Features, weight: np.ndarray, luma: np.ndarray, darkest: fl
         darkest: luma of the page's darkest colour.
     """
     darkness, height = enlarged(each.darkness, luma.shape), each.face.box.height
-    lit = weight * _ramp(np.abs(darkness), (0.4, 0.1))
+    lit = weight * ramp(np.abs(darkness), (0.4, 0.1))
     light = _light(luma, lit, weight, darkest)
     luma = luma if light is None else luma * light
     sigma = max(MIN_MARK_PX, MARK_RATIO * height)
@@ -117,8 +118,8 @@ def tone_marks(each: Features, weight: np.ndarray, luma: np.ndarray, darkest: fl
     power = cv2.log(np.clip(np.float32(_mean(tones, lit)) * shown / tones, MIN_FACTOR, MAX_FACTOR))
     coarse = weighted_mean(power, weight, COARSE_RATIO * height)
     power = np.float32(FINE_EXPONENT) * (power - coarse) + np.float32(COARSE_EXPONENT) * coarse
-    strokes = 1 - np.float32(STROKE_WEIGHT) * _ramp(darkness, SOLID_RANGE)
-    clear = _ramp(cv2.GaussianBlur(darkness, (0, 0), sigma), CLEAR_RANGE)
+    strokes = 1 - np.float32(STROKE_WEIGHT) * ramp(darkness, SOLID_RANGE)
+    clear = ramp(cv2.GaussianBlur(darkness, (0, 0), sigma), CLEAR_RANGE)
     factor = 1 + weight * (cv2.exp(power) * strokes - 1)
     return FeatureMarks(np.float32(CLEAR_WEIGHT) * weight * clear, None, light, factor)
 
@@ -128,7 +129,7 @@ def _light(luma: np.ndarray, lit: np.ndarray, weight: np.ndarray, darkest: float
     factor = min(MAX_LIGHT_FACTOR, (darkest + MIN_SKIN_CONTRAST) / max(_mean(luma, lit), 1e-3))
     if factor <= 1:
         return None
-    return 1 + np.float32(factor - 1) * weight * (1 - _ramp(luma, BRIGHT_LUMA_RANGE))
+    return 1 + np.float32(factor - 1) * weight * (1 - ramp(luma, BRIGHT_LUMA_RANGE))
 
 
 def _hatched(cover: np.ndarray, screen: Screen, even: float) -> np.ndarray:
@@ -143,9 +144,3 @@ def _mean(plane: np.ndarray, weight: np.ndarray) -> float:
     """Return the weighted mean of a plane; 1 without weights."""
     area = float(weight.sum())
     return float((plane * weight).sum()) / area if area else 1.0
-
-
-def _ramp(plane: np.ndarray, ends: tuple[float, float]) -> np.ndarray:
-    """Return 0 at the first value and 1 at the second one, H x W float32."""
-    none, whole = map(np.float32, ends)
-    return np.clip((plane - none) / (whole - none), 0, 1)

@@ -7,6 +7,7 @@ import numpy as np
 
 from vidstyle.regions.boxes import Rectangle
 from vidstyle.regions.features.feature_lifting import Features
+from vidstyle.regions.features.ramps import ramp
 from vidstyle.regions.patches import plane_area
 
 MIN_CHANGE_WEIGHT = 0.2
@@ -43,10 +44,8 @@ class SteadyDarkness:
         parts = [_common(darkness, window, before[1], each) for each in (before[0], moved)]
         here, known = min(parts, key=lambda part: float(np.abs(part[0] - part[1]).mean()))
         change = here - known
-        low, high = map(np.float32, MOTION_RANGE)
         motion = np.abs(cv2.GaussianBlur(change, (0, 0), MOTION_SIGMA_PX))
-        weight = np.clip((motion - low) / (high - low), np.float32(MIN_CHANGE_WEIGHT), 1)
-        here[:] = known + weight * change
+        here[:] = known + np.maximum(ramp(motion, MOTION_RANGE), np.float32(MIN_CHANGE_WEIGHT)) * change
         return found._replace(darkness=darkness)
 
 
