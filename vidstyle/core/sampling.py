@@ -13,6 +13,8 @@ from vidstyle.core.planes import luma_from_rgb
 
 MAX_SIDE_SAMPLES = 320
 """Largest side of a small copy in pixels."""
+MAX_QUANTILE_SAMPLES = 8192
+"""Values of which a quantile is taken, at most."""
 SMOOTHING_STEP = 2.0**-32
 """Unit of smoothed numbers, which are 0..1: far below what changes a picture."""
 
@@ -85,6 +87,12 @@ def percentiles(values: np.ndarray, percentages: Sequence[float]) -> np.ndarray:
     ordered = np.partition(values, sorted({*below.tolist(), *above.tolist()}), axis=None)
     low, high = (ordered[each].astype(np.float64) for each in (below, above))
     return low + (places - below) * (high - low)
+
+
+def sampled_quantile(values: np.ndarray, share: float, *, default: float) -> float:
+    """Return a quantile, 0..1, of at most `MAX_QUANTILE_SAMPLES` values; `default` if there are none."""
+    every = -(-values.size // MAX_QUANTILE_SAMPLES)
+    return float(percentiles(values.ravel()[::every], [100 * share])[0]) if every else default
 
 
 def small_colors(picture: Picture, most: int) -> np.ndarray:

@@ -1,22 +1,22 @@
-"""Skin of a face without its features and its grain, by morphological opening and closing."""
+"""Removes grain from a face by a bilateral filter, and features by morphological opening and closing."""
 
 from __future__ import annotations
 
 import cv2
 import numpy as np
 
-from vidstyle.regions.features.portrait import quantile
+from vidstyle.core.sampling import sampled_quantile
 
 FEATURE_RATIO, HIGHLIGHT_RATIO = 0.2, 0.07
 """Diameters of the discs that fill features such as an eye with its brow, and bright parts such as teeth,
 relative to the face's height."""
 SOFTNESS_RATIO = 0.03
-"""Standard deviation of the Gaussian that smooths skin without features, in the same way."""
+"""Standard deviation of the Gaussian that smooths skin without features, relative to the face's height."""
 LAPLACIAN_WEIGHTS, GRAIN_FACTOR = np.array([[1, -2, 1], [-2, 4, -2], [1, -2, 1]], np.float32), 6 * 0.6745
 """Laplacian of luma, and the median of its size for noise with a standard deviation of 1."""
 MIN_GRAIN_LUMA, GRAIN_CONTRAST_RATIO, GRAIN_RADIUS_PX = 0.004, 4.0, 1.5
 """Grain from which luma is smoothed; contrast that counts as grain, relative to it; and standard deviation of
-the Gaussian that smooths. On faces of 50 to 130 lines in six photographs."""
+the Gaussian that smooths. Tuned on faces of 50 to 130 lines in six photographs."""
 MAX_SEARCHED_HEIGHT_PX = 96
 """Larger faces are searched for skin in a reduced copy."""
 
@@ -27,7 +27,8 @@ def without_grain(luma: np.ndarray) -> np.ndarray:
     Immerkær 1996, "Fast Noise Variance Estimation", with a median in place of the mean.
     """
     luma = np.asarray(luma, np.float32)
-    grain = quantile(np.abs(cv2.filter2D(luma, -1, LAPLACIAN_WEIGHTS)), 0.5) / GRAIN_FACTOR
+    sizes = np.abs(cv2.filter2D(luma, -1, LAPLACIAN_WEIGHTS))
+    grain = sampled_quantile(sizes, 0.5, default=0.0) / GRAIN_FACTOR
     if grain < MIN_GRAIN_LUMA:
         return luma
     return cv2.bilateralFilter(luma, 5, GRAIN_CONTRAST_RATIO * grain, GRAIN_RADIUS_PX)
