@@ -10,7 +10,7 @@ import numpy as np
 from vidstyle.regions.boxes import Box, Point, Rectangle
 from vidstyle.regions.face_tracks import Face
 from vidstyle.regions.features.blurring import enlarged
-from vidstyle.regions.features.reduced_copies import reduced_window
+from vidstyle.regions.features.windows import reduced_window
 
 EYE_RADIUS_RATIOS, MOUTH_RADIUS_RATIO, NOSE_RADIUS_RATIOS = (0.17, 0.12), 0.1, (0.11, 0.06)
 """Radii of an eye with its brow along and across the line between the eyes, distance from the line between

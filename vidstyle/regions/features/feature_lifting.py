@@ -19,7 +19,7 @@ from vidstyle.regions.features.areas import eye_doubt, feature_areas, has_dark_g
 from vidstyle.regions.features.blurring import blurred, enlarged, resized
 from vidstyle.regions.features.calm_skin import skin_luma, without_grain
 from vidstyle.regions.features.portrait import face_darkness
-from vidstyle.regions.features.reduced_copies import reduced_window
+from vidstyle.regions.features.windows import reduced_window
 from vidstyle.regions.masks import face_mask, inner_mask, mask_box
 from vidstyle.regions.patches import Patch, plane_area
 

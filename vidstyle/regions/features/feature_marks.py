@@ -1,4 +1,4 @@
-"""Layers over a restyled face that show its features, in the medium of a style."""
+"""Layers over a restyled face that draw it in the medium of a style."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from vidstyle.regions.features.blurring import enlarged, weighted_mean
+from vidstyle.regions.features.blurring import enlarged, resized, weighted_mean
 from vidstyle.regions.features.feature_lifting import Features
 from vidstyle.regions.features.ramps import ramp
 from vidstyle.regions.features.screens import Screen
@@ -20,7 +20,7 @@ MIN_SHADE, MAX_SHADE, MAX_COLORED_SHADE = 0.06, 0.85, 0.65
 """Darkness that is paper; the most ink in shade, in hatching or dots; and the same over colours, which have
 shade themselves."""
 EVEN_SHADE_SHARE = 0.35
-"""Share of shade that is even: lines two pixels apart cannot show what is finer."""
+"""Share of shade that is gray, not hatched: it shows details finer than lines two pixels apart."""
 INK_LUMA_RANGE, COLORED_LUMA_RANGE = (0.3, 0.8), (0.05, 0.35)
 """Luma, between ink and paper, at which a mark of the style counts as ink, and from which it does not; and
 the same among dots of several inks."""
@@ -33,8 +33,8 @@ MARK_RATIO, MIN_MARK_PX = 0.025, 1.0
 """Standard deviation of the Gaussian by which tones of a style are compared with a face, relative to its
 height: finer marks stay."""
 FINE_EXPONENT, COARSE_EXPONENT, COARSE_RATIO = 0.95, 0.4, 0.15
-"""How far features, and light and shade, of a style approach those of the face: the rest shows how the style
-sees them; and the standard deviation of the Gaussian that divides the two, in the same way."""
+"""How far features, and light and shade, of a restyled face approach the source: the rest keeps the look of
+the style; and the standard deviation of the Gaussian that divides the two, relative to the face's height."""
 DARK_SHARE, LIGHT_SHARE = 0.95, 0.5
 """How far the darkest tones approach the darkest colour of the page; and brightness of whites, relative to
 the difference of the skin to this colour."""
@@ -42,21 +42,23 @@ STROKE_WEIGHT = 0.6
 """How much darker the darkest strokes are than tones."""
 MIN_FACTOR, MAX_FACTOR, MIN_TONE = 0.1, 2.0, 0.04
 """Smallest and largest factor of tones; and tones above the darkest colour that are compared, at least."""
+LIT_RANGE = 0.4, 0.1
+"""Darkness, or brightness of whites, from which skin is not lit, and up to which it is."""
 CLEAR_WEIGHT, CLEAR_RANGE = 0.5, (0.1, 0.4)
 """How far grain and scan lines are evened out under features, and the darkness from which they are."""
 MIN_SKIN_CONTRAST, MAX_LIGHT_FACTOR = 0.28, 3.0
-"""Luma of lit skin above the page's darkest colour, below which a face gets light, and the largest factor:
-features cannot be darker than this colour."""
+"""Luma of lit skin above the page's darkest colour, below which a face gets light; and the largest factor.
+Features cannot be darker than this colour."""
 BRIGHT_LUMA_RANGE = 0.3, 0.6
-"""Luma of what gets less light, and of what gets none, such as glowing tubes."""
+"""Luma from which parts of a face get less light, and from which they get none, such as glowing tubes."""
 
 
 class FeatureMarks(NamedTuple):
-    """Layers over the page, H x W float32 or None, in this order: coverage, factors, and coverage.
+    """Layers over a part of the page in the order in which they apply, H x W float32; None: not used.
 
     Attributes:
         clear: coverage by the ground between marks.
-        ground: where this ground is seen; None: everywhere nearby.
+        ground: weight of samples in the mean that is this ground; None: all are equal.
         light: factor that lights a dark face.
         factor: of tones, above the darkest colour.
         ink: coverage by the ink of the style.
@@ -67,6 +69,12 @@ class FeatureMarks(NamedTuple):
     light: np.ndarray | None = None
     factor: np.ndarray | None = None
     ink: np.ndarray | None = None
+
+    def for_chroma(self, shape: tuple[int, ...]) -> FeatureMarks:
+        """Return the layers at the size of a chroma plane, without factors of tones that add colour."""
+        capped = self if self.factor is None else self._replace(factor=np.minimum(self.factor, 1))
+        planes = {name: plane for name, plane in capped._asdict().items() if plane is not None}
+        return capped._replace(**{name: resized(plane, shape) for name, plane in planes.items()})
 
 
 def ink_marks(
@@ -102,13 +110,13 @@ def ink_marks(
 
 
 def tone_marks(each: Features, weight: np.ndarray, luma: np.ndarray, darkest: float) -> FeatureMarks:
-    """Return the layers that give tones of a style those of a face; see `ink_marks`.
+    """Return the layers that give the tones of a face to the marks and colours of a style; see `ink_marks`.
 
     Args:
         darkest: luma of the page's darkest colour.
     """
     darkness, height = enlarged(each.darkness, luma.shape), each.face.box.height
-    lit = weight * ramp(np.abs(darkness), (0.4, 0.1))
+    lit = weight * ramp(np.abs(darkness), LIT_RANGE)
     light = _light(luma, lit, weight, darkest)
     luma = luma if light is None else luma * light
     sigma = max(MIN_MARK_PX, MARK_RATIO * height)

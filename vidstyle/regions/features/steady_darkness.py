@@ -8,40 +8,40 @@ import numpy as np
 from vidstyle.regions.boxes import Rectangle
 from vidstyle.regions.features.feature_lifting import Features
 from vidstyle.regions.features.ramps import ramp
-from vidstyle.regions.patches import plane_area
+from vidstyle.regions.features.windows import common_parts
 
 MIN_CHANGE_WEIGHT = 0.2
 """Weight of the next frame where nothing moves."""
 MOTION_RANGE, MOTION_SIGMA_PX = (0.04, 0.16), 2.0
 """Change of darkness that is noise, and from which it is motion; and standard deviation of the Gaussian that
-averages noise before. On a still face of 82 lines with noise of 4 codes."""
+averages noise before. Tuned on a still face of 82 lines with noise of 4 codes."""
 MAX_STEP_PX = 1
-"""Farthest motion of a window between frames at which a face is still."""
+"""Farthest motion of a window between two frames at which the face counts as still."""
 
 
 class SteadyDarkness:
-    """Averages the darkness of each face over time, where it does not move."""
+    """Averages the darkness of each face over time, where it does not move.
+
+    A face that is drawn from a reduced copy stays unchanged.
+    """
 
     def __init__(self) -> None:
-        self._before: dict[int, tuple[Rectangle, np.ndarray]] = {}
+        self._before: dict[int, Features] = {}
 
     def follow(self, features: list[Features]) -> list[Features]:
         """Return the features of the next frame."""
         steady = [self._steady(each) for each in features]
-        self._before = {each.face.track: (each.window, each.darkness) for each in steady}
+        self._before = {each.face.track: each for each in steady if not _is_reduced(each)}
         return steady
 
     def _steady(self, found: Features) -> Features:
-        window, before = found.window, self._before.get(found.face.track)
-        if before is None or before[1].shape != (before[0].height, before[0].width):
+        before = self._before.get(found.face.track)
+        if before is None or _is_reduced(found) or not _is_still(before.window, found.window):
             return found
-        is_still = max(abs(new - old) for new, old in zip(window, before[0], strict=True)) <= MAX_STEP_PX
-        if not is_still or found.darkness.shape != (window.height, window.width):
-            return found
-        darkness = found.darkness.copy()
-        # A face that rests is where it was on the page; one that moves, where it was in its window.
-        moved = before[0].moved(window.left - before[0].left, window.top - before[0].top)
-        parts = [_common(darkness, window, before[1], each) for each in (before[0], moved)]
+        darkness, window, place = found.darkness.copy(), found.window, before.window
+        # A resting face has the same place on the page, and a moving face the same place in its window.
+        places = dict.fromkeys((place, place.moved(window.left - place.left, window.top - place.top)))
+        parts = [common_parts(darkness, window, before.darkness, each) for each in places]
         here, known = min(parts, key=lambda part: float(np.abs(part[0] - part[1]).mean()))
         change = here - known
         motion = np.abs(cv2.GaussianBlur(change, (0, 0), MOTION_SIGMA_PX))
@@ -49,13 +49,9 @@ class SteadyDarkness:
         return found._replace(darkness=darkness)
 
 
-def _common(
-    plane: np.ndarray, window: Rectangle, other: np.ndarray, place: Rectangle
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the common parts of two planes, which lie in `window` and at `place`."""
-    box = window.intersection(place)
-    first, second = (
-        each[plane_area(box.moved(-at.left, -at.top), (1, 1))]
-        for each, at in ((plane, window), (other, place))
-    )
-    return first, second
+def _is_reduced(features: Features) -> bool:
+    return features.darkness.shape != (features.window.height, features.window.width)
+
+
+def _is_still(before: Rectangle, after: Rectangle) -> bool:
+    return max(abs(new - old) for new, old in zip(after, before, strict=True)) <= MAX_STEP_PX
