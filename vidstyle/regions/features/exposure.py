@@ -53,7 +53,7 @@ MAX_PAGE_SAMPLES = 128
 TIME_CONSTANT_SECONDS = 1.0
 """Time constant for smoothing the measured tones of a face in a film."""
 BARE_WEIGHT = 0.6
-"""How much less tones of a face change without its features, which are drawn with the tones of the face."""
+"""Share by which tones change less in a face whose features are drawn later, with tones of the source."""
 _EDGE_RATIO, _SKIN_EDGE_RATIO = 0.1, 0.25
 """Margin of a face that is not measured, relative to its width and height: hair and background; and the same
 for a face without eyes, nose and mouth."""
@@ -155,7 +155,7 @@ def expose_face(
         weighted_mean(shown, skin, SHADING_RADIUS_RATIO * height) - np.float32(middle)
     )
     ranged = np.clip(moved + gain * (even - np.float32(middle)), *CLIP_LUMA_RANGE)
-    # Black stays black: hair, and what is behind it.
+    # Black stays black: hair, and a dark background.
     lift = np.clip(shown / np.float32(max(dark, 1e-3)), 0, 1)
     ranged = np.where(ranged > shown, shown + lift * (ranged - shown), ranged)
     around = blurred(ranged, FEATURE_RADIUS_RATIO * height)

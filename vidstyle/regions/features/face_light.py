@@ -57,7 +57,7 @@ SMOOTH_RATIO, SMOOTH_RANGE_PX = 0.013, (0.5, 1.3)
 FINE_RANGE = 0.015, 0.045
 """Difference of tone from this Gaussian that is grain, and from which it is a fine detail, which is kept."""
 BRIGHT_RANGE = 0.05, 0.2
-"""How much brighter than the face it is what gets less light, and what gets none: what is behind it."""
+"""How much brighter than the face parts are that get less light, and parts that get none: the background."""
 MIN_TONE = 0.05
 """Added to tones before they are compared: black stays black."""
 

@@ -24,7 +24,7 @@ from vidstyle.regions.masks import face_mask, inner_mask, mask_box
 from vidstyle.regions.patches import Patch, plane_area
 
 MAX_DRAWN_HEIGHT_PX = 224
-"""Height of a face from which its features are those of a reduced copy."""
+"""Height of a face above which its features come from a reduced copy."""
 GLASSES_FACTOR = 2.0
 """How much larger than an eye dark glasses are."""
 DRAWN_FACTOR = 1.5
@@ -36,7 +36,7 @@ LIGHT_RATIO = 0.08
 class Features(NamedTuple):
     """The features of a face.
 
-    The planes of a large face are those of a reduced copy of the window.
+    The planes of a large face have the size of a reduced copy of the window.
 
     Attributes:
         window: their box in the picture.
