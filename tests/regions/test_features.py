@@ -159,15 +159,29 @@ def test_screens_print_every_shade_and_stay_on_the_page(is_dotted: bool) -> None
     assert np.allclose(whole[20:, 20:], part, atol=1e-3)
 
 
-def test_teeth_are_lighter_than_skin() -> None:
+def features_with_teeth() -> Features:
     picture = picture_with_face()
     mouth = picture[PLACE.top + 36 : PLACE.bottom + 6, PLACE.left : PLACE.right]
     mouth[6:8, 12:33] = 250
     (found,) = lifted(Picture.from_array(picture))[1]
+    return found
+
+
+def test_teeth_are_lighter_than_skin() -> None:
+    found = features_with_teeth()
     row, column = PLACE.top + 43 - found.window.top, PLACE.left + 22 - found.window.left
     page = np.full((480, 640, 3), 150, np.uint8)
     drawn = draw_features(Picture.from_array(page), [found], load_style("oil"), None, NO_RASTER)
     assert found.darkness[row, column] < 0 and drawn.color[PLACE.top + 43, PLACE.left + 22].min() > 160
+
+
+def test_light_tones_add_no_colour() -> None:
+    """Teeth are lighter than the paint below them, not more colourful."""
+    page = np.full((480, 640, 3), (190, 130, 120), np.uint8)
+    picture = picture_from_frame(av.VideoFrame.from_ndarray(page, "rgb24").reformat(format="yuv420p"))
+    drawn = draw_features(picture, [features_with_teeth()], load_style("oil"), None, NO_RASTER)
+    before, after = (np.abs(np.array(each.chroma, int) - 128).max() for each in (picture, drawn))
+    assert drawn.luma.max() > picture.luma.max() and after <= before
 
 
 @pytest.mark.parametrize(
