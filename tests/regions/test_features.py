@@ -20,7 +20,7 @@ from vidstyle.regions.features.feature_drawing import draw_features
 from vidstyle.regions.features.feature_lifting import Features, lift_features
 from vidstyle.regions.features.landmarks import USUAL_LANDMARKS
 from vidstyle.regions.features.media import Medium
-from vidstyle.regions.features.screens import Screen
+from vidstyle.regions.features.screens import ShadeScreen
 from vidstyle.regions.patches import Patch, plane_area
 from vidstyle.regions.rasters import NO_RASTER, PageRaster
 from vidstyle.regions.writing.lifting import luma_in
@@ -146,12 +146,12 @@ def test_ink_shades_faces_in_its_own_medium(raster: PageRaster) -> None:
 def test_screens_print_every_shade_and_stay_on_the_page(is_dotted: bool) -> None:
     """No shade is paper and full shade is ink; between them there is ink in proportion."""
     shades = np.linspace(0, 1, 9, dtype=np.float32)
-    screen = Screen(Box(0, 0, 60, 60), 160, is_dotted=is_dotted)
+    screen = ShadeScreen(Box(0, 0, 60, 60), 160, is_dotted=is_dotted)
     inked = [screen.inked(np.full((60, 60), shade, np.float32)).mean() for shade in shades]
     assert inked[0] == 0 and inked[-1] == 1 and (np.diff(inked) > 0).all()
     assert np.abs(inked[4] - 0.5) < 0.1
     whole, part = (
-        Screen(Box(60 - side, 60 - side, 60, 60), 160, is_dotted=is_dotted).inked(
+        ShadeScreen(Box(60 - side, 60 - side, 60, 60), 160, is_dotted=is_dotted).inked(
             np.full((side, side), 0.5, np.float32)
         )
         for side in (60, 40)

@@ -10,7 +10,7 @@ import numpy as np
 from vidstyle.regions.features.blurring import enlarged, resized, weighted_mean
 from vidstyle.regions.features.feature_lifting import Features
 from vidstyle.regions.features.ramps import ramp
-from vidstyle.regions.features.screens import Screen
+from vidstyle.regions.features.screens import ShadeScreen
 from vidstyle.regions.rasters import PageRaster
 
 SOLID_RANGE = 0.62, 0.88
@@ -92,7 +92,7 @@ def ink_marks(
     ink, paper = ends
     darkness, height = enlarged(each.darkness, luma.shape), each.face.box.height
     hair = ramp(weighted_mean(darkness, weight, HAIR_RATIO * height), HAIR_RANGE)
-    screen = Screen(each.window, height, is_dotted=raster.has_dots)
+    screen = ShadeScreen(each.window, height, is_dotted=raster.has_dots)
     weight = _hatched(weight, screen, EVEN_SHADE_SHARE)
     cover = darkness if ink < paper else 1 - darkness
     most, even, luma_range = (
@@ -140,7 +140,7 @@ def _light(luma: np.ndarray, lit: np.ndarray, weight: np.ndarray, darkest: float
     return 1 + np.float32(factor - 1) * weight * (1 - ramp(luma, BRIGHT_LUMA_RANGE))
 
 
-def _hatched(cover: np.ndarray, screen: Screen, even: float) -> np.ndarray:
+def _hatched(cover: np.ndarray, screen: ShadeScreen, even: float) -> np.ndarray:
     """Return coverage in hatching or dots, but for a share `even` of it, which stays gray."""
     if even == 1:
         return cover

@@ -17,7 +17,7 @@ EDGE_FACTOR = 1.5
 """Steepness of the edges of lines and dots, relative to a ramp over one pixel: fine ones would be gray."""
 
 
-class Screen:
+class ShadeScreen:
     """Hatching or dots in a window of a page; its marks have fixed positions on the page.
 
     Args:
