@@ -9,6 +9,7 @@ from vidstyle.core.picture import Picture
 from vidstyle.regions.boxes import Box
 from vidstyle.regions.face_tracks import Face
 from vidstyle.regions.features.face_light import DimFaces, light_faces
+from vidstyle.regions.masks import inner_box
 from vidstyle.regions.writing.lifting import luma_in
 
 PLACE = FACE.moved(250, 150)
@@ -35,6 +36,9 @@ def test_a_dim_face_gets_light_and_contrast_and_the_rest_none() -> None:
     contrast = [each[CHEEK].mean() / each[EYES].min() for each in (before, after)]
     assert after[CHEEK].mean() > before[CHEEK].mean() and contrast[1] > 1.15 * contrast[0]
     assert np.array_equal(before[:5], after[:5])
+    corner = inner_box(PLACE).moved(-WINDOW.left, -WINDOW.top)
+    outside = np.s_[round(corner.top) :, round(corner.left) :]
+    assert np.array_equal(before[outside][:6, :6], after[outside][:6, :6])
 
 
 def test_faces_in_light_are_not_dim() -> None:

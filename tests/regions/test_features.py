@@ -56,11 +56,13 @@ def test_grain_is_no_feature(monkeypatch: pytest.MonkeyPatch) -> None:
     """Noise of a dim room would be drawn as specks on forehead and cheeks."""
     noisy = picture_with_face() + np.random.default_rng(5).normal(0, 9, (480, 640, 1))
     picture = Picture.from_array(np.clip(noisy, 0, 255).astype(np.uint8))
-    (smooth,) = lifted(picture)[1]
+    before, (after, (smooth,)) = luma_in(picture, WINDOW), lifted(picture)
     monkeypatch.setattr(calm_skin, "MIN_GRAIN_LUMA", 1.0)
     (grainy,) = lifted(picture)[1]
     steps = [np.abs(np.diff(each.darkness * each.weight)).mean() for each in (smooth, grainy)]
     assert steps[0] < 0.7 * steps[1]
+    grains = [np.abs(np.diff(each[EYES], 2)).mean() for each in (before, after)]
+    assert grains[1] > 0.4 * grains[0], "skin in place of features lacks the grain around"
 
 
 def test_features_go_as_far_as_focus() -> None:
@@ -111,10 +113,16 @@ def test_dark_glasses_are_dark_shapes() -> None:
         cv2.ellipse(
             picture, (eye, round(PLACE.top + 0.42 * PLACE.height)), (9, 7), 0, 0, 360, (20, 20, 24), -1
         )
-    _, (found,) = lifted(Picture.from_array(picture))
-    left, top = middle + 6 - found.window.left, round(PLACE.top + 0.42 * PLACE.height) - 4 - found.window.top
-    lens = np.s_[top : top + 8, left : left + 8]
-    assert found.darkness[lens].mean() > 0.5
+    before, (after, (found,)) = (
+        luma_in(Picture.from_array(picture), WINDOW),
+        lifted(Picture.from_array(picture)),
+    )
+    left, top = middle + 6, round(PLACE.top + 0.42 * PLACE.height) - 4
+    lens, drawn = (
+        np.s_[top - each.top : top - each.top + 8, left - each.left : left - each.left + 8]
+        for each in (WINDOW, found.window)
+    )
+    assert (after - before)[lens].mean() > 0.1 and found.darkness[drawn].mean() > 0.5
 
 
 def test_between_light_lines_skin_is_light_and_eyes_are_dark() -> None:
@@ -157,6 +165,42 @@ def test_screens_print_every_shade_and_stay_on_the_page(is_dotted: bool) -> None
         for side in (60, 40)
     )
     assert np.allclose(whole[20:, 20:], part, atol=1e-3)
+
+
+def test_dark_shade_is_hatched_twice() -> None:
+    """The lines of the first set are equal along their direction."""
+    screen = ShadeScreen(Box(0, 0, 60, 60), 160, is_dotted=False)
+    light, dark = (screen.inked(np.full((60, 60), shade, np.float32)) for shade in (0.5, 0.8))
+    differences = [np.abs(each[1:, :-1] - each[:-1, 1:]).max() for each in (light, dark)]
+    assert differences[0] < 1e-3 and differences[1] > 0.2
+
+
+def test_black_hair_stays_as_the_style_draws_it() -> None:
+    """On lit skin, black marks are removed."""
+    (found,) = lifted(Picture.from_array(picture_with_face()))[1]
+    darkness, page = np.zeros_like(found.darkness), np.full((480, 640, 3), 250, np.uint8)
+    middle, (left, center) = len(darkness) // 2, (found.window.left, round(PLACE.center[0]))
+    darkness[:middle] = 0.7
+    page[:, center - 2 : center + 2] = 0
+    drawn = draw_features(
+        Picture.from_array(page), [found._replace(darkness=darkness)], load_style("ink"), None, NO_RASTER
+    )
+    strand = luma_in(drawn, found.window)[:, center - 2 - left : center + 2 - left]
+    assert strand[middle - 20 : middle - 10].max() < 0.15 and strand[middle + 10 : middle + 16].min() > 0.8
+
+
+def test_scan_lines_are_softened_under_features() -> None:
+    """On lit skin they stay."""
+    (found,) = lifted(Picture.from_array(picture_with_face()))[1]
+    darkness, page = np.zeros_like(found.darkness), np.full((480, 640, 3), 200, np.uint8)
+    middle, page[::2] = darkness.shape[1] // 2, 150
+    darkness[:, middle:] = 0.6
+    drawn = draw_features(
+        Picture.from_array(page), [found._replace(darkness=darkness)], load_style("oil"), None, NO_RASTER
+    )
+    contrast = np.abs(np.diff(np.log(luma_in(drawn, found.window)), axis=0))[30:50]
+    skin, feature = contrast[:, middle - 12 : middle - 6], contrast[:, middle + 6 : middle + 12]
+    assert skin.mean() > 0.9 * np.log(200 / 150) and feature.mean() < 0.75 * skin.mean()
 
 
 def features_with_teeth() -> Features:
