@@ -7,12 +7,13 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 
-_FINE_DEVIATION_PX, _COARSE_DEVIATION_PX = 0.7, 2.5
-"""Standard deviations of the two Gaussians under which edges are compared."""
-_STRONG_EDGE_SHARE = 0.03
-"""Share of pixels, those with the strongest edges, on which sharpness is measured."""
-EDGE_CELL_PX = 10
-"""Side of a cell whose steepest edge is kept."""
+from vidstyle.comic.analyze.edges import (
+    COARSE_DEVIATION_PX,
+    FINE_DEVIATION_PX,
+    edge_width_sharpness,
+    measure_slopes,
+    steepest_per_cell,
+)
 
 # Detail that other frames have.
 DETAIL_ROWS, DETAIL_COLUMNS = 9, 16
@@ -41,8 +42,8 @@ _MEASURED_PX = 360
 """Side of a square with the area of the copies that are measured."""
 _CELL_COUNT, _PART_CELL_COUNT = 6, 2
 """The picture is divided into this many cells a side; overlapping parts of some cells a side are measured."""
-_DETAIL_DEVIATION_PX, _DETAIL_PERCENTILE = 0.7, 98
-"""Standard deviation of the Gaussian under which slopes are measured, and their percentile that counts."""
+_DETAIL_PERCENTILE = 98
+"""Percentile of the slopes of a part that counts."""
 
 # Resolution.
 _STRONG_EDGE_PERCENTILE, _MIN_EDGE_HEIGHT_RATIO = 95, 0.5
@@ -72,50 +73,15 @@ def measure_sharpness(luma: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
     Returns:
         Its sharpness, 0 blurred, 1 perfectly sharp, see `edge_width_sharpness`; its detail: the mean slope of
         each part under a narrow and a wide Gaussian, across and down, 2 x 2 x rows x columns float16; and its
-        edges: the steepest slopes in each of many small cells, in the same order, uint8.
+        edges: the steepest slope in each small cell, in the same order, see `steepest_per_cell`.
     """
-    fine, coarse = (_slopes(luma, deviation) for deviation in (_FINE_DEVIATION_PX, _COARSE_DEVIATION_PX))
+    fine, coarse = (measure_slopes(luma, deviation) for deviation in (FINE_DEVIATION_PX, COARSE_DEVIATION_PX))
     size = DETAIL_COLUMNS, DETAIL_ROWS
     parts = [cv2.resize(each, size, interpolation=cv2.INTER_AREA) for each in (*fine, *coarse)]
     detail = np.array(parts, np.float32).reshape(2, 2, DETAIL_ROWS, DETAIL_COLUMNS)
     detail *= max(luma.shape) / _USUAL_SIDE_PX
-    edges = np.array([[_steepest(each) for each in pair] for pair in (fine, coarse)])
+    edges = np.array([[steepest_per_cell(each) for each in pair] for pair in (fine, coarse)])
     return edge_width_sharpness(fine, coarse), detail.astype(np.float16), edges
-
-
-def _steepest(slopes: np.ndarray) -> np.ndarray:
-    """Return the steepest slope in each cell of a picture, rows x columns uint8, of half a level."""
-    side = EDGE_CELL_PX
-    rows, columns = (length // side for length in slopes.shape)
-    # Four times as fast as the maximum over the axes of reshaped slopes.
-    levels = cv2.convertScaleAbs(slopes, alpha=2)
-    steepest = cv2.dilate(levels, np.ones((side, side), np.uint8), anchor=(0, 0))
-    return np.ascontiguousarray(steepest[: rows * side : side, : columns * side : side])
-
-
-def edge_width_sharpness(
-    fine: Sequence[np.ndarray], coarse: Sequence[np.ndarray], share: float = _STRONG_EDGE_SHARE
-) -> float:
-    """Return the sharpness by the width of the strongest edges, a share of all places, 0..1.
-
-    The slope of an edge under a narrow Gaussian, divided by its slope under a wide one, gives its width
-    independent of its height. A pan blurs the edges of one direction only, so the wider direction counts.
-    """
-    number = max(1, round(share * fine[0].size))
-    heights, widths = [], []
-    for thin, wide in zip(fine, coarse, strict=True):
-        strongest = np.argpartition(wide.ravel(), -number)[-number:]
-        heights.append(float(wide.ravel()[strongest].mean()))
-        widths.append(float(thin.ravel()[strongest].mean()) / max(heights[-1], 1e-6))
-    # If all edges have one direction, the other direction contains only noise.
-    counted = [width for width, height in zip(widths, heights, strict=True) if height > 0.3 * max(heights)]
-    best = _COARSE_DEVIATION_PX / _FINE_DEVIATION_PX
-    return float(np.clip((min(counted, default=0) - 1) / (best - 1), 0, 1))
-
-
-def _slopes(luma: np.ndarray, deviation: float) -> tuple[np.ndarray, np.ndarray]:
-    smooth = cv2.GaussianBlur(luma.astype(np.float32), (0, 0), deviation)
-    return np.abs(cv2.Sobel(smooth, -1, 1, 0, ksize=1)), np.abs(cv2.Sobel(smooth, -1, 0, 1, ksize=1))
 
 
 def lacks_detail(detail: np.ndarray, near: Sequence[np.ndarray]) -> bool:
@@ -152,7 +118,7 @@ def measure_resolution(luma: np.ndarray) -> float:
     background. Dense texture looks sharper than it is, also after enlarging.
     """
     fine, coarse = (
-        np.hypot(*_slopes(luma, deviation)) for deviation in (_FINE_DEVIATION_PX, _COARSE_DEVIATION_PX)
+        np.hypot(*measure_slopes(luma, deviation)) for deviation in (FINE_DEVIATION_PX, COARSE_DEVIATION_PX)
     )
     edges = [_strong_edges(fine[part], coarse[part]) for part in _overlapping_parts(luma.shape)]
     highest = max(height for _, height in edges)
@@ -171,7 +137,7 @@ def _strong_edges(fine: np.ndarray, coarse: np.ndarray) -> tuple[float, float]:
 def _blur_deviation(ratio: float) -> float:
     """Return the standard deviation, in pixels, of the Gaussian blur of an edge by that ratio of slopes."""
     squared = max(_MIN_SLOPE_RATIO, ratio) ** 2
-    found = (_COARSE_DEVIATION_PX**2 - squared * _FINE_DEVIATION_PX**2) / (squared - 1)
+    found = (COARSE_DEVIATION_PX**2 - squared * FINE_DEVIATION_PX**2) / (squared - 1)
     return float(np.sqrt(max(_MIN_BLUR_DEVIATION_PX**2, found)))
 
 
@@ -184,8 +150,7 @@ def measure_detail(color: np.ndarray) -> float:
     method = cv2.INTER_AREA if factor < 1 else cv2.INTER_CUBIC
     size = (max(_CELL_COUNT, round(side * factor)) for side in color.shape[1::-1])
     luma = cv2.cvtColor(cv2.resize(color, tuple(size), interpolation=method), cv2.COLOR_RGB2GRAY)
-    smooth = cv2.GaussianBlur(luma.astype(np.float32), (0, 0), _DETAIL_DEVIATION_PX)
-    slopes = np.hypot(cv2.Sobel(smooth, -1, 1, 0, ksize=1), cv2.Sobel(smooth, -1, 0, 1, ksize=1)) / 2
+    slopes = np.hypot(*measure_slopes(luma, FINE_DEVIATION_PX)) / 2
     parts = _overlapping_parts(slopes.shape)
     return max(float(np.percentile(slopes[part], _DETAIL_PERCENTILE)) for part in parts)
 

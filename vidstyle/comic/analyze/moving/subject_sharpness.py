@@ -9,8 +9,8 @@ from itertools import groupby
 import cv2
 import numpy as np
 
+from vidstyle.comic.analyze.edges import edge_width_sharpness
 from vidstyle.comic.analyze.features import Candidate
-from vidstyle.comic.analyze.sharpness import edge_width_sharpness
 
 _STRONG_EDGE_SHARE = 0.15
 """Share of the cells of a subject, those with the strongest edges, on which its sharpness is measured."""
