@@ -23,8 +23,9 @@ _MIN_COMPARED = 4
 _SMEARED_RATIO = 0.7
 """Fraction of this sharpness below which a subject is smeared.
 
-It was tuned on 120 frames of two films, one of animals and one of figures before a plain wall, which were
-looked at: smeared subjects have up to 0.75 of the sharpness that others have, turned ones from 0.8 on.
+It comes from two films only, one of animals and one of figures before a plain wall. In 120 of their frames,
+which were looked at, smeared subjects have up to 0.75 of the sharpness that others have, turned ones from 0.8
+on. The value is below both, as the limit of other films is not known.
 """
 
 
