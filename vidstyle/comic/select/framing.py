@@ -11,12 +11,7 @@ from vidstyle.comic.analyze.features import Candidate, Foreground
 from vidstyle.comic.analyze.sharpness import FULL_FACE_DETAIL_LEVELS
 from vidstyle.comic.analyze.similarity import SAME_SIMILARITY, similarity
 from vidstyle.comic.select.frame_scores import MAX_LEADING_SOFTNESS, face_softness
-from vidstyle.comic.select.movers import (
-    find_movers,
-    has_large_mover,
-    has_several_movers,
-    is_lost_in_wide_view,
-)
+from vidstyle.comic.select.movers import has_large_mover, has_several_movers, main_mover, widen
 from vidstyle.regions.boxes import Box
 
 # Close-ups.
@@ -28,9 +23,6 @@ _NEAR_SIDE_RATIO = 0.62
 """Side of a close-up without a face, relative to the picture's."""
 _ACTION_MARGIN_RATIO, _MIN_ACTION_SIDE_RATIO = 1.25, 0.4
 """Side of a close-up of an action relative to the action, and its minimum relative to the picture's."""
-_MOVER_MARGIN_RATIO, _MAX_MOVERS_SIDE_RATIO = 0.35, 0.5
-"""Margin around one of several movers in longer sides of its box, as its coarse mask misses legs; and maximum
-side of a close-up that others widen, relative to the picture's."""
 _MAX_NEAR_SIDE_RATIO = 0.85
 """Maximum side of a close-up relative to the picture's; a larger one would hardly differ from the whole."""
 
@@ -82,18 +74,12 @@ def alternate_framing(key_frames: Sequence[Candidate], enlarges_small: bool = Fa
         if like[number, number - 1] <= SAME_SIMILARITY:
             continue
         if before.framing == "near" and not has_several_movers(found[number]):
-            found[number] = _widen(found[number])
+            found[number] = widen(found[number])
         else:
             found[number] = _zoom_in(found[number], enlarges_small)
             if before.framing == "usual" and found[number].framing != "usual":
-                found[number - 1] = _widen(before)
+                found[number - 1] = widen(before)
     return found
-
-
-def _widen(key_frame: Candidate) -> Candidate:
-    """Return the key frame as a wide view; unchanged if its moving subject would be lost in it."""
-    is_lost = not key_frame.faces and is_lost_in_wide_view(key_frame)
-    return key_frame if is_lost else replace(key_frame, framing="wide")
 
 
 def widen_soft_faces(key_frames: Sequence[Candidate]) -> list[Candidate]:
@@ -143,55 +129,54 @@ def merge_equal(key_frames: Sequence[Candidate]) -> list[Candidate]:
     return [replace(only, framing="near" if is_compact else "wide")]
 
 
-def _main_mover(action: Foreground, whole: Box) -> Box:
-    """Return the box of the largest mover with those next to it; of the whole action if there is only one."""
-    movers = list[Box]()
-    x, y = (whole.width / action.places.shape[1], whole.height / action.places.shape[0])
-    for left, top, across, down, _ in find_movers(action):
-        # Without the cell around it that the dilation adds.
-        box = Box((left + 1) * x, (top + 1) * y, (left + across - 1) * x, (top + down - 1) * y)
-        margin = _MOVER_MARGIN_RATIO * max(box.width, box.height)
-        movers.append(box.padded(margin, margin, margin).intersection(whole))
-    if len(movers) < 2:
-        return action.box
-    main = movers[0]
-    for each in movers[1:]:
-        joint = main.union(each)
-        is_small = max(joint.width / whole.width, joint.height / whole.height) <= _MAX_MOVERS_SIDE_RATIO
-        main = joint if is_small and each.intersection(main).area else main
-    return main
-
-
 def _zoom_in(key_frame: Candidate, enlarges_small: bool = False) -> Candidate:
-    """Return the key frame as a close-up.
+    """Return the key frame as a close-up of its main face, or else of its movers or its salient area.
 
-    It is unchanged if its main face is large or the close-up would be too wide, and a wide view if its
-    movers are small, unless `enlarges_small`.
+    It is unchanged if its main face is large or the close-up would be too wide, and a wide view, see `widen`,
+    if its movers are small, unless `enlarges_small`.
     """
     height, width = key_frame.shape
     whole = Box(0.0, 0.0, float(width), float(height))
-    if not key_frame.faces:
-        x, y = key_frame.saliency.center
-        side, blobs, held = _NEAR_SIDE_RATIO, key_frame.blobs, None
-        if key_frame.action and not key_frame.action.is_gone:
-            if not (enlarges_small or has_large_mover(key_frame)):
-                return _widen(key_frame)
-            held = box = _main_mover(key_frame.action, whole)
-            (x, y), blobs = box.center, ()
-            margin = 1.0 if has_several_movers(key_frame) else _ACTION_MARGIN_RATIO
-            side = max(_MIN_ACTION_SIDE_RATIO, margin * max(box.width / width, box.height / height))
-        wide, high = side * width / 2, side * height / 2
-        left, top = min(max(0.0, x - wide), width - 2 * wide), min(max(0.0, y - high), height - 2 * high)
-        part = Box(left, top, left + 2 * wide, top + 2 * high)
-        part = part.union(held) if held else part
-        for blob in blobs:
-            part = part.union(blob) if blob.intersection(part).area > 0 else part
-        if max(part.width / width, part.height / height) > _MAX_NEAR_SIDE_RATIO:
-            return key_frame
-        subject = held if key_frame.subject else None
-        return replace(key_frame, saliency=part, blobs=blobs, subject=subject, framing="near")
+    if key_frame.faces:
+        return _zoom_in_on_face(key_frame, whole)
+    if key_frame.action and not key_frame.action.is_gone:
+        is_shown = enlarges_small or has_large_mover(key_frame)
+        return _zoom_in_on_movers(key_frame, key_frame.action, whole) if is_shown else widen(key_frame)
+    part = _part_around(key_frame.saliency.center, _NEAR_SIDE_RATIO, whole)
+    for blob in key_frame.blobs:
+        part = part.union(blob) if blob.intersection(part).area > 0 else part
+    if not _is_near(part, whole):
+        return key_frame
+    return replace(key_frame, saliency=part, subject=None, framing="near")
+
+
+def _zoom_in_on_movers(key_frame: Candidate, action: Foreground, whole: Box) -> Candidate:
+    held = main_mover(action, whole)
+    margin = 1.0 if has_several_movers(key_frame) else _ACTION_MARGIN_RATIO
+    side = max(_MIN_ACTION_SIDE_RATIO, margin * max(held.width / whole.width, held.height / whole.height))
+    part = _part_around(held.center, side, whole).union(held)
+    if not _is_near(part, whole):
+        return key_frame
+    subject = held if key_frame.subject else None
+    return replace(key_frame, saliency=part, blobs=(), subject=subject, framing="near")
+
+
+def _part_around(center: tuple[float, float], side: float, whole: Box) -> Box:
+    """Return the part of a picture around a place, within the picture; `side`: relative to the picture's."""
+    (x, y), wide, high = center, side * whole.width / 2, side * whole.height / 2
+    left = min(max(0.0, x - wide), whole.width - 2 * wide)
+    top = min(max(0.0, y - high), whole.height - 2 * high)
+    return Box(left, top, left + 2 * wide, top + 2 * high)
+
+
+def _is_near(part: Box, whole: Box) -> bool:
+    """Whether a part differs enough from the whole picture for a close-up."""
+    return max(part.width / whole.width, part.height / whole.height) <= _MAX_NEAR_SIDE_RATIO
+
+
+def _zoom_in_on_face(key_frame: Candidate, whole: Box) -> Candidate:
     face = key_frame.faces[0]
-    if face.height > _MAX_NEAR_FACE_RATIO * height:
+    if face.height > _MAX_NEAR_FACE_RATIO * whole.height:
         return key_frame
     aside, above, below = (room * face.height for room in _BODY_MARGIN_RATIOS)
     part = face.padded(aside, above, below).intersection(whole)

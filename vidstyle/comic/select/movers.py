@@ -1,11 +1,14 @@
-"""What moves in a frame before a still camera: one mover or several, and how high they are."""
+"""What moves in a frame before a still camera: one mover or several, where, and how high."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import cv2
 import numpy as np
 
 from vidstyle.comic.analyze.features import Candidate, Foreground
+from vidstyle.regions.boxes import Box
 
 _MIN_LARGE_MOVER_PX, _MIN_LARGE_MOVER_RATIO = 200, 0.5
 """Height from which a mover is large, in lines of the source, or relative to a small picture's height."""
@@ -14,6 +17,9 @@ _MIN_SEEN_MOVER_RATIO, _MIN_WIDE_SUBJECT_SHARE = 0.3, 0.3
 the box of all movers covers at least in a wide view."""
 _MAX_FEW_MOVERS = 3
 """Number of movers up to which each can be followed."""
+_MOVER_MARGIN_RATIO, _MAX_MOVERS_SIDE_RATIO = 0.35, 0.5
+"""Margin around one of several movers in longer sides of its box, as its coarse mask misses legs; and maximum
+side of a close-up that others widen, relative to the picture's."""
 
 
 def find_movers(action: Foreground) -> list[list[int]]:
@@ -26,17 +32,42 @@ def find_movers(action: Foreground) -> list[list[int]]:
     return sorted(found, key=lambda each: -each[4])
 
 
+def main_mover(action: Foreground, whole: Box) -> Box:
+    """Return the box of the largest mover with those next to it; of the whole action if there is only one."""
+    movers = list[Box]()
+    x, y = (whole.width / action.places.shape[1], whole.height / action.places.shape[0])
+    for left, top, across, down, _ in find_movers(action):
+        # Without the cell around it that the dilation adds.
+        box = Box((left + 1) * x, (top + 1) * y, (left + across - 1) * x, (top + down - 1) * y)
+        margin = _MOVER_MARGIN_RATIO * max(box.width, box.height)
+        movers.append(box.padded(margin, margin, margin).intersection(whole))
+    if len(movers) < 2:
+        return action.box
+    main = movers[0]
+    for each in movers[1:]:
+        joint = main.union(each)
+        is_small = max(joint.width / whole.width, joint.height / whole.height) <= _MAX_MOVERS_SIDE_RATIO
+        main = joint if is_small and each.intersection(main).area else main
+    return main
+
+
 def has_large_mover(candidate: Candidate) -> bool:
     """Whether a mover is high enough to be shown in a close-up."""
     height = candidate.shape[0]
     return _highest_mover(candidate) >= min(_MIN_LARGE_MOVER_PX / height, _MIN_LARGE_MOVER_RATIO)
 
 
-def is_lost_in_wide_view(candidate: Candidate) -> bool:
-    """Whether the movers are high enough to be seen, but most of the picture shows nothing of them."""
+def widen(key_frame: Candidate) -> Candidate:
+    """Return the key frame as a wide view; unchanged if its movers would be lost in it."""
+    return key_frame if _is_lost_in_wide_view(key_frame) else replace(key_frame, framing="wide")
+
+
+def _is_lost_in_wide_view(candidate: Candidate) -> bool:
+    """Whether the movers of a frame without faces are high, but most of the picture shows nothing of them."""
     action, (height, width) = candidate.action, candidate.shape
     return (
         action is not None
+        and not candidate.faces
         and _highest_mover(candidate) >= _MIN_SEEN_MOVER_RATIO
         and action.box.area < _MIN_WIDE_SUBJECT_SHARE * height * width
     )
