@@ -12,13 +12,14 @@ import pytest
 from comic_key_frames import LANDSCAPE, PORTRAIT, SQUARE, WIDE, even_film, random_film
 
 from vidstyle.comic.key_frame import KeyFrame
-from vidstyle.comic.layout.cost import MAX_PANEL_ASPECT, MIN_PANEL_ASPECT, perturb_weights, wanted_areas
+from vidstyle.comic.layout.cost import MAX_PANEL_ASPECT, MIN_PANEL_ASPECT, wanted_areas
 from vidstyle.comic.layout.crop import largest_window, required_box
 from vidstyle.comic.layout.inset import find_insets
 from vidstyle.comic.layout.layout import PageLayout, Panel, lay_out
 from vidstyle.comic.layout.pages import MAX_EXTRA_COST, MAX_EXTRA_COST_PER_PANEL, default_pages
 from vidstyle.comic.layout.paper import Paper, paper
 from vidstyle.comic.layout.slant import corners, upright_area
+from vidstyle.comic.layout.weights import perturb_weights
 from vidstyle.errors import UsageError
 from vidstyle.regions.boxes import Box, Rectangle
 

@@ -8,9 +8,9 @@ from itertools import product
 import numpy as np
 import pytest
 
-from vidstyle.comic.layout.cost import LayoutWeights
 from vidstyle.comic.layout.pagination import Pagination, RowTypes
 from vidstyle.comic.layout.slicing import MAX_STACKED_PANELS, SINGLE_PANEL, Grid, Placement, Tree, list_rows
+from vidstyle.comic.layout.weights import LayoutWeights
 from vidstyle.regions.boxes import Rectangle
 
 GRID_COLUMNS, GRID_ROWS, MAX_COLUMNS = 4, 5, 4

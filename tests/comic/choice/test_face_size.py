@@ -8,7 +8,8 @@ import numpy as np
 from comic_key_frames import LANDSCAPE
 
 from vidstyle.comic.key_frame import KeyFrame
-from vidstyle.comic.layout.cost import LayoutWeights, panel_costs
+from vidstyle.comic.layout.cost import panel_costs
+from vidstyle.comic.layout.weights import LayoutWeights
 from vidstyle.regions.boxes import Box
 
 FACE = Box(800.0, 300.0, 950.0, 480.0)

@@ -9,16 +9,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vidstyle.comic.key_frame import KeyFrame
-from vidstyle.comic.layout.cost import (
-    MIN_PRINTED_FACE_MM,
-    LayoutWeights,
-    panel_costs,
-    perturb_weights,
-    wanted_areas,
-)
+from vidstyle.comic.layout.cost import panel_costs, wanted_areas
 from vidstyle.comic.layout.pagination import Pagination, Row
 from vidstyle.comic.layout.paper import MM_PER_INCH, Paper
 from vidstyle.comic.layout.slicing import Grid, Placement, list_rows
+from vidstyle.comic.layout.weights import LayoutWeights, perturb_weights
 from vidstyle.regions.boxes import Rectangle
 
 BEST_PANELS_PER_PAGE = 6.5
@@ -27,6 +22,8 @@ _GRID_COLUMN_UNITS = 12
 """Grid units across a page: few, so that gutters of two rows either meet or are well apart."""
 _MAX_PORTRAIT_COLUMNS = 4
 """Maximum number of columns in a row of a portrait page."""
+_MIN_PRINTED_FACE_MM = 15.0
+"""Height of a face on paper below which styles lose its features: 90 lines at 150 dots per inch."""
 
 # Variations by seed.
 MAX_EXTRA_COST_PER_PANEL, MAX_EXTRA_COST = 0.3, 1.2
@@ -97,7 +94,7 @@ class _Sheet:
         self.grid, self._columns = _page_grid(paper)
         self.trees = [tree for count in range(1, self._columns + 1) for tree in list_rows(count)]
         self._key_frames, self._pages, self._area_scales = key_frames, pages, np.asarray(area_scales)
-        self._face_px = MIN_PRINTED_FACE_MM * paper.dpi / MM_PER_INCH
+        self._face_px = _MIN_PRINTED_FACE_MM * paper.dpi / MM_PER_INCH
         self._formula = self._pagination(LayoutWeights())
 
     def _pagination(self, weights: LayoutWeights) -> Pagination:

@@ -8,8 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from vidstyle.comic.layout.cost import LayoutWeights
 from vidstyle.comic.layout.slicing import SINGLE_PANEL, Grid, Placement, Tables, Tree, list_rows
+from vidstyle.comic.layout.weights import LayoutWeights
 
 _HEIGHT_CLASS_COUNT = 10
 """Number of height classes of rows of one panel; the last class is half a page or more."""

@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from vidstyle.comic.key_frame import KeyFrame
-from vidstyle.comic.layout.cost import LayoutWeights, panel_costs, perturb_weights, wanted_areas
+from vidstyle.comic.layout.cost import panel_costs, wanted_areas
 from vidstyle.comic.layout.paper import Paper
+from vidstyle.comic.layout.weights import LayoutWeights, perturb_weights
 from vidstyle.regions.boxes import Rectangle
 
 # The size of panels.
