@@ -13,6 +13,7 @@ from vidstyle.comic.layout.cost import panel_costs, wanted_areas
 from vidstyle.comic.layout.pagination import Pagination, Row
 from vidstyle.comic.layout.paper import MM_PER_INCH, Paper
 from vidstyle.comic.layout.slicing import Grid, Placement, list_rows
+from vidstyle.comic.layout.stack_gutters import widen_stack_gutters
 from vidstyle.comic.layout.weights import LayoutWeights, perturb_weights
 from vidstyle.regions.boxes import Rectangle
 
@@ -82,7 +83,8 @@ def place_pages(
             chosen = tried
         if chosen.shape != best.shape:
             break
-    return [(place.page, sheet.grid.rectangle(place)) for place in chosen.places], chosen.cost
+    placed = [(place.page, sheet.grid.rectangle(place)) for place in chosen.places]
+    return widen_stack_gutters(placed, paper), chosen.cost
 
 
 class _Sheet:

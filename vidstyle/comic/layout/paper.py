@@ -36,7 +36,7 @@ _MIN_SIDE_PX, _MAX_SIDE_PX = 64, 30000
 """Range of a page's sides."""
 MARGIN_MM, GUTTER_MM = 10.0, 3.0
 ROW_GUTTER_MM = 5.0
-"""Larger than the gutter between columns, so that the reading order is clear."""
+"""Larger than the gutter between columns, so that the reading order is clear; see `widen_stack_gutters`."""
 _FULL_MARGIN_WIDTH_MM = 210.0
 """Page width below which margins and gutters shrink in proportion."""
 BORDER_POINTS = 2.16
