@@ -43,10 +43,10 @@ def is_twin(one: Candidate, other: Candidate, like: float) -> bool:
 
 
 def _is_same_shot_of_person(one: Candidate, other: Candidate) -> bool:
-    if not _has_one_size(one, other):
+    if not _has_one_size(one, other) or has_other_pose(one, other):
         return False
     is_alike = color_similarity(_person(one), _person(other)) >= _MIN_PERSON_SIMILARITY
-    return (is_alike and not has_other_pose(one, other)) or is_same_pose(one, other)
+    return is_alike or is_same_pose(one, other)
 
 
 def is_same_pose(one: Candidate, other: Candidate) -> bool:

@@ -39,14 +39,14 @@ def pose_changes(frames: Sequence[Candidate]) -> np.ndarray:
         [_shrink(255 * each.action.places.astype(np.uint8) if each.action else empty) > 64 for each in frames]
     )
     for number in np.flatnonzero(with_subject):
-        others = np.flatnonzero(with_subject & (scenes == scenes[number]))
+        others = np.flatnonzero(with_subject[:number] & (scenes[:number] == scenes[number]))
         apart = np.abs(colors[others] - colors[number]).max(axis=3) > _MIN_CHANGE_LEVELS
         covered = masks[others] | masks[number]
         inside = (apart & covered).mean(axis=(1, 2)) / np.maximum(
             covered.mean(axis=(1, 2)), _FULL_CHANGE_SHARE
         )
         outside = (apart & ~covered).mean(axis=(1, 2)) / np.maximum((~covered).mean(axis=(1, 2)), 1e-3)
-        found[number, others] = np.maximum(0, inside - outside)
+        found[number, others] = found[others, number] = np.maximum(0, inside - outside)
     return found
 
 
