@@ -30,6 +30,7 @@ from vidstyle.comic.output.panel_renderer import (
 from vidstyle.comic.output.write import Frames, Output
 from vidstyle.comic.page_planner import PagePlanner
 from vidstyle.comic.panel_styles import PanelStyles
+from vidstyle.comic.select.choose import default_panels
 from vidstyle.errors import UsageError, counted, log, printable, text_of_name
 from vidstyle.media.options import check_rotation
 from vidstyle.media.read.decode_report import DecodeReport
@@ -40,6 +41,8 @@ from vidstyle.style import PLAIN, load_style
 
 PAGE_FILE_SUFFIX = ".toml"
 """Suffix of an editable comic."""
+_FEW_PANELS = "one panel", "two panels"
+"""Numbers of panels that are explained."""
 _NO_FACES_NOTICE = "face detection is off: pip install 'vidstyle[comic]', or add --face-model FILE"
 
 
@@ -133,7 +136,7 @@ class _Job:
                 plan = planner.plan(lines, check)
             self._omitted = planner.omitted
             self._report_refused(film)
-            self._report_single(plan, film)
+            self._report_few(plan, film)
             self._report_omitted(lines)
             _report_lacking(plan.letters)
             return self._draw(plan, film)
@@ -148,12 +151,15 @@ class _Job:
         if not self._options.storyboard and (refused := describe_refused(film.survey().candidates)):
             log.info(refused)
 
-    def _report_single(self, plan: PagePlan, film: Film) -> None:
-        """Explain why a film gets a single panel."""
-        survey, is_free = film.survey(), self._options.key_frames.panels is None
-        if is_free and len(plan.key_frames) == 1 and not survey.is_folder:
-            reason = describe_lack(survey.candidates)
-            log.info("one panel: the film has %.1f s, and %s; give --panels for more", survey.seconds, reason)
+    def _report_few(self, plan: PagePlan, film: Film) -> None:
+        """Explain why a film gets one or two panels, if that is less than usual for its length."""
+        survey, count = film.survey(), len(plan.key_frames)
+        usual = default_panels(len(survey.scene_starts), survey.seconds)
+        is_few = count <= len(_FEW_PANELS) and count < usual
+        if is_few and self._options.key_frames.panels is None and not survey.is_folder:
+            reason = describe_lack(survey.candidates, [each.time for each in plan.key_frames])
+            text = "%s: the film has %.1f s, and %s; give --panels for more"
+            log.info(text, _FEW_PANELS[count - 1], survey.seconds, reason)
 
     def _report_omitted(self, lines: Sequence[Line]) -> None:
         """Report each subtitle that no panel shows, with its time."""

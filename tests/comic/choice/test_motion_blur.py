@@ -126,12 +126,17 @@ def test_refused_frames_are_reported_with_their_first_reason() -> None:
     assert describe_refused([good]) == ""
 
 
-def test_a_single_panel_is_explained_by_the_one_reason_that_holds() -> None:
+def test_few_panels_are_explained_by_the_reason_that_holds() -> None:
     good, broken = seen(None), seen(None, damaged=True)
-    assert describe_lack([good, broken, broken]) == "2 of its 3 frames were not used"
-    assert describe_lack([good, broken]) == "its other frames look too similar"
-    other = extract_features(cv2.resize(photograph("coffee"), (640, 360)), 2.0, (360, 640))
-    assert describe_lack([good, other]) == "its other frames are less clear"
+    again, later = replace(good, time=2.0), replace(good, time=3.0)
+    other = extract_features(cv2.resize(photograph("coffee"), (640, 360)), 4.0, (360, 640))
+    assert describe_lack([good, broken, broken], [1.2]) == "2 of its 3 frames were not used"
+    assert describe_lack([good, broken], [1.2]) == "no other usable frame"
+    assert describe_lack([good, again], [1.2]) == "its other frames show the same view"
+    assert describe_lack([good, again, other], [1.2]) == "its other views were rated lower"
+    most = "most of its other frames show the same view"
+    assert describe_lack([good, again, later, other], [1.2]) == most
+    assert describe_lack([good, again, other], [1.2, 4]) == "its other frames show the same views"
 
 
 def test_damage_is_found_though_most_of_a_film_is_damaged() -> None:

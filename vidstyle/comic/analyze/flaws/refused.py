@@ -17,7 +17,7 @@ _REASONS = {
 """Attributes of candidates and what they are called; of several, the first one counts."""
 
 _MAX_COMPARED_FRAMES = 40
-"""Maximum number of frames of which it is known whether they look alike."""
+"""Maximum number of frames that are compared with the panels."""
 
 
 def describe_refused(candidates: Sequence[Candidate]) -> str:
@@ -28,11 +28,23 @@ def describe_refused(candidates: Sequence[Candidate]) -> str:
     return f"{count} of {len(candidates)} frames were not used: {', '.join(shown)}" if shown else ""
 
 
-def describe_lack(candidates: Sequence[Candidate]) -> str:
-    """Return why a film gives no second panel: refused frames, or others that look alike or are unclear."""
+def describe_lack(candidates: Sequence[Candidate], times: Sequence[float]) -> str:
+    """Return why a film gives only the panels of these times, in seconds.
+
+    The other frames are refused, or they show the same view, though something may move in it, or else they
+    have lower scores.
+    """
     used = [each for each in candidates if not each.is_flawed]
     if 2 * len(used) < len(candidates):
         return f"{len(candidates) - len(used)} of its {len(candidates)} frames were not used"
-    compared = used[:: -(-len(used) // _MAX_COMPARED_FRAMES)]
-    is_alike = float(similarity([each.thumbnail for each in compared]).min()) > SAME_SIMILARITY
-    return "its other frames look too similar" if is_alike else "its other frames are less clear"
+    nearest = [min(used, key=lambda each: abs(each.time - time)) for time in times]
+    others = [each for each in used if each.time not in {shown.time for shown in nearest}]
+    if not others:
+        return "no other usable frame"
+    compared = others[:: -(-len(others) // _MAX_COMPARED_FRAMES)]
+    like = similarity([each.thumbnail for each in (*nearest, *compared)])[: len(nearest), len(nearest) :]
+    share = float((like.max(axis=0) > SAME_SIMILARITY).mean())
+    view = "view" if len(times) == 1 else "views"
+    if share <= 0.5:
+        return "its other views were rated lower"
+    return f"{'its' if share == 1 else 'most of its'} other frames show the same {view}"
