@@ -15,7 +15,7 @@ from vidstyle.comic.analyze.features import Candidate, Foreground, Survey, extra
 from vidstyle.comic.analyze.film import open_film
 from vidstyle.comic.analyze.flaws.defect_limits import DefectLimits
 from vidstyle.comic.analyze.flaws.defects import Blockiness, count_block_corners
-from vidstyle.comic.analyze.flaws.motion_blur import FlowMeter, mark_fast_faces, region_flow
+from vidstyle.comic.analyze.flaws.motion_blur import FlowMeter, mark_fast_faces, region_flow, subject_flow
 from vidstyle.comic.analyze.flaws.refused import describe_lack, describe_refused
 from vidstyle.comic.select.choose import choose
 from vidstyle.regions.boxes import Box
@@ -137,6 +137,18 @@ def test_few_panels_are_explained_by_the_reason_that_holds() -> None:
     most = "most of its other frames show the same view"
     assert describe_lack([good, again, later, other], [1.2]) == most
     assert describe_lack([good, again, other], [1.2, 4]) == "its other frames show the same views"
+
+
+def test_flow_of_a_mover_is_measured_within_black_bars() -> None:
+    """Its mask covers the picture, and the flow the whole frame."""
+    places = np.zeros((32, 48), bool)
+    places[4:12, 16:32] = True
+    flow = np.full((9, 16), 0.001, np.float32)
+    flow[3, 5:11] = 0.02
+    action = Foreground(places, Box(0, 0, 1, 1), 1.0, 0.0, is_gone=False)
+    barred = replace(seen(flow, action=action), shape=(180, 640), offset=(0, 90))
+    assert subject_flow(barred) == pytest.approx(0.02)
+    assert subject_flow(replace(barred, shape=(360, 640), offset=(0, 0))) == pytest.approx(0.001)
 
 
 def test_damage_is_found_though_most_of_a_film_is_damaged() -> None:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from vidstyle.comic.analyze.features import Candidate, Foreground
+from vidstyle.comic.analyze.features import Candidate
 from vidstyle.regions.boxes import Box
 
 FLOW_ROWS, FLOW_COLUMNS = 9, 16
@@ -20,8 +20,6 @@ MAX_PICTURE_FLOW, _MAX_FACE_FLOW = 0.015, 0.018
 
 They were tuned on a trailer of 24 frames per second, on 71 pictures and 43 faces, which were looked at.
 """
-
-
 _MOVER_FLOW_PERCENTILE = 80
 """Percentile of the flow of a moving subject that represents its fast parts."""
 _LIMB_FLOW_PERCENTILE = 97
@@ -77,15 +75,23 @@ def subject_flow(candidate: Candidate) -> float:
     if candidate.faces:
         return region_flow(candidate, candidate.faces[0])
     if candidate.action and not candidate.action.is_gone:
-        return _mover_flow(candidate.flow, candidate.action) if candidate.flow is not None else 0.0
+        return _mover_flow(candidate, candidate.action.places)
     return region_flow(candidate)
 
 
-def _mover_flow(flow: np.ndarray, action: Foreground) -> float:
-    """Return the flow of the fastest parts of a moving subject, without the background in its box."""
-    size = FLOW_COLUMNS, FLOW_ROWS
-    covered = cv2.resize(action.places.astype(np.float32), size, interpolation=cv2.INTER_AREA)
-    return float(np.percentile(flow[covered >= covered.max() / 2], _MOVER_FLOW_PERCENTILE))
+def _mover_flow(candidate: Candidate, places: np.ndarray) -> float:
+    """Return the flow of the fastest parts of a moving subject, without the background; 0 if it is not known.
+
+    `places`: its mask within the black bars, H x W bool.
+    """
+    if candidate.flow is None:
+        return 0.0
+    (left, top), (height, width) = candidate.offset, candidate.shape
+    rows, columns = places.shape
+    aside, above = round(left * columns / width), round(top * rows / height)
+    whole = np.pad(places.astype(np.float32), ((above, above), (aside, aside)))
+    covered = cv2.resize(whole, (FLOW_COLUMNS, FLOW_ROWS), interpolation=cv2.INTER_AREA)
+    return float(np.percentile(candidate.flow[covered >= covered.max() / 2], _MOVER_FLOW_PERCENTILE))
 
 
 def limb_blur(candidate: Candidate) -> float:
