@@ -44,7 +44,7 @@ class Refinement:
         self._done = dict[float, Candidate]()
 
     def refine(self, chosen: Sequence[Candidate]) -> list[Candidate]:
-        """Return better frames that are no more similar to the others, with their subjects."""
+        """Return better frames that are hardly more similar to the others, with their subjects."""
         refined = [self._done.get(each.time, each) for each in chosen]
         new = [number for number, each in enumerate(chosen) if each.time not in self._done]
         neighbours = dict.fromkeys(new, list[Candidate]())
@@ -112,7 +112,7 @@ def _keep_subject(nearby: Sequence[Candidate], each: Candidate) -> list[Candidat
 def _keep_distinct(
     nearby: Sequence[Candidate], each: Candidate, others: Sequence[Candidate]
 ) -> list[Candidate]:
-    """Return the frames near a candidate that are no more similar to any of the others than it is."""
+    """Return the frames near a candidate that are hardly more similar to any of the others than it is."""
     if not others:
         return list(nearby)
     like = similarity([candidate.thumbnail for candidate in (each, *nearby, *others)])
