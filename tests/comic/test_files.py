@@ -392,12 +392,21 @@ def test_every_subtitle_is_placed_or_reported_with_its_time(
     assert 9 <= len(omitted) <= 12 and set(omitted) <= {f"0:{number / 2:04.1f}" for number in range(12)}
 
 
-def test_a_film_of_one_second_says_why_it_gets_one_panel(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize(
+    ("places", "text"),
+    [
+        (1, "one panel: the film has 1.0 s, and its other frames show the same view;"),
+        (2, "one panel: the film has 2.0 s, and its other views were rated lower;"),
+        (3, "two panels: the film has 3.0 s,"),
+    ],
+)
+def test_a_short_film_says_why_it_gets_few_panels(
+    places: int, text: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    film = write_film(tmp_path / "film.mp4", shot(PLACES[0], 25))
+    frames = [frame for place in PLACES[:places] for frame in shot(place, 25)]
+    film = write_film(tmp_path / "film.mp4", frames)
     assert 0 == run(film, tmp_path / "page.png", "--style", "plain", "--size", "a5")
-    assert "one panel: the film has 1.0 s" in capsys.readouterr().err
+    assert text in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

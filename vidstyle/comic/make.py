@@ -30,7 +30,6 @@ from vidstyle.comic.output.panel_renderer import (
 from vidstyle.comic.output.write import Frames, Output
 from vidstyle.comic.page_planner import PagePlanner
 from vidstyle.comic.panel_styles import PanelStyles
-from vidstyle.comic.select.choose import default_panels
 from vidstyle.errors import UsageError, counted, log, printable, text_of_name
 from vidstyle.media.options import check_rotation
 from vidstyle.media.read.decode_report import DecodeReport
@@ -152,11 +151,10 @@ class _Job:
             log.info(refused)
 
     def _report_few(self, plan: PagePlan, film: Film) -> None:
-        """Explain why a film gets one or two panels, if that is less than usual for its length."""
+        """Explain why a film gets one or two panels."""
         survey, count = film.survey(), len(plan.key_frames)
-        usual = default_panels(len(survey.scene_starts), survey.seconds)
-        is_few = count <= len(_FEW_PANELS) and count < usual
-        if is_few and self._options.key_frames.panels is None and not survey.is_folder:
+        is_free = self._options.key_frames.panels is None and not survey.is_folder
+        if is_free and count <= len(_FEW_PANELS):
             reason = describe_lack(survey.candidates, [each.time for each in plan.key_frames])
             text = "%s: the film has %.1f s, and %s; give --panels for more"
             log.info(text, _FEW_PANELS[count - 1], survey.seconds, reason)
