@@ -16,7 +16,8 @@ from vidstyle.core.convert import convert
 from vidstyle.core.picture import Picture, PictureLayout
 from vidstyle.cpu.execute import FrameExecutor
 from vidstyle.cpu.frame_memory import PlaneMemory
-from vidstyle.cpu.schedule import READS_PLANES, Schedule, plane_bytes, schedule
+from vidstyle.cpu.scheduling.schedule import schedule
+from vidstyle.cpu.scheduling.sweeps import READS_PLANES, Schedule, plane_bytes
 from vidstyle.cpu.style_job import StyleJob, plan
 from vidstyle.style import load_style, style_names
 from vidstyle.style.nodes import LoweredStyle
@@ -53,12 +54,12 @@ def test_a_compact_schedule_makes_the_same_bits(
     name: str, threads: int, source: Picture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     lowered, _ = planned(name, source)
-    monkeypatch.setattr("vidstyle.cpu.schedule.MAX_COMPACT_RATIO", 1)
+    monkeypatch.setattr("vidstyle.cpu.scheduling.schedule.MAX_COMPACT_RATIO", 1)
     results = []
     with ThreadPoolExecutor(threads) as pool:
         workers = BandWorkers(pool, threads)
         for most in (0, math.inf):
-            monkeypatch.setattr("vidstyle.cpu.schedule.MAX_STORED_BYTES_PER_PIXEL", most)
+            monkeypatch.setattr("vidstyle.cpu.scheduling.schedule.MAX_STORED_BYTES_PER_PIXEL", most)
             tasks = schedule(lowered)
             assert tasks.recomputed == {} or most == 0
             results.append(FrameExecutor(workers, tasks, source, _as_measured).picture(lowered))

@@ -10,7 +10,8 @@ from covering import in_one_test
 from pictures import FLOAT, RGB8, VIDEO, step, style
 
 from vidstyle.core.picture import Encoding, PictureLayout
-from vidstyle.cpu.schedule import MAX_FUSED_RADIUS, READS_PLANES, Sweep, schedule
+from vidstyle.cpu.scheduling.schedule import MAX_FUSED_RADIUS, schedule
+from vidstyle.cpu.scheduling.sweeps import READS_PLANES, Sweep
 from vidstyle.gpu.compile.shader_graph import OPERATION_FILES
 from vidstyle.style import Style, load_style, style_names
 from vidstyle.style.lower import lower

@@ -28,7 +28,7 @@ from vidstyle.core.resample import Resampling
 from vidstyle.core.sampling import percentiles, sample_plane, sampled_values
 from vidstyle.cpu.frame_memory import PlaneMemory
 from vidstyle.cpu.pixel_operations import TAKES_DEFERRED, Value, at_every_pixel, per_pixel, planes_of
-from vidstyle.cpu.schedule import BandStep, Key, Schedule, Sweep
+from vidstyle.cpu.scheduling.sweeps import BandStep, Key, Schedule, Sweep
 from vidstyle.style.nodes import LoweredStyle, Node, PercentileRequest, encoding_of
 
 

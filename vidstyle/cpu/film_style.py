@@ -10,7 +10,8 @@ import numpy as np
 from vidstyle.core.color.film_colors import FilmPalettes
 from vidstyle.core.picture import Encoding, Picture, PictureLayout
 from vidstyle.core.sampling import ExponentialSmoother
-from vidstyle.cpu.schedule import Schedule, schedule
+from vidstyle.cpu.scheduling.schedule import schedule
+from vidstyle.cpu.scheduling.sweeps import Schedule
 from vidstyle.cpu.style_job import StyleJob
 from vidstyle.stabilize.stabilizer import Stabilizer
 from vidstyle.style import Style

@@ -12,7 +12,7 @@ from vidstyle.core.kernels.aligned import CACHE_LINE_FLOATS, round_up
 from vidstyle.core.machine.free_memory import frame_memory, memory_option
 from vidstyle.core.picture import Encoding
 from vidstyle.cpu.pixel_operations import Value
-from vidstyle.cpu.schedule import Schedule, Sweep, plane_bytes
+from vidstyle.cpu.scheduling.sweeps import Schedule, Sweep, plane_bytes
 from vidstyle.errors import log
 from vidstyle.style.nodes import Node, Shape
 

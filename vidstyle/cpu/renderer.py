@@ -22,7 +22,7 @@ from vidstyle.cpu.frame_memory import frame_bytes, pictures_in_memory
 from vidstyle.cpu.frame_order import FrameOrder
 from vidstyle.cpu.frame_threads import FrameThreads
 from vidstyle.cpu.remote_style import RemoteStyle
-from vidstyle.cpu.schedule import Schedule
+from vidstyle.cpu.scheduling.sweeps import Schedule
 from vidstyle.stabilize.motion import FramePair
 from vidstyle.stabilize.stabilizer import Stabilized, stabilized_layout
 from vidstyle.stabilize.still import flatten_still

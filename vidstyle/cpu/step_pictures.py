@@ -14,7 +14,7 @@ from vidstyle.core.machine.cores import available_cores
 from vidstyle.core.picture import Picture, PictureLayout
 from vidstyle.core.sampling import ExponentialSmoother
 from vidstyle.cpu.execute import FrameExecutor
-from vidstyle.cpu.schedule import schedule
+from vidstyle.cpu.scheduling.schedule import schedule
 from vidstyle.style import Step, Style
 from vidstyle.style.lower import GraphBuilder
 from vidstyle.style.nodes import LoweredStyle, Node, PercentileRequest, StepKey

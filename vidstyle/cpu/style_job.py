@@ -9,7 +9,8 @@ from functools import lru_cache
 import numpy as np
 
 from vidstyle.core.picture import Encoding, Picture, PictureLayout
-from vidstyle.cpu.schedule import Schedule, schedule
+from vidstyle.cpu.scheduling.schedule import schedule
+from vidstyle.cpu.scheduling.sweeps import Schedule
 from vidstyle.style import Style
 from vidstyle.style.lower import lower
 from vidstyle.style.nodes import LoweredStyle

@@ -1,0 +1,65 @@
+"""Which nodes of a style need planes, and which of them can be computed again instead of stored.
+
+A neighborhood operation reads rows around its band: its inputs are stored as whole planes first, and the
+per-pixel operations after it run in the same sweep. Conversions between RGB and luma with chroma, and
+resampled pictures, are computed again for the necessary rows instead of stored.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+
+from vidstyle.cpu.scheduling.sweeps import READS_PLANES, plane_bytes
+from vidstyle.style.nodes import LoweredStyle, Node, nodes_in_order
+
+CONVERSION_OPERATIONS = ("luma_from_rgb", "chroma_from_rgb", "rgb_from_yuv", "rgb_from_gray", "upsample")
+
+
+def needed_whole(outputs: Sequence[Node], fused_radius: int) -> set[Node]:
+    """Return the nodes that neighborhood operations, measures and resampling need as whole planes.
+
+    Args:
+        fused_radius: greatest radius of filters that do not need them.
+    """
+    nodes = nodes_in_order(outputs)
+    users = Counter([*outputs, *(other for node in nodes for other in node.inputs.values())])
+
+    def behind_conversions(node: Node) -> set[Node]:
+        if node.is_given:
+            return set()
+        color = node.inputs.get("color")
+        is_used_once = node.op == "luma_from_rgb" and color and not color.is_given and users[color] == 1
+        if node.op not in CONVERSION_OPERATIONS or is_used_once:  # store one plane instead of three
+            return {node}
+        return set().union(*map(behind_conversions, node.inputs.values()))
+
+    whole = {node for node in outputs if node.grid}
+    whole |= {node for node in nodes if node.op == "network"}
+    for node in nodes:
+        if node.measure is not None:
+            whole |= behind_conversions(node.measure.of)
+        if node.op in READS_PLANES:
+            whole |= set(node.inputs.values())
+        elif node.reads_neighbors and node.radius > fused_radius:
+            read = set().union(*map(behind_conversions, node.inputs.values()))
+            whole |= {each for each in read if each.op != "resample"}
+    return whole
+
+
+def recomputable(lowered: LoweredStyle, whole: set[Node]) -> set[Node]:
+    """Return RGB of `whole` that per-pixel operations make of smaller planes, and that is not measured."""
+    measured = {node.measure.of for node in nodes_in_order(lowered.outputs) if node.measure is not None}
+    measured |= {other for node in measured for other in node.inputs.values()}
+
+    def is_recomputable(node: Node) -> bool:
+        planes, open_nodes = set[Node](), [node]
+        for each in open_nodes:
+            if each.reads_neighbors or each.op == "network":
+                return False
+            planes |= {other for other in each.inputs.values() if other in whole}
+            open_nodes += [other for other in each.inputs.values() if other not in whole]
+        return sum(map(plane_bytes, planes)) < plane_bytes(node)
+
+    colors = {node for node in whole - measured if node.kind == "color" and not node.is_given}
+    return set(filter(is_recomputable, colors))
