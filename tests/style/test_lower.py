@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -320,6 +321,25 @@ def test_two_filters_of_a_sweep_share_the_rows_that_they_read() -> None:
 def test_a_long_style_needs_no_recursion() -> None:
     chosen = style(*[step("brightness", factor=1 + number / 9000) for number in range(2000)])
     assert len(schedule(lowered(chosen, GRAY)).output.steps) == 2001
+
+
+def test_the_choice_of_recomputed_nodes_visits_each_node_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A chain of steps that read their input twice has 2 ** 12 ways through it."""
+    monkeypatch.setattr("vidstyle.cpu.scheduling.schedule.MAX_STORED_BYTES_PER_PIXEL", 0)
+    visits: list[Node] = []
+    monkeypatch.setattr(Node, "reads_neighbors", property(_counted(Node.reads_neighbors.fget, visits)))  # type: ignore[attr-defined]
+    chain = [step("blend", other=f"s{number}", save=f"s{number + 1}") for number in range(12)]
+    plan = schedule(lowered(style(step("brightness", save="s0"), *chain, step("kuwahara")), RGB))
+    assert [node.block.name for node in plan.recomputed if node.block] == ["blend"]
+    assert len(visits) < 200
+
+
+def _counted(function: Callable[[Node], bool], calls: list[Node]) -> Callable[[Node], bool]:
+    def called(node: Node) -> bool:
+        calls.append(node)
+        return function(node)
+
+    return called
 
 
 def test_values_that_resampling_puts_out_of_range_are_clipped_when_resampled_again() -> None:

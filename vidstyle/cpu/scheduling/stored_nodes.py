@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Sequence
 
 from vidstyle.cpu.scheduling.sweeps import READS_PLANES, plane_bytes
-from vidstyle.style.nodes import LoweredStyle, Node, nodes_in_order
+from vidstyle.style.nodes import LoweredStyle, Node, in_order, nodes_in_order
 
 CONVERSION_OPERATIONS = ("luma_from_rgb", "chroma_from_rgb", "rgb_from_yuv", "rgb_from_gray", "upsample")
 
@@ -48,17 +48,17 @@ def needed_whole(outputs: Sequence[Node], fused_radius: int) -> set[Node]:
 
 
 def recomputable(lowered: LoweredStyle, whole: set[Node]) -> set[Node]:
-    """Return RGB of `whole` that per-pixel operations make of smaller planes, and that is not measured."""
+    """Return RGB of `whole` that is not measured, and that per-pixel operations compute from smaller planes."""
     measured = {node.measure.of for node in nodes_in_order(lowered.outputs) if node.measure is not None}
     measured |= {other for node in measured for other in node.inputs.values()}
 
     def is_recomputable(node: Node) -> bool:
-        planes, open_nodes = set[Node](), [node]
-        for each in open_nodes:
-            if each.reads_neighbors or each.op == "network":
-                return False
-            planes |= {other for other in each.inputs.values() if other in whole}
-            open_nodes += [other for other in each.inputs.values() if other not in whole]
+        computed = in_order(
+            [node], lambda each: [other for other in each.inputs.values() if other not in whole]
+        )
+        if any(each.reads_neighbors or each.op == "network" for each in computed):
+            return False
+        planes = {other for each in computed for other in each.inputs.values() if other in whole}
         return sum(map(plane_bytes, planes)) < plane_bytes(node)
 
     colors = {node for node in whole - measured if node.kind == "color" and not node.is_given}
