@@ -146,13 +146,14 @@ class FrameExecutor:
             first, last = max(top - margin, 0), min(bottom + margin, node.shape[0])
             if step.is_loaded:
                 values[node, margin] = self._load(node, first, last)
-                _narrow(values, step, top, bottom)
+                if step.narrower:
+                    _narrow(values, step, top, bottom)
                 continue
             if node.op not in TAKES_DEFERRED or step.twin is not None:
                 for _, key in step.inputs:
                     values[key] = at_every_pixel(values[key])
             inputs = {name: values[key] for name, key in step.inputs}
-            stored = {each: self._load(each, top, bottom) for each in step.stores}
+            stored = {each: _rows(self._stored[each], top, bottom) for each in step.stores}
             if step.twin is not None:
                 luma, *chroma = yuv_from_rgb(inputs["color"], encoding_of(node.matrix))
                 for half in (node, step.twin):
@@ -160,7 +161,8 @@ class FrameExecutor:
             else:
                 out = None if margin else stored.get(node)
                 values[node, margin] = self._compute(node, inputs, first, last, out)
-            _narrow(values, step, top, bottom)
+            if step.narrower:
+                _narrow(values, step, top, bottom)
             for each, rows in stored.items():
                 values[each, 0] = _copy_rows(values[each, 0], rows)
             for key in step.releases:
@@ -273,8 +275,6 @@ def _margin(node: Node, top: int, bottom: int) -> tuple[int, int]:
 
 def _narrow(values: dict[Key, Value], step: BandStep, top: int, bottom: int) -> None:
     """Add the rows of a step's result for its narrower margins."""
-    if not step.narrower:
-        return
     first = max(top - step.margin, 0)
     for node, margin in step.narrower:
         wide: Value = at_every_pixel(values[node, step.margin])

@@ -11,8 +11,9 @@ from vidstyle.core.kernels import aligned_empty
 from vidstyle.core.kernels.aligned import CACHE_LINE_FLOATS, round_up
 from vidstyle.core.machine.free_memory import frame_memory, memory_option
 from vidstyle.core.picture import Encoding
+from vidstyle.core.resample import Resampling
 from vidstyle.cpu.pixel_operations import Value
-from vidstyle.cpu.scheduling.sweeps import Schedule, Sweep, plane_bytes
+from vidstyle.cpu.scheduling.sweeps import BandStep, Schedule, Sweep, plane_bytes
 from vidstyle.errors import log
 from vidstyle.style.nodes import Node, Shape
 
@@ -37,7 +38,7 @@ def pictures_in_memory(
         is_steady: whether pictures are stabilized.
     """
     each = frame_bytes(schedule, shape, target, is_steady, ONE_THREAD)
-    free = frame_memory() - _CODEC_FRAMES * _plane_bytes(shape, target)
+    free = frame_memory() - _CODEC_FRAMES * _picture_bytes(shape, target)
     if free < each and memory_option() is not None:
         log.warning(
             "--memory: a frame of %dx%d takes about %d MB more; frames are restyled one at a time",
@@ -55,13 +56,13 @@ def frame_bytes(
     schedule: Schedule, shape: Shape, target: Encoding, is_steady: bool, workers: BandWorkers
 ) -> int:
     """Return about how many bytes restyling a picture takes; see `pictures_in_memory`."""
-    planes = _plane_bytes(shape, target)
+    planes = _picture_bytes(shape, target)
     # The source and the result; the stabilized source and result have twice the bits, the weights half.
     pictures = 2 * planes + (5 * planes if is_steady else 0)
     return int(_KEPT_FACTOR * (_peak_bytes(schedule, shape, workers) + pictures))
 
 
-def _plane_bytes(shape: Shape, encoding: Encoding) -> int:
+def _picture_bytes(shape: Shape, encoding: Encoding) -> int:
     across, down = encoding.subsampling
     samples = shape[0] * shape[1] * (1 + 2 / (across * down))
     return int(samples * np.dtype(encoding.dtype).itemsize)
@@ -70,7 +71,7 @@ def _plane_bytes(shape: Shape, encoding: Encoding) -> int:
 def _peak_bytes(schedule: Schedule, shape: Shape, workers: BandWorkers) -> int:
     """Return the most bytes of stored planes and bands at once."""
     most = 0
-    for sweep, stored in schedule.at_once():
+    for sweep, stored in schedule.sweeps():
         page = sweep.stores[0].shape if sweep.stores else shape
         if sweep.steps:
             rows = min(band_rows(workers, page, sweep.radius, sweep.channels), page[0])
@@ -85,17 +86,28 @@ def _band_bytes(sweep: Sweep, rows: int, recomputed: Mapping[Node, Sweep]) -> in
     most = 0
     for step in sweep.steps:
         high = min(rows + 2 * step.margin, step.node.shape[0])
-        is_recomputed = step.is_loaded and step.node in recomputed
-        if is_recomputed:
-            inner = _band_bytes(recomputed[step.node], high, recomputed)
+        again = [node for node in step.loads if node in recomputed]
+        for node in again:
+            inner = _band_bytes(recomputed[node], _rows_loaded(step, node, high), recomputed)
             most = max(most, sum(values.values()) + inner)
-        if is_recomputed or not step.is_loaded:
+        if again or not step.is_loaded:
             for node in filter(None, (step.node, step.twin)):
                 values[node, step.margin] = plane_bytes(node, high)
         most = max(most, sum(values.values()))
         for key in step.releases:
             values.pop(key, None)
     return most
+
+
+def _rows_loaded(step: BandStep, node: Node, rows: int) -> int:
+    """Return how many rows of a node a step loads for some of its own rows, far from the edges."""
+    if step.is_loaded:
+        return rows
+    if step.node.op == "network":
+        return node.shape[0]
+    top = (step.node.shape[0] - rows) // 2
+    first, last = Resampling(node.shape, step.node.shape, **step.node.values).rows_read(top, top + rows)
+    return last - first
 
 
 class PlaneMemory:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 
-from vidstyle.cpu.scheduling.sweeps import READS_PLANES, Sweep, Task
+from vidstyle.cpu.scheduling.sweeps import Sweep, Task
 from vidstyle.style.nodes import Node, PercentileRequest, nodes_in_order
 
 
@@ -29,13 +29,13 @@ def successors(
 
 
 def _read_whole(sweep: Sweep, recomputed: Mapping[Node, Sweep]) -> Iterator[Node]:
-    """Yield the nodes of which a sweep may read other rows than those around its band."""
+    """Yield the nodes whose planes a sweep may read in other rows than those around its band."""
     for step in sweep.steps:
-        if step.is_loaded and step.node in recomputed:
-            yield from _read_whole(recomputed[step.node], recomputed)
-        elif not step.is_loaded and step.node.op in READS_PLANES:
-            for image in step.node.inputs.values():
-                yield from planes_read(recomputed[image], recomputed) if image in recomputed else [image]
+        for node in step.loads:
+            if not step.is_loaded:
+                yield from _planes_behind(node, recomputed)
+            elif node in recomputed:
+                yield from _read_whole(recomputed[node], recomputed)
 
 
 def planes_read(task: Task, recomputed: Mapping[Node, Sweep]) -> Iterator[Node]:
@@ -44,8 +44,13 @@ def planes_read(task: Task, recomputed: Mapping[Node, Sweep]) -> Iterator[Node]:
         yield from nodes_in_order([task.of])
         return
     for step in task.steps:
-        if step.is_loaded and step.node in recomputed:
-            yield from planes_read(recomputed[step.node], recomputed)
-        elif step.is_loaded:
-            yield step.node
-    yield from _read_whole(task, recomputed)
+        for node in step.loads:
+            yield from _planes_behind(node, recomputed)
+
+
+def _planes_behind(node: Node, recomputed: Mapping[Node, Sweep]) -> Iterator[Node]:
+    """Yield the node itself, or the nodes from whose planes it is recomputed."""
+    if node in recomputed:
+        yield from planes_read(recomputed[node], recomputed)
+    else:
+        yield node

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from vidstyle.cpu.scheduling.plane_lifetimes import planes_read, successors
 from vidstyle.cpu.scheduling.stored_nodes import CONVERSION_OPERATIONS, needed_whole, recomputable
 from vidstyle.cpu.scheduling.sweep_builder import SweepBuilder
-from vidstyle.cpu.scheduling.sweeps import Schedule, Sweep, Task, plane_bytes
+from vidstyle.cpu.scheduling.sweeps import Schedule, Sweep, Task
 from vidstyle.style.nodes import LoweredStyle, Node, nodes_in_order
 
 MAX_STORED_BYTES_PER_PIXEL = 25
@@ -30,19 +30,15 @@ def schedule(lowered: LoweredStyle, kept: Sequence[Node] = ()) -> Schedule:
     """Schedule a lowered style. Nodes that several sweeps would compute are stored by the first.
 
     Args:
-        kept: additional nodes whose planes are requested (`FrameExecutor.planes`).
+        kept: additional nodes whose planes are requested (`FrameExecutor.planes`); the schedule is then not
+            compact, as these planes take most of the memory.
     """
     usual = _scheduled(lowered, kept, is_compact=False)
-    most = _stored_bytes(usual)
+    most = usual.stored_bytes
     if kept or most <= MAX_STORED_BYTES_PER_PIXEL * math.prod(lowered.source.shape):
         return usual
     compact = _scheduled(lowered, (), is_compact=True)
-    return compact if _stored_bytes(compact) <= MAX_COMPACT_RATIO * most else usual
-
-
-def _stored_bytes(schedule: Schedule) -> int:
-    """Return the most bytes of stored planes at once."""
-    return max(sum(map(plane_bytes, stored)) for _, stored in schedule.at_once())
+    return compact if compact.stored_bytes <= MAX_COMPACT_RATIO * most else usual
 
 
 def _scheduled(lowered: LoweredStyle, kept: Sequence[Node], is_compact: bool) -> Schedule:
@@ -55,7 +51,7 @@ def _scheduled(lowered: LoweredStyle, kept: Sequence[Node], is_compact: bool) ->
         if not more:
             return scheduler.schedule()
         repeated |= more
-        # A sweep may only have them with margins.
+        # A sweep may only compute them with margins, and then does not store them.
         whole |= more if is_compact else {node for node in more if node.op == "resample"}
 
 

@@ -48,7 +48,7 @@ def needed_whole(outputs: Sequence[Node], fused_radius: int) -> set[Node]:
 
 
 def recomputable(lowered: LoweredStyle, whole: set[Node]) -> set[Node]:
-    """Return RGB of `whole` that is not measured, and that per-pixel operations compute from smaller planes."""
+    """Return RGB of `whole` that per-pixel operations compute from smaller planes, without measured RGB."""
     measured = {node.measure.of for node in nodes_in_order(lowered.outputs) if node.measure is not None}
     measured |= {other for node in measured for other in node.inputs.values()}
 

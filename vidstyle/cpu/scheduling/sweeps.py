@@ -43,6 +43,13 @@ class BandStep:
     stores: tuple[Node, ...]
     releases: tuple[Key, ...]
 
+    @property
+    def loads(self) -> tuple[Node, ...]:
+        """Nodes of which it reads rows of planes, or rows that are recomputed."""
+        if self.is_loaded:
+            return (self.node,)
+        return tuple(self.node.inputs.values()) if self.node.op in READS_PLANES else ()
+
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
@@ -90,12 +97,16 @@ class Schedule:
     @property
     def has_network(self) -> bool:
         """Whether it runs a network, which has a separate process."""
-        sweeps = [task for task, _ in self.tasks if isinstance(task, Sweep)]
-        return any(node.op == "network" for sweep in sweeps for node in sweep.results)
+        return any(node.op == "network" for sweep, _ in self.sweeps() for node in sweep.results)
 
-    def at_once(self) -> Iterator[tuple[Sweep, set[Node]]]:
+    @property
+    def stored_bytes(self) -> int:
+        """Most bytes of planes that are stored at the same time."""
+        return max(sum(map(plane_bytes, stored)) for _, stored in self.sweeps())
+
+    def sweeps(self) -> Iterator[tuple[Sweep, frozenset[Node]]]:
         """Yield each sweep, and the nodes that are stored while it runs."""
-        stored = set[Node]()
+        stored = frozenset[Node]()
         for task, releases in [*self.tasks, (self.output, ())]:
             if isinstance(task, Sweep):
                 stored |= set(task.stores)
