@@ -148,8 +148,8 @@ def _print_needs(arguments: argparse.Namespace, cores: Sequence[int], wake_up: f
             continue
         frames = len(record.reading)
         parts = [f"{1000 * each / frames:.1f}" for each in (record.seconds, record.python_seconds)]
-        times = [measure_film(replace(job, cores=each)) for each in (cores[:1], cores)]
-        machine = Machine(slowdown(times[:1], times[1:]), wake_up)
+        runs = [[measure_film(replace(job, cores=cores[:each])) for each in sorted({1, len(cores)})]]
+        machine = Machine(slowdown(*_first_and_last(runs)), wake_up)
         print(_row([style, *parts, *(min_cores(record, rate, machine) for rate in TARGET_RATES)]), flush=True)
 
 
