@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import math
+import tracemalloc
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from covering import of_the_day
-from pictures import VIDEO, codes, same_bits
+from pictures import VIDEO, codes, same_bits, step, style
 
 from vidstyle.core.bands import ONE_THREAD, BandWorkers
 from vidstyle.core.convert import convert
 from vidstyle.core.picture import Picture, PictureLayout
 from vidstyle.cpu.execute import FrameExecutor
-from vidstyle.cpu.frame_memory import PlaneMemory
+from vidstyle.cpu.frame_memory import PlaneMemory, frame_bytes
 from vidstyle.cpu.scheduling.schedule import schedule
-from vidstyle.cpu.scheduling.sweeps import READS_PLANES, Schedule
+from vidstyle.cpu.scheduling.sweeps import Schedule
 from vidstyle.cpu.style_job import StyleJob, plan
 from vidstyle.style import load_style, style_names
 from vidstyle.style.nodes import LoweredStyle
@@ -61,7 +62,7 @@ def test_a_compact_schedule_makes_the_same_bits(
         for most in (0, math.inf):
             monkeypatch.setattr("vidstyle.cpu.scheduling.schedule.MAX_STORED_BYTES_PER_PIXEL", most)
             tasks = schedule(lowered)
-            assert bool(tasks.recomputed) == (most == 0) or name != "oil"
+            assert not tasks.recomputed if most else tasks.recomputed or name != "oil"
             results.append(FrameExecutor(workers, tasks, source, _as_measured).picture(lowered))
     assert same_bits(*results)
 
@@ -72,19 +73,31 @@ def test_a_style_with_large_planes_stores_a_third_of_them() -> None:
     assert _stored_bytes_per_pixel(schedule(lowered, [lowered.luma])) > 32  # type: ignore[list-item]
 
 
-def test_rows_of_a_plane_that_is_read_whole_by_a_recomputed_node_stay() -> None:
-    for name in style_names():
-        _, tasks = planned(name)
-        for sweep, _ in tasks.successors.values():
-            read = [tasks.recomputed[step.node] for step in sweep.steps if step.node in tasks.recomputed]
-            images = {
-                image
-                for each in read
-                for step in each.steps
-                if step.node.op in READS_PLANES and not step.is_loaded
-                for image in step.node.inputs.values()
-            }
-            assert images.isdisjoint(node for node, (other, _) in tasks.successors.items() if other is sweep)
+def test_a_plane_from_which_a_node_is_recomputed_does_not_give_way(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vidstyle.cpu.scheduling.schedule.MAX_STORED_BYTES_PER_PIXEL", 0)
+    monkeypatch.setattr("vidstyle.cpu.scheduling.schedule.MAX_COMPACT_RATIO", math.inf)
+    colored = step("scale", factor=0.7), step("gradient"), step("scale", factor=1 / 0.7), step("saturation")
+    again = step("gaussian", source="gray"), step("blend", other="colored"), step("to_gray"), step("gaussian")
+    first = step("to_gray"), step("brightness", save="gray")
+    chosen = style(*first, *colored, step("gaussian", save="colored"), *again)
+    lowered, tasks = plan(StyleJob(chosen, PictureLayout.of(PICTURE), PICTURE.encoding, False).packed())
+    assert [node.block.name for node in tasks.recomputed if node.block] == ["gradient", "saturation"]
+    monkeypatch.setattr("vidstyle.cpu.scheduling.schedule.MAX_STORED_BYTES_PER_PIXEL", math.inf)
+    [gray] = [node for node in schedule(lowered).successors if node.block]
+    assert gray.block is not None and gray.block.name == "brightness" and gray not in tasks.successors
+
+
+@pytest.mark.parametrize("name", ["oil", "neon", "pixel"])
+def test_the_estimated_memory_covers_recomputed_pictures(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vidstyle.core.bands.BAND_BYTES", 1 << 18)
+    lowered, tasks = planned(name)
+    estimated = frame_bytes(tasks, PICTURE.shape, PICTURE.encoding, False, ONE_THREAD)
+    FrameExecutor(ONE_THREAD, tasks, PICTURE, _as_measured).picture(lowered)  # loads kernels and tables
+    tracemalloc.start()
+    FrameExecutor(ONE_THREAD, tasks, PICTURE, _as_measured).picture(lowered)
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most <= estimated
 
 
 def _as_measured(_: object, measured: np.ndarray) -> np.ndarray:

@@ -100,7 +100,7 @@ def _band_bytes(sweep: Sweep, rows: int, recomputed: Mapping[Node, Sweep]) -> in
 
 
 def _rows_loaded(step: BandStep, node: Node, rows: int) -> int:
-    """Return how many rows of a node a step loads for some of its own rows, far from the edges."""
+    """Return how many rows of a node a step loads to compute `rows` rows, far from the edges."""
     if step.is_loaded:
         return rows
     if step.node.op == "network":

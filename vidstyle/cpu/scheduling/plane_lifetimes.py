@@ -17,8 +17,8 @@ def successors(
         if isinstance(task, PercentileRequest):
             continue
         followers = {node for _, node in found.values()}
-        loaded, whole = {step.node for step in task.steps if step.is_loaded}, _read_whole(task, recomputed)
-        banded = loaded - set(whole) - followers
+        loaded = {step.node for step in task.steps if step.is_loaded}
+        banded = loaded - set(_read_elsewhere(task, recomputed)) - followers
         free = [node for node in releases if node in banded and not node.is_given and node.kind != "chroma"]
         for node in task.stores:
             alike = (each for each in free if (each.kind, each.shape) == (node.kind, node.shape))
@@ -28,14 +28,12 @@ def successors(
     return found
 
 
-def _read_whole(sweep: Sweep, recomputed: Mapping[Node, Sweep]) -> Iterator[Node]:
+def _read_elsewhere(sweep: Sweep, recomputed: Mapping[Node, Sweep]) -> Iterator[Node]:
     """Yield the nodes whose planes a sweep may read in other rows than those around its band."""
     for step in sweep.steps:
         for node in step.loads:
-            if not step.is_loaded:
+            if not step.is_loaded or node in recomputed:
                 yield from _planes_behind(node, recomputed)
-            elif node in recomputed:
-                yield from _read_whole(recomputed[node], recomputed)
 
 
 def planes_read(task: Task, recomputed: Mapping[Node, Sweep]) -> Iterator[Node]:
