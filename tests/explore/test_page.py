@@ -19,9 +19,9 @@ from waiting import eventually
 
 from vidstyle.cli.explore import designer_until
 from vidstyle.errors import UsageError
-from vidstyle.explore import like
 from vidstyle.explore.choosing import candidate_generator
 from vidstyle.explore.look import MAX_LOOK_SIDE_PX
+from vidstyle.explore.matching import like
 from vidstyle.explore.page import exploration as exploration_file
 from vidstyle.explore.page.exploration import MATCH_SIDE_PX, Exploration
 from vidstyle.explore.page.explore_server import ExploreServer
