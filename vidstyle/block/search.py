@@ -52,12 +52,12 @@ def is_named(text: str, blocks: Mapping[str, Block], values: Mapping[str, Parame
     return any(_rank(asked, [names]) is not None for names in (*map(next, texts), *labels))
 
 
-def leads(value: Parameter, text: str, block: Block | None) -> bool:
+def is_value_name(value: Parameter, text: str, block: Block | None) -> bool:
     """Whether a text is a name of this value, and not of the block that it describes best.
 
     >>> from vidstyle.blocks import all_blocks
     >>> from vidstyle.style.model import FIELDS
-    >>> [leads(FIELDS["paper"], text, all_blocks()["noise"]) for text in ("paper", "noise", "canvas")]
+    >>> [is_value_name(FIELDS["paper"], text, all_blocks()["noise"]) for text in ("paper", "noise", "canvas")]
     [True, False, False]
     """
     names = (value.label, value.name, *value.control.aliases)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from vidstyle.block.absent_effects import find_absent_effect
-from vidstyle.block.search import find_blocks, find_values, is_named, leads
+from vidstyle.block.search import find_blocks, find_values, is_named, is_value_name
 from vidstyle.blocks import all_blocks
 from vidstyle.design.document.document import SNAPSHOT_SLOTS
 from vidstyle.design.document.edit_values import EditResult
@@ -157,20 +157,25 @@ class DesignConnection(DesignView):
     async def find(self, text: TextOrEmpty) -> Answer:
         """Answer with the blocks, and the paths of fields and knobs, that a text describes, best first.
 
-        `leads` is whether the text is the name of the first value rather than of a block.
+        `values_first` is whether the text is the name of the first value rather than of a block.
 
         Of an effect that no block has, the answer names what comes nearest, with a note.
         """
         style, absent = self.designer.opened.style, find_absent_effect(text)
         if absent is not None:
             note = f"No step is exactly “{text}”. {absent.advice} Closest:"
-            return {"blocks": absent.nearest, "values": absent.values, "leads": False, "note": note}
+            return {"blocks": absent.nearest, "values": absent.values, "values_first": False, "note": note}
         values = FIELDS | knobs_of(style, table_from_style(style))
         found, found_values = find_blocks(text, all_blocks()), find_values(text, values)
         best = all_blocks()[found[0]] if found else None
-        is_value = bool(found_values) and leads(values[found_values[0]], text, best)
+        values_first = bool(found_values) and is_value_name(values[found_values[0]], text, best)
         note = "" if is_named(text, all_blocks(), values) else f"No step is exactly “{text}”. Closest:"
-        return {"blocks": found, "values": found_values, "leads": is_value, "note": note if found else ""}
+        return {
+            "blocks": found,
+            "values": found_values,
+            "values_first": values_first,
+            "note": note if found else "",
+        }
 
     @message
     async def command(self, name: TextOrEmpty, frames: int | None) -> Answer:

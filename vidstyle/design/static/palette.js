@@ -4,7 +4,7 @@ import { get, make } from "./elements.js";
 
 /** @typedef {import("./types.js").Block} Block */
 /** @typedef {import("./types.js").Entry} Entry */
-/** @typedef {{blocks: string[], values: string[], leads: boolean, note: string}} Found blocks, and paths of values, that a text describes, best first; whether the first value is meant; a note if the blocks only come near */
+/** @typedef {{blocks: string[], values: string[], values_first: boolean, note: string}} Found blocks, and paths of values, that a text describes, best first; whether it is the name of the first value; a note if the blocks only come near */
 
 /** A searchable list of all blocks. */
 export class Palette {
@@ -84,7 +84,7 @@ export class Palette {
     const found = /** @type {Found | null} */ (await this.session.ask("find", { text }));
     if (!found || text !== this.#asked) return;
     const [blocks, settings] = [this.#matches(found), this.#settings(found.values)];
-    this.#list([...this.#note(found), ...(found.leads ? [...settings, ...blocks] : [...blocks, ...settings])]);
+    this.#list([...this.#note(found), ...(found.values_first ? [...settings, ...blocks] : [...blocks, ...settings])]);
   }
 
   /** @param {HTMLElement[]} parts */
