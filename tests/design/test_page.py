@@ -257,7 +257,7 @@ def test_a_draft_is_resumed(browser: Browser, film: Path, tmp_path: Path) -> Non
         edge = "document.getElementById({!r}).getBoundingClientRect().{}"
         browser.until(f"{edge.format('draft', 'height')} > 0")
         assert browser.run(f"return {edge.format('draft', 'bottom')} <= {edge.format('screen', 'top')}")
-        browser.click("#draft .strong")
+        browser.click("#draft button")
         browser.until("document.querySelector('.card[aria-label^=Hatching]')")
         browser.until("document.getElementById('saved').textContent === 'Edited'")
         assert page.steps("background") == ["pattern"]

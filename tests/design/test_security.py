@@ -188,12 +188,14 @@ def test_a_style_from_a_stranger_reads_no_file_and_holds_no_code(
 def test_a_draft_that_somebody_has_written_is_no_draft(tmp_path: Path, photo: Path) -> None:
     for content in ("", "[]", "{}", '{"table": 1, "text": null, "file": "", "when": ""}', "{" * 10**5):
         (tmp_path / "draft.json").write_text(content)
-        assert Drafts(tmp_path / "draft.json").read() is None
+        assert Drafts(tmp_path / "draft.json").read() == []
     draft = {"table": {"format": 1, "base": 5}, "text": None, "file": "", "when": "now"}
     (tmp_path / "draft.json").write_text(json.dumps(draft))
     designer = Designer(open_clip(photo), tmp_path, Drafts(tmp_path / "draft.json"))
     with pytest.raises(ValueError, match="is not a list of steps"):
         designer.open_draft(True)
+    designer.open_draft(False)
+    assert not (tmp_path / "draft.json").exists(), "it can be discarded"
     designer.clip.close()
 
 

@@ -10,7 +10,7 @@ from typing import Any
 from vidstyle.assets import asset_folder
 from vidstyle.design.document.document import Document
 from vidstyle.design.document.state import state_of
-from vidstyle.design.drafts import Drafts
+from vidstyle.design.drafts import Draft, Drafts
 from vidstyle.design.style_list import list_styles
 from vidstyle.errors import UsageError
 from vidstyle.preview.clip import Clip
@@ -40,7 +40,7 @@ class Designer:
         folder: the working folder, for all output but styles that already have a file.
         document: the style; None until one is opened or created.
         file: the file of the style, or None.
-        offered: the draft of an earlier run, or None.
+        offered: the drafts of earlier runs, newest first.
     """
 
     def __init__(self, clip: Clip, folder: Path, drafts: Drafts) -> None:
@@ -49,7 +49,6 @@ class Designer:
         self.file: Path | None = None
         self._drafts = drafts
         self.offered = drafts.read()
-        self._is_kept = False
         self._text: str | None = None
         self._start: Style | None = None
 
@@ -72,10 +71,12 @@ class Designer:
         return self.document
 
     @property
-    def draft_offer(self) -> dict[str, str] | None:
-        """What the page shows of the draft of an earlier run."""
-        draft = self.offered
-        return None if draft is None else {"name": str(draft.table.get("name", "")), "when": draft.when}
+    def draft_offer(self) -> dict[str, Any] | None:
+        """What the page shows of the newest draft of earlier runs, with their number."""
+        if not self.offered:
+            return None
+        draft = self.offered[0]
+        return {"name": str(draft.table.get("name", "")), "when": draft.when, "count": len(self.offered)}
 
     def new(self) -> None:
         """Create an empty style."""
@@ -113,22 +114,26 @@ class Designer:
         self.opened.mark_changed()
 
     def open_draft(self, accept: bool) -> None:
-        """Open the draft of an earlier run, or discard it.
+        """Open the newest draft of earlier runs, or discard it.
 
         Raises:
             UsageError: there is no draft.
             StyleError: the draft is invalid.
         """
-        draft, self.offered = self.offered, None
-        if draft is None:
+        if not self.offered:
             raise UsageError("the draft", "no longer exists")
-        if not accept:
-            self._drafts.remove()
-            return
+        draft = self.offered[0]
+        if accept:
+            self._resume(draft)
+        else:
+            self._drafts.discard(draft)
+        del self.offered[0]
+
+    def _resume(self, draft: Draft) -> None:
         file = Path(draft.file) if draft.file else None
         folder = file.absolute().parent if file else None
         self._open(style_from_table(draft.table, "draft", folder=folder), draft.text, file)
-        self._is_kept = True
+        self._drafts.resume(draft)
         self.opened.mark_changed()
 
     def save(self) -> str:
@@ -211,19 +216,12 @@ class Designer:
         """Save unsaved changes as a draft; if there are none any more, remove it."""
         document = self.document
         if document is None or not document.is_changed:
-            self._drop_draft()
-            return
-        self._drafts.write(table_from_style(document.style), self._text, self.file)
-        self._is_kept = True
-
-    def _drop_draft(self) -> None:
-        """Remove the draft of the open style; the draft of an earlier run remains."""
-        if self._is_kept:
             self._drafts.remove()
-        self._is_kept = False
+        else:
+            self._drafts.write(table_from_style(document.style), self._text, self.file)
 
     def _open(self, style: Style, text: str | None, file: Path | None) -> None:
-        self._drop_draft()
+        self._drafts.remove()
         # Relative paths would be wrong for a style that is saved elsewhere.
         style = style if file else replace(style, folder=None)
         self.document = Document(style, self.document.revision if self.document else 0)
@@ -238,7 +236,6 @@ class Designer:
         document.mark_saved(path.absolute().parent)
         self._start = document.style
         self._drafts.remove()
-        self._is_kept = False
         return str(path)
 
 

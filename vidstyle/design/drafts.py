@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,8 @@ from vidstyle.errors import UsageError, error_reason, log
 from vidstyle.media.write.atomic import atomic_file
 
 MAX_DRAFT_BYTES = 1 << 20
+MAX_DRAFTS = 50
+"""Drafts that are kept; a further one replaces the oldest."""
 
 
 @dataclass(frozen=True)
@@ -21,12 +23,14 @@ class Draft:
     """An unsaved style.
 
     Attributes:
+        path: the file of the draft.
         table: the style as the table of a style file.
         text: the text of its original file, for the comments; or None.
-        file: the file to save to, or "".
+        file: the file to save the style to, or "".
         when: the time of the draft, ISO 8601.
     """
 
+    path: Path
     table: dict[str, Any]
     text: str | None
     file: str
@@ -34,35 +38,63 @@ class Draft:
 
 
 class Drafts:
-    """Stores a draft in a file, which is replaced atomically."""
+    """Stores drafts in files that are replaced atomically; a new draft leaves those of earlier runs alone."""
 
     def __init__(self, path: Path | None = None) -> None:
-        """`path`: the file; None: in the user's cache folder."""
-        self._path = path or user_cache() / "design-draft.json"
+        """`path`: the first file; further ones get a number. None: in the user's cache folder."""
+        first = path or user_cache() / "design-draft.json"
+        self._paths = [first, *(first.with_stem(f"{first.stem}-{n}") for n in range(2, MAX_DRAFTS + 1))]
+        self._own: Path | None = None
 
-    def read(self) -> Draft | None:
-        """Return the draft of an earlier run, or None if it is missing or unreadable."""
-        try:
-            draft = Draft(**json.loads(read_regular_file(self._path, MAX_DRAFT_BYTES)))
-        except (OSError, ValueError, TypeError, RecursionError):
-            return None
-        fields = (draft.table, dict), (draft.text or "", str), (draft.file, str), (draft.when, str)
-        return draft if all(isinstance(value, kind) for value, kind in fields) else None
+    def read(self) -> list[Draft]:
+        """Return the drafts of earlier runs, newest first, without those that are unreadable."""
+        drafts = filter(None, map(_read_draft, self._paths))
+        return sorted(drafts, key=lambda draft: draft.when, reverse=True)
 
     def write(self, table: dict[str, Any], text: str | None, file: Path | None) -> None:
-        """Replace the draft; log a warning if that fails."""
-        when = datetime.now().astimezone().isoformat(timespec="seconds")
-        content = json.dumps(asdict(Draft(table, text, str(file or ""), when)))
+        """Replace the draft of the open style; log a warning if that fails."""
+        when = datetime.now().astimezone().isoformat(timespec="milliseconds")
+        content = json.dumps({"table": table, "text": text, "file": str(file or ""), "when": when})
         try:
-            self._path.parent.mkdir(0o700, parents=True, exist_ok=True)
-            with atomic_file(self._path, overwrite=True) as write_file:
+            path = self._own or self._free_path()
+            path.parent.mkdir(0o700, parents=True, exist_ok=True)
+            with atomic_file(path, overwrite=True) as write_file:
                 write_file(content.encode())
+            self._own = path
         except (OSError, UsageError) as error:
             log.warning("the draft of the style cannot be saved: %s", error_reason(error))
 
+    def _free_path(self) -> Path:
+        free = next((path for path in self._paths if not path.exists()), None)
+        return free or min(self._paths, key=lambda path: path.stat().st_mtime)
+
+    def resume(self, draft: Draft) -> None:
+        """Continue a draft of an earlier run as the draft of the open style."""
+        self._own = draft.path
+
     def remove(self) -> None:
-        """Remove the draft."""
-        try:
-            self._path.unlink(missing_ok=True)
-        except OSError as error:
-            log.warning("the draft of the style cannot be removed: %s", error.strerror)
+        """Remove the draft of the open style, if there is one."""
+        if self._own is not None:
+            _remove_file(self._own)
+        self._own = None
+
+    def discard(self, draft: Draft) -> None:
+        """Remove a draft of an earlier run."""
+        _remove_file(draft.path)
+
+
+def _read_draft(path: Path) -> Draft | None:
+    """Return a draft, or None if it is missing or unreadable."""
+    try:
+        draft = Draft(path, **json.loads(read_regular_file(path, MAX_DRAFT_BYTES)))
+    except (OSError, ValueError, TypeError, RecursionError):
+        return None
+    fields = (draft.table, dict), (draft.text or "", str), (draft.file, str), (draft.when, str)
+    return draft if all(isinstance(value, kind) for value, kind in fields) else None
+
+
+def _remove_file(path: Path) -> None:
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as error:
+        log.warning("the draft of the style cannot be removed: %s", error.strerror)

@@ -84,7 +84,7 @@ class DesignConnection(DesignView):
         self._uploads = UploadReceiver()
 
     async def greet(self) -> None:
-        """Send blocks, styles, export targets, the clip, the state and the draft of an earlier run."""
+        """Send blocks, styles, export targets, the clip, the state and the newest draft of earlier runs."""
         for each in await self.session.run(lambda: list(self.server.greeting())):
             await self.tell(each)
         await self.show_state(await self.session.run(lambda: self.designer.state))
@@ -137,6 +137,7 @@ class DesignConnection(DesignView):
     @message
     async def draft(self, accept: bool) -> None:
         await self.change(self.designer.open_draft, accept)
+        await self.server.offer_draft()
 
     @message
     async def save(self) -> Answer:

@@ -141,6 +141,12 @@ class DesignServer(PageServer[DesignView]):
             await page.show_state(state)
         self.refresh_steps()
 
+    async def offer_draft(self) -> None:
+        """Offer the next draft of earlier runs, or no further one, to all browsers."""
+        offer = await self.session.run(lambda: self.designer.draft_offer)
+        for page in list(self.browsers):
+            await page.tell({"draft": offer})
+
     async def change_clip(self, clip: Clip) -> None:
         """Show another clip."""
         old, self.designer.clip = self.designer.clip, clip

@@ -383,18 +383,20 @@ export class Start {
       requestAnimationFrame(() => /** @type {HTMLElement | null} */ (document.querySelector("#style-tab-content :is(.chips button, input:not([type=number]))"))?.focus());
   }
 
-  /** @param {{name: string, when: string} | null} draft */
+  /** @param {{name: string, when: string, count: number} | null} draft the newest, and how many there are */
   #offer(draft) {
     const offer = get("draft");
     offer.hidden = !draft || this.#postponed;
     this.#placeOffer();
     if (!draft) return;
-    const accept = make("button", { className: "strong", type: "button", textContent: "Open" });
+    const accept = make("button", { type: "button", textContent: "Restore" });
     const discard = make("button", { type: "button", textContent: "Discard" });
     const later = make("button", { className: "plain", type: "button", title: "Later", ariaLabel: "Later", onclick: () => (offer.hidden = this.#postponed = true) }, icon("close"));
-    accept.addEventListener("click", () => this.open("draft", { accept: true }).then(() => (offer.hidden = true)));
-    discard.addEventListener("click", () => this.session.ask("draft", { accept: false }).then(() => (offer.hidden = true)));
-    offer.replaceChildren(make("p", { textContent: `“${title(draft.name)}” has unsaved changes` }, make("span", { textContent: ` from ${new Date(draft.when).toLocaleString("en-GB", { day: "numeric", month: "short", hour: "2-digit", minute: "2-digit" })}` })), accept, discard, later);
+    accept.addEventListener("click", () => this.open("draft", { accept: true }));
+    discard.addEventListener("click", () => this.session.ask("draft", { accept: false }));
+    const when = new Date(draft.when).toLocaleString("en-GB", { day: "numeric", month: "short", hour: "2-digit", minute: "2-digit" });
+    const place = draft.count > 1 ? ` (1 of ${draft.count})` : "";
+    offer.replaceChildren(make("p", { textContent: `“${title(draft.name)}” has unsaved changes` }, make("span", { textContent: ` from ${when}` }), place), accept, discard, later);
   }
 
   /** Shows the offer of a draft where the user is: on this screen, or above the picture. */
