@@ -22,15 +22,16 @@ from waiting import LONG, eventually
 from websockets.exceptions import ConnectionClosed
 
 from vidstyle.core.picture import Picture
-from vidstyle.gallery.thumbnail import THUMBNAIL_HEIGHT_PX, THUMBNAIL_WIDTH_PX
+from vidstyle.errors import StyleError
+from vidstyle.gallery.thumbnail import THUMBNAIL_HEIGHT_PX, THUMBNAIL_WIDTH_PX, restyle_thumbnail
 from vidstyle.live.control import Controls, LiveOptions, Status
-from vidstyle.live.page import PageTarget, frame_feed
+from vidstyle.live.page import PageTarget, frame_feed, page_target
 from vidstyle.live.page.frame_feed import MAX_SIZE, encode_jpeg
 from vidstyle.live.page.page_target import STATIC_FOLDER
 from vidstyle.live.page.viewer import JpegQuality
 from vidstyle.live.session import LiveSession
 from vidstyle.live.target import LiveFrame
-from vidstyle.style import load_style, set_values, user_styles
+from vidstyle.style import Style, load_style, set_values, user_styles
 
 
 def test_a_picture_arrives_as_it_was_offered() -> None:
@@ -275,6 +276,40 @@ def test_all_looks_show_the_example_or_the_own_picture(browser: Browser) -> None
         assert set(browser.run(f"return {shown}")) == {"thumbnail"}
         browser.until("document.getElementById('shown-on').textContent === 'on your picture'")
         assert set(browser.run(f"return {shown}")) == {"look"}
+
+
+def test_a_look_that_cannot_be_drawn_keeps_its_thumbnail(
+    browser: Browser, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def restyle(style: Style, picture: np.ndarray) -> np.ndarray:
+        if style.name == "poster":
+            raise StyleError("poster", ["a block is missing"])
+        return restyle_thumbnail(style, picture)
+
+    monkeypatch.setattr(page_target, "restyle_thumbnail", restyle)
+    image = "document.querySelector('#styles [data-name=poster] img')"
+    with showing(names=["ink", "poster"]) as (page, _, _):
+        browser.open(page.url)
+        browser.until("document.getElementById('shown-on').textContent === 'on your picture'")
+        browser.until(f"{image}.src.includes('thumbnail.jpg') && !{image}.matches('.waiting')")
+
+
+def test_a_search_shows_the_best_look_first_on_a_phone(browser: Browser) -> None:
+    strip = "document.getElementById('styles')"
+    with showing("oil") as (page, _, _):
+        browser.call(
+            "Emulation.setDeviceMetricsOverride", width=360, height=740, deviceScaleFactor=1, mobile=True
+        )
+        browser.open(page.url)
+        browser.until(f"{strip}.children.length > 10")
+        moved = """const [strip, finder] = ["styles", "find-look"].map((id) => document.getElementById(id));
+            strip.scrollLeft = strip.scrollWidth;
+            finder.value = text;
+            finder.dispatchEvent(new Event("input"));
+            await new Promise((done) => setTimeout(done, 600)); // a smooth movement would have ended
+            return [strip.scrollLeft, strip.scrollWidth > strip.clientWidth + 120];"""
+        assert browser.run(moved, text="drawing") == [0, True]
+        browser.call("Emulation.clearDeviceMetricsOverride")
 
 
 def test_looks_are_shown_on_the_middle_of_an_early_picture_that_is_not_blank() -> None:

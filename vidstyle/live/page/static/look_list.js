@@ -25,7 +25,7 @@ export class LookList {
   #seen;
   /** Looks in view that are not drawn on the own picture. @type {Set<HTMLButtonElement>} */
   #waiting = new Set();
-  /** Looks on the own picture; all replace the photograph of vidstyle at once. @type {Map<HTMLButtonElement, HTMLImageElement>} */
+  /** Looks on the own picture, or on the photograph of vidstyle if they cannot be drawn; all are shown at once. @type {Map<HTMLButtonElement, HTMLImageElement>} */
   #own = new Map();
   #isOwn = false;
   #isTaking = false;
@@ -35,7 +35,7 @@ export class LookList {
   /** @param {(name: string) => void} onchoose */
   constructor(onchoose) {
     this.onchoose = onchoose;
-    this.#finder.addEventListener("input", () => this.#find());
+    this.#finder.addEventListener("input", () => this.#findFirst());
     this.#finder.addEventListener("keydown", (event) => this.#key(event));
     get("all-looks").onclick = () => this.search("");
     get("more").onclick = () => this.#expand(!this.#isExpanded);
@@ -63,7 +63,8 @@ export class LookList {
       this.#seen.unobserve(button);
       this.#waiting.delete(button);
       const own = this.#picture("look.jpg", button.dataset.name ?? "");
-      await own.decode().then(() => this.#own.set(button, own), () => {});
+      const isDrawn = await own.decode().then(() => true, () => false);
+      this.#own.set(button, isDrawn ? own : this.#picture("thumbnail.jpg", button.dataset.name ?? ""));
       if (this.#isOwn) this.#showOwn(button, source);
     }
     this.#isTaking = false;
@@ -95,7 +96,7 @@ export class LookList {
   /** Shows the looks that a text finds. @param {string} text */
   search(text) {
     this.#finder.value = text;
-    this.#find();
+    this.#findFirst();
     this.focus();
   }
 
@@ -154,6 +155,12 @@ export class LookList {
     if (focused instanceof HTMLElement && found.some((button) => button === focused)) focused.focus();
     describeSearch(looks, this.#finder.value, !found.length && looks.length > 0, (word) => this.search(word));
     this.#show();
+  }
+
+  /** Shows the looks that the search finds, from the best on. */
+  #findFirst() {
+    this.#find();
+    if (this.#finder.value.trim()) this.#list.scrollTo({ left: 0, behavior: "instant" });
   }
 
   /** Enter chooses the best look and ends the search. @param {KeyboardEvent} event */
