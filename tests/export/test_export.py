@@ -21,7 +21,7 @@ from vidstyle.cli import main
 from vidstyle.export import EXAMPLE_FILE, RUNNER_FOLDER, join_modules
 from vidstyle.export.adjust import with_tints
 from vidstyle.export.export_style import export_style
-from vidstyle.export.page import page_data
+from vidstyle.export.page import page_data, page_script
 from vidstyle.gpu.compile.es import es_plan
 from vidstyle.style import Style, load_style, override, set_values, style_file, style_names
 
@@ -120,6 +120,15 @@ def test_the_modules_of_a_page_declare_no_name_twice() -> None:
         re.M,
     )
     assert len(names) > 60 and [name for name in names if names.count(name) > 1] == []
+
+
+def test_only_comments_on_lines_of_their_own_are_removed_from_a_page(tmp_path: Path) -> None:
+    cast = '/** @type {HTMLElement} */ (get("a")).hidden = true;\nlet kept;\n'
+    module = tmp_path / "module.js"
+    module.write_text(
+        f"/** One. */\nexport const one = 1;\n  // A reason.\n{cast}/**\n * Two.\n */\nconst two = 2;\n"
+    )
+    assert page_script(module) == f"const one = 1;\n{cast}const two = 2;\n"
 
 
 def test_a_page_restyles_a_picture_from_a_file_and_asks_nobody(
