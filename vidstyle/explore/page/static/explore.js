@@ -351,7 +351,7 @@ function take(place) {
   tiles.leave(place, isKept(leaving.tile));
   // Where tiles scroll, the choice and the progress of the search are at the top.
   get("stage").scrollTop = document.documentElement.scrollTop = 0;
-  ask("like", { tile: chosen.tile }, MORE, "Your choice stays in the middle.");
+  ask("like", { tile: chosen.tile }, MORE, "Your choice stays.");
 }
 
 /** @param {number} tile */

@@ -134,11 +134,12 @@ export class Tiles {
       enlarge.setAttribute("aria-label", `Open tile ${place + 1}`);
     }
     this.#isMoved = false;
-    this.#place(this.shown[MIDDLE]?.kind === "chosen");
+    this.#place();
   }
 
-  /** Shows the chosen tile first where there is no middle, in two columns. @param {boolean} isChosen */
-  #place(isChosen) {
+  /** Shows the chosen tile first in two columns, which have no middle tile; also while the others fade. */
+  #place() {
+    const isChosen = this.element.classList.contains("leaving") || this.shown[MIDDLE]?.kind === "chosen";
     const cells = this.cells.map(({ cell }) => cell);
     const order = isChosen && this.columns < 3 ? [cells[MIDDLE], ...cells.filter((cell) => cell !== cells[MIDDLE])] : cells;
     if (order.every((cell, place) => this.element.children[place] === cell)) return;
@@ -167,7 +168,7 @@ export class Tiles {
   fit(aspect) {
     const { clientWidth, clientHeight } = /** @type {HTMLElement} */ (this.element.parentElement);
     this.columns = clientWidth < MIN_WIDTH_PX ? 2 : 3;
-    this.#place(this.shown[MIDDLE]?.kind === "chosen");
+    this.#place();
     const caption = /** @type {HTMLElement} */ (this.element.querySelector(".caption")).offsetHeight;
     const across = (clientWidth - GAP_PX * (this.columns + 1)) / this.columns;
     const lead = /** @type {HTMLElement} */ (this.element.previousElementSibling).offsetHeight;
@@ -211,7 +212,7 @@ export class Tiles {
   /** Moves the chosen tile to the middle, under its own name, and fades the others. @param {number} place @param {boolean} isKept */
   leave(place, isKept) {
     this.element.classList.add("leaving");
-    this.#place(true);
+    this.#place();
     this.mark(MIDDLE, isKept);
     if (this.cells[place].cell.contains(document.activeElement)) this.cells[MIDDLE].take.focus();
     const middle = this.cells[MIDDLE].cell.getBoundingClientRect();
