@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import replace
 from pathlib import Path
+from threading import Event
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from browser import Browser
 from designing import shown
 from media import make_clip, make_picture, photograph
 from PIL import Image
-from waiting import eventually
+from waiting import LONG, eventually
 
 from vidstyle.cli.parsing.child_pages import ChildPages
 from vidstyle.design.designer import Designer
@@ -151,6 +152,25 @@ def test_a_comic_is_made_and_shown_under_its_own_policy(server: DesignServer, tm
         assert page.ask("page", kind="print")["url"] == ""
         with pytest.raises(urllib.error.HTTPError, match="404"):
             opener.open(server.url.partition("/?")[0] + "/document?of=2")
+
+
+def test_a_comic_is_cancelled_on_the_page(server: DesignServer, browser: Browser) -> None:
+    cancelled = Event()
+
+    def make(file: str | None) -> str:
+        assert cancelled.wait(LONG)
+        raise UsageError("vidstyle comic", "cancelled")
+
+    assert server.front is not None
+    server.front = replace(server.front, pages={"comic": make}, cancel=cancelled.set)
+    browser.open(server.url)
+    door = "document.querySelector('[data-kind=comic]')"
+    browser.until(f"{door} && !{door}.hidden")
+    browser.run(f"{door}.click()")
+    browser.until(f"{door}.nextElementSibling?.textContent === 'Cancel'")
+    browser.run(f"{door}.nextElementSibling.click()")
+    browser.until(f"!{door}.nextElementSibling && !{door}.disabled")
+    assert "cancelled" in browser.run("return document.getElementById('toast').textContent")
 
 
 def test_a_command_serves_its_page_until_the_front_page_ends() -> None:
