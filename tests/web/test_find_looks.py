@@ -59,11 +59,11 @@ def test_an_enlarged_look_counts_those_found_stays_and_is_saved(
 def test_looks_are_found_by_the_words_of_laypeople_best_first(sheet: str, browser: Browser) -> None:
     browser.open(sheet)
     for text in ("watercolor", "Watercolour"):
-        assert browser.run(FIND, text=text) == ["Watercolour"]
+        assert browser.run(FIND, text=text) == ["Watercolor"]
     assert browser.run(FIND, text="van gogh")[0] == "Impressionist", "it is its first other name"
     assert browser.run(FIND, text="lego") == ["Mosaic", "Pixel"]
     assert browser.run(FIND, text="gameboy") == browser.run(FIND, text="game-boy") == ["Dither", "Pixel"]
-    assert browser.run(FIND, text="watercolour like turner") == ["Watercolour"], "the word that names a look"
+    assert browser.run(FIND, text="watercolour like turner") == ["Watercolor"], "the word that names a look"
     assert browser.run(FIND, text="scary")[0] in ("Woodcut", "Charcoal", "Noir"), "a mood"
     assert browser.run(FIND, text="flying saucer") == [], "a flyer is another word"
     assert browser.run(FIND, text="remmbrant") == []
@@ -71,10 +71,10 @@ def test_looks_are_found_by_the_words_of_laypeople_best_first(sheet: str, browse
     assert browser.run(FIND, text="qqq") == [] == browser.run(OFFERED), "no word is near"
     assert browser.run(FIND, text="old photo")[0] == "Noir", "the whole phrase before its parts"
     assert browser.run(FIND, text="crayons") == browser.run(FIND, text="like a crayon") == ["Crayon"]
-    assert browser.run(FIND, text="soft colours")[0] == "Watercolour", "a name before words of descriptions"
+    assert browser.run(FIND, text="soft colours")[0] == "Watercolor", "a name before words of descriptions"
     assert browser.run(FIND, text="wattercolr") == [], "two errors are too many"
     browser.click("#words-to-try button")
-    assert browser.run("return document.getElementById('find-look').value") == "Watercolour"
+    assert browser.run("return document.getElementById('find-look').value") == "Watercolor"
     browser.run("document.getElementById('find-look').value = ''")
     browser.run(FIND, text="")
     browser.until("document.querySelectorAll('main figure:not([hidden])').length > 1")
@@ -125,7 +125,7 @@ def test_properties_find_their_looks_in_the_declared_order(sheet: str, browser: 
 
 def test_a_sheet_says_that_no_look_is_exactly_what_was_asked(sheet: str, browser: Browser) -> None:
     browser.open(sheet)
-    assert browser.run(FIND, text="bokeh")[0] == "Watercolour"
+    assert browser.run(FIND, text="bokeh")[0] == "Watercolor"
     assert browser.run(NEAR).startswith("No look is exactly “bokeh”. In the designer")
     assert browser.run(FIND, text="snow white") == ["Cartoon"]
     assert browser.run(NEAR) == ""

@@ -68,7 +68,7 @@ export function download(blob, name) {
 export const words = (name) => name.replaceAll("_", " ");
 
 /** First words of names that are written in another way. @type {Object<string, string>} */
-const WRITTEN = { ascii: "ASCII", crt: "CRT", vhs: "VHS", watercolor: "Watercolour" };
+const WRITTEN = { ascii: "ASCII", crt: "CRT", vhs: "VHS" };
 
 /** Returns a name as words that start with a capital letter. @param {string} text */
 export const title = (text) => words(text).replace(/^\w+/, (first) => WRITTEN[first] ?? first).replace(/^\w/, (letter) => letter.toUpperCase());
@@ -115,6 +115,11 @@ const ICONS = {
   back: "M10.5 2.5 5 8l5.5 5.5",
   forward: "M5.5 2.5 11 8l-5.5 5.5",
   print: "M4.5 6V2.5h7V6M4.5 12h-2V6h11v6h-2M4.5 9.5h7v4h-7z",
+  sliders: "M2 4.5h6m3.5 0H14M2 11.5h2.5m3.5 0h6M9.7 6.2a1.7 1.7 0 1 0 0-3.4 1.7 1.7 0 0 0 0 3.4ZM6.2 13.2a1.7 1.7 0 1 0 0-3.4 1.7 1.7 0 0 0 0 3.4Z",
+  save: "M2.5 2.5h8.5l2.5 2.5v8.5h-11zM5 2.5v3.5h5V2.5M4.5 13.5v-4h7v4",
+  export: "M8 10V2M5 5l3-3 3 3M2.5 9.5v4h11v-4",
+  drop: "M8 2v8M5 7l3 3 3-3M2.5 9.5v4h11v-4",
+  scopes: "M2 13.5h12M3.5 13V8.5M6.5 13V4M9.5 13V6.5M12.5 13v-3",
   restore: "M3 3v4h4M3.5 7A5.5 5.5 0 1 1 2.5 9",
 };
 
