@@ -40,9 +40,16 @@ def test_a_draft_of_another_style_remains(tmp_path: Path, photo: Path) -> None:
         page.ask("draft", accept=True)
         assert (page.told["state"]["name"], page.told["draft"]["name"]) == ("mine", "ink")
         page.ask("draft", accept=True)
-        assert (page.told["state"]["name"], page.told["draft"]) == ("ink", None)
-    # The draft of "mine" was open, and another style was opened in its place: it was discarded.
-    assert [draft.table["name"] for draft in Drafts(tmp_path / "drafts" / "draft.json").read()] == ["ink"]
+        assert page.told["state"]["name"] == "ink"
+        # The draft of "mine" was open: it is offered in place of the other one.
+        assert (page.told["draft"]["name"], page.told["draft"]["count"]) == ("mine", 1)
+        page.ask("field", name="ink", value="#778899", gesture=3)
+        page.ask("draft", accept=True)
+        assert (page.told["state"]["name"], page.told["draft"]["name"]) == ("mine", "ink")
+        fields = {entry["name"]: entry["value"] for entry in page.told["state"]["fields"]}
+        assert fields["ink"] == "#445566", "as it was left"
+    left = Drafts(tmp_path / "drafts" / "draft.json").read()
+    assert {draft.table["name"]: draft.table["ink"] for draft in left} == {"ink": "#778899", "mine": "#445566"}
 
 
 def test_drafts_are_offered_one_after_the_other(tmp_path: Path, photo: Path, browser: Browser) -> None:
@@ -58,6 +65,20 @@ def test_drafts_are_offered_one_after_the_other(tmp_path: Path, photo: Path, bro
         browser.run(press, name="Restore")
         browser.until(f"{offer}.hidden && document.getElementById('name').value === 'Ink'")
         eventually(lambda: server.designer.opened.style.ink == "#112233")
+
+
+def test_no_question_is_asked_before_a_draft_since_both_styles_are_kept(
+    tmp_path: Path, photo: Path, browser: Browser
+) -> None:
+    offer = "document.getElementById('draft')"
+    with served(tmp_path, open_clip(photo)) as server:
+        browser.open(server.url)
+        for name, other in (("Sketch", "Ink"), ("Ink", "Sketch")):
+            browser.until(f"{offer}.textContent.includes('“{name}” has unsaved changes')")
+            browser.run(f"{offer}.querySelector('button').click()")
+            browser.until(f"document.getElementById('name').value === {name!r}")
+            browser.until(f"{offer}.textContent.includes('“{other}” has unsaved changes')")
+        assert len(Drafts(tmp_path / "drafts" / "draft.json").read()) == 2
 
 
 def test_one_draft_too_many_replaces_the_oldest(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

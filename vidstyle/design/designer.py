@@ -40,7 +40,7 @@ class Designer:
         folder: the working folder, for all output but styles that already have a file.
         document: the style; None until one is opened or created.
         file: the file of the style, or None.
-        offered: the drafts of earlier runs, newest first.
+        offered: the drafts of earlier runs, newest first, then those of styles that were open.
     """
 
     def __init__(self, clip: Clip, folder: Path, drafts: Drafts) -> None:
@@ -127,13 +127,18 @@ class Designer:
             self._resume(draft)
         else:
             self._drafts.discard(draft)
-        del self.offered[0]
+        self.offered.remove(draft)
 
     def _resume(self, draft: Draft) -> None:
+        """Open a draft; unsaved changes of the open style become a draft that is offered in its place."""
         file = Path(draft.file) if draft.file else None
         folder = file.absolute().parent if file else None
-        self._open(style_from_table(draft.table, "draft", folder=folder), draft.text, file)
+        style = style_from_table(draft.table, "draft", folder=folder)
+        self.keep_draft()
+        kept = self._drafts.leave()
+        self._open(style, draft.text, file)
         self._drafts.resume(draft)
+        self.offered += [kept] if kept else []
         self.opened.mark_changed()
 
     def save(self) -> str:

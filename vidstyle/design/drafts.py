@@ -72,6 +72,11 @@ class Drafts:
         """Continue a draft of an earlier run as the draft of the open style."""
         self._own = draft.path
 
+    def leave(self) -> Draft | None:
+        """Return the draft of the open style, if there is one, which becomes that of an earlier one."""
+        own, self._own = self._own, None
+        return _read_draft(own) if own else None
+
     def remove(self) -> None:
         """Remove the draft of the open style, if there is one."""
         if self._own is not None:
