@@ -49,7 +49,10 @@ def test_a_draft_of_another_style_remains(tmp_path: Path, photo: Path) -> None:
         fields = {entry["name"]: entry["value"] for entry in page.told["state"]["fields"]}
         assert fields["ink"] == "#445566", "as it was left"
     left = Drafts(tmp_path / "drafts" / "draft.json").read()
-    assert {draft.table["name"]: draft.table["ink"] for draft in left} == {"ink": "#778899", "mine": "#445566"}
+    assert {draft.table["name"]: draft.table["ink"] for draft in left} == {
+        "ink": "#778899",
+        "mine": "#445566",
+    }
 
 
 def test_drafts_are_offered_one_after_the_other(tmp_path: Path, photo: Path, browser: Browser) -> None:

@@ -264,6 +264,25 @@ def test_escape_clears_the_search_and_never_shows_a_designer_without_a_style(
     assert not browser.run("return document.getElementById('start').hidden")
 
 
+def test_the_front_page_stays_when_it_is_loaded_again(server: DesignServer, browser: Browser) -> None:
+    browser.open(server.url)
+    browser.until("document.querySelector('.tile:not(.new)')")
+    browser.click(".tile:not(.new)")
+    browser.until("document.getElementById('start').hidden && document.querySelector('.style-panel .value')")
+    browser.run("document.getElementById('to-styles').click()")
+    browser.run("window.isOld = true; location.reload()")
+    browser.until("!window.isOld && document.querySelector('.tile:not(.new)')")
+    browser.until("document.querySelector('.style-panel .value')")
+    assert not browser.run(
+        "return document.getElementById('start').hidden || document.getElementById('back').hidden"
+    )
+    browser.open("about:blank")
+    browser.open(server.url)
+    browser.until("document.querySelector('.style-panel .value')")
+    assert not browser.run("return document.getElementById('start').hidden"), "a new visit"
+    assert browser.run("return getComputedStyle(document.activeElement).outlineStyle") == "none"
+
+
 def test_after_a_click_on_a_look_no_control_has_the_focus(server: DesignServer, browser: Browser) -> None:
     """The page has the same keys: the space bar plays the film."""
     browser.open(server.url)

@@ -153,10 +153,16 @@ function refresh() {
   history.show(state);
 }
 
+/** Whether no document has arrived since the page was loaded. */
+let isFirst = true;
+
 /** @param {import("./types.js").State | null} state */
 function showState(state) {
   get("opening").hidden = true;
-  if (!state) return start.show(true);
+  const isAtStart = isFirst && start.isShownFirst;
+  isFirst = false;
+  if (!state || isAtStart) start.show(true);
+  if (!state) return;
   if (opening) {
     const fresh = opening;
     opening = "";
@@ -261,6 +267,8 @@ get("save-as-new").addEventListener("click", () => dialogs.saveAs());
 get("export").addEventListener("click", () => dialogs.export());
 get("render").addEventListener("click", () => render());
 get("help").addEventListener("click", () => help());
+for (const item of /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("[data-does]")))
+  item.addEventListener("click", () => get(String(item.dataset.does)).click());
 get("actions").addEventListener("click", () => get("actions").matches(":popover-open") && get("actions").hidePopover());
 get("unsolo").addEventListener("click", () => solo(null));
 for (const button of get("tabs").querySelectorAll("button"))

@@ -49,6 +49,7 @@ export class Bar {
     get("steady").addEventListener("click", () => this.steady());
     const menu = get("view-menu");
     addEventListener("resize", () => menu.hidePopover());
+    get("to-scenes").addEventListener("click", () => menu.hidePopover());
     menu.addEventListener("toggle", (event) => {
       if (/** @type {ToggleEvent} */ (event).newState !== "open") return;
       const { right, top } = get("view").getBoundingClientRect();
@@ -81,7 +82,7 @@ export class Bar {
   show() {
     const { player, view, where, restyler } = this.preview;
     const { clip, number, range } = player;
-    get("film").hidden = !player.isFilm;
+    get("film").hidden = get("to-scenes").hidden = !player.isFilm;
     this.place.max = String(Math.max(1, clip.count - 1));
     this.place.value = String(number);
     const part = (/** @type {number} */ at) => String(at / Math.max(1, clip.count - 1));
@@ -114,7 +115,7 @@ export class Bar {
   /** Shows whether vidstyle answers. @param {boolean} on */
   lose(on) {
     get("view").classList.toggle("stopped", on);
-    get("state").textContent = on ? "Stopped" : "Preview";
+    get("state").textContent = on ? "Stopped" : "View";
   }
 
   /** Shows a zoom that has no button. */

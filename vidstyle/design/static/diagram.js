@@ -67,6 +67,7 @@ export class Diagram {
       if ((typeof name === "number" && !steps.has(name)) || (typeof name === "string" && name.startsWith("fold-"))) {
         card.remove();
         this.#cards.delete(name);
+        this.#discardPicture(name);
       }
     this.#write(this.#card("source"), "Source", this.film);
     for (const [name, step] of steps) this.#fill(this.#card(name), /** @type {Step} */ (step));
@@ -296,6 +297,13 @@ export class Diagram {
     const fold = /** @type {HTMLImageElement | null} */ (this.area.querySelector(`.fold[data-last="${step}"] img`));
     if (fold) fold.src = address;
     if (before) picture.decode().catch(() => {}).then(() => URL.revokeObjectURL(before));
+  }
+
+  /** Frees the thumbnail of a step that was removed. @param {CardName} name */
+  #discardPicture(name) {
+    if (typeof name !== "number") return;
+    URL.revokeObjectURL(this.#pictures.get(name) ?? "");
+    this.#pictures.delete(name);
   }
 
   /** Draws the picture of the source or the result. @param {"source" | "result"} name @param {CanvasImageSource} picture @param {[number, number]} size */

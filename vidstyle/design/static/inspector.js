@@ -100,7 +100,8 @@ export class Inspector {
   #links(step, other) {
     if (other) this.links.open = Boolean(step.from || step.save);
     const options = [...new Set([...step.from_options, step.from])];
-    this.from.replaceChildren(...options.map((name) => new Option(name ? words(name) : "previous step", name)));
+    if ([...this.from.options].map(({ value }) => value).join() !== options.join())
+      this.from.replaceChildren(...options.map((name) => new Option(name ? words(name) : "previous step", name)));
     this.from.value = step.from;
     this.save.placeholder = step.implied ? `not saved by name; saved as ${step.implied}` : "not saved";
     if (document.activeElement !== this.save) this.save.value = step.save;

@@ -24,11 +24,10 @@ import { LAYERS } from "./types.js";
  * @property {number} rows
  */
 
-/** Sizes of cards from large to small; a card has a picture and two lines of text below it. @type {Size[]} */
-const CARD_SIZES = [168, 156, 144, 132, 122, 112, 104].map((w) => {
-  const text = w > 125 ? 42 : w > 104 ? 40 : 33;
-  const flat = w > 104 ? 9 / 16 : 0.43;
-  return { name: w > 125 ? "large" : w > 104 ? "medium" : "small", w, h: Math.round(w * flat) + text, gap: 24 + (w - 104) / 6, row: 15 + (w - 104) / 4 };
+/** Sizes of cards from large to small; a card has a picture and two lines of text below it, of its name only if it is tiny. @type {Size[]} */
+const CARD_SIZES = [168, 156, 144, 132, 122, 112, 104, 92, 80, 72].map((w) => {
+  const [name, text, flat] = w > 125 ? ["large", 42, 9 / 16] : w > 104 ? ["medium", 40, 9 / 16] : w > 92 ? ["small", 33, 0.43] : ["tiny", 28, 0.4];
+  return { name, w, h: Math.round(w * flat) + text, gap: 24 + (w - 104) / 6, row: Math.max(11, 15 + (w - 104) / 4) };
 });
 /** Space on the left and right of the diagram. All lengths are CSS pixels. */
 const MARGIN_PX = 36;
@@ -37,12 +36,13 @@ const MARGIN_WIRES_PX = [12, 4];
 /** Distance between parallel wires of saved pictures. */
 const TRACK_PX = 7;
 /** Space for the name of a layer before its first card. */
-const LABEL_PX = { base: 78, background: 136, lines: 136 };
+const LABEL_PX = { base: 78, lanes: 108 };
 /** Space before the result, where both lanes join. */
-const JOIN_PX = 56;
+const JOIN_PX = 44;
 
 /**
- * Returns the layout with the fewest rows and the largest cards that then fit.
+ * Returns the layout with the fewest rows and the largest cards that then fit; with more rows, or tiny cards, only where
+ * nothing else fits.
  * @param {import("./fold.js").Folded} state
  * @param {number} width
  * @param {number} height
@@ -50,10 +50,10 @@ const JOIN_PX = 56;
  */
 export function layoutOf(state, width, height) {
   const tried = CARD_SIZES.map((size) => new Arrangement(state, width, size).layout);
-  const smallest = tried[tried.length - 1];
-  /** @param {Layout} layout */
-  const fits = (layout) => layout.rows === smallest.rows && layout.height <= height && layout.width <= width;
-  return tried.find(fits) ?? smallest;
+  const fitting = tried.filter((layout) => layout.height <= height && layout.width <= width);
+  const readable = tried.filter(({ size }) => size.name !== "tiny");
+  const fewest = Math.min(...readable.map(({ rows }) => rows));
+  return fitting.find(({ rows, size }) => rows === fewest && size.name !== "tiny") ?? fitting[0] ?? tried[tried.length - 1];
 }
 
 /** Cards in rows, and the wires between them. */
@@ -115,8 +115,8 @@ class Arrangement {
   lanes(end) {
     const counts = [this.state.items.background.length, this.state.items.lines.length];
     const empty = this.state.items.base.length ? 0 : LABEL_PX.base - 20;
-    const behind = { x: end.x + this.size.w + LABEL_PX.lines + empty, row: end.row };
-    const below = { x: MARGIN_PX + LABEL_PX.lines - 46, row: end.row + 1 };
+    const behind = { x: end.x + this.size.w + LABEL_PX.lanes + empty, row: end.row };
+    const below = { x: MARGIN_PX + LABEL_PX.lanes - 46, row: end.row + 1 };
     const plans = [behind, below].map(({ x, row }) => {
       const room = Math.floor((this.right - this.size.w - JOIN_PX - x + this.size.gap) / this.pitch);
       const rows = counts.map((count) => Math.max(1, Math.ceil(count / Math.max(room, 1))));

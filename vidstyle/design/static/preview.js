@@ -51,6 +51,8 @@ export class Preview {
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #fitting;
   #packets = Promise.resolve();
+  /** Is called with the exact picture that `check` requests. @type {(packet: Packet) => void} */
+  #takeExact = () => {};
 
   /**
    * @param {import("./session.js").Session} session
@@ -66,7 +68,7 @@ export class Preview {
     this.restyler = new Restyler(() => this.restyle(), session.onerror);
     this.where = /** @type {Where} */ (this.restyler.isFast ? "page" : "server");
     session.on("plan", (plan) => {
-      this.styled = null;
+      this.styled = null; // shown until the next picture
       if (plan.plan?.server.includes("masks")) this.renderIn("server", this.side);
       return this.restyler.take(plan);
     });
@@ -144,8 +146,16 @@ export class Preview {
 
   #forget() {
     this.styled?.close();
-    this.styled = this.view.result = null;
+    this.styled = null;
+    this.#put(null);
     this.#showSource();
+  }
+
+  /** Replaces the result, and frees the memory of the one before. @param {import("./picture.js").Shown | null} shown */
+  #put(shown) {
+    const before = this.view.result?.picture;
+    this.view.result = shown;
+    if (before instanceof ImageBitmap && before !== shown?.picture && before !== this.styled) before.close();
   }
 
   /** Shows the source, and says so, until there is a result. */
@@ -184,7 +194,9 @@ export class Preview {
   }
 
   /** @param {Packet} packet */
-  async #take({ type, number, revision, file }) {
+  async #take(packet) {
+    const { type, number, revision, file } = packet;
+    if (type === PACKET.exact) return this.#takeExact(packet);
     if (type !== PACKET.source && type !== PACKET.styled && type !== PACKET.steady && type !== PACKET.faces) return;
     const picture = await createImageBitmap(file);
     if (type === PACKET.steady) return this.#show(picture, revision);
@@ -201,7 +213,7 @@ export class Preview {
       this.view.source = { picture, size: [picture.width, picture.height] };
       this.#showSource();
     } else {
-      this.styled?.close();
+      if (this.styled !== this.view.result?.picture) this.styled?.close();
       this.styled = picture;
       this.#styledRevision = revision;
     }
@@ -228,7 +240,7 @@ export class Preview {
   /** @param {ImageBitmap | HTMLCanvasElement} picture @param {number} revision of the document that it shows */
   #show(picture, revision) {
     this.revision = revision;
-    this.view.result = { picture, size: [picture.width, picture.height] };
+    this.#put({ picture, size: [picture.width, picture.height] });
     this.view.draw();
     this.#fitSoon();
     this.view.canvas.dataset.revision = String(this.session.state?.revision ?? "");
@@ -244,7 +256,7 @@ export class Preview {
   async check() {
     await this.player.pause();
     /** @type {Promise<Packet>} */
-    const packet = new Promise((done) => this.session.on("picture", (each) => each.type === PACKET.exact && done(each)));
+    const packet = new Promise((done) => (this.#takeExact = done));
     if (!(await this.session.ask("check")) || !this.view.result) return null;
     const exact = await createImageBitmap((await packet).file);
     // The server sends a small picture first if rendering is slow.

@@ -5,7 +5,7 @@ import { followPointer, get } from "./elements.js";
 const MIN_HEIGHT_PX = 120;
 const KEY_STEP_PX = 24;
 /** The largest share of the height that the diagram takes by default. */
-const MAX_DEFAULT_SHARE = 0.53;
+const MAX_DEFAULT_SHARE = 0.55;
 
 /** Sets the height of the diagram: to fit its content, or as the user drags it. */
 export class Splitter {

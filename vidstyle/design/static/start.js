@@ -42,7 +42,7 @@ export const START_KEYS = [
   { group: "Looks", keys: ["/"], help: "Find a look", run: () => {} },
   { keys: ["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"], help: "Move from look to look", run: () => {} },
   { keys: ["Enter"], help: "Open the look; in the search, the first one", run: () => {} },
-  { keys: ["Tab"], help: "Move on: search, kinds of looks, looks, other pages", run: () => {} },
+  { keys: ["Tab"], help: "Move on: file, other pages, search, kinds of looks, looks", run: () => {} },
   { keys: ["Escape"], help: "Clear the search, or return to the open style", run: () => {} },
   { keys: ["?"], help: "Show this list", run: () => {} },
 ];
@@ -103,7 +103,6 @@ export class Start {
     get("top").addEventListener("wheel", ({ deltaY, deltaMode }) => this.isOpen && this.root.scrollBy(0, deltaY * (WHEEL_UNITS_PX[deltaMode] ?? innerHeight)), { passive: true });
     rove(get("groups"), "button");
     rove(get("tiles"), ".tile");
-    // The first tile has the focus at once; its ring would look like a choice before a key is pressed.
     addEventListener("keydown", (event) => {
       document.body.classList.add("keys");
       if (event.key !== "/" || !this.isOpen || /** @type {HTMLElement} */ (event.target).matches("input")) return;
@@ -146,6 +145,11 @@ export class Start {
   /** The width of a tile on the screen, in its pixels. */
   get #tileWidth() {
     return Math.ceil((this.#pictures[0]?.clientWidth || innerWidth) * devicePixelRatio);
+  }
+
+  /** Whether a page with an open style begins with this screen: as before it was loaded again; the front page in a new tab. */
+  get isShownFirst() {
+    return history.state?.isStart ?? document.body.classList.contains("front");
   }
 
   /** Clears the search if it has a text, else returns to the open style, if there is one. */
@@ -266,6 +270,7 @@ export class Start {
     const width = this.#tileWidth;
     if (this.#requested === width) return;
     this.#requested = width;
+    get("previews").textContent = "Rendering previews…";
     this.session.ask("start", { width });
   }
 
@@ -372,7 +377,7 @@ export class Start {
 
   /** @param {string} kind @param {Object<string, any>} fields @param {boolean} [isByKeyboard] */
   async open(kind, fields, isByKeyboard = false) {
-    if (!(await this.mayLeave())) return;
+    if (kind !== "draft" && !(await this.mayLeave())) return; // unsaved changes stay, as a further draft
     this.opened(kind);
     if (!(await this.session.ask(kind, fields))) return;
     this.show(false);
@@ -401,7 +406,7 @@ export class Start {
 
   /** Shows the offer of a draft where the user is: on this screen, or above the picture. */
   #placeOffer() {
-    if (this.isOpen) this.root.querySelector("header")?.after(get("draft"));
+    if (this.isOpen) get("other-pages").before(get("draft"));
     else get("stage").append(get("draft"));
   }
 

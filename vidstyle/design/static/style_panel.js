@@ -9,7 +9,7 @@ import { variantChip } from "./variant_chip.js";
 /** @typedef {import("./types.js").State} State */
 
 /** Fields of the style that are shown below its knobs. */
-const MAIN_FIELDS = ["strength", "steady", "focus"];
+const MAIN_FIELDS = ["strength"];
 
 /** Shows and edits the style as a whole. */
 export class StylePanel {
@@ -31,7 +31,7 @@ export class StylePanel {
     this.first = make("div", { className: "first" }, make("p", { className: "quiet", textContent: "This style has no steps yet: it changes nothing." }), make("button", { type: "button", className: "strong", textContent: "Add a first step…", onclick: onadd }));
     this.none = make("p", { className: "quiet", textContent: "No value of a step is here yet. Open Diagram, choose a step, and press the pin next to a value." });
     this.errors = make("div", { className: "error" });
-    this.more = make("details", {}, make("summary", { textContent: "Colours, size and note" }), this.fields.element,
+    this.more = make("details", {}, make("summary", { textContent: "More settings" }), this.fields.element,
       make("label", { htmlFor: "note", textContent: "Note", className: "above" }), this.note);
     this.about = make("p", { className: "about" });
     this.element = make("div", { className: "style-panel" }, this.errors, this.about, this.variants, this.first, this.none, this.knobs.element,
@@ -47,6 +47,16 @@ export class StylePanel {
     field?.scrollIntoView({ block: "nearest" });
   }
 
+  /** Shows the variants; their buttons keep the focus while only values change. @param {State} state */
+  #showVariants({ variants, variant }) {
+    const shown = JSON.stringify(variants);
+    if (this.variants.dataset.shown !== shown)
+      this.variants.replaceChildren(...variants.map((each) => variantChip(each, () => this.session.edit("variant", { name: each.name }))));
+    this.variants.dataset.shown = shown;
+    this.variants.hidden = !variants.length;
+    for (const chip of this.variants.children) press(chip, /** @type {HTMLElement} */ (chip).dataset.name === variant);
+  }
+
   /** @param {State} state */
   show(state) {
     this.element.hidden = false;
@@ -54,12 +64,7 @@ export class StylePanel {
     this.about.textContent = about;
     this.errors.replaceChildren(...state.errors.map((text) => make("p", { textContent: text })));
     this.errors.hidden = !state.errors.length;
-    this.variants.replaceChildren(...state.variants.map((variant) => {
-      const chip = variantChip(variant, () => this.session.edit("variant", { name: variant.name }));
-      press(chip, variant.name === state.variant);
-      return chip;
-    }));
-    this.variants.hidden = !state.variants.length;
+    this.#showVariants(state);
     this.knobs.show(state.knobs);
     const hasSteps = stepsOf(state).length > 0, isNew = !state.knobs.length;
     this.first.hidden = hasSteps;
@@ -67,8 +72,8 @@ export class StylePanel {
     /** @param {import("./types.js").Entry} entry */
     const isMain = (entry) => (MAIN_FIELDS.includes(entry.name) || (isNew && entry.kind === "color")) && !entry.knob;
     const hasEffect = (/** @type {import("./types.js").Entry} */ { name }) => this.isFilm || name !== "steady";
-    this.main.show(state.fields.filter((entry) => isMain(entry) && hasEffect(entry)));
-    this.fields.show(state.fields.filter((entry) => !isMain(entry)));
+    this.main.show(state.fields.filter(isMain));
+    this.fields.show(state.fields.filter((entry) => !isMain(entry) && hasEffect(entry)));
     if (document.activeElement !== this.note) this.note.value = state.note;
   }
 }
