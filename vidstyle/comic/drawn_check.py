@@ -18,9 +18,9 @@ from vidstyle.core.closing import Closing
 from vidstyle.regions.boxes import Box, Rectangle
 from vidstyle.regions.faces import FaceFinder
 
-_DRAFT_DPI = 72.0
+_DRAFT_DPI = 102.0
 _DRAFT_WIDTH_PX, _DRAFT_ASPECT_RANGE = 400, (0.8, 2.0)
-"""Width of a draft, 14 cm on paper, and the range of its aspect."""
+"""Width of a draft, 10 cm on paper, and the range of its aspect."""
 _MIN_MAIN_FACE_RATIO = 0.2
 """Height of a face, relative to the picture's, from which it is what the panel shows."""
 
@@ -30,7 +30,7 @@ class DrawnCheck(Closing):
 
     def __init__(self, film: Film, styles: PanelStyles, device: str, faces: FaceFinder) -> None:
         self._film, self._styles, self._faces = film, styles, faces
-        self._renderer = PanelRenderer((), _DRAFT_DPI, device, announce=False)
+        self._renderer = PanelRenderer((), _DRAFT_DPI, device, announce=False, is_draft=True)
         self._known, self._contents = dict[float, float](), dict[float, Box]()
 
     def close(self) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import cycle
 
 import cv2
@@ -14,11 +14,11 @@ from vidstyle.backend import Backend
 from vidstyle.comic.analyze.key_frame_source import Film
 from vidstyle.comic.key_frame import KeyFrame
 from vidstyle.comic.layout.layout import PageLayout
-from vidstyle.comic.layout.paper import MM_PER_INCH
 from vidstyle.comic.layout.storyboard import format_timecode
 from vidstyle.comic.lettering.fonts import Letters, remove_stress
 from vidstyle.comic.output.compression_noise import smooth_compression_noise
 from vidstyle.comic.output.enlargement import sharpen_enlarged
+from vidstyle.comic.output.paper_scale import reduction_factor, scale_to_paper
 from vidstyle.comic.output.shadow_light import lift_shadows
 from vidstyle.comic.output.sheet import Label, RenderedPanel, Sheet
 from vidstyle.comic.output.write import Frames
@@ -27,32 +27,8 @@ from vidstyle.regions.boxes import Box, Rectangle
 from vidstyle.renderer import open_renderer, restyle_array
 from vidstyle.style import Style
 
-DEFAULT_STYLE_HEIGHT_PX = 720
-"""Reference height of styles that declare none."""
-STYLE_HEIGHT_MM = 90.0
-"""Height on paper that corresponds to a style's reference height."""
-MIN_LENGTH_FACTOR = 0.8
-"""Factor on lengths in small panels; finer dots would need more pixels than a page has by default."""
 MAX_OVERSAMPLING, MAX_OVERSAMPLED_PIXELS = 2.0, 12e6
 """Enough for enlarged panels; more pixels make drawing slow and files large."""
-
-
-def scale_to_paper(style: Style, height: int, width: int, dpi: float) -> Style:
-    """Return the style with lengths that are constant on paper, independent of the picture's size.
-
-    The reference height of a style corresponds to 9 cm: with 720 lines, 5 pixels are 0.63 mm at every
-    resolution, and down to 0.5 mm in smaller panels, whose faces are smaller.
-
-    Args:
-        style: not changed.
-        height, width: of the picture to restyle, in pixels.
-        dpi: pixels per inch.
-    """
-    usual = STYLE_HEIGHT_MM * dpi / MM_PER_INCH
-    printed = usual * min(1.0, max(MIN_LENGTH_FACTOR, math.sqrt(min(height, width) / usual)))
-    lines = style.height or DEFAULT_STYLE_HEIGHT_PX
-    # A still needs no temporal smoothing.
-    return replace(style, height=min(height, width) * lines / printed, steady=0.0)
 
 
 def oversampling_of(sizes: Iterable[tuple[int, int]]) -> float:
@@ -74,13 +50,20 @@ class PanelRenderer(Closing):
         device: as for `open_renderer`.
         announce: as for `open_renderer`.
         oversampling: pixels of a picture per pixel of the page, for a page that can be enlarged.
+        is_draft: whether panels are drawn at the resolution of the page, however low.
     """
 
     def __init__(
-        self, styles: Sequence[Style], dpi: float, device: str, announce: bool = True, oversampling: float = 1
+        self,
+        styles: Sequence[Style],
+        dpi: float,
+        device: str,
+        announce: bool = True,
+        oversampling: float = 1,
+        is_draft: bool = False,
     ) -> None:
         self._styles, self._dpi, self._device, self._announce = cycle(styles), dpi, device, announce
-        self._oversampling = oversampling
+        self._oversampling, self._is_draft = oversampling, is_draft
         self._backend: Backend | None = None
 
     def close(self) -> None:
@@ -103,17 +86,22 @@ class PanelRenderer(Closing):
     def draw(self, style: Style, color: np.ndarray, window: Box, picture: Rectangle) -> np.ndarray:
         """Restyle a part of a frame in any style; otherwise like `panel`."""
         width, height = (round(side * self._oversampling) for side in (picture.width, picture.height))
-        shown = cut_out(color, window, width, height, is_cleaned=not style.is_plain)
         if style.is_plain:
-            return shown
-        shown = lift_shadows(shown)
-        style = scale_to_paper(style, height, width, self._dpi * self._oversampling)
+            return cut_out(color, window, width, height)
+        dpi = self._dpi * self._oversampling
+        reduction = 1.0 if self._is_draft else reduction_factor(style, dpi)
+        size = round(width * reduction), round(height * reduction)
+        shown = lift_shadows(cut_out(color, window, *size, is_cleaned=True))
+        style = scale_to_paper(style, shown.shape[0], shown.shape[1], dpi * reduction)
         if self._backend is None:
             self._backend = open_renderer(style, self._device, self._announce)
         else:
             self._backend.change_style(style)
         # Lengths fit the paper: a small panel is no small picture.
-        return restyle_array(self._backend, shown, seen_side=math.inf)
+        drawn = restyle_array(self._backend, shown, seen_side=math.inf)
+        if reduction == 1:
+            return drawn
+        return cv2.resize(drawn, (width, height), interpolation=cv2.INTER_AREA)
 
 
 def cut_out(color: np.ndarray, window: Box, width: int, height: int, is_cleaned: bool = False) -> np.ndarray:
