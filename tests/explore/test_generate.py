@@ -13,6 +13,8 @@ from vidstyle.explore.colors import MIN_CONTRAST, contrast, is_pale
 from vidstyle.explore.composed.open_style import MAX_GROWTH_RATIO
 from vidstyle.explore.composed.shipped_parts import families, shipped_styles
 from vidstyle.explore.generate import alter, cross, mutate, random_style
+from vidstyle.explore.paper.light import evened, lit, moderated
+from vidstyle.explore.paper.paper_style import SMOOTHED
 from vidstyle.explore.paper.rules import FILTER_COUNT_RANGE, FILTER_RULES, GRAY_SHARE, Rules
 from vidstyle.explore.random_steps import is_valid
 from vidstyle.style import LAYERS, Step, Style, load_style, style_text, table_from_style
@@ -44,13 +46,16 @@ def blocks_of(style: Style) -> list[str]:
 
 
 def drawn_steps(style: Style) -> list[Step]:
-    """The filters of a style by the paper's rules, without steps for its full size and even light."""
-    steps = [*style.base[1:], *style.background, *style.lines[EVENED_COUNT:]]
+    """The filters of a style by the paper's rules, without steps for its full size, light and colours."""
+    saturation = [step for step in style.background if step.block == "saturation"]
+    colors = style.background[len(moderated(saturation[0], SMOOTHED)) if saturation else 0 :]
+    lines = [step for step in style.lines if step.block in ("flow_dog", "soft_threshold")]
+    steps = [*style.base[LIT_COUNT:], *saturation, *colors, *lines]
     return [step for step in steps if step.block != "scale" or "method" not in step.values]
 
 
-EVENED_COUNT = 4
-"""Steps that remove brightness before lines are drawn by the paper's rules."""
+LIT_COUNT, EVENED_COUNT = len(lit()), len(evened())
+"""Steps before the filters of the paper, and before those of lines."""
 CRITICAL = {1: 10.83, 4: 18.47, 5: 20.52, 6: 22.46, 7: 24.32}
 """What chi-square exceeds by chance once in a thousand, by degrees of freedom."""
 
@@ -101,14 +106,22 @@ def test_paper_rules_keep_to_what_the_paper_says() -> None:
 
 def test_paper_styles_have_lines_over_flat_tones_of_a_smooth_picture() -> None:
     """Lines are no halos and draw no noise, flat tones are not outlined, and nothing whitens the colours."""
-    for style in paper_styles()[:200]:
+    drawings = 0
+    for style in paper_styles():
         base, colors, lines = ([step.block for step in style.layers[layer]] for layer in LAYERS)
-        assert base[0] == "minimum_range" and set(base[1:]) == {"tvf"}
-        assert lines[:EVENED_COUNT] == ["to_gray", "scale", "gaussian", "blend"]
-        assert set(lines[EVENED_COUNT:-1]) == {"flow_dog"} and lines[-1] == "soft_threshold"
-        assert "luma_posterize" in colors or len(drawn_steps(style)) <= 4
-        strengths = [step.values["p"] for step in style.lines[EVENED_COUNT:-1]]
+        assert set(base[LIT_COUNT:]) <= {"detail", "tvf", "to_gray"} and base[-1] in ("tvf", "to_gray")
+        drawings += not colors
+        if colors:
+            assert "luma_posterize" in colors and lines[:EVENED_COUNT] == [step.block for step in evened()]
+        else:
+            assert len(drawn_steps(style)) == 4 and base[-1] == "to_gray"
+        assert set(lines[EVENED_COUNT * bool(colors) : -1 - bool(colors)]) == {"flow_dog"}
+        assert lines[-1] == "soft_threshold"
+        strengths = [step.values["p"] for step in style.lines if step.block == "flow_dog"]
         assert all(1 <= p <= 40 for p in strengths) and math.prod(1 + p for p in strengths if p > 1) < 43
+        times = [step.values["time"] for step in style.base[LIT_COUNT:] if step.block == "tvf"]
+        assert sum(times) == pytest.approx(8)
+    assert drawings
 
 
 def test_paper_values_are_even_between_the_ends_of_the_paper() -> None:

@@ -54,7 +54,7 @@ FULL_SIZE_GATES = (
     Gate("detail_kept", 0.3, 1, NO_SUBJECT_FAULT),
     Gate("mark_width", 0, 15, "with marks as wide as the features"),
     Gate("burnt", -1, 0.8, "burnt to white or black"),
-    Gate("fine_kept", -1, 0.9, "like the source"),
+    Gate("likeness", -1, 0.9, "like the source"),
     Gate("patchiness", 0, 0.05, "with debris in smooth areas"),
     Gate("halo", -1, 0.1, "with halos"),
     Gate("face", 0.66, 1, "with lost faces"),

@@ -40,6 +40,7 @@ class FullSizeMetrics(NamedTuple):
 
     Attributes:
         fine_kept: correlation of luma detail of 1 to 2 pixels with the source.
+        likeness: the same for the whole crop, also where it shows faces.
         detail_kept: the same for 2 to 4 pixels.
         fineness: logarithm of the strength of detail of one pixel relative to that of four: high if edges are
             crisp, low if the picture is soft.
@@ -59,6 +60,7 @@ class FullSizeMetrics(NamedTuple):
     """
 
     fine_kept: float
+    likeness: float
     detail_kept: float
     fineness: float
     edge_hardness: float
@@ -101,6 +103,7 @@ class ComparedCrop:
             for of, rows in ((np.min, faces), (np.min, [whole, *faces]), (np.max, [whole, *faces]))
         )
         return face._replace(
+            likeness=whole.likeness,
             edge_hardness=low.edge_hardness,
             fineness=high.fineness,
             mark_width=low.mark_width,
@@ -124,8 +127,10 @@ class _Region:
         """Return the metrics of this part in a style, as if it was a face."""
         luma = luma_of_codes(result)
         finest, detail = band_pass(luma, *FINEST_BAND_PX), band_pass(luma, *DETAIL_BAND_PX)
+        fine_kept = correlation(band_pass(luma, *FINE_BAND_PX), self._fine)
         return FullSizeMetrics(
-            fine_kept=correlation(band_pass(luma, *FINE_BAND_PX), self._fine),
+            fine_kept=fine_kept,
+            likeness=fine_kept,
             detail_kept=correlation(detail, self._detail),
             fineness=float(np.log((finest.std() + MIN_FINEST) / (detail.std() + MIN_DETAIL))),
             edge_hardness=_edge_hardness(luma),

@@ -7,9 +7,11 @@ from dataclasses import replace
 from random import Random
 
 from vidstyle.blocks import all_blocks
+from vidstyle.explore.paper.light import evened, lit, moderated, thinned
 from vidstyle.explore.paper.rules import (
+    COLOR_BLOCK,
     CUT_BLOCK,
-    EVEN_SHARE,
+    DETAIL_BLOCK,
     FILTER_COUNT_RANGE,
     FILTER_RULES,
     GRAY_RULE,
@@ -17,15 +19,15 @@ from vidstyle.explore.paper.rules import (
     LINE_BLOCK,
     MAX_GAIN,
     PAPER_HEIGHT,
-    RANGE_BLOCK,
     SMOOTH_BLOCK,
-    SURROUNDINGS_DEVIATION_PX,
-    SURROUNDINGS_FACTOR,
     TONES_BLOCK,
     FilterRule,
 )
 from vidstyle.explore.random_steps import random_value, scale_factor
 from vidstyle.style import Step, Style
+
+SMOOTHED = "even"
+"""Name of the picture after TVF."""
 
 
 def paper_style(random: Random, style: Style) -> Style:
@@ -37,16 +39,20 @@ def paper_style(random: Random, style: Style) -> Style:
         rules = _filters(random, count - is_gray)
     if is_gray:
         rules.insert(random.randint(0, len(rules)), GRAY_RULE)
-    steps = [_step(random, rule) for rule in rules]
+    base, background, lines = _layers([_step(random, rule) for rule in rules])
+    return replace(style, height=PAPER_HEIGHT, base=base, background=background, lines=lines)
+
+
+def _layers(steps: list[Step]) -> tuple[tuple[Step, ...], ...]:
+    """Return base, background and lines; without flat tones, a style is black lines on white paper."""
     smooth, lines, cuts = (_of(steps, block) for block in (SMOOTH_BLOCK, LINE_BLOCK, CUT_BLOCK))
-    colors = [step for step in steps if step not in (*smooth, *lines, *cuts)]
-    return replace(
-        style,
-        height=PAPER_HEIGHT,
-        base=(Step(RANGE_BLOCK), *smooth),
-        background=tuple(_enlarged(colors)),
-        lines=(*_evened(), *_limited(lines), *cuts),
-    )
+    detail, saturation = (_of(steps, block) for block in (DETAIL_BLOCK, COLOR_BLOCK))
+    tones = [step for step in steps if step not in (*smooth, *lines, *cuts, *detail, *saturation)]
+    base = *lit(), *detail, *_shared(smooth)
+    if not _of(tones, TONES_BLOCK):
+        return (*base, *tones), (), (*_limited(lines), *cuts)
+    colors = [part for step in saturation for part in moderated(step, SMOOTHED)]
+    return base, (*colors, *_enlarged(tones)), (*evened(), *_limited(lines), thinned(), *cuts)
 
 
 def _filters(random: Random, count: int) -> list[FilterRule]:
@@ -75,14 +81,12 @@ def _of(steps: list[Step], block: str) -> list[Step]:
     return [step for step in steps if step.block == block]
 
 
-def _evened() -> list[Step]:
-    """Return steps that remove most of the brightness around each pixel, for lines also in shadows."""
-    mixing = {"other": "around", "mode": "grain_extract", "opacity": EVEN_SHARE}
+def _shared(smooth: list[Step]) -> list[Step]:
+    """Return smoothing steps that smooth as much together as one."""
+    time = smooth[0].values["time"] / len(smooth)
     return [
-        Step("to_gray", save="gray"),
-        Step("scale", {"factor": scale_factor(SURROUNDINGS_FACTOR)}),
-        Step("gaussian", {"sigma": SURROUNDINGS_DEVIATION_PX}, save="around"),
-        Step("blend", mixing, source="gray"),
+        replace(step, values=step.values | {"time": time}, save=SMOOTHED if step is smooth[-1] else "")
+        for step in smooth
     ]
 
 
@@ -101,14 +105,12 @@ def _limited(lines: list[Step]) -> list[Step]:
 def _enlarged(steps: list[Step]) -> list[Step]:
     """Return the steps with the picture enlarged to its size before its tones become flat.
 
-    Otherwise, everything after the working size would be shown enlarged, and therefore blurred. Without flat
-    tones, it is enlarged last: lines over it are sharp.
+    Otherwise, everything after the working size would be shown enlarged, and therefore blurred.
     """
-    rest = [step for step in steps if step.block != "scale"]
-    if len(rest) == len(steps):
+    sizes, rest = _of(steps, "scale"), [step for step in steps if step.block != "scale"]
+    if not sizes:
         return steps
-    place = [step.block for step in steps].index("scale")
-    full = next((at for at, step in enumerate(rest) if step.block == TONES_BLOCK), len(rest))
-    enlarge = Step("scale", {"factor": scale_factor(1 / steps[place].values["factor"]), "method": "smooth"})
-    place = min(place, full)
-    return [*rest[:place], *_of(steps, "scale"), *rest[place:full], enlarge, *rest[full:]]
+    full = [step.block for step in rest].index(TONES_BLOCK)
+    place = min(steps.index(sizes[0]), full)
+    enlarge = Step("scale", {"factor": scale_factor(1 / sizes[0].values["factor"]), "method": "smooth"})
+    return [*rest[:place], *sizes, *rest[place:full], enlarge, *rest[full:]]
