@@ -274,6 +274,20 @@ def test_pictures_are_reduced_smoothly_and_stacked_panels_have_equal_borders(
     assert borders[0] == pytest.approx(borders[1], rel=0.02) and borders[0] > 0.5
 
 
+def test_slanted_panels_are_upright_on_a_phone(tmp_path: Path, browser: Browser) -> None:
+    color = np.full((200, 400, 3), 128, np.uint8)
+    panel = RenderedPanel(Rectangle(16, 16, 424, 224), Rectangle(20, 20, 420, 220), color, leans=(0, 12))
+    (tmp_path / "page.html").write_bytes(html([Sheet(800, 400, 150, Letters(), [panel])], "", ""))
+    browser.open((tmp_path / "page.html").as_uri())
+    shapes = """return [...document.querySelectorAll("polygon")].map((each) =>
+        new Set([...each.points].map(({ x }) => x)).size)"""
+    size = {"height": 844, "deviceScaleFactor": 1, "mobile": False}
+    for width, count in ((1280, 3), (390, 2), (1280, 3)):
+        browser.call("Emulation.setDeviceMetricsOverride", width=width, **size)
+        browser.until(f"document.body.matches('.stacked') === {'true' if width == 390 else 'false'}")
+        assert browser.run(shapes) == [count, count], "the frame and the edge of the picture"
+
+
 def test_a_comic_is_edited_in_a_browser(folder: Path, browser: Browser) -> None:
     """A balloon is dragged and a word changed by mouse and keyboard; the saved file has only these edits."""
     text = (folder / "comic.toml").read_text(encoding="utf-8")

@@ -308,6 +308,11 @@ def test_nine_tiles_move_and_say_what_they_are(opened: Browser, page: ExploreSer
     labels = opened.run("return [...document.querySelectorAll('.take')].map((each) => each.ariaLabel)")
     assert [label[:2] for label in labels] == [f"{number}:" for number in range(1, 10)]
     assert len({label for label in labels}) == 9
+    opened.until("document.getElementById('search').hidden")
+    assert opened.run("return document.querySelectorAll('.tile.draft').length") == 0, (
+        "nothing is drawn any more"
+    )
+    assert opened.run("return document.getElementById('search-note').textContent") == "Drawing 9 of 9"
     sample = """const canvas = document.querySelector('.take canvas');
         const data = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
         return data.reduce((sum, each, at) => (sum * 31 + each * at) % 1000003, 7);"""

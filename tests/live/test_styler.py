@@ -55,6 +55,28 @@ def test_the_left_share_of_a_divided_picture_is_the_original() -> None:
         assert [plane[0].tolist() for plane in divided.chroma] == [[chroma[0]] * 2 + [chroma[1]] * 6] * 2
 
 
+def test_a_reduced_picture_is_sharpened_before_it_is_enlarged() -> None:
+    edge = np.full((36, 64), 80, np.uint8)
+    edge[:, 32:] = 160
+    sharp = hot_swap.sharpen_luma(Picture(ENCODING, edge)).luma
+    assert sharp is not None and sharp[5, 31] < 80 < 160 < sharp[5, 32]
+    assert (sharp[:, :24] == 80).all() and (sharp[:, 40:] == 160).all(), "flat areas stay"
+    edge[edge == 80], edge[edge == 160] = 16, 235
+    assert np.array_equal(hot_swap.sharpen_luma(Picture(ENCODING, edge)).luma, edge), "in the limited range"
+    renderer = HotSwapRenderer(load_style("plain"), "cpu", pytest.fail)
+    try:
+        slopes = []
+        for scale in (1, 0.5):
+            renderer.scale = scale
+            wave = np.tile(128 + 40 * np.sin(np.arange(256) / 6), (64, 1)).astype(np.uint8)
+            shown, _ = renderer.run(Picture(ENCODING, wave), 0, ENCODING, load_style("plain"))
+            assert shown.shape == wave.shape and shown.luma is not None
+            slopes.append(np.ptp(shown.luma[32].astype(int)))
+        assert slopes[1] > slopes[0]
+    finally:
+        renderer.close(LONG)
+
+
 @contextmanager
 def running(device: str = "cpu", style: Style = FEW) -> Iterator[tuple[Film, list[str], HotSwapRenderer]]:
     told: list[str] = []

@@ -98,6 +98,7 @@ def test_the_page_needs_nothing_from_elsewhere() -> None:
             assert str(attributes.get(name, "data:")).startswith("data:")
     assert "url(" not in page and "@import" not in page and "default-src 'none'" in page
     assert not re.search(r"\$\w", page)
+    assert "<h1>1 look<span>in.png</span></h1>" in page, "the original is no look"
 
 
 def test_nothing_of_a_stranger_becomes_part_of_the_page() -> None:

@@ -73,9 +73,7 @@ def explore_to_folder(
         save_style(candidate.style, folder / f"{candidate.style.name}.toml")
     facts = {"input": Path(source).name, "seed": seed, "rules": rules, "judge": judge and judge.name}
     _write(folder / TABLE_FILE, (json.dumps(facts | _table(found, rules), indent=1) + "\n").encode())
-    _write_sheets(
-        folder, f"{len(found.chosen)} styles of {Path(source).name}", picture, found.chosen, on_step
-    )
+    _write_sheets(folder, Path(source).name, picture, found.chosen, on_step)
     return found
 
 
@@ -108,7 +106,7 @@ def _row(candidate: RandomStyle, rules: Rules) -> dict[str, Any]:
 
 def _write_sheets(
     folder: Path,
-    heading: str,
+    name: str,
     picture: np.ndarray,
     candidates: Sequence[RandomStyle],
     on_step: ProgressCallback,
@@ -118,7 +116,7 @@ def _write_sheets(
     for sample in samples_of(shown, [candidate.style for candidate in candidates], picture):
         samples.append(sample)
         on_step("drawing the sheet", len(samples), len(candidates))
-    _write(folder / PAGE_FILE, preview_page(heading, "INPUT", samples, ".toml").encode("utf-8"))
+    _write(folder / PAGE_FILE, preview_page(name, "INPUT", samples, ".toml").encode("utf-8"))
     sheet = sheet_of_samples(
         [(each.style.name, reduce_picture(each.picture, MAX_DRAWN_SIDE_PX // 2)) for each in samples]
     )

@@ -93,25 +93,26 @@ def write_preview(
             samples.append(sample)
             on_step("drawing styles", len(samples), len(styles))
         if suffix == ".html":
-            write(preview_page(heading, name, samples).encode("utf-8"))
+            write(preview_page(name, name, samples).encode("utf-8"))
         else:
             sheet = sheet_of_samples([(sample.style.name, sample.picture) for sample in samples])
             write(encode_picture(sheet, suffix))
     return heading
 
 
-def preview_page(heading: str, source: str, samples: Sequence[StyleSample], ending: str = "") -> str:
+def preview_page(name: str, source: str, samples: Sequence[StyleSample], ending: str = "") -> str:
     """Return a self-contained HTML page with a picture for each sample.
 
     Args:
-        heading: the title of the page.
+        name: the file name of the picture, to show.
         source: the file name of the source, for commands.
         samples: at least one.
         ending: of the files of the styles; empty for styles that have a name only.
     """
     template = Template((_SHEET_FOLDER / "sheet.html").read_text(encoding="utf-8"))
     return template.substitute(
-        heading=escape(printable(heading)),
+        name=escape(printable(name)),
+        count=counted(sum(sample.style.name != "plain" for sample in samples), "look"),
         kinds=escape(", ".join(KINDS.values())),
         ending=escape(ending),
         choose=", with the style file" if ending else ", and choose",

@@ -5,6 +5,8 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
+import numpy as np
+
 from vidstyle.backend import Backend, FrameRequest
 from vidstyle.core.convert import convert
 from vidstyle.core.picture import Encoding, Picture
@@ -19,6 +21,9 @@ from vidstyle.style.resolve import structure_key
 
 MIN_SIDE = 16
 """Pixels of the smallest working size."""
+SHARPENING_WEIGHT, SHARPENING_DEVIATION_PX = 0.6, 0.8
+"""Unsharp mask of a reduced picture before it is enlarged, chosen by eye on `oil` and `comic` of a person of
+500 lines, at 3/8 of 1280 x 960."""
 
 
 class HotSwapRenderer:
@@ -83,7 +88,9 @@ class HotSwapRenderer:
         if self._renderer is None:
             self._renderer = open_renderer(self.style, self._device)
         result = self._renderer.restyle(request)
-        return resize_picture(result, width, height), self.style is not before
+        if result.shape != picture.shape:
+            result = resize_picture(sharpen_luma(result), width, height)
+        return result, self.style is not before
 
     def working_size(self, width: int, height: int) -> tuple[int, int]:
         """Width and height that pictures of a size are restyled at."""
@@ -150,6 +157,22 @@ class HotSwapRenderer:
             replaced, self._ready = self._ready, (style, renderer)
         if replaced is not None:
             replaced[1].close()
+
+
+def sharpen_luma(picture: Picture) -> Picture:
+    """Return the picture with steeper edges, by an unsharp mask of its 8-bit luma."""
+    import cv2
+
+    low, high = picture.encoding.luma_levels
+
+    def sharpen(plane: np.ndarray, kind: str) -> np.ndarray:
+        if kind != "luma":
+            return plane
+        soft = cv2.GaussianBlur(plane, (0, 0), SHARPENING_DEVIATION_PX, borderType=cv2.BORDER_REPLICATE)
+        steep = cv2.addWeighted(plane, 1 + SHARPENING_WEIGHT, soft, -SHARPENING_WEIGHT, 0)
+        return np.clip(steep, round(low), round(high))
+
+    return picture.map_planes(sharpen)
 
 
 def _key(style: Style | CueList) -> tuple[object, ...]:

@@ -39,11 +39,24 @@ function refine(page) {
   }
 }
 
+/** Gives panels with slanted edges upright ones, which show the corners of their pictures, or their own again. @param {Iterable<SVGGElement>} shown @param {boolean} on */
+function straighten(shown, on) {
+  for (const panel of shown) {
+    for (const shape of /** @type {NodeListOf<SVGPolygonElement>} */ (panel.querySelectorAll("polygon.frame, clipPath polygon"))) {
+      shape.dataset.slanted ??= shape.getAttribute("points") ?? "";
+      const points = shape.dataset.slanted.split(" ").map((point) => point.split(",").map(Number));
+      const [[left, right], [top, bottom]] = [0, 1].map((axis) => points.map((point) => point[axis])).map((all) => [Math.min(...all), Math.max(...all)]);
+      shape.setAttribute("points", on ? `${left},${top} ${right},${top} ${right},${bottom} ${left},${bottom}` : shape.dataset.slanted);
+    }
+  }
+}
+
 /** Places the panels of a page one below the other, each as wide as the page, with equal borders. @param {SVGSVGElement} page */
 function stack(page) {
   const { width } = page.viewBox.baseVal;
   const [margin, gutter] = [STACK_MARGIN_RATIO * width, STACK_GUTTER_RATIO * width];
   const shown = /** @type {SVGGElement[]} */ ([...page.querySelectorAll(":scope > g")]);
+  straighten(shown, true);
   const boxes = shown.map((panel) => panel.getBBox());
   const scales = boxes.map((box) => Math.min((width - 2 * margin) / box.width, (MAX_STACKED_HEIGHT_RATIO * width) / box.height));
   let top = margin + stackHeading(page, width, gutter);
@@ -77,6 +90,7 @@ function stackHeading(page, width, gutter) {
 
 /** Returns the panels and titles of all pages to their places. */
 function unstack() {
+  straighten(panels, false);
   for (const part of [...panels, ...document.querySelectorAll(".heading")]) part.removeAttribute("transform");
   for (const [number, page] of pages.entries()) {
     page.setAttribute("viewBox", boxes[number]);
@@ -91,7 +105,7 @@ const NEXT_SIZES = { width: ["Full width", "Pages as wide as the window (Z)"], w
 function arrange(whole) {
   const page = current();
   const [label, about] = whole ? NEXT_SIZES.width : NEXT_SIZES.whole;
-  get("zoom").textContent = NARROW.matches && whole ? "Panels" : label;
+  get("zoom").replaceChildren(icon(whole ? "result" : "fit"), NARROW.matches && whole ? "Panels" : label);
   get("zoom").title = about;
   document.body.classList.toggle("whole", whole);
   document.body.classList.toggle("stacked", NARROW.matches && !whole);
@@ -130,7 +144,7 @@ const KEYS = {
   [SHARED_KEYS.help]: () => help.showModal(),
 };
 
-for (const [id, name] of /** @type {const} */ ([["print", "print"], ["full", "fit"], ["theme", "theme"], ["ask", "help"]])) get(id).prepend(icon(name));
+for (const [id, name] of /** @type {const} */ ([["print", "print"], ["full", "expand"], ["theme", "theme"], ["ask", "help"]])) get(id).prepend(icon(name));
 for (const page of pages) page.style.setProperty("--aspect", String(page.viewBox.baseVal.width / page.viewBox.baseVal.height));
 pages.forEach(findHeading);
 const isStrip = pages.some(({ viewBox: { baseVal: { width, height } } }) => height > MAX_PAGE_ASPECT * width);

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from functools import partial
@@ -120,14 +121,25 @@ class Output:
         return targets
 
 
-def _title_of(source: Path) -> str:
-    """Return the name of a source as a title.
+_NO_TITLE = re.compile(
+    r"(IMG|VID|MVI|PXL|DJI|DSC[A-Z]?|GOPRO?|G[HX])\d*|\d+(p|i|fps|k)|\d+x\d+|[hx]26[45]|hevc|av1|\d{5,}"
+    r"|(?=.*\d)[0-9a-f]{8,}",
+    re.IGNORECASE,
+)
+"""Parts of file names that are no words: those of cameras, sizes, rates, codecs, dates and digests."""
 
-    >>> _title_of(Path("summer_holiday-at-sea.mp4"))
-    'Summer holiday at sea'
+
+def _title_of(source: Path) -> str:
+    """Return the name of a source as a title; empty if it holds no words.
+
+    >>> _title_of(Path("summer_holiday-at-sea.mp4")), _title_of(Path("BigBuckBunny_1080p_30fps.mp4"))
+    ('Summer holiday at sea', 'Big Buck Bunny')
+    >>> _title_of(Path("IMG_20250816_101112.mov")), _title_of(Path("DSC04711.jpg"))
+    ('', '')
     """
-    words = source.stem.replace("_", " ").replace("-", " ").strip()
-    return words[:1].upper() + words[1:]
+    words = re.split(r"[\s_.-]+|(?<=[a-z])(?=[A-Z])", source.stem)
+    title = " ".join(word for word in words if word and not _NO_TITLE.fullmatch(word))
+    return title[:1].upper() + title[1:]
 
 
 def page_names(target: Path, pages: int) -> list[Path]:

@@ -9,6 +9,12 @@ import { variantChip } from "./variant_chip.js";
 /** @typedef {import("./viewer.js").StyleData} StyleData */
 
 
+/** Returns what a value does; the part after a semicolon is shown while the value is changed. @param {string} help */
+function helpOf(help) {
+  const [first, ...rest] = help.split(";");
+  return make("p", { className: "help", title: help }, first, make("span", { className: "rest", textContent: rest.map((part) => `;${part}`).join("") }));
+}
+
 /** Shows the controls of a style in the elements `controls`, `variants` and `reset`. */
 export class StylePanel {
   /** The values of the controls by path. @type {Record<string, any>} */
@@ -28,7 +34,8 @@ export class StylePanel {
     for (const parent of ["controls", "variants"]) get(parent).replaceChildren();
     for (const entry of data.controls) this.#add(entry);
     this.initial = { ...this.values };
-    for (const name of Object.keys(data.variants)) this.#addVariant(name);
+    const names = Object.keys(data.variants);
+    for (const name of names.length ? ["", ...names] : []) this.#addVariant(name);
     get("reset").onclick = () => {
       const first = /** @type {HTMLElement | null} */ (get("controls").querySelector("input, select"));
       this.put(this.initial);
@@ -63,7 +70,7 @@ export class StylePanel {
       this.#changed();
     });
     const label = make("label", { htmlFor: `value-${path}`, textContent: entry.label });
-    const row = make("div", { className: "control" }, label, make("div", { className: "value" }, ...shown.inline), ...(shown.below ?? []), make("p", { className: "help", textContent: help }));
+    const row = make("div", { className: "control" }, label, make("div", { className: "value" }, ...shown.inline), ...(shown.below ?? []), helpOf(help));
     get("controls").append(row);
     this.#entries.push(described);
     this.values[path] = entry.value;
@@ -71,12 +78,12 @@ export class StylePanel {
     shown.show(entry.value);
   }
 
-  /** @param {string} name */
+  /** @param {string} name "": the values of the style itself */
   #addVariant(name) {
     const values = { ...this.initial, ...this.data.variants[name] };
-    const colors = Object.entries(this.data.variants[name]).filter(([path, value]) => path.includes(".") && /^#[0-9a-f]{6}$/i.test(value)).map(([, value]) => value);
-    const button = variantChip({ name, ink: values.ink, paper: values.paper, colors }, () => this.put(button.ariaPressed === "true" ? this.initial : values));
-    get("variants").append(button);
+    const changed = Object.keys(this.data.variants[name] ?? Object.assign({}, ...Object.values(this.data.variants)));
+    const colors = changed.filter((path) => path.includes(".") && /^#[0-9a-f]{6}$/i.test(values[path])).map((path) => values[path]);
+    get("variants").append(variantChip({ name, ink: values.ink, paper: values.paper, colors }, () => this.put(values)));
   }
 
   #changed() {

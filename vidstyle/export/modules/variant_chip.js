@@ -2,14 +2,14 @@
 
 import { make, title } from "./elements.js";
 
-/** @typedef {{name: string, ink?: string, paper?: string, colors?: string[]}} Variant */
+/** `name`: "" for the style without a variant. @typedef {{name: string, ink?: string, paper?: string, colors?: string[]}} Variant */
 
 /** Returns bands of colours, one next to the other. @param {string[]} colors */
 const bandsOf = (colors) => colors.map((color, at) => `${color} ${(100 * at) / colors.length}% ${(100 * (at + 1)) / colors.length}%`).join(", ");
 
 /** Returns a button. @param {Variant} variant @param {() => void} onclick */
 export function variantChip({ name, ink, paper, colors = [] }, onclick) {
-  const button = make("button", { type: "button", onclick }, title(name.replaceAll("-", " ")));
+  const button = make("button", { type: "button", onclick }, title((name || "standard").replaceAll("-", " ")));
   button.dataset.name = name;
   const shown = colors.length > 1 ? colors : paper && ink ? [paper, ink] : [];
   if (shown.length) {

@@ -243,6 +243,7 @@ finder.addEventListener("keydown", (event) => {
   if (event.key === "Enter" && finder.value.trim()) first?.click();
   else first?.focus();
 });
+/** @type {HTMLDetailsElement} */ (get("use")).open = matchMedia("(min-width: 60rem) and (min-height: 40rem)").matches;
 addEventListener("resize", even);
 pictureOf(0).decode().then(even, even);
 restoreStars();

@@ -121,7 +121,7 @@ async function showSource() {
   const picture = await fetchPicture("glance.jpg").catch(() => null);
   get("opening").hidden = true;
   if (!picture) return;
-  if (!state.tiles.length && shownTries < 5) tiles.sketch(4, picture, "Original", true);
+  if (!state.tiles.length && shownTries < 5) tiles.sketch(4, picture, "Original");
   picture.close();
 }
 
@@ -134,7 +134,7 @@ async function showTries() {
   while (shownTries < tryCount && isWanted()) {
     const number = shownTries++ - first, place = leaving && number >= 4 ? number + 1 : number;
     const picture = await fetchPicture(`tried.jpg?number=${first + number}`).catch(() => null);
-    if (picture && isWanted() && place < 9) tiles.sketch(place, picture, "Candidate");
+    if (picture && isWanted() && place < 9) tiles.sketch(place, picture);
     picture?.close();
   }
 }
@@ -142,17 +142,34 @@ async function showTries() {
 /** What the page asks the user, and what follows, by the kind of the tile in the middle. @param {State} shown */
 function leadOf({ tiles: [first, , , , middle] }) {
   if (!first) return ["Finding nine looks…", "They appear one by one."];
-  if (middle.kind === "chosen") return ["More like your choice", "Your choice has the coloured frame. Click the best to come closer, or open one to fine-tune, save or render it."];
-  if (first.kind === "match") return ["Looks nearest to your picture", "The nearest comes first. Click one for nine more like it, or open it to save or render it."];
-  return ["Which look do you like best?", "Click it, and nine more like it follow. Or open one to fine-tune, save or render it."];
+  if (middle.kind === "chosen") return ["Nine more like your choice", "Choose the best to come closer. Open one to save it or to render it."];
+  if (first.kind === "match") return ["Looks nearest to your picture", "Choose one for nine more like it. Open one to save it or to render it."];
+  return ["Choose the look you like best", "Nine more like it follow. Open one to save it or to render it."];
 }
 
 /** Shows what to do, or what is being made. @param {string[]} [lead] a heading and a sentence */
 function showLead([heading, more] = leadOf(state)) {
   get("hint").textContent = heading;
   get("hint-more").textContent = more;
-  get("search").hidden = !busy && state.tiles.length > 0;
-  get("stop").hidden = !state.tiles.length;
+  get("stop").hidden = !busy || !state.tiles.length;
+  if (busy || !state.tiles.length) showProgress("");
+  else showDrawn();
+}
+
+/** Shows the progress of what the user waits for. @param {string} note @param {number} [done] @param {number} [total] 0: unknown */
+function showProgress(note, done = 0, total = 0) {
+  const bar = /** @type {HTMLProgressElement} */ (get("screen-progress"));
+  if (total && done < total) Object.assign(bar, { max: total, value: done });
+  else bar.removeAttribute("value");
+  get("search-note").textContent = note;
+  get("search").hidden = false;
+}
+
+/** Shows how many looks of the screen are drawn, until all are. */
+function showDrawn() {
+  if (busy || !state.tiles.length) return;
+  showProgress(`Drawing ${tiles.drawn} of 9`, tiles.drawn, 9);
+  get("search").hidden = tiles.drawn === 9;
 }
 
 /** Shows the progress of the next screen. @param {{step: string, done: number, total: number, shown: number}} tried */
@@ -160,10 +177,7 @@ function showTried({ step, done, total, shown }) {
   tryCount = shown;
   showTries();
   if (!busy && state.tiles.length) return;
-  const bar = /** @type {HTMLProgressElement} */ (get("screen-progress"));
-  if (total && done < total) Object.assign(bar, { max: total, value: done });
-  else bar.removeAttribute("value");
-  get("hint-more").textContent = `${step[0].toUpperCase()}${step.slice(1)} on ${clip?.name ?? "your picture"}${total ? `: ${done} of ${total}` : ""}…`;
+  showProgress(`${step[0].toUpperCase()}${step.slice(1)}${total ? `: ${done} of ${total}` : "…"}`, done, total);
 }
 
 /** Lets the browser's button Back return to the screen before; a screen that the user has left already is none. @param {number} screen */
@@ -242,6 +256,7 @@ function drawTile(place) {
   drawnFrames[place] = due;
   if (isHeld) return;
   tiles.ready(place);
+  showDrawn();
   strips.keepFinal(state.tiles[place].tile, canvas);
 }
 
@@ -351,7 +366,7 @@ function take(place) {
   tiles.leave(place, isKept(leaving.tile));
   // Where tiles scroll, the choice and the progress of the search are at the top.
   get("stage").scrollTop = document.documentElement.scrollTop = 0;
-  ask("like", { tile: chosen.tile }, MORE, "Your choice stays.");
+  ask("like", { tile: chosen.tile }, MORE, "Your choice is in the middle.");
 }
 
 /** @param {number} tile */

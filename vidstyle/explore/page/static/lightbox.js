@@ -97,6 +97,7 @@ export class Lightbox {
     if (small) {
       resize(canvas, [small.width, small.height]);
       canvas.getContext("2d")?.drawImage(small, 0, 0);
+      this.divider.place();
     }
     if (isNew) this.source.open(clip, this.handlers.side());
     this.painter.keep(new Set());

@@ -14,10 +14,10 @@ const MIN_WIDTH_PX = 480;
 /** Lower tiles would not show a look; the stage scrolls. */
 const MIN_HEIGHT_PX = 96;
 const GAP_PX = 12;
-/** What a tile says until it is drawn at its size. */
-const DRAFT = "Rendering…";
 /** Names of looks have this space, if the stage has it, below pictures that are narrower. */
-const MIN_NAME_WIDTH_PX = 300;
+const MIN_NAME_WIDTH_PX = 270;
+/** The name of a look beside an upright picture has this space. */
+const [MIN_BESIDE_WIDTH_PX, MAX_BESIDE_WIDTH_PX] = [140, 220];
 
 /** Returns the name of a style without the suffix of its variation. @param {string} name */
 export function rootOf(name) {
@@ -74,8 +74,8 @@ export class Tiles {
     this.element = element;
     this.cells = Array.from({ length: TILE_COUNT }, (_, place) => {
       const canvas = make("canvas", { width: 16, height: 9 });
-      const draft = make("span", { className: "tag spinning", textContent: DRAFT, ariaHidden: "true" });
-      const take = make("button", { className: "take", disabled: true, onclick: () => ontake(place) }, canvas, draft);
+      const tag = make("span", { className: "tag", ariaHidden: "true" });
+      const take = make("button", { className: "take", disabled: true, onclick: () => ontake(place) }, canvas, tag);
       take.setAttribute("aria-keyshortcuts", String(place + 1));
       take.setAttribute("aria-label", `Tile ${place + 1}, not ready`);
       take.title = "Nine more like this";
@@ -88,18 +88,18 @@ export class Tiles {
       const caption = make("div", { className: "caption" }, number, make("div", { className: "words" }, name, summary), tools);
       const cell = make("div", { className: place === MIDDLE ? "tile middle waiting draft" : "tile waiting draft" }, take, caption);
       element.append(cell);
-      return { cell, canvas, draft, take, star, enlarge, name, summary };
+      return { cell, canvas, tag, take, star, enlarge, name, summary };
     });
   }
 
-  /** Shows a picture in a tile that is not ready. @param {number} place @param {ImageBitmap} picture @param {string} tag says what it is @param {boolean} [isExact] */
-  sketch(place, picture, tag, isExact = false) {
-    const { cell, canvas, draft } = this.cells[place];
-    draft.textContent = tag;
+  /** Shows a picture in a tile that is not ready. @param {number} place @param {ImageBitmap} picture @param {string} [name] of a picture that is no candidate */
+  sketch(place, picture, name = "") {
+    const { cell, canvas, tag } = this.cells[place];
+    tag.textContent = name;
     resize(canvas, [picture.width, picture.height]);
     canvas.getContext("2d")?.drawImage(picture, 0, 0);
     cell.classList.add("sketched", "draft");
-    cell.classList.toggle("exact", isExact);
+    cell.classList.toggle("exact", Boolean(name));
   }
 
   /**
@@ -113,7 +113,7 @@ export class Tiles {
     this.shown = tiles;
     this.element.classList.remove("leaving");
     for (const [place, tile] of tiles.entries()) {
-      const { cell, draft, take, star, enlarge, name, summary } = this.cells[place];
+      const { cell, tag, take, star, enlarge, name, summary } = this.cells[place];
       const isShown = place === MIDDLE && tile.kind === "chosen" && this.#isMoved;
       // After a search that was cancelled, faded tiles have to come back, and the middle has its own picture again.
       const isLost = cell.classList.contains("waiting") || (place === MIDDLE && this.#isMoved);
@@ -121,7 +121,7 @@ export class Tiles {
         cell.classList.add("waiting", "draft");
         this.#preview(place);
       }
-      draft.textContent = DRAFT;
+      tag.textContent = "";
       cell.classList.remove("sketched", "exact");
       cell.classList.toggle("chosen", tile.kind === "chosen");
       name.textContent = name.title = nameOf(tile);
@@ -159,6 +159,11 @@ export class Tiles {
     this.ready(place, true);
   }
 
+  /** The number of tiles that are drawn at their size. */
+  get drawn() {
+    return this.cells.filter(({ cell }) => !cell.matches(".draft")).length;
+  }
+
   /** Marks a tile as drawn. @param {number} place @param {boolean} [isDraft] */
   ready(place, isDraft = false) {
     this.cells[place].cell.classList.remove("waiting", ...(isDraft ? [] : ["draft"]));
@@ -169,15 +174,20 @@ export class Tiles {
     const { clientWidth, clientHeight } = /** @type {HTMLElement} */ (this.element.parentElement);
     this.columns = clientWidth < MIN_WIDTH_PX ? 2 : 3;
     this.#place();
+    this.element.classList.remove("beside"); // captions are below pictures while they are measured
     const caption = /** @type {HTMLElement} */ (this.element.querySelector(".caption")).offsetHeight;
     const across = (clientWidth - GAP_PX * (this.columns + 1)) / this.columns;
     const lead = /** @type {HTMLElement} */ (this.element.previousElementSibling).offsetHeight;
-    const high = Math.max(MIN_HEIGHT_PX, (clientHeight - lead - 3 * GAP_PX) / 3 - caption);
+    const row = (clientHeight - lead - 3 * GAP_PX) / 3;
+    const isBeside = this.columns > 2 && aspect <= 1 && across - row * aspect >= MIN_BESIDE_WIDTH_PX;
+    const high = Math.max(MIN_HEIGHT_PX, isBeside ? row : row - caption);
     const down = this.columns < 3 ? Infinity : high * aspect;
     const width = Math.floor(Math.min(across, down));
+    const column = isBeside ? width + MAX_BESIDE_WIDTH_PX : Math.max(width, MIN_NAME_WIDTH_PX);
+    this.element.classList.toggle("beside", isBeside);
     this.size = [Math.max(40, width), Math.max(40, Math.floor(width / aspect))];
     this.element.style.setProperty("--columns", String(this.columns));
-    this.element.style.setProperty("--column", `${Math.floor(Math.min(across, Math.max(width, MIN_NAME_WIDTH_PX)))}px`);
+    this.element.style.setProperty("--column", `${Math.floor(Math.min(across, column))}px`);
     this.element.style.setProperty("--width", `${this.size[0]}px`);
     this.element.style.setProperty("--height", `${this.size[1]}px`);
   }

@@ -112,7 +112,10 @@ function toggleSplit() {
 /** @param {string} text */
 function setLink(text) {
   link = text;
-  if (text) get("sentence").textContent = text.split(".")[0];
+  if (text) {
+    get("sentence").textContent = text.split(".")[0];
+    get("figures").classList.remove("running");
+  }
   note();
   // Without a session there is nothing to control.
   get("panel").inert = get("buttons").inert = Boolean(text);
@@ -163,23 +166,23 @@ function sentenceOf(now) {
   const next = nextStyle(now);
   if (next) return `Preparing ${title(next)}; the picture may stand still`;
   if (!shown) return times.length ? "Waiting for the next picture" : "Starting…";
-  if (now.degraded) return `Live, ${shown} frames per second in less detail`;
-  if (shown < MIN_SMOOTH_RATE && times.length && shareOf(now)) return `Live, ${shown} frames per second; others are skipped to stay live`;
+  if (shown < MIN_SMOOTH_RATE && times.length && shareOf(now)) return `Live, ${shown} frames per second, others skipped`;
   return `Live, ${shown} frames per second`;
 }
 
 /** @param {Status} now */
 function showStatus(now) {
   const facts = [
-    [now.size.join(" × "), "width and height of the picture"],
-    [`${rate().toFixed(0)} fps`, `frames shown per second on this page; restyled: ${now.rate.toFixed(1)}`],
-    [`${now.shown_ms.toFixed(0)} ms delay`, "median latency from capture to this page"],
-    [shareOf(now), `${now.dropped} of ${now.frames + now.dropped} captured frames were left out to stay live`],
-    [now.degraded, "a smaller picture is restyled and enlarged, to keep the frame rate"],
-    ...now.targets.filter(([name]) => name !== "page").map((target) => [target.join(": "), "another target"]),
+    ["Size", now.size.join(" × "), "width and height of the picture"],
+    ["Shown here", `${rate().toFixed(0)} frames per second`, `restyled: ${now.rate.toFixed(1)}`],
+    ["Delay", `${now.shown_ms.toFixed(0)} ms`, "median latency from capture to this page"],
+    ["Captured", shareOf(now) && `${shareOf(now)} shown`, `${now.dropped} of ${now.frames + now.dropped} captured frames were left out to stay live`],
+    ["Detail", now.degraded, "a smaller picture is restyled and enlarged, to keep the frame rate"],
+    ...now.targets.filter(([name]) => name !== "page").map(([name, text]) => [name, text, "another target"]),
   ];
   get("sentence").textContent = sentenceOf(now);
-  get("line").replaceChildren(...facts.filter(([text]) => text).map(([textContent, title]) => make("span", { textContent, title })));
+  get("figures").classList.toggle("running", now.source_state === "running" && !link);
+  get("line").replaceChildren(...facts.filter(([, text]) => text).map(([name, text, title]) => make("span", { title }, make("span", { className: "quiet", textContent: name }), text)));
   const size = get("full-size");
   size.hidden = !now.degraded && !now.full_size;
   press(size, now.full_size);
@@ -188,6 +191,7 @@ function showStatus(now) {
   press(get("record"), now.recording);
   get("record-label").textContent = now.recording ? "Stop" : "Record";
   get("badge").hidden = !now.bypass;
+  get("detail").hidden = !now.degraded || now.bypass;
   // Other parts of the page say these.
   const isInLine = (now.degraded && now.message.includes(now.degraded)) || now.message === `style ${now.style}`;
   if (now.message !== (status?.message ?? "")) say(isInLine ? "" : withTitle(now.message, now.style));
@@ -310,6 +314,7 @@ addEventListener("keydown", (event) => {
 addEventListener("keyup", (event) => [SHARED_KEYS.original, " ", "Enter"].includes(keyOf(event)) && compare.end());
 get("bypass").onpointerdown = (event) => event.button === 0 && compare.begin();
 for (const kind of ["blur", "pointerup", "pointercancel"]) addEventListener(kind, () => compare.end());
+addEventListener("pointerdown", ({ target }) => get("figures").contains(/** @type {Node} */ (target)) || get("figures").removeAttribute("open"));
 get("compare").onclick = toggleSplit;
 get("record").onclick = KEYS.r;
 get("full-size").onclick = () => send("keep_size", { on: !status?.full_size });

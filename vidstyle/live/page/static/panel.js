@@ -113,7 +113,9 @@ export class Panel {
     this.#rows = {};
     const [about] = panel.note.split(" Tune ");
     get("about").textContent = about || "The unchanged picture.";
-    get("variants").replaceChildren(...panel.variants.map((variant) => {
+    const [ink, paper] = ["ink", "paper"].map((path) => panel.entries.find((entry) => entry.path === path)?.start);
+    const variants = panel.variants.length ? [{ name: "", ink, paper }, ...panel.variants] : [];
+    get("variants").replaceChildren(...variants.map((variant) => {
       const style = fullName({ name: panel.name, variant: variant.name });
       return variantChip(variant, () => this.choose("choose", { style }));
     }));
