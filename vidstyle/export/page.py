@@ -70,8 +70,9 @@ def viewer_markup(style: Style, more: str = "") -> str:
 
 
 def viewer_css() -> str:
-    """Return the CSS of `viewer_markup` and of the elements of a page."""
-    return module_text("components.css") + _text("page.css")
+    """Return the CSS of `viewer_markup` and of the elements of a page, without comments for developers."""
+    css = re.sub(r"/\*.*?\*/", "", module_text("components.css") + _text("page.css"), flags=re.S)
+    return re.sub(r"\s*([{};])\s*", r"\1", css)
 
 
 def page_script(module: Path) -> str:
