@@ -15,7 +15,7 @@ from vidstyle.comic.analyze.features import Candidate, Survey, extract_features
 from vidstyle.comic.analyze.film import FilmFile
 from vidstyle.media.read.decode_report import DecodeReport
 from vidstyle.regions import faces
-from vidstyle.regions.face_networks import find_faces, load_networks
+from vidstyle.regions.face_detection.face_networks import find_faces, load_networks
 
 
 @pytest.fixture(scope="package", autouse=True)

@@ -25,7 +25,7 @@ from vidstyle.comic.select.choose import choose
 from vidstyle.comic.select.key_frames import KeyFrameOptions, find_key_frames
 from vidstyle.errors import InputError
 from vidstyle.regions.boxes import Box
-from vidstyle.regions.face_networks import load_networks, weights_folder
+from vidstyle.regions.face_detection.face_networks import load_networks, weights_folder
 from vidstyle.regions.faces import FaceFinder
 from vidstyle.regions.features.landmarks import USUAL_LANDMARKS
 

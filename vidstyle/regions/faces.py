@@ -14,7 +14,7 @@ import numpy as np
 from vidstyle.core.opencv_log import silent_opencv
 from vidstyle.errors import InputError
 from vidstyle.regions.boxes import Box
-from vidstyle.regions.face_networks import (
+from vidstyle.regions.face_detection.face_networks import (
     MAX_PROPOSALS,
     Weights,
     find_faces,

@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 
 from vidstyle.regions.boxes import Box
+from vidstyle.regions.face_detection.face_weights import read_weights
 
 Weights = list[np.ndarray]
 _PoolingSizes = tuple[tuple[int, bool], ...]
@@ -56,17 +57,8 @@ def weights_folder() -> Path | None:
 @cache
 def load_networks(folder: Path) -> tuple[Weights, Weights, Weights]:
     """Return the weights of the three networks."""
-    first, second, third = (_load_weights(folder / f"{name}.lz4") for name in NETWORKS)
+    first, second, third = (read_weights(folder / f"{name}.lz4") for name in NETWORKS)
     return first, second, third
-
-
-def _load_weights(path: Path) -> Weights:
-    import joblib
-    import lz4.frame
-
-    # With a path, joblib closes the file before its lz4 reader, which Python 3.13 reports.
-    with lz4.frame.open(path) as file:
-        return joblib.load(file)
 
 
 def find_faces(
