@@ -21,7 +21,7 @@ from vidstyle.stabilize.flow import dense_flow
 from vidstyle.stabilize.motion import noise_level
 from vidstyle.stabilize.segment import SEGMENT_SIZE
 from vidstyle.stabilize.stabilizer import Stabilized, Stabilizer
-from vidstyle.stabilize.warp import in_segments, moves_of
+from vidstyle.stabilize.warp import moves_of
 from vidstyle.style import Style, load_style, override
 
 PLAIN = style()
@@ -247,7 +247,7 @@ def blended(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return a plane blended with the previous one, and the weights, 0..1."""
     out, weights = np.empty(plane.shape, before.dtype), np.empty(plane.shape, np.uint8)
-    moves = moves_of(in_segments(flow, plane.shape[1]), plane.shape[1], before.dtype)
+    moves = moves_of(flow, plane.shape[1], (1, 1), before.dtype)
     source_rows(plane, (1, 0), before, moves, weight, limit, None, (1, 1), out, weights)(0, plane.shape[0])
     return out, weights / FULL_WEIGHT
 

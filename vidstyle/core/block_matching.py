@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import cv2
+import math
+
 import numpy as np
 
 from vidstyle.core.kernels import compiled
@@ -15,6 +16,8 @@ SEARCH_RADIUS_PX = 10
 _POSITION_COUNT = 2 * SEARCH_RADIUS_PX + 1
 _PADDED_POSITION_COUNT = 32
 """Positions that the kernel computes: full vectors, of which the first `_POSITION_COUNT` are used."""
+_REACH_PX = SEARCH_RADIUS_PX + BLOCK_SIZE + _PADDED_POSITION_COUNT
+"""Pixels of the surrounded picture beyond its width that the kernel reads."""
 
 
 def blocks_of(picture: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -48,34 +51,107 @@ def best_correlations(
     Returns:
         The maximum correlation coefficient of each block, 0..1 float32; 1 in a dry run.
     """
-    (tall, wide), side = blocks.shape[1:], SEARCH_RADIUS_PX
-    beyond = side + BLOCK_SIZE, side + _PADDED_POSITION_COUNT  # the kernel reads so far
-    wider = cv2.copyMakeBorder(picture, side, beyond[0], side, beyond[1], cv2.BORDER_REPLICATE)
-    means, squares = (
-        each(wider, cv2.CV_64F, (wide, tall), anchor=(0, 0)) for each in (cv2.boxFilter, cv2.sqrBoxFilter)
-    )
-    deviations = np.sqrt(np.maximum(squares - means**2, min_deviation**2)).astype(np.float32)
-    centred = blocks - blocks.mean(axis=(1, 2), keepdims=True)
-    whole = np.zeros((len(blocks), BLOCK_SIZE, BLOCK_SIZE), np.float32)
-    whole[:, :tall, :wide] = centred / (tall * wide * centred.std(axis=(1, 2), keepdims=True))
+    (height, width), (tall, wide) = picture.shape, blocks.shape[1:]
+    # The kernel reads this far beyond the last position.
+    wider = np.empty((height + 2 * SEARCH_RADIUS_PX + BLOCK_SIZE, width + _REACH_PX), np.float32)
+    positions = height - tall + _POSITION_COUNT, width - wide + _POSITION_COUNT
     best = np.ones(len(blocks), np.float32)
-    _correlate(whole, places, wider, deviations, np.empty(_PADDED_POSITION_COUNT, np.float32), best)
+    _match(
+        blocks,
+        places,
+        picture,
+        float(min_deviation),
+        wider,
+        np.empty((2, width + _REACH_PX)),
+        np.empty(positions, np.float32),
+        np.zeros((BLOCK_SIZE, BLOCK_SIZE), np.float32),
+        np.empty(_PADDED_POSITION_COUNT, np.float32),
+        best,
+    )
     return best
 
 
 @compiled(fastmath=True, noalias=True)
-def _correlate(blocks, places, wider, deviations, line, best):  # type: ignore[no-untyped-def]
+def _match(blocks, places, picture, min_deviation, wider, sums, deviations, own, line, best):  # type: ignore[no-untyped-def]
+    """One call for all steps, as each call gives up the GIL and takes it back."""
+    _surround(picture, wider)
+    _measure_deviations(wider, blocks.shape[1], blocks.shape[2], min_deviation, sums, deviations)
     for block in range(best.size):
-        top, left, most = places[block, 0], places[block, 1], np.float32(0)
-        for row in range(top, top + _POSITION_COUNT):
-            line[:] = 0
-            for y in range(BLOCK_SIZE):
-                _add_products(
-                    blocks[block, y], wider[row + y, left : left + BLOCK_SIZE + _PADDED_POSITION_COUNT], line
-                )
-            for place in range(_POSITION_COUNT):
-                most = max(most, line[place] / deviations[row, left + place])
-        best[block] = most
+        _normalize(blocks[block], own)
+        best[block] = _best_correlation(own, places[block, 0], places[block, 1], wider, deviations, line)
+
+
+@compiled(fastmath=True, noalias=True)
+def _surround(picture, wider):  # type: ignore[no-untyped-def]
+    """Copy a picture into the middle of a larger one, and repeat its border."""
+    height, width = picture.shape
+    for y in range(wider.shape[0]):
+        row = picture[min(max(y - SEARCH_RADIUS_PX, 0), height - 1)]
+        for x in range(wider.shape[1]):
+            wider[y, x] = row[min(max(x - SEARCH_RADIUS_PX, 0), width - 1)]
+
+
+@compiled(fastmath=True, noalias=True)
+def _measure_deviations(wider, tall, wide, min_deviation, sums, deviations):  # type: ignore[no-untyped-def]
+    """Compute the standard deviations of areas of `tall` x `wide` pixels by moving sums.
+
+    Args:
+        sums: sums and sums of squares of a column, 2 x W float64; overwritten.
+        deviations: of the areas that begin at each pixel; at least `min_deviation`.
+    """
+    sums[:] = 0
+    for y in range(tall - 1):
+        _add_row(wider[y], 1.0, sums)
+    for top in range(deviations.shape[0]):
+        _add_row(wider[top + tall - 1], 1.0, sums)
+        total, squares = 0.0, 0.0
+        for x in range(wide - 1):
+            total, squares = total + sums[0, x], squares + sums[1, x]
+        for left in range(deviations.shape[1]):
+            total, squares = total + sums[0, left + wide - 1], squares + sums[1, left + wide - 1]
+            mean = total / (tall * wide)
+            variance = squares / (tall * wide) - mean * mean
+            deviations[top, left] = math.sqrt(max(variance, min_deviation * min_deviation))
+            total, squares = total - sums[0, left], squares - sums[1, left]
+        _add_row(wider[top], -1.0, sums)
+
+
+@compiled(fastmath=True, noalias=True)
+def _add_row(row, sign, sums):  # type: ignore[no-untyped-def]
+    for x in range(row.size):
+        value = float(row[x])
+        sums[0, x] += sign * value
+        sums[1, x] += sign * value * value
+
+
+@compiled(fastmath=True, noalias=True)
+def _normalize(block, own):  # type: ignore[no-untyped-def]
+    """Scale a block so that the sum of its products with an area is the covariance for a deviation of 1."""
+    tall, wide = block.shape
+    total = squares = 0.0
+    for y in range(tall):
+        for x in range(wide):
+            total += float(block[y, x])
+    mean = total / (tall * wide)
+    for y in range(tall):
+        for x in range(wide):
+            squares += (block[y, x] - mean) ** 2
+    size = math.sqrt(squares * tall * wide)
+    for y in range(tall):
+        for x in range(wide):
+            own[y, x] = (block[y, x] - mean) / size
+
+
+@compiled(fastmath=True, noalias=True)
+def _best_correlation(own, top, left, wider, deviations, line):  # type: ignore[no-untyped-def]
+    most = np.float32(0)
+    for row in range(top, top + _POSITION_COUNT):
+        line[:] = 0
+        for y in range(BLOCK_SIZE):
+            _add_products(own[y], wider[row + y, left : left + BLOCK_SIZE + _PADDED_POSITION_COUNT], line)
+        for place in range(_POSITION_COUNT):
+            most = max(most, line[place] / deviations[row, left + place])
+    return most
 
 
 @compiled(fastmath=True, noalias=True)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import itertools
+import math
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
+from heapq import heappop, heappush
 from pathlib import Path
 from typing import Any
 
@@ -152,7 +154,7 @@ def first_frames(items: Iterable[Any], count: int, packets: bool) -> Iterator[An
     A decoder with several threads reads far ahead, so packets wait for the frames at their time.
     """
     end: Fraction | None = None
-    early: list[Any] = []
+    early, numbers = list[tuple[Fraction, int, Any]](), itertools.count()
     for item in items:
         if isinstance(item, Frame):
             if end is not None and count == 0 and item.time > end + INTERLEAVING_SECONDS:
@@ -161,22 +163,25 @@ def first_frames(items: Iterable[Any], count: int, packets: bool) -> Iterator[An
                 count -= 1
                 end = item.time + (item.duration or 1) * item.time_base
                 yield item
-                yield from (packet for packet in early if _begins_before(packet, end))
-                early = [packet for packet in early if not _begins_before(packet, end)]
+                yield from _begun(early, end)
             if count == 0 and not packets:
                 return
-        elif _begins_before(item, end):
-            yield item
-        elif count > 0:
-            early.append(item)
+        else:
+            begin = None if item.pts is None else item.pts * item.time_base
+            if begin is None or (end is not None and begin < end):
+                yield item
+            elif count > 0:
+                heappush(early, (begin, next(numbers), item))
     if count > 0:
-        yield from early
+        yield from _begun(early)
 
 
-def _begins_before(packet: Any, end: Fraction | None) -> bool:
-    if packet.pts is None:
-        return True
-    return end is not None and packet.pts * packet.time_base < end
+def _begun(early: list[tuple[Fraction, int, Any]], end: Fraction | float = math.inf) -> list[Any]:
+    """Take the packets that begin before `end` from a heap; return them in the order of their numbers."""
+    begun = list[tuple[Fraction, int, Any]]()
+    while early and early[0][0] < end:
+        begun.append(heappop(early))
+    return [packet for _, _, packet in sorted(begun, key=lambda each: each[1])]
 
 
 def _watcher(

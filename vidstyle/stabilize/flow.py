@@ -7,6 +7,7 @@ from typing import Any
 import cv2
 import numpy as np
 
+from vidstyle.core.kernels import compiled
 from vidstyle.core.sampling import percentiles
 from vidstyle.stabilize.segment import SEGMENT_SIZE
 
@@ -142,8 +143,11 @@ def dense_flow(now: np.ndarray, before: np.ndarray, is_fine: bool = False) -> np
     """Return where each pixel was, relative to its place: h x w x 2 float32."""
     height, width = now.shape
     below, beside = max(0, MIN_FLOW_SIDE_PX - height), max(0, MIN_FLOW_SIDE_PX - width)
-    padded = (cv2.copyMakeBorder(each, 0, below, 0, beside, cv2.BORDER_REPLICATE) for each in (now, before))
-    flow: np.ndarray = _flow_estimator(is_fine).calc(*padded, None)
+    if below or beside:
+        now, before = (
+            cv2.copyMakeBorder(each, 0, below, 0, beside, cv2.BORDER_REPLICATE) for each in (now, before)
+        )
+    flow: np.ndarray = _flow_estimator(is_fine).calc(now, before, None)
     return flow[:height, :width]
 
 
@@ -163,5 +167,15 @@ def _is_better(flow: np.ndarray, now: np.ndarray, before: np.ndarray, still: np.
     both: Any = None  # coordinates are in the first map
     relative = cv2.INTER_LINEAR | cv2.WARP_RELATIVE_MAP
     moved = cv2.remap(before, flow, both, relative, borderMode=cv2.BORDER_REPLICATE)
+    found = np.empty(still.shape, np.uint8)
+    _mark_better(_change(now, moved), still, found)
+    return found.view(np.bool_)
+
+
+@compiled
+def _mark_better(moved, still, found):  # type: ignore[no-untyped-def]
     part, whole = MAX_RESIDUAL_RATIO
-    return (still > MAX_STILL_SUM) & (whole * _change(now, moved) < part * still)
+    for y in range(found.shape[0]):
+        for x in range(found.shape[1]):
+            better = whole * np.int32(moved[y, x]) < part * np.int32(still[y, x])
+            found[y, x] = np.uint8(better and still[y, x] > MAX_STILL_SUM)

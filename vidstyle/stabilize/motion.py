@@ -11,6 +11,7 @@ import numpy as np
 from vidstyle.core.kernels import compiled
 from vidstyle.core.picture import Picture
 from vidstyle.stabilize.flow import flows
+from vidstyle.stabilize.flow_masks import border_guide, fast_part
 
 MAX_FLOW_SIDE_PX = 480
 """Maximum side of the copy in which motion is estimated, the picture repeatedly halved."""
@@ -66,8 +67,7 @@ class Warp:
         """The flow by which a result is warped, 0 below `MIN_MOTION_PX`; None for 0, and for fixed marks."""
         if self.flow is None or self.is_fixed:
             return None
-        moves = self._speed >= MIN_MOTION_PX
-        return cv2.copyTo(self.flow, moves.view(np.uint8)) if moves.any() else None
+        return fast_part(self.flow, MIN_MOTION_PX)
 
     @cached_property
     def result_guide(self) -> np.ndarray:
@@ -79,28 +79,9 @@ class Warp:
         if self.flow is None:
             return np.ones((1, 1, 1), np.float32)
         if self.is_fixed:
-            return np.clip(1 - self._speed / MIN_MOTION_PX, 0, 1)[..., None]
-        return np.float32(1) - _jumps(self.flow, self.max_jump)[..., None]
-
-    @property
-    def _speed(self) -> np.ndarray:
-        """Motion of each cell in pixels, h x w float32."""
-        assert self.flow is not None
-        return cv2.magnitude(*cv2.split(self.flow))
-
-
-def _jumps(flow: np.ndarray, most: float) -> np.ndarray:
-    """Mark cells that differ by more than `most` pixels from a neighbour, and their neighbours.
-
-    Returns:
-        h x w float32, 1 for marked cells and 0 for others.
-    """
-    found = np.zeros(flow.shape[:2], np.uint8)
-    for axis in range(2):
-        values = np.ascontiguousarray(flow[..., axis])
-        found[:, 1:] |= cv2.absdiff(values[:, 1:], values[:, :-1]) > most
-        found[1:] |= cv2.absdiff(values[1:], values[:-1]) > most
-    return cv2.dilate(found, np.ones((3, 3), np.uint8)).astype(np.float32)
+            speed = cv2.magnitude(*cv2.split(self.flow))
+            return np.clip(1 - speed / MIN_MOTION_PX, 0, 1)[..., None]
+        return border_guide(self.flow, self.max_jump)
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from vidstyle.core.planes import alpha_in_depth, color_rows, yuv_from_rgb
 from vidstyle.stabilize.blend import Rows, result_rows, source_rows
 from vidstyle.stabilize.motion import FramePair, MotionEstimator, Warp
 from vidstyle.stabilize.travel import DriftFollower
-from vidstyle.stabilize.warp import Moves, in_segments, moves_of
+from vidstyle.stabilize.warp import in_segments, moves_of
 
 BAND_RADIUS_ROWS = 24
 """Radius for `in_bands`: makes bands much higher than the rows read around them, so that few rows are
@@ -122,7 +122,7 @@ class Stabilizer:
         """Return the planes of the source, blended with the previous ones, and the weights of luma."""
         out = {name: np.empty(plane.shape, new.dtype) for name, plane in now.items()}
         guide = np.empty(now["luma"].shape, np.uint8)
-        jobs, moves = {}, cache(partial(_plane_moves, warp.flow, np.dtype(new.dtype)))
+        jobs, moves = {}, cache(partial(moves_of, warp.flow, dtype=np.dtype(new.dtype)))
         for name, plane in now.items():
             (scale, span), step = code_scale(name, old, new), plane_step(name, old)
             if name not in self.source.planes:
@@ -148,7 +148,7 @@ class Stabilizer:
         codes, jobs = dict(_named_planes(shown)), {}
         # Planes of the same size share moves.
         dtype = np.dtype(np.float32 if floats else np.uint16)
-        moves = cache(partial(_plane_moves, warp.result_flow, dtype))
+        moves = cache(partial(moves_of, warp.result_flow, dtype=dtype))
         parts_of = cache(partial(in_segments, warp.result_guide))
         new = self.result.planes = {name: np.empty(plane.shape, dtype) for name, plane in planes.items()}
         for name, plane in planes.items():
@@ -169,7 +169,10 @@ def _run(jobs: Mapping[str, Rows], shape: tuple[int, int], encoding: Encoding, w
             _, down = plane_step(name, encoding)
             rows(top // down, -(-bottom // down))
 
-    in_bands(workers, shape, BAND_RADIUS_ROWS, run)
+    if workers.count == 1:
+        run(0, shape[0])  # as fast as bands, with fewer calls of kernels that give up the GIL
+    else:
+        in_bands(workers, shape, BAND_RADIUS_ROWS, run)
 
 
 def stabilized_encoding(encoding: Encoding) -> Encoding:
@@ -214,21 +217,6 @@ def with_planes(picture: Picture) -> Picture:
 def plane_step(name: str, encoding: Encoding) -> tuple[int, int]:
     """Return the pixels per sample of a plane, across and down."""
     return encoding.subsampling if name in ("blue", "red") else (1, 1)
-
-
-def segment_flow(flow: np.ndarray | None, width: int, step: tuple[int, int]) -> np.ndarray:
-    """Return the flow of a `Warp` for the segments of a plane, in its samples; see `in_segments`.
-
-    Args:
-        width: width of the plane.
-        step: luma pixels per sample, across and down.
-    """
-    segments = in_segments(flow, width)
-    return segments if step == (1, 1) else segments / np.array(step, np.float32)
-
-
-def _plane_moves(flow: np.ndarray | None, dtype: np.dtype, width: int, step: tuple[int, int]) -> Moves:
-    return moves_of(segment_flow(flow, width, step), width, dtype)
 
 
 def code_scale(name: str, old: Encoding, new: Encoding) -> tuple[tuple[float, float], float]:

@@ -22,7 +22,7 @@ of segments: int32, h x 3, 1 if it has not moved, and the first and the end of t
 columns."""
 
 
-def in_segments(grid: np.ndarray | None, width: int) -> np.ndarray:
+def in_segments(grid: np.ndarray | None, width: int, step: tuple[int, int] = (1, 1)) -> np.ndarray:
     """Interpolate a grid over the page at the middle of each `SEGMENT_SIZE` samples of a plane's row.
 
     These samples have the same displacement and weight, so that they can be read together.
@@ -30,29 +30,34 @@ def in_segments(grid: np.ndarray | None, width: int) -> np.ndarray:
     Args:
         grid: h x w x n float32; None for a flow of 0.
         width: width of the plane.
+        step: luma pixels per sample, across and down, by which a flow is divided.
 
     Returns:
         h x ceil(width / `SEGMENT_SIZE`) x n float32, contiguous.
     """
     grid = NO_MOTION if grid is None else grid
-    out = np.empty((grid.shape[0], -(-width // SEGMENT_SIZE), grid.shape[2]), np.float32)
-    _in_segments(grid, width, out)
+    out = _empty_segments(grid, width)
+    _in_segments(grid, width, step, out)
     return out
 
 
-def moves_of(flow: np.ndarray, width: int, dtype: np.dtype) -> Moves:
-    """Convert the flow of a plane's segments for `warp_group`, once for all of its rows.
+def moves_of(flow: np.ndarray | None, width: int, step: tuple[int, int], dtype: np.dtype) -> Moves:
+    """Convert the flow of a `Warp` for `warp_group`, once for all rows of a plane.
 
     Args:
-        flow: previous position of each segment, in samples of the plane to the right and down; see
-            `in_segments`.
-        width: width of the plane.
-        dtype: type of its samples, uint16 or float32.
+        flow, width, step: see `in_segments`.
+        dtype: type of the plane's samples, uint16 or float32.
     """
-    places, parts = np.empty(flow.shape, np.int32), np.empty((*flow.shape[:2], 4), dtype)
-    rows, whole = np.empty((len(flow), 3), np.int32), 1 if dtype == np.float32 else FULL_WEIGHT_SUM
-    _fill_moves(flow, width, np.float32(whole), places, parts, rows)
-    return places, parts, rows
+    flow = NO_MOTION if flow is None else flow
+    segments, whole = _empty_segments(flow, width), 1 if dtype == np.float32 else FULL_WEIGHT_SUM
+    moves = np.empty(segments.shape, np.int32), np.empty((*segments.shape[:2], 4), dtype)
+    rows = np.empty((len(flow), 3), np.int32)
+    _find_moves(flow, width, step, np.float32(whole), segments, *moves, rows)
+    return *moves, rows
+
+
+def _empty_segments(grid: np.ndarray, width: int) -> np.ndarray:
+    return np.empty((grid.shape[0], -(-width // SEGMENT_SIZE), grid.shape[2]), np.float32)
 
 
 @compiled
@@ -95,7 +100,13 @@ def grid_row(y, height, rows):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def _in_segments(grid, width, out):  # type: ignore[no-untyped-def]
+def _find_moves(flow, width, step, whole, segments, places, parts, rows):  # type: ignore[no-untyped-def]
+    _in_segments(flow, width, step, segments)
+    _fill_moves(segments, width, whole, places, parts, rows)
+
+
+@compiled
+def _in_segments(grid, width, step, out):  # type: ignore[no-untyped-def]
     half, last = np.float32(0.5), np.int32(grid.shape[1] - 1)
     each = np.float32(grid.shape[1]) / np.float32(width)
     for segment in range(out.shape[1]):
@@ -105,7 +116,8 @@ def _in_segments(grid, width, out):  # type: ignore[no-untyped-def]
         for row in range(out.shape[0]):
             for axis in range(out.shape[2]):
                 difference = grid[row, right, axis] - grid[row, left, axis]
-                out[row, segment, axis] = grid[row, left, axis] + (place - before) * difference
+                value = grid[row, left, axis] + (place - before) * difference
+                out[row, segment, axis] = value / np.float32(step[axis])
 
 
 @compiled

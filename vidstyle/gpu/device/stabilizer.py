@@ -18,7 +18,6 @@ from vidstyle.stabilize.stabilizer import (
     code_scale,
     plane_step,
     result_gain,
-    segment_flow,
     stabilized_encoding,
 )
 from vidstyle.stabilize.travel import DriftFollower
@@ -113,7 +112,7 @@ class GpuStabilizer:
             "guided": name != "luma",
         }
         if warp and warp.weight:
-            flow = segment_flow(warp.flow, shape[1], plane_step(name, old))
+            flow = in_segments(warp.flow, shape[1], plane_step(name, old))
             images = {"plane": plane, "before": newest, "flow": self._grid("slight flow", flow)}
             self._run("warped", images, values, [warped])
         weights = self._take(f"weights {name}", shape, WEIGHT_FORMAT)
@@ -134,7 +133,7 @@ class GpuStabilizer:
             "plane": plane,
             "before": newest,
             "flow": self._grid(
-                "result flow", segment_flow(warp.result_flow if warp else None, shape[1], step)
+                "result flow", in_segments(warp.result_flow if warp else None, shape[1], step)
             ),
             "segment_weights": self._grid(
                 "segment weights", in_segments(warp.result_guide if warp else None, shape[1])

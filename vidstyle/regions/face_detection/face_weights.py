@@ -1,7 +1,7 @@
 """Read the weights of the networks for faces, which joblib has written, without joblib.
 
-joblib takes 70 ms of processor time to import. A file holds a pickled list of descriptions of arrays; after each
-of them follow padding and the numbers of the array. The class `NumpyArrayWrapper` of joblib is the description.
+joblib takes 70 ms of processor time to import. A file holds a pickled list of descriptions of arrays, of the
+class `NumpyArrayWrapper` of joblib; padding and the numbers of the array follow each of them.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _KNOWN_NAMES = {("numpy", "ndarray"): np.ndarray, ("numpy", "dtype"): np.dtype}
 
 
 class _ExactReader:
-    """The bytes of a file. Without `peek`, pickle reads no more than it needs, so arrays can be read between."""
+    """The bytes of a file, without `peek`, so that pickle reads no more than it needs, and arrays follow."""
 
     def __init__(self, content: bytes) -> None:
         stream = io.BytesIO(content)
