@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable
 
 import cv2
@@ -10,7 +11,7 @@ import pytest
 from media import moving_frames, photograph
 from pictures import noise
 
-from vidstyle.core.block_matching import SEARCH_RADIUS_PX, best_correlations, blocks_of
+from vidstyle.core.block_matching import SEARCH_RADIUS_PX, block_shape, match_blocks
 from vidstyle.core.kernels import dry_run
 from vidstyle.core.picture import Picture
 from vidstyle.core.scene_cuts import MAX_BLANKS, SceneCutDetector
@@ -177,21 +178,33 @@ def test_every_scene_begins_with_a_cut() -> None:
 
 @pytest.mark.parametrize("shape", [(54, 96), (17, 40), (9, 33), (40, 5)])
 def test_blocks_are_matched_as_by_opencv(shape: tuple[int, int]) -> None:
-    first, second = noise(*shape, seed=1), noise(*shape, seed=2)
-    second[:-2, 3:] += first[2:, :-3]
-    blocks, places = blocks_of(first)
-    side = SEARCH_RADIUS_PX
-    wider = cv2.copyMakeBorder(second, side, side, side, side, cv2.BORDER_REPLICATE)
+    picture, before = noise(*shape, seed=1), noise(*shape, seed=2)
+    before[:-2, 3:] += picture[2:, :-3]
+    side, (tall, wide) = SEARCH_RADIUS_PX, block_shape(shape)
+    wider = cv2.copyMakeBorder(before, side, side, side, side, cv2.BORDER_REPLICATE)
+    tops, lefts = (
+        range(length % size // 2, length - size + 1, size)
+        for length, size in zip(shape, (tall, wide), strict=True)
+    )
 
     wanted = []
-    for block, (top, left) in zip(blocks, places, strict=True):
-        assert np.array_equal(block, first[top:, left:][: block.shape[0], : block.shape[1]])
-        around = wider[top : top + block.shape[0] + 2 * side, left : left + block.shape[1] + 2 * side]
-        wanted.append(cv2.matchTemplate(around, np.ascontiguousarray(block), cv2.TM_CCOEFF_NORMED).max())
+    for top, left in itertools.product(tops, lefts):
+        block = np.ascontiguousarray(picture[top : top + tall, left : left + wide])
+        around = wider[top : top + tall + 2 * side, left : left + wide + 2 * side]
+        wanted.append(cv2.matchTemplate(around, block, cv2.TM_CCOEFF_NORMED).max())
 
-    np.testing.assert_allclose(best_correlations(blocks, places, second, 0), wanted, atol=2e-4)
+    count, match = match_blocks(picture, before, 0)
+    assert count == len(wanted) == (shape[0] // tall) * (shape[1] // wide)
+    np.testing.assert_allclose(match, np.mean(wanted), atol=1e-4)
     with dry_run():
-        assert (best_correlations(blocks, places, second, 0) == 1).all(), "a rehearsal has no cuts"
+        assert match_blocks(picture, before, 0) == (count, 1), "a rehearsal has no cuts"
+
+
+def test_only_blocks_that_show_something_are_matched() -> None:
+    picture = np.full((32, 48), 0.5, np.float32)
+    picture[:16, :16] += noise(16, 16, seed=1)
+    assert match_blocks(picture, picture, 0.01) == (1, pytest.approx(1, abs=1e-4))
+    assert match_blocks(picture, picture, 2)[0] == 0
 
 
 def test_renderers_that_share_a_detector_get_one_answer_for_a_frame() -> None:

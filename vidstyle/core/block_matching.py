@@ -20,65 +20,55 @@ _REACH_PX = SEARCH_RADIUS_PX + BLOCK_SIZE + _PADDED_POSITION_COUNT
 """Pixels of the surrounded picture beyond its width that the kernel reads."""
 
 
-def blocks_of(picture: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the adjacent blocks in the middle of a picture.
+def match_blocks(picture: np.ndarray, before: np.ndarray, min_deviation: float) -> tuple[int, float]:
+    """Measure how well the blocks in the middle of a picture match another one near their positions.
 
     Args:
-        picture: H x W.
+        picture, before: H x W float32; the border of the second is repeated.
+        min_deviation: blocks with a smaller standard deviation are ignored. Half of it is the lower limit for
+            areas that they match, otherwise noise would match anything.
 
     Returns:
-        n x h x w, at most `BLOCK_SIZE` on a side, and n x 2 int32, the row and column of their first pixels.
+        The number of blocks, and the mean of their maximum correlation coefficients, 0..1. In a dry run, all
+        blocks match.
     """
-    tall, wide = (min(BLOCK_SIZE, side) for side in picture.shape)
-    (rows, top), (columns, left) = divmod(picture.shape[0], tall), divmod(picture.shape[1], wide)
-    inner = picture[top // 2 :, left // 2 :][: rows * tall, : columns * wide]
-    blocks = inner.reshape(rows, tall, columns, wide).swapaxes(1, 2).reshape(-1, tall, wide)
-    tops, lefts = np.indices((rows, columns), np.int32).reshape(2, -1)
-    return blocks, np.stack([top // 2 + tall * tops, left // 2 + wide * lefts], axis=1)
-
-
-def best_correlations(
-    blocks: np.ndarray, places: np.ndarray, picture: np.ndarray, min_deviation: float
-) -> np.ndarray:
-    """Measure how well each block matches a picture near its position.
-
-    Args:
-        blocks: n x h x w float32, at most `BLOCK_SIZE` on a side; no block has only one tone.
-        places: n x 2 int32, the row and column of their first pixels.
-        picture: H x W float32; its border is repeated.
-        min_deviation: lower limit of the standard deviation of a matched area.
-
-    Returns:
-        The maximum correlation coefficient of each block, 0..1 float32; 1 in a dry run.
-    """
-    (height, width), (tall, wide) = picture.shape, blocks.shape[1:]
+    (height, width), (tall, wide) = picture.shape, block_shape(picture.shape)
     # The kernel reads this far beyond the last position.
     wider = np.empty((height + 2 * SEARCH_RADIUS_PX + BLOCK_SIZE, width + _REACH_PX), np.float32)
     positions = height - tall + _POSITION_COUNT, width - wide + _POSITION_COUNT
-    best = np.ones(len(blocks), np.float32)
+    found = np.array([(height // tall) * (width // wide), 1], np.float64)
     _match(
-        blocks,
-        places,
         picture,
+        before,
         float(min_deviation),
-        wider,
-        np.empty((2, width + _REACH_PX)),
-        np.empty(positions, np.float32),
+        (tall, wide),
+        (wider, np.empty((2, width + _REACH_PX)), np.empty(positions, np.float32)),
         np.zeros((BLOCK_SIZE, BLOCK_SIZE), np.float32),
         np.empty(_PADDED_POSITION_COUNT, np.float32),
-        best,
+        found,
     )
-    return best
+    return int(found[0]), float(found[1])
+
+
+def block_shape(shape: tuple[int, int]) -> tuple[int, int]:
+    """Return height and width of the blocks of a picture."""
+    return min(BLOCK_SIZE, shape[0]), min(BLOCK_SIZE, shape[1])
 
 
 @compiled(fastmath=True, noalias=True)
-def _match(blocks, places, picture, min_deviation, wider, sums, deviations, own, line, best):  # type: ignore[no-untyped-def]
+def _match(picture, before, min_deviation, block, scratch, own, line, found):  # type: ignore[no-untyped-def]
     """One call for all steps, as each call gives up the GIL and takes it back."""
-    _surround(picture, wider)
-    _measure_deviations(wider, blocks.shape[1], blocks.shape[2], min_deviation, sums, deviations)
-    for block in range(best.size):
-        _normalize(blocks[block], own)
-        best[block] = _best_correlation(own, places[block, 0], places[block, 1], wider, deviations, line)
+    (height, width), (tall, wide), (wider, sums, deviations) = picture.shape, block, scratch
+    _surround(before, wider)
+    _measure_deviations(wider, tall, wide, min_deviation / 2, sums, deviations)
+    count, total = 0, 0.0
+    for row in range(height // tall):
+        for column in range(width // wide):
+            top, left = height % tall // 2 + row * tall, width % wide // 2 + column * wide
+            if _normalize(picture[top : top + tall, left : left + wide], min_deviation, own):
+                count += 1
+                total += _best_correlation(own, top, left, wider, deviations, line)
+    found[0], found[1] = count, total / max(count, 1)
 
 
 @compiled(fastmath=True, noalias=True)
@@ -125,8 +115,12 @@ def _add_row(row, sign, sums):  # type: ignore[no-untyped-def]
 
 
 @compiled(fastmath=True, noalias=True)
-def _normalize(block, own):  # type: ignore[no-untyped-def]
-    """Scale a block so that the sum of its products with an area is the covariance for a deviation of 1."""
+def _normalize(block, min_deviation, own):  # type: ignore[no-untyped-def]
+    """Scale a block so that the sum of its products with an area is the covariance for a deviation of 1.
+
+    Returns:
+        Whether its standard deviation is above `min_deviation`; otherwise it is not scaled.
+    """
     tall, wide = block.shape
     total = squares = 0.0
     for y in range(tall):
@@ -136,10 +130,13 @@ def _normalize(block, own):  # type: ignore[no-untyped-def]
     for y in range(tall):
         for x in range(wide):
             squares += (block[y, x] - mean) ** 2
-    size = math.sqrt(squares * tall * wide)
+    deviation = math.sqrt(squares / (tall * wide))
+    if deviation <= min_deviation:
+        return False
     for y in range(tall):
         for x in range(wide):
-            own[y, x] = (block[y, x] - mean) / size
+            own[y, x] = (block[y, x] - mean) / (tall * wide * deviation)
+    return True
 
 
 @compiled(fastmath=True, noalias=True)

@@ -8,7 +8,8 @@ from collections.abc import Iterable
 import cv2
 import numpy as np
 
-from vidstyle.core.block_matching import best_correlations, blocks_of
+from vidstyle.core.block_matching import match_blocks
+from vidstyle.core.kernels import compiled
 from vidstyle.core.picture import Picture
 from vidstyle.core.sampling import small_luma
 
@@ -31,9 +32,6 @@ _MIN_BLOCKS = 2
 """A picture with fewer blocks that show something is blank."""
 _BAR_LEVEL = 0.1
 """No pixel of a black bar is brighter."""
-
-_Blocks = tuple[np.ndarray, np.ndarray]
-"""As `block_matching.blocks_of` returns them, without those that show only noise."""
 
 
 class SceneCutDetector:
@@ -77,25 +75,33 @@ class SceneCutDetector:
             self._before, self._blanks, self._average_loss = [], 0, 0.0
         picture = _reduced(luma)
         inside = _inside_letterbox([picture, *self._before])
-        blocks = _blocks(picture[inside])
-        if len(blocks[0]) < _MIN_BLOCKS:
+        # Kernels are compiled separately for contiguous pictures.
+        shown, *before = (np.ascontiguousarray(each[inside]) for each in (picture, *self._before))
+        count, match = match_blocks(shown, before[0] if before else shown, _MIN_DEVIATION)
+        if count < _MIN_BLOCKS:
             self._blanks += 1
             return first
         pause, self._blanks = self._blanks >= MAX_BLANKS, 0
         if pause:
             self._before = []
-        cut = bool(self._before) and self._is_new(blocks, [before[inside] for before in self._before])
+        cut = bool(self._before) and self._is_new(1 - match, shown, before[1:])
         self._before = [picture, *self._before[:1]]
         return first or pause or cut
 
-    def _is_new(self, blocks: _Blocks, before: list[np.ndarray]) -> bool:
-        """Whether the blocks match neither the last picture nor, if it may be a flash, its previous one."""
-        lost, average = 1 - _correlation(blocks, before[0]), self._average_loss
+    def _is_new(self, lost: float, picture: np.ndarray, before: list[np.ndarray]) -> bool:
+        """Whether a picture matches neither the last one nor, if that may be a flash, its previous one.
+
+        Args:
+            lost: the part of the picture without a match in the last one, 0..1.
+            before: the picture before the last one, if there is one.
+        """
+        average = self._average_loss
         # Cuts count as well, up to the threshold, so that fast action after a cut is not all cuts.
         self._average_loss += (min(lost, MIN_CUT_SHARE) - average) / 2
         if lost <= MIN_CUT_SHARE + ACTION_FACTOR * average:
             return False
-        return all(1 - _correlation(blocks, each) > MIN_CUT_SHARE for each in before[1:])
+        matches = (match_blocks(picture, each, _MIN_DEVIATION)[1] for each in before)
+        return all(1 - match > MIN_CUT_SHARE for match in matches)
 
 
 class KnownCuts:
@@ -125,8 +131,21 @@ def _reduced(luma: np.ndarray) -> np.ndarray:
 
 def _inside_letterbox(pictures: list[np.ndarray]) -> tuple[slice, slice]:
     """Return the area inside the black bars of all pictures; edges of bars match in every scene."""
-    brightest = np.max(pictures, axis=0)
-    return _bright_span(brightest.max(axis=1)), _bright_span(brightest.max(axis=0))
+    height, width = pictures[0].shape
+    rows, columns = np.ones(height, np.float32), np.ones(width, np.float32)
+    first, second, third = (*pictures, *pictures, *pictures)[:3]
+    _find_brightest(first, second, third, rows, columns)
+    return _bright_span(rows), _bright_span(columns)
+
+
+@compiled
+def _find_brightest(first, second, third, rows, columns):  # type: ignore[no-untyped-def]
+    """Find the brightest values of each row and column of three pictures."""
+    rows[:], columns[:] = 0, 0
+    for y in range(rows.size):
+        for x in range(columns.size):
+            brightest = max(first[y, x], max(second[y, x], third[y, x]))
+            rows[y], columns[x] = max(rows[y], brightest), max(columns[x], brightest)
 
 
 def _bright_span(line: np.ndarray) -> slice:
@@ -136,16 +155,3 @@ def _bright_span(line: np.ndarray) -> slice:
         return slice(None)
     first, last = lit[0] + (lit[0] > 0), lit[-1] + (lit[-1] + 1 == len(line))
     return slice(first, last) if first < last else slice(None)
-
-
-def _blocks(picture: np.ndarray) -> _Blocks:
-    """Return the blocks of a picture that show something."""
-    blocks, places = blocks_of(picture)
-    shows = blocks.std(axis=(1, 2)) > _MIN_DEVIATION
-    return blocks[shows], places[shows]
-
-
-def _correlation(blocks: _Blocks, before: np.ndarray) -> float:
-    """Return the mean over the blocks of their best correlation with the picture before, 0..1."""
-    # At least half of what counts as flat, else noise would match anything.
-    return float(best_correlations(*blocks, before, _MIN_DEVIATION / 2).mean())
