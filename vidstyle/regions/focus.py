@@ -31,7 +31,7 @@ from vidstyle.regions.writing.stroke_drawing import draw_writing
 from vidstyle.stabilize.still import flatten_still
 from vidstyle.style import Style
 
-FACE_RATIOS = 0.26, 0.36
+FACE_RATIOS = 0.36, 0.4
 """Heights of faces relative to the picture's shorter side. Focus is complete up to the first; from the second
 on there is none, as marks are small enough for the face."""
 

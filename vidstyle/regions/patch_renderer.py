@@ -19,8 +19,9 @@ from vidstyle.style import Style
 FACE_DETAIL_RATIO = 0.38
 """Level of detail at `focus` 1, as of `--detail`, for a face as high as the picture; smaller ones get more.
 Tuned on the pictures of `exposure`."""
-DETAIL_RANGE = 2.4, 3.6
-"""Minimum and maximum level of detail at `focus` 1."""
+DETAIL_RANGE, LARGE_RATIO = (2.4, 3.6), 0.62
+"""Minimum and maximum level of detail at `focus` 1; and the level for a face as high as the picture, which
+limits the minimum: a face of a third of the height needs less."""
 
 SCREEN_DETAIL_RATIO, SCREEN_DETAIL_RANGE = 0.12, (1.0, 2.0)
 """The same for styles of dots or ruled lines: finer ones would look like another print."""
@@ -76,6 +77,7 @@ class PatchRenderer(Closing):
         share = patches.least / (self._side_ratio * min(request.picture.shape))
         is_ruled = raster.is_screen and not raster.has_points
         low, high = SCREEN_DETAIL_RANGE if is_ruled else DETAIL_RANGE
+        low = min(low, max(1.0, LARGE_RATIO / share))
         ratio = SCREEN_DETAIL_RATIO if is_ruled else FACE_DETAIL_RATIO
         detail = max(1.0, min(max(ratio / share, low), high) ** style.focus / fineness)
         backend = self._use(style, detail, cut.shape, request.picture.shape)

@@ -20,6 +20,9 @@ from vidstyle.regions.rasters import PageRaster, cell_means, divided_cell
 MIN_DEPTH, MIN_LIGHT = 0.4, 0.25
 """Darkness relative to the skin nearby from which a pixel is ink; and the least light of that skin. All
 values here were tuned on 18 faces of 47 to 240 lines in nine photographs."""
+SMALL_HEIGHT_PX, MIN_DEPTH_WEIGHT = 50.0, 0.5
+"""Height of a face below which this darkness is in proportion to it, as its features are blurred; at least
+this share."""
 EDGE_DEPTH_PX, MAX_EDGE_DEPTH = 14.0, 0.25
 """Range of this darkness in which a pixel is gray, times the face's height, and at most: about one pixel."""
 MIN_DARKNESS = 0.75
@@ -31,11 +34,11 @@ HAIR_RANGE = 0.5, 0.56
 GAP_RATIO, MIN_GAP_PX, GAP_RANGE = 0.03, 1.0, (0.05, 0.1)
 """Standard deviation of the Gaussian of features, relative to the face's height, and the least; and the level
 after it from which there are no marks of the style: in shade, features have a narrow bare edge."""
-SCREEN_GAP_RATIO, MIN_SCREEN_GAP_PX, SCREEN_GAP_RANGE = 0.015, 1.4, (0.12, 0.2)
+SCREEN_GAP_RATIO, MIN_SCREEN_GAP_PX, SCREEN_GAP_RANGE = 0.01, 1.4, (0.12, 0.2)
 """The same where skin has marks everywhere: a wide edge would be a mask."""
 EDGE_RANGE = 0.4, 0.6
 """Weight of a face, relative to the largest, at which bare skin ends: half of a line would be gray."""
-INK_LUMA_RANGE, COLORED_LUMA_RANGE = (0.3, 0.8), (0.05, 0.35)
+INK_LUMA_RANGE, COLORED_LUMA_RANGE = (0.6, 0.95), (0.05, 0.35)
 """Luma, between ink and paper, at which a mark of the style counts as ink, and from which it is ground; and
 the same among dots of several inks."""
 OUTLINE_RATIO = 0.012
@@ -90,8 +93,9 @@ def solid_features(darkness: np.ndarray, height: float) -> tuple[np.ndarray, np.
     """
     shade = 1 - skin_luma(1 - darkness, height)
     depth = (darkness - shade) / np.maximum(1 - shade, np.float32(MIN_LIGHT))
+    least = MIN_DEPTH * min(1.0, max(MIN_DEPTH_WEIGHT, height / SMALL_HEIGHT_PX))
     edge = min(MAX_EDGE_DEPTH, EDGE_DEPTH_PX / height) / 2
-    ends = ((middle - edge, middle + edge) for middle in (MIN_DEPTH, MIN_DARKNESS))
+    ends = ((middle - edge, middle + edge) for middle in (least, MIN_DARKNESS))
     return np.maximum(*map(ramp, (depth, darkness), ends)), shade
 
 
