@@ -42,15 +42,19 @@ def overlaps(boxes: list[dict[str, float]]) -> list[tuple[float, ...]]:
 
 SPACES = [(1153, 450), (772, 380), (820, 400)]
 """What the diagram has in windows of 1440 x 900, 1024 x 768 and 820 x 1180."""
+SMALLEST_FITTING_SPACE = 961, 411
+"""What the diagram has by default in a window of 1280 x 800, in which all shipped styles fit."""
+LAYOUT = """
+const { fold } = await import('/fold.js');
+return (await import('/layout.js')).layoutOf(fold(state, null, whole), width, height)
+"""
 
 
 def test_no_style_is_laid_out_with_overlaps(page: Page) -> None:
     for name, (width, height), whole in product(style_names(), SPACES, (True, False)):
         page.server.designer.open(name)
         layout = page.browser.run(
-            """const { fold } = await import('/fold.js');
-            return (await import('/layout.js')).layoutOf(fold(state, null, whole), width, height)""",
-            state=page.server.designer.state, width=width, height=height, whole=whole,
+            LAYOUT, state=page.server.designer.state, width=width, height=height, whole=whole,
         )  # fmt: skip
         size = layout["size"]
         cards = [card | {"w": size["w"], "h": size["h"]} for card in layout["cards"]]
@@ -60,6 +64,28 @@ def test_no_style_is_laid_out_with_overlaps(page: Page) -> None:
         assert len(gaps) == len(cards) + 1
         assert overlaps(cards + gaps) == [], name
         assert layout["width"] <= width, name
+
+
+def test_the_diagram_of_every_style_fits_its_pane(page: Page) -> None:
+    browser = page.browser
+    width, height = SMALLEST_FITTING_SPACE
+    for name in style_names():
+        page.server.designer.open(name)
+        layout = browser.run(
+            LAYOUT, state=page.server.designer.state, width=width, height=height, whole=False
+        )
+        assert layout["height"] <= height and layout["width"] <= width, name
+    browser.run(
+        "[...document.querySelectorAll('.tile b')].find((each) => each.textContent === 'Ink').click()"
+    )
+    browser.click("#to-diagram")
+    browser.until("document.querySelectorAll('.card').length > 9")
+    sides = (
+        "const { scrollHeight, clientHeight, scrollWidth, clientWidth } = document.getElementById('diagram');"
+    )
+    browser.until(
+        f"(() => {{ {sides} return scrollHeight <= clientHeight && scrollWidth <= clientWidth }})()"
+    )
 
 
 def test_a_step_that_only_saves_has_a_name(page: Page) -> None:

@@ -96,6 +96,37 @@ def test_a_value_that_is_changed_while_the_connection_is_lost_is_set_afterwards(
     eventually(lambda: server.designer.opened.is_changed, f"{path} is not set")
 
 
+def test_edits_leave_no_elements_and_listeners_behind(browser: Browser, server: DesignServer) -> None:
+    """Dragging for minutes: the list of edits shows the last twenty."""
+    open_style(browser, "Sketch")
+    browser.run("document.querySelector('[role=tab][value=style]').click()")
+
+    def count_after(edits: int) -> tuple[int, int]:
+        browser.run(
+            """const ranges = document.querySelectorAll(".style-panel > .values input[type=range]");
+            for (let edit = 0; edit < edits; edit++) {
+              const range = ranges[edit % 2];
+              dispatchEvent(new PointerEvent("pointerdown"));
+              for (const part of [0.3, 0.5, 0.4 + 0.1 * (edit % 3)]) {
+                range.value = part * range.max;
+                range.dispatchEvent(new Event("input"));
+                await new Promise(requestAnimationFrame);
+              }
+              dispatchEvent(new PointerEvent("pointerup"));
+            }""",
+            edits=edits,
+        )
+        shown = "return Number(document.getElementById('picture').dataset.revision)"
+        eventually(lambda: browser.run(shown) == server.designer.opened.revision)
+        browser.call("HeapProfiler.collectGarbage")
+        counts = browser.call("Memory.getDOMCounters")
+        return counts["nodes"], counts["jsEventListeners"]
+
+    nodes, listeners = count_after(30)
+    more_nodes, more_listeners = count_after(60)
+    assert more_nodes < 1.03 * nodes and more_listeners < 1.03 * listeners
+
+
 def test_a_stopped_server_is_called_stopped_and_covers_no_button(
     browser: Browser, server: DesignServer
 ) -> None:

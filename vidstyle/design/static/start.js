@@ -167,6 +167,7 @@ export class Start {
     for (const id of ["work", "panel"]) get(id).inert = open;
     document.body.classList.toggle("starting", open);
     get("back").hidden = !open || !this.session.state;
+    get("back").textContent = `Back to ${title(this.session.state?.name || "the style")}`;
     this.#placeOffer();
     if (!open) return;
     this.#request();
@@ -427,15 +428,17 @@ export class Start {
     if (isStyle && !(await this.mayLeave())) return;
     if (isStyle) this.opened("file");
     const bar = /** @type {HTMLProgressElement} */ (get("uploading"));
-    const facts = get("source-facts"), before = [get("source-name").textContent, facts.textContent];
+    const shown = ["source-name", "source-facts", "drop-here"].map((id) => get(id)), before = shown.map((each) => each.textContent);
+    /** @param {(string | null)[]} texts */
+    const say = (texts) => shown.forEach((each, place) => (each.textContent = texts[place]));
     bar.hidden = false;
-    if (!isStyle) [get("source-name").textContent, facts.textContent] = [file.name, "opening…"];
+    if (!isStyle) say([file.name, "opening…", `Opening ${file.name}…`]);
     try {
       await this.session.connection.upload(file, (part) => (bar.value = part));
       if (isStyle) this.show(false);
     } catch (error) {
       this.session.onerror(/** @type {Error} */ (error).message);
-      [get("source-name").textContent, facts.textContent] = before;
+      say(before);
     }
     bar.hidden = true;
   }
