@@ -156,6 +156,9 @@ function shareOf({ frames, dropped }) {
   return part > 0.98 ? "" : `${Math.round(100 * part)} % of the frames`;
 }
 
+/** @param {number} shown */
+const inWords = (shown) => `${shown} ${shown === 1 ? "frame" : "frames"} per second`;
+
 /** Below this number of frames per second a film does not look like one. */
 const MIN_SMOOTH_RATE = 12;
 
@@ -166,15 +169,15 @@ function sentenceOf(now) {
   const next = nextStyle(now);
   if (next) return `Preparing ${title(next)}; the picture may stand still`;
   if (!shown) return times.length ? "Waiting for the next picture" : "Starting…";
-  if (shown < MIN_SMOOTH_RATE && times.length && shareOf(now)) return `Live, ${shown} frames per second, others skipped`;
-  return `Live, ${shown} frames per second`;
+  if (shown < MIN_SMOOTH_RATE && times.length && shareOf(now)) return `Live, ${inWords(shown)}, others skipped`;
+  return `Live, ${inWords(shown)}`;
 }
 
 /** @param {Status} now */
 function showStatus(now) {
   const facts = [
     ["Size", now.size.join(" × "), "width and height of the picture"],
-    ["Shown here", `${rate().toFixed(0)} frames per second`, `restyled: ${now.rate.toFixed(1)}`],
+    ["Shown here", inWords(Math.round(rate())), `restyled: ${now.rate.toFixed(1)}`],
     ["Delay", `${now.shown_ms.toFixed(0)} ms`, "median latency from capture to this page"],
     ["Captured", shareOf(now) && `${shareOf(now)} shown`, `${now.dropped} of ${now.frames + now.dropped} captured frames were left out to stay live`],
     ["Detail", now.degraded, "a smaller picture is restyled and enlarged, to keep the frame rate"],
