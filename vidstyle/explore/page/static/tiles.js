@@ -15,7 +15,7 @@ const MIN_WIDTH_PX = 480;
 const MIN_HEIGHT_PX = 96;
 const GAP_PX = 12;
 /** Names of looks have this space, if the stage has it, below pictures that are narrower. */
-const MIN_NAME_WIDTH_PX = 270;
+const MIN_NAME_WIDTH_PX = 300;
 /** The name of a look beside an upright picture has this space. */
 const [MIN_BESIDE_WIDTH_PX, MAX_BESIDE_WIDTH_PX] = [140, 220];
 
@@ -169,14 +169,21 @@ export class Tiles {
     this.cells[place].cell.classList.remove("waiting", ...(isDraft ? [] : ["draft"]));
   }
 
+  /** Returns the height of the captions below pictures. @param {number} across the width of a tile */
+  #captionHeight(across) {
+    this.element.classList.remove("beside");
+    this.element.style.setProperty("--columns", String(this.columns));
+    this.element.style.setProperty("--column", `${across}px`);
+    return /** @type {HTMLElement} */ (this.element.querySelector(".caption")).offsetHeight;
+  }
+
   /** Fits the tiles into the available space. @param {number} aspect width by height */
   fit(aspect) {
     const { clientWidth, clientHeight } = /** @type {HTMLElement} */ (this.element.parentElement);
     this.columns = clientWidth < MIN_WIDTH_PX ? 2 : 3;
     this.#place();
-    this.element.classList.remove("beside"); // captions are below pictures while they are measured
-    const caption = /** @type {HTMLElement} */ (this.element.querySelector(".caption")).offsetHeight;
     const across = (clientWidth - GAP_PX * (this.columns + 1)) / this.columns;
+    const caption = this.#captionHeight(across);
     const lead = /** @type {HTMLElement} */ (this.element.previousElementSibling).offsetHeight;
     const row = (clientHeight - lead - 3 * GAP_PX) / 3;
     const isBeside = this.columns > 2 && aspect <= 1 && across - row * aspect >= MIN_BESIDE_WIDTH_PX;
@@ -186,7 +193,6 @@ export class Tiles {
     const column = isBeside ? width + MAX_BESIDE_WIDTH_PX : Math.max(width, MIN_NAME_WIDTH_PX);
     this.element.classList.toggle("beside", isBeside);
     this.size = [Math.max(40, width), Math.max(40, Math.floor(width / aspect))];
-    this.element.style.setProperty("--columns", String(this.columns));
     this.element.style.setProperty("--column", `${Math.floor(Math.min(across, column))}px`);
     this.element.style.setProperty("--width", `${this.size[0]}px`);
     this.element.style.setProperty("--height", `${this.size[1]}px`);
