@@ -6,9 +6,13 @@ shapes, the shade is one area of the medium's dots or lines, and nothing else is
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
 
+from vidstyle.core.sampling import sampled_quantile
+from vidstyle.regions.features.areas import feature_parts
 from vidstyle.regions.features.blurring import enlarged
 from vidstyle.regions.features.calm_skin import skin_luma
 from vidstyle.regions.features.feature_lifting import Features
@@ -25,6 +29,9 @@ SMALL_HEIGHT_PX, MIN_DEPTH_WEIGHT = 50.0, 0.5
 this share."""
 EDGE_DEPTH_PX, MAX_EDGE_DEPTH = 14.0, 0.25
 """Range of this darkness in which a pixel is gray, times the face's height, and at most: about one pixel."""
+STROKE_QUANTILE, STROKE_RATIO, MAX_RAISE = 0.97, 0.6, 2.5
+"""Quantile of this darkness in an eye, the mouth or the nose that is a stroke; its share that is ink in a
+pale feature; and the largest factor of pale features."""
 MIN_DARKNESS = 0.75
 """Darkness from which a pixel is ink, also in large dark shapes."""
 SHADE_RANGE = 0.26, 0.3
@@ -66,8 +73,8 @@ def ink_marks(
         medium: of the style.
     """
     ink, paper = ends
-    darkness, height = enlarged(each.darkness, luma.shape), each.face.box.height
-    solid, shade = solid_features(darkness, height)
+    height = each.face.box.height
+    solid, shade = solid_features(each, luma.shape)
     if ink > paper:
         solid = outlines(solid, height)
     most = np.float32(weight.max() or 1)
@@ -84,19 +91,31 @@ def ink_marks(
     return FeatureMarks(clear, ground, ink=inked)
 
 
-def solid_features(darkness: np.ndarray, height: float) -> tuple[np.ndarray, np.ndarray]:
+def solid_features(each: Features, shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Return coverage by dark features, and the darkness of the skin without them, H x W float32.
 
     Args:
-        darkness: of the face; see `face_darkness`.
-        height: of the face in pixels.
+        each: the face.
+        shape: height and width of its window.
     """
+    darkness, height = enlarged(each.darkness, shape), each.face.box.height
     shade = 1 - skin_luma(1 - darkness, height)
     depth = (darkness - shade) / np.maximum(1 - shade, np.float32(MIN_LIGHT))
     least = MIN_DEPTH * min(1.0, max(MIN_DEPTH_WEIGHT, height / SMALL_HEIGHT_PX))
+    depth = _raised(depth, feature_parts(each.face, each.window), least)
     edge = min(MAX_EDGE_DEPTH, EDGE_DEPTH_PX / height) / 2
     ends = ((middle - edge, middle + edge) for middle in (least, MIN_DARKNESS))
     return np.maximum(*map(ramp, (depth, darkness), ends)), shade
+
+
+def _raised(depth: np.ndarray, parts: Sequence[np.ndarray], least: float) -> np.ndarray:
+    """Return depth where each eye, the mouth and the nose have strokes: pale lips too."""
+    raised = depth
+    for mask in parts:
+        strokes = sampled_quantile(depth[mask > 0.5], STROKE_QUANTILE, default=1.0)
+        factor = min(MAX_RAISE, max(1.0, least / max(STROKE_RATIO * strokes, 1e-3)))
+        raised = raised * (1 + np.float32(factor - 1) * mask)
+    return raised
 
 
 def outlines(solid: np.ndarray, height: float) -> np.ndarray:

@@ -75,7 +75,7 @@ def tone_marks(
     strokes = 1 - np.float32(STROKE_WEIGHT) * ramp(darkness, SOLID_RANGE)
     clear = ramp(cv2.GaussianBlur(darkness, (0, 0), sigma), CLEAR_RANGE)
     factor = 1 + weight * (cv2.exp(power) * strokes - 1)
-    ink = weight * outlines(solid_features(darkness, height)[0], height) if is_outlined else None
+    ink = weight * outlines(solid_features(each, luma.shape)[0], height) if is_outlined else None
     marks = FeatureMarks(np.float32(CLEAR_WEIGHT) * weight * clear, None, light, factor, ink)
     if medium is not Medium.SQUARES or raster.cell is None:
         return marks
