@@ -62,5 +62,5 @@ def test_thin_strokes_are_solid_and_nothing_is_gray() -> None:
 def test_pale_lips_are_a_line_too(monkeypatch: pytest.MonkeyPatch) -> None:
     """Next to dark eyes, they would vanish."""
     assert around(drawn_in_ink(145), MOUTH, 14, 0).max() < 0.3
-    monkeypatch.setattr(ink_marks, "MAX_RAISE", 1.0)
+    monkeypatch.setattr(ink_marks, "MAX_PALE_FACTOR", 1.0)
     assert around(drawn_in_ink(145), MOUTH, 14, 0).min() > 0.5
