@@ -29,7 +29,7 @@ SMALL_HEIGHT_PX, MIN_DEPTH_WEIGHT = 50.0, 0.5
 this share."""
 EDGE_DEPTH_PX, MAX_EDGE_DEPTH = 14.0, 0.25
 """Range of this darkness in which a pixel is gray, times the face's height, and at most: about one pixel."""
-STROKE_QUANTILE, STROKE_RATIO, MAX_PALE_FACTOR = 0.97, 0.6, 2.5
+STROKE_SHARE, STROKE_RATIO, MAX_PALE_FACTOR = 0.97, 0.6, 2.5
 """Quantile of this darkness in an eye, the mouth or the nose that is a stroke; its share that is ink in a
 pale feature; and the largest factor of pale features."""
 MIN_DARKNESS = 0.75
@@ -112,7 +112,7 @@ def _raised(depth: np.ndarray, parts: Sequence[np.ndarray], least: float) -> np.
     """Return depth where each eye, the mouth and the nose have strokes: pale lips too."""
     raised = depth
     for mask in parts:
-        strokes = sampled_quantile(depth[mask > 0.5], STROKE_QUANTILE, default=1.0)
+        strokes = sampled_quantile(depth[mask > 0.5], STROKE_SHARE, default=1.0)
         factor = min(MAX_PALE_FACTOR, max(1.0, least / max(STROKE_RATIO * strokes, 1e-3)))
         raised = raised * (1 + np.float32(factor - 1) * mask)
     return raised
