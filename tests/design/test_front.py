@@ -331,6 +331,7 @@ def test_by_keyboard_a_film_is_opened_restyled_adjusted_and_rendered(
     browser.until("document.getElementById('saved').textContent === 'Edited'")
     browser.press("Ctrl+Enter")
     browser.until("document.getElementById('jobs').textContent.includes('Saved in')")
+    assert browser.run("return document.querySelector('#jobs .strong').textContent") == "Play"
     assert (tmp_path / "film-sketch.mp4").exists()
     browser.run("history.back()")
     browser.until("!document.getElementById('start').hidden")

@@ -52,6 +52,7 @@ export class Queue {
     this.button.setAttribute("aria-label", left.length ? `Queue, ${left.length} not finished` : "Queue");
     const focused = /** @type {HTMLElement | null} */ (document.activeElement)?.dataset.action;
     get("jobs").replaceChildren(...[...jobs].reverse().map((job) => this.#row(job)));
+    get("jobs").querySelector("[data-action^=play]")?.classList.add("strong"); // the newest
     if (focused) this.#focus(focused);
   }
 
@@ -74,9 +75,7 @@ export class Queue {
     if (!isOver) buttons.append(this.#button(`stop-${number}`, state === "waiting" ? "Remove" : "Stop", () => this.session.ask("stop", { job: number })));
     if (address) {
       const action = `play-${number}`;
-      const play = this.#button(action, isPicture ? "Show" : "Play", () => this.#play(file, address, isPicture, action));
-      play.className = "strong";
-      buttons.append(play);
+      buttons.append(this.#button(action, isPicture ? "Show" : "Play", () => this.#play(file, address, isPicture, action)));
       if (this.reveals) buttons.append(this.#button(`reveal-${number}`, "Show in folder", () => this.session.ask("reveal", { job: number })));
       else buttons.append(make("a", { className: "button", href: address, download: file, textContent: "Download" }));
     }

@@ -251,10 +251,15 @@ export class Start {
     describeSearch(looks, text, isEmpty, (word) => this.#search(word));
   }
 
-  /** @param {string} name @param {string} text @param {(isByKeyboard: boolean) => void} chosen */
+  /** @param {string} name @param {string} text @param {(isByKeyboard: boolean) => Promise<void>} chosen */
   #tile(name, text, chosen) {
-    const tile = make("button", { className: "tile", type: "button" }, make("b", { textContent: name }), make("span", { className: "quiet", textContent: text }));
-    tile.addEventListener("click", ({ detail }) => chosen(!detail));
+    const label = make("b", { textContent: name });
+    const tile = make("button", { className: "tile", type: "button" }, label, make("span", { className: "quiet", textContent: text }));
+    tile.addEventListener("click", async ({ detail }) => {
+      label.classList.add("spinning");
+      await chosen(!detail);
+      label.classList.remove("spinning");
+    });
     return tile;
   }
 
@@ -405,9 +410,9 @@ export class Start {
     offer.replaceChildren(make("p", { textContent: `“${title(draft.name)}” has unsaved changes` }, make("span", { textContent: ` from ${when}` }), place), accept, discard, later);
   }
 
-  /** Shows the offer of a draft where the user is: on this screen, or above the picture. */
+  /** Shows the offer of a draft where the user is: on this screen, or, if that is not the front page, above the picture. */
   #placeOffer() {
-    if (this.isOpen) get("other-pages").before(get("draft"));
+    if (this.isOpen || document.body.classList.contains("front")) get("other-pages").before(get("draft"));
     else get("stage").append(get("draft"));
   }
 
