@@ -15,8 +15,9 @@ from stories import PLACES, RATE, shot, story, view, write_film
 
 from vidstyle.comic.analyze.features import Candidate, extract_features
 from vidstyle.comic.analyze.film import open_film
+from vidstyle.comic.analyze.flaws.combs import is_combed
 from vidstyle.comic.analyze.flaws.defect_limits import DefectLimits, damaged_spans, fill_damage, spread_damage
-from vidstyle.comic.analyze.flaws.defects import is_combed, is_test_picture, measure_blockiness
+from vidstyle.comic.analyze.flaws.defects import is_test_picture, measure_blockiness
 from vidstyle.comic.select.choose import choose
 from vidstyle.comic.select.key_frames import KeyFrameOptions, find_key_frames
 from vidstyle.errors import InputError

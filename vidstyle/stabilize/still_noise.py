@@ -11,6 +11,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from vidstyle.core.picture import Encoding, Picture
 from vidstyle.core.plain_codes import values_from_codes
+from vidstyle.core.sampling import percentiles
 from vidstyle.stabilize.dct_shrinkage import BLOCK_SIZE, dct_matrix
 
 JPEG = Encoding("bt601", full_range=True)
@@ -123,7 +124,7 @@ def _contrast(picture: Picture) -> float:
     """Return the difference of dark and bright, 0..1: styles stretch low contrast, and its noise."""
     plane = picture.luma if picture.color is None else picture.color[..., 1]
     assert plane is not None
-    dark, bright = np.percentile(plane[::4, ::4], (DARKEST_PERCENTILE, 100 - DARKEST_PERCENTILE))
+    dark, bright = percentiles(plane[::4, ::4], (DARKEST_PERCENTILE, 100 - DARKEST_PERCENTILE))
     black, white = picture.encoding.luma_levels
     return max(float(bright - dark) / (white - black), MIN_CONTRAST)
 
@@ -149,7 +150,7 @@ def _spectrum(blocks: np.ndarray) -> np.ndarray:
     """Return the standard deviation of each band in the calmest blocks, N x 8 x 8."""
     squares = (_DCT @ blocks @ _DCT.T) ** 2
     energy = squares.sum((1, 2)) - squares[:, 0, 0]
-    calm = squares[energy <= np.quantile(energy, CALM_SHARE)]
+    calm = squares[energy <= percentiles(energy, (100 * CALM_SHARE,))[0]]
     bands = [calm[:, _BANDS == band].mean() for band in range(1, len(MIN_BAND_POSITIONS) + 1)]
     return np.sqrt(np.array(bands, np.float32))
 

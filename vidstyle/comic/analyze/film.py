@@ -23,7 +23,8 @@ from vidstyle.comic.analyze.features import (
     Survey,
     extract_features,
 )
-from vidstyle.comic.analyze.flaws.defects import is_combed, measure_blockiness
+from vidstyle.comic.analyze.flaws.combs import is_combed
+from vidstyle.comic.analyze.flaws.defects import measure_blockiness
 from vidstyle.comic.analyze.flaws.film_defects import FilmDefects
 from vidstyle.comic.analyze.flaws.motion_blur import mark_fast_faces
 from vidstyle.comic.analyze.key_frame_source import STEP_NAME, Film

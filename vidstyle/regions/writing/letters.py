@@ -8,6 +8,8 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
+from vidstyle.core.sampling import percentiles
+
 MIN_COVERAGE = 0.3
 """Coverage from which a pixel belongs to a stroke."""
 HEIGHT_RATIO_RANGE, MAX_LENGTH_RATIO = (0.6, 6.0), 25
@@ -158,7 +160,9 @@ def _least_strengths(parts: _Parts, letters: np.ndarray, strength: np.ndarray, t
     limits = np.zeros(len(letters), np.float32)
     for group in range(1, groups.max() + 1):
         members = np.flatnonzero(letters & (group_of == group))
-        limit = MIN_CONTRAST_RATIO * np.quantile(strength[members], 0.8) if members.size else 0
+        limit = (
+            MIN_CONTRAST_RATIO * np.float32(percentiles(strength[members], (80,))[0]) if members.size else 0
+        )
         members = members[strength[members] >= limit]
         heights = parts.sizes[members, 1]
         if members.size < MIN_LETTERS or _is_grass(parts.sizes[members], widths[members]):
@@ -173,7 +177,7 @@ def _is_grass(sizes: np.ndarray, half_widths: np.ndarray) -> bool:
     """Return whether most strokes of a group are slender or taper, see `_Parts` and `MIN_FULLNESS_RATIO`."""
     across, heights, areas = sizes.T
     slender = heights**2 > MAX_SLENDERNESS_RATIO * areas
-    fullness = np.percentile(areas / (2 * half_widths * np.hypot(across, heights)), FULLNESS_PERCENTILE)
+    fullness = percentiles(areas / (2 * half_widths * np.hypot(across, heights)), (FULLNESS_PERCENTILE,))[0]
     return bool(slender.mean() > MAX_SLENDER_SHARE or fullness < MIN_FULLNESS_RATIO)
 
 

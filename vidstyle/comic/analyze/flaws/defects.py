@@ -1,4 +1,4 @@
-"""Defects of single frames: broken blocks, combs of interlaced fields, and test pictures."""
+"""Defects of single frames: broken blocks and test pictures."""
 
 from __future__ import annotations
 
@@ -27,17 +27,11 @@ _CORNER_BLUR_DEVIATION_PX = 0.6
 """Standard deviation of the Gaussian under which straight edges are found."""
 _MIN_STRAIGHT_LEVELS, _MIN_STRAIGHT_LENGTH_PX = 12, 6
 """Minimum step across a straight edge, of 255, and its minimum length."""
-_MAX_ALONG_RATIO, _MIN_THIN_RATIO = 0.15, 1.6
-"""Maximum step along a straight edge, and minimum one relative to both sides of it, of the step across it."""
+_MAX_ALONG_RATIO, _MIN_THIN_RATIO = (3, 20), (8, 5)
+"""Maximum step along a straight edge, relative to the step across it, and minimum step across it, relative to
+both sides of it; numerators and denominators."""
 _CORNER_REACH_PX = 5
 """Side of the square in which edges of both directions form a corner."""
-
-# Combs: rows that alternate between two fields.
-_MIN_COMB_LEVELS, _MAX_COMBED_SHARE = 10, 0.003
-"""Minimum difference of neighbouring rows in a comb, and the share of pixels from which a frame is combed.
-
-A walk with a camera has up to 0.0007, the same walk as interlaced fields from 0.014.
-"""
 
 # Test pictures: vertical bars without texture, or large areas in most of the primary colours.
 _BAR_HEIGHT_SHARE = 0.5
@@ -73,7 +67,7 @@ def measure_blockiness(luma: np.ndarray) -> Blockiness:
     """Measure the broken edges of blocks in a frame as it is stored, H x W uint8."""
     if min(luma.shape) < 2 * _BLOCK_SIDE_PX * _AREA_SIDE_COUNT:
         return Blockiness()
-    across, down = _count_broken_edges(luma), _count_broken_edges(np.ascontiguousarray(luma.T)).T
+    across, down = _count_broken_edges(luma), _count_broken_edges(luma.T).T
     rows, columns = min(len(across), len(down)), min(across.shape[1], down.shape[1])
     size = _AREA_SIDE_COUNT, _AREA_SIDE_COUNT
     areas = [cv2.blur(each[:rows, :columns], size, borderType=cv2.BORDER_CONSTANT) for each in (across, down)]
@@ -89,14 +83,20 @@ def _largest_in_both(one: np.ndarray, other: np.ndarray) -> float:
 def _count_broken_edges(luma: np.ndarray) -> np.ndarray:
     """Return for each block whether its vertical edge is broken: 1, -1 half a block beside it, float32."""
     side = _BLOCK_SIDE_PX
-    steps = cv2.absdiff(luma[:, 1:], luma[:, :-1])
-    beside = cv2.max(steps[:, :-2], steps[:, 2:])
-    broken = cv2.subtract(steps[:, 1:-1], beside) > _MIN_EDGE_LEVELS
-    rows = len(broken) // side * side
-    shares = broken[:rows].reshape(rows // side, side, -1).mean(axis=1) >= _MIN_EDGE_SHARE
-    on_grid, off_grid = shares[:, side - 2 :: side], shares[:, side // 2 - 2 :: side]
-    count = min(on_grid.shape[1], off_grid.shape[1])
-    return on_grid[:, :count].astype(np.float32) - off_grid[:, :count]
+    on_grid, off_grid = (_find_broken_edges(luma, first) for first in (side - 2, side // 2 - 2))
+    return on_grid.astype(np.float32) - off_grid
+
+
+def _find_broken_edges(luma: np.ndarray, first: int) -> np.ndarray:
+    """Return whether each block has a broken vertical edge after the second column from `first` on."""
+    side, rows = _BLOCK_SIDE_PX, len(luma) // _BLOCK_SIDE_PX * _BLOCK_SIDE_PX
+    count = len(range(side - 2, luma.shape[1] - 3, side))
+    left, before, after, right = (
+        np.ascontiguousarray(luma[:rows, first + number :: side][:, :count]) for number in range(4)
+    )
+    beside = cv2.max(cv2.absdiff(left, before), cv2.absdiff(after, right))
+    broken = cv2.subtract(cv2.absdiff(before, after), beside) > _MIN_EDGE_LEVELS
+    return broken.reshape(rows // side, side, count).mean(axis=1) >= _MIN_EDGE_SHARE
 
 
 def count_block_corners(luma: np.ndarray) -> int:
@@ -126,10 +126,10 @@ def _straight_edges(across: np.ndarray, along: np.ndarray) -> np.ndarray:
     beside = np.zeros_like(across)
     beside[:, 2:] = across[:, :-2]
     beside[:, :-2] = np.maximum(beside[:, :-2], across[:, 2:])
+    (part, whole), (more, less) = _MAX_ALONG_RATIO, _MIN_THIN_RATIO
+    # In integers, as factors with a fraction would make arrays of float64.
     found = (
-        (across > _MIN_STRAIGHT_LEVELS)
-        & (along < _MAX_ALONG_RATIO * across)
-        & (across > _MIN_THIN_RATIO * beside)
+        (across > _MIN_STRAIGHT_LEVELS) & (whole * along < part * across) & (less * across > more * beside)
     )
     return cv2.morphologyEx(
         found.astype(np.uint8), cv2.MORPH_OPEN, np.ones((_MIN_STRAIGHT_LENGTH_PX, 1), np.uint8)
@@ -143,19 +143,6 @@ def is_smeared(luma: np.ndarray) -> bool:
     steps = cv2.blur(cv2.absdiff(luma[1:, 1:], luma[1:, :-1]), (9, 1))
     down = cv2.dilate(cv2.absdiff(luma[1:, 1:], luma[:-1, 1:]), np.ones((_SMEAR_HEIGHT_PX, 3), np.uint8))
     return bool(np.mean((down <= 1) & (steps >= _MIN_SMEAR_LEVELS)) > _MAX_SMEARED_SHARE)
-
-
-def is_combed(luma: np.ndarray) -> bool:
-    """Whether the rows of a frame, H x W uint8, alternate between two fields where something moves."""
-    if len(luma) < 8:
-        return False
-    rows = luma.astype(np.int16)
-    above, below = rows[1:-1] - rows[:-2], rows[1:-1] - rows[2:]
-    depth = np.minimum(np.abs(above), np.abs(below))
-    teeth = (depth > _MIN_COMB_LEVELS) & (above * below > 0) & (np.abs(rows[:-2] - rows[2:]) < depth)
-    signs = np.where(teeth, np.sign(above), 0).astype(np.int8)
-    turns = signs[:-1] * signs[1:] < 0
-    return bool(np.mean(turns[:-2] & turns[1:-1] & turns[2:]) > _MAX_COMBED_SHARE)
 
 
 def is_test_picture(color: np.ndarray) -> bool:
