@@ -11,7 +11,7 @@ from dataclasses import replace
 from vidstyle.explore.random_steps import scale_factor
 from vidstyle.style import SOURCE, Step
 
-RANGE_BLOCK, RANGE_PERCENTILES = "equalize", {"low": 0.0, "high": 98.0}
+RANGE_BLOCK, RANGE_PERCENTILES = "equalize", {"low": 0.0, "high": 99.5}
 """The first filter of each style: section 4.2 D usually places a histogram operator first, as XDoG of a hazy,
 too bright or too dark picture is almost entirely white. Black stays as it is, so that night has detail."""
 AROUND_FACTOR, WIDE_FACTOR = 1 / 12, 1 / 4
