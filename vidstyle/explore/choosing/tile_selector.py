@@ -45,6 +45,8 @@ class TileSelector:
     def select(self, wanted: Counter[str], tiles: Sequence[Tile], found: Sequence[Tile]) -> list[Tile]:
         """Select distinct tiles of the wanted kinds, then of any kind; different looks first.
 
+        Tiles near the chosen one are different looks, too, as long as `near` reaches that far.
+
         Args:
             tiles: tiles that are already selected, the chosen one first.
             found: the tiles to select from.
@@ -54,11 +56,14 @@ class TileSelector:
         """
         chosen: list[Tile] = []
         left = list(found)
-        turns = [(kind, 0.0 if kind in NEAR_KINDS else MIN_LOOK_DISTANCE) for kind in wanted.elements()]
+        turns = [(kind, MIN_LOOK_DISTANCE) for kind in wanted.elements()]
+        turns += [(kind, 0.0) for kind in wanted.elements() if kind in NEAR_KINDS]
         turns += [("", MIN_LOOK_DISTANCE)] * wanted.total() + [("", 0.0)] * wanted.total()
         for kind, least in turns:
             if len(chosen) == wanted.total():
                 break
+            if kind and sum(each.kind == kind for each in chosen) == wanted[kind]:
+                continue
             of_kind = [each for each in left if kind in ("", each.kind) and not _is_near_same(each, chosen)]
             best = self._best(of_kind, kind, [*tiles, *chosen], least) if of_kind else None
             if best is not None:
