@@ -32,6 +32,9 @@ EDGE_DEPTH_PX, MAX_EDGE_DEPTH = 14.0, 0.25
 STROKE_SHARE, STROKE_RATIO, MAX_PALE_FACTOR = 0.97, 0.6, 2.5
 """Quantile of this darkness in an eye, the mouth or the nose that is a stroke; its share that is ink in a
 pale feature; and the largest factor of pale features."""
+BARE_SHARE, MIN_DARK_FACTOR = 0.72, 0.5
+"""Share of such a part that stays bare, so that an eye in the shade is no disc; and the least factor of depth
+that leaves it bare."""
 MIN_DARKNESS = 0.75
 """Darkness from which a pixel is ink, also in large dark shapes."""
 SHADE_RANGE = 0.26, 0.3
@@ -109,11 +112,15 @@ def solid_features(each: Features, shape: tuple[int, ...]) -> tuple[np.ndarray, 
 
 
 def _raised(depth: np.ndarray, parts: Sequence[np.ndarray], least: float) -> np.ndarray:
-    """Return depth where each eye, the mouth and the nose have strokes: pale lips too."""
+    """Return depth where each eye, the mouth and the nose have strokes, pale lips too, and bare parts."""
     raised = depth
     for mask in parts:
-        strokes = sampled_quantile(depth[mask > 0.5], STROKE_SHARE, default=1.0)
-        factor = min(MAX_PALE_FACTOR, max(1.0, least / max(STROKE_RATIO * strokes, 1e-3)))
+        inside = depth[mask > 0.5]
+        strokes, rest = (
+            max(1e-3, sampled_quantile(inside, share, default=1.0)) for share in (STROKE_SHARE, BARE_SHARE)
+        )
+        factor = min(MAX_PALE_FACTOR, max(1.0, least / (STROKE_RATIO * strokes)))
+        factor *= max(MIN_DARK_FACTOR, min(1.0, least / (factor * rest)))
         raised = raised * (1 + np.float32(factor - 1) * mask)
     return raised
 
