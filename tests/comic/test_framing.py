@@ -61,7 +61,7 @@ def test_small_movers_get_no_close_up() -> None:
     """They have too few pixels to be drawn large, so that each picture is shown whole."""
     picture = photograph("rocket")[:400, :600]
     places = np.zeros((32, 48), bool)
-    places[18:26, 6:9] = True
+    places[18:24, 6:9] = True
     action = Foreground(places, Box(70.0, 220.0, 120.0, 330.0), 1.0, 0.0, False)
     street = replace(extract_features(picture, 0, (400, 600)), action=action, subject=action.box)
     assert [each.framing for each in alternate_framing([street] * 3)] == ["wide"] * 3

@@ -71,9 +71,13 @@ def test_other_people_in_other_places_stay() -> None:
     assert prune([one, other], 0) == [one, other]
 
 
-def test_a_film_of_one_place_without_a_subject_has_one_panel() -> None:
-    views = [key_frame(np.roll(HALL, 50 * step, axis=1), step, importance=1 - step / 9) for step in range(4)]
-    assert len(prune(views, 0)) == 1
+@pytest.mark.parametrize(("seconds", "count"), [(0.4, 1), (3, 4)])
+def test_a_place_without_a_subject_has_one_panel_or_the_way_of_a_camera(seconds: float, count: int) -> None:
+    views = [
+        key_frame(np.roll(HALL, 50 * step, axis=1), step * seconds, importance=1 - step / 9)
+        for step in range(5)
+    ]
+    assert len(prune(views, 0)) == count
     assert len(prune(views, 4)) == 4
 
 
@@ -262,3 +266,16 @@ def test_a_dark_picture_without_a_face_is_removed_next_to_lit_ones() -> None:
     dark = [replace(each, light=0.2, clarity=0.45) for each in lit]
     assert prune([dark[0], *lit[1:]], 0) == lit[1:]
     assert prune(dark, 0) == dark
+
+
+def test_a_short_film_shows_who_has_come_and_what_is_approached() -> None:
+    """One picture alone tells no story; within two seconds, nothing has happened."""
+    places = np.zeros((32, 48), bool)
+    places[8:24, 10:30] = True
+    moving = Foreground(places, Box(60, 40, 200, 130), 1.0, 0.0, False)
+    empty, come = key_frame(HALL, 0), key_frame(np.roll(HALL, 50, axis=1), 3, action=moving)
+    assert prune([empty, come], 0) == [empty, come]
+    assert [each.time for each in prune([empty, replace(come, time=1)], 0)] == [1]
+    wide, near = key_frame(HALL, 0, framing="wide"), key_frame(HALL, 3, framing="near", importance=0.6)
+    assert prune([wide, near], 0) == [wide, near]
+    assert len(prune([wide, replace(near, time=1)], 0)) == 1

@@ -105,12 +105,12 @@ def test_the_second_choice_avoids_what_could_not_be_read(tmp_path: Path) -> None
 
     def readability(candidates: Sequence[Candidate]) -> list[float]:
         measured.append(candidates)
-        return [float(len(measured) > 1 or number in (0, 2)) for number, _ in enumerate(candidates)]
+        return [float(len(measured) > 1 or number in (0, 3)) for number, _ in enumerate(candidates)]
 
     with open_film(write_film(tmp_path / "long.mp4", story(2, 90))) as opened:
         find_key_frames(opened, readability=readability)
     first, second = measured
-    kept, refused = {each.time for each in first[:3:2]}, [first[1], *first[3:]]
+    kept, refused = {each.time for each in first[:4:3]}, [*first[1:3], *first[4:]]
     assert kept <= {each.time for each in second}
     for each in second:
         distances = [abs(each.time - other.time) for other in refused if other.scene == each.scene]

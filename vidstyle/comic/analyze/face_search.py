@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from vidstyle.comic.analyze.features import Candidate
+from vidstyle.comic.analyze.mouths import measure_open_mouth
 from vidstyle.comic.analyze.sharpness import measure_detail
 from vidstyle.regions.boxes import Box, Point
 from vidstyle.regions.faces import (
@@ -58,8 +59,10 @@ def add_faces(
     luma = cv2.cvtColor(color, cv2.COLOR_RGB2GRAY)
     eyes = eye_contrast(luma, found[0]) if found else 0.0
     detail = measure_detail(cut_face(color, found[0])) if found else None
+    opening = measure_open_mouth(luma, found[0], mouths[found[0]]) if found else 0.0
     scaled = {face.scaled(factor): (mouths[face][0] * factor, mouths[face][1] * factor) for face in found}
-    return replace(candidate, faces=tuple(scaled), mouths=scaled, eyes=eyes, face_detail=detail)
+    found_in = replace(candidate, faces=tuple(scaled), mouths=scaled, face_detail=detail)
+    return replace(found_in, eyes=eyes, open_mouth=opening)
 
 
 def _is_face(color: np.ndarray, face: Box, faces: FaceFinder) -> bool:

@@ -63,6 +63,7 @@ class Candidate(KeyFrame):
         histogram: shares of 64 colours, float32, of sum 1.
         resolution: see `measure_resolution`; infinite if it is not known.
         eyes: contrast around the eyes of the largest face, higher with open eyes; 0 without a face.
+        open_mouth: how far the mouth of the largest face is open, 0..1; 0 if it is not known.
         face_detail: slope of the edges in the largest face, see `measure_detail`; None if it is not known.
         motion: see `ShotFinder.push`; 0 if only key frames were decoded.
         flow: how far each part moves during an exposure, see `FlowMeter`; None if it is not known.
@@ -92,6 +93,7 @@ class Candidate(KeyFrame):
     sharp_subject: float = 1.0
     resolution: float = math.inf
     eyes: float = 0.0
+    open_mouth: float = 0.0
     face_detail: float | None = None
     motion: float = 0.0
     flow: np.ndarray | None = None

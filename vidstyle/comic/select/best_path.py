@@ -28,10 +28,17 @@ _SIMILAR_HALF_PANELS = 3
 """Distance in panels at which the cost of similarity is half as high."""
 _SAME_SCENE_COST, _UNEVEN_PACE_WEIGHT = 0.2, 0.25
 """Cost of staying in a scene, and weight of an uneven pace."""
+_MISSED_THIRD_COST = 4.0
+"""Cost of a third of the film without a panel: beginning, middle and end make a story."""
 
 
 def find_best_path(
-    values: np.ndarray, steps: np.ndarray, prices: np.ndarray, places: np.ndarray, wanted: int
+    values: np.ndarray,
+    steps: np.ndarray,
+    prices: np.ndarray,
+    places: np.ndarray,
+    wanted: int,
+    thirds: np.ndarray | None = None,
 ) -> list[int]:
     """Return the indices of the best `wanted` candidates, by dynamic programming over time.
 
@@ -44,8 +51,12 @@ def find_best_path(
         prices: the cost of two candidates as neighbours.
         places: see `film_places`.
         wanted: number of candidates to choose.
+        thirds: the third of the film of each candidate, 0 to 2, if each third should be shown.
     """
     totals = values - _UNEVEN_PACE_WEIGHT * (2 * wanted * places - 1).clip(-2, 2) ** 2 / 4
+    if thirds is not None:
+        steps = steps - _MISSED_THIRD_COST * (np.subtract.outer(thirds, thirds) == -2)
+        totals = totals - _MISSED_THIRD_COST * thirds
     ways = np.arange(len(values))[:, np.newaxis]
     for _ in range(wanted - 1):
         reached = totals[:, np.newaxis] + steps
@@ -55,6 +66,8 @@ def find_best_path(
         totals = reached.max(axis=0) + values
         ways = np.hstack([ways[last], np.arange(len(values))[:, np.newaxis]])
     totals = totals - _UNEVEN_PACE_WEIGHT * (2 * wanted * (1 - places) - 1).clip(-2, 2) ** 2 / 4
+    if thirds is not None:
+        totals = totals - _MISSED_THIRD_COST * (2 - thirds)
     return [int(number) for number in ways[totals.argmax()]]
 
 

@@ -17,6 +17,7 @@ from vidstyle.comic.select.best_path import (
     pair_steps,
     similarity_costs,
 )
+from vidstyle.comic.select.film_thirds import film_thirds
 from vidstyle.comic.select.frame_scores import scene_values, scores
 
 # The number of panels, and of candidates among which they are chosen.
@@ -46,7 +47,7 @@ this duration."""
 
 _SPEAKER_SCORE = 0.4
 """Score of a frame with a face while someone speaks."""
-_SEED_SCORE = 0.3
+_SEED_SCORE = 0.6
 """Maximum that a seed adds to the score of a frame: less than speech with a face in a close-up."""
 _MAX_SEED_PANELS = 1
 """Maximum number of panels that a seed adds to the default number, or takes from it."""
@@ -102,6 +103,7 @@ def choose(
     if seed and panels is None and not survey.is_folder:
         varied = wanted + int(random.integers(-_MAX_SEED_PANELS, _MAX_SEED_PANELS, endpoint=True))
         wanted = min(len(pool), max(MIN_DEFAULT_PANELS, min_panels, len(forced), varied))
+    thirds = None if survey.is_folder else np.array(film_thirds(pool, survey.seconds))
     usual = min(len(pool), default_panels(1, survey.seconds))
     beats = _count_beats(survey, len(pool))
     tried = [(wanted, 1.0)] if panels is not None else _attempts(wanted, beats, usual)
@@ -110,7 +112,7 @@ def choose(
         if count < len(forced):
             break
         steps = pair_steps(pool, places, count)
-        chosen = find_best_path(values, steps, similarity_costs(like), places, count)
+        chosen = find_best_path(values, steps, similarity_costs(like), places, count, thirds)
         if not _has_repeats(like, chosen, limit):
             break
     return [pool[number] for number in chosen]

@@ -15,6 +15,8 @@ _FILM_RANK_WEIGHT, _SCENE_RANK_WEIGHT = 0.15, 0.25
 """Weights of the rank of a frame's sharpness in the film and in its scene."""
 _CLARITY_WEIGHT, _FACE_WEIGHT, _SCENE_WEIGHT = 0.6, 0.25, 0.3
 """Weights of clarity, of the largest face and of the value of the scene."""
+_OPEN_MOUTH_WEIGHT = 0.25
+"""Weight of a mouth that speaks."""
 _MIN_GROUP_INTERSECTION = 0.65
 """Scenes with a higher histogram intersection form a group, such as the shots of a speaker in a dialogue."""
 _MAX_BLUR_COST = 0.5
@@ -122,6 +124,7 @@ def scores(pool: Sequence[Candidate], scenes: np.ndarray) -> np.ndarray:
         * np.minimum(1, clarity / _MIN_CLARITY)
         + _CLARITY_WEIGHT * clarity
         + _FACE_WEIGHT * np.array([face_share(each) for each in pool])
+        + _OPEN_MOUTH_WEIGHT * np.array([each.open_mouth for each in pool])
         + _SCENE_WEIGHT * np.sqrt(scenes[[each.scene for each in pool]])
         - _MAX_MOTION_COST * np.minimum(1, [each.motion / _MAX_COST_MOTION for each in pool])
         - _MAX_LIMB_COST * np.array([limb_blur(each) for each in pool])

@@ -11,7 +11,13 @@ from vidstyle.comic.analyze.features import Candidate, Foreground
 from vidstyle.comic.analyze.sharpness import FULL_FACE_DETAIL_LEVELS
 from vidstyle.comic.analyze.similarity import SAME_SIMILARITY, similarity
 from vidstyle.comic.select.frame_scores import MAX_LEADING_SOFTNESS, face_softness
-from vidstyle.comic.select.movers import has_large_mover, has_several_movers, main_mover, widen
+from vidstyle.comic.select.movers import (
+    has_large_mover,
+    has_near_mover,
+    has_several_movers,
+    main_mover,
+    widen,
+)
 from vidstyle.regions.boxes import Box
 
 # Close-ups.
@@ -140,7 +146,7 @@ def _zoom_in(key_frame: Candidate, enlarges_small: bool = False) -> Candidate:
     if key_frame.faces:
         return _zoom_in_on_face(key_frame, whole)
     if key_frame.action and not key_frame.action.is_gone:
-        is_shown = enlarges_small or has_large_mover(key_frame)
+        is_shown = enlarges_small or has_large_mover(key_frame) or has_near_mover(key_frame)
         return _zoom_in_on_movers(key_frame, key_frame.action, whole) if is_shown else widen(key_frame)
     part = _part_around(key_frame.saliency.center, _NEAR_SIDE_RATIO, whole)
     for blob in key_frame.blobs:

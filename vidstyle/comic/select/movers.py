@@ -12,6 +12,8 @@ from vidstyle.regions.boxes import Box
 
 _MIN_LARGE_MOVER_PX, _MIN_LARGE_MOVER_RATIO = 200, 0.5
 """Height from which a mover is large, in lines of the source, or relative to a small picture's height."""
+_MIN_NEAR_MOVER_PX = 85
+"""Height from which a mover can be recognized in a close-up that enlarges it."""
 _MIN_SEEN_MOVER_RATIO, _MIN_WIDE_SUBJECT_SHARE = 0.3, 0.3
 """Height of a mover, relative to the picture's, from which it can be seen well; and share of the picture that
 the box of all movers covers at least in a wide view."""
@@ -49,6 +51,11 @@ def main_mover(action: Foreground, whole: Box) -> Box:
         is_small = max(joint.width / whole.width, joint.height / whole.height) <= _MAX_MOVERS_SIDE_RATIO
         main = joint if is_small and each.intersection(main).area else main
     return main
+
+
+def has_near_mover(candidate: Candidate) -> bool:
+    """Whether a mover can be recognized in a close-up, though not in a wide view."""
+    return _highest_mover(candidate) * candidate.shape[0] >= _MIN_NEAR_MOVER_PX
 
 
 def has_large_mover(candidate: Candidate) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Sequence
+from functools import partial
 from itertools import combinations, pairwise
 
 import numpy as np
@@ -22,10 +23,15 @@ from vidstyle.comic.select.frame_scores import (
     subject_strength,
 )
 from vidstyle.comic.select.twins import is_twin
-from vidstyle.comic.select.views import find_repeated_view
+from vidstyle.comic.select.views import (
+    MAX_ARRIVAL_PANELS,
+    find_repeated_view,
+    is_later,
+    tells_story,
+)
 
 # Moments.
-_MIN_MOMENT_SECONDS, _MIN_POSE_SECONDS, _MIN_MOMENT_PANELS = 2.0, 0.8, 2
+_MIN_MOMENT_SECONDS, _MIN_POSE_SECONDS, _MIN_MOMENT_PANELS = 2.0, 1.2, 2
 """Two frames of a scene within this time show one moment; the second value is for other poses. Number of
 panels that are left at least."""
 
@@ -37,9 +43,9 @@ _MIN_SCENE_SIMILARITY = 0.25
 
 _MIN_FIGURE_RATIO, _MIN_FIGURES = 4, 2
 """From the second number of panels with a face or a mover on, one place is kept for each first number."""
-_MIN_STORY_PANELS = 4
-"""Number of panels that are left at least by the removal of places, clutter, murk and darkness: fewer tell no
-story, which is worse than a place that is hard to read."""
+_MIN_STORY_PANELS, _MIN_STORY_SHARE = 4, 0.6
+"""Number of panels, and share of the frames chosen, that are left at least by the removal of places, clutter,
+murk and darkness: fewer tell no story, which is worse than a place that is hard to read."""
 
 _MAX_SUBJECT_CUT_SHARE = 0.6
 """A panel is removed if a larger part of its moving subject is outside of the picture."""
@@ -49,6 +55,8 @@ _MIN_PLACE_IMPORTANCE = 0.1
 # Clutter.
 _MAX_CLUTTER = 0.5
 """Clutter above which a panel is removed."""
+_MAX_FIRST_CLUTTER = 0.7
+"""The same for a place at the beginning, where the story takes place."""
 
 # Soft pictures.
 _MIN_SHARPNESS_RATIO = 0.6
@@ -75,7 +83,8 @@ def prune(key_frames: Sequence[Candidate], least: int) -> list[Candidate]:
         least: number of frames to keep at least.
     """
     kept = list(key_frames)
-    for find in _FINDERS:
+    story = max(_MIN_STORY_PANELS, round(_MIN_STORY_SHARE * len(kept)))
+    for find in (*_FINDERS, partial(_find_illegible, story_panels=story)):
         while len(kept) > max(1, least):
             surplus = find(kept)
             if surplus is None:
@@ -142,12 +151,18 @@ def _pairs_of_one_place(key_frames: Sequence[Candidate]) -> dict[tuple[int, int]
     """Return the pairs of frames without a subject that show one place, and how much they look alike."""
     places = [number for number, each in enumerate(key_frames) if not _has_subject(each)]
     like = likeness(key_frames, scenes=1)
-    pairs = {pair: float(like[pair]) for pair in combinations(places, 2)}
+    pairs = {
+        pair: float(like[pair])
+        for pair in combinations(places, 2)
+        if not tells_story(len(key_frames), key_frames[pair[0]], key_frames[pair[1]])
+    }
     return {pair: alike for pair, alike in pairs.items() if _is_same_place(key_frames, pair, alike)}
 
 
 def _find_empty_place(key_frames: Sequence[Candidate]) -> int | None:
     """Return a frame without a figure whose place another frame of its scene shows with one."""
+    if len(key_frames) <= MAX_ARRIVAL_PANELS and is_later(key_frames[0], key_frames[-1]):
+        return None
     like = likeness(key_frames, scenes=1)
     empty = [
         number
@@ -215,16 +230,24 @@ def _is_sharp_close_up(candidate: Candidate) -> bool:
     return is_person(candidate) and face_softness(candidate) <= MAX_LEADING_SOFTNESS
 
 
-def _find_illegible(key_frames: Sequence[Candidate]) -> int | None:
-    """Return the least important frame that is hard to read or tells little, if enough others are left."""
-    if len(key_frames) <= _MIN_STORY_PANELS:
+def _find_illegible(key_frames: Sequence[Candidate], story_panels: int) -> int | None:
+    """Return the least important frame that is hard to read or tells little, if enough others are left.
+
+    The first frame stays if it shows the place where the film begins.
+    """
+    if len(key_frames) <= story_panels:
         return None
     places = [number for number, each in enumerate(key_frames) if not has_figure(each)]
-    cluttered = [number for number, each in enumerate(key_frames) if clutter(each) > _MAX_CLUTTER]
-    return _weakest(
-        key_frames,
-        [*cluttered, *_murky(key_frames), *_dark(key_frames), *_surplus_places(key_frames, places)],
-    )
+    cluttered = [
+        number
+        for number, each in enumerate(key_frames)
+        if clutter(each) > _MAX_CLUTTER and not _is_sharp_close_up(each)
+    ]
+    dark = [*_murky(key_frames), *_dark(key_frames)]
+    found = {*cluttered, *dark, *_surplus_places(key_frames, places)}
+    if 0 in places and 0 not in dark and clutter(key_frames[0]) <= _MAX_FIRST_CLUTTER:
+        found -= {0}
+    return _weakest(key_frames, sorted(found))
 
 
 def _surplus_places(key_frames: Sequence[Candidate], places: Sequence[int]) -> list[int]:
@@ -272,5 +295,4 @@ _FINDERS = (
     _find_empty_place,
     _find_soft,
     _find_coarse,
-    _find_illegible,
 )

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from vidstyle.comic.analyze.features import Candidate, Survey
 from vidstyle.comic.select.choose import choose, usable_candidates
+from vidstyle.comic.select.film_thirds import film_thirds
 from vidstyle.comic.select.frame_scores import subject_strength
 from vidstyle.comic.select.key_frame_options import KeyFrameOptions
 from vidstyle.comic.select.refinement import Refinement
@@ -22,9 +23,9 @@ _REFUSED_SECONDS = 1.2
 _MIN_READABILITY, _MIN_PLACE_READABILITY = 0.55, 0.73
 """Minimum readability, see `measure_readability`; the second value is for a panel without a subject."""
 _MIN_STORY_SCENES, _MIN_STORY_READABILITY = 3, 0.45
-"""With readable frames of fewer scenes than the first value, the best ones of others are shown from the
-second value on: a page of one or two pictures tells no story."""
-_READABILITY_WEIGHT, _PLACE_READABILITY_WEIGHT = 0.5, 2.0
+"""With readable frames of fewer scenes than the first value, or not of all thirds of the film, the best ones
+of others are shown from the second value on: a page of one or two pictures tells no story."""
+_READABILITY_WEIGHT, _PLACE_READABILITY_WEIGHT = 1.0, 2.0
 """How much the importance of a frame depends on its readability; the second value is for a panel without a
 subject, which tells nothing if it cannot be read."""
 _MIN_SUBJECT_STRENGTH = 0.2
@@ -71,7 +72,7 @@ class ReadableSearch:
                 for each, shown in zip(chosen, found, strict=True)
                 if shown.time not in bad
             ]
-        return self._keep_readable([*found, *lost], least)
+        return self._keep_readable([*found, *lost], least, survey.seconds)
 
     def legibility_of(self, candidate: Candidate) -> float:
         """Return the factor on the importance of a chosen frame for its drawing: 0..1."""
@@ -84,7 +85,7 @@ class ReadableSearch:
         limit = _MIN_READABILITY if has_subject else _MIN_PLACE_READABILITY
         return candidate.forced or self._known[candidate.time] >= limit
 
-    def _keep_readable(self, candidates: Sequence[Candidate], least: int) -> list[Candidate]:
+    def _keep_readable(self, candidates: Sequence[Candidate], least: int, seconds: float) -> list[Candidate]:
         """Return the readable frames, and the best of the others up to a number of frames, or for a story."""
         distinct = {each.time: each for each in candidates}.values()
         kept = [each for each in distinct if self._is_readable(each)]
@@ -95,18 +96,28 @@ class ReadableSearch:
         )
         if not kept and others:
             log.warning("no frame of the film can be drawn clearly; the best one is shown")
-        kept += self._tell_more(kept, others)
+        kept += self._tell_more(kept, others, seconds)
         rest = [each for each in others if each not in kept]
         kept += rest[: max(0, max(1, least) - len(kept))]
         return sorted(kept, key=lambda each: each.time)
 
-    def _tell_more(self, kept: Sequence[Candidate], others: Sequence[Candidate]) -> list[Candidate]:
-        """Return frames of other scenes that can nearly be read, if the readable ones tell no story."""
-        shown, told = {each.scene for each in kept}, dict[int, Candidate]()
-        for each in others:
-            if each.scene not in shown and self._known[each.time] >= _MIN_STORY_READABILITY:
-                told.setdefault(each.scene, each)
-        return list(told.values())[: max(0, _MIN_STORY_SCENES - len(shown))]
+    def _tell_more(
+        self, kept: Sequence[Candidate], others: Sequence[Candidate], seconds: float
+    ) -> list[Candidate]:
+        """Return frames that can nearly be read, of scenes or thirds of the film without a readable one."""
+        told = list[Candidate]()
+        good = [each for each in others if self._known[each.time] >= _MIN_STORY_READABILITY]
+        thirds = set(film_thirds(kept, seconds))
+        for each, third in zip(good, film_thirds(good, seconds), strict=True):
+            if third not in thirds:
+                thirds.add(third)
+                told.append(each)
+        scenes = {each.scene for each in (*kept, *told)}
+        for each in good:
+            if each.scene not in scenes and len(scenes) < _MIN_STORY_SCENES:
+                scenes.add(each.scene)
+                told.append(each)
+        return told
 
 
 def _find_repeated_poses(candidates: Sequence[Candidate]) -> list[Candidate]:

@@ -24,6 +24,7 @@ _SIMILARITY_TOLERANCE = 0.05
 """How much more similar to another panel a better frame may be."""
 _CLARITY_WEIGHT, _MOTION_WEIGHT, _FLOW_WEIGHT, _LIMB_WEIGHT = 0.8, 0.5, 0.5, 0.6
 _ACTION_WEIGHT, _EYES_WEIGHT, _FACES_WEIGHT, _SHARP_SUBJECT_WEIGHT, _TITLE_WEIGHT = 0.5, 0.5, 0.3, 2.0, 0.5
+_MOUTH_WEIGHT = 0.6
 """Weights of the features by which frames of one shot are compared, relative to sharpness."""
 
 
@@ -136,6 +137,7 @@ def _score_relative_to(nearby: Sequence[Candidate]) -> Callable[[Candidate], flo
         - _LIMB_WEIGHT * limb_blur(each)
         + _SHARP_SUBJECT_WEIGHT * each.sharp_subject
         - _TITLE_WEIGHT * each.titled
+        + _MOUTH_WEIGHT * each.open_mouth
         + (
             _ACTION_WEIGHT * (each.action.share - _CUT_FACTOR * each.action.cut)
             if each.action and not each.faces

@@ -19,21 +19,43 @@ _INNER_SIZE_PX, _SCALE_RATIOS = (30, 20), (0.85, 1.0, 1.18)
 _MIN_VIEW_CORRELATION = 0.7
 """Correlation from which two frames are one view, if they look alike or belong to one scene: other pictures
 of a trailer and of a film of joined clips have up to 0.68."""
+_MIN_STORY_VIEWS = 4
+"""Number of frames up to which a later moment of the same place is shown: the change is the story."""
+_MIN_CHANGE_SECONDS, _MAX_TRAVELLED_SIMILARITY = 2.0, 0.65
+"""Time between two such moments, and similarity up to which the camera has travelled between them.
+
+On a film of ten seconds of a walk, views a third of the way apart have 0.3 to 0.62.
+"""
+MAX_ARRIVAL_PANELS = 2
+"""Number of frames up to which a wide view and a later close-up of the same are both shown, or an empty place
+and who has come to it: one picture alone tells no story."""
 
 
 def find_repeated_view(key_frames: Sequence[Candidate]) -> int | None:
-    """Return a frame whose view another one shows: a close-up, or else the less important one.
+    """Return a frame whose view another one shows, of the nearest pair in time.
 
-    Persons and a few large movers in another pose tell something new; other places of many cars do not.
+    It is the close-up or else the less important one; of two moments, the one in the middle of the film.
+    Persons and a few large movers in another pose tell something new; other places of many cars only as long
+    as there are few frames.
     """
-    for pair in combinations(range(len(key_frames)), 2):
+    pairs = combinations(range(len(key_frames)), 2)
+    for pair in sorted(pairs, key=lambda each: key_frames[each[1]].time - key_frames[each[0]].time):
         one, other = (key_frames[each] for each in pair)
         free = [each for each in pair if not key_frames[each].forced]
-        if free and _is_one_view(one, other):
-            return min(
-                free, key=lambda each: (key_frames[each].framing != "near", key_frames[each].importance)
-            )
+        if not free or not _is_one_view(one, other) or tells_story(len(key_frames), one, other):
+            continue
+        if _shows_change(one, other):
+            ends = 0, len(key_frames) - 1
+            return min(free, key=lambda each: (each in ends, key_frames[each].importance))
+        return min(free, key=lambda each: (key_frames[each].framing != "near", key_frames[each].importance))
     return None
+
+
+def tells_story(count: int, one: Candidate, other: Candidate) -> bool:
+    """Whether two frames of one view are both shown on a page with this number of panels."""
+    return (count <= _MIN_STORY_VIEWS and _shows_change(one, other)) or (
+        count <= MAX_ARRIVAL_PANELS and _approaches(one, other)
+    )
 
 
 def _is_one_view(one: Candidate, other: Candidate) -> bool:
@@ -44,8 +66,29 @@ def _is_one_view(one: Candidate, other: Candidate) -> bool:
     return one.scene == other.scene or _looks_alike(one, other)
 
 
+def _approaches(one: Candidate, other: Candidate) -> bool:
+    """Whether the second frame is a later close-up of what the first one shows."""
+    return (one.framing, other.framing) == ("wide", "near") and is_later(one, other)
+
+
+def is_later(one: Candidate, other: Candidate) -> bool:
+    """Whether the second frame is another moment than the first one."""
+    return other.time - one.time >= _MIN_CHANGE_SECONDS
+
+
+def _shows_change(one: Candidate, other: Candidate) -> bool:
+    """Whether two frames of a scene show different moments: others have come, or the camera has travelled."""
+    if one.scene != other.scene or not (is_later(one, other) or is_later(other, one)):
+        return False
+    return has_other_pose(one, other) or _similarity(one, other) <= _MAX_TRAVELLED_SIMILARITY
+
+
+def _similarity(one: Candidate, other: Candidate) -> float:
+    return float(similarity([one.thumbnail, other.thumbnail])[0, 1])
+
+
 def _looks_alike(one: Candidate, other: Candidate) -> bool:
-    return float(similarity([one.thumbnail, other.thumbnail])[0, 1]) > DIFFERENT_SIMILARITY
+    return _similarity(one, other) > DIFFERENT_SIMILARITY
 
 
 def _tells_more(one: Candidate, other: Candidate) -> bool:

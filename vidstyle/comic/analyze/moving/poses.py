@@ -24,12 +24,35 @@ Frames of one pose have up to 0.35.
 """
 
 
-def pose_changes(frames: Sequence[Candidate]) -> np.ndarray:
-    """Return the share of the subjects of two frames of a scene that looks different: N x N float32, 0..1.
+_MIN_FACE_RATIO, _MIN_MOUTH_CHANGE = 0.2, 0.5
+"""Height of a face, relative to the picture's, whose mouth is seen; and change of a mouth, 0..1, from which
+the face has another expression."""
 
-    It is lower for small subjects, and if the background looks different, too, as the camera moves. It is 0
-    for frames of different scenes and without a moving subject.
+
+def pose_changes(frames: Sequence[Candidate]) -> np.ndarray:
+    """Return how different the subjects of two frames of a scene look: N x N float32, 0..1.
+
+    It is the share of the subjects that looks different, lower for small subjects, and if the background
+    looks different, too, as the camera moves; or 1 if a person speaks in only one of the frames. It is 0 for
+    frames of different scenes.
     """
+    return np.maximum(_moved_shares(frames), _mouth_changes(frames))
+
+
+def _mouth_changes(frames: Sequence[Candidate]) -> np.ndarray:
+    """Return 1 for two frames of a scene whose person speaks in only one of them, else 0: N x N float32."""
+    scenes = np.array([each.scene for each in frames])
+    mouths = np.array([each.open_mouth for each in frames], np.float32)
+    seen = np.array(
+        [bool(each.faces) and each.faces[0].height >= _MIN_FACE_RATIO * each.shape[0] for each in frames]
+    )
+    others = np.abs(np.subtract.outer(mouths, mouths)) >= _MIN_MOUTH_CHANGE
+    is_one_person = np.equal.outer(scenes, scenes) & np.logical_and.outer(seen, seen)
+    return (others & is_one_person).astype(np.float32)
+
+
+def _moved_shares(frames: Sequence[Candidate]) -> np.ndarray:
+    """Return the share of the subjects of two frames of a scene that looks different: N x N float32, 0..1."""
     found = np.zeros((len(frames), len(frames)), np.float32)
     scenes = np.array([each.scene for each in frames])
     with_subject = np.array([each.action is not None for each in frames])
