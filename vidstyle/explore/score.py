@@ -17,18 +17,18 @@ from vidstyle.explore.paper.rules import Rules
 MODEL_FILE = Path(__file__).with_name("score.json")
 """The models fitted by `tools/explore/score.py`, by rules."""
 MEASURES: dict[Rules, tuple[str, ...]] = {
-    "paper": ("fine_kept", "face_lift"),
-    "open": ("rims", "mark_smallness", "face_lift"),
+    "paper": ("likeness", "face_outlines"),
+    "open": ("rims", "detail_kept", "face_outlines"),
 }
 """What a model reads, of `FullSizeMetrics`: those that agree best with people on unseen pictures."""
 WORDS = {
-    "fine_kept": "fine detail",
+    "likeness": "fine detail",
+    "detail_kept": "coarser detail",
     "rims": "light marks along edges",
-    "mark_smallness": "size of marks",
-    "face_lift": "lightness of faces",
+    "face_outlines": "outlines of faces",
 }
 """The measures that models read, in plain words."""
-FACE_MEASURES = {"face_lift"}
+FACE_MEASURES = {"face_outlines"}
 """Those that say nothing about pictures without a face."""
 MIN_SHOWN_REASON = 0.2
 """Log-odds from which a measure is named in a verdict."""

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from vidstyle.explore.crops.debris import SourceAreas
-from vidstyle.explore.crops.drawn_crop import SourceDrawing
+from vidstyle.explore.crops.rims import SourceEdges
 from vidstyle.explore.measure import band_pass, correlation, gradient_of, luma_of_codes
 from vidstyle.regions.boxes import Box
 
@@ -54,9 +54,6 @@ class FullSizeMetrics(NamedTuple):
         face: absolute correlation of facial features with the source; `MAX_FACE_LIKENESS` without a face.
         face_outlines: the same for outlines of features, which smears and blots destroy before the features.
         rims: mean height of light marks up to 15 pixels wide along edges, less the height in the source.
-        mark_smallness: logarithm of the strength of marks of 4 to 8 pixels relative to those of 8 to 16.
-        face_lift: by how much lighter a style makes faces than their surroundings, less the difference in the
-            source, in Oklab lightness, 0..1; 0 without a face.
     """
 
     fine_kept: float
@@ -73,8 +70,6 @@ class FullSizeMetrics(NamedTuple):
     face: float
     face_outlines: float
     rims: float
-    mark_smallness: float
-    face_lift: float
 
 
 class ComparedCrop:
@@ -84,7 +79,7 @@ class ComparedCrop:
         self._whole, self._areas = _Region(source), SourceAreas(luma_of_codes(source))
         parts = [part for face in faces if (part := _part(face, source.shape)) is not None][:MAX_FACE_COUNT]
         self._faces = [(part, _Region(source[part])) for part in parts]
-        self._drawing = SourceDrawing(source, parts)
+        self._edges = SourceEdges(luma_of_codes(source))
 
     @property
     def has_faces(self) -> bool:
@@ -93,7 +88,8 @@ class ComparedCrop:
 
     def measure(self, result: np.ndarray) -> FullSizeMetrics:
         """Return the metrics of the crop in a style, H x W x 3 uint8."""
-        added = self._areas.added(luma_of_codes(result))._asdict() | self._drawing.measure(result)._asdict()
+        luma = luma_of_codes(result)
+        added = self._areas.added(luma)._asdict() | {"rims": self._edges.added_rims(luma)}
         whole = self._whole.measure(result)._replace(**added)
         faces = [region.measure(result[part]) for part, region in self._faces]
         if not faces:
@@ -144,8 +140,6 @@ class _Region:
             face=abs(correlation(_features(luma, FACE_BAND_PX), self._features)),
             face_outlines=abs(correlation(_features(luma, FACE_OUTLINE_BAND_PX), self._outlines)),
             rims=0,
-            mark_smallness=0,
-            face_lift=0,
         )
 
 
