@@ -86,7 +86,7 @@ def black_and_gain(renderer: CpuRenderer, source: Picture, time: float | None) -
     return -offset / gain, gain
 
 
-EQUALIZE = style(step("equalize", low=5, high=95, settle=0.5))
+EQUALIZE = style(step("equalize", low=5, high=95, lift=0, settle=0.5))
 
 
 def test_a_block_settles_over_time() -> None:
@@ -140,7 +140,9 @@ def test_each_block_has_its_own_memory() -> None:
 def test_a_measure_is_taken_of_what_the_block_gets() -> None:
     """Not of the source: brightness before it changes what it finds."""
     source = picture(0.2, 0.4)
-    with CpuRenderer(style(step("brightness", factor=2.0), step("equalize", low=0, high=100))) as renderer:
+    with CpuRenderer(
+        style(step("brightness", factor=2.0), step("equalize", low=0, high=100, lift=0))
+    ) as renderer:
         out = renderer.run(source, 0.0).luma
     assert out is not None
     assert (out.min(), out.max()) == pytest.approx((0, 1), abs=1e-5)
@@ -155,7 +157,7 @@ def test_luma_of_video_and_of_rgb_measure_alike() -> None:
         Picture(Encoding(subsampling=(1, 1)), luma=codes, chroma=(np.full_like(codes, 128),) * 2),
     ]
     for source in sources:
-        with CpuRenderer(style(step("equalize"))) as renderer:
+        with CpuRenderer(style(step("equalize", lift=0))) as renderer:
             out = renderer.run(source, 0.0, FLOAT).luma
         black, white = np.percentile(luma, (5, 95))
         np.testing.assert_allclose(out, np.clip((luma - black) / (white - black), 0, 1), atol=0.03)

@@ -30,9 +30,10 @@ def test_tones_of_a_face_approach_one_range(dark: float, bright: float) -> None:
     )
 
 
-def test_the_stretch_is_what_styles_do() -> None:
+@pytest.mark.parametrize("curve", [1, 2])
+def test_the_stretch_is_what_styles_do(curve: float) -> None:
     """Else skin that is bright on a dull page becomes paper white."""
-    page = np.tile(np.linspace(0.02, 0.55, 200, dtype=np.float32)[:, None], (100, 1, 3))
+    page = np.tile(np.linspace(0.02, 0.55, 200, dtype=np.float32)[:, None] ** curve, (100, 1, 3))
     equalize = {"block": "equalize", "low": 1, "high": 99.7}
     wanted = stylize(page, load_style({"format": 1, "name": "x", "background": [equalize]}), device="cpu")
     shown = Stretch.of(*np.quantile(page, PAGE_QUANTILES)).shown(page)
@@ -42,7 +43,7 @@ def test_the_stretch_is_what_styles_do() -> None:
 def test_exposure_takes_the_stretch_of_the_style_into_account() -> None:
     """What a style stretches later has the same tones as what it does not."""
     luma = np.float32(np.linspace(0.4, 0.6, 6400).reshape(80, 80))
-    tones, stretch = np.quantile(luma, FACE_QUANTILES), Stretch.of(0.4, 0.7)
+    tones, stretch = np.quantile(luma, FACE_QUANTILES), Stretch.of(0.4, 0.45, 0.55, 0.7)
     assert stretch.gain > 2 and np.allclose(stretch.luma(stretch.shown(luma)), luma, atol=1e-6)
     exposed = expose_face(luma, tones, SKIN, 60.0, stretch)
     shown = expose_face(stretch.shown(luma), stretch.shown(tones), SKIN, 60.0, Stretch(0.5, 1.0))

@@ -166,7 +166,7 @@ def test_a_measured_block_measures_the_luma_that_it_works_on() -> None:
     assert result.luma is not None and result.luma.measure is not None
     measure = result.luma.measure
     assert (measure.of, measure.time_constant) == (result.luma.inputs["image"], 2.0)
-    assert (measure.percentages, measure.step) == ((5, 95), ("background", 1))
+    assert (measure.percentages, measure.step) == ((5, 35, 65, 95), ("background", 1))
 
 
 def test_another_matrix_goes_through_rgb_but_gray_does_not() -> None:

@@ -7,13 +7,19 @@ from typing import Annotated
 import numpy as np
 
 from vidstyle.block import Percentiles, ResultRows, Slider, block
-from vidstyle.blocks.equalize import MIN_RANGE, stretch
+from vidstyle.blocks.equalize import (
+    DEFAULT_LIFT_AMOUNT,
+    LIFT_CONTROL,
+    MIDDLE_PERCENTILE_RANGE,
+    MIN_RANGE,
+    ToneStretch,
+)
 
 
 @block(
     "measured",
     on="luma",
-    percentiles=lambda: (5, 95),
+    percentiles=lambda: (5, *MIDDLE_PERCENTILE_RANGE, 95),
     label="Contrast boost",
     category="tone",
     aliases=(
@@ -36,21 +42,23 @@ def minimum_range(
             label="Contrast",
         ),
     ] = 180,
+    lift: Annotated[float, LIFT_CONTROL] = DEFAULT_LIFT_AMOUNT,
     settle: Annotated[
         float,
         Slider(0, 10, "time constant of temporal smoothing; 0 for none", "s", label="Smoothing over time"),
     ] = 0.4,
 ) -> np.ndarray:
-    """Give a flat, hazy picture more contrast; others stay as they are.
+    """Give a flat, hazy picture more contrast, and a dim one more light; others stay as they are.
 
     The dynamic range of luma is expanded to a minimum. The range expands about its middle, which moves
     only as far as needed to keep the new range between black and white. A range below 8 levels of 255
-    counts as 8. Paper, section 4.2 D, but measured on a reduced copy.
+    counts as 8. Paper, section 4.2 D, but measured on a reduced copy. Then `lift` brightens a dim picture, as
+    in `equalize`.
     """
+    dark, *tones, bright = measured
     wanted = dynamic_range / 255
-    present = max(measured[1] - measured[0], MIN_RANGE)
-    if present >= wanted:
-        return luma
-    middle = (measured[0] + measured[1]) / 2
+    present = max(bright - dark, MIN_RANGE)
+    middle = (dark + bright) / 2
     moved = min(max(middle, wanted / 2), 1 - wanted / 2)
-    return stretch(luma, middle, wanted / present, moved, out)
+    stretch = ToneStretch(middle, wanted / present, moved) if present < wanted else ToneStretch(0, 1, 0)
+    return stretch.apply(luma, tones, lift, out)

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vidstyle.blocks import equalize
 from vidstyle.core.picture import Picture
 from vidstyle.core.plain_codes import PartLuma
 from vidstyle.core.sampling import ExponentialSmoother, percentiles, small_luma
@@ -35,8 +36,8 @@ FACE_QUANTILES = 0.02, 0.98
 """Quantiles of luma in a face that define its darkest and brightest tone."""
 CONTRAST_FACTOR_RANGE = 0.6, 1.9
 """Minimum and maximum contrast factor."""
-PAGE_QUANTILES = 0.01, 0.997
-"""Quantiles of luma of the page that become black and white, as in most styles."""
+PAGE_QUANTILES = 0.01, 0.35, 0.65, 0.997
+"""Quantiles of luma of the page that become black and white, as in most styles, and around its middle."""
 SHADING_WEIGHT, SKIN_SHADING_WEIGHT = 0.5, 0.7
 """Share of light and shadow on a face that is removed: in few tones, they would divide it; and the same for a
 face without eyes, nose and mouth."""
@@ -50,6 +51,8 @@ FEATURE_RADIUS_RATIO = 0.125
 """Standard deviation of the Gaussian of the local mean, relative to the face's height."""
 MAX_PAGE_SAMPLES = 128
 """Largest side of the copy of the page that is measured, in pixels."""
+_TONE_COUNT = 1025
+"""Number of tones for which the lift of dim pictures is inverted."""
 TIME_CONSTANT_SECONDS = 1.0
 """Time constant for smoothing the measured tones of a face in a film."""
 BARE_WEIGHT = 0.6
@@ -102,31 +105,39 @@ class Exposure:
             part.add(weight * inner * (exposed - luma))
 
     def _smoothed(
-        self, track: int | None, luma: np.ndarray, quantiles: tuple[float, float], time: float | None
+        self, track: int | None, luma: np.ndarray, quantiles: tuple[float, ...], time: float | None
     ) -> np.ndarray:
-        """Return two quantiles of the luma of a face or of the page, smoothed over time."""
+        """Return quantiles of the luma of a face or of the page, smoothed over time."""
         smoother = self._smoothers.setdefault(track, ExponentialSmoother())
         measured = percentiles(luma, [100 * each for each in quantiles])
         return smoother.follow(measured, time, TIME_CONSTANT_SECONDS)
 
 
 class Stretch(NamedTuple):
-    """A stretch of contrast as most styles do it first: shown = 0.5 + gain * (luma - middle)."""
+    """A stretch of contrast as most styles do it first: shown = 0.5 + gain * (luma - middle), then a lift."""
 
     middle: float
     gain: float
+    growth: float = 0.0
 
     @classmethod
-    def of(cls, dark: float, bright: float) -> Stretch:
-        """Return the stretch for the darkest and brightest tone of a page; see the block equalize."""
-        return cls((dark + bright) / 2, 1 / max(bright - dark, 0.03))
+    def of(cls, dark: float, *tones: float) -> Stretch:
+        """Return the stretch for the percentiles of a page, the brightest last; see the block equalize."""
+        *around, bright = tones
+        stretch = equalize.ToneStretch.between(dark, bright, equalize.DEFAULT_LIFT_AMOUNT)
+        middle = stretch.center + (0.5 - stretch.level) / stretch.gain
+        return cls(middle, stretch.gain, stretch.growth(around, equalize.DEFAULT_LIFT_AMOUNT))
 
     def shown(self, luma: np.ndarray) -> np.ndarray:
-        return np.float32(0.5) + np.float32(self.gain) * (luma - np.float32(self.middle))
+        rigid = np.float32(0.5) + np.float32(self.gain) * (luma - np.float32(self.middle))
+        inside = np.clip(rigid, 0, 1)
+        return rigid + equalize.lifted(inside, self.growth) - inside
 
     def luma(self, shown: np.ndarray) -> np.ndarray:
         """Return the luma that is shown like this."""
-        return np.float32(self.middle) + (shown - np.float32(0.5)) / np.float32(self.gain)
+        inside, tones = np.clip(shown, 0, 1), np.linspace(0, 1, _TONE_COUNT)
+        before = np.interp(inside, equalize.lifted(tones, self.growth), tones).astype(np.float32)
+        return np.float32(self.middle) + (shown + before - inside - np.float32(0.5)) / np.float32(self.gain)
 
 
 def expose_face(

@@ -110,7 +110,7 @@ class DimFaces:
         return median, bright
 
     def _smoothed(
-        self, track: int | None, luma: np.ndarray, quantiles: tuple[float, float], time: float | None
+        self, track: int | None, luma: np.ndarray, quantiles: tuple[float, ...], time: float | None
     ) -> list[float]:
         measured = percentiles(luma, [100 * each for each in quantiles])
         smoother = self._smoothers.setdefault(track, ExponentialSmoother())
