@@ -126,7 +126,7 @@ def test_score_says_which_measures_speak_for_or_against(astronaut: FullSize) -> 
         assert "face" in verdict(bad, rules)
         assert "face" not in verdict(bad._replace(has_face=False), rules)
         assert doubt(score(bad, rules), rules) == DOUBTFUL_FAULT and doubt(0.9, rules) == ""
-    assert doubt(0.3) == DOUBTFUL_FAULT and doubt(0.3, "paper") == ""
+    assert doubt(0.33) == DOUBTFUL_FAULT and doubt(0.33, "paper") == ""
 
 
 def test_light_lines_along_edges_are_rims() -> None:
