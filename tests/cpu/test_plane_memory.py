@@ -20,8 +20,8 @@ from vidstyle.cpu.frame_memory import PlaneMemory, frame_bytes
 from vidstyle.cpu.scheduling.schedule import schedule
 from vidstyle.cpu.scheduling.sweeps import Schedule
 from vidstyle.cpu.style_job import StyleJob, plan
-from vidstyle.style import load_style, style_names
-from vidstyle.style.nodes import LoweredStyle
+from vidstyle.style import Step, load_style, style_names
+from vidstyle.style.nodes import LoweredStyle, Node, nodes_in_order
 
 PICTURE = codes(VIDEO, 320, 180)
 RGB_PICTURE = convert(PICTURE, PICTURE.encoding, rgb=True)
@@ -71,6 +71,29 @@ def test_a_style_with_large_planes_stores_a_third_of_them() -> None:
     lowered, tasks = planned("oil")
     assert _stored_bytes_per_pixel(tasks) < 14 and tasks.recomputed
     assert _stored_bytes_per_pixel(schedule(lowered, [lowered.luma])) > 32  # type: ignore[list-item]
+
+
+@pytest.mark.parametrize("again", [[], [step("kuwahara", source="toned")]], ids=["one sweep", "two sweeps"])
+def test_luma_is_computed_with_the_rgb_that_gives_its_chroma(
+    again: list[Step], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("vidstyle.cpu.scheduling.schedule.MAX_STORED_BYTES_PER_PIXEL", math.inf)
+    toned = step("hue", angle=30), step("brightness", factor=1.2, save="toned")
+    strokes = step("strokes"), step("gaussian", save="strokes")
+    chosen = style(*toned, *strokes, *again, step("blend", other="strokes"))
+    lowered, tasks = plan(StyleJob(chosen, PictureLayout.of(PICTURE), PICTURE.encoding, False).packed())
+    [luma] = [node for node in nodes_in_order(lowered.outputs) if _block_name(node) == "brightness"]
+    stored = [_block_name(node) for sweep, _ in tasks.sweeps() for node in sweep.stores]
+    assert "hue" in stored and ("brightness" in stored) == bool(again)
+    results = [
+        FrameExecutor(ONE_THREAD, each, PICTURE, _as_measured).picture(lowered)
+        for each in (tasks, schedule(lowered, [luma]))
+    ]
+    assert same_bits(*results)
+
+
+def _block_name(node: Node) -> str | None:
+    return node.block.name if node.block else None
 
 
 def test_a_plane_from_which_a_node_is_recomputed_does_not_give_way(monkeypatch: pytest.MonkeyPatch) -> None:

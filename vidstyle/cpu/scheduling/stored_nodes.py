@@ -1,8 +1,9 @@
 """Which nodes of a style need planes, and which of them can be computed again instead of stored.
 
 A neighborhood operation reads rows around its band: its inputs are stored as whole planes first, and the
-per-pixel operations after it run in the same sweep. Conversions between RGB and luma with chroma, and
-resampled pictures, are computed again for the necessary rows instead of stored.
+per-pixel operations after it run in the same sweep. Conversions between RGB and luma with chroma, resampled
+pictures, and luma that per-pixel operations compute from stored RGB which the filter reads for chroma, are
+computed again for the necessary rows instead of stored.
 """
 
 from __future__ import annotations
@@ -32,6 +33,8 @@ def needed_whole(outputs: Sequence[Node], fused_radius: int) -> set[Node]:
         is_used_once = node.op == "luma_from_rgb" and color and not color.is_given and users[color] == 1
         if node.op not in CONVERSION_OPERATIONS or is_used_once:  # store one plane instead of three
             return {node}
+        if node.op == "rgb_from_yuv" and _has_toned_luma(node):
+            return behind_conversions(node.inputs["chroma"])
         return set().union(*map(behind_conversions, node.inputs.values()))
 
     whole = {node for node in outputs if node.grid}
@@ -45,6 +48,21 @@ def needed_whole(outputs: Sequence[Node], fused_radius: int) -> set[Node]:
             read = set().union(*map(behind_conversions, node.inputs.values()))
             whole |= {each for each in read if each.op != "resample"}
     return whole
+
+
+def _has_toned_luma(color: Node) -> bool:
+    """Whether per-pixel operations compute the luma of RGB from the RGB to which its chroma belongs."""
+    luma, chroma = color.inputs["luma"], color.inputs["chroma"]
+    if chroma.op != "chroma_from_rgb":
+        return False
+    before = chroma.inputs["color"]
+    toned = in_order([luma], lambda node: [each for each in node.inputs.values() if each is not before])
+    return all(node.inputs and _is_per_pixel(node) for node in toned)
+
+
+def _is_per_pixel(node: Node) -> bool:
+    """Whether a node reads only its own pixel of its inputs."""
+    return not node.reads_neighbors and node.op not in READS_PLANES
 
 
 def recomputable(lowered: LoweredStyle, whole: set[Node]) -> set[Node]:
