@@ -292,6 +292,9 @@ def test_letterbox_bars_are_removed(tmp_path: Path) -> None:
     rim = view(PLACES[0])
     rim[:, :2] //= 4
     assert content_area(rim) == (slice(0, 144), slice(3, 256))
+    object_at_edge = view(PLACES[0])
+    object_at_edge[:2, :160] //= 4
+    assert content_area(object_at_edge) == (slice(0, 144), slice(0, 256))
 
 
 def test_an_edge_that_takes_the_head_counts_more() -> None:

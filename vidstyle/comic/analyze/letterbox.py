@@ -10,9 +10,10 @@ _MAX_BAR_LEVEL, _MAX_BAR_RANGE = 30, 12
 _MIN_BAR_SHARE, _MAX_BAR_SHARE = 0.01, 0.35
 """Range of the share of the picture's side that a bar takes."""
 
-_MAX_RIM_SHARE, _MAX_RIM_LIGHT_RATIO = 0.02, 0.6
-"""Maximum share of a side of the picture that a rim takes, and maximum light of its lines relative to
-the picture next to it. Scaling mixes narrow black bars with the picture."""
+_MAX_RIM_SHARE, _MAX_RIM_LIGHT_RATIO, _MIN_RIM_DARK_SHARE = 0.02, 0.6, 0.75
+"""Maximum share of a side of the picture that a rim takes, maximum light of its pixels relative to the
+picture next to them, and minimum share of such pixels in a line: a dark object at the edge covers fewer.
+Scaling mixes narrow black bars with the picture."""
 
 
 def content_area(color: np.ndarray, is_photograph: bool = False) -> tuple[slice, slice]:
@@ -37,14 +38,19 @@ def _find_content_span(luma: np.ndarray, axis: int, is_photograph: bool) -> slic
     bars = bars if is_photograph else (min(bars),) * 2
     # One more line, as scaling has mixed bar and picture there.
     first, last = (bar + 1 if _MIN_BAR_SHARE * count <= bar <= _MAX_BAR_SHARE * count else 0 for bar in bars)
-    light = luma.mean(axis=axis)
-    return slice(max(first, _measure_rim(light)), count - max(last, _measure_rim(light[::-1])))
+    lines = luma if axis == 1 else luma.T
+    return slice(max(first, _measure_rim(lines)), count - max(last, _measure_rim(lines[::-1])))
 
 
-def _measure_rim(light: np.ndarray) -> int:
-    """Return the number of lines at the start that are a dark rim; `light`: mean of each line, 0..255."""
-    reach = max(2, round(_MAX_RIM_SHARE * len(light)))
-    if len(light) <= reach:
+def _measure_rim(lines: np.ndarray) -> int:
+    """Return the number of lines at the start that are a dark rim; `lines`: N x M uint8, parallel to it."""
+    reach = max(2, round(_MAX_RIM_SHARE * len(lines)))
+    if len(lines) <= reach:
         return 0
-    dark = light[:reach] < _MAX_RIM_LIGHT_RATIO * light[reach]
+    beside = lines[reach]
+    lit = beside > _MAX_BAR_LEVEL
+    if not lit.any():
+        return 0
+    dark_shares = (lines[:reach, lit] < _MAX_RIM_LIGHT_RATIO * beside[lit]).mean(axis=1)
+    dark = dark_shares >= _MIN_RIM_DARK_SHARE
     return int(np.flatnonzero(dark)[-1]) + 2 if dark[0] else 0
