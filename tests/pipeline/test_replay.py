@@ -6,11 +6,12 @@ from pathlib import Path
 
 import pytest
 from media import make_clip
+from pictures import VIDEO, codes
 
 from tools.replay.film import Machine, predict_seconds
 from tools.replay.film_job import FilmTimes
 from tools.replay.machine import slowdown
-from tools.replay.record import Recording, recording
+from tools.replay.record import Event, Recording, _marks, _movable, _timed, recording
 from tools.replay.virtual_cores import MAX_SLICE_SECONDS, Give, Operation, Semaphore, Take, Work, run
 from tools.scaling import find_bound, min_cores
 from vidstyle.core.machine.cores import use_threads
@@ -112,6 +113,33 @@ def test_opening_and_closing_a_film_cancel() -> None:
     assert frames.others == pytest.approx(0)
     made = film([("native", 0.1)])
     assert predict_seconds(made, 2, frames=10) == pytest.approx(10 * 0.1 / 2, rel=0.01)
+
+
+def test_copies_that_only_time_planes_are_not_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    seconds = 0.0
+
+    def spend(more: float) -> None:
+        nonlocal seconds
+        seconds += more
+
+    class Plane:
+        def copy(self) -> None:
+            spend(1)
+
+    def restyle(*_: object) -> tuple[None]:
+        spend(5)
+        return (None,)
+
+    def stage() -> None:
+        with _marks.into(events):
+            _movable(restyle, "style")(None, None, codes(VIDEO, 16, 16))
+
+    plane, events, stages = Plane(), list[Event](), list[float]()
+    monkeypatch.setattr("tools.replay.record.planes_of", lambda _: [plane])
+    monkeypatch.setattr("tools.replay.record.time.thread_time", lambda: seconds)
+    _timed(stage, stages.append)()
+    assert [each for each in events if each[1]] == [("style", 2), ("python", 5)]
+    assert stages == [5]
 
 
 def test_a_film_is_recorded(tmp_path: Path) -> None:

@@ -251,6 +251,7 @@ def _movable(method: Callable[..., Any], kind: str) -> Callable[..., Any]:
                 plane.copy()
             _marks.last = time.thread_time()
             _marks.events[place - 1] = (kind, _marks.last - began)
+            _marks.overhead += _marks.last - began
         return result
 
     return call
