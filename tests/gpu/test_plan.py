@@ -23,7 +23,7 @@ from vidstyle.style import Style, override, style_names
 from vidstyle.style.resolve import resolve
 
 SHAPE = (360, 640)
-GIVEN = {"at": "ivec2", "page": "ivec2", "weights": "vec3", "measured": "vec2", "moment": "uint"}
+GIVEN = {"at": "ivec2", "page": "ivec2", "weights": "vec3", "measured": "vec4", "moment": "uint"}
 TYPES = {Switch: "bool", Choice: "int", Color: "vec3"}
 
 with_shaders = pytest.mark.parametrize(
