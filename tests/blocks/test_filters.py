@@ -89,35 +89,6 @@ def test_sobel_draws_gray_lines_on_a_colour_picture() -> None:
     np.testing.assert_array_equal(out, np.repeat(out[..., :1], 3, axis=2))
 
 
-def ridge(angle: float, place: float, height: float) -> np.ndarray:
-    """Return a straight ridge of a Gaussian profile at this distance from the middle, 41 x 41."""
-    down, across = np.indices((41, 41)) - 20
-    away = np.cos(np.radians(angle)) * across + np.sin(np.radians(angle)) * down - place
-    return np.float32(height * np.exp(-np.square(away) / 8))
-
-
-@pytest.mark.parametrize(("angle", "place"), [(0, 0), (0, 0.4), (90, -0.3), (30, 0.2), (45, 0), (135, 0.5)])
-def test_pen_draws_a_line_of_its_width_on_the_crest(angle: float, place: float) -> None:
-    drawn = 1 - run_luma(style(step("pen", width=2.0, threshold=100)), ridge(angle, place, 0.9))
-    inner = drawn[8:33, 8:33].astype(np.float64)
-    down, across = np.indices(inner.shape) - 12
-    away = np.cos(np.radians(angle)) * across + np.sin(np.radians(angle)) * down
-    lengthwise = max(abs(np.cos(np.radians(angle))), abs(np.sin(np.radians(angle))))
-    assert inner.sum() / 25 * lengthwise == pytest.approx(2, abs=0.15)
-    assert (inner * away).sum() / inner.sum() == pytest.approx(place, abs=0.12)
-    assert inner[np.abs(away - place) > 2.6].max() < 1e-3
-
-
-@pytest.mark.parametrize(("height", "width"), [(0.15, 0), (0.4, 1), (0.62, 2)])
-def test_faint_ridges_become_thin_lines_or_none(height: float, width: float) -> None:
-    drawn = 1 - run_luma(style(step("pen", width=2.0, threshold=102)), ridge(90, 0, height))
-    assert drawn[:, 20].sum() == pytest.approx(width, abs=0.1)
-
-
-def test_pen_leaves_an_even_picture_blank() -> None:
-    assert run_luma(style(step("pen")), np.full((9, 9), 0.1, np.float32)).min() == 1
-
-
 def sector_weights(away: np.ndarray, radius: float) -> np.ndarray:
     """Weights of points in a unit circle, n x 2, in eight sectors, n x 8."""
     lift = 2 / radius
