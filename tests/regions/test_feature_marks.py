@@ -1,4 +1,4 @@
-"""Ink in faces: features are solid, and nothing is gray."""
+"""Ink in faces: thin strokes are solid, soft shadows are hatched."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 from vidstyle.core.picture import Picture
 from vidstyle.regions.boxes import Box
 from vidstyle.regions.face_tracks import Face
-from vidstyle.regions.features import ink_marks
+from vidstyle.regions.features import feature_marks
 from vidstyle.regions.features.feature_drawing import draw_features
 from vidstyle.regions.features.feature_lifting import lift_features
 from vidstyle.regions.features.landmarks import USUAL_LANDMARKS
@@ -27,19 +27,15 @@ MIDDLE = USUAL_LANDMARKS.mouth(FACE)
 MOUTH = round(MIDDLE[0]), round(MIDDLE[1])
 
 
-def drawn_in_ink(mouth: int = 60) -> np.ndarray:
-    """Return the luma of a face with eyes, a thin mouth and a soft shadow beside the nose, in ink.
-
-    Args:
-        mouth: luma of the mouth, 0..255.
-    """
+def drawn_in_ink() -> np.ndarray:
+    """Return the luma of a face with eyes, a thin mouth and a soft shadow beside the nose, in ink."""
     luma = np.full((WINDOW.height, WINDOW.width), 190, np.float32)
     for eye in MARKS[:2]:
         cv2.ellipse(luma, (round(eye[0]), round(eye[1])), (14, 6), 0, 0, 360, 40, -1)
     shadow = np.zeros_like(luma)
     cv2.ellipse(shadow, NOSE_SIDE, (9, 26), 0, 0, 360, 1, -1)
     luma *= 1 - 0.5 * cv2.GaussianBlur(shadow, (0, 0), 5)
-    cv2.line(luma, (MOUTH[0] - 20, MOUTH[1]), (MOUTH[0] + 20, MOUTH[1]), mouth, 3)
+    cv2.line(luma, (MOUTH[0] - 20, MOUTH[1]), (MOUTH[0] + 20, MOUTH[1]), 60, 3)
     picture = Picture.from_array(np.dstack([luma.astype(np.uint8)] * 3))
     features = lift_features(picture, [Patch(WINDOW, WINDOW, Face(0, FACE))], 1.0)
     page = Picture.from_array(np.full((*luma.shape, 3), 245, np.uint8))
@@ -51,16 +47,11 @@ def around(page: np.ndarray, point: tuple[int, int], across: int, down: int) -> 
     return page[point[1] - down : point[1] + down + 1, point[0] - across : point[0] + across + 1]
 
 
-def test_thin_strokes_are_solid_and_nothing_is_gray() -> None:
+def test_thin_strokes_are_solid_and_soft_shadows_are_hatched(monkeypatch: pytest.MonkeyPatch) -> None:
     page = drawn_in_ink()
-    assert around(page, MOUTH, 14, 0).max() < 0.3, "the line between the lips is not solid"
-    is_gray = (page > 0.3) & (page < 0.8)
-    assert is_gray.mean() < 0.02, "a soft shadow is gray"
-    assert 0.01 < (page < 0.3).mean() < 0.06
-
-
-def test_pale_lips_are_a_line_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Next to dark eyes, they would vanish."""
-    assert around(drawn_in_ink(145), MOUTH, 14, 0).max() < 0.3
-    monkeypatch.setattr(ink_marks, "MAX_PALE_FACTOR", 1.0)
-    assert around(drawn_in_ink(145), MOUTH, 14, 0).min() > 0.5
+    shadow, mouth = around(page, NOSE_SIDE, 5, 12), around(page, MOUTH, 14, 0)
+    assert mouth.max() < 0.3, "the line between the lips is not solid"
+    assert 0.4 < shadow.mean() < 0.9, "a soft shadow is not shade"
+    assert (shadow > 0.8).mean() > 0.2, "a soft shadow leaves no paper"
+    monkeypatch.setattr(feature_marks, "MAX_SHADE", 0.0)
+    assert np.abs(around(drawn_in_ink(), MOUTH, 14, 0) - mouth).max() < 0.05

@@ -20,10 +20,11 @@ from vidstyle.regions.features.feature_drawing import draw_features
 from vidstyle.regions.features.feature_lifting import Features, lift_features
 from vidstyle.regions.features.landmarks import USUAL_LANDMARKS
 from vidstyle.regions.features.media import Medium
+from vidstyle.regions.features.screens import ShadeScreen
 from vidstyle.regions.patches import Patch, plane_area
 from vidstyle.regions.rasters import NO_RASTER, PageRaster
 from vidstyle.regions.writing.lifting import luma_in
-from vidstyle.style import Style, load_style
+from vidstyle.style import load_style
 
 PLACE = FACE.moved(250, 150)
 WINDOW = Box(280, 140, 390, 260)
@@ -86,21 +87,16 @@ def test_features_of_faces_of_any_size_are_alike() -> None:
     assert shown[0][EYES].min() < 0.5 and np.corrcoef(shown[0].ravel(), shown[1].ravel())[0, 1] > 0.9
 
 
-def test_each_style_has_a_medium_for_faces() -> None:
-    """Ink, marks on all skin, tones, light outlines or squares."""
-    lines, dots = PageRaster(is_screen=True), PageRaster(is_screen=True, has_dots=True)
-    points = PageRaster(cell=(2, 2), is_screen=True, has_points=True)
-    media: dict[Medium, dict[str, PageRaster]] = {
-        Medium.INK: {"ink": lines, "comic": dots, "manga": dots},
-        Medium.SCREEN: {"engraving": lines, "dither": points},
-        Medium.TONES: {"poster": NO_RASTER, "charcoal": NO_RASTER, "ascii": points},
-        Medium.OUTLINES: {"blueprint": NO_RASTER},
-        Medium.SQUARES: {"pixel": replace(points, has_colors=True)},
-    }
-    for medium, rasters in media.items():
-        assert [Medium.of(load_style(name), raster) for name, raster in rasters.items()] == [medium] * len(
-            rasters
-        )
+def test_squares_draw_features_themselves() -> None:
+    """All other styles get them, in ink or in tones; letters are too coarse for eyes."""
+    letters = PageRaster(cell=(13, 8), has_points=True)
+    rasters = {"pixel": replace(letters, cell=(2, 2), has_colors=True), "riso": PageRaster(has_points=True)}
+    rasters["ascii"] = letters
+    names = "ink", "comic", "poster", "charcoal", "riso", "ascii", "pixel"
+    media = [Medium.of(load_style(name), rasters.get(name, NO_RASTER)) for name in names]
+    printed = Medium.of(load_style("comic"), PageRaster(is_screen=True))
+    assert media[0] is printed is Medium.INK and media[-1] is Medium.POINTS
+    assert set(media[1:-1]) == {Medium.TONES}
 
 
 def test_a_strap_is_no_face() -> None:
@@ -131,62 +127,54 @@ def test_dark_glasses_are_dark_shapes() -> None:
     assert (after - before)[lens].mean() > 0.1 and found.darkness[drawn].mean() > 0.5
 
 
-def drawn_on(page: np.ndarray, style: Style, raster: PageRaster = NO_RASTER) -> tuple[np.ndarray, Features]:
-    """Return the luma of the window of a face with a dark eye on a page, and its features."""
+def test_between_light_lines_skin_is_light_and_eyes_are_dark() -> None:
+    """White eyes would make a face a negative. The light is hatched."""
     picture, eye = picture_with_face(), USUAL_LANDMARKS.inside(PLACE).left_eye
-    cv2.circle(picture, (round(eye[0]), round(eye[1])), 4, (20, 20, 20), -1)
-    (found,) = lifted(Picture.from_array(picture))[1]
-    return luma_in(draw_features(Picture.from_array(page), [found], style, None, raster), found.window), found
+    cv2.circle(picture, (round(eye[0]), round(eye[1])), 3, (20, 20, 20), -1)
+    features, page = lifted(Picture.from_array(picture))[1], np.full((480, 640, 3), 90, np.uint8)
+    style = replace(load_style("ink"), ink="#eaf4ff", paper="#2f6cc2")
+    drawn = draw_features(Picture.from_array(page), features, style, None, NO_RASTER)
+    change = luma_in(drawn, WINDOW) - 90 / 255
+    across, down = round(eye[0]) - WINDOW.left, round(eye[1]) - WINDOW.top
+    cheek = change[down + 10 : down + 18, across - 4 : across + 4]
+    assert change[down, across] < -0.05 and cheek.mean() > 0.1 and np.ptp(cheek) > 0.2
 
 
-@pytest.mark.parametrize("name", ["ink", "blueprint"])
-def test_light_lines_go_around_eyes(name: str) -> None:
-    """White eyes would make a face a negative."""
-    style = replace(load_style(name), ink="#eaf4ff", paper="#2f6cc2")
-    luma, found = drawn_on(np.full((480, 640, 3), 90, np.uint8), style)
-    eye = USUAL_LANDMARKS.inside(PLACE).left_eye
-    across, down = round(eye[0]) - found.window.left, round(eye[1]) - found.window.top
-    around = luma[down - 6 : down + 7, across - 6 : across + 7]
-    assert luma[down, across] < 0.4 and around.max() > 0.65
+@pytest.mark.parametrize("raster", [PageRaster(is_screen=True), PageRaster(is_screen=True, has_dots=True)])
+def test_ink_shades_faces_in_its_own_medium(raster: PageRaster) -> None:
+    """White skin with dots for eyes is nobody's; gray skin between lines or dots is of another print."""
+    features, page = lifted(Picture.from_array(picture_with_face()))[1], np.full((480, 640, 3), 255, np.uint8)
+    drawn = draw_features(Picture.from_array(page), features, load_style("ink"), None, raster)
+    luma = luma_in(drawn, features[0].window)
+    shaded = np.abs(cv2.blur(luma, (5, 5)) - 0.55) < 0.25
+    square = np.ones((5, 5), np.uint8)
+    contrast = (cv2.dilate(luma, square) - cv2.erode(luma, square))[shaded]
+    assert shaded.sum() > 60 and np.mean(contrast > 0.4) > 0.97
 
 
-def test_skin_is_bare_and_shade_keeps_the_marks_of_the_style() -> None:
-    """But for a narrow edge around features, and in an engraving all skin keeps its lines."""
-    page = np.full((480, 640, 3), 250, np.uint8)
-    page[::3] = 0
-    (found,) = lifted(Picture.from_array(picture_with_face()))[1]
-    darkness = np.zeros_like(found.darkness)
-    middle = darkness.shape[1] // 2
-    darkness[:, middle:] = 0.4
-    eye = np.s_[30:36, middle + 10 : middle + 18]
-    darkness[eye] = 1.0
-    shaded = [found._replace(darkness=darkness)]
-    lumas = [
-        luma_in(draw_features(Picture.from_array(page), shaded, load_style(name), None, raster), found.window)
-        for name, raster in (("ink", NO_RASTER), ("engraving", PageRaster(is_screen=True)))
-    ]
-    lit, shade = np.s_[44:56, middle - 12 : middle - 4], np.s_[44:56, middle + 4 : middle + 12]
-    assert [luma[lit].min() > 0.8 for luma in lumas] == [True, False]
-    for luma in lumas:
-        assert luma[shade].min() < 0.2 and luma[eye].max() < 0.2 and luma[32:34, middle + 18].min() > 0.5
+@pytest.mark.parametrize("is_dotted", [False, True])
+def test_screens_print_every_shade_and_stay_on_the_page(is_dotted: bool) -> None:
+    """No shade is paper and full shade is ink; between them there is ink in proportion."""
+    shades = np.linspace(0, 1, 9, dtype=np.float32)
+    screen = ShadeScreen(Box(0, 0, 60, 60), 160, is_dotted=is_dotted)
+    inked = [screen.inked(np.full((60, 60), shade, np.float32)).mean() for shade in shades]
+    assert inked[0] == 0 and inked[-1] == 1 and (np.diff(inked) > 0).all()
+    assert np.abs(inked[4] - 0.5) < 0.1
+    whole, part = (
+        ShadeScreen(Box(60 - side, 60 - side, 60, 60), 160, is_dotted=is_dotted).inked(
+            np.full((side, side), 0.5, np.float32)
+        )
+        for side in (60, 40)
+    )
+    assert np.allclose(whole[20:, 20:], part, atol=1e-3)
 
 
-def test_features_of_points_are_points() -> None:
-    """A print in black and white dots has no gray."""
-    page, side = np.full((480, 640, 3), 255, np.uint8), 2
-    raster = PageRaster(cell=(side, side), is_screen=True, has_points=True)
-    luma, found = drawn_on(page, load_style("dither"), raster)
-    assert set(np.unique(luma)) == {0, 1} and 4 < (luma == 0).sum() < 0.2 * luma.size
-
-
-def test_tones_of_squares_have_the_size_of_squares() -> None:
-    page = np.full((480, 640, 3), 200, np.uint8)
-    raster = PageRaster(cell=(8, 8), is_screen=True, has_points=True, has_colors=True)
-    luma, found = drawn_on(page, load_style("pixel"), raster)
-    whole = np.full((480, 640), 200 / 255, np.float32)
-    whole[plane_area(found.window, (1, 1))] = luma
-    squares = whole.reshape(240, 2, 320, 2)
-    assert np.ptp(squares, axis=(1, 3)).max() < 0.01 and luma.min() < 0.5 < luma[:2].min()
+def test_dark_shade_is_hatched_twice() -> None:
+    """The lines of the first set are equal along their direction."""
+    screen = ShadeScreen(Box(0, 0, 60, 60), 160, is_dotted=False)
+    light, dark = (screen.inked(np.full((60, 60), shade, np.float32)) for shade in (0.5, 0.8))
+    differences = [np.abs(each[1:, :-1] - each[:-1, 1:]).max() for each in (light, dark)]
+    assert differences[0] < 1e-3 and differences[1] > 0.2
 
 
 def test_black_hair_stays_as_the_style_draws_it() -> None:

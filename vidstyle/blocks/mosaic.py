@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from vidstyle.block import Color, Drift, PageRegion, Raster, ResultRows, Slider, block
+from vidstyle.block import Color, Drift, PageRegion, ResultRows, Slider, block
 from vidstyle.core.drift import drifted_noise
 from vidstyle.core.kernels import cached, clipped_sum, compiled, interleaved, look_up_at
 from vidstyle.core.marks.edge_tiles import COLOR_WEIGHT, NEAR_CELLS, border_offsets, fill_tiles, find_tiles
@@ -29,7 +29,6 @@ def _radius(size: float, gap: float, edges: float) -> int:
         "stained glass, tiles, cells, voronoi, cross stitch, crystal, polygons, low poly, lego, patchwork"
     ),
     moves=lambda edges: edges > 0,
-    raster=lambda size: Raster((), (round(size), round(size)), has_points=True),
 )
 def mosaic(
     picture: np.ndarray,

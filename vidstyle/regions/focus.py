@@ -22,6 +22,7 @@ from vidstyle.regions.face_tracks import Face
 from vidstyle.regions.features.face_light import DimFaces, light_faces
 from vidstyle.regions.features.feature_drawing import draw_features
 from vidstyle.regions.features.feature_lifting import Features
+from vidstyle.regions.features.media import Medium
 from vidstyle.regions.patch_blending import lay_over, patch_mask
 from vidstyle.regions.patch_renderer import OpenRenderer, PatchRenderer
 from vidstyle.regions.patches import PatchPlanner, PatchSet, plane_area
@@ -268,6 +269,8 @@ class FocusRenderer(Backend):
 
     def _drawn_share(self, request: FrameRequest) -> float:
         """Return how much of the features of faces is drawn over the result, 0..1."""
+        if Medium.of(self._style, self._raster_on(request)) is Medium.POINTS:
+            return 0.0
         return min(1.0, self._style.focus / FULL_FOCUS)
 
     def _patches_of(self, patches: PatchSet) -> PatchRenderer:

@@ -75,7 +75,7 @@ def patch_mask(
     assert patch.face is not None
     mask = face_mask(patch.face.box, patch.window)
     if cell is not None:
-        mask = whole_cells(mask, patch.window, cell)
+        mask = (mask[_in_cells(patch.window, cell)] >= 0.5).astype(np.float32)
     elif difference is not None:
         half = np.float32(0.5)
         mask = np.clip(half + (1 + np.float32(EDGE_SHARPNESS_FACTOR) * difference) * (mask - half), 0, 1)
@@ -83,11 +83,6 @@ def patch_mask(
     # Together with the newer patch, it covers as much as one of them alone.
     under = 1 - (1 - mask) / np.maximum(1 - patch.cover * mask, np.float32(1e-6)) if patch.cover else mask
     return np.asarray(patch.weight * under, np.float32)
-
-
-def whole_cells(mask: np.ndarray, window: Rectangle, cell: tuple[int, int]) -> np.ndarray:
-    """Return 1 in the cells of the page in whose middle a mask of a window is 0.5 or more, else 0."""
-    return (mask[_in_cells(window, cell)] >= 0.5).astype(np.float32)
 
 
 def _within_mask(patch: Patch, step: tuple[int, int], cell: tuple[int, int] | None) -> Patch:

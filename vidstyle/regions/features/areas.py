@@ -55,13 +55,7 @@ def feature_areas(face: Face, window: Rectangle) -> Areas:
     return Areas(*(enlarged(each, (window.height, window.width)) for each in small))
 
 
-def feature_parts(face: Face, window: Rectangle) -> list[np.ndarray]:
-    """Return soft masks of each eye with its brow, the mouth and the nose; see `feature_areas`."""
-    small = _parts(*reduced_window(face, window, MAX_MASK_HEIGHT_PX))
-    return [enlarged(each, (window.height, window.width)) for each in small]
-
-
-def _parts(face: Face, window: Rectangle) -> list[np.ndarray]:
+def _areas(face: Face, window: Rectangle) -> Areas:
     marks, height = face.landmarks.inside(face.box), face.box.height
     along = _direction(marks.left_eye, marks.right_eye)
     down = -along[1], along[0]
@@ -70,24 +64,16 @@ def _parts(face: Face, window: Rectangle) -> list[np.ndarray]:
         across, below = (center[axis] + lower * height * down[axis] for axis in (0, 1))
         return _soft(_distance((across, below), along, window, radii, height))
 
-    eyes = [ellipse(eye, -BROW_RATIO, EYE_RADIUS_RATIOS) for eye in marks[:2]]
-    mouth = _capsule(marks.mouth_left, marks.mouth_right, MOUTH_RADIUS_RATIO * height, window)
-    return [*eyes, mouth, ellipse(marks.nose, NOSTRIL_RATIO, NOSE_RADIUS_RATIOS)]
+    def capsule(start: Point, end: Point, ratio: float) -> np.ndarray:
+        return _soft(_line_distance(start, end, window) / np.float32(ratio * height))
 
-
-def _areas(face: Face, window: Rectangle) -> Areas:
-    marks, height = face.landmarks.inside(face.box), face.box.height
-    *eyes_and_mouth, nose = _parts(face, window)
+    eyes = np.maximum(*(ellipse(eye, -BROW_RATIO, EYE_RADIUS_RATIOS) for eye in marks[:2]))
+    mouth = capsule(marks.mouth_left, marks.mouth_right, MOUTH_RADIUS_RATIO)
+    nose = ellipse(marks.nose, NOSTRIL_RATIO, NOSE_RADIUS_RATIOS)
     middle = _middle(*marks[:2]), _middle(*marks[3:])
-    bridge = _capsule(marks.left_eye, marks.right_eye, BRIDGE_RADIUS_RATIO * height, window)
-    folds = _capsule(*middle, CENTER_RADIUS_RATIO * height, window)
-    both = np.maximum.reduce(eyes_and_mouth)
-    return Areas(both, np.maximum.reduce([both, nose, bridge, folds]))
-
-
-def _capsule(start: Point, end: Point, radius: float, window: Rectangle) -> np.ndarray:
-    """Return a soft mask of the pixels up to a distance from a line."""
-    return _soft(_line_distance(start, end, window) / np.float32(radius))
+    rest = np.maximum(capsule(*marks[:2], BRIDGE_RADIUS_RATIO), capsule(*middle, CENTER_RADIUS_RATIO))
+    both = np.maximum(eyes, mouth)
+    return Areas(both, np.maximum.reduce([both, nose, rest]))
 
 
 def eye_doubt(luma: np.ndarray, face: Face, window: Rectangle) -> float:

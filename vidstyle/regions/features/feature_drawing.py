@@ -11,14 +11,10 @@ from vidstyle.core.picture import Picture
 from vidstyle.core.plain_codes import codes_from_values, values_from_codes
 from vidstyle.regions.features.blurring import enlarged
 from vidstyle.regions.features.feature_lifting import Features
-from vidstyle.regions.features.feature_marks import FeatureMarks
-from vidstyle.regions.features.ink_marks import ink_marks
+from vidstyle.regions.features.feature_marks import FeatureMarks, ink_marks, tone_marks
 from vidstyle.regions.features.media import Medium
 from vidstyle.regions.features.page_colors import darkest_colors, local_mean, masked_mean, plane_colors
-from vidstyle.regions.features.tone_marks import tone_marks
 from vidstyle.regions.features.windows import common_parts
-from vidstyle.regions.masks import face_mask
-from vidstyle.regions.patch_blending import whole_cells
 from vidstyle.regions.patches import plane_area
 from vidstyle.regions.rasters import PageRaster
 from vidstyle.regions.writing.lifting import luma_in
@@ -47,15 +43,16 @@ def draw_features(
         region: where the style applies, H x W float32, 0..1; None: everywhere.
         raster: its dots and squares.
     """
-    ink, medium = rgb_from_text(style.ink), Medium.of(style, raster)
-    inks = plane_colors(page, ink)
-    darks = [np.zeros_like(each) for each in inks] if medium.is_ink else darkest_colors(page)
-    ends = (_luma(inks[0], page), page.encoding.yuv_from_color(rgb_from_text(style.paper))[0])
+    ink, paper = rgb_from_text(style.ink), rgb_from_text(style.paper)
+    ends = page.encoding.yuv_from_color(ink)[0], page.encoding.yuv_from_color(paper)[0]
+    inks, is_ink = plane_colors(page, ink), Medium.of(style, raster) is Medium.INK
+    darks = [np.zeros_like(each) for each in inks] if is_ink else darkest_colors(page)
+    darkest = _luma(darks[0], page)
     marks = [
-        ink_marks(each, weight, luma_in(page, each.window), ends, raster, medium)
-        if medium.is_ink
-        else tone_marks(each, weight, luma_in(page, each.window), _luma(darks[0], page), raster, medium)
-        for each, weight in zip(features, _weights(features, region, raster), strict=True)
+        ink_marks(each, weight, luma_in(page, each.window), ends, raster)
+        if is_ink
+        else tone_marks(each, weight, luma_in(page, each.window), darkest)
+        for each, weight in zip(features, _weights(features, region), strict=True)
     ]
     return _over(page, features, marks, list(zip(inks, darks, strict=True)))
 
@@ -65,7 +62,7 @@ def _luma(color: np.ndarray, page: Picture) -> float:
     return float(np.dot(color, page.encoding.weights) if color.size > 1 else color)
 
 
-def _weights(features: Sequence[Features], region: np.ndarray | None, raster: PageRaster) -> list[np.ndarray]:
+def _weights(features: Sequence[Features], region: np.ndarray | None) -> list[np.ndarray]:
     """Return how much of each face is drawn, H x W float32, 0..1: not where another one already is."""
     drawn = list[np.ndarray]()
     for each in features:
@@ -73,8 +70,6 @@ def _weights(features: Sequence[Features], region: np.ndarray | None, raster: Pa
         for other, weight in zip(features, drawn, strict=False):
             rest, covered = common_parts(free, each.window, weight, other.window)
             rest -= covered
-        if raster.cell:
-            free *= whole_cells(face_mask(each.face.box, each.window), each.window, raster.cell)
         drawn.append(enlarged(each.weight, free.shape) * free)
     if region is None:
         return drawn
