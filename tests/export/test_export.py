@@ -207,11 +207,50 @@ def test_a_paused_film_is_drawn_in_full_detail_and_tells_its_time(
     said = [
         browser.run(f"return document.getElementById('{name}').textContent") for name in ("quality", "time")
     ]
-    assert said == ["Full detail.", "0:00 / 0:01"]
+    assert said == ["The picture has its full resolution.", "0:00 / 0:01"]
     browser.run("document.getElementById('again').click()")
     assert browser.run("return document.body.matches('.empty')")
     browser.press("Escape")
     assert not browser.run("return document.body.matches('.empty')")
+
+
+def test_a_picture_is_saved_in_the_size_of_its_source_under_its_name(
+    page: Path, browser: Browser, tmp_path: Path
+) -> None:
+    source = cv2.resize(photograph("coffee"), (600, 400), interpolation=cv2.INTER_AREA)
+    assert cv2.imwrite(str(tmp_path / "my cup.png"), source[..., ::-1])
+    browser.open(page.as_uri())
+    until(browser, """document.body.matches(".example")""")
+    browser.run(
+        """globalThis.said = [];
+        new MutationObserver(() => said.push(document.getElementById("save-label").textContent))
+          .observe(document.getElementById("save-label"), { childList: true });
+        const address = URL.createObjectURL;
+        URL.createObjectURL = (blob) => ((globalThis.blob = blob), address(blob));
+        HTMLAnchorElement.prototype.click = function () { globalThis.saved = this; };"""
+    )
+    root = browser.call("DOM.getDocument")["root"]["nodeId"]
+    chooser = browser.call("DOM.querySelector", nodeId=root, selector="#file")["nodeId"]
+    browser.call("DOM.setFileInputFiles", files=[str(tmp_path / "my cup.png")], nodeId=chooser)
+    until(browser, """!document.body.matches(".example")""")
+    save = "document.getElementById('save')"
+    browser.run(f"{save}.click(); {save}.click();")  # while the draft is drawn
+    assert browser.run(f"return {save}.ariaBusy") == "true"
+    until(browser, "globalThis.saved")
+    name, text, said = browser.run(
+        """const content = new Uint8Array(await blob.arrayBuffer());
+        const text = Array.from(content, (each) => String.fromCharCode(each)).join("");
+        return [saved.download, btoa(text), said];"""
+    )
+    made = cv2.imdecode(np.frombuffer(base64.b64decode(text), np.uint8), cv2.IMREAD_COLOR_RGB)
+    assert (name, made.shape) == ("my cup-test.png", (400, 600, 3))
+    large = cv2.resize(source, (1080, 720), interpolation=cv2.INTER_CUBIC)
+    right = vidstyle.stylize(large, replace(load_style(STYLE), steady=0.0, focus=0.0), "cpu")
+    assert np.abs(cv2.resize(right, (600, 400), interpolation=cv2.INTER_AREA).astype(int) - made).mean() < 4
+    parts = [int(each) for label in said for each in re.findall("[0-9]+", label)]
+    assert parts and parts == sorted(parts) and parts[-1] == 100
+    until(browser, f"{save}.ariaBusy === 'false'")
+    assert said[-1] == "Save picture" and said.count("Saving…") == 1
 
 
 def test_a_link_holds_the_values_that_the_controls_allow(page: Path, browser: Browser) -> None:

@@ -32,15 +32,17 @@ async function start() {
   const data = readData();
   for (const heading of document.querySelectorAll("h1")) heading.textContent = title(data.name);
   const wanted = data.plans.find(({ side }) => String(side) === options.get("side"));
-  await viewer.show(data, wanted?.side);
+  const compiled = viewer.show(data, wanted?.side);
   if (options.has("camera")) await viewer.source.openCamera(options.get("camera") ?? "");
-  else if (!viewer.source.picture) await showExample(viewer);
+  else await showExample(viewer);
+  document.body.classList.remove("starting");
+  await compiled;
 }
 
 /** Says in place of the invitation what the browser lacks. @param {string[]} lacks */
 function refuse(lacks) {
   switchTheme(get("theme"));
-  document.body.classList.add("refused");
+  document.body.classList.replace("starting", "refused");
   get("invitation").textContent = `This style cannot be shown here: ${lacks.join("; ")}. Another browser may show it, or “vidstyle render” on a computer.`;
 }
 
@@ -54,4 +56,7 @@ async function showExample(viewer) {
   document.body.classList.add("empty", "example");
 }
 
-start().catch((error) => announce(get("message"), error.message, { seconds: 0 }));
+start().catch((error) => {
+  document.body.classList.remove("starting");
+  announce(get("message"), error.message, { seconds: 0 });
+});

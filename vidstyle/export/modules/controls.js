@@ -29,6 +29,11 @@ export const isShort = (unit) => Boolean(unit) && String(unit).length < 8;
 export const short = (value, whole) => (whole ? Math.round(value) : Number(value.toPrecision(3)));
 
 const NOTCH_COUNT = 400;
+/** A slider with equal steps sets round values: at least so many on its way. */
+const MIN_ROUND_VALUES = 50;
+
+/** Whether low values get most of the travel of a slider. @param {{low?: number, high?: number, whole?: boolean, unit?: string}} entry */
+const isSteep = ({ low = 0, high = 1, whole, unit }) => !whole && (unit === "px" || (low > 0 && high / low >= 20));
 
 /**
  * Maps values to positions on a slider; a slider of a wide range gives most of its travel to low values.
@@ -36,8 +41,7 @@ const NOTCH_COUNT = 400;
  */
 export function scaleOf({ low = 0, high = 1, whole, unit }) {
   const span = high - low;
-  const steep = !whole && (unit === "px" || (low > 0 && high / low >= 20));
-  const power = steep ? 3 : 1;
+  const power = isSteep({ low, high, whole, unit }) ? 3 : 1;
   const notches = whole ? span : NOTCH_COUNT;
   return {
     notches,
@@ -46,6 +50,14 @@ export function scaleOf({ low = 0, high = 1, whole, unit }) {
     /** @param {number} place */
     value: (place) => low + span * Math.pow(place / notches, power),
   };
+}
+
+/** Rounds a value that a slider sets: to an integer, a round step of its range, or two digits. @param {number} value @param {Described} entry */
+function rounded(value, { low = 0, high = 1, whole, unit }) {
+  if (whole) return Math.round(value);
+  if (isSteep({ low, high, unit })) return Number(value.toPrecision(2));
+  const digits = Math.max(0, -Math.floor(Math.log10((high - low) / MIN_ROUND_VALUES)));
+  return Number(value.toFixed(digits));
 }
 
 /**
@@ -132,7 +144,7 @@ function slider(entry, id, change) {
   };
   /** @param {number} place */
   const move = (place) => {
-    const value = short(Math.min(Math.max(scale.value(place), low), high), whole);
+    const value = Math.min(Math.max(rounded(scale.value(place), entry), low), high);
     put(value);
     change(value);
   };

@@ -29,6 +29,8 @@ export async function loadPicture(src) {
 export class Source {
   /** The element to restyle; null before the first is opened. @type {Picture | null} */
   picture = null;
+  /** The name of its file without the extension; empty if it has none. */
+  name = "";
   /** Whether a film starts to play when it is opened. */
   autoplay = true;
 
@@ -68,8 +70,9 @@ export class Source {
     return this.video && (this.film ? this.video.currentTime : performance.now() / 1000);
   }
 
-  /** Shows a picture instead of the present one. @param {Picture} next */
-  show(next) {
+  /** Shows a picture instead of the present one. @param {Picture} next @param {string} [name] of its file, without the extension */
+  show(next, name = "") {
+    this.name = name;
     this.video?.pause();
     stop(this.video?.srcObject ?? null);
     this.picture = next;
@@ -81,16 +84,17 @@ export class Source {
   /** Opens a photograph or a film. @param {File} file */
   async openFile(file) {
     const src = URL.createObjectURL(file);
+    const name = file.name.replace(/\.[^.]+$/, "");
     try {
-      if (file.type.startsWith("video/")) await this.#openFilm(make("video", { src, loop: true, playsInline: true }));
-      else this.show(await loadPicture(src));
+      if (file.type.startsWith("video/")) await this.#openFilm(make("video", { src, loop: true, playsInline: true }), name);
+      else this.show(await loadPicture(src), name);
     } catch (error) {
       this.report(`${file.name}: ${/** @type {Error} */ (error).message}`);
     }
   }
 
-  /** @param {HTMLVideoElement} video */
-  async #openFilm(video) {
+  /** @param {HTMLVideoElement} video @param {string} name */
+  async #openFilm(video, name) {
     for (const event of ["play", "pause"]) {
       video.addEventListener(event, () => {
         this.#markPlaying(video);
@@ -106,7 +110,7 @@ export class Source {
       if (!this.autoplay) video.addEventListener("loadedmetadata", () => (video.currentTime = Number.isFinite(video.duration) ? FIRST_POSITION_RATIO * video.duration : 0));
       video.addEventListener("error", () => fail(new Error("this browser cannot play this file")));
     });
-    this.show(video);
+    this.show(video, name);
     this.#markPlaying(video);
     if (!this.autoplay) return;
     await video.play().catch(() => {

@@ -34,6 +34,8 @@ export class StyledCanvas {
   /** Is called while a frame is drawn in parts, with the fraction that is drawn. @type {(part: number) => void} */
   onpart = () => {};
   #result = make("canvas");
+  /** What the result is drawn with. @type {Shown | null} */
+  #drawn = null;
   /** @type {Promise<void> | null} */
   #drawing = null;
 
@@ -58,6 +60,17 @@ export class StyledCanvas {
     return this.#drawing;
   }
 
+  /** Whether the result is complete and of the present values. */
+  get isCurrent() {
+    return this.isDrawn && !this.isOutdated && !this.#drawing && this.#drawn === this.shown;
+  }
+
+  /** Waits for the frame that is being drawn; draws one if the result is not of the present values. */
+  async finish() {
+    await this.#drawing;
+    if (!this.isCurrent) await this.draw();
+  }
+
   async #drawAll() {
     while (this.isOutdated) {
       this.isOutdated = false;
@@ -76,6 +89,7 @@ export class StyledCanvas {
     resize(this.#result, size);
     this.#result.getContext("2d")?.drawImage(runner.canvas, 0, 0, ...size, 0, 0, ...size);
     this.isDrawn = true;
+    this.#drawn = shown;
     this.compose();
     this.ondrawn(performance.now() - began);
   }

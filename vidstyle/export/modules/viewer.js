@@ -1,9 +1,10 @@
 // The large picture of a page: one style, its controls, before and after, and saving.
 
 import { announce } from "./announce.js";
-import { clock, download, get, make, oncePerFrame, press } from "./elements.js";
+import { clock, download, get, make, oncePerFrame, press, title } from "./elements.js";
 import { planValues } from "./plan_values.js";
 import { record } from "./recording.js";
+import { nameOfResult, pngOf } from "./saved_file.js";
 import { SHARED_KEYS } from "./shared_keys.js";
 import { addressOf } from "./shared_link.js";
 import { Source } from "./source.js";
@@ -38,7 +39,7 @@ const AUTOMATIC = "auto";
 const MIN_STILL_RATIO = 1.5;
 /** Without a GPU, still pictures are drawn in full detail after this time without a change. */
 const REFINE_MS = 500;
-const [DRAWING, REFINING] = ["Drawing", "Draft; drawing in full detail"];
+const [DRAWING, REFINING] = ["Drawing", "Draft; drawing the full resolution"];
 /** The buttons that keys press. @type {Object<string, string>} */
 const KEYS = {
   [SHARED_KEYS.compare]: "compare", [SHARED_KEYS.save]: "save", [SHARED_KEYS.full]: "full", [SHARED_KEYS.play]: "play", " ": "play", r: "record", [SHARED_KEYS.help]: "ask",
@@ -80,6 +81,8 @@ export class Viewer {
   /** The working size that is shown, or will be once it is compiled. */
   #wanted = 0;
   #refining = 0;
+  /** The fraction of the picture to save that is drawn; null: none is being saved. @type {number | null} */
+  #savedPart = null;
   /** Is called when a value of a control has changed. @type {() => void} */
   onchange = () => {};
 
@@ -88,7 +91,7 @@ export class Viewer {
     this.runner = runner;
     this.#styled = new StyledCanvas(runner, this.source);
     this.#styled.ondrawn = (milliseconds) => this.#drawn(milliseconds);
-    this.#styled.onpart = (part) => get("busy-part").textContent = ` ${Math.round(100 * part)} %`;
+    this.#styled.onpart = (part) => this.#showPart(part);
     this.#movingSide = this.#fastSide;
     this.source.autoplay = !runner.isSoftware; // without a GPU, decoding would slow down the first frame
     this.#listen();
@@ -127,6 +130,7 @@ export class Viewer {
   async show(data, side) {
     if (side) this.#detail.value = String(side);
     this.data = data;
+    get("divider-look").textContent = title(data.name);
     this.panel = new StylePanel(data, () => this.#edited());
     await this.#adapt();
     get("facts").textContent = this.#facts(data).join(" ");
@@ -196,6 +200,19 @@ export class Viewer {
     this.#describe();
   }
 
+  /** @param {number} part of the picture that is drawn */
+  #showPart(part) {
+    get("busy-part").textContent = ` ${Math.round(100 * part)} %`;
+    if (this.#savedPart !== null && this.#shown?.side === this.side) this.#markSaving(Math.max(this.#savedPart, part));
+  }
+
+  /** Shows on the button how far saving is. @param {number | null} part null: nothing is being saved */
+  #markSaving(part) {
+    this.#savedPart = part;
+    get("save").ariaBusy = String(part !== null);
+    get("save-label").textContent = part === null ? "Save picture" : part ? `Saving ${Math.round(100 * part)} %` : "Saving…";
+  }
+
   /** Shows the source in the style until it is drawn, if all values are the style's own. @param {CanvasImageSource} picture */
   prepare(picture) {
     if (Object.keys(this.panel?.changes ?? {}).length) return;
@@ -257,8 +274,8 @@ export class Viewer {
   #describe() {
     const { film, picture } = this.source;
     const isAutomatic = this.#detail.value === AUTOMATIC && picture;
-    const still = get("busy").hidden ? "Full detail" : "Full detail follows";
-    const reason = this.#isStill ? still : `${this.side} lines while it moves${film ? "; full detail when paused" : ""}`;
+    const still = get("busy").hidden ? "The picture has its full resolution" : "A draft is shown until the picture is drawn";
+    const reason = this.#isStill ? still : `${this.side} lines while it moves${film ? "; all lines when paused" : ""}`;
     const speed = this.#isStill || !this.#stallMs ? "" : ` A frame takes ${(this.#stallMs / 1000).toFixed(1)} s${this.runner.isSoftware ? " without a GPU" : ""}.`;
     get("quality").textContent = (isAutomatic ? `${reason}.` : "") + speed;
   }
@@ -273,19 +290,35 @@ export class Viewer {
       this.#slow = 0;
       this.#movingSide = smaller;
       this.#adapt();
-      this.say("Less detail while it moves, to keep up with the film.");
+      this.say("Lower resolution while it moves, to keep up with the film.");
     } else this.#describe();
   }
 
+  /** Saves the picture, once it is drawn in full resolution. */
   async #save() {
-    if (!get("busy").hidden) this.say("Drawing in full detail; then the picture is saved…", 0);
-    if (this.#shown?.side !== this.side) await this.#use(this.side);
-    await this.#styled.draw();
-    const name = `${this.data?.name}.png`;
-    this.#styled.canvas.toBlob((blob) => {
+    if (this.#savedPart !== null) return;
+    this.#markSaving(0);
+    try {
+      await this.#finish();
+      const own = this.source.size;
+      const { blob, size } = await pngOf(this.#styled.canvas, own);
+      const name = nameOfResult(this.source.name, String(this.data?.name), "png");
       if (blob) download(blob, name);
-      this.say(blob ? `${name} is in your downloads.` : "The picture cannot be saved.");
-    });
+      const larger = size[0] < own[0] ? ` “vidstyle render” draws all ${own.join(" × ")}.` : "";
+      this.say(blob ? `${name} is in your downloads: ${size.join(" × ")} pixels.${larger}` : "The picture cannot be saved.");
+    } finally {
+      this.#markSaving(null);
+    }
+  }
+
+  /** Draws a still picture in full resolution, unless that is done or under way; of a film, the present frame. */
+  async #finish() {
+    for (;;) {
+      await new Promise(requestAnimationFrame); // a change is drawn from then on
+      if (!this.#isStill || (this.#shown?.side === this.side && this.#styled.isCurrent)) return this.#styled.finish();
+      if (this.#wanted !== this.side) await this.#use(this.side);
+      else await this.#styled.finish();
+    }
   }
 
   #record() {
@@ -309,7 +342,7 @@ export class Viewer {
     paused?.pause();
     press(get("record"), false);
     get("record-label").textContent = "Record clip";
-    const name = `${this.data?.name}.${extension}`;
+    const name = nameOfResult(this.source.name, String(this.data?.name), extension);
     if (clip.size) download(clip, name);
     this.say(clip.size ? `${name} is in your downloads.` : "The browser has recorded nothing.");
   }

@@ -247,8 +247,8 @@ export class Runner {
     let drawn = 0;
     for (const _ of parts) {
       await frame.context.finish();
-      options.onpart?.(++drawn / total);
       if (options.isOutdated?.() || style.frame !== frame || frame.context !== this.context || frame.context.gl.isContextLost()) return null;
+      options.onpart?.(++drawn / total);
     }
     this.present(frame);
     return frame.size;

@@ -22,9 +22,16 @@ const MIN_COLUMN_RATIO = 0.65;
 const MIN_COLUMNS = 2;
 /** The number of the enlarged style; the first is the original. */
 let shown = 0;
+/** The number of the style next to it: the original, or a starred style that others are compared with. */
+let compared = 0;
 let isSplit = true;
+/** Height of what is below a thumbnail, and above all of them, in CSS pixels. */
+const [CAPTION_PX, ABOVE_PX] = [100, 130];
 /** For this time a button says what it has done. */
 const ANSWER_MS = 4000;
+
+/** What is said about each style under its thumbnail. */
+const abouts = figures.map((figure) => String(figure.querySelector(".about")?.textContent));
 
 /** @param {number} number */
 const pictureOf = (number) => /** @type {HTMLImageElement} */ (figures[number].querySelector("img"));
@@ -32,17 +39,26 @@ const pictureOf = (number) => /** @type {HTMLImageElement} */ (figures[number].q
 /** @param {number} number */
 const nameOf = (number) => (number ? title(pictureOf(number).alt) : "Original");
 
-/** Enlarges a style. @param {number} number */
-function show(number) {
-  shown = (number + figures.length) % figures.length;
+/** Shows a style on the left. @param {number} number */
+function showBefore(number) {
+  before.src = pictureOf(number).src;
+  before.alt = get("before-tag").textContent = nameOf(number);
+}
+
+/** Returns what is said about a style. @param {number} number */
+const noteOf = (number) => [...(figures[number].querySelector(".note")?.cloneNode(true).childNodes ?? [])];
+
+/** Enlarges a style next to the original, or to another style. @param {number} number @param {number} [other] */
+function show(number, other = 0) {
+  [shown, compared] = [(number + figures.length) % figures.length, other];
   const { alt, src } = pictureOf(shown);
-  before.src = pictureOf(0).src;
+  showBefore(compared);
   Object.assign(after, { src, alt });
-  for (const id of ["name", "tag"]) get(id).textContent = nameOf(shown);
+  get("tag").textContent = nameOf(shown);
+  get("name").textContent = compared ? `${nameOf(compared)} and ${nameOf(shown)}` : nameOf(shown);
   const looks = seenFigures().filter((figure) => figure !== figures[0]);
-  get("count").textContent = shown ? `${looks.indexOf(figures[shown]) + 1} of ${looks.length}` : "";
-  const note = figures[shown].querySelector(".note")?.cloneNode(true);
-  get("note").replaceChildren(...(note?.childNodes ?? []));
+  get("count").textContent = shown && !compared ? `${looks.indexOf(figures[shown]) + 1} of ${looks.length}` : "";
+  get("note").replaceChildren(...(compared ? [...noteOf(compared), make("br")] : []), ...noteOf(shown));
   get("command").textContent = String(figures[shown].dataset.command);
   get("look").textContent = sheet.dataset.ending ? alt + sheet.dataset.ending : nameOf(shown);
   showStar();
@@ -70,12 +86,15 @@ function split(on) {
 
 /** Shows only the original while a key or a button is held. @param {boolean} on */
 function hold(on) {
+  showBefore(on ? 0 : compared);
   large.classList.toggle("held", on);
   large.classList.toggle("alone", on || !isSplit || !shown);
 }
 
 /** Shows an answer in place of the words of a button, for a moment. @param {string} id @param {string} text @param {string} usual */
 function answer(id, text, usual) {
+  const button = /** @type {HTMLElement} */ (get(id).closest("button"));
+  button.style.minWidth = `${button.offsetWidth}px`; // nothing next to it moves
   get(id).textContent = text;
   setTimeout(() => (get(id).textContent = usual), ANSWER_MS);
 }
@@ -102,17 +121,21 @@ const isStarred = (figure) => starOf(figure)?.ariaPressed === "true";
 /** Shows the styles of the chosen kind that are asked for, best first, or only those that are starred. */
 function filter() {
   const looks = figures.map((figure, number) => ({
-    name: title(pictureOf(number).alt), aliases: figure.dataset.aliases ?? "", about: `${figure.querySelector(".about")?.textContent} ${figure.dataset.kinds}`, words: figure.dataset.words ?? "",
+    name: title(pictureOf(number).alt), aliases: figure.dataset.aliases ?? "", about: `${abouts[number]} ${figure.dataset.kinds}`, words: figure.dataset.words ?? "",
   }));
   const found = findLooks(looks, finder.value).map((number) => figures[number]);
   const isAll = !finder.value.trim() && group === ALL && !onlyStarred;
+  const count = figures.length - 1;
   const shownFigures = found.filter((figure) => isAll || (figure !== figures[0] && (group === ALL || figure.dataset.kinds?.includes(group)) && (!onlyStarred || isStarred(figure))));
   for (const figure of figures) figure.hidden = !shownFigures.includes(figure);
   sheet.append(...shownFigures);
+  const heading = /** @type {Text} */ (document.querySelector("h1")?.firstChild);
+  heading.data = `${isAll ? "" : `${shownFigures.length} of `}${count} ${count === 1 ? "look" : "looks"}`;
+  even();
   describeSearch(looks.slice(1), finder.value, !shownFigures.length, search);
 }
 
-/** Chooses a number of columns that fills the last row, as far as possible; pictures in portrait get more columns. */
+/** Chooses a number of columns that fills the last row, as far as possible; pictures in portrait get more columns, few pictures more width. */
 function even() {
   const { naturalWidth: width, naturalHeight: height } = pictureOf(0);
   const isPortrait = height > width;
@@ -121,7 +144,31 @@ function even() {
   const empty = (/** @type {number} */ columns) => (columns - (figures.length % columns)) % columns;
   const tried = usual > MIN_COLUMNS ? [usual, ...(isPortrait ? [] : [usual - 1]), usual + 1] : [usual];
   const [best] = tried.sort((one, other) => empty(one) - empty(other));
-  sheet.style.setProperty("--columns", String(best));
+  sheet.style.setProperty("--columns", String(fewest(seenFigures().length, width / height) ?? best));
+  for (const figure of seenFigures()) shorten(/** @type {HTMLElement} */ (figure.querySelector(".about")), abouts[figures.indexOf(figure)]);
+}
+
+/** Returns the fewest columns in which all pictures are seen without scrolling; undefined if there are too many. @param {number} count of pictures @param {number} aspect */
+function fewest(count, aspect) {
+  for (let columns = MIN_COLUMNS; columns * COLUMN_PX <= sheet.clientWidth; columns++) {
+    const rows = Math.ceil(count / columns);
+    if (rows * (sheet.clientWidth / columns / aspect + CAPTION_PX) <= innerHeight - ABOVE_PX) return columns;
+  }
+}
+
+/** Shows as many words of a text as fit into an element. @param {HTMLElement} element @param {string} text */
+function shorten(element, text) {
+  element.textContent = text;
+  if (element.scrollHeight <= element.clientHeight) return;
+  const words = text.split(" ");
+  let [fits, above] = [0, words.length];
+  while (above - fits > 1) {
+    const middle = Math.floor((fits + above) / 2);
+    element.textContent = `${words.slice(0, middle).join(" ").replace(/[,;:.]$/, "")} …`;
+    if (element.scrollHeight <= element.clientHeight) fits = middle;
+    else above = middle;
+  }
+  element.textContent = `${words.slice(0, fits).join(" ").replace(/[,;:.]$/, "")} …`;
 }
 
 /** @param {string} name */
@@ -143,7 +190,8 @@ function search(text) {
 /** Shows how many styles are starred. */
 function countStars() {
   const count = figures.filter(isStarred).length;
-  for (const id of ["starred", "copy-starred"]) get(id).hidden = !count;
+  for (const [id, least] of Object.entries({ starred: 1, "compare-starred": 2, "copy-starred": 1 }))
+    /** @type {HTMLButtonElement} */ (get(id)).disabled = count < least;
   get("starred").textContent = `Starred: ${count}`;
   if (!count) onlyStarred = false;
   press(get("starred"), onlyStarred);
@@ -176,19 +224,29 @@ function restoreStars() {
   }
 }
 
+/** What the button for the names says. */
+const COPY = String(get("copy-starred").textContent);
+
 async function copyStarred() {
   const names = starredNames();
-  await navigator.clipboard.writeText(names).then(() => answer("copy-starred", "Copied", "Copy names"), () => answer("copy-starred", names, "Copy names"));
+  await navigator.clipboard.writeText(names).then(() => answer("copy-starred", "Copied", COPY), () => answer("copy-starred", names, COPY));
+}
+
+/** Shows the first two starred styles side by side. */
+function compareStarred() {
+  const [first, second] = figures.filter(isStarred).map((figure) => figures.indexOf(figure));
+  isSplit = true;
+  show(second, first);
 }
 
 /** Returns the figures that the search and the chosen kind show, in their order. */
 const seenFigures = () => /** @type {HTMLElement[]} */ ([...sheet.querySelectorAll(":scope > figure:not([hidden])")]);
 
-/** Enlarges the next style that is shown, or the one before. @param {number} by */
+/** Enlarges the next style that is shown, or the one before; next to a starred one, the next starred one. @param {number} by */
 function step(by) {
-  const seen = seenFigures();
+  const seen = compared ? figures.filter((figure) => isStarred(figure) && figure !== figures[compared]) : seenFigures();
   const at = seen.indexOf(figures[shown]);
-  show(figures.indexOf(seen[(at + by + seen.length) % seen.length]));
+  show(figures.indexOf(seen[(at + by + seen.length) % seen.length] ?? figures[shown]), compared);
 }
 
 const focused = () => figures.findIndex((figure) => figure.contains(document.activeElement));
@@ -233,6 +291,7 @@ get("starred").addEventListener("click", () => {
   onlyStarred = !onlyStarred;
   countStars();
 });
+get("compare-starred").addEventListener("click", compareStarred);
 get("copy-starred").addEventListener("click", copyStarred);
 get("all-looks").addEventListener("click", () => search(""));
 finder.addEventListener("input", filter);

@@ -1,0 +1,98 @@
+"""The page of a preview sheet in a browser: stars, comparing, and what may not move."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from browser import Browser
+
+from vidstyle.gallery.preview import preview_page
+from vidstyle.gallery.style_samples import StyleSample
+from vidstyle.style import load_style, style_names
+
+PLACES = """
+return [...document.querySelectorAll("#looks :is(p, button)")].map((each) => {
+  const { left, top, width } = each.getBoundingClientRect();
+  return [left, top, width].map(Math.round);
+});
+"""
+TEXT = "return document.querySelector(selector).textContent"
+STAR = """document.querySelector(`.star[aria-label="Star ${name}"]`).click()"""
+
+
+@pytest.fixture
+def sheet(tmp_path: Path) -> str:
+    """The address of a preview sheet of all looks; stars are kept under the name of its picture."""
+    names = ["plain", *(name for name in style_names() if name != "plain")]
+    pictures = [np.full((300, 450, 3), 10 * number, np.uint8) for number in range(len(names))]
+    samples = [StyleSample(load_style(name), each) for name, each in zip(names, pictures, strict=True)]
+    page = tmp_path / "sheet.html"
+    page.write_text(preview_page(f"{tmp_path.name}.png", "in.png", samples), encoding="utf-8")
+    return page.as_uri()
+
+
+def test_two_starred_looks_are_compared_and_a_key_shows_the_original(sheet: str, browser: Browser) -> None:
+    browser.open(sheet)
+    for name in ("oil", "noir", "vhs"):
+        browser.run(STAR, name=name)
+    browser.run("document.getElementById('compare-starred').click()")
+    shown = """return ["before", "after"].map((id) => document.getElementById(id).alt.toLowerCase());"""
+    assert browser.run(shown) == ["noir", "oil"]
+    assert browser.run(TEXT, selector="#name") == "Noir and Oil"
+    assert all(browser.place(f"#{each}")[2] > 100 for each in ("before", "after"))
+    browser.press("ArrowRight")
+    assert browser.run(shown) == ["noir", "vhs"]
+    browser.run("dispatchEvent(new KeyboardEvent('keydown', { key: 'b' }))")
+    assert browser.run(shown)[0] == "original"
+    browser.run("dispatchEvent(new KeyboardEvent('keyup', { key: 'b' }))")
+    assert browser.run(shown) == ["noir", "vhs"]
+
+
+def test_the_filter_bar_stays_in_place_with_the_first_star_and_a_copied_list(
+    sheet: str, browser: Browser
+) -> None:
+    browser.open(sheet)
+    before = browser.run(PLACES)
+    for name in ("oil", "noir"):
+        browser.run(STAR, name=name)
+    assert browser.run(PLACES) == before
+    browser.run(
+        """Object.defineProperty(navigator, "clipboard", { value: {
+          writeText: async (text) => void (globalThis.copied = text) } });
+        document.getElementById("copy-starred").click();"""
+    )
+    assert browser.run("return copied") == "noir,oil"
+    assert browser.run(TEXT, selector="#copy-starred") == "Copied"
+    assert browser.run(PLACES) == before
+
+
+def test_few_looks_use_the_width_and_the_title_counts_them(sheet: str, browser: Browser) -> None:
+    browser.call(
+        "Emulation.setDeviceMetricsOverride", width=1280, height=800, deviceScaleFactor=1, mobile=False
+    )
+    browser.open(sheet)
+    total = len(style_names()) - 1
+    browser.run(STAR, name="oil")
+    assert browser.run(TEXT, selector="h1").startswith(f"{total} looks")
+    width = "return document.querySelector('main figure:not([hidden]) img').getBoundingClientRect().width"
+    narrow = browser.run(width)
+    browser.run("document.getElementById('starred').click()")
+    assert browser.run(TEXT, selector="h1").startswith(f"1 of {total} looks")
+    assert browser.run(width) > narrow
+
+
+def test_descriptions_end_with_a_whole_word(sheet: str, browser: Browser) -> None:
+    browser.open(sheet)
+    shown = browser.run("return [...document.querySelectorAll('.about')].map((each) => each.textContent)")
+    whole = [load_style(name).about for name in ["plain", *style_names()] if name != "plain"]
+    cut = [text for text in shown if text.endswith(" …")]
+    assert len(cut) > 3
+    for text in cut:
+        begun = text.removesuffix(" …")
+        assert any(each.startswith(begun) and not each[len(begun)].isalnum() for each in whole), text
+    overflow = (
+        "return [...document.querySelectorAll('.about')].map((each) => each.scrollHeight - each.clientHeight)"
+    )
+    assert max(browser.run(overflow)) <= 0
