@@ -353,9 +353,11 @@ def test_a_comic_is_read_panel_by_panel(folder: Path, browser: Browser) -> None:
         "return [...document.querySelectorAll('.panel')].map((each) => each.getBoundingClientRect().top)"
     )
     assert sorted(set(lefts)) == lefts
-    # There, a panel is twice as large when enlarged; a drag moves it before it turns to the next one.
+    # There, an enlarged panel is whole first, then twice as large; a drag moves it before it turns.
     on_page = browser.run("return document.querySelector('#panel-2 .frame').getBoundingClientRect().width")
     browser.run("document.querySelectorAll('.panel')[1].dispatchEvent(new MouseEvent('click'))")
+    assert enlarged_width(browser) <= 390
+    browser.run("document.getElementById('panel-whole').click()")
     assert enlarged_width(browser) > 1.9 * on_page
     browser.drag((300, 400), (40, 400))
     assert browser.run(number) == "2 of 4"

@@ -2,8 +2,10 @@
 
 import { make, makeSvg } from "./elements.js";
 
-/** Standard deviation of the blur before a reduction, for each pixel that becomes one. */
-const BLUR_RATIO = 0.85;
+/** Standard deviation of the blur before a reduction, for each pixel that becomes one: tuned on halftone dots and fine lines. */
+const [MIN_BLUR_RATIO, MAX_BLUR_RATIO] = [0.6, 0.85];
+/** Reductions from which the smaller blur leaves no moiré, and to which the larger one is needed. */
+const [CRISP_REDUCTION, SOFT_REDUCTION] = [2, 1.5];
 const JPEG_QUALITY = 0.95;
 
 /** Safari before 18 has no filters. */
@@ -35,6 +37,12 @@ async function fit(image, scale) {
   image.after(makeSvg("image", { ...place, href, class: "reduced", preserveAspectRatio: "none" }));
 }
 
+/** Returns the standard deviation in pixels of the blur before a reduction. @param {number} ratio of the reduction */
+function deviationFor(ratio) {
+  const soft = Math.min(1, Math.max(0, (CRISP_REDUCTION - ratio) / (CRISP_REDUCTION - SOFT_REDUCTION)));
+  return (MIN_BLUR_RATIO + soft * (MAX_BLUR_RATIO - MIN_BLUR_RATIO)) * Math.sqrt(Math.max(0, ratio * ratio - 1));
+}
+
 /** Draws a blurred picture. @param {CanvasRenderingContext2D} context @param {HTMLImageElement} picture @param {number} deviation in pixels */
 function drawBlurred(context, picture, deviation) {
   if (HAS_FILTERS) {
@@ -60,7 +68,7 @@ async function reduced(src, size) {
   const [blurred, small] = [make("canvas", { width, height }), make("canvas", { width: size[0], height: size[1] })];
   const context = /** @type {CanvasRenderingContext2D} */ (blurred.getContext("2d"));
   context.drawImage(picture, 0, 0); // remains at the edges, where the blurred one is transparent
-  drawBlurred(context, picture, BLUR_RATIO * Math.sqrt(Math.max(0, ratio * ratio - 1)));
+  drawBlurred(context, picture, deviationFor(ratio));
   small.getContext("2d")?.drawImage(blurred, 0, 0, size[0], size[1]);
   return small.toDataURL("image/jpeg", JPEG_QUALITY);
 }

@@ -1,6 +1,6 @@
 // Reading panel by panel: one panel fills the window.
 
-import { get, icon, makeSvg, press } from "./elements.js";
+import { get, icon, makeSvg } from "./elements.js";
 import { reducePictures } from "./fine_pictures.js";
 import { SHARED_KEYS } from "./shared_keys.js";
 
@@ -43,7 +43,6 @@ export class PanelView {
     }
     get("read").prepend(icon("enlarge"));
     get("read").addEventListener("click", () => this.#open(this.#at));
-    get("panel-whole").prepend(icon("fit"));
     get("panel-whole").addEventListener("click", () => {
       this.#isWhole = !this.#isWhole;
       this.refresh();
@@ -84,6 +83,7 @@ export class PanelView {
 
   /** @param {number} number */
   #open(number) {
+    this.#isWhole = NARROW.matches; // a phone first shows all of it
     this.#dialog.showModal();
     this.#show(number);
   }
@@ -146,7 +146,8 @@ export class PanelView {
     const shown = this.#isWhole ? fitting : larger;
     Object.assign(whole.style, { width: `${shown * width}px`, height: `${shown * height}px` });
     get("panel-whole").hidden = larger === fitting;
-    press(get("panel-whole"), this.#isWhole);
+    get("panel-whole").replaceChildren(icon(this.#isWhole ? "enlarge" : "fit"), this.#isWhole ? "Larger" : "Fit");
+    get("panel-whole").title = this.#isWhole ? "Enlarge the panel beyond the window; drag to move it" : "Fit the whole panel into the window";
     this.#view.classList.toggle("part", shown > fitting);
     // A part can be scrolled with the arrow keys, too.
     this.#view.tabIndex = shown > fitting ? 0 : -1;

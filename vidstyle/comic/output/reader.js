@@ -150,6 +150,8 @@ pages.forEach(findHeading);
 const isStrip = pages.some(({ viewBox: { baseVal: { width, height } } }) => height > MAX_PAGE_ASPECT * width);
 document.body.classList.toggle("strip", isStrip);
 get("zoom").hidden = isStrip;
+// A single page is read as a whole.
+get("read").classList.add(pages.length > 1 || isStrip ? "strong" : "plain");
 // A whole page is seen first, except on a phone.
 const begin = () => arrange(!isStrip && innerWidth > innerHeight);
 begin();

@@ -85,12 +85,10 @@ function tileSide() {
   return TILE_SIDES.find((side) => side >= Math.min(wanted, most)) ?? most;
 }
 
-/** Returns the size at which an opened look is rendered: its size on screen, at most the size of the film. */
+/** Returns the size at which an opened look is rendered: that of the film, for a smaller picture has coarser marks, such as letters. */
 function openedSide() {
-  const [width, height] = clip?.size ?? [1, 1];
-  const { clientWidth, clientHeight } = get("large");
-  const shown = Math.min(width, height) * Math.min(1, Math.min(clientWidth / width, clientHeight / height) * devicePixelRatio);
-  return OPENED_SIDES.find((side) => side >= shown) ?? OPENED_SIDES[OPENED_SIDES.length - 1];
+  const own = Math.min(...(clip?.size ?? [1, 1]));
+  return OPENED_SIDES.find((side) => side >= own) ?? OPENED_SIDES[OPENED_SIDES.length - 1];
 }
 
 // State from the server
@@ -144,6 +142,7 @@ function leadOf({ tiles: [first, , , , middle] }) {
   if (!first) return ["Finding nine looks…", "They appear one by one."];
   if (middle.kind === "chosen") return ["Nine more like your choice", "Choose the best to come closer. Open one to save it or to render it."];
   if (first.kind === "match") return ["Looks nearest to your picture", "Choose one for nine more like it. Open one to save it or to render it."];
+  if (tiles.drawn < 9) return ["Drawing nine looks…", "Until then, they are shown blurred."];
   return ["Choose the look you like best", "Nine more like it follow. Open one to save it or to render it."];
 }
 
@@ -256,7 +255,8 @@ function drawTile(place) {
   drawnFrames[place] = due;
   if (isHeld) return;
   tiles.ready(place);
-  showDrawn();
+  if (busy) showDrawn();
+  else showLead();
   strips.keepFinal(state.tiles[place].tile, canvas);
 }
 

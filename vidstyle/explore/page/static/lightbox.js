@@ -4,7 +4,7 @@ import { boxOf, Divider } from "./divider.js";
 import { followPointer, get, make, press, resize } from "./elements.js";
 import { SHARED_KEYS } from "./shared_keys.js";
 import { SourceFrames } from "./source_frames.js";
-import { nameOf, rootOf, summaryOf } from "./tiles.js";
+import { nameOf, ownNameOf, rootOf, summaryOf } from "./tiles.js";
 
 /** @typedef {import("./explore_types.js").Tile} Tile */
 /** @typedef {import("./explore_types.js").Clip} Clip */
@@ -112,8 +112,9 @@ export class Lightbox {
   /** @param {Tile} tile @param {Clip} clip */
   #describe(tile, clip) {
     const { other } = this;
-    get("lightbox-name").textContent = nameOf(tile);
-    get("how").textContent = other ? `Right: ${nameOf(tile)}, compared with, left: ${nameOf(other)}` : [summaryOf(tile), tile.blocks].filter(Boolean).join(". ");
+    get("lightbox-name").textContent = ownNameOf(tile);
+    const isChanged = ownNameOf(tile) !== nameOf(tile);
+    get("how").textContent = other ? `Right: ${nameOf(tile)}, compared with, left: ${nameOf(other)}` : [isChanged ? `Compared with your choice: ${nameOf(tile).toLowerCase()}` : summaryOf(tile), tile.blocks].filter(Boolean).join(". ");
     const rows = Object.entries(tile.layers).flatMap(([layer, blocks]) => [
       make("dt", { textContent: LAYER_NAMES[/** @type {keyof typeof LAYER_NAMES} */ (layer)] }),
       make("dd", { textContent: blocks.filter(Boolean).join(", ") }),
@@ -183,7 +184,7 @@ export class Lightbox {
     this.padTile = tile;
     pad.classList.remove("ready");
     pad.setAttribute("aria-busy", "true");
-    get("pad-note").textContent = "Finding the two values that change most…";
+    get("pad-note").textContent = "Finding two values to tune…";
     get("axes").replaceChildren();
     point.hidden = true;
     try {
@@ -193,6 +194,7 @@ export class Lightbox {
       const samples = /** @type {HTMLImageElement} */ (get("samples"));
       samples.src = `pad.jpg?tile=${tile.tile}`;
       this.#placePoint();
+      get("pad-note").textContent = "Drawing samples of both values…";
       await samples.decode();
       if (this.padTile === tile) pad.classList.add("ready");
     } catch (error) {
@@ -204,7 +206,9 @@ export class Lightbox {
   #placePoint() {
     const [x, y] = this.at;
     point.hidden = false;
-    Object.assign(point.style, { left: `${100 * x}%`, top: `${100 * (1 - y)}%` });
+    // At an edge it stays whole.
+    const within = (/** @type {number} */ part) => `clamp(.75rem, ${100 * part}%, 100% - .75rem)`;
+    Object.assign(point.style, { left: within(x), top: within(1 - y) });
     const texts = this.axes.map((axis, each) => [
       `${each ? "↑" : "→"} ${axis.label}`,
       String(Number(valueAt(axis, this.at[each]).toPrecision(3))),

@@ -3,7 +3,7 @@
 import { get, make, makeSvg, press } from "./elements.js";
 
 /** The parts of a look that can be kept. @type {Record<string, string>} */
-const LOCK_LABELS = { lines: "Lines", background: "Background", colors: "Colours", steps: "Steps" };
+const LOCK_LABELS = { lines: "Lines", background: "Background", colors: "Colours", steps: "Filters" };
 
 /** The controls of the next nine. */
 export class NextNine {

@@ -30,16 +30,21 @@ export function nameOf({ kind, name, caption }) {
   return kind === "tuned" ? `${caption}, tuned` : caption;
 }
 
+/** Returns the name of a look that stands alone: what one sees of it. @param {Tile} tile */
+export const ownNameOf = (tile) => (["values", "step"].includes(tile.kind) && tile.look) || nameOf(tile);
+
 /** Describes in a line below its name where a tile comes from; "" if there is nothing to say. @param {Tile} tile */
 export function summaryOf({ kind, parents, look, steps, likeness }) {
   const [one, other] = parents.map((parent) => title(rootOf(parent)));
   switch (kind) {
     case "chosen":
       return look;
+    case "values":
+      return "Compared with your choice";
     case "step":
       return steps;
     case "cross":
-      return `Crossed with ${other ?? one}`;
+      return /^Random \d+$/.test(other ?? one) ? "Mixed with another look" : `Mixed with ${other ?? one}`;
     case "shipped":
       return `From ${one}`;
     case "match":

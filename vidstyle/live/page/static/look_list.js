@@ -12,7 +12,7 @@ const SOURCE = "source";
 /** For this time after the start, the computer is busy with the first frames. */
 const SETTLE_MS = 3000;
 
-/** Shows the looks, the one that runs first. */
+/** Shows the looks in their order; the one that runs is always listed. */
 export class LookList {
   #list = get("styles");
   #finder = /** @type {HTMLInputElement} */ (get("find-look"));
@@ -112,19 +112,8 @@ export class LookList {
     const chosen = this.#buttons.find((button) => button.dataset.name === wanted);
     for (const button of this.#buttons) press(button, button === chosen);
     if (!chosen || chosen === this.#chosen) return;
-    if (!this.#chosen || !this.#isListed(chosen)) this.#promote(chosen);
     this.#chosen = chosen;
     this.#find();
-  }
-
-  /** Whether a look is in view without a search. @param {HTMLButtonElement} button */
-  #isListed(button) {
-    return this.#isExpanded || this.#buttons.indexOf(button) < MAX_LISTED;
-  }
-
-  /** Lists a look before all others. @param {HTMLButtonElement} button */
-  #promote(button) {
-    this.#buttons = [button, ...this.#buttons.filter((other) => other !== button)];
   }
 
   /** Returns the picture of a look on the photograph of vidstyle or on the own picture. @param {"thumbnail.jpg" | "look.jpg"} file @param {string} name */
@@ -168,7 +157,7 @@ export class LookList {
     const first = /** @type {HTMLButtonElement | null} */ (this.#list.firstElementChild);
     if (event.key === "Enter" && first && this.#finder.value.trim()) {
       first.click();
-      if (!this.#isListed(first)) this.#promote(first);
+      press(first, true); // it is listed at once
       this.search("");
       first.focus();
     } else if (event.key === "ArrowDown") first?.focus();

@@ -32,6 +32,10 @@ import { switchTheme } from "./theme.js";
 
 const MIN_HOLD_MS = 300;
 const RATE_MS = 2000;
+/** The rate is measured over at least so many frames. */
+const MIN_RATE_FRAMES = 4;
+/** After so many times the usual interval without a frame, the page waits for one; at least this time. */
+const [MAX_INTERVALS, MIN_WAIT_MS] = [4, 5000];
 const STEADY_STEP = 0.1;
 const SPLIT_STEP = 0.05;
 
@@ -143,11 +147,17 @@ async function show(number, file) {
   if (from === connected) send("shown", { number });
 }
 
-/** Returns the number of frames shown per second. */
+/** Returns the number of frames shown per second; 0 before the second one. */
 function rate() {
   const now = performance.now();
-  while (times.length && times[0] < now - RATE_MS) times.shift();
+  while (times.length > MIN_RATE_FRAMES && times[0] < now - RATE_MS) times.shift();
   return times.length > 1 ? (1000 * (times.length - 1)) / (times[times.length - 1] - times[0]) : 0;
+}
+
+/** Whether the next frame is late, compared with those before. */
+function isLate() {
+  const usual = rate() ? 1000 / rate() : 0;
+  return performance.now() - times[times.length - 1] > Math.max(MIN_WAIT_MS, MAX_INTERVALS * usual);
 }
 
 /** Returns how many captured frames are shown, in words; "" if almost all are. @param {Status} now */
@@ -156,8 +166,11 @@ function shareOf({ frames, dropped }) {
   return part > 0.98 ? "" : `${Math.round(100 * part)} % of the frames`;
 }
 
-/** @param {number} shown */
-const inWords = (shown) => `${shown} ${shown === 1 ? "frame" : "frames"} per second`;
+/** @param {number} shown frames per second */
+function inWords(shown) {
+  if (shown >= 1.5) return `${Math.round(shown)} frames per second`;
+  return shown > 0.75 ? "1 frame per second" : `a frame every ${shown > 0 ? Math.round(1 / shown) : "few"} seconds`;
+}
 
 /** Below this number of frames per second a film does not look like one. */
 const MIN_SMOOTH_RATE = 12;
@@ -165,10 +178,12 @@ const MIN_SMOOTH_RATE = 12;
 /** Says how the session goes. @param {Status} now */
 function sentenceOf(now) {
   if (now.source_state === "ended") return "Ended";
-  const shown = Math.round(rate());
+  const shown = rate();
   const next = nextStyle(now);
   if (next) return `Preparing ${title(next)}; the picture may stand still`;
-  if (!shown) return times.length ? "Waiting for the next picture" : "Starting…";
+  if (!times.length) return "Starting…";
+  if (isLate()) return "Waiting for the next picture";
+  if (!shown) return "Live";
   if (shown < MIN_SMOOTH_RATE && times.length && shareOf(now)) return `Live, ${inWords(shown)}, others skipped`;
   return `Live, ${inWords(shown)}`;
 }
@@ -177,7 +192,7 @@ function sentenceOf(now) {
 function showStatus(now) {
   const facts = [
     ["Size", now.size.join(" × "), "width and height of the picture"],
-    ["Shown here", inWords(Math.round(rate())), `restyled: ${now.rate.toFixed(1)}`],
+    ["Shown here", inWords(rate()), `restyled: ${now.rate.toFixed(1)}`],
     ["Delay", `${now.shown_ms.toFixed(0)} ms`, "median latency from capture to this page"],
     ["Captured", shareOf(now) && `${shareOf(now)} shown`, `${now.dropped} of ${now.frames + now.dropped} captured frames were left out to stay live`],
     ["Detail", now.degraded, "a smaller picture is restyled and enlarged, to keep the frame rate"],
@@ -187,14 +202,14 @@ function showStatus(now) {
   get("figures").classList.toggle("running", now.source_state === "running" && !link);
   get("line").replaceChildren(...facts.filter(([, text]) => text).map(([name, text, title]) => make("span", { title }, make("span", { className: "quiet", textContent: name }), text)));
   const size = get("full-size");
-  size.hidden = !now.degraded && !now.full_size;
   press(size, now.full_size);
   get("style-name").textContent = title(now.style);
   press(get("bypass"), now.bypass);
   press(get("record"), now.recording);
   get("record-label").textContent = now.recording ? "Stop" : "Record";
   get("badge").hidden = !now.bypass;
-  get("detail").hidden = !now.degraded || now.bypass;
+  get("detail").hidden = !(now.degraded || now.full_size) || now.bypass;
+  get("detail-label").textContent = now.full_size ? "Fewer frames" : "Less detail, to keep up";
   // Other parts of the page say these.
   const isInLine = (now.degraded && now.message.includes(now.degraded)) || now.message === `style ${now.style}`;
   if (now.message !== (status?.message ?? "")) say(isInLine ? "" : withTitle(now.message, now.style));

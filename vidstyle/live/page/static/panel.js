@@ -131,17 +131,19 @@ export class Panel {
 
   /** @param {string} layer @param {Entry[]} entries */
   #layer(layer, entries) {
-    const steps = [...Map.groupBy(entries, (entry) => entry.step)].map(([step, inside]) => this.#step(step, inside));
+    const groups = [...Map.groupBy(entries, (entry) => entry.step)];
+    const steps = groups.map(([step, inside], at) => this.#step(step, inside, groups[at + 1]?.[1][0].block_label ?? ""));
     return layer ? [make("h3", { textContent: title(layer) }), ...steps] : steps;
   }
 
-  /** @param {string} step @param {Entry[]} entries */
-  #step(step, entries) {
+  /** @param {string} step @param {Entry[]} entries @param {string} next label of the block after it, which tells equal blocks apart */
+  #step(step, entries, next) {
     const mark = make("span", { className: "mark", textContent: " changed", hidden: true });
     const about = entries[0].about ? [make("p", { className: "about", textContent: entries[0].about })] : [];
     const inside = make("div", {}, ...about, ...entries.map((entry) => this.#row(entry)));
     const number = step.match(/#(\d+)$/)?.[1] ?? "";
-    const name = step ? `${entries[0].block_label} ${number}`.trim() : "Size";
+    const place = !number ? "" : next && next !== entries[0].block_label ? ` before ${next.toLowerCase()}` : ` ${number}`;
+    const name = step ? entries[0].block_label + place : "Size";
     return make("details", {}, make("summary", { title: step }, name, mark), inside);
   }
 
@@ -149,7 +151,7 @@ export class Panel {
   #row(entry) {
     const { path, value, start, main, help, unit } = entry;
     const id = `value-${path}`;
-    const described = main && !isShort(unit) ? { ...entry, unit: "" } : entry;
+    const described = isShort(unit) ? entry : { ...entry, unit: "" };
     const made = control(described, id, (changed) => this.#set(row, changed));
     const label = make("label", { htmlFor: id, title: `${help}\n${path}` }, entry.label);
     label.ondblclick = () => {
@@ -157,7 +159,8 @@ export class Panel {
       this.#set(row, row.start);
     };
     const top = make("div", { className: "top" }, label, make("div", { className: "value" }, ...made.inline));
-    const about = main ? [make("p", { className: "help", textContent: help + (unit && !isShort(unit) ? ` (${unit})` : "") })] : [];
+    const long = unit && !isShort(unit) ? unit : "";
+    const about = main || long ? [make("p", { className: "help", textContent: main ? help + (long && ` (${long})`) : long })] : [];
     const box = make("div", { className: "entry", title: help }, top, ...(made.below ?? []), ...about);
     box.onpointerdown = () => (this.#dragged = path);
     /** @type {Row} */
