@@ -126,7 +126,7 @@ def test_only_comments_on_lines_of_their_own_are_removed_from_a_page(tmp_path: P
     cast = '/** @type {HTMLElement} */ (get("a")).hidden = true;\nlet kept;\n'
     module = tmp_path / "module.js"
     module.write_text(
-        f"/** One. */\nexport const one = 1;\n  // A reason.\n{cast}/**\n * Two.\n */\nconst two = 2;\n"
+        f"/** One. */\nexport const one = 1;\n  // A reason.\n  {cast}/**\n * Two.\n */\nconst two = 2;\n"
     )
     assert page_script(module) == f"const one = 1;\n{cast}const two = 2;\n"
 

@@ -294,6 +294,23 @@ def test_a_look_that_cannot_be_drawn_keeps_its_thumbnail(
         browser.until(f"{image}.src.includes('thumbnail.jpg') && !{image}.matches('.waiting')")
 
 
+def test_the_look_that_runs_is_listed_in_its_usual_place(browser: Browser) -> None:
+    pressed = "document.querySelector('#styles [data-name=vhs][aria-pressed=true]')"
+    names = ["ink", "poster", "comic", "cartoon", "watercolor", "sketch", "oil", "vhs"]
+    with showing("vhs", names=names) as (page, _, _):
+        browser.call(
+            "Emulation.setDeviceMetricsOverride", width=1280, height=800, deviceScaleFactor=1, mobile=False
+        )
+        browser.open(page.url)
+        browser.until(pressed)
+        listed, is_visible = browser.run(
+            f"""const looks = [...document.querySelectorAll("#styles button")];
+            return [looks.map((each) => each.dataset.name), {pressed}.checkVisibility()];"""
+        )
+        assert listed == names and is_visible
+        browser.call("Emulation.clearDeviceMetricsOverride")
+
+
 def test_a_search_shows_the_best_look_first_on_a_phone(browser: Browser) -> None:
     strip = "document.getElementById('styles')"
     with showing("oil") as (page, _, _):

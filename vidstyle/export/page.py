@@ -76,9 +76,10 @@ def viewer_css() -> str:
 
 
 def page_script(module: Path) -> str:
-    """Return a module with the modules that it imports, without exports and comments for developers."""
+    """Return a module with the modules that it imports, without exports, indentation and comments."""
     text = re.sub(r"^export (?=class|function|const|async)", "", join_modules(module), flags=re.M)
-    return re.sub(r"^ *(?://[^\n]*|/\*\*(?:(?!\*/).)*\*/)\n", "", text, flags=re.M | re.S)
+    text = re.sub(r"^ *(?://[^\n]*|/\*\*(?:(?!\*/).)*\*/)\n", "", text, flags=re.M | re.S)
+    return re.sub(r"^ +", "", text, flags=re.M)
 
 
 def page_data(style: Style, sides: Sequence[int] = WORKING_SIDES_PX) -> dict[str, Any]:

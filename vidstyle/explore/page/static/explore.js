@@ -142,7 +142,7 @@ function leadOf({ tiles: [first, , , , middle] }) {
   if (!first) return ["Finding nine looks…", "They appear one by one."];
   if (middle.kind === "chosen") return ["Nine more like your choice", "Choose the best to come closer. Open one to save it or to render it."];
   if (first.kind === "match") return ["Looks nearest to your picture", "Choose one for nine more like it. Open one to save it or to render it."];
-  if (tiles.drawn < 9) return ["Drawing nine looks…", "Until then, they are shown blurred."];
+  if (tiles.drawn < 9) return ["Drawing nine looks…", "Each is blurred until it is drawn."];
   return ["Choose the look you like best", "Nine more like it follow. Open one to save it or to render it."];
 }
 

@@ -154,6 +154,17 @@ function rate() {
   return times.length > 1 ? (1000 * (times.length - 1)) / (times[times.length - 1] - times[0]) : 0;
 }
 
+/** The rate that is said stays until the measured one differs by this part of it. */
+const MIN_RATE_CHANGE = 0.3;
+let saidRate = 0;
+
+/** Returns the number of frames shown per second, which does not change all the time. */
+function steadyRate() {
+  const measured = rate();
+  if (Math.abs(measured - saidRate) > MIN_RATE_CHANGE * saidRate) saidRate = measured;
+  return saidRate;
+}
+
 /** Whether the next frame is late, compared with those before. */
 function isLate() {
   const usual = rate() ? 1000 / rate() : 0;
@@ -178,7 +189,7 @@ const MIN_SMOOTH_RATE = 12;
 /** Says how the session goes. @param {Status} now */
 function sentenceOf(now) {
   if (now.source_state === "ended") return "Ended";
-  const shown = rate();
+  const shown = steadyRate();
   const next = nextStyle(now);
   if (next) return `Preparing ${title(next)}; the picture may stand still`;
   if (!times.length) return "Starting…";
@@ -192,7 +203,7 @@ function sentenceOf(now) {
 function showStatus(now) {
   const facts = [
     ["Size", now.size.join(" × "), "width and height of the picture"],
-    ["Shown here", inWords(rate()), `restyled: ${now.rate.toFixed(1)}`],
+    ["Shown here", inWords(steadyRate()), `restyled: ${now.rate.toFixed(1)}`],
     ["Delay", `${now.shown_ms.toFixed(0)} ms`, "median latency from capture to this page"],
     ["Captured", shareOf(now) && `${shareOf(now)} shown`, `${now.dropped} of ${now.frames + now.dropped} captured frames were left out to stay live`],
     ["Detail", now.degraded, "a smaller picture is restyled and enlarged, to keep the frame rate"],
