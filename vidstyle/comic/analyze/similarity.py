@@ -26,6 +26,15 @@ _NOISE_DEVIATION = 0.02
 _CORRELATION_RANGE = 0.45, 0.75
 """Range of block correlation, from unrelated pictures to the same view."""
 
+# Travel of the camera.
+_TRAVELLED_CORRELATION_RANGE, TRAVEL_WEIGHT = (0.64, 0.72), 0.3
+"""Range of block correlation from another view, to which the camera has travelled, to the same view; and how
+much less alike another view of the same colours is.
+
+In a flight of 13 seconds along a coast and over a bridge, frames half a second apart have 0.76 to 0.9, and
+frames that show the bridge from afar, from near and from above have 0.56 to 0.67.
+"""
+
 # Common colours.
 _COMMON_COLOR_RANGE = 0.6, 0.9
 """Range of histogram intersection, from unrelated pictures to the same view."""
@@ -46,15 +55,26 @@ def similarity(copies: Sequence[np.ndarray]) -> np.ndarray:
     blocks of one picture near their place in the other, independent of brightness; the share of common
     colours; and the correlation of large forms.
     """
+    return compare_views(copies)[0]
+
+
+def compare_views(copies: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the similarity of pictures and how far the camera has travelled between two: each N x N, 0..1.
+
+    The latter is 1 if hardly any block of one picture is found near its place in the other, though sky and
+    sea may have kept their colours and large forms.
+    """
     small = np.stack(list(copies))
     lab = np.stack([cv2.cvtColor(each, cv2.COLOR_RGB2LAB) for each in small]).astype(np.float32)
     found = _correlate_blocks(lab[..., 0] / 255)
+    blocks = np.minimum(found, found.T)
     parts = (
-        _normalize_range(np.minimum(found, found.T), _CORRELATION_RANGE),
+        _normalize_range(blocks, _CORRELATION_RANGE),
         _normalize_range(_common_colors(lab), _COMMON_COLOR_RANGE),
         _correlate_forms(small),
     )
-    return np.asarray(sum(parts) / len(parts), np.float32)
+    travelled = 1 - _normalize_range(blocks, _TRAVELLED_CORRELATION_RANGE)
+    return np.asarray(sum(parts) / len(parts), np.float32), travelled
 
 
 def color_similarity(one: np.ndarray, other: np.ndarray) -> float:

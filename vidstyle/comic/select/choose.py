@@ -9,7 +9,7 @@ import numpy as np
 
 from vidstyle.comic.analyze.features import Candidate, Survey
 from vidstyle.comic.analyze.moving.poses import MIN_POSE_CHANGE, pose_changes
-from vidstyle.comic.analyze.similarity import SAME_SIMILARITY, similarity
+from vidstyle.comic.analyze.similarity import SAME_SIMILARITY, TRAVEL_WEIGHT, compare_views, similarity
 from vidstyle.comic.select.best_path import (
     FORCED_SCORE,
     film_places,
@@ -19,6 +19,7 @@ from vidstyle.comic.select.best_path import (
 )
 from vidstyle.comic.select.film_thirds import film_thirds
 from vidstyle.comic.select.frame_scores import scene_values, scores
+from vidstyle.comic.select.movers import shows_largest_mover
 
 # The number of panels, and of candidates among which they are chosen.
 MIN_DEFAULT_PANELS, MAX_DEFAULT_PANELS = 1, 40
@@ -45,8 +46,13 @@ _MAX_STORY_SCENES, _STORY_PANELS, _MIN_STORY_SECONDS = 3, 6, 1.4
 """Up to this number of scenes, other poses are other moments: up to this number of panels, each for at least
 this duration."""
 
+MAX_SPLIT_SCENES = 1
+"""Distance of two scenes that may be one shot, as a travelling camera can look like a dissolve."""
+
 _SPEAKER_SCORE = 0.4
 """Score of a frame with a face while someone speaks."""
+_LARGEST_MOVER_SCORE = 1.0
+"""Score of the largest mover of a film: what comes near for a moment is what the film is about."""
 _SEED_SCORE = 0.6
 """Maximum that a seed adds to the score of a frame: less than speech with a face in a close-up."""
 _MAX_SEED_PANELS = 1
@@ -94,11 +100,13 @@ def choose(
         return []
     values = scores(pool, scene_values(survey)) + [FORCED_SCORE * each.forced for each in pool]
     values += [_SPEAKER_SCORE * bool(each.faces and _is_in_spans(each.time, spoken)) for each in pool]
+    values += _LARGEST_MOVER_SCORE * shows_largest_mover(pool)
     random = np.random.default_rng(seed)
     values += _SEED_SCORE * random.random(len(pool)) if seed else 0.0
     kept = _keep_best_per_part(pool, values, survey, max(MAX_POOL_CANDIDATES, 2 * (panels or 0)))
     pool, values = [pool[number] for number in kept], values[kept]
-    like, places = likeness(pool, len(survey.scene_starts)), film_places(pool, survey)
+    scenes, places = len(survey.scene_starts), film_places(pool, survey)
+    like = likeness(pool, scenes, sees_travel=scenes <= _MAX_STORY_SCENES and not survey.is_folder)
     wanted = _count_panels(survey, like, len(forced), panels, min_panels)
     if seed and panels is None and not survey.is_folder:
         varied = wanted + int(random.integers(-_MAX_SEED_PANELS, _MAX_SEED_PANELS, endpoint=True))
@@ -172,11 +180,28 @@ def _is_in_spans(time: float, spans: Sequence[tuple[float, float]]) -> bool:
     return any(start <= time <= end for start, end in spans)
 
 
-def likeness(pool: Sequence[Candidate], scenes: int) -> np.ndarray:
-    """Return the similarity of frames, N x N; lower for other poses before a still camera."""
-    like = similarity([each.thumbnail for each in pool])
+def likeness(pool: Sequence[Candidate], scenes: int, sees_travel: bool = False) -> np.ndarray:
+    """Return the similarity of frames, N x N; lower for other poses before a still camera.
+
+    `sees_travel`: whether it is the one of `view_similarity`.
+    """
+    like = view_similarity(pool) if sees_travel else similarity([each.thumbnail for each in pool])
     weight = _MOVED_SUBJECT_WEIGHT if scenes <= _MAX_STORY_SCENES else _MOVED_SUBJECT_SCENES_WEIGHT
     return np.asarray(like - weight * np.minimum(1, pose_changes(pool) / MIN_POSE_CHANGE))
+
+
+def view_similarity(frames: Sequence[Candidate]) -> np.ndarray:
+    """Return the similarity of frames, N x N; lower for places between which the camera of a shot travels.
+
+    Of people and movers, the pose tells what has changed.
+    """
+    like, travelled = compare_views([each.thumbnail for each in frames])
+    scenes, is_place = (
+        np.array([each.scene for each in frames]),
+        np.array([not (each.faces or each.action) for each in frames]),
+    )
+    is_shot = np.abs(np.subtract.outer(scenes, scenes)) <= MAX_SPLIT_SCENES
+    return like - TRAVEL_WEIGHT * travelled * (is_shot & np.logical_and.outer(is_place, is_place))
 
 
 def _count_beats(survey: Survey, most: int) -> int:

@@ -27,13 +27,15 @@ from vidstyle.comic.select.views import (
     MAX_ARRIVAL_PANELS,
     find_repeated_view,
     is_later,
+    look_different,
+    shows_other_view,
     tells_story,
 )
 
 # Moments.
-_MIN_MOMENT_SECONDS, _MIN_POSE_SECONDS, _MIN_MOMENT_PANELS = 2.0, 1.2, 2
-"""Two frames of a scene within this time show one moment; the second value is for other poses. Number of
-panels that are left at least."""
+_MIN_MOMENT_SECONDS, _MIN_POSE_SECONDS, _MIN_CHANGE_SECONDS, _MIN_MOMENT_PANELS = 2.0, 1.2, 0.8, 2
+"""Two frames of a scene within this time show one moment; the other values are for other poses, and for
+frames that have nothing in common. Number of panels that are left at least."""
 
 # Places.
 _MIN_SUBJECT_STRENGTH = 0.1
@@ -110,8 +112,14 @@ def _find_twin(key_frames: Sequence[Candidate]) -> int | None:
         pair
         for pair in pairs
         if is_twin(key_frames[pair[0]], key_frames[pair[1]], float(like[pair[0], pair[1]]))
+        and not _are_other_places(key_frames, pair)
     )
     return next((_weakest(key_frames, pair) for pair in twins), None)
+
+
+def _are_other_places(key_frames: Sequence[Candidate], pair: tuple[int, int]) -> bool:
+    one, other = (key_frames[number] for number in pair)
+    return not (one.faces or other.faces) and shows_other_view(len(key_frames), one, other)
 
 
 def _find_same_moment(key_frames: Sequence[Candidate]) -> int | None:
@@ -137,6 +145,7 @@ def _find_same_moment(key_frames: Sequence[Candidate]) -> int | None:
 
 def _is_one_moment(one: Candidate, other: Candidate) -> bool:
     least = _MIN_POSE_SECONDS if has_other_pose(one, other) else _MIN_MOMENT_SECONDS
+    least = _MIN_CHANGE_SECONDS if look_different(one, other) else least
     return other.time - one.time < least
 
 
@@ -171,16 +180,17 @@ def _find_empty_place(key_frames: Sequence[Candidate]) -> int | None:
         and any(
             has_figure(other) and _is_same_place(key_frames, (number, place), float(like[number, place]))
             for place, other in enumerate(key_frames)
-            if other.scene == each.scene
+            if other.scene == each.scene and not shows_other_view(len(key_frames), each, other)
         )
     ]
     return _weakest(key_frames, empty)
 
 
 def _find_cut_subject(key_frames: Sequence[Candidate]) -> int | None:
-    """Return a frame whose moving subject is mostly outside of it, if another frame shows a figure."""
+    """Return a frame whose moving subject is mostly outside of it, if another frame shows a whole figure."""
     cut = [number for number, each in enumerate(key_frames) if _is_cut(each)]
-    return _weakest(key_frames, cut) if sum(map(has_figure, key_frames)) > 1 else None
+    has_whole = any(has_figure(each) and not _is_cut(each) for each in key_frames)
+    return _weakest(key_frames, cut) if has_whole else None
 
 
 def _is_cut(candidate: Candidate) -> bool:

@@ -18,6 +18,8 @@ from vidstyle.regions.faces import LARGE_FACE_HEIGHT_RATIO
 
 _CUT_FACTOR = 2.0
 """How much more it counts that a subject is cut off than that it is large."""
+_MIN_SUBJECT_AREA_RATIO = 0.7
+"""Area of a moving subject in a better frame, relative to the chosen one: it may come from afar."""
 _MAX_FACE_CANDIDATES = 3
 """Number of frames near a chosen one in which faces are detected: the best by all other features."""
 _SIMILARITY_TOLERANCE = 0.05
@@ -99,14 +101,22 @@ def _has_large_face(candidate: Candidate) -> bool:
 
 
 def _keep_subject(nearby: Sequence[Candidate], each: Candidate) -> list[Candidate]:
-    """Return the frames near a candidate that show its moving subject; all of them if it has none.
+    """Return the frames near a candidate that show its moving subject as large or less cut off.
 
-    The candidate's own frame has its subject, and is the last resort.
+    They are all frames if it has none. The candidate's own frame has its subject, and is the last resort.
     """
-    if each.action is None:
+    action = each.action
+    if action is None:
         return list(nearby)
-    known = [replace(other, action=each.action) if other.time == each.time else other for other in nearby]
-    shown = [other for other in known if other.action and not other.action.is_gone]
+    known = [replace(other, action=action) if other.time == each.time else other for other in nearby]
+    least = _MIN_SUBJECT_AREA_RATIO * float(action.places.mean())
+    shown = [
+        other
+        for other in known
+        if other.action
+        and not other.action.is_gone
+        and (other.action.places.mean() >= least or other.action.cut < action.cut)
+    ]
     return shown or known
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from vidstyle.comic.analyze.features import Candidate
 from vidstyle.comic.analyze.moving.poses import has_other_pose
 from vidstyle.comic.analyze.similarity import DIFFERENT_SIMILARITY, similarity
+from vidstyle.comic.select.choose import MAX_SPLIT_SCENES, view_similarity
 from vidstyle.comic.select.frame_scores import is_person
 from vidstyle.comic.select.movers import has_few_movers
 
@@ -63,7 +64,7 @@ def _is_one_view(one: Candidate, other: Candidate) -> bool:
         return False
     if view_correlation(one.thumbnail, other.thumbnail) < _MIN_VIEW_CORRELATION:
         return False
-    return one.scene == other.scene or _looks_alike(one, other)
+    return one.scene == other.scene or not look_different(one, other)
 
 
 def _approaches(one: Candidate, other: Candidate) -> bool:
@@ -77,18 +78,31 @@ def is_later(one: Candidate, other: Candidate) -> bool:
 
 
 def _shows_change(one: Candidate, other: Candidate) -> bool:
-    """Whether two frames of a scene show different moments: others have come, or the camera has travelled."""
-    if one.scene != other.scene or not (is_later(one, other) or is_later(other, one)):
-        return False
-    return has_other_pose(one, other) or _similarity(one, other) <= _MAX_TRAVELLED_SIMILARITY
+    """Whether two frames of a shot show different moments: others have come, or the camera has travelled."""
+    return _are_moments(one, other) and (has_other_pose(one, other) or _looks_changed(one, other))
+
+
+def shows_other_view(count: int, one: Candidate, other: Candidate) -> bool:
+    """Whether a page with this number of panels shows both of two frames of a shot that look different."""
+    return count <= _MIN_STORY_VIEWS and _are_moments(one, other) and _looks_changed(one, other)
+
+
+def _are_moments(one: Candidate, other: Candidate) -> bool:
+    is_one_shot = abs(one.scene - other.scene) <= MAX_SPLIT_SCENES
+    return is_one_shot and (is_later(one, other) or is_later(other, one))
+
+
+def _looks_changed(one: Candidate, other: Candidate) -> bool:
+    return float(view_similarity([one, other])[0, 1]) <= _MAX_TRAVELLED_SIMILARITY
 
 
 def _similarity(one: Candidate, other: Candidate) -> float:
     return float(similarity([one.thumbnail, other.thumbnail])[0, 1])
 
 
-def _looks_alike(one: Candidate, other: Candidate) -> bool:
-    return _similarity(one, other) > DIFFERENT_SIMILARITY
+def look_different(one: Candidate, other: Candidate) -> bool:
+    """Whether hardly anything of one frame is seen in the other."""
+    return _similarity(one, other) <= DIFFERENT_SIMILARITY
 
 
 def _tells_more(one: Candidate, other: Candidate) -> bool:

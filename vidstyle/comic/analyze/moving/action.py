@@ -42,6 +42,9 @@ _TOP_EDGE_FACTOR = 2.0
 """How much more a cut by the upper edge counts than one by another edge: it takes the head."""
 _GONE_SUBJECT_RATIO = 0.12
 """The subject is gone if it covers less than this fraction of its usual area in the shot."""
+_MIN_SPANNING_SHARE = 0.5
+"""What changes is light or weather, and no subject, if it reaches from the left to the right edge in more
+than this share of the frames that show it."""
 
 
 def add_actions(frames: Sequence[Candidate], shot: Sequence[Candidate]) -> list[Candidate]:
@@ -67,11 +70,20 @@ def add_actions(frames: Sequence[Candidate], shot: Sequence[Candidate]) -> list[
         return list(frames)
     if most == 0:  # a damaged picture or two among pictures that do not move
         return list(frames)
+    if _is_light([change > 0 for change, _ in usual], most):
+        return list(frames)
     changes = [_subject(each.thumbnail, background)[0] for each in frames]
     return [
         replace(each, action=_foreground(each, change, most))
         for each, change in zip(frames, changes, strict=True)
     ]
+
+
+def _is_light(masks: Sequence[np.ndarray], most: float) -> bool:
+    """Whether what changes in a shot reaches from the left to the right edge whenever it is there."""
+    shown = [mask for mask in masks if mask.mean() >= _GONE_SUBJECT_RATIO * most]
+    spanning = [bool(mask[:, 0].any() and mask[:, -1].any()) for mask in shown]
+    return sum(spanning) > _MIN_SPANNING_SHARE * len(shown)
 
 
 def _find_background(frames: Sequence[np.ndarray]) -> tuple[np.ndarray, list[tuple[np.ndarray, float]]]:
