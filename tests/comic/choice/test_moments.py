@@ -11,13 +11,15 @@ import pytest
 from media import photograph
 from stories import PLACES, RATE, view, write_film
 
-from vidstyle.comic.analyze.features import Candidate, Foreground, extract_features
+from vidstyle.comic.analyze.features import Candidate, Foreground, Survey, extract_features
 from vidstyle.comic.analyze.film import open_film
 from vidstyle.comic.analyze.moving.action import add_actions
 from vidstyle.comic.analyze.similarity import compare_views
+from vidstyle.comic.select.choose import choose
 from vidstyle.comic.select.key_frames import find_key_frames
 from vidstyle.comic.select.movers import shows_largest_mover
 from vidstyle.comic.select.prune import prune
+from vidstyle.comic.select.refinement import _keep_subject
 from vidstyle.regions.boxes import Box
 
 ROAD = view(PLACES[2])
@@ -105,3 +107,22 @@ def test_the_largest_mover_is_whole_and_large() -> None:
     person = replace(shown[1], faces=(Box(60, 10, 90, 50),))
     assert not any(shows_largest_mover(each).any() for each in (wall, [person]))
     assert not shows_largest_mover([replace(wall[0], action=mover(1))]).any()
+
+
+def test_the_largest_mover_is_chosen_though_it_is_brief_and_less_clear() -> None:
+    wall = frames_of([ROAD] * 6, clarity=1.0)
+    shown = [replace(wall[0], action=mover(4)), *wall[1:]]
+    shown[3] = replace(wall[3], action=mover(14), clarity=0.2)
+    (found,) = choose(Survey(shown, [0.0], 24.0), [], 1)
+    assert found.time == shown[3].time
+    assert choose(Survey([shown[0], *wall[1:]], [0.0], 24.0), [], 1)[0].clarity == 1
+
+
+def test_a_better_frame_shows_the_mover_as_large_or_less_cut_off() -> None:
+    near, afar, as_large = (
+        replace(each, action=mover(rows))
+        for each, rows in zip(frames_of([ROAD] * 3), (20, 6, 18), strict=True)
+    )
+    assert _keep_subject([afar, as_large], near) == [as_large]
+    leaving = replace(near, action=mover(20, cut=0.9))
+    assert _keep_subject([afar, as_large], leaving) == [afar, as_large]
