@@ -6,13 +6,17 @@ from pathlib import Path
 
 import pytest
 from browser import Browser
-from designing import served, shown
+from designing import Page, served, shown
 from media import make_picture
-from waiting import eventually
 
 from vidstyle.design import drafts
 from vidstyle.design.drafts import Drafts
 from vidstyle.preview.clip import open_clip
+
+
+def offered(page: Page) -> list[str]:
+    """Return the names of the drafts that the page lists."""
+    return [draft["name"] for draft in page.told["drafts"]]
 
 
 @pytest.fixture
@@ -28,24 +32,24 @@ def photo(tmp_path: Path) -> Path:
 
 def test_a_draft_of_another_style_remains(tmp_path: Path, photo: Path) -> None:
     with served(tmp_path, open_clip(photo)) as server, shown(server) as page:
-        assert (page.told["draft"]["name"], page.told["draft"]["count"]) == ("sketch", 2)
+        assert offered(page)[0] == "sketch" and len(offered(page)) == 2
         page.ask("open", style="comic")
         page.ask("field", name="ink", value="#112233", gesture=1)
         page.ask("save_as", name="mine", overwrite=False)
-        page.ask("draft", accept=False)
-        assert (page.told["draft"]["name"], page.told["draft"]["count"]) == ("ink", 1)
+        page.ask("draft", accept=False, place=0)
+        assert offered(page)[0] == "ink" and len(offered(page)) == 1
         page.ask("field", name="ink", value="#445566", gesture=2)
     with served(tmp_path, open_clip(photo)) as server, shown(server) as page:
-        assert (page.told["draft"]["name"], page.told["draft"]["count"]) == ("mine", 2)
-        page.ask("draft", accept=True)
-        assert (page.told["state"]["name"], page.told["draft"]["name"]) == ("mine", "ink")
-        page.ask("draft", accept=True)
+        assert offered(page)[0] == "mine" and len(offered(page)) == 2
+        page.ask("draft", accept=True, place=0)
+        assert (page.told["state"]["name"], offered(page)[0]) == ("mine", "ink")
+        page.ask("draft", accept=True, place=0)
         assert page.told["state"]["name"] == "ink"
         # The draft of "mine" was open: it is offered in place of the other one.
-        assert (page.told["draft"]["name"], page.told["draft"]["count"]) == ("mine", 1)
+        assert offered(page)[0] == "mine" and len(offered(page)) == 1
         page.ask("field", name="ink", value="#778899", gesture=3)
-        page.ask("draft", accept=True)
-        assert (page.told["state"]["name"], page.told["draft"]["name"]) == ("mine", "ink")
+        page.ask("draft", accept=True, place=0)
+        assert (page.told["state"]["name"], offered(page)[0]) == ("mine", "ink")
         fields = {entry["name"]: entry["value"] for entry in page.told["state"]["fields"]}
         assert fields["ink"] == "#445566", "as it was left"
     left = Drafts(tmp_path / "drafts" / "draft.json").read()
@@ -55,33 +59,61 @@ def test_a_draft_of_another_style_remains(tmp_path: Path, photo: Path) -> None:
     }
 
 
-def test_drafts_are_offered_one_after_the_other(tmp_path: Path, photo: Path, browser: Browser) -> None:
-    offer = "document.getElementById('draft')"
+def test_drafts_are_listed_and_restored_or_discarded(tmp_path: Path, photo: Path, browser: Browser) -> None:
+    names = "[...document.querySelectorAll('#drafts b')].map((each) => each.textContent).join()"
+    entry = "#drafts li:nth-child({}) button:nth-of-type({})"
     with served(tmp_path, open_clip(photo)) as server:
         browser.open(server.url)
-        browser.until(f"{offer}.textContent.includes('“Sketch” has unsaved changes')")
-        assert browser.run(f"return {offer}.textContent.includes('(1 of 2)')")
-        press = f"[...{offer}.querySelectorAll('button')].find((each) => each.textContent === name).click()"
-        browser.run(press, name="Discard")
-        browser.until(f"{offer}.textContent.includes('“Ink” has unsaved changes')")
-        assert not browser.run(f"return {offer}.textContent.includes(' of ')")
-        browser.run(press, name="Restore")
-        browser.until(f"{offer}.hidden && document.getElementById('name').value === 'Ink'")
-        eventually(lambda: server.designer.opened.style.ink == "#112233")
+        browser.until("document.querySelector('#looks .to-drafts').textContent === 'Unsaved changes (2)'")
+        browser.click("#looks .to-drafts")
+        browser.until(f"{names} === 'Sketch,Ink'")
+        browser.click(entry.format(1, 2))
+        browser.until(f"{names} === 'Ink'")
+        browser.click(entry.format(1, 1))
+        browser.until("document.getElementById('name').value === 'Ink'")
+        browser.until("document.querySelector('#looks .to-drafts').hidden")
+        assert not browser.run("return document.getElementById('drafts-dialog').open")
+        assert server.designer.opened.style.ink == "#112233"
 
 
-def test_no_question_is_asked_before_a_draft_since_both_styles_are_kept(
+def test_changes_of_the_open_look_are_kept_without_a_question(
     tmp_path: Path, photo: Path, browser: Browser
 ) -> None:
-    offer = "document.getElementById('draft')"
+    """Somebody who wants a film does not know what it would be to save a style."""
     with served(tmp_path, open_clip(photo)) as server:
         browser.open(server.url)
-        for name, other in (("Sketch", "Ink"), ("Ink", "Sketch")):
-            browser.until(f"{offer}.textContent.includes('“{name}” has unsaved changes')")
-            browser.run(f"{offer}.querySelector('button').click()")
+        browser.until("document.querySelector('.tile:not(.new)')")
+        for name, more in (("Comic", "2"), ("Ink", "3")):
+            tile = "[...document.querySelectorAll('.tile')].find((each) => each.textContent.startsWith(name))"
+            browser.run(f"{tile}.click()", name=name)
             browser.until(f"document.getElementById('name').value === {name!r}")
-            browser.until(f"{offer}.textContent.includes('“{other}” has unsaved changes')")
-        assert len(Drafts(tmp_path / "drafts" / "draft.json").read()) == 2
+            browser.until(f"document.querySelector('.to-drafts').textContent === 'Unsaved changes ({more})'")
+            browser.run(
+                """const slider = document.querySelector(".style-panel input[type=range]");
+                slider.value = slider.value === slider.max ? slider.min : slider.max;
+                slider.dispatchEvent(new Event("input"));"""
+            )
+            browser.until("document.getElementById('saved').textContent === 'Edited'")
+            browser.run("document.getElementById('to-styles').click()")
+        assert not browser.run("return document.querySelector('dialog[open]')")
+        assert browser.run("return document.getElementById('toast').textContent").startswith("Your changes")
+        names = [draft.table["name"] for draft in server.designer.offered]
+        assert names == ["comic", "sketch", "ink"], "newest first"
+
+
+def test_the_tab_key_stays_in_an_open_dialog(tmp_path: Path, photo: Path, browser: Browser) -> None:
+    with served(tmp_path, open_clip(photo)) as server:
+        browser.open(server.url)
+        browser.until("document.querySelector('#looks .to-drafts:not([hidden])')")
+        browser.click("#looks .to-drafts")
+        inside = "return document.activeElement.closest('dialog') !== null"
+        for key in ("Tab", "Shift+Tab"):
+            focused = set()
+            for _ in range(7):
+                browser.press(key)
+                assert browser.run(inside)
+                focused.add(browser.run("return document.activeElement.parentElement.textContent"))
+            assert len(focused) > 2, "it moves"
 
 
 def test_one_draft_too_many_replaces_the_oldest(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -260,6 +260,15 @@ def test_escape_clears_the_search_and_never_shows_a_designer_without_a_style(
     browser.until(f"{near}.startsWith('No look is exactly “bokeh”')")
     browser.press("Escape")
     assert browser.run(f"return {near}") == ""
+    for asked, best in (("8mm", "Noir"), ("super 8", "Noir"), ("old film", "Noir"), ("sepia", "Engraving")):
+        browser.type(asked)
+        browser.until(f"{near}.startsWith('No look is exactly “{asked}”. {best}')")
+        assert "Related looks" not in browser.run(f"return {names}"), "none is near to what is only near"
+        browser.press("Escape")
+    browser.type("pencil")
+    browser.until(f"{names}.join() === 'Sketch,Related looks,Crayon,Charcoal'")
+    assert browser.run(f"return {near}") == ""
+    browser.press("Escape")
     browser.press("Escape")
     assert not browser.run("return document.getElementById('start').hidden")
 
@@ -339,9 +348,8 @@ def test_by_keyboard_a_film_is_opened_restyled_adjusted_and_rendered(
     browser.run("document.getElementById('find-look').value = ''")
     browser.type("comic book")
     browser.press("Enter")
-    browser.until("document.getElementById('leave-dialog').open")
-    browser.run(FOCUSED)  # until the rest of the key would have pressed a button
-    assert browser.run("return document.getElementById('leave-dialog').open")
+    browser.until("document.getElementById('name').value === 'Comic'")
+    assert browser.run("return document.querySelector('.to-drafts').textContent") == "Unsaved changes (1)"
 
 
 def test_a_command_that_makes_a_document_is_cancelled() -> None:

@@ -238,8 +238,6 @@ def test_files_are_dropped_on_the_page(page: Page) -> None:
     browser.until("document.getElementById('saved').textContent === 'Edited'")
     browser.press("Ctrl+z")
     page.drop(page.folder / "wrong.toml")
-    browser.until("document.getElementById('leave-dialog').open")
-    browser.click("#leave-dialog [value=discard]")
     page.told("nothing")
     assert page.steps("background") == ["hue"]
     (page.folder / "noise.mp4").write_bytes(bytes(range(256)))
@@ -254,10 +252,9 @@ def test_a_draft_is_resumed(browser: Browser, film: Path, tmp_path: Path) -> Non
         page.add("[data-layer=background]", "pattern", "Hatching")
         eventually((tmp_path / "draft.json").exists)
     with shown(browser, open_clip(film), tmp_path) as page:
-        edge = "document.getElementById({!r}).getBoundingClientRect().{}"
-        browser.until(f"{edge.format('draft', 'height')} > 0")
-        assert browser.run(f"return {edge.format('draft', 'bottom')} <= {edge.format('screen', 'top')}")
-        browser.click("#draft button")
+        browser.until("document.querySelector('#looks .to-drafts:not([hidden])')")
+        browser.click("#looks .to-drafts")
+        browser.click("#drafts button")
         browser.until("document.querySelector('.card[aria-label^=Hatching]')")
         browser.until("document.getElementById('saved').textContent === 'Edited'")
         assert page.steps("background") == ["pattern"]

@@ -48,7 +48,7 @@ def test_a_page_is_told_of_blocks_styles_clip_and_that_nothing_is_open(page: Pag
     assert {block["name"] for block in page.told["blocks"]} > {"flow_xdog", "pattern"}
     assert sorted(style["name"] for style in page.told["styles"]) == style_names()
     assert page.told["clip"]["size"] == [96, 64] and page.told["clip"]["count"] == 12
-    assert page.told["state"] is None and page.told["draft"] is None
+    assert page.told["state"] is None and page.told["drafts"] == []
     assert "has no style open" in page.error("undo")
 
 
@@ -103,7 +103,7 @@ def test_the_server_restyles_for_a_page_that_cannot(server: DesignServer) -> Non
         wanted = stylize(server.designer.clip.frame(0), load_style("comic"), "cpu").astype(int)
         assert sent.pixels.shape == (64, 96, 3) and sent.revision == page.told["state"]["revision"]
         assert np.abs(sent.pixels - wanted).mean() < 6  # JPEG
-        page.ask("check")
+        page.ask("check", side=64)
         checked = page.picture(4)
         assert np.abs(checked.pixels.astype(int) - wanted).max() <= 1
 
@@ -121,6 +121,20 @@ def test_a_dragged_value_does_not_wait_for_the_larger_picture(
             while (sent := page.picture(2)).revision < wanted:
                 pass
             assert sent.pixels.shape == (32, 48, 3)
+
+
+def test_a_still_preview_is_rendered_at_its_final_size(
+    server: DesignServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Marks have lengths in pixels: those of a smaller picture would be coarser than what is rendered."""
+    monkeypatch.setattr(working_size, "WORKING_SIDES_PX", (32,))
+    monkeypatch.setattr(working_size, "MAX_SECONDS", 0.0)
+    with shown(server, where="server") as page:
+        page.ask("open", style="sketch")
+        wanted = stylize(server.designer.clip.frame(0), load_style("sketch"), "cpu")
+        while (sent := page.picture(2)).pixels.shape != (64, 96, 3):
+            assert sent.pixels.shape == (32, 48, 3), "a draft"
+        assert np.array_equal(sent.pixels, wanted), "without loss"
 
 
 def test_a_style_with_mistakes_keeps_its_picture_and_is_not_saved(page: Page, tmp_path: Path) -> None:
@@ -257,14 +271,14 @@ def test_what_was_not_saved_is_offered_the_next_time(tmp_path: Path, film: Path)
         # Before the server is closed: a crash loses little work.
         eventually((tmp_path / "drafts" / "draft.json").exists)
     with served(tmp_path, open_clip(film)) as server, shown(server) as page:
-        assert page.told["draft"]["name"] == "ink"
-        page.ask("draft", accept=True)
+        assert page.told["drafts"][0]["name"] == "ink"
+        page.ask("draft", accept=True, place=0)
         assert page.told["state"]["dirty"]
         page.ask("save_as", name="blue", overwrite=False)
     saved = (tmp_path / "blue.toml").read_text()
     assert 'ink = "#112233"' in saved and saved.count("#") > 1  # comments of the shipped file
     with served(tmp_path, open_clip(film)) as server, shown(server) as page:
-        assert page.told["draft"] is None
+        assert page.told["drafts"] == []
 
 
 def test_discarded_changes_are_not_offered_again(tmp_path: Path, film: Path) -> None:
@@ -272,15 +286,16 @@ def test_discarded_changes_are_not_offered_again(tmp_path: Path, film: Path) -> 
     with served(tmp_path, open_clip(film)) as server, shown(server) as page:
         page.ask("open", style="ink")
         page.ask("field", name="ink", value="#112233", gesture=1)
-        eventually(draft.exists)
         page.ask("open", style="sketch")
+        assert draft.exists(), "changes of a style that is left are kept"
+        page.ask("draft", accept=False, place=0)
         assert not draft.exists()
         page.ask("field", name="ink", value="#112233", gesture=1)
         eventually(draft.exists)
         page.ask("undo")
         eventually(lambda: not draft.exists())
     with served(tmp_path, open_clip(film)) as server, shown(server) as page:
-        assert page.told["draft"] is None
+        assert page.told["drafts"] == []
 
 
 def test_a_saved_style_is_in_the_list_at_once(server: DesignServer, page: Page, tmp_path: Path) -> None:
@@ -316,7 +331,7 @@ def test_what_cannot_be_opened_ends_the_command_in_a_line(capfd: pytest.CaptureF
 
 def test_a_page_that_asks_for_too_much_at_once_is_told_so(page: Page) -> None:
     page.ask("open", style="comic")
-    ids = [page.say("check") for _ in range(20)]
+    ids = [page.say("check", side=64) for _ in range(20)]
     told = [page.answer(id).get("error", "") for id in ids]
     assert any("is busy" in each for each in told) and "" in told
 

@@ -91,7 +91,7 @@ def test_the_picture_has_the_style_of_its_time_and_both_in_a_transition(page: Pa
     mixed = (alone["ink", 25] + alone["sketch", 25]) / 2
     assert np.abs(picture_at(page, 25) - mixed).mean() < 3
     assert np.abs(alone["ink", 25] - mixed).mean() > 6
-    assert "compares the open style" in page.error("check")
+    assert "compares the open style" in page.error("check", side=64)
     page.order.clear()
     page.ask("cues", text="")
     assert "plan" in page.order

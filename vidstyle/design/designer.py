@@ -40,7 +40,7 @@ class Designer:
         folder: the working folder, for all output but styles that already have a file.
         document: the style; None until one is opened or created.
         file: the file of the style, or None.
-        offered: the drafts of earlier runs, newest first, then those of styles that were open.
+        offered: the drafts of earlier runs, and of styles that were open, newest first.
     """
 
     def __init__(self, clip: Clip, folder: Path, drafts: Drafts) -> None:
@@ -71,12 +71,9 @@ class Designer:
         return self.document
 
     @property
-    def draft_offer(self) -> dict[str, Any] | None:
-        """What the page shows of the newest draft of earlier runs, with their number."""
-        if not self.offered:
-            return None
-        draft = self.offered[0]
-        return {"name": str(draft.table.get("name", "")), "when": draft.when, "count": len(self.offered)}
+    def draft_offers(self) -> list[dict[str, str]]:
+        """What the page shows of the drafts."""
+        return [{"name": str(draft.table.get("name", "")), "when": draft.when} for draft in self.offered]
 
     def new(self) -> None:
         """Create an empty style."""
@@ -113,16 +110,19 @@ class Designer:
         self._open(replace(style, name=printed), text, None)
         self.opened.mark_changed()
 
-    def open_draft(self, accept: bool) -> None:
-        """Open the newest draft of earlier runs, or discard it.
+    def open_draft(self, accept: bool, place: int = 0) -> None:
+        """Open a draft, or discard it.
+
+        Args:
+            place: among those that are offered.
 
         Raises:
             UsageError: there is no draft.
             StyleError: the draft is invalid.
         """
-        if not self.offered:
+        if not 0 <= place < len(self.offered):
             raise UsageError("the draft", "no longer exists")
-        draft = self.offered[0]
+        draft = self.offered[place]
         if accept:
             self._resume(draft)
         else:
@@ -130,15 +130,12 @@ class Designer:
         self.offered.remove(draft)
 
     def _resume(self, draft: Draft) -> None:
-        """Open a draft; unsaved changes of the open style become a draft that is offered in its place."""
+        """Open a draft."""
         file = Path(draft.file) if draft.file else None
         folder = file.absolute().parent if file else None
         style = style_from_table(draft.table, "draft", folder=folder)
-        self.keep_draft()
-        kept = self._drafts.leave()
         self._open(style, draft.text, file)
         self._drafts.resume(draft)
-        self.offered += [kept] if kept else []
         self.opened.mark_changed()
 
     def save(self) -> str:
@@ -225,8 +222,17 @@ class Designer:
         else:
             self._drafts.write(table_from_style(document.style), self._text, self.file)
 
+    def _leave(self) -> None:
+        """Offer unsaved changes of the open style as a draft."""
+        self.keep_draft()
+        kept = self._drafts.leave()
+        if kept is None:
+            return
+        others = [draft for draft in self.offered if draft.path != kept.path]
+        self.offered = sorted([kept, *others], key=lambda draft: draft.when, reverse=True)
+
     def _open(self, style: Style, text: str | None, file: Path | None) -> None:
-        self._drafts.remove()
+        self._leave()
         # Relative paths would be wrong for a style that is saved elsewhere.
         style = style if file else replace(style, folder=None)
         self.document = Document(style, self.document.revision if self.document else 0)

@@ -26,9 +26,6 @@ from vidstyle.renderer import open_renderer, restyle_array
 from vidstyle.style import Style
 from vidstyle.style.nodes import StepKey
 
-MAX_LARGE_SECONDS = 1.2
-"""Target time for a preview while nothing changes."""
-
 
 class Restyler:
     """Renders previews. All methods must be called from the same thread.
@@ -51,21 +48,34 @@ class Restyler:
             The picture, H x W x 3 uint8, and whether `render_large` would show more: it is smaller than
             `side`, or its faces are not known yet, as they take longer to find than most styles.
         """
-        aspect = max(clip.size) / min(clip.size)
         has_faces = self._faces.show((clip, number)) or clip.live or not style.focus
-        picture = self._render(style, clip, number, self.size.side(side, aspect))
+        picture = self._render(style, clip, number, self._draft_side(clip, side))
         return picture, min(picture.shape[:2]) < side or not has_faces
 
     def render_large(self, style: Style, clip: Clip, number: int, side: int) -> tuple[np.ndarray, bool]:
-        """Render a frame at a larger size, within `MAX_LARGE_SECONDS`; H x W x 3 uint8, and False."""
-        aspect = max(clip.size) / min(clip.size)
+        """Render a frame of `side`, however long it takes; H x W x 3 uint8, and False."""
         self._show_faces(clip, number)
-        return self._render(style, clip, number, self.size.side(side, aspect, MAX_LARGE_SECONDS)), False
+        return self._render(style, clip, number, side), False
 
-    def render_moment(self, moment: Moment, clip: Clip, number: int, side: int) -> np.ndarray:
-        """Render a frame of a film with cues, H x W x 3 uint8; during a transition in both of its styles."""
+    def render_moment(
+        self, moment: Moment, clip: Clip, number: int, side: int, large: bool = False
+    ) -> tuple[np.ndarray, bool]:
+        """Render a frame of a film with cues; during a transition in both of its styles.
+
+        Args:
+            large: as `render_large` does, else as `render_preview`.
+
+        Returns:
+            The picture, H x W x 3 uint8, and whether it is smaller than `side`.
+        """
         self._show_faces(clip, number)
-        side = self.size.side(side, max(clip.size) / min(clip.size))
+        drawn = side if large else self._draft_side(clip, side)
+        return self._render_moment(moment, clip, number, drawn), drawn < side
+
+    def _draft_side(self, clip: Clip, side: int) -> int:
+        return self.size.side(side, max(clip.size) / min(clip.size))
+
+    def _render_moment(self, moment: Moment, clip: Clip, number: int, side: int) -> np.ndarray:
         active = self._render(moment.active.style, clip, number, side)
         if moment.ending is None:
             return active

@@ -13,8 +13,8 @@ class WorkingSize:
 
     >>> size = WorkingSize()
     >>> size.record(640 * 360, 0.24)
-    >>> size.side(720, 16 / 9), size.side(720, 16 / 9, seconds=0.6)
-    (180, 540)
+    >>> size.side(720, 16 / 9)
+    180
     >>> size.record(320 * 180, 0.006)
     >>> size.side(720, 16 / 9)
     540
@@ -27,15 +27,14 @@ class WorkingSize:
         """Record the rendering time of a picture."""
         self._seconds_per_pixel = seconds / pixels
 
-    def side(self, most: int, aspect: float, seconds: float = MAX_SECONDS) -> int:
+    def side(self, most: int, aspect: float) -> int:
         """Return the shorter side of the next preview.
 
         Args:
             most: the largest useful size.
             aspect: longer side divided by shorter side.
-            seconds: maximum rendering time.
         """
         fitting = (
-            side for side in WORKING_SIDES_PX if side * side * aspect * self._seconds_per_pixel <= seconds
+            side for side in WORKING_SIDES_PX if side * side * aspect * self._seconds_per_pixel <= MAX_SECONDS
         )
         return min(most, next(fitting, WORKING_SIDES_PX[-1]))

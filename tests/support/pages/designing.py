@@ -160,6 +160,6 @@ def shown(server: DesignServer, side: int = 64, where: str = "page") -> Iterator
     """Connect a page to the designer."""
     with Visitor(server).look() as window:
         page = Page(window.socket)
-        page.wait_for("draft")
+        page.wait_for("drafts")
         assert page.error("watch", solo=None, side=side, where=where) == ""
         yield page

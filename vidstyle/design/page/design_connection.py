@@ -15,6 +15,7 @@ from vidstyle.design.document.document import SNAPSHOT_SLOTS
 from vidstyle.design.document.edit_values import EditResult
 from vidstyle.design.document.edits import EDITS
 from vidstyle.design.document.step_text import text_of_step
+from vidstyle.design.drafts import MAX_DRAFTS
 from vidstyle.design.page.design_server import DesignServer
 from vidstyle.design.page.design_view import DesignView
 from vidstyle.design.page.frames import PictureType
@@ -47,6 +48,7 @@ PreviewSide = Annotated[int, integer_between(64, 2160)]
 """The shorter side of the preview in pixels."""
 TileWidth = Annotated[int, integer_between(1, 1 << 15)]
 """The width on the screen of tiles of the start screen, in pixels; no tile is wider than it is rendered."""
+DraftPlace = Annotated[int, integer_between(0, MAX_DRAFTS)]
 PlaybackRate = Annotated[float, number_between(0.1, 240)]
 SnapshotSlot = Annotated[str, one_of(SNAPSHOT_SLOTS)]
 CueText = Annotated[str, text_between(0, 50_000)]
@@ -84,11 +86,11 @@ class DesignConnection(DesignView):
         self._uploads = UploadReceiver()
 
     async def greet(self) -> None:
-        """Send blocks, styles, export targets, the clip, the state and the newest draft of earlier runs."""
+        """Send blocks, styles, export targets, the clip, the state and the drafts of earlier runs."""
         for each in await self.session.run(lambda: list(self.server.greeting())):
             await self.tell(each)
         await self.show_state(await self.session.run(lambda: self.designer.state))
-        await self.tell({"draft": await self.session.run(lambda: self.designer.draft_offer)})
+        await self.tell({"drafts": await self.session.run(lambda: self.designer.draft_offers)})
         self.server.refresh_steps()
 
     def leave(self) -> None:
@@ -103,6 +105,11 @@ class DesignConnection(DesignView):
         if (self.designer.document, self.session.revision) != before:
             await self.server.changed()
         return answer
+
+    async def _replace(self, work: Callable[..., Any], *values: Any) -> None:
+        """Call a function that opens another document; unsaved changes are offered as a draft."""
+        await self.change(work, *values)
+        await self.server.offer_drafts()
 
     # The document and its file
 
@@ -128,16 +135,15 @@ class DesignConnection(DesignView):
 
     @message
     async def new(self) -> None:
-        await self.change(self.designer.new)
+        await self._replace(self.designer.new)
 
     @message
     async def open(self, style: str) -> None:
-        await self.change(self.designer.open, style)
+        await self._replace(self.designer.open, style)
 
     @message
-    async def draft(self, accept: bool) -> None:
-        await self.change(self.designer.open_draft, accept)
-        await self.server.offer_draft()
+    async def draft(self, accept: bool, place: DraftPlace) -> None:
+        await self._replace(self.designer.open_draft, accept, place)
 
     @message
     async def save(self) -> Answer:
@@ -245,15 +251,15 @@ class DesignConnection(DesignView):
                 await self.send_picture(PictureType.STYLE, index, 0, encode(picture, "jpeg"))
 
     @message(in_background=True)
-    async def check(self) -> None:
-        """Send the exact result for the current frame."""
+    async def check(self, side: PreviewSide) -> None:
+        """Send the exact result for the current frame, of at most `side`."""
         style, shown, session = self.frames.style, self.frames.shown, self.session
         if style is None:
             raise UsageError("the designer", "has no style open", "open one first")
         if shown.cues is not None:
             raise UsageError("the check", "compares the open style", "hide the scenes first")
         number, clip = shown.number, self.designer.clip
-        picture = await session.picture(session.restyler.render_exactly, style, clip, number, shown.side)
+        picture = await session.picture(session.restyler.render_exactly, style, clip, number, side)
         await self.send_picture(PictureType.EXACT, number, session.revision, encode(picture, "png"))
 
     @message(in_background=True)
@@ -327,6 +333,6 @@ class DesignConnection(DesignView):
     async def _use(self, upload: FileUpload) -> None:
         opened = await self.session.run(upload.open)
         if isinstance(opened, tuple):
-            await self.change(self.designer.open_text, *opened)
+            await self._replace(self.designer.open_text, *opened)
         else:
             await self.server.change_clip(opened)

@@ -141,11 +141,11 @@ class DesignServer(PageServer[DesignView]):
             await page.show_state(state)
         self.refresh_steps()
 
-    async def offer_draft(self) -> None:
-        """Offer the next draft of earlier runs, or no further one, to all browsers."""
-        offer = await self.session.run(lambda: self.designer.draft_offer)
+    async def offer_drafts(self) -> None:
+        """Offer the drafts to all browsers."""
+        offers = await self.session.run(lambda: self.designer.draft_offers)
         for page in list(self.browsers):
-            await page.tell({"draft": offer})
+            await page.tell({"drafts": offers})
 
     async def change_clip(self, clip: Clip) -> None:
         """Show another clip."""

@@ -32,7 +32,7 @@ class PictureType(IntEnum):
 
 
 IDLE_SECONDS = 0.35
-"""Time without a change after which a reduced preview is rendered again at a larger size."""
+"""Time without a change after which a reduced preview is rendered again at its final size."""
 
 
 @dataclass
@@ -128,18 +128,18 @@ class FrameSender:
         return self._wanted.is_set()
 
     async def _send_styled(self, large: bool = False) -> bool:
-        """Render and send the current frame; return whether a large preview would show more."""
+        """Render and send the current frame; return whether `large` would show more."""
         session, clip, style = self._session, self._session.designer.clip, self.style
         side, number, revision = min(self.shown.side, *clip.size), self.shown.number, session.revision
         if style is None:
             return False
         if self.shown.cues is not None:
             moment = self.shown.cues.at(number / clip.fps)
-            picture = await session.picture(session.restyler.render_moment, moment, clip, number, side)
-            await self._send(PictureType.STYLED, number, picture, revision)
-            return False
-        make = session.restyler.render_large if large else session.restyler.render_preview
-        picture, is_reduced = await session.picture(make, style, clip, number, side)
+            made = session.picture(session.restyler.render_moment, moment, clip, number, side, large)
+        else:
+            make = session.restyler.render_large if large else session.restyler.render_preview
+            made = session.picture(make, style, clip, number, side)
+        picture, is_reduced = await made
         await self._send(PictureType.STYLED, number, picture, revision, exact=large)
         return bool(is_reduced)
 

@@ -4,7 +4,9 @@ import { announce } from "./announce.js";
 import { Bar } from "./bar.js";
 import { Diagram } from "./diagram.js";
 import { Clipboard } from "./clipboard.js";
+import { keepTabInDialogs } from "./dialog_tab.js";
 import { Dialogs } from "./dialogs.js";
+import { DraftList } from "./draft_list.js";
 import { get, icon, make, press, title } from "./elements.js";
 import { History } from "./history.js";
 import { Inspector } from "./inspector.js";
@@ -59,12 +61,14 @@ const stylePanel = new StylePanel(session, () => {
 });
 const history = new History(session);
 const queue = new Queue(session);
-const start = new Start(session, () => dialogs.mayLeave(), (kind) => {
+const start = new Start(session, say, (kind) => {
   history.clear();
   preview.view.setZoom(null);
   steps.selected = null;
   opening = kind;
 });
+
+new DraftList(session, (place) => start.open("draft", { accept: true, place }));
 
 /** How the document being opened was requested; "" once it has arrived. */
 let opening = "";
@@ -279,7 +283,8 @@ get("tabs").addEventListener("keydown", (event) => {
   shownTabs[at]?.click();
   shownTabs[at]?.focus();
 });
-addEventListener("beforeunload", (event) => session.state?.dirty && event.preventDefault());
+// While the server is there, unsaved changes are kept as a draft.
+addEventListener("beforeunload", (event) => session.state?.dirty && !session.connection.isOpen && event.preventDefault());
 const keys = shortcuts({ session, queue, steps, diagram, preview, bar, dialogs, history, start, build, solo, render, help, scopes, scenes, again, clipboard });
 listen(keys);
 
@@ -288,5 +293,6 @@ function help() {
   describe(start.isOpen ? START_KEYS : keys);
   return dialogs.help();
 }
+keepTabInDialogs();
 switchTheme(get("theme"));
 bar.show();

@@ -5,6 +5,9 @@ import { rove } from "./roving.js";
 
 /** @typedef {import("./preview.js").Preview} Preview */
 
+/** A press of the button that shows the original is a click if it is shorter, and then stays. */
+const MAX_CLICK_MS = 350;
+
 /** Shows the state of a `Preview` and controls it. */
 export class Bar {
   /** @param {Preview} preview @param {(text: string) => void} say */
@@ -21,15 +24,23 @@ export class Bar {
       button.addEventListener("click", () => preview.view.setMode(/** @type {import("./picture.js").Mode} */ (button.value)));
     for (const button of get("zooms").querySelectorAll("button"))
       button.addEventListener("click", () => preview.view.setZoom(Number(button.value) || null));
-    const hold = get("hold");
-    hold.addEventListener("pointerdown", (event) => {
-      hold.setPointerCapture(event.pointerId);
-      preview.view.hold(true);
-    });
-    for (const kind of ["pointerup", "pointercancel", "keyup", "blur"]) hold.addEventListener(kind, () => preview.view.hold(false));
-    hold.addEventListener("keydown", (event) => [" ", "Enter"].includes(event.key) && preview.view.hold(true));
+    this.#switchOriginal(get("hold"));
     for (const group of ["modes", "zooms"]) rove(get(group), "button");
     this.#menu();
+  }
+
+  /** Shows the original after a click until the next, or while the button is held. @param {HTMLElement} button */
+  #switchOriginal(button) {
+    const { view } = this.preview;
+    let [since, wasOn] = [0, false];
+    button.addEventListener("pointerdown", (event) => {
+      button.setPointerCapture(event.pointerId);
+      [since, wasOn] = [event.timeStamp, view.holding];
+      view.hold(true);
+    });
+    for (const kind of ["pointerup", "pointercancel"])
+      button.addEventListener(kind, (event) => view.hold(!wasOn && event.timeStamp - since < MAX_CLICK_MS));
+    button.addEventListener("click", ({ detail }) => !detail && view.hold(!view.holding)); // by keyboard
   }
 
   #menu() {

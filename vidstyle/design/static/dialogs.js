@@ -17,7 +17,7 @@ import { get, make, title } from "./elements.js";
  */
 
 /** Opens a dialog and resolves to the value of the button that closes it. @param {string} id @returns {Promise<string>} */
-function openDialog(id) {
+export function openDialog(id) {
   const dialog = /** @type {HTMLDialogElement} */ (get(id));
   dialog.returnValue = "";
   dialog.showModal();
@@ -210,16 +210,6 @@ export class Dialogs {
     } catch {
       this.say(answer.text);
     }
-  }
-
-  /** Resolves to whether the document may be closed: asks if it has unsaved changes. */
-  async mayLeave() {
-    const { state } = this.session;
-    if (!state?.dirty) return true;
-    get("leave-text").textContent = `“${title(state.name)}” has unsaved changes.`;
-    const answer = await openDialog("leave-dialog");
-    if (answer === "save") await this.save();
-    return answer === "discard" || (answer === "save" && !this.session.state?.dirty);
   }
 
   help() {

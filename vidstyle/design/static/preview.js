@@ -18,21 +18,24 @@ const PREVIEW_SIDES = [180, 270, 360, 540, 720, 1080, 1440, 2160];
 const MIN_SIDE = 64;
 /** Time from a change of the window or the zoom until the preview gets the size that is shown. */
 const FIT_MS = 300;
-/** A picture that is enlarged by more is a draft. */
-const MAX_DRAFT_SCALE = 1.15;
+/**
+ * A still picture is rendered at its own size up to this one, however small it is shown: marks have lengths in pixels, so
+ * that a smaller picture would have coarser ones.
+ */
+const FINAL_SIDE = 1080;
 /** Time without a new picture after which `onsettled` is called. */
 const SETTLED_MS = 160;
 /** Returns the address of the picture that stands for a clip. @param {Clip} clip */
 export const glanceAt = ({ name, count }) => `glance.jpg?${new URLSearchParams({ of: `${count} ${name}` })}`;
 /** Longest wait of `check` for the full-size picture. */
-const MAX_CHECK_MS = 5000;
+const MAX_CHECK_MS = 20_000;
 
 /** Requests frames, renders them and shows the result. */
 export class Preview {
   /** @type {Where} */
   where;
   side = 360;
-  /** The preview size that the user chose; 0: the size that is shown. */
+  /** The preview size that the user chose; 0: the size that fits. */
   chosenSide = 0;
   /** The soloed step. @type {number | null} */
   solo = null;
@@ -100,10 +103,20 @@ export class Preview {
     this.#fitSoon();
   }
 
-  /** The preview size that fits best. */
+  /** The size at which a still picture is what the film becomes. */
+  get #finalSide() {
+    return this.#offered(Math.max(FINAL_SIDE, this.#shownSide));
+  }
+
+  /** Returns the smallest size on offer that has so many lines, or the largest. @param {number} lines */
+  #offered(lines) {
+    return this.sides.find((each) => each >= lines) ?? this.sides[this.sides.length - 1];
+  }
+
+  /** The preview size that fits best: a playing film is rendered as it is shown. */
   get #fittingSide() {
-    const { sides, chosenSide } = this;
-    return chosenSide || (sides.find((each) => each >= this.#shownSide) ?? sides[sides.length - 1]);
+    if (this.chosenSide) return this.chosenSide;
+    return this.player.playing ? this.#offered(this.#shownSide) : this.#finalSide;
   }
 
   /** Renders at the size that fits, a moment after it changes, and marks drafts until then. */
@@ -111,7 +124,7 @@ export class Preview {
     if (!this.source || !this.view.canvas.clientWidth) return;
     const { result } = this.view;
     if (result) get("draft-note").textContent = "Draft";
-    if (result) get("draft-note").hidden = this.player.playing || Math.min(...result.size) * MAX_DRAFT_SCALE >= Math.min(this.#shownSide, this.#fittingSide);
+    if (result) get("draft-note").hidden = this.player.playing || Math.min(...result.size) >= this.#finalSide;
     if (this.#fittingSide === this.side || this.#fitting) return;
     this.#fitting = setTimeout(() => {
       this.#fitting = undefined;
@@ -139,6 +152,7 @@ export class Preview {
 
   /** Shows the original until the first picture in the style that was opened. */
   begin() {
+    this.view.hold(false);
     this.restyler.forget();
     this.#forget();
     this.refresh();
@@ -243,13 +257,14 @@ export class Preview {
     this.#put({ picture, size: [picture.width, picture.height] });
     this.view.draw();
     this.#fitSoon();
+    this.view.canvas.dataset.lines = String(Math.min(picture.width, picture.height));
     this.view.canvas.dataset.revision = String(this.session.state?.revision ?? "");
     clearTimeout(this.#timer);
     this.#timer = setTimeout(this.handlers.onsettled, SETTLED_MS);
   }
 
   /**
-   * Compares the preview with the exact picture from the server.
+   * Compares the preview with the exact picture from the server, which has its final size.
    * @returns {Promise<{largest: number, share: number} | null>} the largest difference, 0 to 255, and the
    *   fraction of values that differ by more than 1
    */
@@ -257,10 +272,11 @@ export class Preview {
     await this.player.pause();
     /** @type {Promise<Packet>} */
     const packet = new Promise((done) => (this.#takeExact = done));
-    if (!(await this.session.ask("check")) || !this.view.result) return null;
+    const side = Math.max(this.side, this.#finalSide);
+    if (!(await this.session.ask("check", { side })) || !this.view.result) return null;
     const exact = await createImageBitmap((await packet).file);
     // The server sends a small picture first if rendering is slow.
-    for (let waited = 0; this.view.result.size[0] !== exact.width && waited < MAX_CHECK_MS; waited += 50)
+    for (let waited = 0; !this.chosenSide && this.view.result.size[0] !== exact.width && waited < MAX_CHECK_MS; waited += 50)
       await new Promise((done) => setTimeout(done, 50));
     const [one, other] = [exact, this.view.result.picture].map((picture) => pixelsOf(picture, exact.width, exact.height));
     let [largest, off] = [0, 0];

@@ -67,8 +67,6 @@ export class Start {
   #requested = 0;
   /** The names of the styles, in the order of their pictures. @type {string[]} */
   #names = [];
-  /** Whether the draft of an earlier run shall be offered later. */
-  #postponed = false;
   #group = ALL;
   /** All tiles in the order in which they are listed. @type {HTMLElement[]} */
   #tiles = [];
@@ -82,12 +80,12 @@ export class Start {
 
   /**
    * @param {import("./session.js").Session} session
-   * @param {() => Promise<boolean>} mayLeave resolves to whether the current style may be closed
+   * @param {(text: string) => void} say
    * @param {(name: string) => void} opened is called before another style is opened
    */
-  constructor(session, mayLeave, opened) {
+  constructor(session, say, opened) {
     this.session = session;
-    this.mayLeave = mayLeave;
+    this.say = say;
     this.opened = opened;
     this.root = get("start");
     this.finder = /** @type {HTMLInputElement} */ (get("find-look"));
@@ -124,7 +122,6 @@ export class Start {
       addEventListener(kind, (event) => this.#drag(/** @type {DragEvent} */ (event)));
     session.on("kinds", (kinds) => this.#list([ALL, ...kinds]));
     session.on("styles", (styles) => this.#fill(styles));
-    session.on("draft", (draft) => this.#offer(draft));
     session.on("clip", (clip) => this.#film(clip));
     session.on("previews", (made) => this.#report(made));
     session.on("front", (front) => this.#welcome(front));
@@ -168,7 +165,6 @@ export class Start {
     document.body.classList.toggle("starting", open);
     get("back").hidden = !open || !this.session.state;
     get("back").textContent = `Back to ${title(this.session.state?.name || "the style")}`;
-    this.#placeOffer();
     if (!open) return;
     this.#request();
     const isExample = document.body.classList.contains("front") && this.#name === EXAMPLE;
@@ -383,37 +379,16 @@ export class Start {
 
   /** @param {string} kind @param {Object<string, any>} fields @param {boolean} [isByKeyboard] */
   async open(kind, fields, isByKeyboard = false) {
-    if (kind !== "draft" && !(await this.mayLeave())) return; // unsaved changes stay, as a further draft
+    const left = this.session.state;
     this.opened(kind);
     if (!(await this.session.ask(kind, fields))) return;
+    if (left?.dirty) this.say(`Your changes to “${title(left.name)}” are kept under Unsaved changes.`);
     this.show(false);
     this.finder.value = "";
     this.#filter();
     // The first control, so that the keyboard need not pass the bar; after a click, shortcuts of the page work.
     if (isByKeyboard)
       requestAnimationFrame(() => /** @type {HTMLElement | null} */ (document.querySelector("#style-tab-content :is(.chips button, input:not([type=number]))"))?.focus());
-  }
-
-  /** @param {{name: string, when: string, count: number} | null} draft the newest, and how many there are */
-  #offer(draft) {
-    const offer = get("draft");
-    offer.hidden = !draft || this.#postponed;
-    this.#placeOffer();
-    if (!draft) return;
-    const accept = make("button", { type: "button", textContent: "Restore" });
-    const discard = make("button", { type: "button", textContent: "Discard" });
-    const later = make("button", { className: "plain", type: "button", title: "Later", ariaLabel: "Later", onclick: () => (offer.hidden = this.#postponed = true) }, icon("close"));
-    accept.addEventListener("click", () => this.open("draft", { accept: true }));
-    discard.addEventListener("click", () => this.session.ask("draft", { accept: false }));
-    const when = new Date(draft.when).toLocaleString("en-GB", { day: "numeric", month: "short", hour: "2-digit", minute: "2-digit" });
-    const place = draft.count > 1 ? ` (1 of ${draft.count})` : "";
-    offer.replaceChildren(make("p", { textContent: `“${title(draft.name)}” has unsaved changes` }, make("span", { textContent: ` from ${when}` }), place), accept, discard, later);
-  }
-
-  /** Shows the offer of a draft where the user is: on this screen, or, if that is not the front page, above the picture. */
-  #placeOffer() {
-    if (this.isOpen || document.body.classList.contains("front")) get("other-pages").before(get("draft"));
-    else get("stage").append(get("draft"));
   }
 
   /** @param {DragEvent} event */
@@ -430,7 +405,6 @@ export class Start {
     if (!file.size) return this.session.onerror(`${file.name}: the file is empty.`);
     if (file.size > MAX_UPLOAD_BYTES) return this.session.onerror(`${file.name}: too large to upload; name it on the command line: vidstyle design FILE.`);
     const isStyle = /\.toml$/i.test(file.name);
-    if (isStyle && !(await this.mayLeave())) return;
     if (isStyle) this.opened("file");
     const bar = /** @type {HTMLProgressElement} */ (get("uploading"));
     const shown = ["source-name", "source-facts", "drop-here"].map((id) => get(id)), before = shown.map((each) => each.textContent);

@@ -29,6 +29,8 @@ const MAX_WORDS_TO_TRY = 4;
 /** Related looks follow up to this number of results. */
 const MAX_FEW = 3;
 const MAX_RELATED = 5;
+/** Looks that are nearer than this to a text and its best result are related: four shared properties, or a telling word. */
+const MIN_RELATED_NEARNESS = 0.4;
 /** Weight of a property that a look shares with the best result. */
 const SHARED_WEIGHT = 0.1;
 
@@ -153,16 +155,16 @@ function sharedProperties(one, other) {
 
 /**
  * Returns the numbers of looks next to the few that a text finds, best first: those that a word of it describes, then
- * those with the properties of the best.
+ * those with most properties of the best. None are related to what is itself only near.
  * @param {Look[]} looks
  * @param {string} text
  */
 export function relatedLooks(looks, text) {
   const found = findLooks(looks, text);
-  if (!found.length || found.length > MAX_FEW) return [];
+  if (!found.length || found.length > MAX_FEW || absentOf(looks, text)) return [];
   const scores = scoresOf(looks.map((look) => [...namesOf(look), ...descriptionsOf(look)]), text);
   const nearness = looks.map((look, number) => scores[number] + SHARED_WEIGHT * sharedProperties(looks[found[0]], look));
-  const related = [...looks.keys()].filter((look) => !found.includes(look) && nearness[look] > 0);
+  const related = [...looks.keys()].filter((look) => !found.includes(look) && nearness[look] >= MIN_RELATED_NEARNESS);
   return related.sort((one, other) => nearness[other] - nearness[one]).slice(0, MAX_RELATED);
 }
 
