@@ -74,6 +74,7 @@ def test_drafts_are_listed_and_restored_or_discarded(tmp_path: Path, photo: Path
         browser.until("document.querySelector('#looks .to-drafts').hidden")
         assert not browser.run("return document.getElementById('drafts-dialog').open")
         assert server.designer.opened.style.ink == "#112233"
+        browser.open("about:blank")  # without a question of the browser
 
 
 def test_changes_of_the_open_look_are_kept_without_a_question(
@@ -99,6 +100,7 @@ def test_changes_of_the_open_look_are_kept_without_a_question(
         assert browser.run("return document.getElementById('toast').textContent").startswith("Your changes")
         names = [draft.table["name"] for draft in server.designer.offered]
         assert names == ["comic", "sketch", "ink"], "newest first"
+        browser.open("about:blank")
 
 
 def test_the_tab_key_stays_in_an_open_dialog(tmp_path: Path, photo: Path, browser: Browser) -> None:

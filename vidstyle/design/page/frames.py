@@ -140,7 +140,8 @@ class FrameSender:
             make = session.restyler.render_large if large else session.restyler.render_preview
             made = session.picture(make, style, clip, number, side)
         picture, is_reduced = await made
-        await self._send(PictureType.STYLED, number, picture, revision, exact=large)
+        is_final = large or (not is_reduced and self._playing is None)
+        await self._send(PictureType.STYLED, number, picture, revision, exact=is_final)
         return bool(is_reduced)
 
     async def _send_faces(self) -> None:
