@@ -108,13 +108,22 @@ def test_a_strap_is_no_face() -> None:
     assert found == [] and np.array_equal(after, luma_in(Picture.from_array(picture), WINDOW))
 
 
+def face_with_glasses(height: int) -> np.ndarray:
+    """Return a picture of a face with two dark lenses, which are twice as high."""
+    picture, (middle, _) = picture_with_face(), PLACE.center
+    for eye in (round(middle) - 10, round(middle) + 10):
+        center = eye, round(PLACE.top + 0.42 * PLACE.height)
+        cv2.ellipse(picture, center, (9, height), 0, 0, 360, (20, 20, 24), -1)
+    return picture
+
+
+def test_glasses_down_to_the_cheeks_are_no_strap() -> None:
+    assert len(lifted(Picture.from_array(face_with_glasses(13)))[1]) == 1
+
+
 def test_dark_glasses_are_dark_shapes() -> None:
     """Only their edges would be found in discs of the size of an eye."""
-    picture, middle = picture_with_face(), round(PLACE.center[0])
-    for eye in (middle - 10, middle + 10):
-        cv2.ellipse(
-            picture, (eye, round(PLACE.top + 0.42 * PLACE.height)), (9, 7), 0, 0, 360, (20, 20, 24), -1
-        )
+    picture, middle = face_with_glasses(7), round(PLACE.center[0])
     before, (after, (found,)) = (
         luma_in(Picture.from_array(picture), WINDOW),
         lifted(Picture.from_array(picture)),

@@ -31,6 +31,8 @@ height; and the quantile of luma that counts as the eye."""
 EYE_LUMA_RATIO_RANGE, CHEEK_LUMA_RATIO_RANGE = (0.9, 0.97), (0.5, 0.35)
 """Luma of an eye relative to the cheek below, and of that cheek relative to the forehead, from which it is
 doubtful, and from which it is certain that there is no eye. On 24 faces and the strap of a watch."""
+CHEEK_PLACE_RATIOS = 0.5, 0.8
+"""Where the luma of a cheek is measured, between an eye and the corner of the mouth on its side."""
 MAX_GLASSES_LUMA_RATIO = 0.6
 """Luma of skin without features at both eyes, relative to the cheeks, below which there are dark glasses."""
 MIN_LUMA = 0.03
@@ -89,7 +91,7 @@ def eye_doubt(luma: np.ndarray, face: Face, window: Rectangle) -> float:
     forehead = level(_toward(between, _middle(*marks[3:]), -0.4), 0.5)
     doubts = []
     for eye, corner in zip(marks[:2], marks[3:], strict=True):
-        cheek = level(_middle(eye, corner), 0.5)
+        cheek = _cheek(level, eye, corner)
         doubts.append(
             min(
                 _share(level(eye, EYE_SHARE) / cheek, EYE_LUMA_RATIO_RANGE),
@@ -103,9 +105,12 @@ def has_dark_glasses(skin: np.ndarray, face: Face, window: Rectangle) -> bool:
     """Whether a face has something dark and wide over both eyes; `skin`: see `skin_luma`."""
     marks, level = face.landmarks.inside(face.box), _Levels(skin, face, window)
     sides = zip(marks[:2], marks[3:], strict=True)
-    return all(
-        level(eye, 0.5) < MAX_GLASSES_LUMA_RATIO * level(_middle(eye, corner), 0.5) for eye, corner in sides
-    )
+    return all(level(eye, 0.5) < MAX_GLASSES_LUMA_RATIO * _cheek(level, eye, corner) for eye, corner in sides)
+
+
+def _cheek(level: _Levels, eye: Point, corner: Point) -> float:
+    """Return the luma of a cheek between an eye and a corner of the mouth, or below glasses that hide it."""
+    return max(level(_toward(eye, corner, share), 0.5) for share in CHEEK_PLACE_RATIOS)
 
 
 class _Levels:
