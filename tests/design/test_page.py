@@ -204,6 +204,22 @@ def test_the_browser_restyles_and_a_dragged_value_compiles_nothing(page: Page) -
     page.told("no value differs by more than 1")
 
 
+def test_a_click_on_original_stays_and_a_longer_press_ends(page: Page) -> None:
+    browser = page.browser
+    page.begin()
+    press = """const button = document.getElementById("hold");
+    button.setPointerCapture = () => {};
+    button.dispatchEvent(new PointerEvent("pointerdown"));
+    const shown = button.ariaPressed;
+    await new Promise((done) => setTimeout(done, time));
+    button.dispatchEvent(new PointerEvent("pointerup"));
+    return [shown, button.ariaPressed];"""
+    assert browser.run(press, time=0) == ["true", "true"], "a click"
+    assert not browser.run("return document.getElementById('before').hidden")
+    assert browser.run(press, time=0) == ["true", "false"], "the next one"
+    assert browser.run(press, time=900) == ["true", "false"], "held"
+
+
 def test_the_server_renders_styles_with_masks(page: Page, tmp_path: Path) -> None:
     """A browser cannot compute masks."""
     style = Style(

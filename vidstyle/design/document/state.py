@@ -136,7 +136,7 @@ class _Describer:
             for entry in filter(way, entries):
                 value = entry["value"]
                 shown = f"{value:g}" if isinstance(value, float) else str(value).lower().replace("_", " ")
-                return f"{shown} {entry['label'].lower()}"
+                return f"{entry['label']}: {shown}"
         return ""
 
 

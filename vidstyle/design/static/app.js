@@ -61,6 +61,7 @@ const stylePanel = new StylePanel(session, () => {
 });
 const history = new History(session);
 const queue = new Queue(session);
+dialogs.onpicture = () => document.body.classList.contains("front") || queue.play();
 const start = new Start(session, say, (kind) => {
   history.clear();
   preview.view.setZoom(null);

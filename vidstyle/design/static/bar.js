@@ -49,7 +49,7 @@ export class Bar {
     const { restyler } = this.preview;
     const page = new Option(restyler.runner ? "this browser" : `this browser (${restyler.reason})`, "page");
     page.disabled = !restyler.runner;
-    where.replaceChildren(page, new Option("the server", "server"));
+    where.replaceChildren(page, new Option("vidstyle", "server"));
     const choose = () => {
       this.preview.chosenSide = Number(side.value);
       return this.preview.renderIn(/** @type {import("./preview.js").Where} */ (where.value), this.preview.chosenSide || this.preview.side).then(() => this.show());
@@ -116,11 +116,11 @@ export class Bar {
     const { sides, chosenSide } = this.preview;
     const menu = /** @type {HTMLSelectElement} */ (get("side"));
     if (menu.options.length !== sides.length + 1 || menu.options[sides.length]?.value !== String(sides.at(-1)))
-      menu.replaceChildren(new Option("as shown", "0"), ...sides.map((each) => new Option(each === own ? `${each} lines (film size)` : `${each} lines`, String(each))));
+      menu.replaceChildren(new Option("final size", "0"), ...sides.map((each) => new Option(each === own ? `${each} lines (film size)` : `${each} lines`, String(each))));
     menu.value = String(chosenSide && sides.reduce((best, each) => (each <= chosenSide ? each : best), sides[0]));
     /** @type {HTMLSelectElement} */ (get("where")).value = where;
     get("who").textContent = where === "server" ? "Preview by vidstyle" : restyler.isFast ? "Preview on the GPU" : "Preview in software";
-    get("device").textContent = where === "page" ? restyler.runner?.device ?? "" : "vidstyle renders on this computer and sends the frames.";
+    get("device").textContent = where === "page" ? restyler.runner?.device ?? "" : "vidstyle renders on this computer and sends the frames to this page.";
   }
 
   /** Shows whether vidstyle answers. @param {boolean} on */

@@ -21,9 +21,17 @@ import { enableDragging } from "./drag.js";
 
 /** Number of colours for the wires of saved pictures. */
 const COLOR_COUNT = 6;
+/** Height of the legend below the cards, as in the style sheet. */
+const LEGEND_PX = 28;
 /** Duration of the animation that moves cards. */
 const MOVING_MS = 180;
 const LAYER_NAMES = { base: "Base", background: "Background", lines: "Lines" };
+
+/** Returns what wires mean, and a layer without steps. @param {State} state */
+function legendOf({ edges, layers }) {
+  const empty = layers.lines.length && !layers.background.length ? "Background has no steps: lines are on plain paper." : "";
+  return ["Grey wires: the picture.", edges.length && "Coloured wires: a second input or a mask.", empty].filter(Boolean).join(" ");
+}
 
 /** Draws the state of a style as cards. */
 export class Diagram {
@@ -54,7 +62,8 @@ export class Diagram {
     this.area = get("cards");
     this.wires = /** @type {SVGSVGElement} */ (/** @type {unknown} */ (get("wires")));
     this.whole = make("button", { className: "whole plain", type: "button", onclick: () => this.#toggleWhole() });
-    this.root.append(this.whole);
+    this.legend = make("p", { className: "legend quiet" });
+    this.root.append(this.legend, this.whole);
     new ResizeObserver(() => requestAnimationFrame(() => this.arrange())).observe(this.root);
     enableDragging(this);
   }
@@ -74,6 +83,7 @@ export class Diagram {
     const { background, lines } = state.layers;
     const end = this.#card("result");
     this.#write(end, "Result", lines.length ? (background.length ? "ink over colour" : "ink on paper") : "");
+    this.legend.textContent = legendOf(state);
     this.area.classList.add("moving");
     clearTimeout(this.#moving);
     this.#moving = setTimeout(() => this.area.classList.remove("moving"), MOVING_MS);
@@ -147,10 +157,10 @@ export class Diagram {
   arrange() {
     if (!this.state || !this.root.clientWidth) return;
     const folded = fold(this.state, this.selected, this.isWhole);
-    const layout = layoutOf(folded, this.root.clientWidth, this.maxHeight());
+    const layout = layoutOf(folded, this.root.clientWidth, this.maxHeight() - LEGEND_PX);
     this.#showFolds(folded);
     this.layout = layout;
-    document.documentElement.style.setProperty("--content", `${layout.height}px`);
+    document.documentElement.style.setProperty("--content", `${layout.height + LEGEND_PX}px`);
     this.root.dataset.size = layout.size.name;
     const width = Math.max(layout.width, this.root.clientWidth);
     for (const part of [this.area, this.wires]) {
@@ -183,7 +193,7 @@ export class Diagram {
     const folds = Object.values(folded.items).flat().filter(({ steps }) => steps.length > 1);
     for (const each of folds) {
       const { step, steps } = each;
-      const [card, name, purpose] = [this.#card(step), `${steps.length} helper steps`, purposeOf(folded, each)];
+      const [card, name, purpose] = [this.#card(step), `${steps.length} steps aside`, purposeOf(folded, each)];
       card.classList.add("fold");
       card.title = `${steps.map(nameOf).join(", ")}: open to edit`;
       this.#write(card, name, purpose);
@@ -193,7 +203,7 @@ export class Diagram {
       if (address) /** @type {HTMLImageElement} */ (card.firstElementChild).src = address;
     }
     this.whole.hidden = !folds.length && !this.isWhole;
-    this.whole.textContent = this.isWhole ? "Fold helper steps" : "Show all steps";
+    this.whole.textContent = this.isWhole ? "Fold steps aside" : "Show all steps";
   }
 
   #toggleWhole() {

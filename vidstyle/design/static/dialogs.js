@@ -47,6 +47,8 @@ export class Dialogs {
   #stem = "film";
   /** The styles that every command knows by name. @type {Set<string>} */
   #named = new Set();
+  /** Is called once a picture is saved. */
+  onpicture = () => {};
 
   /** @param {Session} session @param {(text: string, alarm?: boolean, visible?: boolean) => void} say */
   constructor(session, say) {
@@ -195,6 +197,8 @@ export class Dialogs {
     get("render-state").textContent = finished ? text || `Saved as ${file}.` : text ?? (total ? `Frame ${done} of ${total}` : `Frame ${done}`);
     if (!finished) return;
     this.#running(false);
+    if (isPicture && file) /** @type {HTMLDialogElement} */ (get("render-dialog")).close("");
+    if (isPicture && file) this.onpicture();
     // Where the queue or the dialog shows the end already, it is only announced.
     const isSeen = Boolean(document.querySelector("#queue:popover-open, #render-dialog[open]"));
     this.say(text || `Saved as ${file}.${isPicture ? "" : " To play it, open the queue (Q)."}`, false, !isSeen);

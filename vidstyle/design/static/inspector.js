@@ -70,8 +70,8 @@ export class Inspector {
     this.step = step;
     const place = placeOf(state, step.step);
     this.name.textContent = nameOf(step);
-    const expert = step.block ? `${step.block} · ` : "";
-    this.kind.textContent = place ? `${expert}${title(place.layer)}, step ${place.index + 1} of ${state.layers[place.layer].length}` : "";
+    this.kind.textContent = place ? `Step ${place.index + 1} of ${state.layers[place.layer].length} in ${title(place.layer)}` : "";
+    this.kind.title = step.block ? `In style files: ${step.block}` : "";
     this.help.textContent = step.help;
     this.error.textContent = step.error ?? "";
     this.error.hidden = !step.error;

@@ -6,6 +6,9 @@ import { get, make } from "./elements.js";
 /** @typedef {import("./types.js").Entry} Entry */
 /** @typedef {{blocks: string[], values: string[], values_first: boolean, note: string}} Found blocks, and paths of values, that a text describes, best first; whether it is the name of the first value; a note if the blocks only come near */
 
+/** Next to its button the list is at least this high; with less room it covers the button. */
+const MIN_HEIGHT_PX = 360;
+
 /** A searchable list of all blocks. */
 export class Palette {
   /** @type {Block[]} */
@@ -47,7 +50,7 @@ export class Palette {
 
   /**
    * Opens the palette next to an element.
-   * @param {string} where the layer and the position, as text
+   * @param {string} where the layer and the place in it, as text
    * @param {DOMRect | null} near
    * @param {(block: string) => void} chosen
    */
@@ -69,12 +72,16 @@ export class Palette {
 
   /** @param {DOMRect | null} near */
   #place(near) {
+    const { style } = this.dialog;
+    style.maxHeight = "";
+    const room = near ? Math.max(near.top, innerHeight - near.bottom) - 24 : innerHeight;
+    if (room >= MIN_HEIGHT_PX) style.maxHeight = `${room}px`;
     const { width, height } = this.dialog.getBoundingClientRect();
     const x = near ? near.left + near.width / 2 - width / 2 : (innerWidth - width) / 2;
     const y = near ? near.top - height - 12 : (innerHeight - height) / 2;
     const left = Math.min(innerWidth - width - 12, Math.max(12, x));
     const top = y < 12 && near ? Math.min(innerHeight - height - 12, near.bottom + 12) : y;
-    Object.assign(this.dialog.style, { left: `${left}px`, top: `${Math.max(12, top)}px` });
+    Object.assign(style, { left: `${left}px`, top: `${Math.max(12, top)}px` });
   }
 
   async #filter() {

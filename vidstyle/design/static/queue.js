@@ -23,6 +23,8 @@ const STATES = { waiting: "Waiting", rendering: "Rendering", done: "Saved in", s
 export class Queue {
   /** Whether a file can be shown in its folder. */
   reveals = false;
+  /** Whether the next file that is finished shall be shown. */
+  #plays = false;
 
   /** @param {import("./session.js").Session} session */
   constructor(session) {
@@ -44,6 +46,11 @@ export class Queue {
     /** @type {HTMLElement | null} */ (get("jobs").querySelector("[data-action]"))?.focus();
   }
 
+  /** Shows the newest file that is finished. */
+  play() {
+    this.#plays = true;
+  }
+
   /** @param {Job[]} jobs */
   #show(jobs) {
     const left = jobs.filter(({ state }) => state === "waiting" || state === "rendering");
@@ -54,6 +61,9 @@ export class Queue {
     get("jobs").replaceChildren(...[...jobs].reverse().map((job) => this.#row(job)));
     get("jobs").querySelector("[data-action^=play]")?.classList.add("strong"); // the newest
     if (focused) this.#focus(focused);
+    const newest = /** @type {HTMLElement | null} */ (get("jobs").querySelector("[data-action^=play]"));
+    if (this.#plays && newest) newest.click();
+    if (newest) this.#plays = false;
   }
 
   /** Focuses a button of the list, which may have been made again. @param {string} action */

@@ -23,6 +23,8 @@ const WITHOUT_CAMERA = { "live-film": "Use this film", "live-test": "Use a test 
 
 /** The button for looks of all kinds. */
 const ALL = "All";
+/** The button for styles of the user. */
+const MINE = "Mine";
 /** The style that changes nothing. */
 const PLAIN = "plain";
 /** The film of `vidstyle open` before one is opened. */
@@ -52,6 +54,9 @@ function summary(note) {
   const [first, second] = note.replace(/\.$/, "").split(/[:.;]\s/);
   return first.length < MIN_SUMMARY_LENGTH && second ? title(second.split(/, (?:with|as|and|denser)\b/)[0]) : first;
 }
+
+/** Whether a tile shows a style of the user. @param {HTMLElement} tile */
+const isMine = (tile) => Boolean(tile.dataset.kinds?.startsWith(MINE));
 
 /** Returns what the search knows of a tile. @param {HTMLElement} tile */
 function lookOf(tile) {
@@ -120,7 +125,7 @@ export class Start {
     });
     for (const kind of ["dragover", "dragleave", "drop"])
       addEventListener(kind, (event) => this.#drag(/** @type {DragEvent} */ (event)));
-    session.on("kinds", (kinds) => this.#list([ALL, ...kinds]));
+    session.on("kinds", (kinds) => this.#list([ALL, MINE, ...kinds]));
     session.on("styles", (styles) => this.#fill(styles));
     session.on("clip", (clip) => this.#film(clip));
     session.on("previews", (made) => this.#report(made));
@@ -197,17 +202,21 @@ export class Start {
     fresh.classList.add("new");
     this.#new = fresh;
     fresh.prepend(make("span", { className: "blank" }, icon("plus")));
+    const known = new Map(this.#names.map((name, place) => [name, this.#pictures[place]]));
     this.#pictures = [];
     this.#names = styles.map(({ name }) => name);
-    const tiles = styles.map(({ name, note, kinds, aliases, words }) => {
-      const shown = make("img", { alt: "", className: "waiting", width: 320, height: 180 });
+    const tiles = styles.map(({ name, note, kinds, aliases, words, has_name: isShipped }) => {
+      const shown = (isShipped && known.get(name)) || make("img", { alt: "", className: "waiting", width: 320, height: 180 });
       this.#pictures.push(shown);
       const tile = this.#tile(title(name), summary(note), (isByKeyboard) => this.open("open", { style: name }, isByKeyboard));
       tile.prepend(shown);
-      Object.assign(tile.dataset, { note, kinds: kinds.join(", "), aliases, words });
+      Object.assign(tile.dataset, { note, kinds: [...(isShipped ? [] : [MINE]), ...kinds].join(", "), aliases, words });
       return tile;
     });
-    this.#requested = 0;
+    tiles.sort((one, other) => Number(isMine(other)) - Number(isMine(one)));
+    for (const button of /** @type {HTMLCollectionOf<HTMLElement>} */ (get("groups").children)) if (button.textContent === MINE) button.hidden = !tiles.some(isMine);
+    const width = this.#requested;
+    if (width) for (const name of this.#names.filter((each, place) => !known.has(each) || this.#pictures[place] !== known.get(each))) this.session.ask("start", { width, style: name });
     this.#tiles = document.body.classList.contains("front") ? [...tiles, fresh] : [fresh, ...tiles];
     get("tiles").replaceChildren();
     this.#filter();
@@ -273,7 +282,7 @@ export class Start {
     if (this.#requested === width) return;
     this.#requested = width;
     get("previews").textContent = "Rendering previews…";
-    this.session.ask("start", { width });
+    this.session.ask("start", { width, style: "" });
   }
 
   /** Shows the preview of a style. @param {number} number @param {Blob} file */

@@ -1,6 +1,6 @@
 // Commands on the selected step, from the mouse and the keyboard.
 
-import { title, words } from "./elements.js";
+import { title } from "./elements.js";
 import { LAYERS, nameOf, placeOf, stepsOf } from "./types.js";
 
 /** @typedef {import("./types.js").Layer} Layer */
@@ -54,7 +54,7 @@ export class Steps {
    */
   add(layer, index, near) {
     this.palette.onpaste = () => this.onpaste(layer, index);
-    this.palette.open(`${words(layer)}, position ${index + 1}`, near, async (block) => {
+    this.palette.open(`${title(layer)}, ${this.#placeText(layer, index)}`, near, async (block) => {
       const known = new Set(stepsOf(/** @type {import("./types.js").State} */ (this.session.state)).map(({ step }) => step));
       const answer = await this.session.edit("add", { layer, index, block });
       const { state } = this.session;
@@ -64,6 +64,12 @@ export class Steps {
       const name = this.step ? nameOf(this.step) : title(block);
       this.say(`${name} added to ${layer}, position ${index + 1} of ${state.layers[layer].length}.`, false, false);
     });
+  }
+
+  /** Returns where a new step comes in its layer. @param {Layer} layer @param {number} index */
+  #placeText(layer, index) {
+    const before = index ? this.session.state?.layers[layer][index - 1] : null;
+    return before ? `after “${nameOf(before)}”` : "as first step";
   }
 
   /** The position after the selected card. @returns {{layer: Layer, index: number} | null} */

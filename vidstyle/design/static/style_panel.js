@@ -15,6 +15,8 @@ const MAIN_FIELDS = ["strength"];
 export class StylePanel {
   /** Whether a film or camera is open: temporal smoothing has no effect on a photograph. */
   isFilm = true;
+  /** The end of the note, which names values as in style files. */
+  advice = "";
 
   /** @param {import("./session.js").Session} session @param {() => void} onadd adds the first step of a new style */
   constructor(session, onadd) {
@@ -23,13 +25,13 @@ export class StylePanel {
     this.main = new ValueList(session, false);
     this.fields = new ValueList(session, true);
     this.note = make("textarea", { id: "note", rows: 4, maxLength: 2000, placeholder: "What this style looks like" });
-    this.note.addEventListener("change", () => session.edit("note", { text: this.note.value }));
+    this.note.addEventListener("change", () => session.edit("note", { text: this.note.value + this.advice }));
     this.variants = make("div", { className: "chips" });
     this.variants.setAttribute("role", "group");
     this.variants.setAttribute("aria-label", "Variants");
     rove(this.variants, "button");
     this.first = make("div", { className: "first" }, make("p", { className: "quiet", textContent: "This style has no steps yet: it changes nothing." }), make("button", { type: "button", className: "strong", textContent: "Add a first step…", onclick: onadd }));
-    this.none = make("p", { className: "quiet", textContent: "No value of a step is here yet. Open Diagram, choose a step, and press the pin next to a value." });
+    this.none = make("p", { className: "quiet", textContent: "This style has no knobs yet. Open Diagram, choose a step, and pin one of its values." });
     this.errors = make("div", { className: "error" });
     this.more = make("details", {}, make("summary", { textContent: "More settings" }), this.fields.element,
       make("label", { htmlFor: "note", textContent: "Note", className: "above" }), this.note);
@@ -74,6 +76,7 @@ export class StylePanel {
     const hasEffect = (/** @type {import("./types.js").Entry} */ { name }) => this.isFilm || name !== "steady";
     this.main.show(state.fields.filter(isMain));
     this.fields.show(state.fields.filter((entry) => !isMain(entry) && hasEffect(entry)));
-    if (document.activeElement !== this.note) this.note.value = state.note;
+    this.advice = state.note.slice(about.length);
+    if (document.activeElement !== this.note) this.note.value = about;
   }
 }

@@ -109,6 +109,9 @@ const stemsOf = (text) => tellingWords(text).map(stemOf).sort().join(" ");
 /** Returns the names in the style file of a look, in their stems. */
 const ownStems = remembered(({ name, aliases }) => new Set([name, ...aliasesOf(aliases)].map(stemsOf)));
 
+/** Returns a name in one spelling, with all its words. @param {string} text */
+const tellingName = (text) => text.trim().toLowerCase().replace(/[-_\s]+/g, " ");
+
 /** Returns what comes closest to a text that names what no look is: names of looks, and what else to say. @param {Look[]} looks @param {string} text */
 function absentOf(looks, text) {
   const found = Object.entries(ABSENT_LOOKS).find(([words]) => aliasesOf(words).map(stemsOf).includes(stemsOf(text)));
@@ -144,7 +147,8 @@ export function findLooks(looks, text) {
   const least = Math.max(...scores) * MIN_SCORE_RATIO;
   const isExact = looks.map((look) => ownStems(look).has(stemsOf(text)));
   const found = [...looks.keys()].filter((look) => isExact[look] || (least > 0 && scores[look] >= least));
-  return found.sort((one, other) => Number(isExact[other]) - Number(isExact[one]) || scores[other] - scores[one]);
+  const isNamed = looks.map(({ name }) => tellingName(name) === tellingName(text));
+  return found.sort((one, other) => Number(isNamed[other]) - Number(isNamed[one]) || Number(isExact[other]) - Number(isExact[one]) || scores[other] - scores[one]);
 }
 
 /** Returns the number of properties that two looks share. @param {Look} one @param {Look} other */
