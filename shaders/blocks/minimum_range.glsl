@@ -7,7 +7,7 @@ float minimum_range(float luma, vec4 measured, float dynamic_range, float lift) 
     float present = max((measured.w - measured.x) * 255.0, 8.0);
     float tone = 0.5 * (measured.y + measured.z);
     if (present >= dynamic_range)
-        return dim_lift(clamp(luma, 0.0, 1.0), tone, lift);
+        return dim_lift(luma, tone, lift);
     float middle = 0.5 * (measured.x + measured.w);
     float half_wanted = dynamic_range / 510.0;
     float moved = clamp(middle, half_wanted, 1.0 - half_wanted);

@@ -249,9 +249,11 @@ def test_the_last_page_may_close_while_a_draft_is_kept(
         done.set()
 
     with served(tmp_path, open_clip(photo)) as server:
-        monkeypatch.setattr(server.designer, "keep_draft", keep_draft)
         with shown(server) as page:
             page.ask("new")
+            # Opening a style keeps a draft too, before it answers.
+            monkeypatch.setattr(server.designer, "keep_draft", keep_draft)
+            page.ask("add", layer="base", index=0, block="gaussian", gesture=1)
             assert begun.wait(LONG)
         assert done.wait(LONG)
         eventually(lambda: not server.tasks)

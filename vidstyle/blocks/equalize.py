@@ -94,10 +94,14 @@ class ToneStretch(NamedTuple):
         return min(gain, MAX_LIFT_GAIN) - 1
 
     def apply(self, luma: np.ndarray, middle: Sequence[float], lift: float, out: np.ndarray) -> np.ndarray:
-        """Stretch luma and brighten a dim picture; written to `out`."""
+        """Stretch luma and brighten a dim picture; written to `out`. Without a stretch, highlights stay."""
         center, gain, level = map(np.float32, self)
-        _stretch_and_lift(luma, center, gain, level, np.float32(self.growth(middle, lift)), out)
+        ends = np.array((0, 1) if self != NO_STRETCH else (-np.inf, np.inf), np.float32)
+        _stretch_and_lift(luma, center, gain, level, np.float32(self.growth(middle, lift)), ends, out)
         return out
+
+
+NO_STRETCH = ToneStretch(0.0, 1.0, 0.0)
 
 
 def stretch(luma: np.ndarray, center: float, gain: float, level: float, out: np.ndarray) -> np.ndarray:
@@ -120,10 +124,11 @@ def lifted(tone: np.ndarray, growth: float) -> np.ndarray:
 
 
 @compiled
-def _stretch_and_lift(luma, center, gain, level, growth, out):  # type: ignore[no-untyped-def]
+def _stretch_and_lift(luma, center, gain, level, growth, ends, out):  # type: ignore[no-untyped-def]
     zero, one, black = np.float32(0), np.float32(1), np.float32(BLACK_LUMA_LEVEL)
     for row in range(out.shape[0]):
         for x in range(out.shape[1]):
-            tone = min(max((luma[row, x] - center) * gain + level, zero), one)
+            stretched = min(max((luma[row, x] - center) * gain + level, ends[0]), ends[1])
+            tone = min(max(stretched, zero), one)
             risen = growth * tone * tone * (one - tone)
-            out[row, x] = tone + risen / ((tone + black) * (one + growth * tone))
+            out[row, x] = stretched + risen / ((tone + black) * (one + growth * tone))

@@ -12,6 +12,7 @@ from vidstyle.blocks.equalize import (
     LIFT_CONTROL,
     MIDDLE_PERCENTILE_RANGE,
     MIN_RANGE,
+    NO_STRETCH,
     ToneStretch,
 )
 
@@ -60,5 +61,5 @@ def minimum_range(
     present = max(bright - dark, MIN_RANGE)
     middle = (dark + bright) / 2
     moved = min(max(middle, wanted / 2), 1 - wanted / 2)
-    stretch = ToneStretch(middle, wanted / present, moved) if present < wanted else ToneStretch(0, 1, 0)
+    stretch = ToneStretch(middle, wanted / present, moved) if present < wanted else NO_STRETCH
     return stretch.apply(luma, tones, lift, out)
