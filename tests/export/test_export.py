@@ -21,7 +21,7 @@ from vidstyle.cli import main
 from vidstyle.export import EXAMPLE_FILE, RUNNER_FOLDER, join_modules
 from vidstyle.export.adjust import with_tints
 from vidstyle.export.export_style import export_style
-from vidstyle.export.page import page_data, page_script
+from vidstyle.export.page import minify_css, page_data, page_script
 from vidstyle.gpu.compile.es import es_plan
 from vidstyle.style import Style, load_style, override, set_values, style_file, style_names
 
@@ -129,6 +129,24 @@ def test_only_comments_on_lines_of_their_own_are_removed_from_a_page(tmp_path: P
         f"/** One. */\nexport const one = 1;\n  // A reason.\n  {cast}/**\n * Two.\n */\nconst two = 2;\n"
     )
     assert page_script(module) == f"const one = 1;\n{cast}const two = 2;\n"
+
+
+def test_text_and_regular_expressions_of_scripts_stay(tmp_path: Path) -> None:
+    shader = "const shader = `#version 300 es\n// a \\` b\n    color = 1;\n/** c */\n`;\n"
+    words = r"""const all = ["// a", '/** c */', `d${"`"}  e`].map((each) => each.replace(/  \/\/|`/, ""));"""
+    module = tmp_path / "module.js"
+    module.write_text(f"  // A reason.\n{shader}  {words}\n  // Another.\n")
+    assert page_script(module) == f"{shader}{words}\n"
+
+
+def test_strings_and_addresses_of_css_stay() -> None:
+    kept = [
+        'content:"a ; /* b */ { c }  \\"  ; "',
+        "content:' } '",
+        "background:url(data:image/svg+xml;utf8,<svg> { } /* d */ </svg>)",
+    ]
+    css = "".join(f"a > b {{\n  /* Don't. */\n  {each} ;\n  color: red; /* \" */ }}\n" for each in kept)
+    assert minify_css(css) == "".join(f"a > b{{{each};color: red;}}" for each in kept)
 
 
 def test_a_page_restyles_a_picture_from_a_file_and_asks_nobody(
@@ -251,6 +269,42 @@ def test_a_picture_is_saved_in_the_size_of_its_source_under_its_name(
     assert parts and parts == sorted(parts) and parts[-1] == 100
     until(browser, f"{save}.ariaBusy === 'false'")
     assert said[-1] == "Save picture" and said.count("Saving…") == 1
+
+
+def test_a_reduced_picture_is_saved_with_its_size(page: Path, browser: Browser, tmp_path: Path) -> None:
+    assert cv2.imwrite(str(tmp_path / "cup.png"), cv2.resize(photograph("coffee"), (600, 400)))
+    browser.open(f"{page.as_uri()}?side=360")
+    until(browser, """document.body.matches(".example")""")
+    root = browser.call("DOM.getDocument")["root"]["nodeId"]
+    chooser = browser.call("DOM.querySelector", nodeId=root, selector="#file")["nodeId"]
+    browser.call("DOM.setFileInputFiles", files=[str(tmp_path / "cup.png")], nodeId=chooser)
+    until(browser, """!document.body.matches(".example")""")
+    message = "document.getElementById('message')"
+    browser.run(
+        """HTMLAnchorElement.prototype.click = () => {};
+        document.getElementById("save").click();"""
+    )
+    until(browser, f"{message}.textContent")
+    said = "cup-test.png is in your downloads: 540 × 360 pixels. “vidstyle render” draws all 600 × 400."
+    assert browser.run(f"return {message}.textContent") == said
+
+
+def test_the_values_of_a_style_are_its_first_variant(browser: Browser, tmp_path: Path) -> None:
+    vidstyle.save_style(
+        load_style(STYLE | {"variants": {"flat": {"posterize.levels": 2}}}), tmp_path / "a.toml"
+    )
+    assert main(["export", str(tmp_path / "a.toml"), str(tmp_path / "a.html")]) == 0
+    browser.open(f"{(tmp_path / 'a.html').as_uri()}?side=360")
+    until(browser, """document.getElementById("facts").textContent""")
+    state = """const chips = [...document.querySelectorAll("#variants button")];
+        if (clicked !== null) chips[clicked].click();
+        const levels = document.querySelector("input[type=number][max='32']").value;
+        return [levels, chips.map((chip) => [chip.textContent, chip.ariaPressed])];"""
+    for clicked, levels, pressed in ((None, "4", 0), (1, "2", 1), (1, "2", 1), (0, "4", 0)):
+        assert browser.run(state, clicked=clicked) == [
+            levels,
+            [["Standard", str(pressed == 0).lower()], ["Flat", str(pressed == 1).lower()]],
+        ]
 
 
 def test_a_link_holds_the_values_that_the_controls_allow(page: Path, browser: Browser) -> None:

@@ -311,6 +311,17 @@ def test_the_look_that_runs_is_listed_in_its_usual_place(browser: Browser) -> No
         browser.call("Emulation.clearDeviceMetricsOverride")
 
 
+def test_the_style_itself_is_the_first_of_its_variants(browser: Browser) -> None:
+    first = "document.querySelector('#variants button')"
+    with showing("ink:green") as (page, controls, _):
+        browser.open(page.url)
+        browser.until(f"{first}?.ariaPressed === 'false'")
+        browser.run(f"{first}.click()")
+        eventually(lambda: controls.style == load_style("ink"))
+        browser.until(f"{first}.ariaPressed === 'true'")
+        assert browser.run(f"return {first}.textContent") == "Standard"
+
+
 def test_a_search_shows_the_best_look_first_on_a_phone(browser: Browser) -> None:
     strip = "document.getElementById('styles')"
     with showing("oil") as (page, _, _):

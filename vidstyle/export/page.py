@@ -71,15 +71,24 @@ def viewer_markup(style: Style, more: str = "") -> str:
 
 def viewer_css() -> str:
     """Return the CSS of `viewer_markup` and of the elements of a page, without comments for developers."""
-    css = re.sub(r"/\*.*?\*/", "", module_text("components.css") + _text("page.css"), flags=re.S)
-    return re.sub(r"\s*([{};])\s*", r"\1", css)
+    return minify_css(module_text("components.css") + _text("page.css"))
+
+
+def minify_css(css: str) -> str:
+    """Return CSS without comments, indentation and line ends; strings and addresses are unchanged."""
+    comment = r"/\*(?:(?!\*/).)*\*/"
+    space = rf"(?:\s|{comment})*"
+    kept = r""""(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*'|url\([^)]*\)"""
+    parts = rf"{space}([{{}};]){space}|{comment}|({kept})"
+    return re.sub(parts, lambda found: found[1] or found[2] or "", css, flags=re.S)
 
 
 def page_script(module: Path) -> str:
     """Return a module with the modules that it imports, without exports, indentation and comments."""
     text = re.sub(r"^export (?=class|function|const|async)", "", join_modules(module), flags=re.M)
-    text = re.sub(r"^ *(?://[^\n]*|/\*\*(?:(?!\*/).)*\*/)\n", "", text, flags=re.M | re.S)
-    return re.sub(r"^ +", "", text, flags=re.M)
+    # Only text in backquotes goes over line ends.
+    parts = r"(`(?:\\.|[^`\\])*`)|^ *(?://[^\n]*|/\*\*(?:(?!\*/).)*\*/)\n|^ +"
+    return re.sub(parts, lambda found: found[1] or "", text, flags=re.M | re.S)
 
 
 def page_data(style: Style, sides: Sequence[int] = WORKING_SIDES_PX) -> dict[str, Any]:
