@@ -65,10 +65,11 @@ export class StyledCanvas {
     return this.isDrawn && !this.isOutdated && !this.#drawing && this.#drawn === this.shown;
   }
 
-  /** Waits for the frame that is being drawn; draws one if the result is not of the present values. */
+  /** Returns the canvas, once it shows a result of the present values. */
   async finish() {
     await this.#drawing;
     if (!this.isCurrent) await this.draw();
+    return this.canvas;
   }
 
   async #drawAll() {

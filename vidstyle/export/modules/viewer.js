@@ -4,7 +4,7 @@ import { announce } from "./announce.js";
 import { clock, download, get, make, oncePerFrame, press, title } from "./elements.js";
 import { planValues } from "./plan_values.js";
 import { record } from "./recording.js";
-import { nameOfResult, pngOf } from "./saved_file.js";
+import { nameOfResult, PictureSaver } from "./saved_file.js";
 import { SHARED_KEYS } from "./shared_keys.js";
 import { addressOf } from "./shared_link.js";
 import { Source } from "./source.js";
@@ -81,8 +81,7 @@ export class Viewer {
   /** The working size that is shown, or will be once it is compiled. */
   #wanted = 0;
   #refining = 0;
-  /** The fraction of the picture to save that is drawn; null: none is being saved. @type {number | null} */
-  #savedPart = null;
+  #saver = new PictureSaver(() => this.#finish(), (text) => this.say(text));
   /** Is called when a value of a control has changed. @type {() => void} */
   onchange = () => {};
 
@@ -203,14 +202,7 @@ export class Viewer {
   /** @param {number} part of the picture that is drawn */
   #showPart(part) {
     get("busy-part").textContent = ` ${Math.round(100 * part)} %`;
-    if (this.#savedPart !== null && this.#shown?.side === this.side) this.#markSaving(Math.max(this.#savedPart, part));
-  }
-
-  /** Shows on the button how far saving is. @param {number | null} part null: nothing is being saved */
-  #markSaving(part) {
-    this.#savedPart = part;
-    get("save").ariaBusy = String(part !== null);
-    get("save-label").textContent = part === null ? "Save picture" : part ? `Saving ${Math.round(100 * part)} %` : "Saving…";
+    if (this.#shown?.side === this.side) this.#saver.progress(part);
   }
 
   /** Shows the source in the style until it is drawn, if all values are the style's own. @param {CanvasImageSource} picture */
@@ -294,24 +286,7 @@ export class Viewer {
     } else this.#describe();
   }
 
-  /** Saves the picture, once it is drawn in full resolution. */
-  async #save() {
-    if (this.#savedPart !== null) return;
-    this.#markSaving(0);
-    try {
-      await this.#finish();
-      const own = this.source.size;
-      const { blob, size } = await pngOf(this.#styled.canvas, own);
-      const name = nameOfResult(this.source.name, String(this.data?.name), "png");
-      if (blob) download(blob, name);
-      const larger = size[0] < own[0] ? ` “vidstyle render” draws all ${own.join(" × ")}.` : "";
-      this.say(blob ? `${name} is in your downloads: ${size.join(" × ")} pixels.${larger}` : "The picture cannot be saved.");
-    } finally {
-      this.#markSaving(null);
-    }
-  }
-
-  /** Draws a still picture in full resolution, unless that is done or under way; of a film, the present frame. */
+  /** Draws a still picture in full resolution, unless that is done or under way; of a film, the present frame. Returns it. */
   async #finish() {
     for (;;) {
       await new Promise(requestAnimationFrame); // a change is drawn from then on
@@ -395,7 +370,7 @@ export class Viewer {
       back: () => this.#invite(false),
       full: () => (document.fullscreenElement ? document.exitFullscreen() : get("viewer").requestFullscreen()),
       play: () => this.source.toggle(),
-      save: () => this.#save(),
+      save: () => this.#saver.save(this.source, String(this.data?.name)),
       record: () => this.#record(),
       compare: () => this.#toggleCompare(),
       link: () => this.#copyLink(),
