@@ -1,5 +1,5 @@
 // Tones of a dim picture brightened by the share `lift` of the distance of its middle tone from 0.35, at most
-// threefold; black stays black, and highlights above white stay as they are.
+// threefold; black and highlights above white stay unchanged.
 float dim_lift(float luma, float middle, float lift) {
     float tone = clamp(luma, 0.0, 1.0);
     middle = clamp(middle, 0.0, 1.0);

@@ -16,7 +16,7 @@ from block_settings import block_style, ends_of, settings
 from block_settings import folder as folder
 from covering import covering_rows, drawn, of_the_day
 from gpu import FORMS, ODD, SHAPES, SMALL, Sessions, faults, film_picture, gray_picture
-from pictures import step, style
+from pictures import FLOAT, noise, run_luma, step, style
 
 from vidstyle.block import Asset, Block, SavedRef, Slider
 from vidstyle.blocks import all_blocks
@@ -115,6 +115,25 @@ def test_large_ellipses_agree(sessions: Sessions, folder: Path) -> None:
     chosen = replace(block_style(all_blocks()["kuwahara"], {"radius": 7}, folder), height=32)
     for side in (60, 96):
         assert faults(sessions, chosen, film_picture(side, side + 3), f"kuwahara, side {side}", FORMS) == []
+
+
+@pytest.mark.parametrize(
+    ("chosen", "luma", "keeps_highlights"),
+    [
+        (step("minimum_range", dynamic_range=100), noise(*SMALL), True),
+        (step("minimum_range", dynamic_range=100, lift=1.0), noise(*SMALL) ** 4, True),
+        (step("equalize", low=25, high=75), np.rint(noise(*SMALL)), False),
+    ],
+    ids=["enough contrast", "dim", "only black and white"],
+)
+def test_highlights_above_white_agree(
+    chosen: Step, luma: np.ndarray, keeps_highlights: bool, sessions: Sessions
+) -> None:
+    """A picture with enough contrast keeps them; a stretch clips them, even if it changes no other tone."""
+    lit = luma.copy()
+    lit[::7, ::5] = 1.4
+    assert faults(sessions, style(chosen), Picture(FLOAT, luma=lit), chosen.block) == []
+    assert (run_luma(style(chosen), lit).max() > 1.3) == keeps_highlights
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -7,7 +7,7 @@ from typing import Annotated
 import numpy as np
 
 from vidstyle.block import ResultRows, Slider, block
-from vidstyle.blocks.equalize import stretch
+from vidstyle.core.kernels import compiled
 
 
 @block(
@@ -35,4 +35,13 @@ def brightness(
 
     Luma is multiplied by a factor and clipped to black and white. Paper, section 4.2 A.
     """
-    return stretch(luma, 0, factor, 0, out)
+    _scale(luma, np.float32(factor), out)
+    return out
+
+
+@compiled
+def _scale(luma, factor, out):  # type: ignore[no-untyped-def]
+    zero, one = np.float32(0), np.float32(1)
+    for row in range(out.shape[0]):
+        for x in range(out.shape[1]):
+            out[row, x] = min(max(luma[row, x] * factor, zero), one)

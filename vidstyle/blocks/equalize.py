@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
@@ -73,11 +74,12 @@ def equalize(
 
 
 class ToneStretch(NamedTuple):
-    """A stretch of contrast: luma becomes level + gain * (luma - center), within 0..1."""
+    """A stretch of contrast: luma becomes level + gain * (luma - center), within `limits`."""
 
     center: float
     gain: float
     level: float
+    limits: tuple[float, float] = (0.0, 1.0)
 
     @classmethod
     def between(cls, black: float, white: float, lift: float) -> ToneStretch:
@@ -94,28 +96,15 @@ class ToneStretch(NamedTuple):
         return min(gain, MAX_LIFT_GAIN) - 1
 
     def apply(self, luma: np.ndarray, middle: Sequence[float], lift: float, out: np.ndarray) -> np.ndarray:
-        """Stretch luma and brighten a dim picture; written to `out`. Without a stretch, highlights stay."""
-        center, gain, level = map(np.float32, self)
-        ends = np.array((0, 1) if self != NO_STRETCH else (-np.inf, np.inf), np.float32)
-        _stretch_and_lift(luma, center, gain, level, np.float32(self.growth(middle, lift)), ends, out)
+        """Stretch luma and brighten a dim picture; written to `out`."""
+        center, gain, level, growth = map(np.float32, (*self[:3], self.growth(middle, lift)))
+        low, high = map(np.float32, self.limits)
+        _stretch_and_lift(luma, center, gain, level, low, high, growth, out)
         return out
 
 
-NO_STRETCH = ToneStretch(0.0, 1.0, 0.0)
-
-
-def stretch(luma: np.ndarray, center: float, gain: float, level: float, out: np.ndarray) -> np.ndarray:
-    """Scale luma about a center, move the center to another level, and clip to 0..1; written to `out`."""
-    _stretch(luma, np.float32(center), np.float32(gain), np.float32(level), out)
-    return out
-
-
-@compiled
-def _stretch(luma, center, gain, level, out):  # type: ignore[no-untyped-def]
-    zero, one = np.float32(0), np.float32(1)
-    for row in range(out.shape[0]):
-        for x in range(out.shape[1]):
-            out[row, x] = min(max((luma[row, x] - center) * gain + level, zero), one)
+NO_STRETCH = ToneStretch(0.0, 1.0, 0.0, (-math.inf, math.inf))
+"""Keeps luma, including highlights above white."""
 
 
 def lifted(tone: np.ndarray, growth: float) -> np.ndarray:
@@ -124,11 +113,11 @@ def lifted(tone: np.ndarray, growth: float) -> np.ndarray:
 
 
 @compiled
-def _stretch_and_lift(luma, center, gain, level, growth, ends, out):  # type: ignore[no-untyped-def]
+def _stretch_and_lift(luma, center, gain, level, low, high, growth, out):  # type: ignore[no-untyped-def]
     zero, one, black = np.float32(0), np.float32(1), np.float32(BLACK_LUMA_LEVEL)
     for row in range(out.shape[0]):
         for x in range(out.shape[1]):
-            stretched = min(max((luma[row, x] - center) * gain + level, ends[0]), ends[1])
+            stretched = min(max((luma[row, x] - center) * gain + level, low), high)
             tone = min(max(stretched, zero), one)
             risen = growth * tone * tone * (one - tone)
             out[row, x] = stretched + risen / ((tone + black) * (one + growth * tone))

@@ -49,7 +49,7 @@ def minimum_range(
         Slider(0, 10, "time constant of temporal smoothing; 0 for none", "s", label="Smoothing over time"),
     ] = 0.4,
 ) -> np.ndarray:
-    """Give a flat, hazy picture more contrast, and a dim one more light; others stay as they are.
+    """Give a flat, hazy picture more contrast, and a dim one more light; others stay unchanged.
 
     The dynamic range of luma is expanded to a minimum. The range expands about its middle, which moves
     only as far as needed to keep the new range between black and white. A range below 8 levels of 255
