@@ -10,6 +10,7 @@ import numpy as np
 from vidstyle.regions.boxes import Box, Point, Rectangle
 from vidstyle.regions.face_tracks import Face
 from vidstyle.regions.features.blurring import enlarged
+from vidstyle.regions.features.ramps import ramp
 from vidstyle.regions.features.windows import reduced_window
 
 EYE_RADIUS_RATIOS, MOUTH_RADIUS_RATIO, NOSE_RADIUS_RATIOS = (0.17, 0.12), 0.1, (0.11, 0.06)
@@ -92,12 +93,11 @@ def eye_doubt(luma: np.ndarray, face: Face, window: Rectangle) -> float:
     doubts = []
     for eye, corner in zip(marks[:2], marks[3:], strict=True):
         cheek = _cheek(level, eye, corner)
-        doubts.append(
-            min(
-                _share(level(eye, EYE_SHARE) / cheek, EYE_LUMA_RATIO_RANGE),
-                _share(cheek / forehead, CHEEK_LUMA_RATIO_RANGE),
-            )
+        pairs = (
+            (level(eye, EYE_SHARE) / cheek, EYE_LUMA_RATIO_RANGE),
+            (cheek / forehead, CHEEK_LUMA_RATIO_RANGE),
         )
+        doubts.append(min(float(ramp(*pair)) for pair in pairs))
     return max(doubts)
 
 
@@ -130,10 +130,6 @@ class _Levels:
         return MIN_LUMA + (float(samples[int(share * (samples.size - 1))]) if samples.size else 0.0)
 
 
-def _share(value: float, ends: tuple[float, float]) -> float:
-    return min(1.0, max(0.0, (value - ends[0]) / (ends[1] - ends[0])))
-
-
 def _toward(start: Point, end: Point, share: float) -> Point:
     return start[0] + share * (end[0] - start[0]), start[1] + share * (end[1] - start[1])
 
@@ -150,9 +146,8 @@ def _middle(one: Point, other: Point) -> Point:
 
 def _soft(distance: np.ndarray) -> np.ndarray:
     """Return a soft mask of the pixels up to a relative distance of 1, H x W float32, 0..1."""
-    none, whole = EDGE_RANGE
-    ramp = np.clip((np.float32(none) - distance) / np.float32(none - whole), 0, 1)
-    return np.asarray(ramp * ramp * (3 - 2 * ramp), np.float32)
+    share = ramp(distance, EDGE_RANGE)
+    return np.asarray(share * share * (3 - 2 * share), np.float32)
 
 
 def _offsets(point: Point, window: Rectangle) -> tuple[np.ndarray, np.ndarray]:

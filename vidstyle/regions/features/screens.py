@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vidstyle.regions.boxes import Rectangle
+from vidstyle.regions.features.ramps import ramp
 
 MIN_PITCH_PX, PITCH_RATIO = 2.3, 1 / 55
 """Distance of lines and of dots, at least, and relative to the face's height: finer than the style's own, as
@@ -41,8 +42,7 @@ class ShadeScreen:
     def inked(self, shade: np.ndarray) -> np.ndarray:
         """Return the coverage by ink that prints a shade of the window, both H x W float32, 0..1."""
         first, *crossing = self._orders
-        least, most = CROSSED_RANGE
-        crossed = np.clip((shade - np.float32(least)) / np.float32(most - least), 0, 1)
+        crossed = ramp(shade, CROSSED_RANGE)
         marks = _inked(shade, first, self._edge), *(_inked(crossed, each, self._edge) for each in crossing)
         return np.maximum.reduce(marks)
 
