@@ -73,15 +73,15 @@ def log_odds(numbers: np.ndarray, model: Mapping[str, np.ndarray]) -> np.ndarray
     """Return the log-odds of the score for measures along the last axis.
 
     Args:
-        model: "middle" and "spread" of the measures, the weights "linear" and perhaps "square", and "bias".
+        model: "middle" and "spread" of the measures, the weights "linear", and "bias".
     """
     return np.asarray(contributions(numbers, model).sum(axis=-1) + model["bias"])
 
 
 def contributions(numbers: np.ndarray, model: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Return what each measure adds to the log-odds: a line, or a parabola if too much may be bad, too."""
+    """Return what each measure adds to the log-odds."""
     normal = np.clip((numbers - model["middle"]) / model["spread"], -MAX_SPREADS, MAX_SPREADS)
-    return np.asarray(normal * model["linear"] + (normal * normal - 1) * model.get("square", 0.0))
+    return np.asarray(normal * model["linear"])
 
 
 def spread_out(signatures: np.ndarray, scores: np.ndarray, count: int) -> list[int]:

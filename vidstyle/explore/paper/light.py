@@ -13,7 +13,7 @@ from vidstyle.style import SOURCE, Step
 
 RANGE_BLOCK, RANGE_PERCENTILES = "equalize", {"low": 0.0, "high": 99.5}
 """The first filter of each style: section 4.2 D usually places a histogram operator first, as XDoG of a hazy,
-too bright or too dark picture is almost entirely white. Black stays as it is, so that night has detail."""
+too bright or too dark picture is almost entirely white. Black stays unchanged, so that night has detail."""
 AROUND_FACTOR, WIDE_FACTOR = 1 / 12, 1 / 4
 """Reductions at which the brightness around each pixel is measured, and then that of wide surroundings."""
 WIDE_DEVIATION_PX, AROUND_DEVIATION_PX = 6.0, 2.0
