@@ -44,7 +44,7 @@ def astronaut() -> FullSize:
 
 def test_the_picture_itself_keeps_everything(astronaut: FullSize) -> None:
     measures = astronaut.measure(PLAIN)
-    for kept in (measures.fine_kept, measures.detail_kept, measures.face):
+    for kept in (measures.likeness, measures.detail_kept, measures.face):
         assert kept == pytest.approx(1, abs=1e-3)
 
 

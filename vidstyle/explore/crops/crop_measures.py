@@ -39,9 +39,9 @@ class FullSizeMetrics(NamedTuple):
     judge a picture by its faces.
 
     Attributes:
-        fine_kept: correlation of luma detail of 1 to 2 pixels with the source.
-        likeness: the same for the whole crop, also where it shows faces.
-        detail_kept: the same for 2 to 4 pixels.
+        likeness: correlation of luma detail of 1 to 2 pixels with the source, in the whole crop also if it
+            shows faces.
+        detail_kept: the same for 2 to 4 pixels, in the worst face.
         fineness: logarithm of the strength of detail of one pixel relative to that of four: high if edges are
             crisp, low if the picture is soft.
         edge_hardness: steepness of edges relative to their height, upper quartile; 1 for edges of one pixel.
@@ -56,7 +56,6 @@ class FullSizeMetrics(NamedTuple):
         rims: mean height of light marks up to 15 pixels wide along edges, less the height in the source.
     """
 
-    fine_kept: float
     likeness: float
     detail_kept: float
     fineness: float
@@ -123,10 +122,8 @@ class _Region:
         """Return the metrics of this part in a style, as if it was a face."""
         luma = luma_of_codes(result)
         finest, detail = band_pass(luma, *FINEST_BAND_PX), band_pass(luma, *DETAIL_BAND_PX)
-        fine_kept = correlation(band_pass(luma, *FINE_BAND_PX), self._fine)
         return FullSizeMetrics(
-            fine_kept=fine_kept,
-            likeness=fine_kept,
+            likeness=correlation(band_pass(luma, *FINE_BAND_PX), self._fine),
             detail_kept=correlation(detail, self._detail),
             fineness=float(np.log((finest.std() + MIN_FINEST) / (detail.std() + MIN_DETAIL))),
             edge_hardness=_edge_hardness(luma),

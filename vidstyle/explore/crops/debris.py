@@ -1,4 +1,4 @@
-"""What a style adds to a crop: structure in smooth areas, and halos beside edges."""
+"""What a style adds to a crop: structure in smooth areas, and halos along edges."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
+from vidstyle.explore.crops.edge_distances import edge_distances
 from vidstyle.explore.measure import band_pass, gradient_of
 
 SMOOTH_DEVIATION_PX, MAX_SMOOTH_GRADIENT = 3, 0.0025
@@ -42,9 +43,7 @@ class SourceAreas:
         smooth = gradient_of(_blurred(luma, SMOOTH_DEVIATION_PX)) < MAX_SMOOTH_GRADIENT
         square = np.ones((SMOOTH_MARGIN_PX, SMOOTH_MARGIN_PX))
         self._smooth = cv2.erode(smooth.astype(np.uint8), square).astype(np.float32)
-        gradient = gradient_of(_blurred(luma, EDGE_DEVIATION_PX))
-        edges = gradient > max(float(np.percentile(gradient, EDGE_PERCENTILE)), MIN_EDGE)
-        away = cv2.distanceTransform((~edges).astype(np.uint8), cv2.DIST_L2, 3)
+        away = edge_distances(luma, EDGE_DEVIATION_PX, EDGE_PERCENTILE, MIN_EDGE)
         is_bright = luma > _blurred(luma, BRIGHT_DEVIATION_PX)
         self._near, self._far = (
             (is_bright & (away > low) & (away < high)).astype(np.float32)

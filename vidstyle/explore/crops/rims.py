@@ -1,11 +1,11 @@
-"""Light rims beside the edges of a crop, which make it look drawn."""
+"""Light rims along the edges of a crop, which make it look drawn."""
 
 from __future__ import annotations
 
 import cv2
 import numpy as np
 
-from vidstyle.explore.measure import gradient_of
+from vidstyle.explore.crops.edge_distances import edge_distances
 
 EDGE_DEVIATION_PX, EDGE_PERCENTILE, MIN_EDGE = 1, 85, 0.01
 """Blur before edges are found, the percentile of gradients that are edges, and the weakest edge."""
@@ -19,9 +19,7 @@ class SourceEdges:
     """Edges of a source, luma 0..1, H x W float32, to be compared with a style."""
 
     def __init__(self, luma: np.ndarray) -> None:
-        gradient = gradient_of(cv2.GaussianBlur(luma, (0, 0), EDGE_DEVIATION_PX))
-        edges = gradient > max(float(np.percentile(gradient, EDGE_PERCENTILE)), MIN_EDGE)
-        away = cv2.distanceTransform((~edges).astype(np.uint8), cv2.DIST_L2, 3)
+        away = edge_distances(luma, EDGE_DEVIATION_PX, EDGE_PERCENTILE, MIN_EDGE)
         self._beside = (away > RIM_DISTANCES_PX[0]) & (away < RIM_DISTANCES_PX[1])
         self._own_rims = self._rim_height(luma)
 
