@@ -197,8 +197,10 @@ export class Dialogs {
     get("render-state").textContent = finished ? text || `Saved as ${file}.` : text ?? (total ? `Frame ${done} of ${total}` : `Frame ${done}`);
     if (!finished) return;
     this.#running(false);
-    if (isPicture && file) /** @type {HTMLDialogElement} */ (get("render-dialog")).close("");
-    if (isPicture && file) this.onpicture();
+    if (isPicture && file) {
+      /** @type {HTMLDialogElement} */ (get("render-dialog")).close("");
+      this.onpicture();
+    }
     // Where the queue or the dialog shows the end already, it is only announced.
     const isSeen = Boolean(document.querySelector("#queue:popover-open, #render-dialog[open]"));
     this.say(text || `Saved as ${file}.${isPicture ? "" : " To play it, open the queue (Q)."}`, false, !isSeen);

@@ -23,7 +23,7 @@ const STATES = { waiting: "Waiting", rendering: "Rendering", done: "Saved in", s
 export class Queue {
   /** Whether a file can be shown in its folder. */
   reveals = false;
-  /** Whether the next file that is finished shall be shown. */
+  /** Whether the newest file shall be shown as soon as it is listed. */
   #plays = false;
 
   /** @param {import("./session.js").Session} session */
@@ -46,7 +46,7 @@ export class Queue {
     /** @type {HTMLElement | null} */ (get("jobs").querySelector("[data-action]"))?.focus();
   }
 
-  /** Shows the newest file that is finished. */
+  /** Shows the file that was just finished, once the list has it. */
   play() {
     this.#plays = true;
   }
@@ -59,11 +59,12 @@ export class Queue {
     this.button.setAttribute("aria-label", left.length ? `Queue, ${left.length} not finished` : "Queue");
     const focused = /** @type {HTMLElement | null} */ (document.activeElement)?.dataset.action;
     get("jobs").replaceChildren(...[...jobs].reverse().map((job) => this.#row(job)));
-    get("jobs").querySelector("[data-action^=play]")?.classList.add("strong"); // the newest
     if (focused) this.#focus(focused);
     const newest = /** @type {HTMLElement | null} */ (get("jobs").querySelector("[data-action^=play]"));
-    if (this.#plays && newest) newest.click();
-    if (newest) this.#plays = false;
+    if (!newest) return;
+    newest.classList.add("strong");
+    if (this.#plays) newest.click();
+    this.#plays = false;
   }
 
   /** Focuses a button of the list, which may have been made again. @param {string} action */
