@@ -218,7 +218,7 @@ def test_a_second_of_film_is_steadied(page: Page) -> None:
 
 
 def test_all_styles_are_shown_on_the_users_own_picture(page: Page) -> None:
-    page.ask("start", width=240, style="")
+    page.ask("start", width=240, own=False)
     shown = {sent.number: sent.pixels for sent in page.pictures if sent.kind == 5}
     assert sorted(shown) == list(range(len(style_names())))
     assert len({pixels.tobytes() for pixels in shown.values()}) == len(shown)
@@ -304,7 +304,7 @@ def test_a_saved_style_is_in_the_list_at_once(server: DesignServer, page: Page, 
     page.ask("save_as", name="calm", overwrite=False)
     names = [style["name"] for style in page.told["styles"]]
     assert sorted(names[:-1]) == style_names() and names[-1] == "calm"
-    page.ask("start", width=240, style="calm")
+    page.ask("start", width=240, own=True)
     assert [sent.number for sent in page.pictures if sent.kind == 5] == [len(names) - 1], "no other tile"
     page.ask("open", style="sketch")
     page.ask("open", style="calm")

@@ -66,13 +66,14 @@ def _edit_message(name: str, edit: Callable[..., EditResult]) -> Message:
     return Message(handle, {**fields_of(edit, 2), "gesture": CHECKS[int]})
 
 
-def _numbered(folder: Path, only: str) -> list[tuple[int, Style]]:
-    """Return the valid styles, or the only one that is asked for, with their positions in the list."""
+def _numbered(folder: Path, own: bool) -> list[tuple[int, Style]]:
+    """Return the valid styles, or only those of the folder, with their positions in the list."""
     styles: list[tuple[int, Style]] = []
     for index, (name, source) in enumerate(list_styles(folder).items()):
+        if own and name == source:
+            continue
         with suppress(StyleError):  # a style file of the user; the list shows its error
-            if only in ("", name):
-                styles.append((index, load_style(source)))
+            styles.append((index, load_style(source)))
     return styles
 
 
@@ -226,19 +227,19 @@ class DesignConnection(DesignView):
         self.server.refresh_steps()
 
     @message(in_background=True)
-    async def start(self, width: TileWidth, style: TextOrEmpty) -> None:
-        """Send a tile of each style, or of one, rendered from the current frame, in the order of the list."""
+    async def start(self, width: TileWidth, own: bool) -> None:
+        """Send a tile of each style, or only of own styles, rendered from the current frame, in order."""
         number, session, clip = self.frames.shown.number, self.session, self.designer.clip
-        order = await session.run(_numbered, self.designer.folder, style)
-        if isinstance(clip, DemoClip) and not style:
+        order = await session.run(_numbered, self.designer.folder, own)
+        if isinstance(clip, DemoClip) and not own:
             await self._send_thumbnails(order)
         tiles = await session.picture(session.restyler.tiles, clip, number)
-        for done, (index, shown) in enumerate(order):
+        for done, (index, style) in enumerate(order):
             if self.designer.clip is not clip:  # another one was opened, and asks for its own previews
                 return
             await self.tell({"previews": {"done": done, "total": len(order)}})
             try:
-                picture = await session.picture(tiles.render, shown, width)
+                picture = await session.picture(tiles.render, style, width)
             except StyleError:  # such as one whose mask does not fit this clip
                 continue
             await self.send_picture(PictureType.STYLE, index, 0, encode(picture, "jpeg"))

@@ -215,8 +215,8 @@ export class Start {
     });
     tiles.sort((one, other) => Number(isMine(other)) - Number(isMine(one)));
     for (const button of /** @type {HTMLCollectionOf<HTMLElement>} */ (get("groups").children)) if (button.textContent === MINE) button.hidden = !tiles.some(isMine);
-    const width = this.#requested;
-    if (width) for (const name of this.#names.filter((each, place) => !known.has(each) || this.#pictures[place] !== known.get(each))) this.session.ask("start", { width, style: name });
+    const isOwn = styles.every(({ name, has_name: isShipped }) => !isShipped || known.has(name));
+    if (this.#requested) this.session.ask("start", { width: this.#requested, own: isOwn });
     this.#tiles = document.body.classList.contains("front") ? [...tiles, fresh] : [fresh, ...tiles];
     get("tiles").replaceChildren();
     this.#filter();
@@ -282,7 +282,7 @@ export class Start {
     if (this.#requested === width) return;
     this.#requested = width;
     get("previews").textContent = "Rendering previews…";
-    this.session.ask("start", { width, style: "" });
+    this.session.ask("start", { width, own: false });
   }
 
   /** Shows the preview of a style. @param {number} number @param {Blob} file */
