@@ -25,8 +25,8 @@ from vidstyle.comic.lettering.subtitle_lines import Line
 from vidstyle.comic.lettering.title import make_title, move_below_title, page_numbers, shrink_paper
 from vidstyle.comic.output.panel_renderer import PagePlan
 from vidstyle.comic.output.sheet import Label
-from vidstyle.comic.select.choose import MAX_DEFAULT_PANELS
 from vidstyle.comic.select.key_frames import KeyFrameOptions, find_key_frames
+from vidstyle.comic.select.panel_count import MAX_DEFAULT_PANELS
 from vidstyle.pipeline.progress import ProgressCallback
 
 _MAX_WORD_ROUNDS = 2

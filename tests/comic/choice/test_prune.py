@@ -13,8 +13,8 @@ from stories import PLACES, view
 
 from vidstyle.comic.analyze.features import Candidate, extract_features
 from vidstyle.comic.analyze.moving.action import Foreground
-from vidstyle.comic.select.choose import usable_candidates
 from vidstyle.comic.select.prune import prune
+from vidstyle.comic.select.usable import usable_candidates
 from vidstyle.regions.boxes import Box
 
 HALL = view(PLACES[2], 0, 0, (320, 180))

@@ -15,8 +15,9 @@ from vidstyle.comic.analyze.features import Candidate
 from vidstyle.comic.analyze.film import open_film
 from vidstyle.comic.analyze.sharpness import measure_detail
 from vidstyle.comic.output.readability import measure_readability
-from vidstyle.comic.select.frame_scores import prefer_subjects, scores, subject_strength
+from vidstyle.comic.select.frame_scores import scores, subject_strength
 from vidstyle.comic.select.framing import widen_soft_faces
+from vidstyle.comic.select.importance import prefer_subjects
 from vidstyle.comic.select.key_frame_options import KeyFrameOptions
 from vidstyle.comic.select.key_frames import find_key_frames
 from vidstyle.regions.boxes import Box

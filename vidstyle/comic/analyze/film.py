@@ -35,7 +35,7 @@ from vidstyle.comic.analyze.moving.subject_sharpness import compare_subjects
 from vidstyle.comic.analyze.picture_folder import PictureFolder
 from vidstyle.comic.analyze.shots import KeyShots, is_in_transition
 from vidstyle.comic.analyze.upright import GLANCE_SIDE_PX, MAX_GLANCES, find_turn
-from vidstyle.comic.select.choose import default_panels
+from vidstyle.comic.select.panel_count import default_panels
 from vidstyle.core.convert import to_rgb
 from vidstyle.core.sampling import small_luma
 from vidstyle.errors import InputError, UsageError, log

@@ -1,9 +1,8 @@
-"""Scores of single frames relative to their film, and the importance of the chosen ones."""
+"""Scores of single frames relative to their film."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -47,9 +46,6 @@ _TITLE_COST = 0.8
 """Cost of a title over a picture, if its scene has frames without one."""
 _CLUTTER_COST = 0.4
 """Cost of a picture that is nothing but edges, in which style and reader lose the subject."""
-# The importance of chosen frames.
-_SUBJECT_WEIGHT, _SCENE_SHARE_WEIGHT, _QUALITY_WEIGHT, _FORCED_WEIGHT = 0.8, 0.15, 0.25, 0.25
-"""Weights of the subject, of the frame's share of its scene, of its quality, and of a request."""
 _FACE_SUBJECT_SCORE, _ACTION_SUBJECT_SCORE, _SALIENT_SUBJECT_SCORE = 0.6, 0.65, 0.4
 """Strength of a small face, of something that moves, and of the smallest salient area."""
 _MAX_SUBJECT_AREA_SHARE = 0.5
@@ -57,18 +53,10 @@ _MAX_SUBJECT_AREA_SHARE = 0.5
 _FULL_SCORE_FACE_SHARE = 0.12
 """Share of the picture from which a larger face scores no higher."""
 
-_MIN_PERSON_RATIO, _MAX_PLACE_IMPORTANCE_RATIO = 0.15, 0.8
-"""Height of a face that tells a person, relative to the picture's, and maximum importance of other frames,
-relative to the most important person."""
-
-_FULL_RESOLUTION_PX = 300.0
-"""Resolution from which a picture may have a panel of any size, see `measure_resolution`.
-
-Of 56 panels on pages that a judge had seen, the three that were called out of focus have 170 to 220, others
-mostly 250 to 420.
-"""
-_MIN_LEGIBLE_SHARE, _FULL_CLARITY, _FULL_LIGHT = 0.3, 0.8, 0.35
-"""Share of its importance that an illegible picture keeps, and clarity and mean luma of a legible one."""
+_MIN_SUBJECT_STRENGTH = 0.1
+"""Strength from which a frame has a subject, see `subject_strength`."""
+_MIN_PERSON_RATIO = 0.15
+"""Height of a face, relative to the picture's, from which a frame shows a person."""
 
 
 def scene_values(survey: Survey) -> np.ndarray:
@@ -182,6 +170,11 @@ def subject_strength(candidate: Candidate) -> float:
     return _SALIENT_SUBJECT_SCORE * max(0.0, compact)
 
 
+def has_subject(candidate: Candidate) -> bool:
+    """Whether a frame shows a subject, see `subject_strength`."""
+    return subject_strength(candidate) >= _MIN_SUBJECT_STRENGTH
+
+
 def clutter(candidate: Candidate) -> float:
     """Return how much a frame consists of edges, 0..1, less for a large face; 0 if it is not known."""
     found = 0.0 if candidate.detail is None else measure_clutter(candidate.detail)
@@ -191,61 +184,3 @@ def clutter(candidate: Candidate) -> float:
 def has_figure(candidate: Candidate) -> bool:
     """Whether a frame shows a face or something that moves."""
     return bool(candidate.faces) or (candidate.action is not None and not candidate.action.is_gone)
-
-
-def legibility(candidate: Candidate) -> float:
-    """Return the factor on the importance of a frame for clutter, darkness, blur and murk: 0.3..1."""
-    clear = min(1.0, candidate.clarity / _FULL_CLARITY) * min(1.0, candidate.light / _FULL_LIGHT)
-    clear *= (1 - clutter(candidate)) * min(1.0, candidate.resolution / _FULL_RESOLUTION_PX)
-    return _MIN_LEGIBLE_SHARE + (1 - _MIN_LEGIBLE_SHARE) * clear
-
-
-def importance(chosen: Sequence[Candidate], survey: Survey) -> list[float]:
-    """Return the importance of each chosen frame, 0..1, the most important one 1.
-
-    Subjects count most, so that people and what moves are shown large and places small. The value of a scene
-    is divided among its frames. Requested frames are more important, and illegible ones less.
-    """
-    scenes = scene_values(survey)
-    counts = np.bincount([each.scene for each in chosen], minlength=len(scenes))
-    shown = [
-        legibility(each)
-        * (
-            _SUBJECT_WEIGHT * subject_strength(each)
-            + _SCENE_SHARE_WEIGHT * float(scenes[each.scene]) / counts[each.scene]
-            + _QUALITY_WEIGHT * each.clarity * min(1.0, 2 * each.sharpness)
-            + _FORCED_WEIGHT * each.forced
-        )
-        for each in chosen
-    ]
-    most = max(shown, default=0.0)
-    return [float(each / most) if most > 0 else 1.0 for each in shown]
-
-
-def prefer_subjects(chosen: Sequence[Candidate]) -> list[Candidate]:
-    """Return the frames of a film, those without a subject less important than the main one with a subject.
-
-    Subjects are people whose face is sharp, or else what moves. Without either, neither people nor places
-    are more important than the main one of the others.
-    """
-    leading = [each for each in chosen if is_person(each) and face_softness(each) <= MAX_LEADING_SOFTNESS]
-    leading = leading or [each for each in chosen if has_figure(each) and not is_person(each)]
-    if leading:
-        free = {each.time for each in leading}
-        most = _MAX_PLACE_IMPORTANCE_RATIO * max(each.importance for each in leading)
-    else:
-        free = set()
-        groups = [[each for each in chosen if is_person(each) == has_person] for has_person in (True, False)]
-        most = min(max(each.importance for each in group) for group in groups if group)
-    return [
-        each if each.forced or each.time in free else replace(each, importance=min(each.importance, most))
-        for each in chosen
-    ]
-
-
-def equalize_places(chosen: Sequence[Candidate]) -> list[Candidate]:
-    """Return the frames of a page; without any figure, all have the same importance."""
-    if any(has_figure(each) or each.forced for each in chosen):
-        return list(chosen)
-    most = max((each.importance for each in chosen), default=0.0)
-    return [replace(each, importance=most) for each in chosen]

@@ -9,11 +9,6 @@ from dataclasses import replace
 from vidstyle.comic.analyze.features import Candidate, Survey
 from vidstyle.comic.analyze.key_frame_source import Film
 from vidstyle.comic.key_frame import KeyFrame
-from vidstyle.comic.select.choose import (
-    MAX_DEFAULT_PANELS,
-    usable_candidates,
-)
-from vidstyle.comic.select.frame_scores import equalize_places, importance, prefer_subjects
 from vidstyle.comic.select.framing import (
     alternate_framing,
     approach_faces,
@@ -21,10 +16,13 @@ from vidstyle.comic.select.framing import (
     remove_repeats,
     widen_soft_faces,
 )
+from vidstyle.comic.select.importance import equalize_places, importance, prefer_subjects
 from vidstyle.comic.select.key_frame_options import KeyFrameOptions as KeyFrameOptions
+from vidstyle.comic.select.panel_count import MAX_DEFAULT_PANELS
 from vidstyle.comic.select.prune import prune
 from vidstyle.comic.select.readable import Readability, ReadableSearch
 from vidstyle.comic.select.refinement import Refinement
+from vidstyle.comic.select.usable import usable_candidates
 from vidstyle.errors import InputError, UsageError
 from vidstyle.pipeline.progress import ProgressCallback, ignore_progress
 

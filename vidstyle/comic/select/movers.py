@@ -20,9 +20,11 @@ _MIN_SEEN_MOVER_RATIO, _MIN_WIDE_SUBJECT_SHARE = 0.3, 0.3
 the box of all movers covers at least in a wide view."""
 _MAX_FEW_MOVERS = 3
 """Number of movers up to which each can be followed."""
-_MIN_LARGEST_SHARE, _NEARLY_LARGEST_RATIO, _MAX_LARGEST_CUT = 0.03, 0.8, 0.6
-"""Minimum share of the picture that a film's largest mover covers; area from which another one is as large,
-relative to it; and maximum part of it that the edge cuts off."""
+_MAX_CUT_SHARE = 0.6
+"""Part of a mover outside of the picture above which the edge cuts it off."""
+_MIN_LARGEST_SHARE, _NEARLY_LARGEST_RATIO = 0.03, 0.8
+"""Minimum share of the picture that a film's largest mover covers; and area from which another one is as
+large, relative to it."""
 _MOVER_MARGIN_RATIO, _MAX_MOVERS_SIDE_RATIO = 0.35, 0.5
 """Margin around one of several movers in longer sides of its box, as its coarse mask misses legs; and maximum
 side of a close-up that others widen, relative to the picture's."""
@@ -109,12 +111,19 @@ def has_several_movers(candidate: Candidate) -> bool:
 
 def shows_largest_mover(candidates: Sequence[Candidate]) -> np.ndarray:
     """Return which frames of a film, without faces, show its largest mover at its full size: N bool."""
-    areas = np.array([0.0 if each.faces else _whole_area(each.action) for each in candidates])
+    areas = np.array([_whole_area(each) for each in candidates])
     return areas >= max(_MIN_LARGEST_SHARE, _NEARLY_LARGEST_RATIO * float(areas.max(initial=0.0)))
 
 
-def _whole_area(action: Foreground | None) -> float:
-    """Return the share of the picture that a mover covers; 0 if it is gone or the edge cuts it off."""
-    if action is None or action.is_gone or action.cut > _MAX_LARGEST_CUT:
+def is_cut_off(candidate: Candidate) -> bool:
+    """Whether the edge cuts off most of what moves in a frame without faces."""
+    action = None if candidate.faces else candidate.action
+    return action is not None and action.cut > _MAX_CUT_SHARE
+
+
+def _whole_area(candidate: Candidate) -> float:
+    """Return the share of the picture that a mover covers; 0 if it is gone or cut off, or with faces."""
+    action = None if candidate.faces else candidate.action
+    if action is None or action.is_gone or is_cut_off(candidate):
         return 0.0
     return float(action.places.mean())

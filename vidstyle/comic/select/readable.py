@@ -6,12 +6,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from vidstyle.comic.analyze.features import Candidate, Survey
-from vidstyle.comic.select.choose import choose, usable_candidates
+from vidstyle.comic.select.choose import choose
 from vidstyle.comic.select.film_thirds import film_thirds
 from vidstyle.comic.select.frame_scores import subject_strength
 from vidstyle.comic.select.key_frame_options import KeyFrameOptions
 from vidstyle.comic.select.refinement import Refinement
 from vidstyle.comic.select.twins import is_same_pose
+from vidstyle.comic.select.usable import usable_candidates
 from vidstyle.errors import log
 
 Readability = Callable[[Sequence[Candidate]], Sequence[float]]

@@ -11,8 +11,8 @@ import numpy as np
 from vidstyle.comic.analyze.features import Candidate
 from vidstyle.comic.analyze.moving.poses import has_other_pose
 from vidstyle.comic.analyze.similarity import DIFFERENT_SIMILARITY, similarity
-from vidstyle.comic.select.choose import MAX_SPLIT_SCENES, view_similarity
 from vidstyle.comic.select.frame_scores import is_person
+from vidstyle.comic.select.likeness import MAX_SPLIT_SCENES, view_similarity
 from vidstyle.comic.select.movers import has_few_movers
 
 _INNER_SIZE_PX, _SCALE_RATIOS = (30, 20), (0.85, 1.0, 1.18)
@@ -20,10 +20,12 @@ _INNER_SIZE_PX, _SCALE_RATIOS = (30, 20), (0.85, 1.0, 1.18)
 _MIN_VIEW_CORRELATION = 0.7
 """Correlation from which two frames are one view, if they look alike or belong to one scene: other pictures
 of a trailer and of a film of joined clips have up to 0.68."""
-_MIN_STORY_VIEWS = 4
+_MAX_STORY_VIEWS = 4
 """Number of frames up to which a later moment of the same place is shown: the change is the story."""
-_MIN_CHANGE_SECONDS, _MAX_TRAVELLED_SIMILARITY = 2.0, 0.65
-"""Time between two such moments, and similarity up to which the camera has travelled between them.
+MIN_MOMENT_SECONDS = 2.0
+"""Minimum time between two frames of a scene that show two moments."""
+_MAX_TRAVELLED_SIMILARITY = 0.65
+"""Similarity up to which the camera has travelled between two moments.
 
 On a film of ten seconds of a walk, views a third of the way apart have 0.3 to 0.62.
 """
@@ -54,7 +56,7 @@ def find_repeated_view(key_frames: Sequence[Candidate]) -> int | None:
 
 def tells_story(count: int, one: Candidate, other: Candidate) -> bool:
     """Whether two frames of one view are both shown on a page with this number of panels."""
-    return (count <= _MIN_STORY_VIEWS and _shows_change(one, other)) or (
+    return (count <= _MAX_STORY_VIEWS and _shows_change(one, other)) or (
         count <= MAX_ARRIVAL_PANELS and _approaches(one, other)
     )
 
@@ -74,7 +76,7 @@ def _approaches(one: Candidate, other: Candidate) -> bool:
 
 def is_later(one: Candidate, other: Candidate) -> bool:
     """Whether the second frame is another moment than the first one."""
-    return other.time - one.time >= _MIN_CHANGE_SECONDS
+    return other.time - one.time >= MIN_MOMENT_SECONDS
 
 
 def _shows_change(one: Candidate, other: Candidate) -> bool:
@@ -84,7 +86,7 @@ def _shows_change(one: Candidate, other: Candidate) -> bool:
 
 def shows_other_view(count: int, one: Candidate, other: Candidate) -> bool:
     """Whether a page with this number of panels shows both of two frames of a shot that look different."""
-    return count <= _MIN_STORY_VIEWS and _are_moments(one, other) and _looks_changed(one, other)
+    return count <= _MAX_STORY_VIEWS and _are_moments(one, other) and _looks_changed(one, other)
 
 
 def _are_moments(one: Candidate, other: Candidate) -> bool:
@@ -96,13 +98,9 @@ def _looks_changed(one: Candidate, other: Candidate) -> bool:
     return float(view_similarity([one, other])[0, 1]) <= _MAX_TRAVELLED_SIMILARITY
 
 
-def _similarity(one: Candidate, other: Candidate) -> float:
-    return float(similarity([one.thumbnail, other.thumbnail])[0, 1])
-
-
 def look_different(one: Candidate, other: Candidate) -> bool:
     """Whether hardly anything of one frame is seen in the other."""
-    return _similarity(one, other) <= DIFFERENT_SIMILARITY
+    return float(similarity([one.thumbnail, other.thumbnail])[0, 1]) <= DIFFERENT_SIMILARITY
 
 
 def _tells_more(one: Candidate, other: Candidate) -> bool:
