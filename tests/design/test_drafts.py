@@ -52,7 +52,7 @@ def test_a_draft_of_another_style_remains(tmp_path: Path, photo: Path) -> None:
         assert (page.told["state"]["name"], offered(page)[0]) == ("mine", "ink")
         fields = {entry["name"]: entry["value"] for entry in page.told["state"]["fields"]}
         assert fields["ink"] == "#445566", "as it was left"
-    left = Drafts(tmp_path / "drafts" / "draft.json").read()
+    left = Drafts(tmp_path / "drafts" / "draft.json").offered
     assert {draft.table["name"]: draft.table["ink"] for draft in left} == {
         "ink": "#778899",
         "mine": "#445566",
@@ -98,7 +98,7 @@ def test_changes_of_the_open_look_are_kept_without_a_question(
             browser.run("document.getElementById('to-styles').click()")
         assert not browser.run("return document.querySelector('dialog[open]')")
         assert browser.run("return document.getElementById('toast').textContent").startswith("Your changes")
-        names = [draft.table["name"] for draft in server.designer.offered]
+        names = [draft.table["name"] for draft in server.designer.drafts.offered]
         assert names == ["comic", "sketch", "ink"], "newest first"
         browser.open("about:blank")
 
@@ -121,6 +121,8 @@ def test_the_tab_key_stays_in_an_open_dialog(tmp_path: Path, photo: Path, browse
 def test_one_draft_too_many_replaces_the_oldest(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(drafts, "MAX_DRAFTS", 2)
     for name in ("oldest", "older", "newest"):
-        Drafts(tmp_path / "draft.json").write({"name": name}, None, None)
-    found = Drafts(tmp_path / "draft.json").read()
+        kept = Drafts(tmp_path / "draft.json")
+        kept.write({"name": name}, None, None)
+    assert [draft.table["name"] for draft in kept.offered] == ["older"], "the replaced one is not offered"
+    found = Drafts(tmp_path / "draft.json").offered
     assert [draft.table["name"] for draft in found] == ["newest", "older"]

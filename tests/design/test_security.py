@@ -188,7 +188,7 @@ def test_a_style_from_a_stranger_reads_no_file_and_holds_no_code(
 def test_a_draft_that_somebody_has_written_is_no_draft(tmp_path: Path, photo: Path) -> None:
     for content in ("", "[]", "{}", '{"table": 1, "text": null, "file": "", "when": ""}', "{" * 10**5):
         (tmp_path / "draft.json").write_text(content)
-        assert Drafts(tmp_path / "draft.json").read() == []
+        assert Drafts(tmp_path / "draft.json").offered == []
     draft = {"table": {"format": 1, "base": 5}, "text": None, "file": "", "when": "now"}
     (tmp_path / "draft.json").write_text(json.dumps(draft))
     designer = Designer(open_clip(photo), tmp_path, Drafts(tmp_path / "draft.json"))

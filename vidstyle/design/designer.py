@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import shlex
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from vidstyle.assets import asset_folder
+from vidstyle.design.command_line import command_line, look_options
 from vidstyle.design.document.document import Document
 from vidstyle.design.document.state import state_of
-from vidstyle.design.drafts import Draft, Drafts
+from vidstyle.design.drafts import Drafts
 from vidstyle.design.style_list import list_styles
 from vidstyle.errors import UsageError
 from vidstyle.preview.clip import Clip
 from vidstyle.preview.outputs import output_path
 from vidstyle.style import (
-    Step,
     Style,
     load_style,
     save_style,
@@ -26,7 +25,6 @@ from vidstyle.style import (
 )
 from vidstyle.style.check import TEXTS
 from vidstyle.style.files import read_style_text, style_from_text
-from vidstyle.style.panel import panel
 
 CUE_FILE = "cues.toml"
 """The name under which the page saves the cues of a film."""
@@ -40,15 +38,14 @@ class Designer:
         folder: the working folder, for all output but styles that already have a file.
         document: the style; None until one is opened or created.
         file: the file of the style, or None.
-        offered: the drafts of earlier runs, and of styles that were open, newest first.
+        drafts: of the open style, and of those before.
     """
 
     def __init__(self, clip: Clip, folder: Path, drafts: Drafts) -> None:
         self.clip, self.folder = clip, folder
         self.document: Document | None = None
         self.file: Path | None = None
-        self._drafts = drafts
-        self.offered = drafts.read()
+        self.drafts = drafts
         self._text: str | None = None
         self._start: Style | None = None
 
@@ -69,11 +66,6 @@ class Designer:
         if self.document is None:
             raise UsageError("the designer", "has no style open", "open one or begin a new one")
         return self.document
-
-    @property
-    def draft_offers(self) -> list[dict[str, str]]:
-        """What the page shows of the drafts."""
-        return [{"name": str(draft.table.get("name", "")), "when": draft.when} for draft in self.offered]
 
     def new(self) -> None:
         """Create an empty style."""
@@ -120,22 +112,14 @@ class Designer:
             UsageError: there is no draft.
             StyleError: the draft is invalid.
         """
-        if not 0 <= place < len(self.offered):
-            raise UsageError("the draft", "no longer exists")
-        draft = self.offered[place]
-        if accept:
-            self._resume(draft)
-        else:
-            self._drafts.discard(draft)
-        self.offered.remove(draft)
-
-    def _resume(self, draft: Draft) -> None:
-        """Open a draft."""
+        draft = self.drafts.at(place)
+        if not accept:
+            self.drafts.discard(draft)
+            return
         file = Path(draft.file) if draft.file else None
         folder = file.absolute().parent if file else None
-        style = style_from_table(draft.table, "draft", folder=folder)
-        self._open(style, draft.text, file)
-        self._drafts.resume(draft)
+        self._open(style_from_table(draft.table, "draft", folder=folder), draft.text, file)
+        self.drafts.resume(draft)
         self.opened.mark_changed()
 
     def save(self) -> str:
@@ -198,41 +182,24 @@ class Designer:
             UsageError: more than values have changed, and the style is not saved.
             StyleError: the style is invalid.
         """
-        style, source = self.opened.valid_style(), self.clip.source
+        style = self.opened.valid_style()
         if has_cues:
-            text = f"--cues {CUE_FILE}"
-        elif self._start is not None and _without_values(style) == _without_values(self._start):
-            start = replace(self._start, name=str(self.file)) if self.file else self._start
-            text = panel(replace(style, name=start.name), start)["text"]
-        elif self.file is not None and not self.opened.is_changed:
-            text = f"--style {shlex.quote(str(self.file))}"
+            look = f"--cues {CUE_FILE}"
         else:
-            raise UsageError("the command", "needs the style in a file", "save it first")
-        if self.clip.live:
-            return f"vidstyle live {shlex.quote(source)} {text}"
-        output = shlex.quote(name or f"output{Path(source).suffix}")
-        limit = f" --frames {frames}" if frames else ""
-        return f"vidstyle render {shlex.quote(source)} {output} {text}{limit}"
+            look = look_options(style, self._start, self.file, not self.opened.is_changed)
+        return command_line(self.clip, look, name, frames)
 
     def keep_draft(self) -> None:
         """Save unsaved changes as a draft; if there are none any more, remove it."""
         document = self.document
         if document is None or not document.is_changed:
-            self._drafts.remove()
+            self.drafts.remove()
         else:
-            self._drafts.write(table_from_style(document.style), self._text, self.file)
-
-    def _leave(self) -> None:
-        """Offer unsaved changes of the open style as a draft."""
-        self.keep_draft()
-        kept = self._drafts.leave()
-        if kept is None:
-            return
-        others = [draft for draft in self.offered if draft.path != kept.path]
-        self.offered = sorted([kept, *others], key=lambda draft: draft.when, reverse=True)
+            self.drafts.write(table_from_style(document.style), self._text, self.file)
 
     def _open(self, style: Style, text: str | None, file: Path | None) -> None:
-        self._leave()
+        self.keep_draft()
+        self.drafts.leave()
         # Relative paths would be wrong for a style that is saved elsewhere.
         style = style if file else replace(style, folder=None)
         self.document = Document(style, self.document.revision if self.document else 0)
@@ -246,10 +213,5 @@ class Designer:
         self._text, self.file = read_style_text(path), path
         document.mark_saved(path.absolute().parent)
         self._start = document.style
-        self._drafts.remove()
+        self.drafts.remove()
         return str(path)
-
-
-def _without_values(style: Style) -> dict[str, list[Step]]:
-    """Return the steps of a style without values, which are all that options of a command can change."""
-    return {layer: [replace(step, values={}) for step in steps] for layer, steps in style.layers.items()}

@@ -38,18 +38,36 @@ class Draft:
 
 
 class Drafts:
-    """Stores drafts in files that are replaced atomically; a new draft leaves those of earlier runs alone."""
+    """Stores drafts in files that are replaced atomically; a new draft leaves those of earlier runs alone.
+
+    Attributes:
+        offered: the drafts of earlier runs, and of styles that were open, newest first; without those that
+            are unreadable.
+    """
 
     def __init__(self, path: Path | None = None) -> None:
         """`path`: the first file; further ones get a number. None: in the user's cache folder."""
         first = path or user_cache() / "design-draft.json"
         self._paths = [first, *(first.with_stem(f"{first.stem}-{n}") for n in range(2, MAX_DRAFTS + 1))]
         self._own: Path | None = None
+        self.offered: list[Draft] = []
+        for draft in filter(None, map(_read_draft, self._paths)):
+            self._offer(draft)
 
-    def read(self) -> list[Draft]:
-        """Return the drafts of earlier runs, newest first, without those that are unreadable."""
-        drafts = filter(None, map(_read_draft, self._paths))
-        return sorted(drafts, key=lambda draft: draft.when, reverse=True)
+    def describe(self) -> dict[str, Any]:
+        """Return the message that lists the drafts on the page."""
+        shown = [{"name": str(draft.table.get("name", "")), "when": draft.when} for draft in self.offered]
+        return {"drafts": shown}
+
+    def at(self, place: int) -> Draft:
+        """Return a draft by its place among those that are offered.
+
+        Raises:
+            UsageError: there is none.
+        """
+        if not 0 <= place < len(self.offered):
+            raise UsageError("the draft", "no longer exists")
+        return self.offered[place]
 
     def write(self, table: dict[str, Any], text: str | None, file: Path | None) -> None:
         """Replace the draft of the open style; log a warning if that fails."""
@@ -61,6 +79,7 @@ class Drafts:
             with atomic_file(path, overwrite=True) as write_file:
                 write_file(content.encode())
             self._own = path
+            self._withdraw(path)
         except (OSError, UsageError) as error:
             log.warning("the draft of the style cannot be saved: %s", error_reason(error))
 
@@ -69,13 +88,16 @@ class Drafts:
         return free or min(self._paths, key=lambda path: path.stat().st_mtime)
 
     def resume(self, draft: Draft) -> None:
-        """Continue a draft of an earlier run as the draft of the open style."""
+        """Continue a draft that was offered as the draft of the open style."""
         self._own = draft.path
+        self._withdraw(draft.path)
 
-    def leave(self) -> Draft | None:
-        """Return the draft of the open style, if there is one, which becomes that of an earlier one."""
+    def leave(self) -> None:
+        """Offer the draft of the open style, if there is one."""
         own, self._own = self._own, None
-        return _read_draft(own) if own else None
+        draft = _read_draft(own) if own else None
+        if draft is not None:
+            self._offer(draft)
 
     def remove(self) -> None:
         """Remove the draft of the open style, if there is one."""
@@ -84,8 +106,15 @@ class Drafts:
         self._own = None
 
     def discard(self, draft: Draft) -> None:
-        """Remove a draft of an earlier run."""
+        """Remove a draft that was offered."""
         _remove_file(draft.path)
+        self._withdraw(draft.path)
+
+    def _offer(self, draft: Draft) -> None:
+        self.offered = sorted([*self.offered, draft], key=lambda each: each.when, reverse=True)
+
+    def _withdraw(self, path: Path) -> None:
+        self.offered = [draft for draft in self.offered if draft.path != path]
 
 
 def _read_draft(path: Path) -> Draft | None:

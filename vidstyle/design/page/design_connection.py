@@ -92,7 +92,7 @@ class DesignConnection(DesignView):
         for each in await self.session.run(lambda: list(self.server.greeting())):
             await self.tell(each)
         await self.show_state(await self.session.run(lambda: self.designer.state))
-        await self.tell({"drafts": await self.session.run(lambda: self.designer.draft_offers)})
+        await self.tell(await self.session.run(self.designer.drafts.describe))
         self.server.refresh_steps()
 
     def leave(self) -> None:

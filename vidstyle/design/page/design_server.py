@@ -143,9 +143,9 @@ class DesignServer(PageServer[DesignView]):
 
     async def offer_drafts(self) -> None:
         """Offer the drafts to all browsers."""
-        offers = await self.session.run(lambda: self.designer.draft_offers)
+        drafts = await self.session.run(self.designer.drafts.describe)
         for page in list(self.browsers):
-            await page.tell({"drafts": offers})
+            await page.tell(drafts)
 
     async def change_clip(self, clip: Clip) -> None:
         """Show another clip."""
