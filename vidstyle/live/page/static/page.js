@@ -2,9 +2,10 @@
 
 import { announce } from "./announce.js";
 import { Divider } from "./divider.js";
-import { download, get, make, press, resize, title } from "./elements.js";
+import { download, get, press, resize, title } from "./elements.js";
 import { LostNotice } from "./lost.js";
 import { Panel } from "./panel.js";
+import { SessionLine } from "./session_line.js";
 import { SHARED_KEYS } from "./shared_keys.js";
 import { Connection } from "./socket.js";
 import { switchTheme } from "./theme.js";
@@ -31,18 +32,11 @@ import { switchTheme } from "./theme.js";
  */
 
 const MIN_HOLD_MS = 300;
-const RATE_MS = 2000;
-/** The rate is measured over at least so many frames. */
-const MIN_RATE_FRAMES = 4;
-/** After so many times the usual interval without a frame, the page waits for one; at least this time. */
-const [MAX_INTERVALS, MIN_WAIT_MS] = [4, 5000];
 const STEADY_STEP = 0.1;
 const SPLIT_STEP = 0.05;
 
 const canvas = /** @type {HTMLCanvasElement} */ (get("picture"));
 const context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d", { alpha: false }));
-/** When the last frames were shown. @type {number[]} */
-const times = [];
 /** @type {Status | null} */
 let status = null;
 /** The state of the connection; "" while it is open. */
@@ -51,11 +45,9 @@ let link = "Connecting";
 let connected = 0;
 
 /** @param {string} text @param {boolean} [alarm] */
-const say = (text, alarm = false) => {
-  get("message").title = text; // the line may be too short for it
-  announce(get("message"), text, { alarm });
-};
+const say = (text, alarm = false) => announce(get("message"), text, { alarm });
 
+const line = new SessionLine();
 const lost = new LostNotice("vidstyle live", []);
 const connection = new Connection({
   onmessage(message) {
@@ -116,10 +108,7 @@ function toggleSplit() {
 /** @param {string} text */
 function setLink(text) {
   link = text;
-  if (text) {
-    get("sentence").textContent = text.split(".")[0];
-    get("figures").classList.remove("running");
-  }
+  if (text) line.end(text.split(".")[0]);
   note();
   // Without a session there is nothing to control.
   get("panel").inert = get("buttons").inert = Boolean(text);
@@ -142,78 +131,15 @@ async function show(number, file) {
   }
   context.drawImage(picture, 0, 0);
   picture.close();
-  times.push(performance.now());
+  line.count();
   await becomesVisible();
   if (from === connected) send("shown", { number });
 }
 
-/** Returns the number of frames shown per second; 0 before the second one. */
-function rate() {
-  const now = performance.now();
-  while (times.length > MIN_RATE_FRAMES && times[0] < now - RATE_MS) times.shift();
-  return times.length > 1 ? (1000 * (times.length - 1)) / (times[times.length - 1] - times[0]) : 0;
-}
-
-/** The rate that is said stays until the measured one differs by this part of it. */
-const MIN_RATE_CHANGE = 0.3;
-let saidRate = 0;
-
-/** Returns the number of frames shown per second, which does not change all the time. */
-function steadyRate() {
-  const measured = rate();
-  if (Math.abs(measured - saidRate) > MIN_RATE_CHANGE * saidRate) saidRate = measured;
-  return saidRate;
-}
-
-/** Whether the next frame is late, compared with those before. */
-function isLate() {
-  const usual = rate() ? 1000 / rate() : 0;
-  return performance.now() - times[times.length - 1] > Math.max(MIN_WAIT_MS, MAX_INTERVALS * usual);
-}
-
-/** Returns how many captured frames are shown, in words; "" if almost all are. @param {Status} now */
-function shareOf({ frames, dropped }) {
-  const part = frames / Math.max(1, frames + dropped);
-  return part > 0.98 ? "" : `${Math.round(100 * part)} % of the frames`;
-}
-
-/** @param {number} shown frames per second */
-function inWords(shown) {
-  if (shown >= 1.5) return `${Math.round(shown)} frames per second`;
-  return shown > 0.75 ? "1 frame per second" : `a frame every ${shown > 0 ? Math.round(1 / shown) : "few"} seconds`;
-}
-
-/** Below this number of frames per second a film does not look like one. */
-const MIN_SMOOTH_RATE = 12;
-
-/** Says how the session goes. @param {Status} now */
-function sentenceOf(now) {
-  if (now.source_state === "ended") return "Ended";
-  const shown = steadyRate();
-  const next = nextStyle(now);
-  if (next) return `Preparing ${title(next)}; the picture may stand still`;
-  if (!times.length) return "Starting…";
-  if (isLate()) return "Waiting for the next picture";
-  if (!shown) return "Live";
-  if (shown < MIN_SMOOTH_RATE && times.length && shareOf(now)) return `Live, ${inWords(shown)}, others skipped`;
-  return `Live, ${inWords(shown)}`;
-}
-
 /** @param {Status} now */
 function showStatus(now) {
-  const facts = [
-    ["Size", now.size.join(" × "), "width and height of the picture"],
-    ["Shown here", inWords(steadyRate()), `restyled: ${now.rate.toFixed(1)}`],
-    ["Delay", `${now.shown_ms.toFixed(0)} ms`, "median latency from capture to this page"],
-    ["Captured", shareOf(now) && `${shareOf(now)} shown`, `${now.dropped} of ${now.frames + now.dropped} captured frames were left out to stay live`],
-    ["Detail", now.degraded, "a smaller picture is restyled and enlarged, to keep the frame rate"],
-    ...now.targets.filter(([name]) => name !== "page").map(([name, text]) => [name, text, "another target"]),
-  ];
-  get("sentence").textContent = sentenceOf(now);
-  get("figures").classList.toggle("running", now.source_state === "running" && !link);
-  get("line").replaceChildren(...facts.filter(([, text]) => text).map(([name, text, title]) => make("span", { title }, make("span", { className: "quiet", textContent: name }), text)));
-  const size = get("full-size");
-  press(size, now.full_size);
+  line.show(now, nextStyle(now), !link);
+  press(get("full-size"), now.full_size);
   get("style-name").textContent = title(now.style);
   press(get("bypass"), now.bypass);
   press(get("record"), now.recording);
@@ -265,9 +191,9 @@ function note() {
   const state = link || (status && states[status.source_state]) || "";
   const next = status ? nextStyle(status) : "";
   const text = state || (next && `Preparing ${title(next)}…`);
-  const line = get("note");
-  if (line.textContent !== text) line.textContent = text;
-  line.hidden = !text;
+  const element = get("note");
+  if (element.textContent !== text) element.textContent = text;
+  element.hidden = !text;
   canvas.style.opacity = state ? "0.6" : "1";
 }
 

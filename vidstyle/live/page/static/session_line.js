@@ -1,0 +1,96 @@
+// How a live session goes, in words and figures.
+
+import { get, make, title } from "./elements.js";
+
+/** @typedef {import("./page.js").Status} Status */
+
+const RATE_MS = 2000;
+/** The rate is measured over at least so many frames. */
+const MIN_RATE_FRAMES = 4;
+/** After so many times the usual interval without a frame, the page waits for one; at least this time. */
+const [MAX_INTERVALS, MIN_WAIT_MS] = [4, 5000];
+/** The displayed rate stays until the measured one differs by this part of it. */
+const MIN_RATE_CHANGE = 0.3;
+/** Below this number of frames per second a film does not look like one. */
+const MIN_SMOOTH_RATE = 12;
+
+/** Returns how many captured frames are shown, in words; "" if almost all are. @param {Status} now */
+function shareOf({ frames, dropped }) {
+  const part = frames / Math.max(1, frames + dropped);
+  return part > 0.98 ? "" : `${Math.round(100 * part)} % of the frames`;
+}
+
+/** @param {number} shown frames per second */
+function inWords(shown) {
+  if (shown >= 1.5) return `${Math.round(shown)} frames per second`;
+  return shown > 0.75 ? "1 frame per second" : `a frame every ${shown > 0 ? Math.round(1 / shown) : "few"} seconds`;
+}
+
+/** Shows how the session goes in the elements `figures`, `sentence` and `line`. */
+export class SessionLine {
+  /** When the last frames were shown. @type {number[]} */
+  #times = [];
+  #displayedRate = 0;
+
+  /** A frame is shown. */
+  count() {
+    this.#times.push(performance.now());
+  }
+
+  /** The number of frames shown per second; 0 before the second one. */
+  get #rate() {
+    const now = performance.now(), times = this.#times;
+    while (times.length > MIN_RATE_FRAMES && times[0] < now - RATE_MS) times.shift();
+    return times.length > 1 ? (1000 * (times.length - 1)) / (times[times.length - 1] - times[0]) : 0;
+  }
+
+  /** The number of frames shown per second, which does not change all the time. */
+  get #steadyRate() {
+    const measured = this.#rate;
+    if (Math.abs(measured - this.#displayedRate) > MIN_RATE_CHANGE * this.#displayedRate) this.#displayedRate = measured;
+    return this.#displayedRate;
+  }
+
+  /** Whether the next frame is late, compared with those before. */
+  get #isLate() {
+    const usual = this.#rate ? 1000 / this.#rate : 0;
+    return performance.now() - this.#times[this.#times.length - 1] > Math.max(MIN_WAIT_MS, MAX_INTERVALS * usual);
+  }
+
+  /** @param {Status} now @param {string} next the style that is being prepared; "": none */
+  #sentence(now, next) {
+    if (now.source_state === "ended") return "Ended";
+    const shown = this.#steadyRate;
+    if (next) return `Preparing ${title(next)}; the picture may stand still`;
+    if (!this.#times.length) return "Starting…";
+    if (this.#isLate) return "Waiting for the next picture";
+    if (!shown) return "Live";
+    return `Live, ${inWords(shown)}${shown < MIN_SMOOTH_RATE && shareOf(now) ? ", others skipped" : ""}`;
+  }
+
+  /** @param {Status} now @returns {string[][]} names, values and explanations */
+  #facts(now) {
+    return [
+      ["Size", now.size.join(" × "), "width and height of the picture"],
+      ["Shown here", inWords(this.#steadyRate), `restyled: ${now.rate.toFixed(1)}`],
+      ["Delay", `${now.shown_ms.toFixed(0)} ms`, "median latency from capture to this page"],
+      ["Captured", shareOf(now) && `${shareOf(now)} shown`, `${now.dropped} of ${now.frames + now.dropped} captured frames were left out to stay live`],
+      ["Detail", now.degraded, "a smaller picture is restyled and enlarged, to keep the frame rate"],
+      ...now.targets.filter(([name]) => name !== "page").map(([name, text]) => [name, text, "another target"]),
+    ];
+  }
+
+  /** @param {Status} now @param {string} next the style that is being prepared; "": none @param {boolean} isConnected */
+  show(now, next, isConnected) {
+    get("sentence").textContent = this.#sentence(now, next);
+    get("figures").classList.toggle("running", now.source_state === "running" && isConnected);
+    const facts = this.#facts(now).filter(([, text]) => text);
+    get("line").replaceChildren(...facts.map(([name, text, title]) => make("span", { title }, make("span", { className: "quiet", textContent: name }), text)));
+  }
+
+  /** Shows why there is no session. @param {string} reason */
+  end(reason) {
+    get("sentence").textContent = reason;
+    get("figures").classList.remove("running");
+  }
+}
