@@ -151,8 +151,9 @@ function showLead([heading, more] = leadOf(state)) {
   get("hint").textContent = heading;
   get("hint-more").textContent = more;
   get("stop").hidden = !busy || !state.tiles.length;
-  if (busy || !state.tiles.length) showProgress("");
-  else showDrawn();
+  if (busy || !state.tiles.length) return showProgress("");
+  showProgress(`Drawing ${tiles.drawn} of 9`, tiles.drawn, 9);
+  get("search").hidden = tiles.drawn === 9;
 }
 
 /** Shows the progress of what the user waits for. @param {string} note @param {number} [done] @param {number} [total] 0: unknown */
@@ -162,13 +163,6 @@ function showProgress(note, done = 0, total = 0) {
   else bar.removeAttribute("value");
   get("search-note").textContent = note;
   get("search").hidden = false;
-}
-
-/** Shows how many looks of the screen are drawn, until all are. */
-function showDrawn() {
-  if (busy || !state.tiles.length) return;
-  showProgress(`Drawing ${tiles.drawn} of 9`, tiles.drawn, 9);
-  get("search").hidden = tiles.drawn === 9;
 }
 
 /** Shows the progress of the next screen. @param {{step: string, done: number, total: number, shown: number}} tried */
@@ -255,8 +249,7 @@ function drawTile(place) {
   drawnFrames[place] = due;
   if (isHeld) return;
   tiles.ready(place);
-  if (busy) showDrawn();
-  else showLead();
+  if (!busy) showLead();
   strips.keepFinal(state.tiles[place].tile, canvas);
 }
 

@@ -4,7 +4,7 @@ import { boxOf, Divider } from "./divider.js";
 import { followPointer, get, make, press, resize } from "./elements.js";
 import { SHARED_KEYS } from "./shared_keys.js";
 import { SourceFrames } from "./source_frames.js";
-import { nameOf, ownNameOf, rootOf, summaryOf } from "./tiles.js";
+import { nameOf, ownNameOf, rootOf, summaryOf } from "./tile_names.js";
 
 /** @typedef {import("./explore_types.js").Tile} Tile */
 /** @typedef {import("./explore_types.js").Clip} Clip */

@@ -1,7 +1,7 @@
 // The strips of kept looks and of earlier screens.
 
 import { get, make } from "./elements.js";
-import { nameOf } from "./tiles.js";
+import { nameOf } from "./tile_names.js";
 
 /** @typedef {import("./explore_types.js").State} State */
 /** @typedef {import("./explore_types.js").Tile} Tile */

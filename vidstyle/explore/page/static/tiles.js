@@ -1,7 +1,8 @@
 // The grid of nine tiles and its keyboard navigation.
 
-import { icon, make, press, resize, title } from "./elements.js";
+import { icon, make, press, resize } from "./elements.js";
 import { fetchPicture } from "./source_frames.js";
+import { nameOf, summaryOf } from "./tile_names.js";
 
 /** @typedef {import("./explore_types.js").Tile} Tile */
 /** @typedef {import("./painters.js").Subject} Subject */
@@ -16,43 +17,8 @@ const MIN_HEIGHT_PX = 96;
 const GAP_PX = 12;
 /** Names of looks have this space, if the stage has it, below pictures that are narrower. */
 const MIN_NAME_WIDTH_PX = 300;
-/** The name of a look beside an upright picture has this space. */
+/** The name of a look next to an upright picture has this space. */
 const [MIN_BESIDE_WIDTH_PX, MAX_BESIDE_WIDTH_PX] = [140, 220];
-
-/** Returns the name of a style without the suffix of its variation. @param {string} name */
-export function rootOf(name) {
-  return name.split("~")[0].replace(/^(open|paper)-(\d+)$/, "random $2").replaceAll("_", " ");
-}
-
-/** Returns the name of a tile: what one sees of it, or how it differs from the chosen one. @param {Tile} tile */
-export function nameOf({ kind, name, caption }) {
-  if (kind === "match") return title(rootOf(name));
-  return kind === "tuned" ? `${caption}, tuned` : caption;
-}
-
-/** Returns the name of a look that stands alone: what one sees of it. @param {Tile} tile */
-export const ownNameOf = (tile) => (["values", "step"].includes(tile.kind) && tile.look) || nameOf(tile);
-
-/** Describes in a line below its name where a tile comes from; "" if there is nothing to say. @param {Tile} tile */
-export function summaryOf({ kind, parents, look, steps, likeness }) {
-  const [one, other] = parents.map((parent) => title(rootOf(parent)));
-  switch (kind) {
-    case "chosen":
-      return look;
-    case "values":
-      return "Compared with your choice";
-    case "step":
-      return steps;
-    case "cross":
-      return /^Random \d+$/.test(other ?? one) ? "Mixed with another look" : `Mixed with ${other ?? one}`;
-    case "shipped":
-      return `From ${one}`;
-    case "match":
-      return likeness;
-    default:
-      return "";
-  }
-}
 
 /** Returns a button with an icon and words. @param {Parameters<typeof icon>[0]} name @param {string} words @param {object} properties */
 const labelled = (name, words, properties) => make("button", { disabled: true, ...properties }, icon(name), make("span", { textContent: words }));
