@@ -34,7 +34,7 @@ export const timeOf = (sheet, cue) => cue.time ?? Number(sheet.scenes[cue.scene]
 export const firstCues = (sheet) => withAllScenes(sheet, sheet.cues.map((table) => fromTable(sheet, table)));
 
 /** Returns the cues, and one for each scene that has none. @param {Sheet} sheet @param {Cue[]} cues @returns {Cue[]} */
-export function withAllScenes(sheet, cues) {
+function withAllScenes(sheet, cues) {
   const free = sheet.scenes.map((_, scene) => scene).filter((scene) => !cues.some((cue) => cue.scene === scene && cue.time === null));
   return inOrder(sheet, [...cues, ...free.map((scene) => emptyCue(scene))]);
 }

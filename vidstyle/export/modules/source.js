@@ -13,7 +13,7 @@ function stop(stream) {
 }
 
 /** Returns the size of a video or image; zeros if it has no picture yet. @param {Picture} picture @returns {[number, number]} */
-export function frameSize(picture) {
+function frameSize(picture) {
   return picture instanceof HTMLVideoElement ? [picture.videoWidth, picture.videoHeight] : [picture.naturalWidth, picture.naturalHeight];
 }
 

@@ -30,7 +30,7 @@ const [CAPTION_PX, ABOVE_PX] = [100, 130];
 /** For this time a button says what it has done. */
 const ANSWER_MS = 4000;
 
-/** What is said about each style under its thumbnail. */
+/** The description of each style under its thumbnail. */
 const abouts = figures.map((figure) => String(figure.querySelector(".about")?.textContent));
 
 /** @param {number} number */
@@ -45,7 +45,7 @@ function showBefore(number) {
   before.alt = get("before-tag").textContent = nameOf(number);
 }
 
-/** Returns what is said about a style. @param {number} number */
+/** Returns the note on a style. @param {number} number */
 const noteOf = (number) => [...(figures[number].querySelector(".note")?.cloneNode(true).childNodes ?? [])];
 
 /** Enlarges a style next to the original, or to another style. @param {number} number @param {number} [other] */
@@ -161,14 +161,15 @@ function shorten(element, text) {
   element.textContent = text;
   if (element.scrollHeight <= element.clientHeight) return;
   const words = text.split(" ");
+  const put = (/** @type {number} */ count) => (element.textContent = `${words.slice(0, count).join(" ").replace(/[,;:.]$/, "")} …`);
   let [fits, above] = [0, words.length];
   while (above - fits > 1) {
     const middle = Math.floor((fits + above) / 2);
-    element.textContent = `${words.slice(0, middle).join(" ").replace(/[,;:.]$/, "")} …`;
+    put(middle);
     if (element.scrollHeight <= element.clientHeight) fits = middle;
     else above = middle;
   }
-  element.textContent = `${words.slice(0, fits).join(" ").replace(/[,;:.]$/, "")} …`;
+  put(fits);
 }
 
 /** @param {string} name */
