@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
-from pictures import FACE, picture_with_face
+from focus import EYES, PLACE, WINDOW
+from pictures import picture_with_face
 
 from vidstyle.core.picture import Picture
-from vidstyle.regions.boxes import Box
 from vidstyle.regions.face_tracks import Face
 from vidstyle.regions.features.face_light import DimFaces, light_faces
 from vidstyle.regions.masks import inner_box
 from vidstyle.regions.writing.lifting import luma_in
 
-PLACE = FACE.moved(250, 150)
-WINDOW = Box(280, 140, 390, 260)
-EYES, CHEEK = np.s_[48:60, 40:64], np.s_[66:74, 44:48]
+CHEEK = np.s_[66:74, 44:48]
+"""A cheek in the window."""
 
 
 def back_lit(noise: float = 0.0) -> Picture:

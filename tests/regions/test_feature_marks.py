@@ -13,6 +13,7 @@ from vidstyle.regions.features import feature_marks
 from vidstyle.regions.features.feature_drawing import draw_features
 from vidstyle.regions.features.feature_lifting import lift_features
 from vidstyle.regions.features.landmarks import USUAL_LANDMARKS
+from vidstyle.regions.features.screens import ShadeScreen
 from vidstyle.regions.patches import Patch
 from vidstyle.regions.rasters import NO_RASTER
 from vidstyle.regions.writing.lifting import luma_in
@@ -55,3 +56,28 @@ def test_thin_strokes_are_solid_and_soft_shadows_are_hatched(monkeypatch: pytest
     assert (shadow > 0.8).mean() > 0.2, "a soft shadow leaves no paper"
     monkeypatch.setattr(feature_marks, "MAX_SHADE", 0.0)
     assert np.abs(around(drawn_in_ink(), MOUTH, 14, 0) - mouth).max() < 0.05
+
+
+@pytest.mark.parametrize("is_dotted", [False, True])
+def test_screens_print_every_shade_and_stay_on_the_page(is_dotted: bool) -> None:
+    """No shade is paper and full shade is ink; between them there is ink in proportion."""
+    shades = np.linspace(0, 1, 9, dtype=np.float32)
+    screen = ShadeScreen(Box(0, 0, 60, 60), 160, is_dotted=is_dotted)
+    inked = [screen.inked(np.full((60, 60), shade, np.float32)).mean() for shade in shades]
+    assert inked[0] == 0 and inked[-1] == 1 and (np.diff(inked) > 0).all()
+    assert np.abs(inked[4] - 0.5) < 0.1
+    whole, part = (
+        ShadeScreen(Box(60 - side, 60 - side, 60, 60), 160, is_dotted=is_dotted).inked(
+            np.full((side, side), 0.5, np.float32)
+        )
+        for side in (60, 40)
+    )
+    assert np.allclose(whole[20:, 20:], part, atol=1e-3)
+
+
+def test_dark_shade_is_hatched_twice() -> None:
+    """The lines of the first set are equal along their direction."""
+    screen = ShadeScreen(Box(0, 0, 60, 60), 160, is_dotted=False)
+    light, dark = (screen.inked(np.full((60, 60), shade, np.float32)) for shade in (0.5, 0.8))
+    differences = [np.abs(each[1:, :-1] - each[:-1, 1:]).max() for each in (light, dark)]
+    assert differences[0] < 1e-3 and differences[1] > 0.2

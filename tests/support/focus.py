@@ -10,14 +10,22 @@ from pictures import FACE
 from vidstyle.core.picture import Picture
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.regions.boxes import Box
+from vidstyle.regions.face_tracks import Face
+from vidstyle.regions.features.feature_lifting import Features, lift_features
 from vidstyle.regions.features.landmarks import USUAL_LANDMARKS
 from vidstyle.regions.focus import FocusRenderer
+from vidstyle.regions.patches import Patch
 from vidstyle.regions.still_faces import KnownFaces
+from vidstyle.regions.writing.lifting import luma_in
 from vidstyle.renderer import restyle_array
 from vidstyle.style import Style
 
 PLACE = FACE.moved(250, 150)
 """Position of the face in `picture_with_face`."""
+WINDOW = Box(280, 140, 390, 260)
+"""A window around this face."""
+EYES = np.s_[48:60, 40:64]
+"""The eyes in the window."""
 
 
 def without(style: Style) -> Style:
@@ -43,3 +51,10 @@ def planes(picture: Picture) -> list[np.ndarray]:
     found: list[np.ndarray] = []
     picture.map_planes(lambda plane, kind: (found.append(plane), plane)[1] if kind != "alpha" else plane)
     return found
+
+
+def lifted(picture: Picture, amount: float = 1.0) -> tuple[np.ndarray, list[Features]]:
+    """Return the luma of `WINDOW` without the features of the face, and these."""
+    copied = picture.map_planes(lambda plane, _: plane.copy())
+    features = lift_features(copied, [Patch(WINDOW, WINDOW, Face(0, PLACE))], amount)
+    return luma_in(copied, WINDOW), features
