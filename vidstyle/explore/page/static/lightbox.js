@@ -1,16 +1,16 @@
-// The lightbox: one style enlarged, with before and after, fine tuning on a pad of two parameters, saving and export.
+// The lightbox: one style enlarged, with before and after, fine tuning, saving and export.
 
 import { boxOf, Divider } from "./divider.js";
-import { followPointer, get, make, press, resize } from "./elements.js";
+import { get, make, press, resize } from "./elements.js";
+import { Outcome } from "./outcome.js";
 import { SHARED_KEYS } from "./shared_keys.js";
 import { SourceFrames } from "./source_frames.js";
 import { nameOf, ownNameOf, rootOf, summaryOf } from "./tile_names.js";
+import { TuningPad } from "./tuning_pad.js";
 
 /** @typedef {import("./explore_types.js").Tile} Tile */
 /** @typedef {import("./explore_types.js").Clip} Clip */
 /** @typedef {import("./painters.js").Subject} Subject */
-/** @typedef {{label: string, path: string, low: number, high: number, whole: boolean, factor: boolean}} Axis */
-/** @typedef {(kind: string, fields?: object) => Promise<any>} Ask */
 
 /** Words of the button that saves, and of it when the file exists. */
 const [SAVE, REPLACE] = ["Save look", "Replace"];
@@ -18,16 +18,6 @@ const MAX_NAME_LENGTH = 40;
 const LAYER_NAMES = { base: "First", background: "Background", lines: "Lines" };
 const canvas = /** @type {HTMLCanvasElement} */ (get("large"));
 const dialog = /** @type {HTMLDialogElement} */ (get("lightbox"));
-const pad = get("pad");
-const point = get("point");
-
-/** Returns the value at a position on an axis. @param {Axis} axis @param {number} place */
-function valueAt(axis, place) {
-  if (axis.factor) return axis.low * Math.pow(axis.high / axis.low, place);
-  const value = axis.low + place * (axis.high - axis.low);
-  return axis.whole ? Math.round(value) : value;
-}
-
 /** The enlarged view of a tile. */
 export class Lightbox {
   /** @type {Tile | null} */
@@ -37,14 +27,6 @@ export class Lightbox {
   held = false;
   /** Whether a film is being rendered. */
   rendering = false;
-  /** @type {Axis[]} */
-  axes = [];
-  /** The point on the pad. @type {[number, number]} */
-  at = [0.5, 0.5];
-  /** Whether the point has left the position of the style. */
-  moved = false;
-  /** The tile that the pad tunes. @type {Tile | null} */
-  padTile = null;
   /** The index of the current frame. */
   #place = -1;
   #scratch = document.createElement("canvas");
@@ -54,7 +36,7 @@ export class Lightbox {
 
   /**
    * @param {object} handlers
-   * @param {Ask} handlers.ask
+   * @param {import("./tuning_pad.js").Ask} handlers.ask
    * @param {(tile: number) => Subject} handlers.subjectOf
    * @param {(source: SourceFrames) => import("./painters.js").PagePainter | import("./painters.js").ServerPainter} handlers.painterOf
    * @param {() => number} handlers.side returns the shorter side at which to draw
@@ -72,6 +54,8 @@ export class Lightbox {
     /** @type {Clip | null} */
     this.clip = null;
     this.divider = new Divider(canvas, get("divider"), () => (this.dirty = true));
+    this.pad = new TuningPad(handlers.ask, () => this.#tune());
+    this.outcome = new Outcome(handlers.say, (file) => this.#act(async () => void (await handlers.ask("reveal", { file }))));
     this.#listen();
   }
 
@@ -88,7 +72,7 @@ export class Lightbox {
    */
   open(tile, clip, other = null, small = null) {
     const isNew = this.clip !== clip || !this.source.pictures.length;
-    Object.assign(this, { tile, other, clip, moved: false });
+    Object.assign(this, { tile, other, clip });
     if (!dialog.open) dialog.showModal();
     if (other) this.divider.move(0.5);
     this.#play(this.handlers.isPlaying());
@@ -103,10 +87,10 @@ export class Lightbox {
     this.painter.keep(new Set());
     this.#prepare(this.handlers.subjectOf(tile.tile));
     if (other) this.painter.prepare(this.handlers.subjectOf(other.tile), this.handlers.side());
+    this.pad.load(tile);
     this.#describe(tile, clip);
     get("render").after(get("progress"));
     get("like").focus();
-    this.#loadPad(tile);
   }
 
   /** @param {Tile} tile @param {Clip} clip */
@@ -125,13 +109,13 @@ export class Lightbox {
     /** @type {HTMLDetailsElement} */ (get("exports")).open = false;
     this.#showRender(clip);
     /** @type {HTMLInputElement} */ (get("name")).value = (tile.look || nameOf(tile)).toLowerCase().replace(/[^a-z0-9]+/g, "-").replace(/^-|-$/g, "").slice(0, MAX_NAME_LENGTH);
-    get("outcome").textContent = "";
+    this.outcome.report("");
     get("save").textContent = SAVE;
     this.#mark();
   }
 
   #mark() {
-    const kept = this.tile !== null && !this.moved && this.handlers.isKept(this.tile.tile);
+    const kept = this.tile !== null && !this.pad.moved && this.handlers.isKept(this.tile.tile);
     press(get("keep"), kept);
     press(get("split"), this.divider.split !== null);
     this.dirty = true;
@@ -176,72 +160,17 @@ export class Lightbox {
     Object.assign(names[1].style, { left: `${x + width - names[1].offsetWidth - 10}px`, top: `${y + 10}px` });
   }
 
-  // Fine tuning
-
-  /** @param {Tile} tile */
-  async #loadPad(tile) {
-    this.axes = [];
-    this.padTile = tile;
-    pad.classList.remove("ready");
-    pad.setAttribute("aria-busy", "true");
-    get("pad-note").textContent = "Finding two values to tune…";
-    get("axes").replaceChildren();
-    point.hidden = true;
-    try {
-      const { axes, start } = await this.handlers.ask("pad", { tile: tile.tile });
-      if (this.padTile !== tile) return;
-      [this.axes, this.at] = [axes, start];
-      const samples = /** @type {HTMLImageElement} */ (get("samples"));
-      samples.src = `pad.jpg?tile=${tile.tile}`;
-      this.#placePoint();
-      get("pad-note").textContent = "Drawing samples of both values…";
-      await samples.decode();
-      if (this.padTile === tile) pad.classList.add("ready");
-    } catch (error) {
-      if (this.padTile === tile) get("pad-note").textContent = "This look has no two values to tune.";
-    }
-    pad.setAttribute("aria-busy", "false");
-  }
-
-  #placePoint() {
-    const [x, y] = this.at;
-    point.hidden = false;
-    // At an edge it stays whole.
-    const within = (/** @type {number} */ part) => `clamp(.75rem, ${100 * part}%, 100% - .75rem)`;
-    Object.assign(point.style, { left: within(x), top: within(1 - y) });
-    const texts = this.axes.map((axis, each) => [
-      `${each ? "↑" : "→"} ${axis.label}`,
-      String(Number(valueAt(axis, this.at[each]).toPrecision(3))),
-    ]);
-    get("axes").replaceChildren(...texts.flatMap(([name, value]) => [make("dt", { textContent: name }), make("dd", { textContent: value })]));
-    pad.setAttribute("aria-description", texts.map((each) => each.join(" ")).join(", "));
-  }
-
-  /** @param {number} x @param {number} y */
-  async #moveTo(x, y) {
-    if (!this.axes.length) return;
-    const inside = (/** @type {number} */ part) => Math.min(1, Math.max(0, part));
-    this.at = [inside(x), inside(y)];
-    this.moved = true;
-    this.#placePoint();
+  /** Draws the point of the tuning pad, and after that the one to which it has moved meanwhile. */
+  async #tune() {
     this.#mark();
     if (this.#moving) return;
     this.#moving = true;
     let drawn;
-    while (drawn !== this.at && this.padTile) {
-      drawn = this.at;
-      await this.#prepare(this.#tunedSubject(this.padTile.tile, drawn)).catch(() => {});
+    while (drawn !== this.pad.at && this.pad.subject) {
+      drawn = this.pad.at;
+      await this.#prepare(this.pad.subject).catch(() => {});
     }
     this.#moving = false;
-  }
-
-  /** @param {number} tile @param {[number, number]} at @returns {Subject} */
-  #tunedSubject(tile, [x, y]) {
-    return {
-      name: `${tile}@${x},${y}`,
-      plan: (side, whole) => this.handlers.ask("tune", { tile, x, y, side, whole }),
-      address: (frame, side) => `tuned.jpg?tile=${tile}&x=${x}&y=${y}&frame=${frame}&side=${side}`,
-    };
   }
 
   /** @param {Subject} subject */
@@ -256,53 +185,25 @@ export class Lightbox {
   /** Resolves to the number of the tile; turns a tuned style into a new tile first. */
   async #tileNumber() {
     if (!this.tile) throw new Error("No style is open.");
-    if (this.moved && this.padTile) {
-      const [x, y] = this.at;
-      const { tile } = await this.handlers.ask("keep", { tile: this.padTile.tile, x, y });
-      this.tile = { ...this.tile, tile, kind: "tuned", parents: [this.padTile.name] };
-      this.moved = false;
-    }
+    if (this.pad.moved) this.tile = { ...this.tile, tile: await this.pad.keep(), kind: "tuned", parents: [this.pad.tile?.name ?? ""] };
     return this.tile.tile;
   }
 
   // Actions
 
-  /** @param {string} text @param {string} [kind] "alarm" or "spinning" */
-  #report(text, kind = "") {
-    if (!dialog.open) this.handlers.say(text);
-    get("outcome").textContent = text;
-    get("outcome").className = `quiet ${kind}`;
-  }
-
-  /** Reports a file that was written, with its folder. @param {string} done @param {string} file */
-  #reportFile(done, file) {
-    const [, folder, name] = file.match(/^(.*?)[\\/]?([^\\/]*)$/) ?? [];
-    this.#report(`${done} as ${name}`);
-    const place = make("span", { className: "quiet", textContent: folder });
-    const copy = make("button", { textContent: "Copy path", onclick: () => this.#copy(file, copy, place) });
-    const reveal = make("button", { textContent: "Show in folder", hidden: !this.clip?.reveal, onclick: () => this.#act(async () => void (await this.handlers.ask("reveal", { file }))) });
-    get("outcome").append(place, make("span", { className: "chips" }, reveal, copy));
-  }
-
-  /** @param {string} path @param {HTMLElement} button @param {HTMLElement} place shows the selected path if the browser cannot copy */
-  async #copy(path, button, place) {
-    try {
-      await navigator.clipboard.writeText(path);
-      button.textContent = "Copied";
-    } catch {
-      place.textContent = path;
-      getSelection()?.selectAllChildren(place);
-    }
+  /** @param {string} done what was done with the look @param {string} file */
+  #showFile(done, file) {
+    this.outcome.reportFile(done, file, Boolean(this.clip?.reveal));
   }
 
   /** Runs an action on the tile and reports its outcome. @param {(tile: number) => Promise<void>} action @param {string} [doing] what it does, if it takes long */
   async #act(action, doing = "") {
     try {
-      if (doing) this.#report(doing, "spinning");
+      if (doing) this.outcome.report(doing, "spinning");
       await action(await this.#tileNumber());
       this.#mark();
     } catch (error) {
-      this.#report(/** @type {Error} */ (error).message, "alarm");
+      this.outcome.report(/** @type {Error} */ (error).message, "alarm");
     }
   }
 
@@ -310,7 +211,7 @@ export class Lightbox {
     const name = /** @type {HTMLInputElement} */ (get("name"));
     const button = get("save");
     if (!name.value.trim()) {
-      this.#report("Type a name for the look first.", "alarm");
+      this.outcome.report("Type a name for the look first.", "alarm");
       return name.focus();
     }
     const overwrite = button.textContent === REPLACE;
@@ -318,7 +219,7 @@ export class Lightbox {
       try {
         const { file } = await this.handlers.ask("save", { tile, name: name.value.trim(), overwrite });
         button.textContent = SAVE;
-        this.#reportFile("Saved", file);
+        this.#showFile("Saved", file);
       } catch (error) {
         if (/exists/.test(String(error))) button.textContent = REPLACE;
         throw error;
@@ -334,7 +235,7 @@ export class Lightbox {
 
   /** Writes the style for other programs. @param {string} kind of a target */
   export(kind) {
-    return this.#act(async (tile) => this.#reportFile("Exported", (await this.handlers.ask("export", { tile, name: this.name, kind })).file), `Exporting ${this.name}.${kind}…`);
+    return this.#act(async (tile) => this.#showFile("Exported", (await this.handlers.ask("export", { tile, name: this.name, kind })).file), `Exporting ${this.name}.${kind}…`);
   }
 
   async render() {
@@ -344,7 +245,7 @@ export class Lightbox {
     this.#showRender(clip);
     this.progress({});
     const doing = `Rendering ${this.clip?.name ?? "the film"} in this look…`;
-    await this.#act(async (tile) => this.#reportFile("Rendered", (await this.handlers.ask("render", { tile, name: `${stem}-${this.name}`.slice(0, 64) })).file), doing);
+    await this.#act(async (tile) => this.#showFile("Rendered", (await this.handlers.ask("render", { tile, name: `${stem}-${this.name}`.slice(0, 64) })).file), doing);
     this.rendering = false;
     this.#showRender(clip);
   }
@@ -412,30 +313,18 @@ export class Lightbox {
     get("render").onclick = () => this.render();
     get("cancel").onclick = () => this.handlers.ask("cancel");
     get("design").onclick = () => this.#act(async (tile) => void window.open((await this.handlers.ask("design", { tile })).url, "_blank", "noopener"));
-    this.#listenToPointer();
+    this.divider.listen();
     dialog.addEventListener("keydown", (event) => this.#key(event));
     dialog.addEventListener("keyup", (event) => event.key.toLowerCase() === SHARED_KEYS.original && this.hold(false));
     addEventListener("resize", () => (this.dirty = true));
-  }
-
-  #listenToPointer() {
-    followPointer(pad, (event) => {
-      const box = pad.getBoundingClientRect();
-      this.#moveTo((event.clientX - box.left) / box.width, 1 - (event.clientY - box.top) / box.height);
-    });
-    this.divider.listen();
   }
 
   /** @param {KeyboardEvent} event */
   #key(event) {
     const target = /** @type {HTMLElement} */ (event.target);
     if (event.ctrlKey || event.metaKey || event.altKey || target.matches("input")) return;
-    const step = event.shiftKey ? 0.1 : 0.02;
-    const [x, y] = this.at;
-    const moves = { ArrowLeft: [x - step, y], ArrowRight: [x + step, y], ArrowUp: [x, y + step], ArrowDown: [x, y - step] };
-    const move = target === pad && moves[/** @type {keyof typeof moves} */ (event.key)];
-    if (move) this.#moveTo(move[0], move[1]);
-    else if (event.key === "Enter" && !target.matches("button")) this.like();
+    if (this.pad.press(event)) return event.preventDefault();
+    if (event.key === "Enter" && !target.matches("button")) this.like();
     else if (event.key.toLowerCase() === SHARED_KEYS.save) this.star();
     else if (event.key === SHARED_KEYS.compare) this.toggleSplit();
     else if (event.key === SHARED_KEYS.original) this.hold(true);
