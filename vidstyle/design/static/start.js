@@ -1,25 +1,13 @@
 // The start screen: all styles, previewed on the user's picture.
 
+import { Doors } from "./doors.js";
 import { clock, get, icon, make, press, title } from "./elements.js";
+import { FilePicker } from "./file_picker.js";
 import { describeSearch, findLooks, relatedLooks } from "./find_looks.js";
 import { glanceAt } from "./preview.js";
 import { rove } from "./roving.js";
 
 /** @typedef {import("./types.js").StyleInfo} StyleInfo */
-
-/** The other pages: icon, name, purpose. @type {Record<string, [string, string, string]>} */
-const OTHER_PAGES = {
-  explore: ["styles", "Explore new looks", "Choose from random styles on your own picture"],
-  comic: ["panels", "Make comic pages", "The key frames of your film, to read in the browser"],
-  print: ["print", "Comic pages as PDF", "The same pages, to print"],
-  live: ["camera", "Live camera", "Restyle a webcam while you watch"],
-};
-
-/** The pages that the front page makes from a film, and their progress messages. @type {Record<string, string>} */
-const MADE = { comic: "Choosing key frames and drawing pages…", print: "Drawing pages for print…" };
-
-/** The sources of the live page without a camera. */
-const WITHOUT_CAMERA = { "live-film": "Use this film", "live-test": "Use a test picture" };
 
 /** The button for looks of all kinds. */
 const ALL = "All";
@@ -32,9 +20,6 @@ const EXAMPLE = "demo";
 
 /** Lengths of the units in which the wheel is reported: pixels and lines. */
 const WHEEL_UNITS_PX = [1, 18];
-
-/** The server accepts no larger files. */
-const MAX_UPLOAD_BYTES = 2 ** 31;
 
 /** A part of a description that is shorter says nothing that the name does not say. */
 const MIN_SUMMARY_LENGTH = 20;
@@ -81,7 +66,6 @@ export class Start {
   #name = "";
   /** The address of the unchanged film. */
   #source = "";
-  #isFilm = false;
 
   /**
    * @param {import("./session.js").Session} session
@@ -93,6 +77,8 @@ export class Start {
     this.say = say;
     this.opened = opened;
     this.root = get("start");
+    this.doors = new Doors(session, () => /** @type {HTMLElement | null} */ (this.root.querySelector(".choose-file"))?.focus());
+    new FilePicker(session, { onstyle: () => this.opened("file"), onopened: () => this.show(false) });
     this.finder = /** @type {HTMLInputElement} */ (get("find-look"));
     this.finder.addEventListener("input", () => this.#filter());
     this.finder.addEventListener("keydown", (event) => {
@@ -117,14 +103,6 @@ export class Start {
       if (state && (state.isStart || session.state)) this.show(state.isStart);
     });
     get("all-looks").addEventListener("click", () => this.#search(""));
-    const picker = /** @type {HTMLInputElement} */ (get("file"));
-    for (const button of document.querySelectorAll(".choose-file")) button.addEventListener("click", () => picker.click());
-    picker.addEventListener("change", () => {
-      if (picker.files?.[0]) this.take(picker.files[0]);
-      picker.value = "";
-    });
-    for (const kind of ["dragover", "dragleave", "drop"])
-      addEventListener(kind, (event) => this.#drag(/** @type {DragEvent} */ (event)));
     session.on("kinds", (kinds) => this.#list([ALL, MINE, ...kinds]));
     session.on("styles", (styles) => this.#fill(styles));
     session.on("clip", (clip) => this.#film(clip));
@@ -181,10 +159,9 @@ export class Start {
     this.#name = clip.name.split(/[\\/]/).at(-1) ?? "";
     get("uploading").hidden = true;
     this.#requested = 0;
-    this.#isFilm = clip.count > 1;
-    this.#showDoors();
     get("previews").textContent = "";
     const isExample = this.#name === EXAMPLE;
+    this.doors.take(clip.count > 1, isExample);
     get("source-name").textContent = isExample ? "An example" : this.#name;
     const size = clip.size.join(" × ");
     get("source-name").title = clip.name;
@@ -323,67 +300,7 @@ export class Start {
     document.body.classList.add("front");
     if (this.#new) this.#tiles = [...this.#tiles.filter((tile) => tile !== this.#new), this.#new];
     this.#filter();
-    const others = pages.filter((kind) => kind in OTHER_PAGES).map((kind) => this.#door(kind));
-    get("other-pages").replaceChildren(...others);
-    get("other-pages").hidden = !others.length;
-    this.#showDoors();
-  }
-
-  /** Offers comics of films only: a photograph has no key frames. */
-  #showDoors() {
-    for (const door of /** @type {NodeListOf<HTMLElement>} */ (get("other-pages").querySelectorAll("[data-kind]")))
-      door.hidden = String(door.dataset.kind) in MADE && !this.#isFilm;
-  }
-
-  /** Returns the button that opens another page. @param {string} kind */
-  #door(kind) {
-    const [image, name, purpose] = OTHER_PAGES[kind];
-    const said = make("span", { className: "quiet", role: "status", textContent: purpose });
-    const button = make("button", { type: "button" }, icon(image), make("span", {}, make("b", { textContent: name }), said));
-    button.dataset.kind = kind;
-    button.addEventListener("click", async () => {
-      if (!this.#mayMake(kind)) return;
-      button.disabled = true;
-      said.textContent = MADE[kind] ?? "Starting…";
-      const cancel = make("button", { type: "button", textContent: "Cancel", onclick: () => this.session.ask("cancel_page") });
-      if (kind in MADE) button.after(cancel);
-      if (!(await this.#leave(kind)) && kind === "live") this.#offerWithoutCamera();
-      cancel.remove();
-      said.textContent = purpose;
-      button.disabled = false;
-    });
-    return button;
-  }
-
-  /** Asks for a film before a comic can be made. @param {string} kind */
-  #mayMake(kind) {
-    if (!(kind in MADE) || this.#name !== EXAMPLE) return true;
-    this.session.onerror("Open a film first: a comic shows its key frames.");
-    /** @type {HTMLElement | null} */ (this.root.querySelector(".choose-file"))?.focus();
-    return false;
-  }
-
-  /** Offers other sources for the live page. */
-  #offerWithoutCamera() {
-    const offered = Object.entries(WITHOUT_CAMERA).filter(([kind]) => kind === "live-test" || (this.#isFilm && this.#name !== EXAMPLE));
-    const buttons = offered.map(([kind, textContent]) => make("button", { type: "button", textContent, onclick: () => this.#leave(kind) }));
-    document.querySelector(".no-camera")?.remove();
-    get("other-pages").append(make("div", { className: "no-camera" }, make("p", { textContent: "Without a camera, show the live page with:" }), ...buttons));
-    buttons[0].focus();
-  }
-
-  /** Opens another page in a new tab; resolves to whether it opened. @param {string} kind */
-  async #leave(kind) {
-    // A tab that is opened only after the answer would be blocked.
-    const tab = kind === "print" ? null : open("", "_blank");
-    if (tab && kind in MADE) {
-      tab.document.title = OTHER_PAGES[kind][1];
-      tab.document.body.textContent = `${MADE[kind]} The comic appears here.`;
-    }
-    const answer = await this.session.ask("page", { kind });
-    if (answer?.url && tab) tab.location = answer.url;
-    else tab?.close();
-    return Boolean(answer?.url);
+    this.doors.offer(pages);
   }
 
   /** @param {string} kind @param {Object<string, any>} fields @param {boolean} [isByKeyboard] */
@@ -398,36 +315,5 @@ export class Start {
     // The first control, so that the keyboard need not pass the bar; after a click, shortcuts of the page work.
     if (isByKeyboard)
       requestAnimationFrame(() => /** @type {HTMLElement | null} */ (document.querySelector("#style-tab-content :is(.chips button, input:not([type=number]))"))?.focus());
-  }
-
-  /** @param {DragEvent} event */
-  #drag(event) {
-    if (!event.dataTransfer?.types.includes("Files")) return;
-    event.preventDefault();
-    document.body.classList.toggle("over", event.type === "dragover");
-    const file = event.type === "drop" && event.dataTransfer.files[0];
-    if (file) this.take(file);
-  }
-
-  /** Uploads a style file, a film or a photograph. @param {File} file */
-  async take(file) {
-    if (!file.size) return this.session.onerror(`${file.name}: the file is empty.`);
-    if (file.size > MAX_UPLOAD_BYTES) return this.session.onerror(`${file.name}: too large to upload; name it on the command line: vidstyle design FILE.`);
-    const isStyle = /\.toml$/i.test(file.name);
-    if (isStyle) this.opened("file");
-    const bar = /** @type {HTMLProgressElement} */ (get("uploading"));
-    const shown = ["source-name", "source-facts", "drop-here"].map((id) => get(id)), before = shown.map((each) => each.textContent);
-    /** @param {(string | null)[]} texts */
-    const say = (texts) => shown.forEach((each, place) => (each.textContent = texts[place]));
-    bar.hidden = false;
-    if (!isStyle) say([file.name, "opening…", `Opening ${file.name}…`]);
-    try {
-      await this.session.connection.upload(file, (part) => (bar.value = part));
-      if (isStyle) this.show(false);
-    } catch (error) {
-      this.session.onerror(/** @type {Error} */ (error).message);
-      say(before);
-    }
-    bar.hidden = true;
   }
 }
