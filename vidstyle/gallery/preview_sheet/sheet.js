@@ -1,5 +1,6 @@
 // The page of a preview sheet. `vidstyle.gallery.preview` joins it with the modules that it imports.
 
+import { columnsFor, shorten } from "./columns.js";
 import { get, icon, make, press, saveAs, title } from "./elements.js";
 import { describeSearch, findLooks } from "./find_looks.js";
 import { rove } from "./roving.js";
@@ -15,18 +16,11 @@ const finder = /** @type {HTMLInputElement} */ (get("find-look"));
 const ALL = "All";
 let group = ALL;
 let onlyStarred = false;
-/** Width of a column, in CSS pixels, from which there is one more. */
-const COLUMN_PX = 290;
-/** The narrowest column of pictures in portrait, relative to it. */
-const MIN_COLUMN_RATIO = 0.65;
-const MIN_COLUMNS = 2;
 /** The number of the enlarged style; the first is the original. */
 let shown = 0;
 /** The number of the style next to it: the original, or a starred style that others are compared with. */
 let compared = 0;
 let isSplit = true;
-/** Height of what is below a thumbnail, and above all of them, in CSS pixels. */
-const [CAPTION_PX, ABOVE_PX] = [100, 130];
 /** For this time a button says what it has done. */
 const ANSWER_MS = 4000;
 
@@ -135,41 +129,12 @@ function filter() {
   describeSearch(looks.slice(1), finder.value, !shownFigures.length, search);
 }
 
-/** Chooses a number of columns that fills the last row, as far as possible; pictures in portrait get more columns, few pictures more width. */
+/** Arranges the thumbnails in columns, and shows as many words under each as there is room for. */
 function even() {
   const { naturalWidth: width, naturalHeight: height } = pictureOf(0);
-  const isPortrait = height > width;
-  const columnPx = COLUMN_PX * (isPortrait ? Math.max(MIN_COLUMN_RATIO, width / height) : 1);
-  const usual = Math.max(MIN_COLUMNS, Math.floor(sheet.clientWidth / columnPx));
-  const empty = (/** @type {number} */ columns) => (columns - (figures.length % columns)) % columns;
-  const tried = usual > MIN_COLUMNS ? [usual, ...(isPortrait ? [] : [usual - 1]), usual + 1] : [usual];
-  const [best] = tried.sort((one, other) => empty(one) - empty(other));
-  sheet.style.setProperty("--columns", String(fewest(seenFigures().length, width / height) ?? best));
-  for (const figure of seenFigures()) shorten(/** @type {HTMLElement} */ (figure.querySelector(".about")), abouts[figures.indexOf(figure)]);
-}
-
-/** Returns the fewest columns in which all pictures are seen without scrolling; undefined if there are too many. @param {number} count of pictures @param {number} aspect */
-function fewest(count, aspect) {
-  for (let columns = MIN_COLUMNS; columns * COLUMN_PX <= sheet.clientWidth; columns++) {
-    const rows = Math.ceil(count / columns);
-    if (rows * (sheet.clientWidth / columns / aspect + CAPTION_PX) <= innerHeight - ABOVE_PX) return columns;
-  }
-}
-
-/** Shows as many words of a text as fit into an element. @param {HTMLElement} element @param {string} text */
-function shorten(element, text) {
-  element.textContent = text;
-  if (element.scrollHeight <= element.clientHeight) return;
-  const words = text.split(" ");
-  const put = (/** @type {number} */ count) => (element.textContent = `${words.slice(0, count).join(" ").replace(/[,;:.]$/, "")} …`);
-  let [fits, above] = [0, words.length];
-  while (above - fits > 1) {
-    const middle = Math.floor((fits + above) / 2);
-    put(middle);
-    if (element.scrollHeight <= element.clientHeight) fits = middle;
-    else above = middle;
-  }
-  put(fits);
+  const seen = seenFigures();
+  sheet.style.setProperty("--columns", String(columnsFor(sheet.clientWidth, width / height, seen.length, figures.length)));
+  for (const figure of seen) shorten(/** @type {HTMLElement} */ (figure.querySelector(".about")), abouts[figures.indexOf(figure)]);
 }
 
 /** @param {string} name */
