@@ -13,7 +13,7 @@ SLOPE_CONTROL = Slider(
     0.001,
     1,
     "more for harder borders of black and white",
-    "per level of 255",
+    "per level",
     explore=(0.013, 0.059),
     power=1,
     grows_if="edges",

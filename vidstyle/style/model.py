@@ -139,9 +139,9 @@ _CONTROLS: dict[str, Control] = {
     "height": Slider(
         16,
         65536,
-        "picture height for which lengths in px are meant; taller pictures scale them",
+        "picture height for which lengths in px are meant; they grow with taller pictures",
         unit="px",
-        label="Reference height",
+        label="Made for pictures this high",
     ),
     "ink": Color("of outlines, hatching and solid shapes", label="Line colour", aliases=("ink", "pen")),
     "paper": Color(

@@ -42,7 +42,7 @@ export const LOOK_PROPERTIES = {
 /** What no look is, in words that no look has, and the looks that come closest, the nearest first; after a bar, what else to say. */
 export const ABSENT_LOOKS = {
   "sepia, brown, brown tone, brown photo": "engraving noir charcoal | Engraving has a variant in sepia.",
-  "old film, 8mm, 8 mm, super 8, super8, 16mm, 16 mm, film scratches, celluloid": "noir vhs | Noir comes closest, as black-and-white film; VHS has the wear of an old tape.",
+  "old film, old fashioned film, vintage film, retro film, antique film, aged film, damaged film, scratched film, film scratches, film damage, film dust, dust and scratches, film reel, film projector, projector, celluloid, cine film, 8mm, 8 mm, 8mm film, super 8, super8, super 8 film, 16mm, 16 mm, 16mm film": "noir vhs | Noir comes closest, as black-and-white film; VHS has the wear of an old tape.",
   "instant photo": "vhs riso noir",
   "old paper, aged paper, yellowed paper, parchment": "riso engraving crayon ink | Most looks let you change the paper colour.",
   "needlework, knitted": "mosaic pointillist pixel",
