@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -9,7 +10,7 @@ from media import make_clip
 from pictures import VIDEO, codes
 
 from tools.replay.film import Machine, predict_seconds
-from tools.replay.film_job import FilmTimes
+from tools.replay.film_job import FilmJob, FilmTimes, measure_film
 from tools.replay.machine import slowdown
 from tools.replay.record import Event, Recording, _marks, _movable, _timed, recording
 from tools.replay.virtual_cores import MAX_SLICE_SECONDS, Give, Operation, Semaphore, Take, Work, run
@@ -113,6 +114,12 @@ def test_opening_and_closing_a_film_cancel() -> None:
     assert frames.others == pytest.approx(0)
     made = film([("native", 0.1)])
     assert predict_seconds(made, 2, frames=10) == pytest.approx(10 * 0.1 / 2, rel=0.01)
+
+
+def test_a_film_shorter_than_asked_for_counts_its_own_frames(tmp_path: Path) -> None:
+    clip = make_clip(tmp_path / "clip.mp4", frames=16)
+    job = FilmJob(str(clip), "plain", 24, sorted(os.sched_getaffinity(0))[:1])
+    assert measure_film(job).frames == 12
 
 
 def test_copies_that_only_time_planes_are_not_work(monkeypatch: pytest.MonkeyPatch) -> None:

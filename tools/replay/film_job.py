@@ -26,7 +26,7 @@ SHORT_RATIO = 0.25
 
 @dataclass(frozen=True)
 class FilmJob:
-    """A render of the first `frames` of a clip on given cores, at `size` if given.
+    """A render of at most the first `frames` of a clip on given cores, at `size` if given.
 
     Attributes:
         records: whether to record the tasks of the frames.
@@ -110,10 +110,11 @@ def _run(job: FilmJob) -> dict[str, Any]:
     read = ReadOptions(size=None if job.size is None else (job.size[0], job.size[1]))
     with tempfile.TemporaryDirectory() as folder:
 
-        def run(frames: int) -> None:
+        def run(frames: int) -> int:
             write = WriteOptions(preset="veryfast", crf=20, overwrite=True)
             target = f"{folder}/out.mp4"
-            render(job.clip, target, job.style, read=read, write=write, device="cpu", frames=frames)
+            done = render(job.clip, target, job.style, read=read, write=write, device="cpu", frames=frames)
+            return done.frames
 
         if job.records:
             with recording(job.large_bands) as made:
@@ -122,17 +123,18 @@ def _run(job: FilmJob) -> dict[str, Any]:
                 run(job.frames)
             return vars(made)
         run(WARM_UP_FRAMES)
-        few, all_ = (_timed(run, each, job.cores) for each in (short_frames(job.frames), job.frames))
-        return asdict(all_ - few)
+        film = _timed(run, job.frames, job.cores)
+        return asdict(film - _timed(run, short_frames(film.frames), job.cores))
 
 
-def _timed(run: Callable[[int], None], frames: int, cores: Sequence[int]) -> FilmTimes:
+def _timed(run: Callable[[int], int], frames: int, cores: Sequence[int]) -> FilmTimes:
+    """Return the times of a film of at most this number of frames."""
     before, processor = resource.getrusage(resource.RUSAGE_SELF), _processor_seconds()
     idle, began = _idle_seconds(cores), time.perf_counter()
-    run(frames)
+    rendered = run(frames)
     seconds, after = time.perf_counter() - began, resource.getrusage(resource.RUSAGE_SELF)
     return FilmTimes(
-        frames,
+        rendered,
         seconds,
         _processor_seconds() - processor,
         tuple(seconds - new + old for new, old in zip(_idle_seconds(cores), idle, strict=True)),
