@@ -162,6 +162,19 @@ def test_styles_and_variants_are_chosen_and_put_back() -> None:
         assert "no variant" in window.ask(do="choose", style="ink:purple")
 
 
+def test_a_variant_keeps_values_that_it_does_not_name() -> None:
+    with showing() as (_, controls, visitor), visitor.look() as window:
+        assert window.ask(do="set", values={"flow_dog.p": 31.5}) == ""
+        for variant in ("green", "orange", ""):
+            assert window.ask(do="vary", variant=variant) == ""
+            name = f"ink:{variant}" if variant else "ink"
+            assert controls.style == set_values(load_style(name), {"flow_dog.p": 31.5})
+        assert window.ask(do="set", values={"ink": "#102030"}) == ""
+        assert window.ask(do="vary", variant="") == ""
+        assert controls.style.ink == load_style("ink").ink, "what variants set is put back"
+        assert "no variant" in window.ask(do="vary", variant="purple")
+
+
 def test_a_session_that_began_with_a_variant_shows_the_others() -> None:
     with showing("ink:green") as (_, controls, visitor), visitor.look() as window:
         told = window.news("panel")
@@ -316,10 +329,36 @@ def test_the_style_itself_is_the_first_of_its_variants(browser: Browser) -> None
     with showing("ink:green") as (page, controls, _):
         browser.open(page.url)
         browser.until(f"{first}?.ariaPressed === 'false'")
+        controls.set_values({"flow_dog.p": 31.5})
         browser.run(f"{first}.click()")
-        eventually(lambda: controls.style == load_style("ink"))
+        eventually(lambda: controls.style == set_values(load_style("ink"), {"flow_dog.p": 31.5}))
         browser.until(f"{first}.ariaPressed === 'true'")
         assert browser.run(f"return {first}.textContent") == "Standard"
+
+
+def test_a_reduced_size_is_reported_below_the_picture(browser: Browser) -> None:
+    """The report covers no part of the picture, and a phone has all buttons."""
+    with showing() as (page, controls, _):
+        controls.status = lambda: Status("ink", degraded="half", recording=True, message="a.mp4: recording")
+        for width in (1280, 360):
+            browser.call(
+                "Emulation.setDeviceMetricsOverride",
+                width=width,
+                height=740,
+                deviceScaleFactor=1,
+                mobile=False,
+            )
+            browser.open(page.url)
+            browser.until("document.getElementById('detail').checkVisibility()")
+            top, bottom, right, is_full = browser.run(
+                """const boxOf = (id) => document.getElementById(id).getBoundingClientRect();
+                return [boxOf("detail").top, boxOf("picture").bottom, boxOf("full").right,
+                  document.getElementById("full").checkVisibility()];"""
+            )
+            assert top >= bottom and right <= width and is_full
+            browser.until("document.getElementById('message').textContent === 'a.mp4: recording'")
+        browser.until("document.getElementById('record-label').textContent === 'Stop, 0:01'")
+        browser.call("Emulation.clearDeviceMetricsOverride")
 
 
 def test_a_search_shows_the_best_look_first_on_a_phone(browser: Browser) -> None:

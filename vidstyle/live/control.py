@@ -13,6 +13,7 @@ from vidstyle.media.capture.microphone import Microphone
 from vidstyle.style import Style, load_style, popular_first, set_values
 from vidstyle.style.change import apply_variant
 from vidstyle.style.mask_declarations import REGIONS
+from vidstyle.style.panel import switch_variant
 
 
 @dataclass(frozen=True)
@@ -155,6 +156,20 @@ class Controls:
         style = style if listed == name else apply_variant(style, name.removeprefix(f"{listed}:"))
         with self._lock:
             self.style, self._cues, self._changes_at = style, None, None
+
+    def vary(self, variant: str) -> None:
+        """Request a variant of the style last requested; changed values that it does not set stay.
+
+        Args:
+            variant: its name; "" for the style itself.
+
+        Raises:
+            StyleError: the variant does not exist, or the style file has changed and is invalid.
+        """
+        with self._lock:
+            start = self.without_variant(self.style.name)
+            self.style = switch_variant(self.style, start, variant)
+            self._cues = self._changes_at = None
 
     def named(self, name: str) -> Style:
         """Return the style of this name, as in `choose`.

@@ -8,6 +8,7 @@ from typing import Any
 
 from vidstyle.blocks import all_blocks
 from vidstyle.style import Style, set_values, table_from_style
+from vidstyle.style.change import apply_variant
 from vidstyle.style.knobs import knobs_of, labelled_values
 from vidstyle.style.mask_declarations import MaskRef
 from vidstyle.style.model import FIELDS
@@ -25,7 +26,7 @@ def panel(style: Style, start: Style) -> dict[str, Any]:
     entries = list(_entries(style, start))
     variant = _variant(style, start)
     before = table_from_style(_with_variant(start, variant))
-    changed = [entry for entry in entries if entry["value"] != _value(before, entry["path"])]
+    changed = _changed(entries, before)
     name = f"{start.name}:{variant}" if variant else start.name
     return {
         "name": start.name,
@@ -35,6 +36,32 @@ def panel(style: Style, start: Style) -> dict[str, Any]:
         "entries": entries,
         "text": " ".join(["--style", shlex.quote(name), *(_option(before, entry) for entry in changed)]),
     }
+
+
+def switch_variant(style: Style, start: Style, variant: str) -> Style:
+    """Return another variant of a style; changed values stay, unless either variant sets them.
+
+    Args:
+        style: with changed values.
+        start: the style without a variant and changes.
+        variant: its name; "" for the style itself.
+
+    Raises:
+        StyleError: it has no such variant.
+    """
+    present = _variant(style, start)
+    table = table_from_style(_with_variant(start, present))
+    varied = apply_variant(start, variant) if variant else start
+    kept = {entry["path"]: entry["value"] for entry in _changed(list(_entries(style, start)), table)}
+    either = [start.variants[name] for name in (present, variant) if name] or start.variants.values()
+    for path in {path for values in either for path in values}:
+        kept.pop(path, None)
+    return set_values(varied, kept)
+
+
+def _changed(entries: list[dict[str, Any]], table: dict[str, Any]) -> list[dict[str, Any]]:
+    """Return the entries whose value differs from the value in the table of a style."""
+    return [entry for entry in entries if entry["value"] != _value(table, entry["path"])]
 
 
 def _entries(style: Style, start: Style) -> Iterator[dict[str, Any]]:

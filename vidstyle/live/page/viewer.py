@@ -13,7 +13,7 @@ from typing import Annotated, Any
 from vidstyle.live.control import Controls
 from vidstyle.live.page.frame_feed import FrameFeed
 from vidstyle.web.connection import PageConnection
-from vidstyle.web.messages import CHECKS, FractionField, MessageError, message
+from vidstyle.web.messages import CHECKS, FractionField, MessageError, TextOrEmpty, message
 
 RECENT_LATENCY_COUNT = 60
 """Number of frames over which the latency is averaged."""
@@ -74,6 +74,10 @@ class Viewer(PageConnection):
     @message
     async def choose(self, style: str) -> None:
         await self._control(Controls.choose, style)
+
+    @message
+    async def vary(self, variant: TextOrEmpty) -> None:
+        await self._control(Controls.vary, variant)
 
     @message
     async def next(self) -> None:

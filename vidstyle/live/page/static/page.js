@@ -2,7 +2,7 @@
 
 import { announce } from "./announce.js";
 import { Divider } from "./divider.js";
-import { download, get, press, resize, title } from "./elements.js";
+import { clock, download, get, press, resize, title } from "./elements.js";
 import { LostNotice } from "./lost.js";
 import { Panel } from "./panel.js";
 import { SessionLine } from "./session_line.js";
@@ -143,7 +143,8 @@ function showStatus(now) {
   get("style-name").textContent = title(now.style);
   press(get("bypass"), now.bypass);
   press(get("record"), now.recording);
-  get("record-label").textContent = now.recording ? "Stop" : "Record";
+  clockRecording(now.recording);
+  get("divider-look").textContent = title(now.style);
   get("badge").hidden = !now.bypass;
   get("detail").hidden = !(now.degraded || now.full_size) || now.bypass;
   get("detail-label").textContent = now.full_size ? "Fewer frames" : "Less detail, to keep up";
@@ -156,8 +157,21 @@ function showStatus(now) {
   note();
 }
 
-/** Returns a message of the session, which may begin with the name of a style, as a sentence. @param {string} text @param {string} style */
-const withTitle = (text, style) => (text.startsWith(style) ? title(style) + text.slice(style.length) : text.replace(/^./, (first) => first.toUpperCase()));
+/** When the recording was first seen; 0: there is none. */
+let recordedSince = 0;
+
+/** Shows how long a recording is. @param {boolean} isRecording */
+function clockRecording(isRecording) {
+  recordedSince = isRecording ? recordedSince || performance.now() : 0;
+  get("record-label").textContent = isRecording ? `Stop, ${clock((performance.now() - recordedSince) / 1000)}` : "Record";
+}
+setInterval(() => recordedSince && clockRecording(true), 1000);
+
+/** Returns a message of the session, which may begin with the name of a style or of a file, as a sentence. @param {string} text @param {string} style */
+function withTitle(text, style) {
+  if (text.startsWith(style)) return title(style) + text.slice(style.length);
+  return /^\S+\.\w+:/.test(text) ? text : text.replace(/^./, (first) => first.toUpperCase());
+}
 
 /** Shows where another browser divides the picture. @param {Status} now */
 function followSplit(now) {
@@ -226,7 +240,7 @@ get("snapshot").addEventListener("click", async (event) => {
   const name = /filename="(.*)"/.exec(answer?.headers.get("content-disposition") ?? "")?.[1];
   if (!answer?.ok || !name) return say("The picture cannot be saved.", true);
   download(await answer.blob(), name);
-  say("The picture is in your downloads.");
+  say(`${name} is in your downloads.`);
 });
 
 const leave = /** @type {HTMLDialogElement} */ (get("leave"));

@@ -117,7 +117,10 @@ export class Panel {
     const variants = panel.variants.length ? [{ name: "", ink, paper }, ...panel.variants] : [];
     get("variants").replaceChildren(...variants.map((variant) => {
       const style = fullName({ name: panel.name, variant: variant.name });
-      return variantChip(variant, () => this.choose("choose", { style }));
+      return variantChip(variant, () => {
+        this.onchoose(style);
+        this.send("vary", { variant: variant.name });
+      });
     }));
     // The knobs of the style, and what every live picture needs.
     const knobs = panel.entries.filter((entry) => entry.main && (entry.step || entry.path === "steady"));
