@@ -289,6 +289,54 @@ def test_a_reduced_picture_is_saved_with_its_size(page: Path, browser: Browser, 
     assert browser.run(f"return {message}.textContent") == said
 
 
+def test_a_variant_keeps_values_that_it_does_not_name(browser: Browser, tmp_path: Path) -> None:
+    variants = {"flat": {"posterize.levels": 2}, "flatter": {"posterize.levels": 3}}
+    vidstyle.save_style(load_style(STYLE | {"variants": variants}), tmp_path / "a.toml")
+    assert main(["export", str(tmp_path / "a.toml"), str(tmp_path / "a.html")]) == 0
+    browser.open(f"{(tmp_path / 'a.html').as_uri()}?side=360#test&gaussian.sigma=5")
+    until(browser, """document.getElementById("facts").textContent""")
+    state = """const value = (path) => document.getElementById(`value-${path}`).closest(".control")
+          .querySelector("input[type=number]").value;
+        document.querySelectorAll("#variants button")[clicked].click();
+        const pressed = [...document.querySelectorAll("#variants [aria-pressed=true]")];
+        const names = pressed.map((each) => each.textContent);
+        return [value("gaussian.sigma"), value("posterize.levels"), names];"""
+    for clicked, levels, pressed in ((1, "2", "Flat"), (2, "3", "Flatter"), (0, "4", "Standard")):
+        assert browser.run(state, clicked=clicked) == ["5", levels, [pressed]]
+
+
+def test_the_comparison_is_neither_saved_nor_over_the_invitation(
+    page: Path, browser: Browser, tmp_path: Path
+) -> None:
+    source = cv2.resize(photograph("coffee"), (540, 360), interpolation=cv2.INTER_AREA)
+    assert cv2.imwrite(str(tmp_path / "cup.png"), source[..., ::-1])
+    browser.open(f"{page.as_uri()}?side=360")
+    until(browser, """document.body.matches(".example")""")
+    root = browser.call("DOM.getDocument")["root"]["nodeId"]
+    chooser = browser.call("DOM.querySelector", nodeId=root, selector="#file")["nodeId"]
+    browser.run("document.getElementById('open').focus()")
+    browser.call("DOM.setFileInputFiles", files=[str(tmp_path / "cup.png")], nodeId=chooser)
+    until(browser, """!document.body.matches(".example")""")
+    assert browser.run("return document.activeElement.id") == "again"
+    browser.run(
+        """URL.createObjectURL = (blob) => ((globalThis.blob = blob), "data:,");
+        HTMLAnchorElement.prototype.click = () => {};"""
+    )
+    browser.press("c")
+    browser.press("s")
+    until(browser, "globalThis.blob")
+    text = browser.run(
+        """const content = new Uint8Array(await blob.arrayBuffer());
+        return btoa(Array.from(content, (each) => String.fromCharCode(each)).join(""));"""
+    )
+    made = cv2.imdecode(np.frombuffer(base64.b64decode(text), np.uint8), cv2.IMREAD_COLOR_RGB)
+    assert np.abs(made[:, :250].astype(int) - source[:, :250]).mean() > 8, "the original is not saved"
+    divider = "document.getElementById('divider')"
+    assert browser.run(f"return {divider}.checkVisibility()")
+    browser.press("o")
+    assert browser.run(f"return document.body.matches('.empty') && !{divider}.checkVisibility()")
+
+
 def test_the_values_of_a_style_are_its_first_variant(browser: Browser, tmp_path: Path) -> None:
     vidstyle.save_style(
         load_style(STYLE | {"variants": {"flat": {"posterize.levels": 2}}}), tmp_path / "a.toml"

@@ -140,13 +140,13 @@ def _tables(
 
 
 def _variants(style: Style, controls: list[dict[str, Any]]) -> dict[str, dict[str, Any]]:
-    """Return the values of all controls for each variant that changes only these controls."""
+    """Return the changed values of each variant that changes only these controls, by path."""
     found = {}
     for name in style.variants:
         varied = panel(set_values(style, style.variants[name]), style)["entries"]
         changed = {entry["path"]: entry["value"] for entry in varied if entry["value"] != entry["start"]}
         if changed.keys() <= {control["path"] for control in controls}:
-            found[name] = {control["path"]: control["value"] for control in controls} | changed
+            found[name] = changed
     return found
 
 

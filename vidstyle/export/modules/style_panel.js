@@ -23,6 +23,8 @@ export class StylePanel {
   #show = {};
   /** The controls, with the ranges that the plans allow. @type {Entry[]} */
   #entries = [];
+  /** The paths of the values that any variant sets. @type {string[]} */
+  #named = [];
 
   /**
    * @param {StyleData} data
@@ -34,6 +36,7 @@ export class StylePanel {
     for (const parent of ["controls", "variants"]) get(parent).replaceChildren();
     for (const entry of data.controls) this.#add(entry);
     this.initial = { ...this.values };
+    this.#named = Object.keys(Object.assign({}, ...Object.values(data.variants)));
     const names = Object.keys(data.variants);
     for (const name of names.length ? ["", ...names] : []) this.#addVariant(name);
     get("reset").onclick = () => {
@@ -81,16 +84,30 @@ export class StylePanel {
   /** @param {string} name "": the values of the style itself */
   #addVariant(name) {
     const values = { ...this.initial, ...this.data.variants[name] };
-    const changed = Object.keys(this.data.variants[name] ?? Object.assign({}, ...Object.values(this.data.variants)));
-    const colors = changed.filter((path) => path.includes(".") && /^#[0-9a-f]{6}$/i.test(values[path])).map((path) => values[path]);
-    get("variants").append(variantChip({ name, ink: values.ink, paper: values.paper, colors }, () => this.put(values)));
+    const colors = this.#named.filter((path) => path.includes(".") && /^#[0-9a-f]{6}$/i.test(values[path])).map((path) => values[path]);
+    get("variants").append(variantChip({ name, ink: values.ink, paper: values.paper, colors }, () => this.#vary(name)));
+  }
+
+  /** The name of the variant that is shown, whatever else is changed; "": the style itself; null: none. @returns {string | null} */
+  get #variant() {
+    const { variants } = this.data;
+    const sizeOf = (/** @type {string} */ name) => Object.keys(variants[name]).length;
+    const found = Object.keys(variants).filter((name) => sizeOf(name) && Object.entries(variants[name]).every(([path, value]) => this.values[path] === value));
+    found.sort((one, other) => sizeOf(other) - sizeOf(one));
+    return found[0] ?? (this.#named.every((path) => this.values[path] === this.initial[path]) ? "" : null);
+  }
+
+  /** Shows a variant; a value that it does not set, and that the present one does not, stays. @param {string} name */
+  #vary(name) {
+    const { variants } = this.data;
+    const left = Object.keys(variants[this.#variant ?? ""] ?? {});
+    const reset = left.length ? left : this.#named;
+    this.put({ ...Object.fromEntries(reset.map((path) => [path, this.initial[path]])), ...variants[name] });
   }
 
   #changed() {
-    for (const button of /** @type {Iterable<HTMLElement>} */ (get("variants").children)) {
-      const all = { ...this.initial, ...this.data.variants[String(button.dataset.name)] };
-      press(button, this.data.controls.every(({ path }) => this.values[path] === all[path]));
-    }
+    const shown = this.#variant;
+    for (const button of /** @type {Iterable<HTMLElement>} */ (get("variants").children)) press(button, button.dataset.name === shown);
     const reset = /** @type {HTMLButtonElement} */ (get("reset"));
     reset.disabled = !Object.keys(this.changes).length;
     this.onchange();

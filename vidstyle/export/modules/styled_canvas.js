@@ -65,11 +65,11 @@ export class StyledCanvas {
     return this.isDrawn && !this.isOutdated && !this.#drawing && this.#drawn === this.shown;
   }
 
-  /** Returns the canvas, once it shows a result of the present values. */
+  /** Returns the result of the present values, without the original, once it is drawn. */
   async finish() {
     await this.#drawing;
     if (!this.isCurrent) await this.draw();
-    return this.canvas;
+    return this.#result;
   }
 
   async #drawAll() {

@@ -39,10 +39,10 @@ const AUTOMATIC = "auto";
 const MIN_STILL_RATIO = 1.5;
 /** Without a GPU, still pictures are drawn in full detail after this time without a change. */
 const REFINE_MS = 500;
-const [DRAWING, REFINING] = ["Drawing", "Draft; drawing the full resolution"];
+const [DRAWING, REFINING] = ["Drawing", "Coarser draft; drawing the full resolution"];
 /** The buttons that keys press. @type {Object<string, string>} */
 const KEYS = {
-  [SHARED_KEYS.compare]: "compare", [SHARED_KEYS.save]: "save", [SHARED_KEYS.full]: "full", [SHARED_KEYS.play]: "play", " ": "play", r: "record", [SHARED_KEYS.help]: "ask",
+  [SHARED_KEYS.compare]: "compare", [SHARED_KEYS.save]: "save", [SHARED_KEYS.full]: "full", [SHARED_KEYS.play]: "play", " ": "play", r: "record", o: "again", [SHARED_KEYS.help]: "ask",
 };
 
 /** Returns a style that is loaded for one working size. @param {Runner} runner @param {SizedPlan} sized @returns {Promise<SizedPlan & {style: LoadedStyle}>} */
@@ -217,11 +217,13 @@ export class Viewer {
     clearTimeout(this.#refining);
     this.#movingSide = this.#fastSide;
     this.#wait(DRAWING);
+    const hadFocus = get("welcome").contains(document.activeElement);
     if (document.body.matches(".example")) this.compare(null);
     document.body.classList.remove("empty", "example");
     get("back").hidden = true;
     get("film").hidden = !this.source.film;
     get("record").hidden = !this.source.video;
+    if (hadFocus) get("again").focus();
     this.#styled.open();
     this.#adapt();
     this.#shown?.style.restart();
@@ -266,7 +268,7 @@ export class Viewer {
   #describe() {
     const { film, picture } = this.source;
     const isAutomatic = this.#detail.value === AUTOMATIC && picture;
-    const still = get("busy").hidden ? "The picture has its full resolution" : "A draft is shown until the picture is drawn";
+    const still = get("busy").hidden ? "The picture has its full resolution" : "A coarser draft is shown meanwhile";
     const reason = this.#isStill ? still : `${this.side} lines while it moves${film ? "; all lines when paused" : ""}`;
     const speed = this.#isStill || !this.#stallMs ? "" : ` A frame takes ${(this.#stallMs / 1000).toFixed(1)} s${this.runner.isSoftware ? " without a GPU" : ""}.`;
     get("quality").textContent = (isAutomatic ? `${reason}.` : "") + speed;
@@ -290,8 +292,8 @@ export class Viewer {
   async #finish() {
     for (;;) {
       await new Promise(requestAnimationFrame); // a change is drawn from then on
-      if (!this.#isStill || (this.#shown?.side === this.side && this.#styled.isCurrent)) return this.#styled.finish();
-      if (this.#wanted !== this.side) await this.#use(this.side);
+      if (this.#shown && (!this.#isStill || (this.#shown?.side === this.side && this.#styled.isCurrent))) return this.#styled.finish();
+      if (!this.#shown || this.#wanted !== this.side) await this.#use(this.side);
       else await this.#styled.finish();
     }
   }
@@ -394,7 +396,7 @@ export class Viewer {
     if (target.matches("input:not([type=range]), select, dialog *") || event.ctrlKey || event.metaKey || event.altKey || !this.source.picture) return;
     if (event.key === SHARED_KEYS.original) return this.#hold(true);
     if (event.key === "Escape" && !get("back").hidden) return this.#invite(false);
-    const id = KEYS[event.key];
+    const id = event.key === "o" && document.body.matches(".empty") ? "open" : KEYS[event.key];
     if (!id || get(id).hidden || !get("stage").checkVisibility()) return;
     if (event.key === " " && (get("film").hidden || target.matches("button"))) return;
     event.preventDefault();
