@@ -130,14 +130,18 @@ class Stretch(NamedTuple):
 
     def shown(self, luma: np.ndarray) -> np.ndarray:
         rigid = np.float32(0.5) + np.float32(self.gain) * (luma - np.float32(self.middle))
+        if not self.growth:
+            return rigid
         inside = np.clip(rigid, 0, 1)
         return rigid + equalize.lifted(inside, self.growth) - inside
 
     def luma(self, shown: np.ndarray) -> np.ndarray:
         """Return the luma that is shown like this."""
-        inside, tones = np.clip(shown, 0, 1), np.linspace(0, 1, _TONE_COUNT)
-        before = np.interp(inside, equalize.lifted(tones, self.growth), tones).astype(np.float32)
-        return np.float32(self.middle) + (shown + before - inside - np.float32(0.5)) / np.float32(self.gain)
+        if self.growth:
+            inside, tones = np.clip(shown, 0, 1), np.linspace(0, 1, _TONE_COUNT)
+            before = np.interp(inside, equalize.lifted(tones, self.growth), tones).astype(np.float32)
+            shown = shown + before - inside
+        return np.float32(self.middle) + (shown - np.float32(0.5)) / np.float32(self.gain)
 
 
 def expose_face(
