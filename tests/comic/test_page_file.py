@@ -316,7 +316,7 @@ def test_a_comic_is_edited_in_a_browser(folder: Path, browser: Browser) -> None:
     (before, after), *others = [pair for pair in changed if pair[0].startswith("place")]
     moved = np.subtract(*(json.loads(line.partition("=")[2]) for line in (after, before)))
     assert moved == pytest.approx([12, 6, 12, 6], abs=1)
-    assert [pair[1] for pair in changed if pair[0].startswith("text")] == ['text = "Who was *that*?"']
+    assert [pair[1] for pair in changed if pair[0].startswith("text")] == [r'text = "Who was\n*that*?"']
     assert len(changed) == len(others) + 2 <= 3, "all other lines are unchanged"
     page = cv2.imread(str(folder / "page.png"), 0)
     assert (drawn(folder, saved, "edited") != page).any()

@@ -8,6 +8,17 @@ const entries = rest.map((text) => ({ text, words: JSON.parse(/^text = (.*)$/m.e
 const groups = [...document.querySelectorAll("g[data-place]")];
 const inCapitals = /^font = "comic"$/m.test(head);
 const past = [];
+/** New words are broken again if a line is longer than the longest one was by this factor. */
+const MAX_LINE_GAIN = 1.3;
+/** Lines that are too many grow by this factor. */
+const LINE_GROWTH = 1.03;
+/** A pointer that moves less far clicks. */
+const MIN_DRAG_DISTANCE_PX = 3;
+/** What can be done with the words, and what to do with the file. */
+const HINT = "Click a balloon to change its words, or drag it";
+const NEXT = "Saved to your downloads. Draw the pages again with: vidstyle comic comic.toml comic.html";
+const KEYS_HELP = { Enter: "change the words of the chosen balloon", "\u2190 \u2191": "move it; with Shift, farther" };
+const pen = document.createElement("canvas").getContext("2d");
 
 /** Parse the numbers of an attribute; undefined if it is missing. */
 const numbers = (text) => text?.split(" ").map(Number);
@@ -21,7 +32,24 @@ const bubbles = groups.map((group, number) => ({
   shapes: [...group.querySelectorAll("polygon")].map((each) => [each, numbers(each.getAttribute("points").replaceAll(",", " "))]),
   texts: [...group.querySelectorAll("text > tspan")],
 }));
-bubbles.forEach((bubble) => Object.assign(bubble, { first: bubble.place, wordsBefore: bubble.words }));
+for (const bubble of bubbles) {
+  // The lines and the length of the longest one, as vidstyle has drawn them.
+  const lines = bubble.texts.map((each) => each.textContent.trim());
+  const longest = Math.max(...bubble.texts.map((each) => Number(each.getAttribute("textLength"))));
+  Object.assign(bubble, { first: bubble.place, wordsBefore: bubble.words, lines, longest });
+}
+
+/** Return the length of a line in the font of this page. */
+function lengthOf({ group }, line) {
+  pen.font = `${group.querySelector("text").getAttribute("font-size")}px ${getComputedStyle(group).fontFamily}`;
+  return pen.measureText((inCapitals ? line.toUpperCase() : line).replace(/\*(\w(?:[^*]*\w)?)\*/g, "$1")).width;
+}
+
+/** Return the length of a line as vidstyle draws it: its font may be missing here. */
+function drawnLength(bubble, line) {
+  const longest = Math.max(...bubble.lines.map((each) => lengthOf(bubble, each)));
+  return (lengthOf(bubble, line) * bubble.longest) / (longest || bubble.longest);
+}
 
 /** Return the corners of a shape moved and stretched with its words; the tip of a tail stays. */
 function outline(bubble, points) {
@@ -63,6 +91,8 @@ function draw(bubble) {
       const row = document.createElementNS("http://www.w3.org/2000/svg", "tspan");
       row.setAttribute("x", centred ? (left + right) / 2 : left - inset);
       if (centred) row.setAttribute("text-anchor", "middle");
+      row.setAttribute("textLength", drawnLength(bubble, line));
+      row.setAttribute("lengthAdjust", "spacingAndGlyphs");
       row.setAttribute("y", (top + bottom) / 2 + (1.2 * (number - (lines.length - 1) / 2) + 0.3) * size);
       for (const [, stressed, plain] of line.matchAll(/\*(\w(?:[^*]*\w)?)\*|([^*]+|\*)/g)) {
         const part = document.createElementNS(row.namespaceURI, "tspan");
@@ -83,15 +113,50 @@ function change(bubble, next) {
   undo.disabled = false;
 }
 
-/** Return the place around the same centre, stretched like the words. */
+/** Return the fewest lines of these words that are no longer than a limit. */
+function broken(bubble, words, limit) {
+  const lines = [];
+  for (const word of words) {
+    const longer = lines.length ? `${lines.at(-1)} ${word}` : "";
+    if (longer && drawnLength(bubble, longer) <= limit) lines[lines.length - 1] = longer;
+    else lines.push(word);
+  }
+  return lines;
+}
+
+/** Return words in at most this number of lines, of lengths as equal as possible. */
+function balanced(bubble, words, count) {
+  let limit = drawnLength(bubble, words.join(" ")) / count;
+  let lines = broken(bubble, words, limit);
+  for (; lines.length > count; lines = broken(bubble, words, limit)) limit *= LINE_GROWTH;
+  return lines;
+}
+
+/** Return words in lines as they were typed; if a line is too long, in lines whose shape is most like that of the words before. */
+function inLines(bubble, typed) {
+  const lines = typed.split("\n");
+  if (lines.every((line) => drawnLength(bubble, line) <= MAX_LINE_GAIN * bubble.longest)) return typed;
+  const words = typed.split(/\s+/);
+  const aspect = bubble.longest / bubble.wordsBefore.split("\n").length;
+  const shapes = words.map((_, more) => balanced(bubble, words, more + 1));
+  const distance = (shape) => Math.abs(Math.log(Math.max(...shape.map((line) => drawnLength(bubble, line))) / shape.length / aspect));
+  return shapes.sort((one, other) => distance(one) - distance(other))[0].join("\n");
+}
+
+/** Return the place around the same centre, stretched like the words, in its panel. */
 function stretched(bubble, words) {
-  const extent = (text) => [Math.max(...text.split("\n").map((line) => line.length)), text.split("\n").length];
-  const [[wide, high], [newWide, newHigh]] = [extent(bubble.wordsBefore), extent(words)];
+  const lines = words.split("\n");
   const [left, top, right, bottom] = bubble.place;
   const [x, y] = [(left + right) / 2, (top + bottom) / 2];
-  const across = ((bubble.first[2] - bubble.first[0]) / 2) * (newWide / wide);
-  const down = ((bubble.first[3] - bubble.first[1]) / 2) * (newHigh / high);
-  return [x - across, y - down, x + across, y + down];
+  const wide = Math.max(...lines.map((line) => drawnLength(bubble, line))) / bubble.longest;
+  const high = lines.length / bubble.wordsBefore.split("\n").length;
+  const across = ((bubble.first[2] - bubble.first[0]) / 2) * wide;
+  const down = ((bubble.first[3] - bubble.first[1]) / 2) * high;
+  const frame = bubble.group.closest("g[id^=panel-]").querySelector(".frame").getBBox();
+  const place = [x - across, y - down, x + across, y + down];
+  const shift = (from, to, low, high) => (to - from > high - low ? (low + high - from - to) / 2 : Math.max(low - from, Math.min(0, high - to)));
+  const [dx, dy] = [shift(place[0], place[2], frame.x, frame.x + frame.width), shift(place[1], place[3], frame.y, frame.y + frame.height)];
+  return [place[0] + dx, place[1] + dy, place[2] + dx, place[3] + dy];
 }
 
 function edit(bubble) {
@@ -116,9 +181,10 @@ function edit(bubble) {
     if (event.key === "Escape" || (event.key === "Enter" && !event.shiftKey)) input.blur();
   });
   input.addEventListener("blur", () => {
-    const words = input.value.split("\n").map((line) => line.trim()).filter(Boolean).join("\n");
+    const typed = input.value.split("\n").map((line) => line.trim()).filter(Boolean).join("\n");
+    const words = typed && typed !== bubble.words ? inLines(bubble, typed) : "";
     input.remove();
-    if (words && words !== bubble.words) change(bubble, { words, place: stretched(bubble, words) });
+    if (words) change(bubble, { words, place: stretched(bubble, words) });
     bubble.group.focus();
   });
 }
@@ -140,7 +206,9 @@ function drag(bubble, event) {
   const shifted = (to) => {
     return within(group, from, [(to.clientX - event.clientX) / scale, (to.clientY - event.clientY) / scale]);
   };
+  const isDrag = (to) => Math.hypot(to.clientX - event.clientX, to.clientY - event.clientY) > MIN_DRAG_DISTANCE_PX;
   const move = (to) => {
+    if (bubble.place === from && !isDrag(to)) return;
     bubble.place = shifted(to);
     draw(bubble);
   };
@@ -148,8 +216,8 @@ function drag(bubble, event) {
     group.removeEventListener("pointermove", move);
     group.classList.remove("held");
     bubble.place = from;
-    if (Math.hypot(to.clientX - event.clientX, to.clientY - event.clientY) > 3) change(bubble, { place: shifted(to) });
-    else draw(bubble);
+    if (isDrag(to)) change(bubble, { place: shifted(to) });
+    else edit(bubble);
   };
   group.addEventListener("pointermove", move);
   group.addEventListener("lostpointercapture", drop, { once: true });
@@ -185,6 +253,7 @@ function save() {
   link.download = "comic.toml";
   link.click();
   URL.revokeObjectURL(link.href);
+  note.textContent = NEXT;
 }
 
 function button(text, press, name = "") {
@@ -193,6 +262,7 @@ function button(text, press, name = "") {
   return made;
 }
 
+const note = Object.assign(document.createElement("span"), { textContent: HINT, role: "status" });
 const undo = button("Undo", () => {
   const [bubble, before] = past.pop();
   Object.assign(bubble, before);
@@ -212,9 +282,17 @@ if (bubbles.length) {
       group.addEventListener("pointerdown", (event) => drag(bubble, event));
       group.addEventListener("keydown", (event) => key(bubble, event));
     }
-    group.addEventListener("dblclick", () => edit(bubble));
+    else group.addEventListener("click", () => edit(bubble));
+  }
+  for (const [keys, help] of Object.entries(KEYS_HELP)) {
+    const [term, text] = ["dt", "dd"].map((name) => document.createElement(name));
+    term.append(...keys.split(" ").map((key) => Object.assign(document.createElement("kbd"), { textContent: key })));
+    text.textContent = help;
+    document.querySelector("#help dl").append(term, text);
   }
   const bar = Object.assign(document.createElement("div"), { className: "bar" });
-  bar.append("Drag a balloon, double-click its words", undo, button("Save comic.toml", save, "main"));
+  const close = button("\u00d7", () => bar.remove(), "plain");
+  close.title = close.ariaLabel = "Hide this bar";
+  bar.append(note, undo, button("Save changes", save, "main"), close);
   document.body.append(bar);
 }
