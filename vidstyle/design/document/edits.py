@@ -13,6 +13,7 @@ from vidstyle.design.document.edit_values import EditResult
 
 EDITS: Mapping[str, Callable[..., EditResult]] = {
     "add": step_edits.add,
+    "show_behind_lines": step_edits.show_behind_lines,
     "move": step_edits.move,
     "remove": step_edits.remove,
     "duplicate": step_edits.duplicate,

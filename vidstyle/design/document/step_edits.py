@@ -39,6 +39,14 @@ def add(content: Content, new: NewNumber, layer: str, index: int, block: TextOrE
     return EditResult(_insert(content, layer, index, step), f"Add {label_of(step)}", step.number)
 
 
+def show_behind_lines(content: Content, new: NewNumber) -> EditResult:
+    """Show the picture behind lines on plain paper: add a background step that changes nothing yet."""
+    step = PlacedStep(new(), {"block": "saturation", "factor": 1.0})
+    return EditResult(
+        _insert(content, "background", 0, step), "Put the picture behind the lines", step.number
+    )
+
+
 def move(content: Content, new: NewNumber, step: int, layer: str, index: int) -> EditResult:
     """Move a step to an index in a layer; the index does not count the step itself."""
     old, place, moved = content.place_of(step)

@@ -17,6 +17,7 @@ import { enableDragging } from "./drag.js";
  * @property {(name: CardName) => void} select
  * @property {(layer: Layer, index: number, near: DOMRect) => void} add
  * @property {(step: number, layer: Layer, index: number) => void} move
+ * @property {() => void} showBehindLines
  */
 
 /** Number of colours for the wires of saved pictures. */
@@ -27,11 +28,11 @@ const LEGEND_PX = 28;
 const MOVING_MS = 180;
 const LAYER_NAMES = { base: "Base", background: "Background", lines: "Lines" };
 
-/** Returns what wires mean, and a layer without steps. @param {State} state */
-function legendOf({ edges, layers }) {
-  const empty = layers.lines.length && !layers.background.length ? "Background has no steps: lines are on plain paper." : "";
-  return ["Grey wires: the picture.", edges.length && "Coloured wires: a second input or a mask.", empty].filter(Boolean).join(" ");
-}
+/** Returns what wires mean. @param {State} state */
+const legendOf = ({ edges }) => ["Grey wires: the picture.", edges.length && "Coloured wires: a second input or a mask."].filter(Boolean).join(" ");
+
+/** Whether lines are on plain paper, which hides the picture. @param {State} state */
+const isOnPaper = ({ layers }) => layers.lines.length > 0 && !layers.background.length;
 
 /** Draws the state of a style as cards. */
 export class Diagram {
@@ -63,7 +64,9 @@ export class Diagram {
     this.wires = /** @type {SVGSVGElement} */ (/** @type {unknown} */ (get("wires")));
     this.whole = make("button", { className: "whole plain", type: "button", onclick: () => this.#toggleWhole() });
     this.legend = make("p", { className: "legend quiet" });
-    this.root.append(this.legend, this.whole);
+    const behind = make("button", { type: "button", textContent: "Put the picture behind the lines", onclick: () => actions.showBehindLines() });
+    this.paper = make("p", { className: "paper", role: "status" }, "Lines are on plain paper: the layer Background is empty.", behind);
+    this.root.append(this.paper, this.legend, this.whole);
     new ResizeObserver(() => requestAnimationFrame(() => this.arrange())).observe(this.root);
     enableDragging(this);
   }
@@ -84,6 +87,8 @@ export class Diagram {
     const end = this.#card("result");
     this.#write(end, "Result", lines.length ? (background.length ? "ink over colour" : "ink on paper") : "");
     this.legend.textContent = legendOf(state);
+    this.paper.hidden = !isOnPaper(state);
+    this.legend.hidden = !this.paper.hidden;
     this.area.classList.add("moving");
     clearTimeout(this.#moving);
     this.#moving = setTimeout(() => this.area.classList.remove("moving"), MOVING_MS);
