@@ -1,12 +1,10 @@
 // The bar below the picture: playback, before and after, zoom, and the renderer.
 
 import { get, icon, press } from "./elements.js";
+import { switchOriginal } from "./original_button.js";
 import { rove } from "./roving.js";
 
 /** @typedef {import("./preview.js").Preview} Preview */
-
-/** A press of the button that shows the original is a click if it is shorter, and then stays. */
-const MAX_CLICK_MS = 350;
 
 /** Shows the state of a `Preview` and controls it. */
 export class Bar {
@@ -24,23 +22,9 @@ export class Bar {
       button.addEventListener("click", () => preview.view.setMode(/** @type {import("./picture.js").Mode} */ (button.value)));
     for (const button of get("zooms").querySelectorAll("button"))
       button.addEventListener("click", () => preview.view.setZoom(Number(button.value) || null));
-    this.#switchOriginal(get("hold"));
+    switchOriginal(get("hold"), () => preview.view.holding, (on) => preview.view.hold(on));
     for (const group of ["modes", "zooms"]) rove(get(group), "button");
     this.#menu();
-  }
-
-  /** Shows the original after a click until the next, or while the button is held. @param {HTMLElement} button */
-  #switchOriginal(button) {
-    const { view } = this.preview;
-    let [since, wasOn] = [0, false];
-    button.addEventListener("pointerdown", (event) => {
-      button.setPointerCapture(event.pointerId);
-      [since, wasOn] = [event.timeStamp, view.holding];
-      view.hold(true);
-    });
-    for (const kind of ["pointerup", "pointercancel"])
-      button.addEventListener(kind, (event) => view.hold(!wasOn && event.timeStamp - since < MAX_CLICK_MS));
-    button.addEventListener("click", ({ detail }) => !detail && view.hold(!view.holding)); // by keyboard
   }
 
   #menu() {

@@ -2,9 +2,10 @@
 
 import { boxOf, Divider } from "./divider.js";
 import { get, make, press, resize } from "./elements.js";
+import { switchOriginal } from "./original_button.js";
 import { Outcome } from "./outcome.js";
 import { SHARED_KEYS } from "./shared_keys.js";
-import { SourceFrames } from "./source_frames.js";
+import { fetchPicture, SourceFrames } from "./source_frames.js";
 import { nameOf, ownNameOf, rootOf, summaryOf } from "./tile_names.js";
 import { TuningPad } from "./tuning_pad.js";
 
@@ -14,10 +15,25 @@ import { TuningPad } from "./tuning_pad.js";
 
 /** Words of the button that saves, and of it when the file exists. */
 const [SAVE, REPLACE] = ["Save look", "Replace"];
-const MAX_NAME_LENGTH = 40;
+/** Length of a proposed name, which the field shows whole. */
+const MAX_NAME_LENGTH = 26;
 const LAYER_NAMES = { base: "First", background: "Background", lines: "Lines" };
 const canvas = /** @type {HTMLCanvasElement} */ (get("large"));
 const dialog = /** @type {HTMLDialogElement} */ (get("lightbox"));
+/** @param {HTMLCanvasElement} picture */
+function copyOf(picture) {
+  const copy = make("canvas", { width: picture.width, height: picture.height });
+  copy.getContext("2d")?.drawImage(picture, 0, 0);
+  return copy;
+}
+
+/** Returns a name for files: the words of a text that fit into it. @param {string} text */
+function fileName(text) {
+  const words = text.toLowerCase().split(/[^a-z0-9]+/).filter(Boolean);
+  while (words.length > 1 && words.join("-").length > MAX_NAME_LENGTH) words.pop();
+  return words.join("-").slice(0, MAX_NAME_LENGTH);
+}
+
 /** The enlarged view of a tile. */
 export class Lightbox {
   /** @type {Tile | null} */
@@ -30,6 +46,10 @@ export class Lightbox {
   /** The index of the current frame. */
   #place = -1;
   #scratch = document.createElement("canvas");
+  /** The small picture of the tile, shown until the large one is there. @type {HTMLCanvasElement | null} */
+  #draft = null;
+  /** The original of a photograph, until its frame has arrived. @type {ImageBitmap | null} */
+  #glance = null;
   #moving = false;
   /** The subject shown, until the next one is ready. @type {Subject | null} */
   #shown = null;
@@ -77,13 +97,11 @@ export class Lightbox {
     if (other) this.divider.move(0.5);
     this.#play(this.handlers.isPlaying());
     this.#shown = null;
+    this.hold(false);
     get("draft").hidden = !small;
-    if (small) {
-      resize(canvas, [small.width, small.height]);
-      canvas.getContext("2d")?.drawImage(small, 0, 0);
-      this.divider.place();
-    }
+    this.#draft = small && copyOf(small);
     if (isNew) this.source.open(clip, this.handlers.side());
+    if (isNew) this.#loadGlance(clip);
     this.painter.keep(new Set());
     this.#prepare(this.handlers.subjectOf(tile.tile));
     if (other) this.painter.prepare(this.handlers.subjectOf(other.tile), this.handlers.side());
@@ -108,7 +126,7 @@ export class Lightbox {
     get("targets").replaceChildren(...clip.targets.map(({ kind, title, use, help }) => make("button", { onclick: () => this.export(kind) }, make("b", { textContent: title }), make("span", { textContent: `${use}.` }), make("span", { className: "quiet", textContent: `A .${kind} file: ${help}` }))));
     /** @type {HTMLDetailsElement} */ (get("exports")).open = false;
     this.#showRender(clip);
-    /** @type {HTMLInputElement} */ (get("name")).value = (tile.look || nameOf(tile)).toLowerCase().replace(/[^a-z0-9]+/g, "-").replace(/^-|-$/g, "").slice(0, MAX_NAME_LENGTH);
+    /** @type {HTMLInputElement} */ (get("name")).value = fileName(tile.look || nameOf(tile));
     this.outcome.report("");
     get("save").textContent = SAVE;
     this.#mark();
@@ -123,15 +141,30 @@ export class Lightbox {
 
   /** Draws the picture if it has changed or the film plays. */
   draw() {
-    if (!dialog.open || !this.#shown || !this.clip) return;
+    if (!dialog.open || !this.clip) return;
+    if (!this.#shown) return this.#drawDraft();
     const before = this.other && this.handlers.subjectOf(this.other.tile);
     const counts = [this.painter.count(this.#shown), before ? this.painter.count(before) : this.source.ready];
     const place = this.source.due(Math.min(...counts));
     if (!this.dirty && place === this.#place) return;
     [this.#place, this.dirty] = [place, false];
-    if (this.held) return this.#drawBefore(before, place, canvas);
-    if (this.painter.draw(this.#shown, place, canvas)) get("draft").hidden = true;
-    if (this.divider.split !== null) {
+    if (!this.held && this.painter.draw(this.#shown, place, canvas)) get("draft").hidden = true;
+    this.#compare(before, place);
+  }
+
+  /** Draws the small picture, if it or what it is compared with has changed. */
+  #drawDraft() {
+    if (!this.dirty || !this.#draft) return;
+    this.dirty = false;
+    resize(canvas, [this.#draft.width, this.#draft.height]);
+    canvas.getContext("2d")?.drawImage(this.#draft, 0, 0);
+    this.#compare(this.other && this.handlers.subjectOf(this.other.tile), 0);
+  }
+
+  /** Draws the picture before, left of the divider or instead. @param {Subject | null} before @param {number} place */
+  #compare(before, place) {
+    if (this.held) this.#drawBefore(before, place, canvas);
+    else if (this.divider.split !== null) {
       [this.#scratch.width, this.#scratch.height] = [canvas.width, canvas.height];
       this.#drawBefore(before, place, this.#scratch);
       this.divider.paint(this.#scratch, [canvas.width, canvas.height]);
@@ -140,22 +173,31 @@ export class Lightbox {
     this.#placeNames();
   }
 
+  /** Fetches a photograph as it is known at once; a film shows another frame of it. @param {Clip} clip */
+  async #loadGlance(clip) {
+    this.#glance?.close();
+    this.#glance = null;
+    if (clip.count > 1) return;
+    this.#glance = await fetchPicture("glance.jpg").catch(() => null);
+    this.dirty = true;
+  }
+
   /** @param {Subject | null} before @param {number} place @param {HTMLCanvasElement} onto */
   #drawBefore(before, place, onto) {
-    const picture = this.source.pictures[place];
+    const picture = this.source.pictures[place] ?? this.#glance;
     if (before) this.painter.draw(before, place, onto);
     else if (picture) onto.getContext("2d")?.drawImage(picture, 0, 0, onto.width, onto.height);
   }
 
-  /** Names both styles at the edges of the picture, if it is divided between two styles. */
+  /** Names both sides of a divided picture at its edges. */
   #placeNames() {
     const names = [get("left-name"), get("right-name")];
     const { tile, other } = this;
-    for (const name of names) name.hidden = this.divider.split === null || !other;
-    if (names[0].hidden || !tile || !other) return;
+    for (const name of names) name.hidden = this.divider.split === null || this.held;
+    if (names[0].hidden || !tile) return;
     const { x, y, width } = boxOf(canvas);
-    names[0].textContent = nameOf(other);
-    names[1].textContent = nameOf(tile);
+    names[0].textContent = other ? nameOf(other) : "Original";
+    names[1].textContent = other ? nameOf(tile) : "Result";
     Object.assign(names[0].style, { left: `${x + 10}px`, top: `${y + 10}px` });
     Object.assign(names[1].style, { left: `${x + width - names[1].offsetWidth - 10}px`, top: `${y + 10}px` });
   }
@@ -292,6 +334,7 @@ export class Lightbox {
   /** @param {boolean} on */
   hold(on) {
     this.held = on;
+    press(get("hold"), on);
     this.dirty = true;
   }
 
@@ -303,7 +346,7 @@ export class Lightbox {
     get("keep").onclick = () => this.star();
     get("split").onclick = () => this.toggleSplit();
     get("play-large").onclick = () => this.#play(!this.source.playing);
-    for (const [event, on] of Object.entries({ pointerdown: true, pointerup: false, pointerleave: false })) get("hold").addEventListener(event, () => this.hold(on));
+    switchOriginal(get("hold"), () => this.held, (on) => this.hold(on));
     get("saving").addEventListener("submit", (event) => {
       event.preventDefault();
       this.save();
