@@ -1,3 +1,3 @@
 // The first picture of a page, until its modules have loaded and know more. A classic script: modules run later.
 
-document.body.insertAdjacentHTML("afterbegin", '<div id="opening"><img src="glance.jpg" alt=""><p role="status">Your picture. Rendering the looks…</p></div>');
+document.body.insertAdjacentHTML("afterbegin", '<div id="opening"><img src="glance.jpg" alt=""><p role="status">Opening…</p></div>');
