@@ -294,6 +294,7 @@ def test_a_comic_is_edited_in_a_browser(folder: Path, browser: Browser) -> None:
     make_comic(folder / "comic.toml", folder / "page.html")
     browser.download_to(folder / "downloads")
     browser.open((folder / "page.html").as_uri())
+    browser.press("e")
     burst, balloon = "g.caption", "g[data-place]:not(.caption)"
     (x, y, *_), scale = (
         browser.place(burst),
@@ -307,7 +308,7 @@ def test_a_comic_is_edited_in_a_browser(folder: Path, browser: Browser) -> None:
     # An accidental edit can be undone.
     browser.press("Shift+ArrowLeft")
     browser.click(".bar button:nth-of-type(1)")
-    browser.click(".bar button.main")
+    browser.click(".bar button:nth-of-type(3)")
     file = folder / "downloads" / "comic.toml"
     eventually(file.exists, "no file is saved")
     eventually(lambda: file.read_text(encoding="utf-8").count("[[page.panel]]") == 4, "the file is truncated")
@@ -321,6 +322,65 @@ def test_a_comic_is_edited_in_a_browser(folder: Path, browser: Browser) -> None:
     page = cv2.imread(str(folder / "page.png"), 0)
     assert (drawn(folder, saved, "edited") != page).any()
     assert not [event for event in browser.events if event["method"] == "Runtime.exceptionThrown"]
+
+
+def test_double_clicked_words_are_broken_like_the_old_ones_and_saved_with_the_page(
+    folder: Path, browser: Browser
+) -> None:
+    make_comic(folder / "comic.toml", folder / "words.html")
+    browser.download_to(folder / "downloads")
+    browser.open((folder / "words.html").as_uri())
+    browser.press("e")
+    fonts = "await document.fonts.ready; return [...document.fonts].map((each) => each.status)"
+    assert browser.run(fonts) == ["loaded"]
+    shown = """const group = document.querySelector("g[data-place]:not(.caption)");
+        const rows = [...group.querySelectorAll("text > tspan")];
+        const frame = group.parentElement.querySelector(".frame").getBBox();
+        const box = group.querySelector("polygon").getBBox();
+        const isInside = box.x >= frame.x && box.x + box.width <= frame.x + frame.width;
+        return [rows.map((row) => row.textContent), isInside];"""
+    x, y, *_ = browser.still("g[data-place]:not(.caption)")
+    for kind in ("mousePressed", "mouseReleased") * 2:
+        browser.mouse(kind, x, y)
+    assert browser.run("return document.querySelector('textarea.words').value") == 'WHO IS\n"IT"?'
+    browser.run("document.querySelector('textarea.words').select()")
+    browser.type("Nobody knows who it is, and nobody will ever ask again")
+    browser.press("Enter")
+    lines, is_inside = browser.run(shown)
+    assert " ".join(lines) == "NOBODY KNOWS WHO IT IS, AND NOBODY WILL EVER ASK AGAIN"
+    assert len(lines) > 2 and max(map(len, lines)) < 1.5 * min(map(len, lines)) and is_inside
+    leave = "return !dispatchEvent(new Event('beforeunload', { cancelable: true }))"
+    assert browser.run(leave), "unsaved changes are not lost unasked"
+    browser.click(".bar button:nth-of-type(2)")
+    assert "words.html is in your downloads" in browser.run(
+        "return document.querySelector('.bar p').textContent"
+    )
+    assert not browser.run(leave)
+    browser.click(".bar button:nth-of-type(4)")
+    assert not browser.run("return document.querySelector('.bar').checkVisibility()")
+    saved = folder / "downloads" / "words.html"
+    eventually(lambda: saved.exists() and saved.read_bytes().endswith(b"</html>"), "no page is saved")
+    browser.open(saved.as_uri())
+    assert browser.run(shown)[0] == lines
+    assert browser.run("return document.querySelectorAll('#print svg').length") == 1
+    data = browser.run("return JSON.parse(document.getElementById('page-file').textContent)")
+    assert "\\n".join(lines).lower() in data.lower()
+    assert not [event for event in browser.events if event["method"] == "Runtime.exceptionThrown"]
+
+
+def test_a_phone_has_all_actions_in_a_menu(folder: Path, browser: Browser) -> None:
+    make_comic(folder / "comic.toml", folder / "phone.html")
+    size = {"height": 740, "deviceScaleFactor": 1, "mobile": True}
+    browser.call("Emulation.setDeviceMetricsOverride", width=360, **size)
+    browser.open((folder / "phone.html").as_uri())
+    names = ["read", "edit", "print", "full", "ask"]
+    visible = "return names.filter((name) => document.getElementById(name).checkVisibility())"
+    assert browser.run(visible, names=names) == []
+    browser.click("#more")
+    assert browser.run(visible, names=names) == names
+    browser.click("#edit")
+    assert browser.run(visible, names=names) == [] and browser.run("return document.body.matches('.editing')")
+    browser.call("Emulation.clearDeviceMetricsOverride")
 
 
 def enlarged_width(browser: Browser) -> float:

@@ -23,14 +23,14 @@ from vidstyle.media.picture_bytes import jpeg_bytes
 from vidstyle.regions.boxes import Rectangle
 
 _TEMPLATE_PATH, _READER_PATH, _EDITOR_PATH = (
-    Path(__file__).with_name(name) for name in ("strip.html", "reader.js", "edit.js")
+    Path(__file__).parent / "web_page" / name for name in ("strip.html", "reader.js", "edit.js")
 )
 
 
 def html(sheets: Iterable[Sheet], title: str, page_file: str) -> bytes:
     """Encode all sheets as a self-contained web page, one below the other, no wider than the window.
 
-    On it, balloons can be dragged, words changed, and the page file with these changes saved.
+    On it, balloons can be dragged, words changed, and the page or its page file with these changes saved.
 
     Args:
         sheets: pages.
@@ -46,7 +46,7 @@ def html(sheets: Iterable[Sheet], title: str, page_file: str) -> bytes:
     width = max(sheet.width for sheet in drawn)
     template = Template(_TEMPLATE_PATH.read_text(encoding="utf-8"))
     reader = join_modules(_READER_PATH)
-    editor = _EDITOR_PATH.read_text(encoding="utf-8") if page_file else ""
+    editor = join_modules(_EDITOR_PATH) if page_file else ""
     # JSON in a page must not contain the end tag of its element.
     data = json.dumps(page_file).replace("<", "\\u003c")
     return template.substitute(
@@ -60,7 +60,7 @@ def html(sheets: Iterable[Sheet], title: str, page_file: str) -> bytes:
         pages="".join(pages),
         data=data,
         reader=reader,
-        code=editor,
+        editor=editor,
         digests=" ".join(map(_digest, (reader, editor))),
     ).encode()
 

@@ -73,7 +73,7 @@ export class PanelView {
     panel.setAttribute("role", hasParts ? "group" : "button");
     panel.setAttribute("aria-label", `Panel ${number + 1} of ${this.panels.length}${note ? `, ${note}` : ""}. Enter enlarges it.`);
     panel.classList.add("panel");
-    panel.addEventListener("click", ({ target }) => /** @type {Element} */ (target).closest("[data-place]") || this.#open(number));
+    panel.addEventListener("click", () => document.body.matches(".editing") || this.#open(number));
     panel.addEventListener("keydown", (event) => {
       if (event.target !== panel || (event.key !== "Enter" && event.key !== " ")) return;
       event.preventDefault();

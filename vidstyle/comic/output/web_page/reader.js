@@ -144,7 +144,7 @@ const KEYS = {
   [SHARED_KEYS.help]: () => help.showModal(),
 };
 
-for (const [id, name] of /** @type {const} */ ([["print", "print"], ["full", "expand"], ["theme", "theme"], ["ask", "help"]])) get(id).prepend(icon(name));
+for (const [id, name] of /** @type {const} */ ([["print", "print"], ["full", "expand"], ["theme", "theme"], ["ask", "help"], ["more", "more"]])) get(id).prepend(icon(name));
 for (const page of pages) page.style.setProperty("--aspect", String(page.viewBox.baseVal.width / page.viewBox.baseVal.height));
 pages.forEach(findHeading);
 const isStrip = pages.some(({ viewBox: { baseVal: { width, height } } }) => height > MAX_PAGE_ASPECT * width);
@@ -174,6 +174,7 @@ get("full").hidden = !document.fullscreenEnabled;
 get("print").addEventListener("click", () => print());
 addEventListener("beforeprint", unstack);
 addEventListener("afterprint", () => arrange(document.body.classList.contains("whole")));
+get("actions").addEventListener("click", () => get("actions").hidePopover?.());
 get("ask").addEventListener("click", () => help.showModal());
 switchTheme(get("theme"));
 addEventListener("keydown", (event) => {
