@@ -9,7 +9,7 @@ const MAX_WIDTH_GAIN = 1.3;
 /** A text that is longer than the old one gets at least this aspect ratio. */
 const MIN_TEXT_ASPECT = 2.4;
 /** Growth of the padding on each side with the words, so that a round shape contains their corners. @type {Record<string, number>} */
-const PADDING_GROWTH = { balloon: 0.06, whisper: 0.06, cloud: 0.12, burst: 0.16 };
+const PADDING_GROWTH = { balloon: 0.09, whisper: 0.09, cloud: 0.15, burst: 0.2 };
 /** Halvings of an interval of widths. */
 const SEARCH_STEPS = 12;
 
