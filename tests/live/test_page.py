@@ -339,7 +339,9 @@ def test_the_style_itself_is_the_first_of_its_variants(browser: Browser) -> None
 def test_a_reduced_size_is_reported_below_the_picture(browser: Browser) -> None:
     """The report covers no part of the picture, and a phone has all buttons."""
     with showing() as (page, controls, _):
-        controls.status = lambda: Status("ink", degraded="half", recording=True, message="a.mp4: recording")
+        controls.status = lambda: Status(
+            "ink:dark-blue", degraded="half", recording=True, message="a.mp4: recording"
+        )
         for width in (1280, 360):
             browser.call(
                 "Emulation.setDeviceMetricsOverride",
@@ -356,6 +358,10 @@ def test_a_reduced_size_is_reported_below_the_picture(browser: Browser) -> None:
                   document.getElementById("full").checkVisibility()];"""
             )
             assert top >= bottom and right <= width and is_full
+            names = (
+                "return ['style-name', 'divider-look'].map((id) => document.getElementById(id).textContent)"
+            )
+            assert browser.run(names) == ["Ink, dark blue"] * 2
             browser.until("document.getElementById('message').textContent === 'a.mp4: recording'")
         browser.until("document.getElementById('record-label').textContent === 'Stop, 0:01'")
         browser.call("Emulation.clearDeviceMetricsOverride")

@@ -44,6 +44,8 @@ let link = "Connecting";
 /** The number of connections so far. */
 let connected = 0;
 
+/** Returns the name of a style in words: "Ink, dark blue". @param {string} style */
+const nameInWords = (style) => title(style.replace(/:(.*)/, (_, variant) => `, ${variant.replaceAll("-", " ")}`));
 /** @param {string} text @param {boolean} [alarm] */
 const say = (text, alarm = false) => announce(get("message"), text, { alarm });
 
@@ -140,11 +142,11 @@ async function show(number, file) {
 function showStatus(now) {
   line.show(now, nextStyle(now), !link);
   press(get("full-size"), now.full_size);
-  get("style-name").textContent = title(now.style);
+  get("style-name").textContent = nameInWords(now.style);
   press(get("bypass"), now.bypass);
   press(get("record"), now.recording);
   clockRecording(now.recording);
-  get("divider-look").textContent = title(now.style);
+  get("divider-look").textContent = nameInWords(now.style);
   get("badge").hidden = !now.bypass;
   get("detail").hidden = !(now.degraded || now.full_size) || now.bypass;
   get("detail-label").textContent = now.full_size ? "Fewer frames" : "Less detail, to keep up";
@@ -153,7 +155,7 @@ function showStatus(now) {
   if (now.message !== (status?.message ?? "")) say(isInLine ? "" : withTitle(now.message, now.style));
   followSplit(now);
   status = now;
-  document.title = `${title(now.style)} · vidstyle live`;
+  document.title = `${nameInWords(now.style)} · vidstyle live`;
   note();
 }
 
@@ -169,7 +171,7 @@ setInterval(() => recordedSince && clockRecording(true), 1000);
 
 /** Returns a message of the session, which may begin with the name of a style or of a file, as a sentence. @param {string} text @param {string} style */
 function withTitle(text, style) {
-  if (text.startsWith(style)) return title(style) + text.slice(style.length);
+  if (text.startsWith(style)) return nameInWords(style) + text.slice(style.length);
   return /^\S+\.\w+:/.test(text) ? text : text.replace(/^./, (first) => first.toUpperCase());
 }
 
@@ -204,7 +206,7 @@ function note() {
   const states = { running: "", waiting: `No picture from ${status?.source}: showing the last one`, ended: "The source has ended" };
   const state = link || (status && states[status.source_state]) || "";
   const next = status ? nextStyle(status) : "";
-  const text = state || (next && `Preparing ${title(next)}…`);
+  const text = state || (next && `Preparing ${nameInWords(next)}…`);
   const element = get("note");
   if (element.textContent !== text) element.textContent = text;
   element.hidden = !text;
