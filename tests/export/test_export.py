@@ -367,8 +367,10 @@ def test_a_link_holds_the_values_that_the_controls_allow(page: Path, browser: Br
     )
     assert browser.run("return copied") == f"{page.as_uri()}?side=360#test&posterize.levels=7"
     reset = "document.getElementById('reset')"
-    browser.run(f"{reset}.focus(); {reset}.click()")
-    assert browser.run(f"return {reset}.disabled && document.activeElement.matches('#controls input')")
+    for text, levels in ("Undo reset", "4"), ("Reset", "7"), ("Undo reset", "4"):
+        browser.run(f"{reset}.focus(); {reset}.click()")
+        assert browser.run(f"return {reset}.textContent") == text and browser.run(value) == levels
+        assert browser.run(f"return document.activeElement === {reset}"), "the focus is not lost"
     browser.open("about:blank")
     browser.open(f"{page.as_uri()}?side=360#test&posterize.levels=7000")
     until(browser, """document.getElementById("facts").textContent""")

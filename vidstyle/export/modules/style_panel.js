@@ -25,6 +25,8 @@ export class StylePanel {
   #entries = [];
   /** The paths of the values that any variant sets. @type {string[]} */
   #named = [];
+  /** The values before the reset; null if a value was set since. @type {Record<string, any> | null} */
+  #before = null;
 
   /**
    * @param {StyleData} data
@@ -39,11 +41,7 @@ export class StylePanel {
     this.#named = Object.keys(Object.assign({}, ...Object.values(data.variants)));
     const names = Object.keys(data.variants);
     for (const name of names.length ? ["", ...names] : []) this.#addVariant(name);
-    get("reset").onclick = () => {
-      const first = /** @type {HTMLElement | null} */ (get("controls").querySelector("input, select"));
-      this.put(this.initial);
-      first?.focus(); // a disabled button loses the focus
-    };
+    get("reset").onclick = () => this.put(this.#before ?? this.initial, this.#before ? null : { ...this.values });
     this.put(addressedStyle() === data.name ? addressedValues(this.#entries) : {});
   }
 
@@ -52,13 +50,13 @@ export class StylePanel {
     return Object.fromEntries(Object.entries(this.values).filter(([path, value]) => value !== this.initial[path]));
   }
 
-  /** Sets values. @param {Record<string, any>} wanted by path */
-  put(wanted) {
+  /** Sets values. @param {Record<string, any>} wanted by path @param {Record<string, any> | null} [before] to which the button Reset then returns */
+  put(wanted, before = null) {
     for (const [path, value] of Object.entries(wanted)) {
       this.values[path] = value;
       this.#show[path](value);
     }
-    this.#changed();
+    this.#changed(before);
   }
 
   /** @param {Entry} entry */
@@ -105,11 +103,14 @@ export class StylePanel {
     this.put({ ...Object.fromEntries(reset.map((path) => [path, this.initial[path]])), ...variants[name] });
   }
 
-  #changed() {
+  /** @param {Record<string, any> | null} [before] */
+  #changed(before = null) {
+    this.#before = before;
     const shown = this.#variant;
     for (const button of /** @type {Iterable<HTMLElement>} */ (get("variants").children)) press(button, button.dataset.name === shown);
     const reset = /** @type {HTMLButtonElement} */ (get("reset"));
-    reset.disabled = !Object.keys(this.changes).length;
+    reset.disabled = !before && !Object.keys(this.changes).length;
+    reset.textContent = before ? "Undo reset" : "Reset";
     this.onchange();
   }
 }

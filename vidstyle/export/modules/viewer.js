@@ -310,7 +310,8 @@ export class Viewer {
     press(get("record"), true);
     if (isPaused) film?.play();
     const speed = film && this.runner.isSoftware ? " Without a GPU it shows only few frames: “vidstyle render” draws them all." : "";
-    this.say(`Recording${isPaused ? "; the film plays meanwhile" : ""}.${speed}`, 0);
+    const compared = this.#styled.divider.split === null ? "" : " The comparison is recorded, too.";
+    this.say(`Recording${isPaused ? "; the film plays meanwhile" : ""}.${compared}${speed}`, 0);
   }
 
   /** Saves a clip. @param {Blob} clip @param {string} extension @param {HTMLVideoElement | null} paused the film to pause again */
