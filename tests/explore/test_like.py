@@ -17,8 +17,8 @@ from vidstyle.explore.composed.shipped_parts import shipped_styles
 from vidstyle.explore.gates import faults
 from vidstyle.explore.matching import like
 from vidstyle.explore.matching.appearance import appearance_distance, appearance_of
+from vidstyle.explore.matching.kept_subject import LOST_SUBJECT_FAULTS, KeptSubject
 from vidstyle.explore.matching.like import (
-    LOST_SUBJECT_FAULTS,
     MAX_NEAR_DISTANCE,
     MIN_FAR_DISTANCE,
     known_styles,
@@ -93,6 +93,16 @@ def test_a_search_does_not_lose_the_subject(monkeypatch: pytest.MonkeyPatch) -> 
     assert found.distance <= known[0].distance
     original = Original(given)
     assert not LOST_SUBJECT_FAULTS.intersection(faults(original.measure(restyle_picture(given, found.style))))
+
+
+def test_a_search_does_not_lose_faces_that_the_known_style_keeps() -> None:
+    """A reference with white areas is nearest to a drawing whose faces are blank."""
+    given = data.astronaut()
+    blank = given.copy()
+    blank[60:220, 170:280] = 230
+    assert KeptSubject(given, given).is_lost(blank)
+    assert not KeptSubject(given, given).is_lost(restyle_picture(given, load_style("sketch")))
+    assert not KeptSubject(given, blank).is_lost(blank)
 
 
 def test_a_variation_that_cannot_be_rendered_comes_last() -> None:

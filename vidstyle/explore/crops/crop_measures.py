@@ -85,6 +85,11 @@ class ComparedCrop:
         """Whether faces are compared."""
         return bool(self._faces)
 
+    def face_likeness(self, result: np.ndarray) -> float:
+        """Return `face` of `measure`: the features of the worst face; `MAX_FACE_LIKENESS` without a face."""
+        faces = (region.measure(result[part]).face for part, region in self._faces)
+        return min(faces, default=MAX_FACE_LIKENESS)
+
     def measure(self, result: np.ndarray) -> FullSizeMetrics:
         """Return the metrics of the crop in a style, H x W x 3 uint8."""
         luma = luma_of_codes(result)

@@ -12,11 +12,11 @@ import numpy as np
 from vidstyle.core.machine.cores import available_cores
 from vidstyle.errors import StyleError
 from vidstyle.explore.composed.shipped_parts import shipped_styles
-from vidstyle.explore.gates import BLURRED_FAULT, NO_SUBJECT_FAULT, faults
 from vidstyle.explore.generate import alter, cross, mutate
 from vidstyle.explore.matching.appearance import appearance_distance, appearance_of
+from vidstyle.explore.matching.kept_subject import KeptSubject
 from vidstyle.explore.matching.tune import tune_style
-from vidstyle.explore.measure import Original, reduce_picture
+from vidstyle.explore.measure import reduce_picture
 from vidstyle.gallery.preview import read_still
 from vidstyle.gallery.style_samples import restyle_picture
 from vidstyle.gallery.thumbnail import THUMBNAIL_FOLDER
@@ -33,8 +33,6 @@ PARENT_COUNT, CHILD_COUNT = 4, 3
 """Number of styles kept in each round, and of variations of each kind per style."""
 TUNED_COUNT = 2
 """Number of styles whose values are tuned one by one after the search."""
-LOST_SUBJECT_FAULTS = frozenset({BLURRED_FAULT, NO_SUBJECT_FAULT})
-"""Faults of variations that are not offered, however near: the distance does not depend on the subject."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +74,7 @@ def rank_styles(
     photograph: np.ndarray,
     styles: Iterable[Style],
     on_step: ProgressCallback = ignore_progress,
-    original: Original | None = None,
+    subject: KeptSubject | None = None,
 ) -> list[Likeness]:
     """Return styles sorted by the distance of their rendering of `photograph` to `wanted`, nearest first.
 
@@ -84,23 +82,23 @@ def rank_styles(
 
     Args:
         wanted, photograph: H x W x 3 uint8.
-        original: the photograph, if styles in which its subject is lost come last, too.
+        subject: of the photograph, if styles that lose it come last, too.
     """
     target, styles = appearance_of(wanted), list(styles)
     found: list[Likeness] = []
-    for style, distance in zip(styles, _distances(photograph, target, styles, original), strict=True):
+    for style, distance in zip(styles, _distances(photograph, target, styles, subject), strict=True):
         found.append(Likeness(style, distance))
         on_step("comparing looks", len(found), len(styles))
     return sorted(found, key=lambda each: each.distance)
 
 
 def _distances(
-    photograph: np.ndarray, target: np.ndarray, styles: Iterable[Style], original: Original | None = None
+    photograph: np.ndarray, target: np.ndarray, styles: Iterable[Style], subject: KeptSubject | None = None
 ) -> Iterator[float]:
     """Yield the distance of each style's rendering to an appearance, using all cores.
 
     Args:
-        original: the photograph, if renderings in which the subject is lost count as infinitely far.
+        subject: of the photograph, if renderings that lose it count as infinitely far.
     """
 
     def distance(style: Style) -> float:
@@ -108,7 +106,7 @@ def _distances(
             rendering = restyle_picture(photograph, style)
         except StyleError:  # a variation that needs too large a working size for this photograph
             return inf
-        if original is not None and LOST_SUBJECT_FAULTS.intersection(faults(original.measure(rendering))):
+        if subject is not None and subject.is_lost(rendering):
             return inf
         return appearance_distance(appearance_of(rendering), target)
 
@@ -132,7 +130,8 @@ def search_styles(
     Returns:
         The best styles, at most `PARENT_COUNT + TUNED_COUNT`, nearest first.
     """
-    best, original = known[:PARENT_COUNT], Original(photograph)
+    best = known[:PARENT_COUNT]
+    subject = KeptSubject(photograph, restyle_picture(photograph, best[0].style))
     for turn in range(SEARCH_ROUNDS):
         reach = 0.5 / (1 + turn / 2)
         children = [
@@ -140,10 +139,15 @@ def search_styles(
             for number, parent in enumerate(best)
             for child in _children(parent.style, best[0].style, f"{turn}-{number}", reach)
         ]
-        best += rank_styles(wanted, photograph, children, original=original)
+        best += rank_styles(wanted, photograph, children, subject=subject)
         best = sorted(best, key=lambda each: each.distance)[:PARENT_COUNT]
         on_step("searching", turn + 1, SEARCH_ROUNDS)
-    tuned = [_tuned(each.style, wanted, original, on_step) for each in best[:TUNED_COUNT]]
+    target = appearance_of(wanted)
+
+    def distances(styles: Sequence[Style]) -> list[float]:
+        return list(_distances(photograph, target, styles, subject))
+
+    tuned = [Likeness(*tune_style(each.style, distances, on_step=on_step)) for each in best[:TUNED_COUNT]]
     return sorted([*tuned, *best], key=lambda each: each.distance)
 
 
@@ -154,16 +158,6 @@ def match_styles(
     known = rank_styles(wanted, photograph, known_styles(), on_step)
     found = [*search_styles(wanted, photograph, known, on_step), *known]
     return sorted({repr(each.style): each for each in found}.values(), key=lambda each: each.distance)
-
-
-def _tuned(style: Style, wanted: np.ndarray, original: Original, on_step: ProgressCallback) -> Likeness:
-    """Return the style with values at which its rendering is nearer to the wanted look."""
-    target = appearance_of(wanted)
-
-    def distances(styles: Sequence[Style]) -> list[float]:
-        return list(_distances(original.large, target, styles, original))
-
-    return Likeness(*tune_style(style, distances, on_step=on_step))
 
 
 def _children(style: Style, best: Style, seed: str, reach: float) -> list[Style]:
