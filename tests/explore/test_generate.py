@@ -10,6 +10,7 @@ from itertools import chain
 import pytest
 
 from vidstyle.explore.colors import MIN_CONTRAST, contrast, is_pale
+from vidstyle.explore.composed.kept_parts import KEPT_SHARES, origin, parts_favor
 from vidstyle.explore.composed.open_style import MAX_GROWTH_RATIO
 from vidstyle.explore.composed.shipped_parts import families, shipped_styles
 from vidstyle.explore.generate import alter, cross, mutate, random_style
@@ -169,6 +170,25 @@ def test_open_styles_combine_whole_layers_of_many_styles() -> None:
         }  # fmt: skip
         pairs.add(tuple(used.values()))
     assert len(pairs) > 2 * len(shipped_styles())
+
+
+def test_parts_that_people_kept_are_drawn_more_often_but_all_are_drawn() -> None:
+    styles = *open_styles(), *(random_style(f"more {seed}") for seed in range(450))
+    drawn = Counter(origin("colors", style) for style in styles)
+    shares = KEPT_SHARES["colors"]
+    assert set(drawn) <= {style.name for style in shipped_styles()} and set(shares) <= set(drawn)
+    assert min(drawn[name] for name in ("engraving", "impressionist", "sketch")) > 2 * drawn["poster"]
+
+
+def test_the_lineage_says_which_parts_speak_for_a_style() -> None:
+    engraving, poster = load_style("engraving"), load_style("poster:pink")
+    assert parts_favor(engraving) > 0.5 > -0.5 > parts_favor(poster)
+    assert parts_favor(mutate(poster, 1)) == parts_favor(poster)
+    crossed = cross(engraving, poster, 3)
+    assert parts_favor(poster) < parts_favor(crossed) < parts_favor(engraving)
+    assert parts_favor(random_style(3, "paper")) == 0
+    for style in shipped_styles():
+        assert parts_favor(mutate(style, 1)) == parts_favor(style)
 
 
 def test_open_styles_lighten_colours_below_lines_that_draw_tones() -> None:

@@ -2,17 +2,18 @@
 
 Usage: python -m tools.explore.score PICTURES CROPS KEY.json MARKS.json... [--write RULES...]
 
-KEY.json lists the marked crops as `tools/explore/marking.py` writes them: number, rules, and the picture, a
-path in PICTURES without its suffix, with the box of the crop. CROPS holds what people saw, as NUMBER.png.
-Each MARKS.json holds the marks of one person, {"number": "keep" or "reject"}. Models are fitted to the share
-of people who kept a style; it counts as kept if half of them or more did. Scores come from models fitted
-without the picture, and therefore without its styles.
+KEY.json lists the marked crops as `tools/explore/marking.py` writes them: number, rules, the text of the
+style, and the picture, a path in PICTURES without its suffix, with the box of the crop. CROPS holds what
+people saw, as NUMBER.png. Each MARKS.json holds the marks of one person, {"number": "keep" or "reject"}.
+Models are fitted to the share of people who kept a style; it counts as kept if half of them or more did.
+Scores come from models fitted without the picture, and therefore without its styles.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import tomllib
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -26,12 +27,14 @@ import numpy as np
 
 from tools.explore.logistic_model import area_under_curve, fit_model, round_model
 from tools.explore.marking import read_picture
+from vidstyle.explore.composed.kept_parts import parts_favor
 from vidstyle.explore.crops.crop_measures import ComparedCrop, FullSizeMetrics
 from vidstyle.explore.crops.full_size import comparable_faces
 from vidstyle.explore.gates import doubt, fault
 from vidstyle.explore.paper.rules import Rules
 from vidstyle.explore.score import MEASURES, MODEL_FILE, log_odds
 from vidstyle.regions.still_faces import StillFaces
+from vidstyle.style import load_style
 
 BEST_SHARE = 0.12
 """Share of the styles whose precision is reported: the best dozen of a hundred."""
@@ -173,7 +176,9 @@ def measure_crops(pictures: Path, crops: Path, key: Sequence[Row]) -> list[FullS
     def measure(each: Row) -> FullSizeMetrics:
         seen = cv2.imread(str(crops / f"{each['number']}.png"))
         assert seen is not None
-        return source(each["picture"], tuple(each["box"])).measure(np.ascontiguousarray(seen[..., ::-1]))
+        crop = source(each["picture"], tuple(each["box"]))
+        parts = parts_favor(load_style(tomllib.loads(each["style"])))
+        return crop.measure(np.ascontiguousarray(seen[..., ::-1]))._replace(parts=parts)
 
     with ThreadPoolExecutor() as pool:
         return list(pool.map(measure, key))

@@ -18,14 +18,14 @@ MODEL_FILE = Path(__file__).with_name("score.json")
 """The models fitted by `tools/explore/score.py`, by rules."""
 MEASURES: dict[Rules, tuple[str, ...]] = {
     "paper": ("likeness", "face_outlines"),
-    "open": ("rims", "detail_kept", "face_outlines"),
+    "open": ("detail_kept", "face_outlines", "parts"),
 }
 """What a model reads, of `FullSizeMetrics`: those that agree best with people on unseen pictures."""
 WORDS = {
     "likeness": "fine detail",
     "detail_kept": "coarser detail",
-    "rims": "light marks along edges",
     "face_outlines": "outlines of faces",
+    "parts": "the styles that it combines",
 }
 """The measures that models read, in plain words."""
 FACE_MEASURES = {"face_outlines"}

@@ -10,6 +10,7 @@ from typing import Any
 from vidstyle.block import Color, Parameter, Slider
 from vidstyle.blocks import all_blocks
 from vidstyle.explore.colors import ensure_contrast, is_pale, palette, shift_color, to_oklch, tone_colors
+from vidstyle.explore.composed.kept_parts import part_weight
 from vidstyle.explore.composed.shipped_parts import (
     draws_tones,
     families,
@@ -50,11 +51,15 @@ def open_style(random: Random, style: Style) -> Style:
 
 
 def _composed(random: Random, style: Style) -> Style:
-    weights = [1.0 if is_handmade(each[0]) else SCREEN_WEIGHT for each in families()]
+    weights = [
+        part_weight("colors", each[0].name) * (1.0 if is_handmade(each[0]) else SCREEN_WEIGHT)
+        for each in families()
+    ]
     colors = _near(random, random.choices(families(), weights)[0])
     lines = _lines_for(random, colors)
     focus = max(colors.focus, lines.focus)
-    made = replace(style, steady=colors.steady, focus=focus, ink=lines.ink, paper=colors.paper)
+    parts = f"{style.note} Colours of {colors.name}{f', lines of {lines.name}' if lines.lines else ''}."
+    made = replace(style, steady=colors.steady, focus=focus, ink=lines.ink, paper=colors.paper, note=parts)
     made = join_layers(made, _layers(random, colors, lines))
     if made.background and made.lines and is_handmade(colors) and random.random() < TONED_SHARE:
         made = _toned(random, made)
@@ -114,7 +119,8 @@ def _lines_for(random: Random, colors: Style) -> Style:
         # The colours are only a tint if their own lines draw the tones.
         and draws_tones(family[0]) >= (draws_tones(colors) and bool(colors.lines))
     ]
-    return _near(random, random.choice(fitting))
+    weights = [part_weight("lines", family[0].name) for family in fitting]
+    return _near(random, random.choices(fitting, weights)[0])
 
 
 def _layers(random: Random, colors: Style, lines: Style) -> dict[str, Sequence[Step]]:

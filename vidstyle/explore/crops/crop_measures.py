@@ -9,7 +9,6 @@ import cv2
 import numpy as np
 
 from vidstyle.explore.crops.debris import SourceAreas
-from vidstyle.explore.crops.rims import SourceEdges
 from vidstyle.explore.measure import band_pass, correlation, gradient_of, luma_of_codes
 from vidstyle.regions.boxes import Box
 
@@ -53,7 +52,7 @@ class FullSizeMetrics(NamedTuple):
         has_face: whether the crop shows a face that is large enough.
         face: absolute correlation of facial features with the source; `MAX_FACE_LIKENESS` without a face.
         face_outlines: the same for outlines of features, which smears and blots destroy before the features.
-        rims: mean height of light marks up to 15 pixels wide along edges, less the height in the source.
+        parts: see `parts_favor`; 0 where the style is not known.
     """
 
     likeness: float
@@ -68,7 +67,7 @@ class FullSizeMetrics(NamedTuple):
     has_face: bool
     face: float
     face_outlines: float
-    rims: float
+    parts: float = 0.0
 
 
 class ComparedCrop:
@@ -78,7 +77,6 @@ class ComparedCrop:
         self._whole, self._areas = _Region(source), SourceAreas(luma_of_codes(source))
         parts = [part for face in faces if (part := _part(face, source.shape)) is not None][:MAX_FACE_COUNT]
         self._faces = [(part, _Region(source[part])) for part in parts]
-        self._edges = SourceEdges(luma_of_codes(source))
 
     @property
     def has_faces(self) -> bool:
@@ -93,7 +91,7 @@ class ComparedCrop:
     def measure(self, result: np.ndarray) -> FullSizeMetrics:
         """Return the metrics of the crop in a style, H x W x 3 uint8."""
         luma = luma_of_codes(result)
-        added = self._areas.added(luma)._asdict() | {"rims": self._edges.added_rims(luma)}
+        added = self._areas.added(luma)._asdict()
         whole = self._whole.measure(result)._replace(**added)
         faces = [region.measure(result[part]) for part, region in self._faces]
         if not faces:
@@ -131,7 +129,7 @@ class _Region:
             likeness=correlation(band_pass(luma, *FINE_BAND_PX), self._fine),
             detail_kept=correlation(detail, self._detail),
             fineness=float(np.log((finest.std() + MIN_FINEST) / (detail.std() + MIN_DETAIL))),
-            edge_hardness=_edge_hardness(luma),
+            edge_hardness=edge_hardness(luma),
             mark_width=_mark_height(luma, WIDE_RADIUS_PX)
             / max(_mark_height(luma, NARROW_RADIUS_PX), MIN_FINEST),
             burnt=_extreme_share(luma) - self._extreme,
@@ -141,7 +139,6 @@ class _Region:
             has_face=True,
             face=abs(correlation(_features(luma, FACE_BAND_PX), self._features)),
             face_outlines=abs(correlation(_features(luma, FACE_OUTLINE_BAND_PX), self._outlines)),
-            rims=0,
         )
 
 
@@ -153,7 +150,8 @@ def _part(face: Box[float], shape: tuple[int, ...]) -> tuple[slice, slice] | Non
     return np.s_[top:bottom, left:right]
 
 
-def _edge_hardness(luma: np.ndarray) -> float:
+def edge_hardness(luma: np.ndarray) -> float:
+    """Return the steepness of edges relative to their height, upper quartile; 1 for edges of one pixel."""
     square = np.ones((STEP_SIDE_PX, STEP_SIDE_PX))
     step = cv2.dilate(luma, square) - cv2.erode(luma, square)
     edges = step > MIN_STEP

@@ -7,7 +7,6 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from vidstyle.explore.crops.edge_distances import edge_distances
 from vidstyle.explore.measure import band_pass, gradient_of
 
 SMOOTH_DEVIATION_PX, MAX_SMOOTH_GRADIENT = 3, 0.0025
@@ -43,7 +42,7 @@ class SourceAreas:
         smooth = gradient_of(_blurred(luma, SMOOTH_DEVIATION_PX)) < MAX_SMOOTH_GRADIENT
         square = np.ones((SMOOTH_MARGIN_PX, SMOOTH_MARGIN_PX))
         self._smooth = cv2.erode(smooth.astype(np.uint8), square).astype(np.float32)
-        away = edge_distances(luma, EDGE_DEVIATION_PX, EDGE_PERCENTILE, MIN_EDGE)
+        away = _edge_distances(luma)
         is_bright = luma > _blurred(luma, BRIGHT_DEVIATION_PX)
         self._near, self._far = (
             (is_bright & (away > low) & (away < high)).astype(np.float32)
@@ -74,6 +73,13 @@ class SourceAreas:
 def _stretched(luma: np.ndarray) -> np.ndarray:
     low, high = np.percentile(luma, (BLACK_PERCENTILE, WHITE_PERCENTILE))
     return np.clip((luma - low) / max(high - low, MIN_STRETCHED_RANGE), 0, 1).astype(np.float32)
+
+
+def _edge_distances(luma: np.ndarray) -> np.ndarray:
+    """Return the distance of each pixel from the nearest edge in pixels."""
+    gradient = gradient_of(_blurred(luma, EDGE_DEVIATION_PX))
+    edges = gradient > max(float(np.percentile(gradient, EDGE_PERCENTILE)), MIN_EDGE)
+    return cv2.distanceTransform((~edges).astype(np.uint8), cv2.DIST_L2, 3)
 
 
 def _blurred(luma: np.ndarray, deviation: float) -> np.ndarray:

@@ -18,7 +18,8 @@ from vidstyle.core.picture import Encoding, Picture
 from vidstyle.core.scene_cuts import SceneCuts
 from vidstyle.core.shared_tones import SharedTones
 from vidstyle.cpu.renderer import CpuRenderer
-from vidstyle.explore.crops.crop_measures import ComparedCrop, FullSizeMetrics
+from vidstyle.explore.composed.kept_parts import parts_favor
+from vidstyle.explore.crops.crop_measures import ComparedCrop, FullSizeMetrics, edge_hardness
 from vidstyle.explore.measure import MAX_DRAWN_SIDE_PX, gradient_of, luma_of_codes, reduce_picture
 from vidstyle.regions.boxes import Box
 from vidstyle.regions.features.landmarks import MarkedFaces
@@ -36,6 +37,9 @@ CROP_COUNT = 2
 """Crops: the largest face, then the parts with the most edges."""
 MIN_FACE_SIDE_PX = 24.0
 """Smaller faces have no features to keep."""
+MIN_FACE_HARDNESS = 0.46
+"""Hardness of edges below which a face is out of focus, and each of its styles would count as blurred. Of 45
+faces that are in focus, on 26 photographs, the softest has 0.47."""
 RGB_ENCODING = Encoding(full_range=True, subsampling=(1, 1))
 
 
@@ -53,7 +57,8 @@ class FullSize:
         self._small = reduce_picture(picture, MAX_DRAWN_SIDE_PX)
         known = StillFaces().find("", lambda: picture)
         faces = comparable_faces(known, picture.shape[0])
-        crops = [Crop(picture, box, faces, known.detail, seen_side) for box in _crop_boxes(picture, faces)]
+        boxes = _crop_boxes(picture, sharp_faces(faces, picture))
+        crops = [Crop(picture, box, faces, known.detail, seen_side) for box in boxes]
         self._crops = crops[:1] if crops and crops[0].compared.has_faces else crops
 
     def measure(self, style: Style) -> FullSizeMetrics:
@@ -64,7 +69,7 @@ class FullSize:
         tones = tones_of(style, self._small)
         rows = [crop.compared.measure(crop.render(style, tones)) for crop in self._crops]
         mean = FullSizeMetrics(*np.mean(rows, axis=0).tolist())
-        return mean._replace(has_face=rows[0].has_face)
+        return mean._replace(has_face=rows[0].has_face, parts=parts_favor(style))
 
 
 class Crop:
@@ -73,7 +78,7 @@ class Crop:
     Args:
         picture: the whole picture, H x W x 3 uint8.
         box: the part.
-        faces: of the whole picture.
+        faces: of the whole picture; those that are out of focus are not compared.
         detail: the level of detail that they need.
         seen_side: see `FrameRequest`.
 
@@ -101,7 +106,7 @@ class Crop:
             {face.moved(-left, -top).scaled(1 / (bottom - top)): marks for face, marks in seen.items()},
             detail,
         )
-        inner = [face.moved(-box.left, -box.top) for face in seen]
+        inner = [face.moved(-box.left, -box.top) for face in sharp_faces(seen, picture)]
         self.compared = ComparedCrop(self._source[self._inner], inner)
 
     def render(self, style: Style, tones: SharedTones) -> np.ndarray:
@@ -141,6 +146,17 @@ def comparable_faces(known: KnownFaces, height: int) -> MarkedFaces:
     """Return the faces that have features to compare in a picture of this height, the largest first."""
     faces = {box.scaled(height): marks for box, marks in known.boxes.items()}
     return {box: marks for box, marks in faces.items() if min(box.width, box.height) >= MIN_FACE_SIDE_PX}
+
+
+def sharp_faces(faces: MarkedFaces, picture: np.ndarray) -> MarkedFaces:
+    """Return the faces that are in focus in a picture, H x W x 3 uint8."""
+    luma = luma_of_codes(picture)
+
+    def is_sharp(face: Box[float]) -> bool:
+        left, top, right, bottom = map(round, face.intersection(Box(0, 0, luma.shape[1], luma.shape[0])))
+        return edge_hardness(luma[top:bottom, left:right]) >= MIN_FACE_HARDNESS
+
+    return {face: marks for face, marks in faces.items() if is_sharp(face)}
 
 
 def _open_renderer(style: Style, cuts: SceneCuts | None) -> CpuRenderer:
