@@ -21,7 +21,7 @@ FULL_SIZE = 300
 LINE_VARIANCE_RATIO = 0.5
 """Variance of lines, in squared pixels, relative to the paper's sigma. At 1, lines of masts, eyes and blades
 of grass ran together, and people rejected most styles."""
-TONE_SOFTNESS = 0.4
+TONE_RAMP_SHARE = 0.4
 """Share of each step of tones that is a ramp: hard steps drew pale spots and bands on cheeks, for which
 people rejected all 15 styles of a portrait, and 0.8 leaves a smoothed photograph."""
 PAPER_SECTION = "paper, section 6.2"
@@ -83,7 +83,7 @@ FILTER_RULES = (
     FilterRule(
         "luma_posterize",
         ("levels",),
-        fixed={"softness": TONE_SOFTNESS},
+        fixed={"softness": TONE_RAMP_SHARE},
         source=f"{PAPER_SECTION}: Luma Posterization (level 5 to 12), with soft transitions",
     ),
     FilterRule("saturation", ("factor",), source=f"{PAPER_SECTION}: Saturation (saturation 1.5 to 2.2)"),
