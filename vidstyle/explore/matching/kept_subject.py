@@ -15,7 +15,7 @@ LOST_SUBJECT_FAULTS = frozenset({BLURRED_FAULT, NO_SUBJECT_FAULT})
 KEPT_FACE_SHARE = 0.9
 """Share of the likeness of faces in the nearest known style that variations must keep."""
 MAX_FACE_LIMIT = next(gate.low for gate in FULL_SIZE_GATES if gate.measure == "face")
-"""Likeness of faces from which they are not lost, whatever the known style keeps."""
+"""Likeness from which a face is not lost, even if the known style keeps more."""
 
 
 class KeptSubject:
