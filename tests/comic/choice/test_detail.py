@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from media import photograph
 
+from vidstyle.comic.analyze.edges import edge_width_sharpness, measure_slopes
 from vidstyle.comic.analyze.features import extract_features
 from vidstyle.comic.analyze.flaws.defect_limits import DefectLimits
 from vidstyle.comic.analyze.moving.action import add_actions
@@ -102,3 +103,28 @@ def test_an_enlarged_picture_has_steeper_edges_and_no_rims() -> None:
     assert soft.min() - 8 <= sharp.min() and sharp.max() <= soft.max() + 8
     same = cut_out(picture, Box(0, 0, 80, 60), 80, 60, is_cleaned=True)
     assert np.array_equal(same, picture)
+
+
+def sparse(places: slice) -> np.ndarray:
+    """Slopes of 0 except at these places of the flattened picture."""
+    slopes = np.zeros(200 * 300, np.float32)
+    slopes[places] = np.arange(len(slopes[places])) % 97 + 1
+    return slopes.reshape(200, 300)
+
+
+@pytest.mark.parametrize(
+    "wide",
+    [
+        measure_slopes(cv2.cvtColor(SHARP, cv2.COLOR_RGB2GRAY), 2.5)[0],
+        np.full((40, 60), 3, np.float32),
+        np.arange(6, dtype=np.float32),
+        *(sparse(slice(first, None, 13)) for first in (0, 1)),
+    ],
+)
+def test_sharpness_is_measured_at_the_steepest_edges_and_all_that_equal_them(wide: np.ndarray) -> None:
+    thin = wide.ravel() * np.random.default_rng(1).uniform(1, 3, wide.size).astype(np.float32)
+    number = max(1, round(0.03 * wide.size))
+    steepest = wide.ravel() >= np.sort(wide, axis=None)[-number]
+    ratio = float(thin[steepest].mean()) / float(wide.ravel()[steepest].mean())
+    found = edge_width_sharpness([thin.reshape(wide.shape)], [wide])
+    assert found == float(np.clip((ratio - 1) / (2.5 / 0.7 - 1), 0, 1))

@@ -11,6 +11,8 @@ FINE_DEVIATION_PX, COARSE_DEVIATION_PX = 0.7, 2.5
 """Standard deviations of the two Gaussians under which edges are compared."""
 _STRONG_EDGE_SHARE = 0.03
 """Share of pixels, those with the strongest edges, on which sharpness is measured."""
+_SAMPLE_PITCH = 13
+"""Distance of the slopes that give an estimate of the lowest strong one; no divisor of usual widths."""
 _CELL_SIDE_PX = 10
 """Side of a cell whose steepest edge is kept."""
 
@@ -45,11 +47,25 @@ def edge_width_sharpness(
     """
     number = max(1, round(share * fine[0].size))
     heights, widths = [], []
-    for thin, wide in zip(fine, coarse, strict=True):
-        strongest = wide >= np.partition(wide, -number, axis=None)[-number]  # `argpartition` is slower
+    for thin, wide in ((np.ravel(each) for each in pair) for pair in zip(fine, coarse, strict=True)):
+        strongest = _find_largest(wide, number)
         heights.append(float(wide[strongest].mean()))
         widths.append(float(thin[strongest].mean()) / max(heights[-1], 1e-6))
     # If all edges have one direction, the other direction contains only noise.
     counted = [width for width, height in zip(widths, heights, strict=True) if height > 0.3 * max(heights)]
     best = COARSE_DEVIATION_PX / FINE_DEVIATION_PX
     return float(np.clip((min(counted, default=0) - 1) / (best - 1), 0, 1))
+
+
+def _find_largest(values: np.ndarray, number: int) -> np.ndarray:
+    """Return the indices, in their order, of the largest of flat values, and of all that equal the least.
+
+    A lower limit by a sample excludes most of them, as a partition of all takes four times as long.
+    """
+    sample = values[::_SAMPLE_PITCH]
+    count = min(len(sample), 2 * number * len(sample) // len(values) + 1)
+    likely = np.flatnonzero(values >= np.partition(sample, -count)[-count])
+    if len(likely) < number:
+        likely = np.arange(len(values))
+    found = values[likely]
+    return likely[found >= np.partition(found, -number)[-number]]

@@ -14,8 +14,9 @@ from vidstyle.comic.analyze.features import (
     Survey,
     add_saliency,
 )
+from vidstyle.core.bands import keep_freed_memory
 from vidstyle.core.closing import Closing
-from vidstyle.core.machine.cores import available_cores
+from vidstyle.core.machine.cores import available_cores, single_threaded_opencv
 from vidstyle.media.read.decode_report import DecodeReport
 from vidstyle.pipeline.progress import ProgressCallback, ignore_progress
 from vidstyle.regions.faces import FaceFinder
@@ -38,6 +39,7 @@ class Film(Closing):
     name: str
 
     def __init__(self, faces: FaceFinder, rotate: int | None = None) -> None:
+        keep_freed_memory()
         self.rotate = rotate
         self.damage = DecodeReport()
         self._kept: dict[float, np.ndarray] = {}
@@ -52,7 +54,8 @@ class Film(Closing):
             InputError: it cannot be read, or no frame of it can be decoded.
         """
         if self._found is None:
-            self._found = self._survey(on_step)
+            with single_threaded_opencv():  # frames are measured side by side
+                self._found = self._survey(on_step)
         return self._found
 
     @abstractmethod

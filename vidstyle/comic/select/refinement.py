@@ -13,6 +13,7 @@ from vidstyle.comic.analyze.moving.action import add_actions
 from vidstyle.comic.analyze.moving.subject_sharpness import compare_subject
 from vidstyle.comic.analyze.similarity import DIFFERENT_SIMILARITY, similarity
 from vidstyle.comic.select.best_path import LOOKBACK_PANELS
+from vidstyle.core.machine.cores import single_threaded_opencv
 from vidstyle.pipeline.progress import ProgressCallback
 from vidstyle.regions.faces import LARGE_FACE_HEIGHT_RATIO
 
@@ -46,6 +47,7 @@ class Refinement:
         self._film, self._survey, self._skips, self._on_step = film, survey, skips, on_step
         self._done = dict[float, Candidate]()
 
+    @single_threaded_opencv()  # frames are measured side by side
     def refine(self, chosen: Sequence[Candidate]) -> list[Candidate]:
         """Return better frames that are hardly more similar to the others, with their subjects."""
         refined = [self._done.get(each.time, each) for each in chosen]
