@@ -11,7 +11,7 @@ FINE_DEVIATION_PX, COARSE_DEVIATION_PX = 0.7, 2.5
 """Standard deviations of the two Gaussians under which edges are compared."""
 _STRONG_EDGE_SHARE = 0.03
 """Share of pixels, those with the strongest edges, on which sharpness is measured."""
-_SAMPLE_PITCH = 13
+_SAMPLE_STEP = 13
 """Distance of the slopes that give an estimate of the lowest strong one; no divisor of usual widths."""
 _CELL_SIDE_PX = 10
 """Side of a cell whose steepest edge is kept."""
@@ -62,7 +62,7 @@ def _find_largest(values: np.ndarray, number: int) -> np.ndarray:
 
     A lower limit by a sample excludes most of them, as a partition of all takes four times as long.
     """
-    sample = values[::_SAMPLE_PITCH]
+    sample = values[::_SAMPLE_STEP]
     count = min(len(sample), 2 * number * len(sample) // len(values) + 1)
     likely = np.flatnonzero(values >= np.partition(sample, -count)[-count])
     if len(likely) < number:
