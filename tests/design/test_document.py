@@ -232,3 +232,25 @@ def test_an_edit_of_a_field_keeps_the_kinds_and_the_style_behind_people() -> Non
     document.edit("field", 2, name="steady", value=0.25)
     kept = document.content.fields
     assert (kept["name"], kept["steady"], kept["kinds"], kept["behind"]) == ("new", 0.25, ["drawn"], behind)
+
+
+def test_a_new_name_is_no_edit_and_keeps_what_can_be_redone() -> None:
+    document = Document(load_style({"format": 1, "name": "old", "base": [{"block": "invert"}]}))
+    document.edit("field", 1, name="steady", value=0.25)
+    document.undo()
+    document.rename("new")
+    assert document.content.fields["name"] == "new" and "steady" not in document.content.fields
+    document.redo()
+    assert (document.content.fields["name"], document.content.fields["steady"]) == ("new", 0.25)
+    document.undo()
+    document.undo()
+    assert document.content.fields["name"] == "new"
+
+
+def test_the_picture_is_put_behind_lines_unchanged() -> None:
+    table = {"format": 1, "name": "n", "base": [{"block": "posterize"}], "lines": [{"block": "flow_xdog"}]}
+    document = Document(load_style(table))
+    document.edit("show_behind_lines", 1)
+    assert [step.table for step in document.content.layers["background"]] == [
+        {"block": "saturation", "factor": 1.0}
+    ]

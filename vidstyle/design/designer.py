@@ -150,7 +150,7 @@ class Designer:
         path = output_path(self.file.parent if self.file else self.folder, name, ".toml", overwrite)
         document = self.opened
         document.valid_style()
-        document.edit("rename", name=path.stem)
+        document.rename(path.stem)
         return self._write(path)
 
     def export(self, kind: str, name: str, overwrite: bool) -> str:

@@ -89,6 +89,17 @@ class Document:
             self._check()
         return edited.step
 
+    def rename(self, name: str) -> None:
+        """Give the style this name in all states: neither undo nor redo bring back another one.
+
+        Raises:
+            UsageError: the name is not a line of text.
+        """
+        self._history.change_all(
+            lambda content: EDITS["rename"](content, self._new_number, name=name).content
+        )
+        self._check()
+
     def undo(self) -> None:
         """Undo the last gesture, if any."""
         self._check_after(self._history.step(-1))

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
-from dataclasses import dataclass
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass, replace
 from typing import Generic, TypeVar
 
 S = TypeVar("S")
@@ -62,6 +62,10 @@ class History(Generic[S]):
         self.entries.append(Entry(self._number, label, state, gesture))
         del self.entries[: max(0, len(self.entries) - MAX_ENTRIES)]
         self._place = len(self.entries) - 1
+
+    def change_all(self, change: Callable[[S], S]) -> None:
+        """Change the states of all entries; the current one, undo and redo stay."""
+        self.entries = [replace(entry, state=change(entry.state)) for entry in self.entries]
 
     def step(self, by: int) -> S | None:
         """Undo (-1) or redo (1); return the new state, or None at the end."""

@@ -286,13 +286,21 @@ export class Diagram {
     return this.#stepOf(this.#neighbour(name, key));
   }
 
+  /** Returns the layer of a card; other cards have their own name. @param {CardName} name */
+  #laneOf(name) {
+    const step = this.#stepOf(name);
+    return typeof step === "number" && this.state ? placeOf(this.state, step)?.layer : step;
+  }
+
   /** @param {CardName} name @param {string} key @returns {CardName} */
   #neighbour(name, key) {
     const cards = this.layout?.stops ?? [];
     const at = cards.findIndex((card) => card.name === name);
     if (at < 0) return "source";
-    if (key === "ArrowLeft") return cards[Math.max(0, at - 1)].name;
-    if (key === "ArrowRight") return cards[Math.min(cards.length - 1, at + 1)].name;
+    // Along the wires: lines begin after the base, as the background does, and the background ends at the result.
+    const lane = this.#laneOf(name);
+    if (key === "ArrowLeft") return cards.slice(0, at).findLast((card) => lane !== "lines" || this.#laneOf(card.name) !== "background")?.name ?? name;
+    if (key === "ArrowRight") return cards.slice(at + 1).find((card) => lane !== "background" || this.#laneOf(card.name) !== "lines")?.name ?? name;
     const down = key === "ArrowDown" ? 1 : -1;
     const others = cards.filter((card) => (card.row - cards[at].row) * down > 0);
     /** @param {typeof others[number]} card */

@@ -14,6 +14,8 @@ export class History {
   /** The rows by entry. @type {Map<number, {item: HTMLLIElement, button: HTMLButtonElement, picture: HTMLCanvasElement, label: HTMLElement}>} */
   #rows = new Map();
   #shown = "";
+  /** The edit from which the style as opened is shown. @type {number | null} */
+  #last = null;
   /** Whether all edits are listed. */
   #all = false;
 
@@ -27,8 +29,10 @@ export class History {
       this.#shown = "";
       if (session.state) this.show(session.state);
     });
+    this.first = make("button", { type: "button", textContent: "Compare with the style as opened" });
+    this.first.addEventListener("click", () => this.#compare());
     this.slots = make("div", { className: "slots" });
-    this.element = make("div", {}, make("h2", { className: "minor", textContent: "Snapshots" }), this.slots, make("h2", { className: "minor", textContent: "Edits" }), this.earlier, this.list);
+    this.element = make("div", {}, make("h2", { className: "minor", textContent: "Snapshots" }), this.slots, make("h2", { className: "minor", textContent: "Edits" }), this.first, this.earlier, this.list);
     for (const slot of /** @type {("a" | "b")[]} */ (["a", "b"])) {
       const keep = make("button", { type: "button", textContent: "Keep", title: `Keep the current state as snapshot ${slot.toUpperCase()} (Shift+${slot === "a" ? 1 : 2})` });
       const use = make("button", { type: "button", textContent: "Show", disabled: true, title: `Go to snapshot ${slot.toUpperCase()} (${slot === "a" ? 1 : 2})` });
@@ -50,10 +54,19 @@ export class History {
     if (this.session.state?.snapshots.includes(slot)) this.session.ask("restore", { slot });
   }
 
+  /** Shows the style as it was opened, or the edit from which this was asked for again. */
+  #compare() {
+    const { history, present } = /** @type {State} */ (this.session.state);
+    const [{ entry }] = history, back = this.#last;
+    this.#last = entry === present ? null : present;
+    return this.session.ask("jump", { entry: entry === present ? back ?? history[history.length - 1].entry : entry });
+  }
+
   /** Discards the rows and their thumbnails; called before another document is opened. */
   clear() {
     this.#rows.clear();
     this.#shown = "";
+    this.#last = null;
     this.#all = false;
     this.list.replaceChildren();
   }
@@ -65,6 +78,9 @@ export class History {
       const slot = /** @type {"a" | "b"} */ (/** @type {HTMLElement} */ (row).dataset.slot);
       /** @type {HTMLButtonElement} */ (row.lastElementChild).disabled = !state.snapshots.includes(slot);
     }
+    const isFirst = state.history[0]?.entry === present;
+    this.first.hidden = state.history.length < 2;
+    this.first.textContent = isFirst ? "Back to your version" : "Compare with the style as opened";
     const text = JSON.stringify([state.history, present]);
     if (text === this.#shown) return;
     this.#shown = text;

@@ -113,13 +113,14 @@ export class Steps {
   #shift(key) {
     const { state } = this.session;
     const place = state && typeof this.selected === "number" && placeOf(state, this.selected);
-    if (!state || !place || typeof this.selected !== "number") return;
+    if (!state || !place || typeof this.selected !== "number") return this.say("Choose a step first.");
     const { layer, index } = place;
     const length = state.layers[layer].length;
     if (key === "ArrowLeft" && index > 0) return this.move(this.selected, layer, index - 1);
     if (key === "ArrowRight" && index < length - 1) return this.move(this.selected, layer, index + 1);
     const other = LAYERS[LAYERS.indexOf(layer) + ({ ArrowUp: -1, ArrowDown: 1 }[key] ?? 0)];
     if (other && other !== layer) return this.move(this.selected, other, Math.min(index, state.layers[other].length));
+    this.say(`The step is ${key === "ArrowLeft" || key === "ArrowRight" ? "at the end of its layer" : "in the outermost layer"}.`);
   }
 
   mute() {
@@ -166,7 +167,7 @@ export class Steps {
     const { step } = this;
     const { state } = this.session;
     const place = step && state && placeOf(state, step.step);
-    if (!place) return;
+    if (!place) return this.say("Choose a step first.");
     const layer = state.layers[place.layer];
     const next = (layer[place.index + 1] ?? layer[place.index - 1])?.step ?? "source";
     if (!(await this.session.edit("remove", { step: step.step }))) return;
