@@ -191,11 +191,14 @@ def test_a_tuned_style_is_that_of_the_point_and_is_saved_as_it_is_shown(
 
 
 def test_a_film_is_rendered_with_progress_and_exported(
-    page: ExploreServer, window: Window, folder: Path
+    page: ExploreServer, window: Window, visitor: Visitor, folder: Path
 ) -> None:
     tile = page.state()["tiles"][0]["tile"]
-    file = Path(answer(window, "render", tile=tile, name="out")["file"])
+    rendered = answer(window, "render", tile=tile, name="out")
+    file = Path(rendered["file"])
     assert file == folder / "out.mp4" and file.stat().st_size > 1000
+    assert visitor.ask(f"/rendered?of={rendered['number']}")[2] == file.read_bytes()
+    assert visitor.ask(f"/rendered?of={rendered['number'] + 1}")[0] == 404
     assert {"frames", "fraction"} <= window.news("progress").keys()
     assert "exists" in answer(window, "render", tile=tile, name="out")["error"]
     shown: list[Path] = []

@@ -19,7 +19,6 @@ from vidstyle.design.page.design_view import DesignView, clip_message
 from vidstyle.design.page.frames import PictureType
 from vidstyle.design.page.made_documents import DOCUMENT_PATH, MadeDocuments
 from vidstyle.design.page.render_queue import RenderQueue
-from vidstyle.design.page.rendered_files import RENDERED_PATH, RenderedFiles
 from vidstyle.design.page.steady_preview import SteadyPreview
 from vidstyle.design.samples import block_sample, sample_names
 from vidstyle.design.style_list import list_styles
@@ -31,6 +30,7 @@ from vidstyle.preview.encode import decode_picture, encode
 from vidstyle.style import load_style
 from vidstyle.style.model import KINDS
 from vidstyle.web.page_server import PageServer, jpeg_response, named_pictures
+from vidstyle.web.rendered_files import RENDERED_PATH, RenderedFiles
 
 STATIC_FOLDER = Path(__file__).parent.with_name("static")
 MAX_PAGES = 3

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from vidstyle.cues.cue_list import CueList
 from vidstyle.design.page.design_session import DesignSession
-from vidstyle.design.page.rendered_files import RENDERED_PATH
 from vidstyle.errors import UsageError, VidstyleError
 from vidstyle.media.read.file_structure.headers import has_picture_ending
 from vidstyle.media.write.temporary_files import partial_path
@@ -22,6 +21,7 @@ from vidstyle.preview.clip import Clip
 from vidstyle.preview.outputs import file_of, output_path
 from vidstyle.style import Style
 from vidstyle.web.background_tasks import BackgroundTasks
+from vidstyle.web.rendered_files import RENDERED_PATH
 
 if TYPE_CHECKING:
     from vidstyle.pipeline.progress import Progress

@@ -22,6 +22,7 @@ from vidstyle.style import Style
 from vidstyle.web.connection import PageConnection
 from vidstyle.web.messages import Answer, FractionField, integer_between, message, one_of
 from vidstyle.web.page_server import PageServer
+from vidstyle.web.rendered_files import RENDERED_PATH, RenderedFiles
 
 STATIC_FOLDER = Path(__file__).with_name("static")
 MAX_BROWSERS = 4
@@ -66,13 +67,18 @@ class ExploreServer(PageServer["ExploreConnection"]):
         """
         self.exploration, self.designer, self.job = exploration, designer, JobSlot()
         self.reveal, self.written = reveal, set[Path]()
+        self.rendered: list[Path] = []
         super().__init__(
-            "page", lambda: ExploreConnection(self), picture_handlers(exploration),
+            "page", lambda: ExploreConnection(self),
+            picture_handlers(exploration) | {RENDERED_PATH: RenderedFiles(self._rendered_file).serve},
             STATIC_FOLDER, "explore.html", most=MAX_BROWSERS, port=port,
         )  # fmt: skip
         self.tried: dict[str, Any] = {"step": "trying styles", "done": 0, "total": 0, "shown": 0}
         exploration.on_progress = lambda step, done, total: self.submit(self._report, step, done, total)
         threading.Thread(target=self._begin, name="vidstyle first screen", daemon=True).start()
+
+    def _rendered_file(self, number: int) -> Path | None:
+        return self.rendered[number] if number < len(self.rendered) else None
 
     def close(self) -> None:
         """Cancel rendering and close the server."""
@@ -236,9 +242,9 @@ class ExploreConnection(PageConnection):
         path = await asyncio.to_thread(save_style_of_user, self._style(tile), name, overwrite)
         return self._answer_file(path)
 
-    def _answer_file(self, path: Path) -> Answer:
+    def _answer_file(self, path: Path, **more: int) -> Answer:
         self._server.written.add(path)
-        return {"file": str(path)}
+        return {"file": str(path), **more}
 
     @message(in_background=True)
     async def reveal(self, file: str) -> None:
@@ -256,7 +262,10 @@ class ExploreConnection(PageConnection):
 
     @message(in_background=True)
     async def render(self, tile: int, name: str) -> Answer:
-        return self._answer_file(await asyncio.to_thread(self._render, self._style(tile), name))
+        """Answer with the file, and with its number under `RENDERED_PATH`."""
+        path = await asyncio.to_thread(self._render, self._style(tile), name)
+        self._server.rendered.append(path)
+        return self._answer_file(path, number=len(self._server.rendered) - 1)
 
     def _render(self, style: Style, name: str) -> Path:
         from vidstyle.pipeline.render import render

@@ -140,7 +140,7 @@ async function showTries() {
 /** What the page asks the user, and what follows, by the kind of the tile in the middle. @param {State} shown */
 function leadOf({ tiles: [first, , , , middle] }) {
   if (!first) return ["Finding nine looks…", "They appear one by one."];
-  if (middle.kind === "chosen") return ["Nine more like your choice", "Choose the best to come closer. Open one to save it or to render it."];
+  if (middle.kind === "chosen") return ["Your choice, and eight like it", "Choose the best to come closer. Open one to save it or to render it."];
   if (first.kind === "match") return ["Looks nearest to your picture", "Choose one for nine more like it. Open one to save it or to render it."];
   if (tiles.drawn < 9) return ["Drawing nine looks…", "Each is blurred until it is drawn."];
   return ["Choose the look you like best", "Nine more like it follow. Open one to save it or to render it."];
@@ -165,12 +165,19 @@ function showProgress(note, done = 0, total = 0) {
   get("search").hidden = false;
 }
 
-/** Shows the progress of the next screen. @param {{step: string, done: number, total: number, shown: number}} tried */
+/** Styles that were tried for the next screen in earlier rounds, and in the present one. */
+const rounds = { before: 0, now: 0 };
+
+/** Shows the progress of the next screen: of the first round as a part; how many follow is unknown. @param {{step: string, done: number, total: number, shown: number}} tried */
 function showTried({ step, done, total, shown }) {
   tryCount = shown;
   showTries();
   if (!busy && state.tiles.length) return;
-  showProgress(`${step[0].toUpperCase()}${step.slice(1)}${total ? `: ${done} of ${total}` : "…"}`, done, total);
+  if (done < rounds.now) rounds.before += rounds.now;
+  rounds.now = done;
+  const count = rounds.before + done;
+  const counted = rounds.before ? `: ${count}` : total ? `: ${count} of ${total}` : "…";
+  showProgress(`${step[0].toUpperCase()}${step.slice(1)}${counted}`, done, rounds.before ? 0 : total);
 }
 
 /** Lets the browser's button Back return to the screen before; a screen that the user has left already is none. @param {number} screen */
@@ -313,6 +320,7 @@ const ask = (kind, fields, ...lead) => change(() => connection.ask(kind, fields)
 async function change(request, heading = "One moment…", more = STAYING) {
   if (busy) return afterSearch(() => change(request, heading, more));
   isStopped = false;
+  Object.assign(rounds, { before: 0, now: 0 });
   setBusy(true);
   showLead([heading, more]);
   try {

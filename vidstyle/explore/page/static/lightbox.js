@@ -233,9 +233,9 @@ export class Lightbox {
 
   // Actions
 
-  /** @param {string} done what was done with the look @param {string} file */
-  #showFile(done, file) {
-    this.outcome.reportFile(done, file, Boolean(this.clip?.reveal));
+  /** @param {string} done what was done with the look @param {{file: string, number?: number}} answer with the number of a rendered file */
+  #showFile(done, { file, number }) {
+    this.outcome.reportFile(done, file, { canReveal: Boolean(this.clip?.reveal), address: number === undefined ? "" : `rendered?of=${number}` });
   }
 
   /** Runs an action on the tile and reports its outcome. @param {(tile: number) => Promise<void>} action @param {string} [doing] what it does, if it takes long */
@@ -259,9 +259,9 @@ export class Lightbox {
     const overwrite = button.textContent === REPLACE;
     await this.#act(async (tile) => {
       try {
-        const { file } = await this.handlers.ask("save", { tile, name: name.value.trim(), overwrite });
+        const answer = await this.handlers.ask("save", { tile, name: name.value.trim(), overwrite });
         button.textContent = SAVE;
-        this.#showFile("Saved", file);
+        this.#showFile("Saved", answer);
       } catch (error) {
         if (/exists/.test(String(error))) button.textContent = REPLACE;
         throw error;
@@ -277,7 +277,7 @@ export class Lightbox {
 
   /** Writes the style for other programs. @param {string} kind of a target */
   export(kind) {
-    return this.#act(async (tile) => this.#showFile("Exported", (await this.handlers.ask("export", { tile, name: this.name, kind })).file), `Exporting ${this.name}.${kind}…`);
+    return this.#act(async (tile) => this.#showFile("Exported", await this.handlers.ask("export", { tile, name: this.name, kind })), `Exporting ${this.name}.${kind}…`);
   }
 
   async render() {
@@ -287,7 +287,7 @@ export class Lightbox {
     this.#showRender(clip);
     this.progress({});
     const doing = `Rendering ${this.clip?.name ?? "the film"} in this look…`;
-    await this.#act(async (tile) => this.#showFile("Rendered", (await this.handlers.ask("render", { tile, name: `${stem}-${this.name}`.slice(0, 64) })).file), doing);
+    await this.#act(async (tile) => this.#showFile("Rendered", await this.handlers.ask("render", { tile, name: `${stem}-${this.name}`.slice(0, 64) })), doing);
     this.rendering = false;
     this.#showRender(clip);
   }

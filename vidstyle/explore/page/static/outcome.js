@@ -2,6 +2,9 @@
 
 import { get, make } from "./elements.js";
 
+/** Returns a link that looks like a button. @param {string} href @param {string} text @param {Partial<HTMLAnchorElement>} options */
+const link = (href, text, options) => make("a", { href, className: "button", textContent: text, ...options });
+
 /** Shows what an action on a look does and has done. */
 export class Outcome {
   /** @param {(text: string) => void} say shows a message while no look is open @param {(file: string) => void} reveal shows a file in its folder */
@@ -18,14 +21,15 @@ export class Outcome {
     this.line.className = `quiet ${kind}`;
   }
 
-  /** Reports a file that was written, with its folder. @param {string} done @param {string} file @param {boolean} canReveal whether it can be shown in its folder */
-  reportFile(done, file, canReveal) {
+  /** Reports a file that was written, with its folder. @param {string} done @param {string} file @param {{canReveal: boolean, address?: string}} options whether it can be shown in its folder, and where the server has it */
+  reportFile(done, file, { canReveal, address }) {
     const [, folder, name] = file.match(/^(.*?)[\\/]?([^\\/]*)$/) ?? [];
     this.report(`${done} as ${name}`);
     const place = make("span", { className: "quiet", textContent: folder });
     const copy = make("button", { textContent: "Copy path", onclick: () => this.#copy(file, copy, place) });
     const reveal = make("button", { textContent: "Show in folder", hidden: !canReveal, onclick: () => this.reveal(file) });
-    this.line.append(place, make("span", { className: "chips" }, reveal, copy));
+    const links = address ? [link(address, "Show", { target: "_blank" }), link(address, "Download", { download: name })] : [];
+    this.line.append(place, make("span", { className: "chips" }, ...links, reveal, copy));
   }
 
   /** @param {string} path @param {HTMLElement} button @param {HTMLElement} place shows the selected path if the browser cannot copy */
