@@ -35,19 +35,32 @@ def sheet(tmp_path: Path) -> str:
 
 def test_two_starred_looks_are_compared_and_a_key_shows_the_original(sheet: str, browser: Browser) -> None:
     browser.open(sheet)
-    for name in ("oil", "noir", "vhs"):
+    for name in ("vhs", "oil", "noir"):
         browser.run(STAR, name=name)
     browser.run("document.getElementById('compare-starred').click()")
     shown = """return ["before", "after"].map((id) => document.getElementById(id).alt.toLowerCase());"""
-    assert browser.run(shown) == ["noir", "oil"]
-    assert browser.run(TEXT, selector="#name") == "Noir and Oil"
+    assert browser.run(shown) == ["oil", "noir"], "the last two"
+    assert browser.run(TEXT, selector="#name") == "Oil and Noir"
     assert all(browser.place(f"#{each}")[2] > 100 for each in ("before", "after"))
     browser.press("ArrowRight")
-    assert browser.run(shown) == ["noir", "vhs"]
+    assert browser.run(shown) == ["oil", "vhs"]
     browser.run("dispatchEvent(new KeyboardEvent('keydown', { key: 'b' }))")
     assert browser.run(shown)[0] == "original"
     browser.run("dispatchEvent(new KeyboardEvent('keyup', { key: 'b' }))")
-    assert browser.run(shown) == ["noir", "vhs"]
+    assert browser.run(shown) == ["oil", "vhs"]
+
+
+def test_a_search_that_finds_few_looks_shows_related_ones_below(sheet: str, browser: Browser) -> None:
+    browser.open(sheet)
+    search = """const finder = document.getElementById("find-look");
+        finder.value = text;
+        finder.dispatchEvent(new Event("input"));
+        return [...document.querySelectorAll("main > :is(figure, h2):not([hidden])")].map((each) =>
+          each.querySelector("strong")?.textContent ?? each.textContent);"""
+    found, title, *related = browser.run(search, text="old newspaper")
+    assert (found, title) == ("Riso", "Related looks") and "Woodcut" in related
+    assert browser.run(TEXT, selector="h1").startswith("1 of "), "related looks are not counted"
+    assert "Related looks" not in browser.run(search, text="")
 
 
 def test_the_filter_bar_stays_in_place_with_the_first_star_and_a_copied_list(

@@ -23,8 +23,9 @@ FIND = """
 const finder = document.getElementById('find-look');
 finder.value = text;
 finder.dispatchEvent(new Event('input'));
-const names = document.querySelectorAll('main figure:not([hidden]) strong');
-return [...names].map((each) => each.textContent);
+const shown = [...document.querySelectorAll('main > :is(figure, #related):not([hidden])')];
+const found = shown.slice(0, shown.findIndex(({ id }) => id) >>> 0);
+return found.map((each) => each.querySelector('strong').textContent);
 """
 MODULES = next(folder for folder in SCRIPT_FOLDERS if folder.name == "modules")
 NEAR = "return document.getElementById('near-look').textContent"

@@ -126,7 +126,7 @@ def _figure(source: str, ending: str, sample: StyleSample) -> str:
     height, width = sample.picture.shape[:2]
     style, name = sample.style, sample.style.name
     labels = [knob.label for knob in knobs_of(style, table_from_style(style)).values()]
-    note = f"{style.about} Knobs: {', '.join(labels)}." if labels else style.about
+    note = f"{style.about} Adjust: {', '.join(labels)}." if labels else style.about
     path = Path(printable(source))
     output = f"{path.stem}-{name}{path.suffix}"
     files = f"{shlex.quote(str(path))} {shlex.quote(output)}"

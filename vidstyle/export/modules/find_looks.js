@@ -29,8 +29,8 @@ const MAX_WORDS_TO_TRY = 4;
 /** Related looks follow up to this number of results. */
 const MAX_FEW = 3;
 const MAX_RELATED = 5;
-/** Looks that are nearer than this to a text and its best result are related: four shared properties, or a telling word. */
-const MIN_RELATED_NEARNESS = 0.4;
+/** Looks that are nearer than this to a text and its best result are related: four shared properties, or a telling word; if there are none, three. */
+const MIN_RELATED_NEARNESS = [0.4, 0.29];
 /** Weight of a property that a look shares with the best result. */
 const SHARED_WEIGHT = 0.1;
 
@@ -168,7 +168,8 @@ export function relatedLooks(looks, text) {
   if (!found.length || found.length > MAX_FEW || absentOf(looks, text)) return [];
   const scores = scoresOf(looks.map((look) => [...namesOf(look), ...descriptionsOf(look)]), text);
   const nearness = looks.map((look, number) => scores[number] + SHARED_WEIGHT * sharedProperties(looks[found[0]], look));
-  const related = [...looks.keys()].filter((look) => !found.includes(look) && nearness[look] >= MIN_RELATED_NEARNESS);
+  const others = [...looks.keys()].filter((look) => !found.includes(look));
+  const related = MIN_RELATED_NEARNESS.map((least) => others.filter((look) => nearness[look] >= least)).find((near) => near.length) ?? [];
   return related.sort((one, other) => nearness[other] - nearness[one]).slice(0, MAX_RELATED);
 }
 

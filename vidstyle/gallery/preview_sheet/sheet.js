@@ -2,7 +2,7 @@
 
 import { columnsFor, shorten } from "./columns.js";
 import { get, icon, make, press, saveAs, title } from "./elements.js";
-import { describeSearch, findLooks } from "./find_looks.js";
+import { describeSearch, findLooks, relatedLooks } from "./find_looks.js";
 import { rove } from "./roving.js";
 import { SHARED_KEYS } from "./shared_keys.js";
 import { switchTheme } from "./theme.js";
@@ -16,6 +16,9 @@ const finder = /** @type {HTMLInputElement} */ (get("find-look"));
 const ALL = "All";
 let group = ALL;
 let onlyStarred = false;
+const relatedTitle = make("h2", { id: "related", textContent: "Related looks" });
+/** The starred styles, the last one last. @type {HTMLElement[]} */
+let starred = [];
 /** The number of the enlarged style; the first is the original. */
 let shown = 0;
 /** The number of the style next to it: the original, or a starred style that others are compared with. */
@@ -117,12 +120,15 @@ function filter() {
   const looks = figures.map((figure, number) => ({
     name: title(pictureOf(number).alt), aliases: figure.dataset.aliases ?? "", about: `${abouts[number]} ${figure.dataset.kinds}`, words: figure.dataset.words ?? "",
   }));
-  const found = findLooks(looks, finder.value).map((number) => figures[number]);
+  const [found, near] = [findLooks, relatedLooks].map((find) => find(looks, finder.value).map((number) => figures[number]));
   const isAll = !finder.value.trim() && group === ALL && !onlyStarred;
   const count = figures.length - 1;
-  const shownFigures = found.filter((figure) => isAll || (figure !== figures[0] && (group === ALL || figure.dataset.kinds?.includes(group)) && (!onlyStarred || isStarred(figure))));
-  for (const figure of figures) figure.hidden = !shownFigures.includes(figure);
-  sheet.append(...shownFigures);
+  const isWanted = (/** @type {HTMLElement} */ figure) => isAll || (figure !== figures[0] && (group === ALL || figure.dataset.kinds?.includes(group)) && (!onlyStarred || isStarred(figure)));
+  const shownFigures = found.filter(isWanted);
+  const related = shownFigures.length ? near.filter(isWanted) : [];
+  for (const figure of figures) figure.hidden = !shownFigures.includes(figure) && !related.includes(figure);
+  relatedTitle.hidden = !related.length;
+  sheet.append(...shownFigures, relatedTitle, ...related);
   const heading = /** @type {Text} */ (document.querySelector("h1")?.firstChild);
   heading.data = `${isAll ? "" : `${shownFigures.length} of `}${count} ${count === 1 ? "look" : "looks"}`;
   even();
@@ -155,7 +161,8 @@ function search(text) {
 
 /** Shows how many styles are starred. */
 function countStars() {
-  const count = figures.filter(isStarred).length;
+  starred = [...starred.filter(isStarred), ...figures.filter((figure) => isStarred(figure) && !starred.includes(figure))];
+  const count = starred.length;
   for (const [id, least] of Object.entries({ starred: 1, "compare-starred": 2, "copy-starred": 1 }))
     /** @type {HTMLButtonElement} */ (get(id)).disabled = count < least;
   get("starred").textContent = `Starred: ${count}`;
@@ -198,9 +205,9 @@ async function copyStarred() {
   await navigator.clipboard.writeText(names).then(() => answer("copy-starred", "Copied", COPY), () => answer("copy-starred", names, COPY));
 }
 
-/** Shows the first two starred styles side by side. */
+/** Shows the two styles that were starred last side by side; the arrow keys show the others. */
 function compareStarred() {
-  const [first, second] = figures.filter(isStarred).map((figure) => figures.indexOf(figure));
+  const [first, second] = starred.slice(-2).map((figure) => figures.indexOf(figure));
   isSplit = true;
   show(second, first);
 }
