@@ -92,7 +92,7 @@ export class Dialogs {
   async saveAs() {
     const { name: own = "", file = "" } = this.session.state ?? {}, isShipped = !file && this.#named.has(own);
     this.#text("save-name").value = isShipped ? `my-${own}` : own === NEW_NAME ? "" : own;
-    get("save-note").textContent = `${isShipped ? `${title(own)} comes with vidstyle and is never changed. Your version gets a name of its own.` : "The style is saved as a TOML file with this name."} To save the ${this.#suffix === ".png" ? "picture" : "film"}, press Render.`;
+    get("save-note").textContent = `${isShipped ? `${title(own)} comes with vidstyle and is never changed. Your version gets a name of its own.` : "The style is saved as a TOML file with this name."} To save the ${this.#suffix === ".png" ? "picture, press Save picture" : "film, press Render film"}.`;
     this.#checkName();
     if ((await openDialog("save-dialog")) !== "save") return;
     const name = this.#text("save-name").value.trim();
@@ -137,6 +137,7 @@ export class Dialogs {
     const isFilm = count !== 1;
     this.#suffix = isFilm ? ".mp4" : ".png";
     this.#stem = name.replace(/^.*[\\/]|\.[^.\\/]*$/g, "").replace(/[^\p{L}\p{N}_-]+/gu, "-").replace(/^-|-$/g, "") || "film";
+    get("render").replaceChildren(isFilm ? "Render" : "Save", make("span", { textContent: isFilm ? "film" : "picture" }));
     get("render-title").textContent = isFilm ? "Render this film" : "Save this picture";
     get("render-go").textContent = isFilm ? "Render" : "Save";
     for (const element of document.querySelectorAll(".of-film")) element.toggleAttribute("hidden", !isFilm);

@@ -57,11 +57,14 @@ export class Doors {
     button.dataset.kind = kind;
     button.addEventListener("click", async () => {
       if (!this.#mayMake(kind)) return;
+      if (button.nextElementSibling?.matches("a")) button.nextElementSibling.remove();
       button.disabled = true;
       said.textContent = MADE[kind] ?? "Starting…";
       const cancel = make("button", { type: "button", textContent: "Cancel", onclick: () => this.session.ask("cancel_page") });
       if (kind in MADE) button.after(cancel);
-      if (!(await this.#open(kind)) && kind === "live") this.#offerWithoutCamera();
+      const address = await this.#open(kind);
+      if (!address && kind === "live") this.#offerWithoutCamera();
+      if (address && kind in MADE) button.after(make("a", { href: address, target: "_blank", textContent: "Open the last one again" }));
       cancel.remove();
       said.textContent = purpose;
       button.disabled = false;
@@ -86,7 +89,7 @@ export class Doors {
     buttons[0].focus();
   }
 
-  /** Opens another page in a new tab; resolves to whether it opened. @param {string} kind */
+  /** Opens another page in a new tab; resolves to its address, "" if it did not open. @param {string} kind @returns {Promise<string>} */
   async #open(kind) {
     // A tab that is opened only after the answer would be blocked.
     const tab = kind === "print" ? null : open("", "_blank");
@@ -97,6 +100,6 @@ export class Doors {
     const answer = await this.session.ask("page", { kind });
     if (answer?.url && tab) tab.location = answer.url;
     else tab?.close();
-    return Boolean(answer?.url);
+    return answer?.url ?? "";
   }
 }
