@@ -29,7 +29,7 @@ const MOVING_MS = 180;
 const LAYER_NAMES = { base: "Base", background: "Background", lines: "Lines" };
 
 /** Returns what wires mean. @param {State} state */
-const legendOf = ({ edges }) => ["Grey wires: the picture.", edges.length && "Coloured wires: a second input or a mask."].filter(Boolean).join(" ");
+const legendOf = ({ edges }) => ["Base comes first; Lines are drawn over Background, the coloured picture. Grey wires: the picture.", edges.length && "Coloured wires: a second input or a mask."].filter(Boolean).join(" ");
 
 /** Whether lines are on plain paper, which hides the picture. @param {State} state */
 const isOnPaper = ({ layers }) => layers.lines.length > 0 && !layers.background.length;
@@ -198,7 +198,7 @@ export class Diagram {
     const folds = Object.values(folded.items).flat().filter(({ steps }) => steps.length > 1);
     for (const each of folds) {
       const { step, steps } = each;
-      const [card, name, purpose] = [this.#card(step), `${steps.length} steps aside`, purposeOf(folded, each)];
+      const [card, name, purpose] = [this.#card(step), `${steps.length} helper steps`, purposeOf(folded, each)];
       card.classList.add("fold");
       card.title = `${steps.map(nameOf).join(", ")}: open to edit`;
       this.#write(card, name, purpose);
@@ -208,7 +208,7 @@ export class Diagram {
       if (address) /** @type {HTMLImageElement} */ (card.firstElementChild).src = address;
     }
     this.whole.hidden = !folds.length && !this.isWhole;
-    this.whole.textContent = this.isWhole ? "Fold steps aside" : "Show all steps";
+    this.whole.textContent = this.isWhole ? "Fold helper steps" : "Show all steps";
   }
 
   #toggleWhole() {
