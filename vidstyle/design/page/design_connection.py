@@ -242,14 +242,15 @@ class DesignConnection(DesignView):
                 picture = await session.picture(tiles.render, style, width)
             except StyleError:  # such as one whose mask does not fit this clip
                 continue
-            await self.send_picture(PictureType.STYLE, index, 0, encode(picture, "jpeg"))
+            if self.designer.clip is clip:
+                await self.send_picture(PictureType.STYLE, index, 0, encode(picture, "jpeg"))
         await self.tell({"previews": {"done": len(order), "total": len(order)}})
 
     async def _send_thumbnails(self, styles: list[tuple[int, Style]]) -> None:
         """Send the shipped thumbnails, which show the example too, until its tiles are rendered."""
         for index, style in styles:
             picture = await asyncio.to_thread(shipped_thumbnail, style)
-            if picture is not None:
+            if picture is not None and isinstance(self.designer.clip, DemoClip):
                 await self.send_picture(PictureType.STYLE, index, 0, encode(picture, "jpeg"))
 
     @message(in_background=True)
