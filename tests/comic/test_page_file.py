@@ -301,10 +301,20 @@ def test_a_comic_is_edited_in_a_browser(folder: Path, browser: Browser) -> None:
         browser.run("return document.querySelector('g.caption').getScreenCTM().a"),
     )
     browser.drag((x, y), (x + 12 * scale, y + 6 * scale))
+    browser.click(balloon)
+    browser.until("document.activeElement.matches('textarea.words')")
+    browser.press("Escape")
     browser.run("document.querySelector(balloon).focus()", balloon=balloon)
     browser.press("Enter")
     browser.type("Who was *that*?")
     browser.press("Enter")
+    sides = """const [words, outline] = ["text", "polygon"].map((name) =>
+          document.querySelector(`${balloon} ${name}`).getBoundingClientRect());
+        return [outline.left, words.left, words.right, outline.right];"""
+    inside = browser.run(sides, balloon=balloon)
+    assert inside == sorted(inside), "the words are in the balloon"
+    font = "return getComputedStyle(document.querySelector('main text')).fontFamily"
+    assert "Helvetica" in browser.run(font), "the font of the comic, not of the page"
     # An accidental edit can be undone.
     browser.press("Shift+ArrowLeft")
     browser.click(".bar button:nth-of-type(1)")

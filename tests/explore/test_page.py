@@ -358,6 +358,13 @@ def test_by_keyboard_alone_a_look_is_found_kept_compared_and_saved(
     press(opened, "z")
     shown = "return document.querySelector('#lightbox[open] #lightbox-name')?.textContent"
     eventually(lambda: opened.run(shown) == "Your choice", "without a focus, the one in the middle")
+    press(opened, "c")
+    opened.until("""[...document.querySelectorAll("#view .tag[id$=-name]:not([hidden])")]
+        .map((each) => each.textContent).join() === 'Original,Result'""")
+    for pressed in ("true", "false"):
+        opened.run("document.getElementById('hold').click()")
+        assert opened.run("return document.getElementById('hold').ariaPressed") == pressed
+    press(opened, "c")
     opened.run("document.getElementById('lightbox').close()")
     opened.run("document.activeElement.blur()")
     press(opened, "ArrowRight")

@@ -47,6 +47,9 @@ def test_two_starred_looks_are_compared_and_a_key_shows_the_original(sheet: str,
     browser.run("dispatchEvent(new KeyboardEvent('keydown', { key: 'b' }))")
     assert browser.run(shown)[0] == "original"
     browser.run("dispatchEvent(new KeyboardEvent('keyup', { key: 'b' }))")
+    for before in ("original", "oil"):
+        browser.run("document.getElementById('hold').click()")
+        assert browser.run(shown)[0] == before
     assert browser.run(shown) == ["oil", "vhs"]
 
 

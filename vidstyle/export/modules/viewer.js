@@ -2,6 +2,7 @@
 
 import { announce } from "./announce.js";
 import { clock, download, get, make, oncePerFrame, press, title } from "./elements.js";
+import { switchOriginal } from "./original_button.js";
 import { planValues } from "./plan_values.js";
 import { record } from "./recording.js";
 import { nameOfResult, PictureSaver } from "./saved_file.js";
@@ -387,8 +388,7 @@ export class Viewer {
     };
     addEventListener("keydown", (event) => this.#press(event));
     addEventListener("keyup", (event) => event.key === SHARED_KEYS.original && this.#hold(false));
-    for (const [kind, on] of Object.entries({ pointerdown: true, pointerup: false, pointerleave: false, blur: false }))
-      get("hold").addEventListener(kind, () => this.#hold(on));
+    switchOriginal(get("hold"), () => this.#styled.isHeld, (on) => this.#hold(on));
   }
 
   /** @param {KeyboardEvent} event */

@@ -3,6 +3,7 @@
 import { columnsFor, shorten } from "./columns.js";
 import { get, icon, make, press, saveAs, title } from "./elements.js";
 import { describeSearch, findLooks, relatedLooks } from "./find_looks.js";
+import { switchOriginal } from "./original_button.js";
 import { rove } from "./roving.js";
 import { SHARED_KEYS } from "./shared_keys.js";
 import { switchTheme } from "./theme.js";
@@ -83,6 +84,7 @@ function split(on) {
 
 /** Shows only the original while a key or a button is held. @param {boolean} on */
 function hold(on) {
+  press(get("hold"), on);
   showBefore(on ? 0 : compared);
   large.classList.toggle("held", on);
   large.classList.toggle("alone", on || !isSplit || !shown);
@@ -282,12 +284,12 @@ restoreStars();
 choose(ALL);
 countStars();
 get("split").addEventListener("click", () => split(!isSplit));
-get("hold").addEventListener("pointerdown", () => hold(true));
+switchOriginal(get("hold"), () => large.classList.contains("held"), hold);
 get("close").addEventListener("click", () => large.close());
 get("copy").addEventListener("click", copy);
 get("save").addEventListener("click", save);
 get("ask").addEventListener("click", () => help.showModal());
-for (const kind of ["pointerup", "pointercancel", "blur"]) addEventListener(kind, () => hold(false));
+addEventListener("blur", () => hold(false));
 addEventListener("keyup", (event) => event.key.toLowerCase() === SHARED_KEYS.original && hold(false));
 addEventListener("keydown", (event) => {
   if (event.altKey || event.ctrlKey || event.metaKey || help.open || event.target === finder) return;
@@ -299,5 +301,6 @@ addEventListener("keydown", (event) => {
   else return;
   event.preventDefault();
 });
+large.addEventListener("close", () => hold(false));
 large.addEventListener("close", () => figures[shown].querySelector("button")?.focus());
 switchTheme(get("theme"));
