@@ -215,3 +215,6 @@ export function describeSearch(looks, text, isEmpty, choose) {
   get("no-look").hidden = !isEmpty;
   if (isEmpty) offerWords(looks, text, choose);
 }
+
+// A phone has no key for the search.
+if (matchMedia("(max-width: 44rem), (hover: none)").matches) document.getElementById("find-look")?.setAttribute("placeholder", "Find a look");
