@@ -20,8 +20,8 @@ const groups = /** @type {SVGGElement[]} */ ([...document.querySelectorAll("main
 const bubbles = allWords.length ? groups.map((group, number) => readBubble(group, number, allWords[number], inCapitals)) : [];
 /** Earlier places and words, for undo. @type {[Bubble, {place: number[], words: string}][]} */
 const past = [];
-/** The number of changes that were made when the comic was saved last. */
-let saved = 0;
+/** The last change that is saved. @type {(typeof past)[0] | undefined} */
+let saved;
 /** Whether the last press on a balloon has dragged it. */
 let isDragged = false;
 
@@ -142,7 +142,7 @@ function pressKey(bubble, event) {
 /** Downloads the comic with its changes, and says what the file is for. @param {string} text @param {string} type @param {string} name @param {string} use */
 function save(text, type, name, use) {
   download(new Blob([text], { type }), name);
-  saved = past.length;
+  saved = past.at(-1);
   hint.textContent = `${name} is in your downloads. ${use}`;
 }
 
@@ -182,5 +182,5 @@ if (bubbles.length) {
     if (event.key.toLowerCase() === "e") switchEditing(!isEditing());
     else if (event.key === "Escape" && isEditing()) switchEditing(false);
   });
-  addEventListener("beforeunload", (event) => past.length !== saved && event.preventDefault());
+  addEventListener("beforeunload", (event) => past.at(-1) !== saved && event.preventDefault());
 }
