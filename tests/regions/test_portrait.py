@@ -18,7 +18,7 @@ def areas_around(*places: tuple[slice, slice]) -> Areas:
     mask = np.zeros(SHAPE, np.float32)
     for place in places:
         mask[place] = 1
-    return Areas(mask, mask)
+    return Areas(mask, mask, mask, mask)
 
 
 def test_half_of_the_shade_is_removed() -> None:

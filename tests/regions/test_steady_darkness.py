@@ -8,6 +8,7 @@ from focus import PLACE
 
 from vidstyle.regions.boxes import Box
 from vidstyle.regions.face_tracks import Face
+from vidstyle.regions.features.areas import Areas
 from vidstyle.regions.features.feature_lifting import Features
 from vidstyle.regions.features.steady_darkness import SteadyDarkness
 
@@ -20,6 +21,7 @@ def drawn(darkness: np.ndarray, right: int = 0, track: int = 0) -> Features:
         WINDOW.moved(right, 0),
         np.ones_like(darkness),
         np.asarray(darkness, np.float32),
+        Areas(*[np.zeros_like(darkness)] * 4),
         Face(track, PLACE),
         1.0,
     )

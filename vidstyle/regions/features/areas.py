@@ -44,21 +44,29 @@ class Areas(NamedTuple):
     """Soft masks in the window of a face, H x W float32, 0..1.
 
     Attributes:
+        eyes: eyes with their brows.
         parts: eyes and mouth.
-        whole: all that belongs to features.
+        core: also the tip of the nose, and glasses.
+        whole: also folds beside the nose and the mouth.
     """
 
+    eyes: np.ndarray
     parts: np.ndarray
+    core: np.ndarray
     whole: np.ndarray
 
 
-def feature_areas(face: Face, window: Rectangle) -> Areas:
-    """Return where features are in a window; the masks of a large face are computed in a reduced copy."""
-    small = _areas(*reduced_window(face, window, MAX_MASK_HEIGHT_PX))
+def feature_areas(face: Face, window: Rectangle, eye_factor: float = 1.0) -> Areas:
+    """Return where features are in a window; the masks of a large face are computed in a reduced copy.
+
+    Args:
+        eye_factor: how much larger than usual eyes are.
+    """
+    small = _areas(*reduced_window(face, window, MAX_MASK_HEIGHT_PX), eye_factor)
     return Areas(*(enlarged(each, (window.height, window.width)) for each in small))
 
 
-def _areas(face: Face, window: Rectangle) -> Areas:
+def _areas(face: Face, window: Rectangle, eye_factor: float) -> Areas:
     marks, height = face.landmarks.inside(face.box), face.box.height
     along = _direction(marks.left_eye, marks.right_eye)
     down = -along[1], along[0]
@@ -70,13 +78,14 @@ def _areas(face: Face, window: Rectangle) -> Areas:
     def capsule(start: Point, end: Point, ratio: float) -> np.ndarray:
         return _soft(_line_distance(start, end, window) / np.float32(ratio * height))
 
-    eyes = np.maximum(*(ellipse(eye, -BROW_RATIO, EYE_RADIUS_RATIOS) for eye in marks[:2]))
+    along_eye, across_eye = (eye_factor * ratio for ratio in EYE_RADIUS_RATIOS)
+    eyes = np.maximum(*(ellipse(eye, -BROW_RATIO, (along_eye, across_eye)) for eye in marks[:2]))
     mouth = capsule(marks.mouth_left, marks.mouth_right, MOUTH_RADIUS_RATIO)
     nose = ellipse(marks.nose, NOSTRIL_RATIO, NOSE_RADIUS_RATIOS)
-    middle = _middle(*marks[:2]), _middle(*marks[3:])
-    rest = np.maximum(capsule(*marks[:2], BRIDGE_RADIUS_RATIO), capsule(*middle, CENTER_RADIUS_RATIO))
     both = np.maximum(eyes, mouth)
-    return Areas(both, np.maximum.reduce([both, nose, rest]))
+    core = np.maximum.reduce([both, nose, capsule(*marks[:2], BRIDGE_RADIUS_RATIO)])
+    folds = capsule(_middle(*marks[:2]), _middle(*marks[3:]), CENTER_RADIUS_RATIO)
+    return Areas(eyes, both, core, np.maximum(core, folds))
 
 
 def eye_doubt(luma: np.ndarray, face: Face, window: Rectangle) -> float:

@@ -11,7 +11,8 @@ from vidstyle.core.picture import Picture
 from vidstyle.core.plain_codes import codes_from_values, values_from_codes
 from vidstyle.regions.features.blurring import enlarged
 from vidstyle.regions.features.feature_lifting import Features
-from vidstyle.regions.features.feature_marks import FeatureMarks, ink_marks, tone_marks
+from vidstyle.regions.features.feature_marks import FeatureMarks, tone_marks
+from vidstyle.regions.features.ink_marks import ink_marks
 from vidstyle.regions.features.media import Medium
 from vidstyle.regions.features.page_colors import darkest_colors, local_mean, masked_mean, plane_colors
 from vidstyle.regions.features.windows import common_parts

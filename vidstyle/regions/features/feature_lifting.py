@@ -15,7 +15,7 @@ from vidstyle.core.picture import Picture
 from vidstyle.core.plain_codes import PartLuma
 from vidstyle.regions.boxes import Box, Rectangle
 from vidstyle.regions.face_tracks import Face
-from vidstyle.regions.features.areas import eye_doubt, feature_areas, has_dark_glasses
+from vidstyle.regions.features.areas import Areas, eye_doubt, feature_areas, has_dark_glasses
 from vidstyle.regions.features.blurring import blurred, enlarged, resized
 from vidstyle.regions.features.calm_skin import skin_luma, without_grain
 from vidstyle.regions.features.portrait import face_darkness
@@ -25,8 +25,8 @@ from vidstyle.regions.patches import Patch, plane_area
 
 MAX_DRAWN_HEIGHT_PX = 224
 """Height of a face above which its features come from a reduced copy."""
-GLASSES_FACTOR = 2.0
-"""How much larger than an eye dark glasses are."""
+GLASSES_FACTOR, GLASSES_AREA_FACTOR = 2.0, 1.6
+"""How much larger than an eye dark glasses are, and how much larger their area is than that of an eye."""
 DRAWN_FACTOR = 1.5
 """Factor of `inner_mask`, so that all of the face but its edge is drawn."""
 LIGHT_RATIO = 0.08
@@ -42,6 +42,7 @@ class Features(NamedTuple):
         window: their box in the picture.
         weight: how much of the face is drawn, H x W float32, 0..1, at most `amount`.
         darkness: see `face_darkness`.
+        areas: masks of the features.
         face: the face.
         amount: how much of the features has been lifted, 0..1.
     """
@@ -49,6 +50,7 @@ class Features(NamedTuple):
     window: Rectangle
     weight: np.ndarray
     darkness: np.ndarray
+    areas: Areas
     face: Face
     amount: float
 
@@ -81,9 +83,10 @@ def _lift(picture: Picture, patch: Patch, face: Face, window: Rectangle, amount:
         return None
     small, height = without_grain(small), seen.box.height
     skin = skin_luma(small, height)
+    eye_factor = 1.0
     if has_dark_glasses(skin, seen, inside):
-        skin = skin_luma(small, GLASSES_FACTOR * height)
-    areas = feature_areas(seen, inside)
+        skin, eye_factor = skin_luma(small, GLASSES_FACTOR * height), GLASSES_AREA_FACTOR
+    areas = feature_areas(seen, inside, eye_factor)
     areas = areas._replace(whole=areas.whole * face_mask(seen.box, inside))
     # The closing spreads a bright cheek over a shaded one, as a disc.
     even = np.minimum(skin, blurred(small, LIGHT_RATIO * height))
@@ -93,4 +96,4 @@ def _lift(picture: Picture, patch: Patch, face: Face, window: Rectangle, amount:
     inner = inner_mask(seen.box, inside)
     darkness = face_darkness(small, inner, areas, height)
     weight = np.float32(amount * face.opacity) * np.minimum(np.float32(DRAWN_FACTOR) * inner, 1)
-    return Features(window, weight, darkness, face, amount)
+    return Features(window, weight, darkness, areas, face, amount)

@@ -1,4 +1,4 @@
-"""Layers over a restyled face that draw it in the medium of a style."""
+"""Layers over a restyled face that give it the tones of the source."""
 
 from __future__ import annotations
 
@@ -10,25 +10,10 @@ import numpy as np
 from vidstyle.regions.features.blurring import enlarged, resized, weighted_mean
 from vidstyle.regions.features.feature_lifting import Features
 from vidstyle.regions.features.ramps import ramp
-from vidstyle.regions.features.screens import ShadeScreen
-from vidstyle.regions.rasters import PageRaster
 
 SOLID_RANGE = 0.62, 0.88
 """Darkness at which a pixel begins to be full ink, and from which it is. All values here were tuned on 20
 faces of 80 to 220 of 1080 lines in all styles."""
-MIN_SHADE, MAX_SHADE, MAX_COLORED_SHADE = 0.06, 0.85, 0.65
-"""Darkness that is paper; the most ink in shade, in hatching or dots; and the same over colours, which have
-shade themselves."""
-EVEN_SHADE_SHARE = 0.35
-"""Share of shade that is gray, not hatched: it shows details finer than lines two pixels apart."""
-INK_LUMA_RANGE, COLORED_LUMA_RANGE = (0.3, 0.8), (0.05, 0.35)
-"""Luma, between ink and paper, at which a mark of the style counts as ink, and from which it does not; and
-the same among dots of several inks."""
-HAIR_RATIO, HAIR_RANGE = 0.06, (0.35, 0.6)
-"""Standard deviation of the Gaussian of darkness, relative to the face's height; and darkness after it from
-which marks of the style stay, such as black hair."""
-LIGHT_INK_SHADE_WEIGHT = 0.5
-"""How much darker than the paper features are between light lines: white eyes would make a negative."""
 MARK_RATIO, MIN_MARK_PX = 0.025, 1.0
 """Standard deviation of the Gaussian by which tones of a style are compared with a face, relative to its
 height: finer marks stay."""
@@ -77,38 +62,6 @@ class FeatureMarks(NamedTuple):
         return capped._replace(**{name: resized(plane, shape) for name, plane in planes.items()})
 
 
-def ink_marks(
-    each: Features, weight: np.ndarray, luma: np.ndarray, ends: tuple[float, float], raster: PageRaster
-) -> FeatureMarks:
-    """Return the layers that draw a face in ink: features are solid, shade is fine hatching or dots.
-
-    Args:
-        each: the face.
-        weight: how much is drawn, H x W float32, 0..1.
-        luma: of the page in its window, in the same way.
-        ends: luma of ink and of paper.
-        raster: dots and lines of the style.
-    """
-    ink, paper = ends
-    darkness, height = enlarged(each.darkness, luma.shape), each.face.box.height
-    hair = ramp(weighted_mean(darkness, weight, HAIR_RATIO * height), HAIR_RANGE)
-    screen = ShadeScreen(each.window, height, is_dotted=raster.has_dots)
-    weight = _hatched(weight, screen, EVEN_SHADE_SHARE)
-    cover = darkness if ink < paper else 1 - darkness
-    most, even, luma_range = (
-        (MAX_COLORED_SHADE, 1.0, COLORED_LUMA_RANGE)
-        if raster.has_colors
-        else (MAX_SHADE, EVEN_SHADE_SHARE, INK_LUMA_RANGE)
-    )
-    shade = _hatched(np.float32(most) * ramp(cover, (MIN_SHADE, 1)), screen, even)
-    ground = ramp((luma - np.float32(ink)) / np.float32(paper - ink or 1), luma_range)
-    solid = ramp(darkness, SOLID_RANGE)
-    if ink < paper:
-        return FeatureMarks(weight * (1 - ground) * (1 - hair), ground, ink=weight * np.maximum(solid, shade))
-    factor = 1 - np.float32(LIGHT_INK_SHADE_WEIGHT) * weight * solid
-    return FeatureMarks(weight * (1 - ground), ground, factor=factor, ink=weight * shade)
-
-
 def tone_marks(each: Features, weight: np.ndarray, luma: np.ndarray, darkest: float) -> FeatureMarks:
     """Return the layers that give the tones of a face to the marks and colours of a style; see `ink_marks`.
 
@@ -138,14 +91,6 @@ def _light(luma: np.ndarray, lit: np.ndarray, weight: np.ndarray, darkest: float
     if factor <= 1:
         return None
     return 1 + np.float32(factor - 1) * weight * (1 - ramp(luma, BRIGHT_LUMA_RANGE))
-
-
-def _hatched(cover: np.ndarray, screen: ShadeScreen, even: float) -> np.ndarray:
-    """Return coverage in hatching or dots, but for a share `even` of it, which stays gray."""
-    if even == 1:
-        return cover
-    marks = screen.inked(cover)
-    return marks + np.float32(even) * (cover - marks)
 
 
 def _mean(plane: np.ndarray, weight: np.ndarray) -> float:

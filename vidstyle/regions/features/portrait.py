@@ -40,7 +40,7 @@ def face_darkness(luma: np.ndarray, inner: np.ndarray, areas: Areas, height: flo
     even = luma - np.float32(SHADE_WEIGHT) * inner * shade
     for ratio, factor in SHARPENING_RATIOS:
         sigma = max(MIN_SHARPENING_PX, ratio * height)
-        even = even + np.float32(factor) * areas.whole * (even - blurred(even, sigma))
+        even = even + np.float32(factor) * areas.core * (even - blurred(even, sigma))
     skin = max(sampled_quantile(even[face], SKIN_SHARE, default=1.0), MIN_SKIN_LUMA)
     dark = sampled_quantile(even[parts], INK_SHARE, default=0.0)
     return np.asarray((np.float32(skin) - even) / np.float32(max(skin - dark, MIN_CONTRAST_RATIO * skin)))
