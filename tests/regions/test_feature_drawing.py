@@ -78,7 +78,7 @@ def test_black_hair_stays_as_the_style_draws_it() -> None:
 
 
 def test_scan_lines_are_softened_under_features() -> None:
-    """On lit skin they stay."""
+    """Also in light parts of eyes and of a mouth, and in the dark; on lit skin they stay."""
     (found,) = lifted(Picture.from_array(picture_with_face()))[1]
     darkness, page = np.zeros_like(found.darkness), np.full((480, 640, 3), 200, np.uint8)
     middle, page[::2] = darkness.shape[1] // 2, 150
@@ -86,9 +86,12 @@ def test_scan_lines_are_softened_under_features() -> None:
     drawn = draw_features(
         Picture.from_array(page), [found._replace(darkness=darkness)], load_style("oil"), None, NO_RASTER
     )
-    contrast = np.abs(np.diff(np.log(luma_in(drawn, found.window)), axis=0))[30:50]
-    skin, feature = contrast[:, middle - 12 : middle - 6], contrast[:, middle + 6 : middle + 12]
-    assert skin.mean() > 0.9 * np.log(200 / 150) and feature.mean() < 0.75 * skin.mean()
+    contrast = np.abs(np.diff(np.log(luma_in(drawn, found.window)), axis=0))
+    whole, is_left = found.areas.whole[1:], np.arange(darkness.shape[1]) < middle - 5
+    is_right, is_drawn = is_left[::-1], found.weight[1:] > 0.95
+    skin, dark = (contrast[is_drawn & (whole < 0.01) & side].mean() for side in (is_left, is_right))
+    feature = contrast[is_drawn & (whole > 0.99) & is_left].mean()
+    assert skin > 0.9 * np.log(200 / 150) and dark < 0.75 * skin and feature < 0.5 * skin
 
 
 def features_with_teeth() -> Features:
@@ -183,3 +186,21 @@ def test_faces_that_overlap_are_drawn_once() -> None:
     strong = np.zeros(dark.shape[:2], bool)
     strong[plane_area(found.window, (1, 1))] = found.weight > 0.999
     assert strong.any() and np.array_equal(once[strong], twice[strong])
+
+
+def test_dots_of_inks_are_softened_around_features() -> None:
+    """Their contrast is stronger than that of an eye."""
+    features, page = lifted(Picture.from_array(picture_with_face()))[1], np.full((480, 640, 3), 230, np.uint8)
+    page[::4, ::4], raster = (200, 60, 0), PageRaster(is_screen=True, has_dots=True, has_colors=True)
+    drawn = luma_in(
+        draw_features(Picture.from_array(page), features, load_style("comic"), None, raster), WINDOW
+    )
+    (found,), before = features, luma_in(Picture.from_array(page), WINDOW)
+    rows, columns = found.window.top - WINDOW.top, found.window.left - WINDOW.left
+    inside = np.s_[rows : rows + found.window.height, columns : columns + found.window.width]
+    change = np.abs(cv2.Laplacian(drawn, -1))[inside] / np.abs(cv2.Laplacian(before, -1))[inside].mean()
+    is_lit = (found.weight > 0.95) & (np.abs(found.darkness) < 0.05)
+    skin, near = (
+        change[is_lit & mask].mean() for mask in (found.areas.whole < 0.01, found.areas.whole > 0.99)
+    )
+    assert skin > 0.8 and near < 0.6 * skin

@@ -29,8 +29,9 @@ MIN_FACTOR, MAX_FACTOR, MIN_TONE = 0.1, 2.0, 0.04
 """Smallest and largest factor of tones; and tones above the darkest colour that are compared, at least."""
 LIT_RANGE = 0.4, 0.1
 """Darkness, or brightness of whites, from which skin is not lit, and up to which it is."""
-CLEAR_WEIGHT, CLEAR_RANGE = 0.5, (0.1, 0.4)
-"""How far grain and scan lines are evened out under features, and the darkness from which they are."""
+CLEAR_WEIGHT, CLEAR_RANGE = 0.65, (0.1, 0.4)
+"""How far grain, letters and scan lines are evened out around eyes, nose and mouth, and in dark parts; and
+the darkness at which a part begins to be dark, and from which it is."""
 MIN_SKIN_CONTRAST, MAX_LIGHT_FACTOR = 0.28, 3.0
 """Luma of lit skin above the page's darkest colour, below which a face gets light; and the largest factor.
 Features cannot be darker than this colour."""
@@ -80,7 +81,8 @@ def tone_marks(each: Features, weight: np.ndarray, luma: np.ndarray, darkest: fl
     coarse = weighted_mean(power, weight, COARSE_RATIO * height)
     power = np.float32(FINE_EXPONENT) * (power - coarse) + np.float32(COARSE_EXPONENT) * coarse
     strokes = 1 - np.float32(STROKE_WEIGHT) * ramp(darkness, SOLID_RANGE)
-    clear = ramp(cv2.GaussianBlur(darkness, (0, 0), sigma), CLEAR_RANGE)
+    dark = ramp(cv2.GaussianBlur(darkness, (0, 0), sigma), CLEAR_RANGE)
+    clear = np.maximum(dark, enlarged(each.areas.whole, luma.shape))
     factor = 1 + weight * (cv2.exp(power) * strokes - 1)
     return FeatureMarks(np.float32(CLEAR_WEIGHT) * weight * clear, None, light, factor)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vidstyle.regions.features.blurring import enlarged, weighted_mean
+from vidstyle.regions.features.blurring import blurred, enlarged, weighted_mean
 from vidstyle.regions.features.feature_lifting import Features
 from vidstyle.regions.features.feature_marks import SOLID_RANGE, FeatureMarks
 from vidstyle.regions.features.ramps import ramp
@@ -23,6 +23,8 @@ how much they are, for no ink and for full ink. Eyes are always full ink."""
 MAX_BROAD_SHADE, FOLD_SHARE = 0.5, 0.65
 """Most shade of lips, beards and shadows around nose and mouth, and factor of the shade of folds beside them:
 black blots turn smiles into sneers. Tuned on 16 faces of 92 to 196 lines in woodcut, ink and comic."""
+EVEN_DOTS_WEIGHT = 0.65
+"""How far dots of several inks are evened out around eyes, nose and mouth, if these are not in the dark."""
 GLASSES_RANGE = 0.5, 0.7
 """Darkness, averaged as for hair, from which features are in the dark, such as behind glasses."""
 INK_LUMA_RANGE, COLORED_LUMA_RANGE = (0.3, 0.8), (0.05, 0.35)
@@ -64,13 +66,16 @@ def _dark_marks(
     hair = ramp(broad, HAIR_RANGE) * (1 - near)
     shade, solid = _shade_and_strokes(each, weight, darkness, near)
     screen = ShadeScreen(each.window, each.face.box.height, is_dotted=raster.has_dots)
+    clear = (1 - ground) * (1 - hair)
     if raster.has_colors:
         shade = np.float32(MAX_COLORED_SHADE) * shade
+        dots = near * blurred(ground, HAIR_RATIO * each.face.box.height)
+        clear = np.maximum(clear, np.float32(EVEN_DOTS_WEIGHT) * dots)
     else:
         even = np.float32(EVEN_SHADE_SHARE) + np.float32(EVEN_FEATURE_SHARE - EVEN_SHADE_SHARE) * near
         shade = _hatched(np.float32(MAX_SHADE) * shade, screen, even)
     weight = _hatched(weight, screen, np.float32(EVEN_SHADE_SHARE))
-    return FeatureMarks(weight * (1 - ground) * (1 - hair), ground, ink=weight * np.maximum(solid, shade))
+    return FeatureMarks(weight * clear, ground, ink=weight * np.maximum(solid, shade))
 
 
 def _light_marks(
