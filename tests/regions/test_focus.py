@@ -16,6 +16,7 @@ from vidstyle.backend import FrameRequest
 from vidstyle.core.picture import Picture
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.media.frame import picture_from_frame
+from vidstyle.regions import focus
 from vidstyle.regions.boxes import Box
 from vidstyle.regions.face_tracks import FaceFollower
 from vidstyle.regions.faces import FaceFinder
@@ -74,6 +75,18 @@ def test_faces_have_smaller_marks() -> None:
     faces = (focused_on([PLACE], picture, each)[area] for each in (style, without(style)))
     counts = [np.count_nonzero((face[:, 1:] != face[:, :-1]).any(axis=2)) for face in faces]
     assert counts[0] > 1.6 * counts[1]
+
+
+def test_eyes_in_squares_are_no_bars(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A style of squares raises contrast. Nothing is drawn over its colours."""
+    picture, style = picture_with_face(), load_style("pixel")
+    inner = PLACE.padded(-0.2 * PLACE.width, -0.3 * PLACE.height, 0)
+    area = plane_area(Box(*map(round, inner)), (1, 1))
+    soft = focused_on([PLACE], picture, style)[area]
+    monkeypatch.setattr(focus, "POINTS_SHARE", 0.0)
+    hard = focused_on([PLACE], picture, style)[area]
+    assert soft.std() < 0.95 * hard.std()
+    assert len(np.unique(soft.reshape(-1, 3), axis=0)) <= 32
 
 
 @pytest.mark.parametrize("name", STYLES)

@@ -59,7 +59,7 @@ class PatchRenderer(Closing):
         request: FrameRequest,
         patches: PatchSet,
         style: Style,
-        drawn: float,
+        lifted: float,
         raster: PageRaster,
         fineness: float = 1.0,
     ) -> tuple[Backend, FrameRequest, list[Features]]:
@@ -69,11 +69,11 @@ class PatchRenderer(Closing):
             request: the whole picture.
             patches: the patches; the first of a set begin a scene.
             style: the style of the whole picture.
-            drawn: how much of eyes, noses and mouths is drawn over the result, 0..1.
+            lifted: how much of eyes, noses and mouths is taken off before, 0..1.
             raster: the rasters of the style.
             fineness: level of detail of the whole picture, by which that of patches is divided.
         """
-        cut, features = self.cut(request, patches, style.focus, drawn)
+        cut, features = self.cut(request, patches, style.focus, lifted)
         share = patches.least / (self._side_ratio * min(request.picture.shape))
         is_ruled = raster.is_screen and not raster.has_points
         low, high = SCREEN_DETAIL_RANGE if is_ruled else DETAIL_RANGE
@@ -84,18 +84,18 @@ class PatchRenderer(Closing):
         return backend, replace(request, picture=cut, target=request.encoding), features
 
     def cut(
-        self, request: FrameRequest, patches: PatchSet, focus: float, drawn: float
+        self, request: FrameRequest, patches: PatchSet, focus: float, lifted: float
     ) -> tuple[Picture, list[Features]]:
         """Return the picture of all patches, with tones that suit the style by `focus`; and its features."""
         if patches.is_new and request.time is not None:
             self._cuts.add(request.time)
             self._exposure, self._darkness = Exposure(), SteadyDarkness()
         picture = cut_patches(request.picture, patches.patches)
-        features = lift_features(picture, patches.patches, drawn)
+        features = lift_features(picture, patches.patches, lifted)
         if request.time is not None:
             features = self._darkness.follow(features)
-        lifted = {each.face.track: each.amount for each in features}
-        self._exposure.apply(picture, patches.patches, request.picture, request.time, focus, lifted)
+        bare = {each.face.track: each.amount for each in features}
+        self._exposure.apply(picture, patches.patches, request.picture, request.time, focus, bare)
         return picture, features
 
     def _use(self, style: Style, detail: float, patches: tuple[int, int], page: tuple[int, int]) -> Backend:
