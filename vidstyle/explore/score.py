@@ -17,15 +17,12 @@ from vidstyle.explore.paper.rules import Rules
 MODEL_FILE = Path(__file__).with_name("score.json")
 """The models fitted by `tools/explore/score.py`, by rules."""
 MEASURES: dict[Rules, tuple[str, ...]] = {
-    "paper": ("likeness", "face_outlines", "detail_gain", "flatness", "burnt"),
+    "paper": ("likeness", "face_outlines"),
     "open": ("detail_kept", "face_outlines", "parts"),
 }
 """What a model reads, of `FullSizeMetrics`: those that agree best with people on unseen pictures."""
 WORDS = {
     "likeness": "fine detail",
-    "detail_gain": "strength of lines",
-    "flatness": "flat areas",
-    "burnt": "white and black areas",
     "detail_kept": "coarser detail",
     "face_outlines": "outlines of faces",
     "parts": "the styles that it combines",

@@ -29,8 +29,6 @@ FACE_WIDTH_PX, FACE_BAND_PX, FACE_OUTLINE_BAND_PX = 64, (1, 4), (0.7, 2)
 MAX_FACE_COUNT, MIN_FACE_SHARE = 3, 0.7
 """Of many faces in a crop, the largest are compared, if this share of their height and width is in it."""
 MAX_FACE_LIKENESS = 1.0
-FLAT_DEVIATION_PX, MAX_FLAT_GRADIENT = 1, 0.004
-"""Blur that removes grain, and the gradient of luma below which a place is flat after it."""
 
 
 class FullSizeMetrics(NamedTuple):
@@ -42,9 +40,7 @@ class FullSizeMetrics(NamedTuple):
     Attributes:
         likeness: correlation of luma detail of 1 to 2 pixels with the source, in the whole crop also if it
             shows faces.
-        detail_gain: logarithm of the strength of that detail relative to the source; low without lines.
-        flatness: share of the whole crop without any gradient.
-        detail_kept: as `likeness`, for 2 to 4 pixels, in the worst face.
+        detail_kept: the same for 2 to 4 pixels, in the worst face.
         fineness: logarithm of the strength of detail of one pixel relative to that of four: high if edges are
             crisp, low if the picture is soft.
         edge_hardness: steepness of edges relative to their height, upper quartile; 1 for edges of one pixel.
@@ -60,8 +56,6 @@ class FullSizeMetrics(NamedTuple):
     """
 
     likeness: float
-    detail_gain: float
-    flatness: float
     detail_kept: float
     fineness: float
     edge_hardness: float
@@ -108,8 +102,6 @@ class ComparedCrop:
         )
         return face._replace(
             likeness=whole.likeness,
-            detail_gain=whole.detail_gain,
-            flatness=whole.flatness,
             edge_hardness=low.edge_hardness,
             fineness=high.fineness,
             mark_width=low.mark_width,
@@ -132,13 +124,9 @@ class _Region:
     def measure(self, result: np.ndarray) -> FullSizeMetrics:
         """Return the metrics of this part in a style, as if it was a face."""
         luma = luma_of_codes(result)
-        bands = FINEST_BAND_PX, FINE_BAND_PX, DETAIL_BAND_PX
-        finest, fine, detail = (band_pass(luma, *band) for band in bands)
-        gradient = gradient_of(cv2.GaussianBlur(luma, (0, 0), FLAT_DEVIATION_PX))
+        finest, detail = band_pass(luma, *FINEST_BAND_PX), band_pass(luma, *DETAIL_BAND_PX)
         return FullSizeMetrics(
-            likeness=correlation(fine, self._fine),
-            detail_gain=float(np.log((fine.std() + MIN_FINEST) / (self._fine.std() + MIN_FINEST))),
-            flatness=float((gradient < MAX_FLAT_GRADIENT).mean()),
+            likeness=correlation(band_pass(luma, *FINE_BAND_PX), self._fine),
             detail_kept=correlation(detail, self._detail),
             fineness=float(np.log((finest.std() + MIN_FINEST) / (detail.std() + MIN_DETAIL))),
             edge_hardness=edge_hardness(luma),
