@@ -18,8 +18,8 @@ from vidstyle.comic.layout.storyboard import format_timecode
 from vidstyle.comic.lettering.fonts import Letters, remove_stress
 from vidstyle.comic.output.compression_noise import smooth_compression_noise
 from vidstyle.comic.output.enlargement import sharpen_enlarged
+from vidstyle.comic.output.panel_light import LightChoice
 from vidstyle.comic.output.paper_scale import reduction_factor, scale_to_paper
-from vidstyle.comic.output.shadow_light import lift_shadows
 from vidstyle.comic.output.sheet import Label, RenderedPanel, Sheet
 from vidstyle.comic.output.write import Frames
 from vidstyle.core.closing import Closing
@@ -65,6 +65,7 @@ class PanelRenderer(Closing):
         self._styles, self._dpi, self._device, self._announce = cycle(styles), dpi, device, announce
         self._oversampling, self._is_draft = oversampling, is_draft
         self._backend: Backend | None = None
+        self._lights = LightChoice()
 
     def close(self) -> None:
         if self._backend is not None:
@@ -91,17 +92,26 @@ class PanelRenderer(Closing):
         dpi = self._dpi * self._oversampling
         reduction = 1.0 if self._is_draft else reduction_factor(style, dpi)
         size = round(width * reduction), round(height * reduction)
-        shown = lift_shadows(cut_out(color, window, *size, is_cleaned=True))
-        style = scale_to_paper(style, shown.shape[0], shown.shape[1], dpi * reduction)
+        source = cut_out(color, window, *size, is_cleaned=True)
+
+        def restyle(shown: np.ndarray) -> np.ndarray:
+            return self._restyle(style, shown, dpi * shown.shape[1] / width)
+
+        light = self._lights.choose(style.name, color, source, restyle)
+        drawn = restyle(light(source))
+        if reduction == 1:
+            return drawn
+        return cv2.resize(drawn, (width, height), interpolation=cv2.INTER_AREA)
+
+    def _restyle(self, style: Style, color: np.ndarray, dpi: float) -> np.ndarray:
+        """Restyle a picture that has this many pixels per inch of paper."""
+        style = scale_to_paper(style, color.shape[0], color.shape[1], dpi)
         if self._backend is None:
             self._backend = open_renderer(style, self._device, self._announce)
         else:
             self._backend.change_style(style)
         # Lengths fit the paper: a small panel is no small picture.
-        drawn = restyle_array(self._backend, shown, seen_side=math.inf)
-        if reduction == 1:
-            return drawn
-        return cv2.resize(drawn, (width, height), interpolation=cv2.INTER_AREA)
+        return restyle_array(self._backend, color, seen_side=math.inf)
 
 
 def cut_out(color: np.ndarray, window: Box, width: int, height: int, is_cleaned: bool = False) -> np.ndarray:
