@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from media import photograph
 
+from vidstyle.comic.output.color_cast import reduce_color_cast
 from vidstyle.comic.output.panel_light import LightChoice, choose_light, darken_lights
 from vidstyle.comic.output.panel_renderer import PanelRenderer
 from vidstyle.comic.output.shadow_light import lift_shadows
@@ -96,3 +97,25 @@ def test_contrast_that_the_source_does_not_have_costs() -> None:
     blobs = haze.copy()
     cv2.circle(blobs, (300, 200), 90, (255, 255, 255), -1)
     assert measure_structure_loss(haze, blobs) > 0.1 > measure_structure_loss(haze, haze)
+
+
+def test_a_picture_in_yellow_light_gets_whiter() -> None:
+    before, after = (
+        cv2.cvtColor(each, cv2.COLOR_RGB2LAB).astype(int)
+        for each in (LIGHT_ON_LIGHT, reduce_color_cast(LIGHT_ON_LIGHT))
+    )
+    assert after[210, 400, 2] - 128 < 0.6 * (before[210, 400, 2] - 128)
+    assert abs(after[210, 400, 0] - before[210, 400, 0]) < 8
+
+
+@pytest.mark.parametrize(
+    "colors",
+    [
+        ((40, 90, 200), (230, 120, 30), (20, 20, 60)),
+        ((182, 150, 50), (220, 215, 205), (8, 6, 4)),
+        ((120, 120, 120), (200, 200, 200), (8, 8, 8)),
+    ],
+)
+def test_a_picture_with_other_or_neutral_colors_stays(colors: tuple[tuple[int, int, int], ...]) -> None:
+    picture = place(*colors)
+    assert reduce_color_cast(picture) is picture

@@ -16,6 +16,7 @@ from vidstyle.comic.key_frame import KeyFrame
 from vidstyle.comic.layout.layout import PageLayout
 from vidstyle.comic.layout.storyboard import format_timecode
 from vidstyle.comic.lettering.fonts import Letters, remove_stress
+from vidstyle.comic.output.color_cast import reduce_color_cast
 from vidstyle.comic.output.compression_noise import smooth_compression_noise
 from vidstyle.comic.output.enlargement import sharpen_enlarged
 from vidstyle.comic.output.panel_light import LightChoice
@@ -92,7 +93,7 @@ class PanelRenderer(Closing):
         dpi = self._dpi * self._oversampling
         reduction = 1.0 if self._is_draft else reduction_factor(style, dpi)
         size = round(width * reduction), round(height * reduction)
-        source = cut_out(color, window, *size, is_cleaned=True)
+        source = reduce_color_cast(cut_out(color, window, *size, is_cleaned=True))
 
         def restyle(shown: np.ndarray) -> np.ndarray:
             return self._restyle(style, shown, dpi * shown.shape[1] / width)
