@@ -16,9 +16,9 @@ Light = Callable[[np.ndarray], np.ndarray]
 """Changes the light of a picture, H x W x 3 uint8."""
 _DRAFT_SIDE_PX = 400
 """Longer side of the drafts that are compared."""
-_DARKEN_EXPONENTS = 1.5, 2.2
+_EXPONENT_STEPS = 1.5, 2.2
 """Exponents that darken lights, relative to the range of the picture."""
-_RANGE_PERCENTILES = 0.5, 99.7
+_PERCENTILE_RANGE = 0.5, 99.7
 """Percentiles of luma between which these exponents apply."""
 _MIN_LIGHT = 1e-3
 """Smallest relative luma."""
@@ -83,7 +83,7 @@ def darken_lights(color: np.ndarray, exponent: float) -> np.ndarray:
     """Return a picture, H x W x 3 uint8, whose luma is raised to a power within its range; hues stay."""
     picture = color.astype(np.float32) / 255
     luma = np.maximum(_MIN_LIGHT, cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY))
-    low, high = np.percentile(luma, _RANGE_PERCENTILES)
+    low, high = np.percentile(luma, _PERCENTILE_RANGE)
     span = max(_MIN_LIGHT, float(high - low))
     relative = np.maximum(_MIN_LIGHT, (luma - low) / span)
     wanted = low + span * np.where(relative < 1, relative**exponent, relative)
@@ -93,6 +93,6 @@ def darken_lights(color: np.ndarray, exponent: float) -> np.ndarray:
 _LIGHTS: tuple[Light, ...] = (
     lift_shadows,
     np.asarray,
-    *(partial(darken_lights, exponent=each) for each in _DARKEN_EXPONENTS),
+    *(partial(darken_lights, exponent=each) for each in _EXPONENT_STEPS),
 )
 """Changes of light, the usual one first."""
