@@ -296,7 +296,7 @@ def test_a_narrow_page_opens_at_its_top(browser: Browser, page: ExploreServer) -
     browser.until("document.getElementById('seen').children.length")
     assert browser.run("return [scrollY, document.documentElement.scrollHeight > innerHeight]") == [0, True]
     # Two columns have no middle: the chosen tile comes first.
-    first = """document.querySelectorAll(".take")[1].click();
+    first = """document.querySelectorAll(".caption")[1].querySelector(".name").click();
         document.getElementById("stage").style.paddingBottom = "1px"; // it changes its size, as on a phone
         for (let frame = 0; frame < 3; frame++) await new Promise(requestAnimationFrame);
         return document.getElementById("tiles").firstElementChild.matches(".middle");"""

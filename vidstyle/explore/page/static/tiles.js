@@ -56,7 +56,9 @@ export class Tiles {
       const name = make("p", { className: "name" });
       const summary = make("p", { className: "summary quiet" });
       const number = make("kbd", { textContent: String(place + 1) });
-      const caption = make("div", { className: "caption" }, number, make("div", { className: "words" }, name, summary), tools);
+      // The whole card is a button, except for the tools in it.
+      const onclick = (/** @type {MouseEvent} */ { target }) => tools.contains(/** @type {Node} */ (target)) || take.click();
+      const caption = make("div", { className: "caption", onclick }, number, make("div", { className: "words" }, name, summary), tools);
       const cell = make("div", { className: place === MIDDLE ? "tile middle waiting draft" : "tile waiting draft" }, take, caption);
       element.append(cell);
       return { cell, canvas, tag, take, star, enlarge, name, summary };
