@@ -230,3 +230,54 @@ def test_contour_drops_edges_that_are_no_stronger_than_those_around() -> None:
     )
     assert run_color(style(*steps), alone).max() > 0.7
     assert run_color(style(*steps), crowded)[:, 12:-12].max() < 0.2
+
+
+def kept_by_lines(luma: np.ndarray, reach: int) -> np.ndarray:
+    """Closing plus opening by lines that begin, end or have their middle at each pixel, minus the picture."""
+    rows, columns = np.indices(luma.shape)
+    closed, opened = np.full(luma.shape, np.inf), np.full(luma.shape, -np.inf)
+    for right, down in [(1, 0), (1, 0.5), (1, 1), (0.5, 1), (0, 1), (-0.5, 1), (-1, 1), (-1, 0.5)]:
+        steps = np.rint(reach / np.hypot(right, down))
+        shifts = [
+            [np.floor(number * steps * part / 6 + 0.5 + 1e-6).astype(int) for part in (down, right)]
+            for number in range(-6, 7)
+        ]
+        points = np.stack(
+            [
+                luma[np.clip(rows + y, 0, luma.shape[0] - 1), np.clip(columns + x, 0, luma.shape[1] - 1)]
+                for y, x in shifts
+            ]
+        )
+        for line in (points[:7], points[6:], points[3:10]):
+            closed, opened = np.minimum(closed, line.max(0)), np.maximum(opened, line.min(0))
+    return closed + opened - luma
+
+
+@pytest.mark.parametrize(("length", "reach"), [(2.4, 1), (3, 2), (8.9, 8), (13.5, 13)])
+def test_despeckle_closes_and_opens_by_lines(length: float, reach: int) -> None:
+    luma = cv2.GaussianBlur(noise(40, 600), (0, 0), 1)
+    out = run_luma(style(step("despeckle", length=length, contrast=40)), luma)
+    change = kept_by_lines(luma, reach) - luma
+    np.testing.assert_allclose(out, luma + change / (1 + (255 / 40 * change) ** 4), atol=1e-6)
+
+
+def test_despeckle_removes_specks_and_keeps_lines() -> None:
+    luma = np.full((60, 60), 0.5, np.float32)
+    specks = luma.copy()
+    specks[10:14, 10:14], specks[40:44, 20:23] = 0.4, 0.6
+    out = run_luma(style(step("despeckle", length=8, contrast=255)), specks)
+    np.testing.assert_allclose(out, luma, atol=1e-4)
+    strong = np.where(specks == 0.4, 0, luma).astype(np.float32)
+    kept = run_luma(style(step("despeckle", length=8, contrast=25)), strong)
+    np.testing.assert_allclose(kept, strong, atol=0.01)
+    for angle in range(0, 180, 15):
+        turn = np.deg2rad(angle)
+        rows, columns = np.indices(luma.shape) - 30
+        lines = np.where(np.abs(rows * np.cos(turn) - columns * np.sin(turn)) < 1.5, 0, luma)
+        out = run_luma(style(step("despeckle", length=8)), lines.astype(np.float32))
+        assert out[30, 30] == 0, angle
+
+
+def test_despeckle_of_length_1_changes_nothing() -> None:
+    luma = noise(9, 8)
+    np.testing.assert_array_equal(run_luma(style(step("despeckle", length=1)), luma), luma)
