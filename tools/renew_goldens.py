@@ -7,9 +7,11 @@ that another processor changes nothing, and every changed file is worth a look; 
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from pathlib import Path
 
+os.environ["XDG_CONFIG_HOME"] = os.devnull  # without the user's own styles
 sys.path.append(str(Path(__file__).parent.parent / "tests" / "support"))
 
 from goldens import FOLDER, STYLES, Difference, golden, golden_path, shipped, write_png  # noqa: E402
