@@ -386,6 +386,16 @@ def test_by_keyboard_alone_a_look_is_found_kept_compared_and_saved(
     eventually((user_styles() / "by-keyboard.toml").exists, "Enter saves")
     shown = page.exploration.tile(page.state()["tiles"][2]["tile"]).style
     assert load_style("by-keyboard").layers == shown.layers
+    outcome = "document.getElementById('outcome').textContent"
+    opened.until(f"{outcome}.startsWith('Saved as by-keyboard.toml')")
+    save = "document.getElementById('save').click()"
+    assert opened.run(f"{save}; await Promise.resolve(); return {outcome}") == "Saving by-keyboard…"
+    opened.until("document.getElementById('save').textContent === 'Replace'")
+    question = f"Replace by-keyboard? A look of this name is in {user_styles()}."
+    assert opened.run(f"return {outcome}").startswith(question)
+    assert opened.run("return document.getElementById('outcome').className") == "quiet "
+    opened.run(save)
+    opened.until(f"{outcome}.startsWith('Saved as by-keyboard.toml')")
     opened.run("document.getElementById('lightbox').close()")
     opened.run("history.back()")
     eventually(lambda: chooser.at < at, "Back of the browser")

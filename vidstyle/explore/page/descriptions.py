@@ -10,6 +10,7 @@ from vidstyle.explore.choosing.tile_screen import CHOSEN_KIND, Tile
 from vidstyle.explore.naming.wording import name_blocks, name_step_changes, names_of_changes, names_of_look
 from vidstyle.explore.page.exploration import Exploration
 from vidstyle.export.export_targets import describe_targets
+from vidstyle.style import user_styles
 
 CHANGED_KINDS = ("values", "step")
 """Kinds of tiles that are named by how they differ from the chosen one."""
@@ -27,6 +28,7 @@ def describe_clip(exploration: Exploration, has_designer: bool, can_reveal: bool
         "render": not exploration.clip.live,
         "design": has_designer,
         "reveal": can_reveal,
+        "folder": str(user_styles()),
         "targets": describe_targets(),
     }
 

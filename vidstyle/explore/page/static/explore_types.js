@@ -10,6 +10,7 @@
  * @property {number} count the number of all frames; 1 for a photograph
  * @property {boolean} render whether it can be rendered
  * @property {boolean} reveal whether files can be shown in their folders
+ * @property {string} folder of the styles of the user
  * @property {boolean} design whether the designer can be opened
  * @property {Target[]} targets
  */

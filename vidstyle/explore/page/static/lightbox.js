@@ -256,17 +256,19 @@ export class Lightbox {
       this.outcome.report("Type a name for the look first.", "alarm");
       return name.focus();
     }
+    const look = name.value.trim();
     const overwrite = button.textContent === REPLACE;
     await this.#act(async (tile) => {
       try {
-        const answer = await this.handlers.ask("save", { tile, name: name.value.trim(), overwrite });
+        const answer = await this.handlers.ask("save", { tile, name: look, overwrite });
         button.textContent = SAVE;
         this.#showFile("Saved", answer);
       } catch (error) {
-        if (/exists/.test(String(error))) button.textContent = REPLACE;
-        throw error;
+        if (!/exists/.test(String(error))) throw error;
+        button.textContent = REPLACE;
+        this.outcome.report(`Replace ${look}? A look of this name is in ${this.clip?.folder}. Press ${REPLACE}, or type another name.`);
       }
-    });
+    }, `Saving ${look}…`);
   }
 
   /** The name in the field, else a name derived from the style. */
