@@ -279,9 +279,14 @@ def test_a_page_that_is_opened_before_the_first_screen_waits_for_it(
     chooser = page.exploration.chooser
     with monkeypatch.context() as patch:
         patch.setattr(chooser, "screens", [])
+        patch.setattr(page, "tried", {"step": "trying styles", "done": 0, "total": 0, "shown": 0})
         browser.open(page.url)
         browser.until("document.getElementById('clip').textContent === 'film.mp4'")
         browser.run("await new Promise((done) => setTimeout(done, 50))")
+        for done in (26, 30, 0, 8):
+            page.exploration.on_progress("trying styles", done, 30)
+        note = "document.getElementById('search-note').textContent"
+        browser.until(f"{note} === 'Trying more styles: 38 of 60'")
     page.submit(page.send_state)
     browser.until(
         "document.querySelectorAll('.take').length === 9 && document.getElementById('seen').children.length"
@@ -295,6 +300,15 @@ def test_a_narrow_page_opens_at_its_top(browser: Browser, page: ExploreServer) -
     browser.open(page.url)
     browser.until("document.getElementById('seen').children.length")
     assert browser.run("return [scrollY, document.documentElement.scrollHeight > innerHeight]") == [0, True]
+    below = """const bar = document.getElementById("screen-progress");
+        const words = document.getElementById("hint-more");
+        document.getElementById("search").hidden = false;
+        document.body.style.width = "360px";
+        words.textContent = "Choose one for nine more like it. Open one to save it or to render it.";
+        const gap = bar.getBoundingClientRect().top - words.getBoundingClientRect().bottom;
+        document.body.style.width = "";
+        return gap;"""
+    assert browser.run(below) >= 0, "the bar is not drawn through the words"
     # Two columns have no middle: the chosen tile comes first.
     first = """document.querySelectorAll(".caption")[1].querySelector(".name").click();
         document.getElementById("stage").style.paddingBottom = "1px"; // it changes its size, as on a phone

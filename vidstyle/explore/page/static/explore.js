@@ -165,19 +165,19 @@ function showProgress(note, done = 0, total = 0) {
   get("search").hidden = false;
 }
 
-/** Styles that were tried for the next screen in earlier rounds, and in the present one. */
-const rounds = { before: 0, now: 0 };
+/** Styles that were tried for the next screen in earlier rounds and in the present one, and how many the present one has. */
+const rounds = { before: 0, now: 0, total: 0 };
 
-/** Shows the progress of the next screen: of the first round as a part; how many follow is unknown. @param {{step: string, done: number, total: number, shown: number}} tried */
+/** Shows the progress of the next screen; if too few styles are good, the total grows by another round. @param {{step: string, done: number, total: number, shown: number}} tried */
 function showTried({ step, done, total, shown }) {
   tryCount = shown;
   showTries();
   if (!busy && state.tiles.length) return;
-  if (done < rounds.now) rounds.before += rounds.now;
-  rounds.now = done;
-  const count = rounds.before + done;
-  const counted = rounds.before ? `: ${count}` : total ? `: ${count} of ${total}` : "…";
-  showProgress(`${step[0].toUpperCase()}${step.slice(1)}${counted}`, done, rounds.before ? 0 : total);
+  if (done < rounds.now && rounds.now >= rounds.total) rounds.before += rounds.now;
+  Object.assign(rounds, { now: done, total });
+  const [count, all] = [rounds.before + done, rounds.before + total];
+  const words = rounds.before ? step.replace(" ", " more ") : step;
+  showProgress(`${words[0].toUpperCase()}${words.slice(1)}${total ? `: ${count} of ${all}` : "…"}`, count, total && all);
 }
 
 /** Lets the browser's button Back return to the screen before; a screen that the user has left already is none. @param {number} screen */
@@ -320,7 +320,7 @@ const ask = (kind, fields, ...lead) => change(() => connection.ask(kind, fields)
 async function change(request, heading = "One moment…", more = STAYING) {
   if (busy) return afterSearch(() => change(request, heading, more));
   isStopped = false;
-  Object.assign(rounds, { before: 0, now: 0 });
+  Object.assign(rounds, { before: 0, now: 0, total: 0 });
   setBusy(true);
   showLead([heading, more]);
   try {
