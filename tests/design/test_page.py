@@ -100,6 +100,14 @@ def test_a_style_is_built_by_mouse(page: Page) -> None:
     by_hand(page, **values)
 
 
+def test_the_step_that_puts_the_picture_behind_lines_gets_the_focus(page: Page) -> None:
+    page.begin()
+    page.add("[data-layer=lines]", "threshold", "Black and white")
+    page.browser.click("#diagram .paper button")
+    page.undone("Put the picture behind the lines")
+    page.browser.until("document.activeElement.matches('.card.selected[aria-label^=\"Colour strength\"]')")
+
+
 def test_values_that_change_before_an_answer_are_undone_in_order(page: Page) -> None:
     """A user is faster than a busy server: the second slider moves while values of the first wait."""
     page.begin()

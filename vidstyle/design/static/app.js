@@ -52,7 +52,7 @@ const diagram = new Diagram({
   select: (name) => steps.select(name),
   add: (layer, index, near) => steps.add(layer, index, near),
   move: (step, layer, index) => steps.move(step, layer, index),
-  showBehindLines: () => session.edit("show_behind_lines", {}),
+  showBehindLines: () => steps.showBehindLines(),
 }, () => splitter.maxHeight);
 const inspector = new Inspector(session, act);
 const stylePanel = new StylePanel(session, () => {

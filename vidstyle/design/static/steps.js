@@ -66,6 +66,12 @@ export class Steps {
     });
   }
 
+  /** Adds the step that puts the picture behind the lines; the button that asked for it is gone then. */
+  async showBehindLines() {
+    const answer = await this.session.edit("show_behind_lines", {});
+    if (answer?.step !== undefined) this.select(answer.step);
+  }
+
   /** Returns where a new step comes in its layer. @param {Layer} layer @param {number} index */
   #placeText(layer, index) {
     const before = index ? this.session.state?.layers[layer][index - 1] : null;
