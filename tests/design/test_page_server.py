@@ -135,6 +135,12 @@ def test_a_still_preview_is_rendered_at_its_final_size(
         while (sent := page.picture(2)).pixels.shape != (64, 96, 3):
             assert sent.pixels.shape == (32, 48, 3), "a draft"
         assert np.array_equal(sent.pixels, wanted), "without loss"
+        page.ask("save_as", name="mine", overwrite=False)
+        sent = page.picture(2)
+        assert np.array_equal(sent.pixels, wanted), "saving brings no draft back"
+        assert sent.revision == page.told["state"]["revision"]
+        page.ask("field", name="ink", value="#000001", gesture=1)
+        assert page.picture(2).pixels.shape == (32, 48, 3), "an edit does"
 
 
 def test_a_style_with_mistakes_keeps_its_picture_and_is_not_saved(page: Page, tmp_path: Path) -> None:

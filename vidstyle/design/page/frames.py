@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import asyncio
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -68,6 +68,7 @@ class FrameSender:
         self._restyling: asyncio.Task[None] | None = None
         self._wanted = asyncio.Event()
         self._has_faces = False
+        self._final: tuple[Any, ...] | None = None
 
     @property
     def style(self) -> Style | None:
@@ -98,6 +99,7 @@ class FrameSender:
         if clip.live:
             self.play(0, 0, 0, clip.fps)
             return
+        self._final = None
         number = self.shown.number
         frame = await self._session.run(clip.frame, number, self.shown.side)
         await self._send(PictureType.SOURCE, number, frame, self._session.revision, exact=True)
@@ -116,10 +118,21 @@ class FrameSender:
             try:
                 if not self.is_rendering:
                     await self._send_faces()
-                elif await self._send_styled() and not await self._is_wanted_soon():
+                elif await self._is_draft_shown() and not await self._is_wanted_soon():
                     await self._send_styled(large=True)
             except VidstyleError as error:
                 await self._page.tell({"notice": str(error)})
+
+    async def _is_draft_shown(self) -> bool:
+        """Send a draft; but if only the name or the file has changed, the final picture stays."""
+        return (self._final is not None and self._final == self._subject) or await self._send_styled()
+
+    @property
+    def _subject(self) -> tuple[Any, ...]:
+        """What the picture depends on."""
+        style, shown = self.style, self.shown
+        look = style and replace(style, name="", folder=None)
+        return self._session.designer.clip, shown.number, shown.side, shown.cues, look
 
     async def _is_wanted_soon(self) -> bool:
         with suppress(TimeoutError):
@@ -133,6 +146,7 @@ class FrameSender:
         side, number, revision = min(self.shown.side, *clip.size), self.shown.number, session.revision
         if style is None:
             return False
+        subject = self._subject
         if self.shown.cues is not None:
             moment = self.shown.cues.at(number / clip.fps)
             made = session.picture(session.restyler.render_moment, moment, clip, number, side, large)
@@ -142,6 +156,7 @@ class FrameSender:
         picture, is_reduced = await made
         is_final = large or (not is_reduced and self._playing is None)
         await self._send(PictureType.STYLED, number, picture, revision, exact=is_final)
+        self._final = subject if is_final else None
         return bool(is_reduced)
 
     async def _send_faces(self) -> None:
