@@ -334,6 +334,44 @@ def test_a_comic_is_edited_in_a_browser(folder: Path, browser: Browser) -> None:
     assert not [event for event in browser.events if event["method"] == "Runtime.exceptionThrown"]
 
 
+def test_a_caption_that_grows_stays_in_its_panel(folder: Path, browser: Browser) -> None:
+    """It grows away from the nearer edge; what does not fit even so gets smaller letters."""
+    make_comic(folder / "comic.toml", folder / "caption.html")
+    browser.open((folder / "caption.html").as_uri())
+    browser.press("e")
+    shown = """const group = document.querySelector("g.caption");
+        const [, top, , bottom] = group.dataset.place.split(" ").map(Number);
+        const frame = group.parentElement.querySelector(".frame").getBBox();
+        const box = group.querySelector("polygon").getBBox();
+        const border = Number(group.parentElement.dataset.border);
+        const isInside = box.x > frame.x + border && box.x + box.width < frame.x + frame.width - border
+          && box.y > frame.y + border && box.y + box.height < frame.y + frame.height - border;
+        const isUpper = (top + bottom) / 2 < frame.y + frame.height / 2;
+        const drift = isUpper ? box.y - top : box.y + box.height - bottom;
+        const size = group.querySelector("text").getAttribute("font-size");
+        return [isInside, drift, box.height, Number(size)];"""
+    _, _, height, size = browser.run(shown)
+    texts = [
+        "One more line of words, and then another one",
+        "and " * 300 + "more words than there is room for",
+    ]
+    for number, text in enumerate(texts):
+        browser.run("document.querySelector('g.caption').focus()")
+        browser.press("Enter")
+        browser.run("document.querySelector('textarea.words').select()")
+        browser.type(text)
+        browser.press("Enter")
+        is_inside, drift, grown, letters = browser.run(shown)
+        assert is_inside and grown > height
+        assert (letters < size) == (number == 1)
+        assert number or drift == pytest.approx(0, abs=0.5)
+    browser.run("document.querySelector('.bar button').click()")
+    assert browser.run(shown)[3] == size, "undo restores the size, too"
+    browser.run(
+        "document.querySelector('.bar button').click()"
+    )  # no unsaved change asks before the next page
+
+
 def test_double_clicked_words_are_broken_like_the_old_ones_and_saved_with_the_page(
     folder: Path, browser: Browser
 ) -> None:

@@ -13,6 +13,7 @@ import { makeSvg } from "./elements.js";
  * @property {string} words
  * @property {string} firstWords
  * @property {number} size of its font
+ * @property {number} firstSize
  * @property {boolean} inCapitals whether words are drawn in capitals
  * @property {[SVGPolygonElement, number[]][]} shapes with their points
  * @property {number} length of the longest line of the first words, as vidstyle has drawn it
@@ -38,10 +39,10 @@ export function readBubble(group, number, words, inCapitals) {
   const place = numbers(group.dataset.place) ?? [];
   const polygons = /** @type {SVGPolygonElement[]} */ ([...group.querySelectorAll("polygon")]);
   const rows = /** @type {SVGTSpanElement[]} */ ([...group.querySelectorAll("text > tspan")]);
+  const size = Number(group.querySelector("text")?.getAttribute("font-size"));
   return {
-    group, number, place, words, inCapitals, first: place, firstWords: words,
+    group, number, place, words, size, inCapitals, first: place, firstWords: words, firstSize: size,
     tip: numbers(group.dataset.tip),
-    size: Number(group.querySelector("text")?.getAttribute("font-size")),
     shapes: polygons.map((each) => [each, numbers(each.getAttribute("points")) ?? []]),
     length: Math.max(...rows.map((row) => Number(row.getAttribute("textLength")))),
     rows,
@@ -50,9 +51,9 @@ export function readBubble(group, number, words, inCapitals) {
 
 const context = /** @type {CanvasRenderingContext2D} */ (document.createElement("canvas").getContext("2d"));
 
-/** Returns the width of a line in the font that the browser has. @param {Bubble} bubble @param {string} line */
-function shownWidth({ group, size, inCapitals }, line) {
-  context.font = `${size}px ${getComputedStyle(group).fontFamily}`;
+/** Returns the width of a line at the first size of the font that the browser has. @param {Bubble} bubble @param {string} line */
+function shownWidth({ group, firstSize, inCapitals }, line) {
+  context.font = `${firstSize}px ${getComputedStyle(group).fontFamily}`;
   const plain = line.replace(STRESSED, "$1");
   return context.measureText(inCapitals ? plain.toUpperCase() : plain).width;
 }
@@ -60,11 +61,12 @@ function shownWidth({ group, size, inCapitals }, line) {
 /** Returns the width of a line as vidstyle draws it, if its font is missing here, too. @param {Bubble} bubble @param {string} line */
 export function widthOf(bubble, line) {
   const before = Math.max(...bubble.firstWords.split("\n").map((each) => shownWidth(bubble, each)));
-  return shownWidth(bubble, line) * (bubble.length && before ? bubble.length / before : 1);
+  const size = bubble.size / bubble.firstSize;
+  return size * shownWidth(bubble, line) * (bubble.length && before ? bubble.length / before : 1);
 }
 
 /** Whether the words are centred in a round shape. @param {Bubble} bubble */
-const isRound = ({ group }) => group.matches(".balloon, .burst, .cloud, .whisper");
+export const isRound = ({ group }) => group.matches(".balloon, .burst, .cloud, .whisper");
 
 /** Returns the corners of a shape moved and stretched with its words; the tip of a tail stays. @param {Bubble} bubble @param {number[]} points */
 function outline(bubble, points) {
@@ -98,7 +100,9 @@ export function draw(bubble) {
   if (around) around[0].setAttribute("points", outline(bubble, around[1]).join(" "));
   const { words, firstWords, group } = bubble;
   const rows = words === firstWords ? movedRows(bubble) : newRows(bubble);
-  group.querySelector("text")?.replaceChildren(...rows);
+  const text = group.querySelector("text");
+  text?.setAttribute("font-size", String(bubble.size));
+  text?.replaceChildren(...rows);
 }
 
 /** Returns the rows with which the page was loaded, moved with the middle of the bubble. @param {Bubble} bubble */

@@ -3,7 +3,7 @@
 import { draw, readBubble } from "./bubble_shapes.js";
 import { allWords, editedFile, editedPage, inCapitals } from "./edited_page.js";
 import { download, get, icon, make, press } from "./elements.js";
-import { fitWords, moveInto } from "./fitted_words.js";
+import { fitWords, moveInto, roomOf } from "./fitted_words.js";
 
 /** @typedef {import("./bubble_shapes.js").Bubble} Bubble */
 
@@ -18,7 +18,7 @@ const HINT = `${matchMedia("(pointer: coarse)").matches ? "Tap" : "Click"} words
 
 const groups = /** @type {SVGGElement[]} */ ([...document.querySelectorAll("main g[data-place]")]);
 const bubbles = allWords.length ? groups.map((group, number) => readBubble(group, number, allWords[number], inCapitals)) : [];
-/** Earlier places and words, for undo. @type {[Bubble, {place: number[], words: string}][]} */
+/** Earlier places and words, for undo. @type {[Bubble, {place: number[], words: string, size: number}][]} */
 const past = [];
 /** The last change that is saved. @type {(typeof past)[0] | undefined} */
 let saved;
@@ -29,9 +29,9 @@ const isEditing = () => document.body.matches(".editing");
 /** Whether a bubble has a shape that can be moved. @param {Bubble} bubble */
 const isMovable = ({ group }) => !group.matches(".band");
 
-/** Changes the words or the place of a bubble, with undo. @param {Bubble} bubble @param {{place?: number[], words?: string}} next */
+/** Changes the words or the place of a bubble, with undo. @param {Bubble} bubble @param {{place?: number[], words?: string, size?: number}} next */
 function change(bubble, next) {
-  past.push([bubble, { place: bubble.place, words: bubble.words }]);
+  past.push([bubble, { place: bubble.place, words: bubble.words, size: bubble.size }]);
   Object.assign(bubble, next);
   show(bubble);
 }
@@ -88,13 +88,9 @@ function edit(bubble) {
   });
 }
 
-/** Returns new words in lines, and their place, in the panel if they fit. @param {Bubble} bubble @param {string} typed */
-function placeWords(bubble, typed) {
-  const fitted = fitWords(bubble, typed);
-  if (!isMovable(bubble)) return { ...fitted, place: bubble.place };
-  const frame = /** @type {SVGGraphicsElement | null | undefined} */ (bubble.group.closest(".panel")?.querySelector(".frame"));
-  return frame ? { ...fitted, place: moveInto(fitted.place, frame.getBBox()) } : fitted;
-}
+/** Returns new words in lines, with their size and their place in the panel. @param {Bubble} bubble @param {string} typed */
+const placeWords = (bubble, typed) =>
+  isMovable(bubble) ? fitWords(bubble, typed, roomOf(bubble)) : { ...fitWords(bubble, typed), place: bubble.place };
 
 /** Returns a place moved by a distance, at most to the edge of its page. @param {Bubble} bubble @param {number[]} by */
 function moved({ group, place }, by) {

@@ -18,9 +18,10 @@ export const allWords = entries.map((/** @type {string} */ text) => JSON.parse(/
 
 /** Returns the edited page file; unchanged entries are copied byte for byte. @param {Bubble[]} bubbles */
 export function editedFile(bubbles) {
-  const texts = bubbles.map(({ number, words, firstWords, place, first }) => {
+  const texts = bubbles.map(({ number, words, firstWords, size, firstSize, place, first }) => {
     const rounded = place.map((side) => Math.round(side * 100) / 100).join(", ");
-    const text = words === firstWords ? entries[number] : entries[number].replace(/^text = .*$/m, () => `text = ${JSON.stringify(words)}`);
+    const sized = size === firstSize ? entries[number] : entries[number].replace(/^size = .*$/m, `size = ${size}`);
+    const text = words === firstWords ? sized : sized.replace(/^text = .*$/m, () => `text = ${JSON.stringify(words)}`);
     return place === first ? text : text.replace(/^place = .*$/m, `place = [${rounded}]`);
   });
   return [head, ...texts].join(KEY);

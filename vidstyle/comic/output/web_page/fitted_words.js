@@ -1,6 +1,6 @@
 // Words broken into lines, and the place of a bubble around them.
 
-import { LINE_HEIGHT_RATIO, widthOf } from "./bubble_shapes.js";
+import { isRound, LINE_HEIGHT_RATIO, widthOf } from "./bubble_shapes.js";
 
 /** @typedef {import("./bubble_shapes.js").Bubble} Bubble */
 
@@ -10,6 +10,10 @@ const MAX_WIDTH_GAIN = 1.3;
 const MIN_TEXT_ASPECT = 2.4;
 /** Growth of the padding on each side with the words, so that a round shape contains their corners. @type {Record<string, number>} */
 const PADDING_GROWTH = { balloon: 0.09, whisper: 0.09, cloud: 0.15, burst: 0.2 };
+/** The smallest letters of a text that is too long for its panel, relative to the first ones. */
+const MIN_LETTERS_RATIO = 0.6;
+/** Distance of words from the outer edge of the frame of their panel, in widths of its line. */
+const MARGIN_RATIO = 1.5;
 /** Halvings of an interval of widths. */
 const SEARCH_STEPS = 12;
 
@@ -38,25 +42,62 @@ function wrap(text, limit, measure) {
 }
 
 /**
- * Returns words in lines, and the place for them around the same middle. Lines remain as typed if none is too wide.
+ * @typedef {{x: number, y: number, width: number, height: number}} Room
+ */
+
+/** Returns the part of its panel in which a bubble may stand: inside the frame, and between slanted edges. @param {Bubble} bubble @returns {Room | undefined} */
+export function roomOf({ group }) {
+  const panel = /** @type {SVGGElement | null} */ (group.closest(".panel"));
+  const frame = /** @type {SVGGraphicsElement | null | undefined} */ (panel?.querySelector(".frame"));
+  if (!frame) return undefined;
+  const { x, y, width, height } = frame.getBBox();
+  const corners = frame instanceof SVGPolygonElement ? [...frame.points].map((corner) => corner.x).sort((one, other) => one - other) : [];
+  const [left, right] = corners.length ? corners.slice(1, 3) : [x, x + width];
+  const margin = MARGIN_RATIO * Number(panel?.dataset.border);
+  return { x: left + margin, y: y + margin, width: right - left - 2 * margin, height: height - 2 * margin };
+}
+
+/**
+ * Returns words in lines, the size of their letters, and their place: in the room, with smaller letters if they need it.
  * @param {Bubble} bubble
  * @param {string} typed
+ * @param {Room} [room]
  */
-export function fitWords(bubble, typed) {
+export function fitWords(bubble, typed, room) {
+  for (let size = bubble.firstSize; ; size--) {
+    const { words, place } = fitLetters({ ...bubble, size }, typed, room);
+    const [wide, high] = [place[2] - place[0], place[3] - place[1]];
+    const isSmallest = size - 1 < MIN_LETTERS_RATIO * bubble.firstSize;
+    if (!room || isSmallest || (wide <= room.width && high <= room.height)) return { words, size, place: room ? moveInto(place, room) : place };
+  }
+}
+
+/** Returns the width and height of lines. @param {Bubble} bubble @param {string[]} lines */
+const extentOf = (bubble, lines) => [Math.max(...lines.map((line) => widthOf(bubble, line))), bubble.size * (LINE_HEIGHT_RATIO * (lines.length - 1) + 1)];
+
+/**
+ * Returns words in lines, and the place for them around the same middle; a box grows away from the nearer edge of the room.
+ * Lines remain as typed if none is too wide.
+ * @param {Bubble} bubble
+ * @param {string} typed
+ * @param {Room} [room]
+ */
+function fitLetters(bubble, typed, room) {
   const measure = (/** @type {string} */ line) => widthOf(bubble, line);
-  const extent = (/** @type {string[]} */ lines) => [Math.max(...lines.map(measure)), bubble.size * (LINE_HEIGHT_RATIO * (lines.length - 1) + 1)];
-  const [given, before] = [typed.split("\n"), extent(bubble.firstWords.split("\n"))];
+  const before = extentOf({ ...bubble, size: bubble.firstSize }, bubble.firstWords.split("\n"));
+  const given = typed.split("\n");
   const flat = given.join(" ");
   const limit = Math.max(MAX_WIDTH_GAIN * before[0], Math.sqrt(MIN_TEXT_ASPECT * LINE_HEIGHT_RATIO * bubble.size * measure(flat)));
   const lines = given.every((line) => measure(line) <= limit) ? given : wrap(flat, limit, measure);
   const { first, place, group } = bubble;
   const growth = PADDING_GROWTH[Object.keys(PADDING_GROWTH).find((kind) => group.matches(`.${kind}`)) ?? ""] ?? 0;
-  const halves = extent(lines).map((length, axis) => (first[axis + 2] - first[axis]) / 2 + (0.5 + growth) * (length - before[axis]));
+  const halves = extentOf(bubble, lines).map((length, axis) => (first[axis + 2] - first[axis]) / 2 + (0.5 + growth) * (length - before[axis]));
   const middle = [0, 1].map((axis) => (place[axis] + place[axis + 2]) / 2);
+  if (room && !isRound(bubble)) middle[1] = middle[1] < room.y + room.height / 2 ? place[1] + halves[1] : place[3] - halves[1];
   return { words: lines.join("\n"), place: [...middle.map((at, axis) => at - halves[axis]), ...middle.map((at, axis) => at + halves[axis])] };
 }
 
-/** Returns a place moved into a box as far as it fits. @param {number[]} place @param {{x: number, y: number, width: number, height: number}} box */
+/** Returns a place moved into a box as far as it fits. @param {number[]} place @param {Room} box */
 export function moveInto(place, { x, y, width, height }) {
   const ends = [x, y, x + width, y + height];
   const by = [0, 1].map((axis) => {
