@@ -42,6 +42,15 @@ def test_two_starred_looks_are_compared_and_a_key_shows_the_original(sheet: str,
     assert browser.run(shown) == ["oil", "noir"], "the last two"
     assert browser.run(TEXT, selector="#name") == "Oil and Noir"
     assert all(browser.place(f"#{each}")[2] > 100 for each in ("before", "after"))
+    use = "document.querySelectorAll('.pair-actions')[number].lastElementChild.click()"
+    for number, name in enumerate(("oil", "noir")):
+        browser.run(use, number=number)
+        assert browser.run(TEXT, selector="#look").lower() == name
+        assert browser.run(TEXT, selector="#use-word").lower() == f"use {name}"
+    stars = "[...document.querySelectorAll('.pair-actions button:first-child')]"
+    for is_starred in ("false", "true"):
+        browser.run(f"{stars}[0].click()")
+        assert browser.run(f"return {stars}.map((each) => each.ariaPressed)") == [is_starred, "true"]
     browser.press("ArrowRight")
     assert browser.run(shown) == ["oil", "vhs"]
     browser.run("dispatchEvent(new KeyboardEvent('keydown', { key: 'b' }))")

@@ -4,6 +4,7 @@ import { columnsFor, shorten } from "./columns.js";
 import { get, icon, make, press, saveAs, title } from "./elements.js";
 import { describeSearch, findLooks, relatedLooks } from "./find_looks.js";
 import { switchOriginal } from "./original_button.js";
+import { PairActions } from "./pair_actions.js";
 import { rove } from "./roving.js";
 import { SHARED_KEYS } from "./shared_keys.js";
 import { switchTheme } from "./theme.js";
@@ -57,15 +58,23 @@ function show(number, other = 0) {
   const looks = seenFigures().filter((figure) => figure !== figures[0]);
   get("count").textContent = shown && !compared ? `${looks.indexOf(figures[shown]) + 1} of ${looks.length}` : "";
   get("note").replaceChildren(...(compared ? [...noteOf(compared), make("br")] : []), ...noteOf(shown));
-  get("command").textContent = String(figures[shown].dataset.command);
-  get("look").textContent = sheet.dataset.ending ? alt + sheet.dataset.ending : nameOf(shown);
+  describeUse(shown);
   showStar();
   split(isSplit);
   if (!large.open) large.showModal();
 }
 
-/** Shows whether the enlarged style is starred. */
+/** Shows how a style is used. @param {number} number */
+function describeUse(number) {
+  const { alt } = pictureOf(number);
+  get("command").textContent = String(figures[number].dataset.command);
+  get("look").textContent = sheet.dataset.ending ? alt + sheet.dataset.ending : nameOf(number);
+  get("use-word").textContent = compared ? `Use ${nameOf(number)}` : "Use this look";
+}
+
+/** Shows whether the enlarged style, or each of two compared ones, is starred. */
 function showStar() {
+  for (const actions of pair) actions.show(isStarred(figures[actions.number()]));
   const star = starOf(figures[shown]);
   get("star").hidden = !star;
   press(get("star"), star?.ariaPressed === "true");
@@ -80,6 +89,7 @@ function split(on) {
   isSplit = on;
   press(get("split"), on);
   large.classList.toggle("alone", !on || !shown);
+  large.classList.toggle("two", on && compared > 0);
 }
 
 /** Shows only the original while a key or a button is held. @param {boolean} on */
@@ -108,9 +118,14 @@ async function copy() {
   }
 }
 
+/** Saves the picture of a style. @param {number} number */
+function savePicture(number) {
+  saveAs(pictureOf(number).src, `${number ? pictureOf(number).alt : "original"}.jpg`);
+}
+
 /** Saves the picture of the enlarged style. */
 function save() {
-  saveAs(after.src, `${shown ? after.alt : "original"}.jpg`);
+  savePicture(shown);
   answer("save-word", "Saved", "Save picture");
 }
 
@@ -225,6 +240,19 @@ function step(by) {
 }
 
 const focused = () => figures.findIndex((figure) => figure.contains(document.activeElement));
+
+/** The actions below each of two compared styles. */
+const pair = [() => compared, () => shown].map((number, at) => new PairActions([before, after][at], number, {
+  star: (of) => {
+    starOf(figures[of])?.click();
+    showStar();
+  },
+  save: savePicture,
+  use: (of) => {
+    describeUse(of);
+    /** @type {HTMLDetailsElement} */ (get("use")).open = true;
+  },
+}));
 
 /** @type {Object<string, () => void>} */
 const KEYS = {
