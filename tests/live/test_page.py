@@ -324,6 +324,25 @@ def test_the_look_that_runs_is_listed_in_its_usual_place(browser: Browser) -> No
         browser.call("Emulation.clearDeviceMetricsOverride")
 
 
+def test_all_looks_scroll_in_a_box_so_that_values_stay_in_view(browser: Browser) -> None:
+    with showing() as (page, controls, _):
+        browser.call(
+            "Emulation.setDeviceMetricsOverride", width=1280, height=800, deviceScaleFactor=1, mobile=False
+        )
+        browser.open(page.url)
+        browser.until("!document.getElementById('more').hidden")
+        label = browser.run("return document.getElementById('more').textContent")
+        assert label == f"All {len(controls.names) - 1} looks", "the unchanged picture is no look"
+        browser.run("document.getElementById('more').click()")
+        is_scrolling, bottom = browser.run(
+            """const list = document.getElementById("styles");
+            return [list.scrollHeight > list.clientHeight,
+              document.getElementById("reset").getBoundingClientRect().bottom]"""
+        )
+        assert is_scrolling and bottom < 800
+        browser.call("Emulation.clearDeviceMetricsOverride")
+
+
 def test_the_style_itself_is_the_first_of_its_variants(browser: Browser) -> None:
     first = "document.querySelector('#variants button')"
     with showing("ink:green") as (page, controls, _):

@@ -7,6 +7,8 @@ import { describeSearch, findLooks } from "./find_looks.js";
 
 /** Number of looks that are listed unless all are wanted: two rows. */
 const MAX_LISTED = 6;
+/** The style that changes nothing; it is no look. */
+const PLAIN = "plain";
 /** The name of the unchanged picture. */
 const SOURCE = "source";
 /** For this time after the start, the computer is busy with the first frames. */
@@ -140,7 +142,7 @@ export class LookList {
     this.#list.classList.toggle("all", this.#isExpanded || Boolean(this.#finder.value.trim()));
     get("more").hidden = found.length <= MAX_LISTED || Boolean(this.#finder.value.trim());
     get("more").ariaExpanded = String(this.#isExpanded);
-    get("more").textContent = this.#isExpanded ? "Fewer looks" : `All ${found.length} looks`;
+    get("more").textContent = this.#isExpanded ? "Fewer looks" : `All ${found.filter(({ dataset }) => dataset.name !== PLAIN).length} looks`;
     if (focused instanceof HTMLElement && found.some((button) => button === focused)) focused.focus();
     describeSearch(looks, this.#finder.value, !found.length && looks.length > 0, (word) => this.search(word));
     this.#show();
@@ -149,7 +151,7 @@ export class LookList {
   /** Shows the looks that the search finds, from the best on. */
   #findFirst() {
     this.#find();
-    if (this.#finder.value.trim()) this.#list.scrollTo({ left: 0, behavior: "instant" });
+    if (this.#finder.value.trim()) this.#list.scrollTo({ left: 0, top: 0, behavior: "instant" });
   }
 
   /** Enter chooses the best look and ends the search. @param {KeyboardEvent} event */
@@ -166,11 +168,13 @@ export class LookList {
     event.preventDefault();
   }
 
-  /** Scrolls a row of looks to the chosen one, only as far as needed. */
+  /** Scrolls the looks to the chosen one, only as far as needed. */
   #show() {
     const [list, button] = [this.#list, this.#chosen];
     if (!button?.isConnected) return;
-    const { offsetLeft: begin, offsetWidth: size } = button;
-    list.scrollTo({ left: Math.min(Math.max(list.scrollLeft, begin + size - list.clientWidth), begin), behavior: "smooth" });
+    const nearest = (/** @type {number} */ now, /** @type {number} */ begin, /** @type {number} */ size, /** @type {number} */ room) => Math.min(Math.max(now, begin + size - room), begin);
+    const left = nearest(list.scrollLeft, button.offsetLeft, button.offsetWidth, list.clientWidth);
+    const top = nearest(list.scrollTop, button.offsetTop, button.offsetHeight, list.clientHeight);
+    list.scrollTo({ left, top, behavior: "smooth" });
   }
 }
