@@ -38,6 +38,10 @@ def test_a_look_is_named_by_what_one_sees() -> None:
     assert names_of_look(np.concatenate([black, *[blue + 50] * 5]), ()) == ["Black on blue"]
     red = np.full_like(blue, (200, 30, 30))
     assert names_of_look(np.concatenate([gray, gray + 100, gray, black, red[:10]]), ()) == ["Gray with red"]
+    white = np.full((320, 60, 3), 255, np.uint8)
+    white[100:120, :15], white[200:220, :15] = (200, 30, 30), (30, 90, 200)
+    figures = np.concatenate([white, black])
+    assert names_of_look(figures, ()) == ["Black and white with colours"]
     assert names_of_look(np.full_like(blue, (180, 165, 140)), ()) == ["Sepia"]
     assert names_of_look(np.concatenate([gray * 0, gray * 0 + 255]), ()) == ["Black and white"]
 

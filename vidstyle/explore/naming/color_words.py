@@ -90,11 +90,11 @@ def _shade_word(colors: np.ndarray) -> str:
 
 
 def _accent(colors: np.ndarray, chroma: np.ndarray) -> str:
-    """Return the hue of the colour in a picture that is gray otherwise; "" if there is none, or several."""
+    """Return the hue, or "colours" if several, of an accent in a gray picture; "" if there is none."""
     strong = chroma > MIN_ACCENT_CHROMA
     if (chroma < MAX_NEUTRAL_CHROMA).mean() < MIN_NEUTRAL_SHARE or strong.mean() < MIN_ACCENT_SHARE:
         return ""
-    return _hue_word(colors[strong]) if _is_one_hue(colors[strong], chroma[strong]) else ""
+    return _hue_word(colors[strong]) if _is_one_hue(colors[strong], chroma[strong]) else "colours"
 
 
 def _two_tones(picture: np.ndarray, min_share: float) -> tuple[str, str] | None:
