@@ -211,6 +211,12 @@ def test_the_example_is_in_the_style_before_the_page_has_drawn_it(page: Path, br
     assert np.abs(first.astype(int) - vidstyle.stylize(large, load_style(STYLE)))[:, right].mean() < 8
     assert np.abs(first.astype(int) - large)[:, right].mean() > 12
     assert np.abs(left.astype(int) - large[:, : left.shape[1]]).mean() < 3, "with the original next to it"
+    root = browser.call("DOM.getDocument")["root"]["nodeId"]
+    chooser = browser.call("DOM.querySelector", nodeId=root, selector="#file")["nodeId"]
+    browser.call("DOM.setFileInputFiles", files=[str(EXAMPLE_FILE)], nodeId=chooser)
+    until(browser, """!document.body.matches(".example")""")
+    said = "return document.getElementById('quality').textContent"
+    assert browser.run(said) == "The picture is being drawn.", "there is no draft yet"
 
 
 def test_a_paused_film_is_drawn_in_full_detail_and_tells_its_time(
@@ -272,6 +278,7 @@ def test_a_picture_is_saved_in_the_size_of_its_source_under_its_name(
     assert np.abs(cv2.resize(right, (600, 400), interpolation=cv2.INTER_AREA).astype(int) - made).mean() < 4
     parts = [int(each) for label in said for each in re.findall("[0-9]+", label)]
     assert parts and parts == sorted(parts) and parts[-1] == 100
+    assert all(label.startswith("Saving… ") for label in said if "%" in label)
     until(browser, f"{save}.ariaBusy === 'false'")
     assert said[-1] == "Save picture" and said.count("Saving…") == 1
 

@@ -65,6 +65,11 @@ export class StyledCanvas {
     return this.isDrawn && !this.isOutdated && !this.#drawing && this.#drawn === this.shown;
   }
 
+  /** The shorter side at which the result is drawn; 0: there is none. */
+  get drawnSide() {
+    return this.isDrawn ? (this.#drawn?.side ?? 0) : 0;
+  }
+
   /** Returns the result of the present values, without the original, once it is drawn. */
   async finish() {
     await this.#drawing;

@@ -203,7 +203,8 @@ export class Viewer {
   /** @param {number} part of the picture that is drawn */
   #showPart(part) {
     get("busy-part").textContent = ` ${Math.round(100 * part)} %`;
-    if (this.#shown?.side === this.side) this.#saver.progress(part);
+    // A draft takes as much of the time as it has of the pixels.
+    if (this.#shown) this.#saver.progress(part * (this.#shown.side / this.side) ** 2);
   }
 
   /** Shows the source in the style until it is drawn, if all values are the style's own. @param {CanvasImageSource} picture */
@@ -269,7 +270,9 @@ export class Viewer {
   #describe() {
     const { film, picture } = this.source;
     const isAutomatic = this.#detail.value === AUTOMATIC && picture;
-    const still = get("busy").hidden ? "The picture has its full resolution" : "A coarser draft is shown meanwhile";
+    const isDraft = this.#styled.drawnSide && this.#styled.drawnSide < this.side;
+    const busy = isDraft ? "A coarser draft is shown meanwhile" : "The picture is being drawn";
+    const still = get("busy").hidden ? "The picture has its full resolution" : busy;
     const reason = this.#isStill ? still : `${this.side} lines while it moves${film ? "; all lines when paused" : ""}`;
     const speed = this.#isStill || !this.#stallMs ? "" : ` A frame takes ${(this.#stallMs / 1000).toFixed(1)} s${this.runner.isSoftware ? " without a GPU" : ""}.`;
     get("quality").textContent = (isAutomatic ? `${reason}.` : "") + speed;
