@@ -182,7 +182,7 @@ class Arrangement {
   /** Sets the top of each row and moves the cards there. */
   place() {
     /** @type {number[]} */
-    this.tops = [16];
+    this.tops = [14];
     for (let row = 1; row <= this.gutters.length; row++) this.tops.push(this.tops[row - 1] + this.size.h + this.depth(row - 1));
     for (const card of this.cards.values()) card.y = this.tops[card.row];
   }
