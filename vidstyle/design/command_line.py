@@ -32,7 +32,7 @@ def look_options(style: Style, start: Style | None, file: Path | None, is_saved:
     """Return the options that select a style.
 
     Args:
-        start: the style as it was opened or saved last; None if it was neither.
+        start: the style that was last opened or saved; None for a new style or a draft.
         file: its file, or None.
         is_saved: whether the file has all changes.
 

@@ -38,7 +38,7 @@ class Draft:
 
 
 class Drafts:
-    """Stores drafts in files that are replaced atomically; a new draft leaves those of earlier runs alone.
+    """Stores drafts in files that are replaced atomically, at most `MAX_DRAFTS`.
 
     Attributes:
         offered: the drafts of earlier runs, and of styles that were open, newest first; without those that

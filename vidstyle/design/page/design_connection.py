@@ -67,7 +67,7 @@ def _edit_message(name: str, edit: Callable[..., EditResult]) -> Message:
 
 
 def _numbered(folder: Path, own: bool) -> list[tuple[int, Style]]:
-    """Return the valid styles, or only those of the folder, with their positions in the list."""
+    """Return the valid styles, or only the styles of the folder, with their positions in the list."""
     styles: list[tuple[int, Style]] = []
     for index, (name, source) in enumerate(list_styles(folder).items()):
         if own and name == source:

@@ -22,7 +22,7 @@ export class Doors {
   /** Whether the film is the example, which nobody has opened. */
   #isExample = false;
 
-  /** @param {import("./session.js").Session} session @param {() => void} onmissing is called when a page needs a film and none is open */
+  /** @param {import("./session.js").Session} session @param {() => void} onmissing is called when a page needs a film, but no film is open */
   constructor(session, onmissing) {
     this.session = session;
     this.onmissing = onmissing;

@@ -15,7 +15,7 @@ const MIN_FOLDED_STEPS = 2;
  * @property {number | string} step the number of the step, or the name of a fold
  * @property {string} from as of its first step
  * @property {number} index of its first step in the layer
- * @property {Step[]} steps one, or those of a fold
+ * @property {Step[]} steps one step, or all steps of a fold
  */
 
 /** @typedef {{items: Record<Layer, Item[]>, lengths: Record<Layer, number>, edges: {from: number | string, to: number | string, name: string}[]}} Folded */

@@ -54,7 +54,7 @@ export class History {
     if (this.session.state?.snapshots.includes(slot)) this.session.ask("restore", { slot });
   }
 
-  /** Shows the style as it was opened, or the edit from which this was asked for again. */
+  /** Shows the opened style without edits; if it is shown already, goes back to the edit before. */
   #compare() {
     const { history, present } = /** @type {State} */ (this.session.state);
     const [{ entry }] = history, back = this.#last;

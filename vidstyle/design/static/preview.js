@@ -113,7 +113,7 @@ export class Preview {
     return this.sides.find((each) => each >= lines) ?? this.sides[this.sides.length - 1];
   }
 
-  /** The preview size that fits best: a playing film is rendered as it is shown. */
+  /** The preview size that fits best: a playing film is rendered at its size on the screen. */
   get #fittingSide() {
     if (this.chosenSide) return this.chosenSide;
     return this.player.playing ? this.#offered(this.#shownSide) : this.#finalSide;

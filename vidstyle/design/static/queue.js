@@ -23,7 +23,7 @@ const STATES = { waiting: "Waiting", rendering: "Rendering", done: "Saved in", s
 export class Queue {
   /** Whether a file can be shown in its folder. */
   reveals = false;
-  /** Whether the newest file shall be shown as soon as it is listed. */
+  /** Whether to show the newest file once the list contains it. */
   #plays = false;
 
   /** @param {import("./session.js").Session} session */

@@ -31,7 +31,7 @@ export class StylePanel {
     this.variants.setAttribute("aria-label", "Variants");
     rove(this.variants, "button");
     this.first = make("div", { className: "first" }, make("p", { className: "quiet", textContent: "This style has no steps yet: it changes nothing." }), make("button", { type: "button", className: "strong", textContent: "Add a first step…", onclick: onadd }));
-    this.none = make("p", { className: "quiet", textContent: "No value stands here yet. Choose a step in the diagram, and pin one of its values: it then stands here." });
+    this.none = make("p", { className: "quiet", textContent: "No values are pinned yet. Choose a step in the diagram, and pin one of its values to show it here." });
     this.errors = make("div", { className: "error" });
     this.more = make("details", {}, make("summary", { textContent: "More settings" }), this.fields.element,
       make("label", { htmlFor: "note", textContent: "Note", className: "above" }), this.note);

@@ -6,7 +6,7 @@ import { numbers } from "./bubble_shapes.js";
 
 const KEY = "[[page.panel.words]]";
 
-/** The page as it was loaded, in a document that shows nothing. */
+/** A copy of the page from before all edits, in a document that is not displayed. */
 const original = document.implementation.createHTMLDocument().importNode(document.documentElement, true);
 const [head, ...entries] = JSON.parse(original.querySelector("#page-file")?.textContent || '""').split(KEY);
 

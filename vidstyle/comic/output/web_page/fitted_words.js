@@ -77,7 +77,7 @@ const extentOf = (bubble, lines) => [Math.max(...lines.map((line) => widthOf(bub
 
 /**
  * Returns words in lines, and the place for them around the same middle; a box grows away from the nearer edge of the room.
- * Lines remain as typed if none is too wide.
+ * Typed lines are kept if all of them are narrow enough.
  * @param {Bubble} bubble
  * @param {string} typed
  * @param {Room} [room]
