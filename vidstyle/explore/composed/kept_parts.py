@@ -73,8 +73,6 @@ MEAN_KEPT_SHARE = 0.56
 SHARE_POWER = 1.5
 """How strongly the share decides how often a part is drawn. Shares of earlier marks would have raised the
 share of 120 later styles that people kept from 57 to 62 %; rare parts are still drawn."""
-
-
 LINES_WEIGHT = 0.6
 """Weight of lines relative to colours; people judged both, but more styles have colours."""
 
@@ -85,7 +83,7 @@ def part_weight(part: Part, style: str) -> float:
     Args:
         style: its name, without variant.
     """
-    return float(KEPT_SHARES[part].get(style, MEAN_KEPT_SHARE) ** SHARE_POWER)
+    return float(_kept_share(part, style) ** SHARE_POWER)
 
 
 def parts_favor(style: Style) -> float:
@@ -101,5 +99,12 @@ def origin(part: Part, style: Style) -> str:
 
 
 def _favor(part: Part, style: str) -> float:
-    share = KEPT_SHARES[part].get(style, MEAN_KEPT_SHARE)
-    return math.log(share / (1 - share)) - math.log(MEAN_KEPT_SHARE / (1 - MEAN_KEPT_SHARE))
+    return _log_odds(_kept_share(part, style)) - _log_odds(MEAN_KEPT_SHARE)
+
+
+def _kept_share(part: Part, style: str) -> float:
+    return KEPT_SHARES[part].get(style, MEAN_KEPT_SHARE)
+
+
+def _log_odds(share: float) -> float:
+    return math.log(share / (1 - share))
