@@ -84,7 +84,7 @@ class FocusedPicture:
         page = styled = self.page.result()
         for fine, patches in self.faces:
             page = lay_over(page, styled, fine.result(), patches, self.region, self.raster.cell)
-        if self.features and not _draws_faces(self.style, self.raster):
+        if self.features:
             page = draw_features(page, self.features, self.style, self.region, self.raster)
         if strokes := self.writing.kept():
             page = draw_writing(page, strokes, self.style, self.region, self.raster.cell)
@@ -204,7 +204,7 @@ class FocusRenderer(Backend):
             faces.append((start(backend, fine), patches))
             features |= {each.face.track: each for each in marked}
         region, raster = _region(request.picture, style), self._raster_on(request)
-        drawn = list(features.values())
+        drawn = [] if _draws_faces(style, raster) else list(features.values())
         return FocusedPicture(page, faces, drawn, writing, style, region, raster, light)
 
     def skip(self, request: FrameRequest) -> None:
