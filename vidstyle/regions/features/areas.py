@@ -47,7 +47,7 @@ class Areas(NamedTuple):
         eyes: eyes with their brows.
         parts: eyes and mouth.
         core: also the tip of the nose, and glasses.
-        whole: also folds beside the nose and the mouth.
+        whole: also folds next to the nose and the mouth.
     """
 
     eyes: np.ndarray

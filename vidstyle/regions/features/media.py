@@ -13,7 +13,7 @@ class Medium(Enum):
 
     INK = "lines, and screens of dots or lines: no tones between ink and paper"
     TONES = "tones, with or without lines"
-    POINTS = "squares and dots, which are small in faces"
+    POINTS = "squares or points of one tone each, which are small in faces: they draw faces themselves"
 
     @classmethod
     def of(cls, style: Style, raster: PageRaster) -> Medium:
