@@ -359,7 +359,11 @@ def test_a_reduced_size_is_reported_below_the_picture(browser: Browser) -> None:
     """The report covers no part of the picture, and a phone has all buttons."""
     with showing() as (page, controls, _):
         controls.status = lambda: Status(
-            "ink:dark-blue", degraded="half", recording=True, message="a.mp4: recording"
+            "ink:dark-blue",
+            preparing="ink:green",
+            degraded="half",
+            recording=True,
+            message="a.mp4: recording",
         )
         for width in (1280, 360):
             browser.call(
@@ -381,6 +385,8 @@ def test_a_reduced_size_is_reported_below_the_picture(browser: Browser) -> None:
                 "return ['style-name', 'divider-look'].map((id) => document.getElementById(id).textContent)"
             )
             assert browser.run(names) == ["Ink, dark blue"] * 2
+            sentence = browser.run("return document.getElementById('sentence').textContent")
+            assert sentence.startswith("Preparing Ink, green;")
             browser.until("document.getElementById('message').textContent === 'a.mp4: recording'")
         browser.until("document.getElementById('record-label').textContent === 'Stop, 0:01'")
         browser.call("Emulation.clearDeviceMetricsOverride")

@@ -140,7 +140,7 @@ async function show(number, file) {
 
 /** @param {Status} now */
 function showStatus(now) {
-  line.show(now, nextStyle(now), !link);
+  line.show(now, nextName(now), !link);
   press(get("full-size"), now.full_size);
   get("style-name").textContent = nameInWords(now.style);
   press(get("bypass"), now.bypass);
@@ -199,14 +199,14 @@ function announceStyle(style) {
 /** Returns the name of a style without its variant. @param {string} style */
 const baseOf = (style) => style.split(":")[0];
 
-/** Returns the style that will run next; "" if none is being prepared. @param {Status} now */
-const nextStyle = (now) => now.preparing || (asked.style !== now.style && performance.now() < asked.until ? asked.style : "");
+/** Returns the name of the style that will run next, in words; "" if no style is being prepared. @param {Status} now */
+const nextName = (now) => nameInWords(now.preparing || (asked.style !== now.style && performance.now() < asked.until ? asked.style : ""));
 
 function note() {
   const states = { running: "", waiting: `No picture from ${status?.source}: showing the last one`, ended: "The source has ended" };
   const state = link || (status && states[status.source_state]) || "";
-  const next = status ? nextStyle(status) : "";
-  const text = state || (next && `Preparing ${nameInWords(next)}…`);
+  const next = status ? nextName(status) : "";
+  const text = state || (next && `Preparing ${next}…`);
   const element = get("note");
   if (element.textContent !== text) element.textContent = text;
   element.hidden = !text;

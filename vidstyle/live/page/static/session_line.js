@@ -1,6 +1,6 @@
 // How a live session goes, in words and figures.
 
-import { get, make, title } from "./elements.js";
+import { get, make } from "./elements.js";
 
 /** @typedef {import("./page.js").Status} Status */
 
@@ -57,11 +57,11 @@ export class SessionLine {
     return performance.now() - this.#times[this.#times.length - 1] > Math.max(MIN_WAIT_MS, MAX_INTERVALS * usual);
   }
 
-  /** @param {Status} now @param {string} next the style that is being prepared; "": none */
+  /** @param {Status} now @param {string} next the name of the style that is being prepared, in words; "": none */
   #sentence(now, next) {
     if (now.source_state === "ended") return "Ended";
     const shown = this.#steadyRate;
-    if (next) return `Preparing ${title(next)}; the picture may stand still`;
+    if (next) return `Preparing ${next}; the picture may stand still`;
     if (!this.#times.length) return "Starting…";
     if (this.#isLate) return "Waiting for the next picture";
     if (!shown) return "Live";
@@ -80,7 +80,7 @@ export class SessionLine {
     ];
   }
 
-  /** @param {Status} now @param {string} next the style that is being prepared; "": none @param {boolean} isConnected */
+  /** @param {Status} now @param {string} next the name of the style that is being prepared, in words; "": none @param {boolean} isConnected */
   show(now, next, isConnected) {
     get("sentence").textContent = this.#sentence(now, next);
     get("figures").classList.toggle("running", now.source_state === "running" && isConnected);
