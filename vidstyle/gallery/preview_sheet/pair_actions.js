@@ -1,10 +1,9 @@
 // The actions below each of two looks that are compared.
 
+import { answer } from "./button_answer.js";
 import { icon, make, press } from "./elements.js";
 
 const SAVE = "Save picture";
-/** For this time its button says that a picture is saved. */
-const SAVED_MS = 4000;
 
 /** Buttons for one of two looks: star, save, use. */
 export class PairActions {
@@ -18,9 +17,7 @@ export class PairActions {
     const save = make("button", { type: "button", textContent: SAVE });
     save.onclick = () => {
       act.save(number());
-      save.style.minWidth = `${save.offsetWidth}px`; // nothing next to it moves
-      save.textContent = "Saved";
-      setTimeout(() => (save.textContent = SAVE), SAVED_MS);
+      answer(save, "Saved", SAVE);
     };
     const use = make("button", { type: "button", textContent: "Use this look", onclick: () => act.use(number()) });
     picture.parentElement?.append(make("div", { className: "pair-actions" }, this.#star, save, use));

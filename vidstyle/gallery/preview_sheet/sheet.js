@@ -1,5 +1,6 @@
 // The page of a preview sheet. `vidstyle.gallery.preview` joins it with the modules that it imports.
 
+import { answer } from "./button_answer.js";
 import { columnsFor, shorten } from "./columns.js";
 import { get, icon, make, press, saveAs, title } from "./elements.js";
 import { describeSearch, findLooks, relatedLooks } from "./find_looks.js";
@@ -26,8 +27,6 @@ let shown = 0;
 /** The number of the style next to it: the original, or a starred style that others are compared with. */
 let compared = 0;
 let isSplit = true;
-/** For this time a button says what it has done. */
-const ANSWER_MS = 4000;
 
 /** The description of each style under its thumbnail. */
 const abouts = figures.map((figure) => String(figure.querySelector(".about")?.textContent));
@@ -100,21 +99,13 @@ function hold(on) {
   large.classList.toggle("alone", on || !isSplit || !shown);
 }
 
-/** Shows an answer in place of the words of a button, for a moment. @param {string} id @param {string} text @param {string} usual */
-function answer(id, text, usual) {
-  const button = /** @type {HTMLElement} */ (get(id).closest("button"));
-  button.style.minWidth = `${button.offsetWidth}px`; // nothing next to it moves
-  get(id).textContent = text;
-  setTimeout(() => (get(id).textContent = usual), ANSWER_MS);
-}
-
 async function copy() {
   try {
     await navigator.clipboard.writeText(String(get("command").textContent));
-    answer("copy", "Copied", "Copy");
+    answer(get("copy"), "Copied", "Copy");
   } catch {
     getSelection()?.selectAllChildren(get("command"));
-    answer("copy", "Selected", "Copy");
+    answer(get("copy"), "Selected", "Copy");
   }
 }
 
@@ -126,7 +117,7 @@ function savePicture(number) {
 /** Saves the picture of the enlarged style. */
 function save() {
   savePicture(shown);
-  answer("save-word", "Saved", "Save picture");
+  answer(get("save-word"), "Saved", "Save picture");
 }
 
 /** Whether a style is starred. @param {HTMLElement} figure */
@@ -219,7 +210,7 @@ const COPY = String(get("copy-starred").textContent);
 
 async function copyStarred() {
   const names = starredNames();
-  await navigator.clipboard.writeText(names).then(() => answer("copy-starred", "Copied", COPY), () => answer("copy-starred", names, COPY));
+  await navigator.clipboard.writeText(names).then(() => answer(get("copy-starred"), "Copied", COPY), () => answer(get("copy-starred"), names, COPY));
 }
 
 /** Shows the two styles that were starred last side by side; the arrow keys show the others. */
