@@ -124,7 +124,10 @@ def _keep_lines(flat, width, offsets, first, per_contrast, scratch, out):  # typ
 
 @compiled(fastmath=True, noalias=True)
 def _keep_line(flat, here, offsets, dark, bright):  # type: ignore[no-untyped-def]
-    """Keep what is dark, or bright, along the whole line ahead, behind, or half of both."""
+    """Add one direction: lines that end, begin or have their middle at each pixel.
+
+    `dark` is the least of the maxima along them, `bright` the greatest of the minima.
+    """
     own = flat[here:]
     a, b, c = flat[here + offsets[0] :], flat[here + offsets[1] :], flat[here + offsets[2] :]
     d, e, f = flat[here + offsets[3] :], flat[here + offsets[4] :], flat[here + offsets[5] :]

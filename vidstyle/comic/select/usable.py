@@ -12,8 +12,8 @@ def usable_candidates(candidates: Sequence[Candidate]) -> list[Candidate]:
     """Return the candidates that panels may show: without defects, if the film has any.
 
     A film without a single good frame shows combed ones, then those in which the decoder reported errors,
-    if none of its frames has visible ones, then blurred ones. Blank and test pictures, visible damage and
-    blends of two shots are never shown.
+    then blurred ones. Blank and test pictures, visible damage and blends of two shots are never shown, nor
+    are frames with reported errors if the film has visible damage.
     """
     shown = [
         each
