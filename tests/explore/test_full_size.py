@@ -17,10 +17,11 @@ from vidstyle.explore.crops.crop_measures import MAX_FACE_LIKENESS, ComparedCrop
 from vidstyle.explore.crops.full_size import Crop, FullSize, comparable_faces, tones_of
 from vidstyle.explore.gates import DOUBTFUL_FAULT, UNUSABLE_FAULT, doubt, fault
 from vidstyle.explore.generate import random_style
-from vidstyle.explore.measure import Original, reduce_picture
+from vidstyle.explore.measure import Original
 from vidstyle.explore.paper.rules import Rules
 from vidstyle.explore.score import MEASURES, reasons, score, verdict
 from vidstyle.gallery.style_samples import restyle_picture
+from vidstyle.media.resize import reduce_picture
 from vidstyle.regions.boxes import Box
 from vidstyle.regions.still_faces import KnownFaces, StillFaces
 from vidstyle.style import Step, Style, load_style

@@ -26,8 +26,9 @@ from vidstyle.explore.gates import (
     prune,
 )
 from vidstyle.explore.generate import mutate
-from vidstyle.explore.measure import MAX_MEASURED_SIDE_PX, Original, PictureMetrics, reduce_picture
+from vidstyle.explore.measure import MAX_MEASURED_SIDE_PX, Original, PictureMetrics
 from vidstyle.explore.score import MEASURES, WORDS, Judge, spread_out
+from vidstyle.media.resize import reduce_picture
 from vidstyle.style import Step, Style, load_style
 
 PHOTOGRAPHS = ("astronaut", "coffee")

@@ -26,8 +26,9 @@ from vidstyle.explore.matching.like import (
     search_styles,
 )
 from vidstyle.explore.matching.tune import tune_style
-from vidstyle.explore.measure import Original, reduce_picture
+from vidstyle.explore.measure import Original
 from vidstyle.gallery.style_samples import restyle_picture
+from vidstyle.media.resize import reduce_picture
 from vidstyle.style import Step, Style, load_style
 
 SIDE = 300

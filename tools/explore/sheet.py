@@ -12,8 +12,9 @@ import numpy as np
 from skimage import data
 
 from vidstyle.explore.candidates import search
-from vidstyle.explore.measure import Original, reduce_picture
+from vidstyle.explore.measure import Original
 from vidstyle.gallery.style_samples import restyle_picture
+from vidstyle.media.resize import reduce_picture
 
 TARGET = Path(__file__).parents[2] / "docs" / "explore-sheet.jpg"
 PHOTOGRAPHS = ("astronaut", "chelsea", "coffee")

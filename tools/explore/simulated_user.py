@@ -21,9 +21,9 @@ from vidstyle.explore.choosing.chooser import Chooser
 from vidstyle.explore.composed.shipped_parts import shipped_styles
 from vidstyle.explore.generate import random_style
 from vidstyle.explore.look import Look, look_of
-from vidstyle.explore.measure import reduce_picture
 from vidstyle.explore.workers import Workers
 from vidstyle.gallery.preview import read_still
+from vidstyle.media.resize import reduce_picture
 from vidstyle.style import Style
 
 NEIGHBOUR_SHARE = 0.01

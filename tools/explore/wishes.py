@@ -22,9 +22,9 @@ from vidstyle.explore.choosing.tile_screen import CHOSEN_KIND, TileScreen
 from vidstyle.explore.colors import oklab
 from vidstyle.explore.composed.shipped_parts import shipped_styles
 from vidstyle.explore.matching.appearance import appearance_distance, appearance_of
-from vidstyle.explore.measure import reduce_picture
 from vidstyle.explore.workers import Workers
 from vidstyle.gallery.preview import read_still
+from vidstyle.media.resize import reduce_picture
 
 MAX_SCREENS = 8
 SAME_LOOK_DISTANCE = 1.0

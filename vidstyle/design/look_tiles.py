@@ -7,8 +7,9 @@ from functools import cached_property
 import numpy as np
 
 from vidstyle.explore.crops.full_size import Crop, tones_of
-from vidstyle.explore.measure import MAX_DRAWN_SIDE_PX, reduce_picture
+from vidstyle.explore.measure import MAX_DRAWN_SIDE_PX
 from vidstyle.gallery.style_samples import restyle_picture
+from vidstyle.media.resize import reduce_picture
 from vidstyle.preview.clip import Clip
 from vidstyle.regions.boxes import Box
 from vidstyle.regions.still_faces import KnownFaces

@@ -12,8 +12,9 @@ from vidstyle.errors import VidstyleError
 from vidstyle.explore.crops.full_size import FullSize
 from vidstyle.explore.gates import doubt, fault
 from vidstyle.explore.matching.appearance import appearance_of, appearance_point
-from vidstyle.explore.measure import METRIC_DEVIATIONS, Original, oklab_thumbnail, reduce_picture
+from vidstyle.explore.measure import METRIC_DEVIATIONS, Original, oklab_thumbnail
 from vidstyle.explore.score import score, verdict
+from vidstyle.media.resize import reduce_picture
 from vidstyle.style import Style
 
 MAX_LOOK_SIDE_PX = 200

@@ -13,6 +13,7 @@ import numpy as np
 from vidstyle.core.picture import BT709_WEIGHTS
 from vidstyle.explore.colors import oklab
 from vidstyle.gallery.style_samples import restyle_picture
+from vidstyle.media.resize import reduce_picture
 from vidstyle.style import Style
 
 MAX_DRAWN_SIDE_PX = 320
@@ -157,15 +158,6 @@ class Original:
         bare = replace(style, steady=0.0)
         changes = _changes([picture, *(restyle_picture(frame, bare) for frame in grainy)])
         return changes / max(_changes([self.picture, *grainy]), 1e-6)
-
-
-def reduce_picture(picture: np.ndarray, side: int) -> np.ndarray:
-    """Reduce a picture so that its longer side is at most `side` pixels."""
-    factor = side / max(picture.shape[:2])
-    if factor >= 1:
-        return picture
-    size = max(1, round(picture.shape[1] * factor)), max(1, round(picture.shape[0] * factor))
-    return cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
 
 
 def oklab_thumbnail(picture: np.ndarray) -> np.ndarray:

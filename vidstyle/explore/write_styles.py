@@ -13,12 +13,13 @@ import numpy as np
 from vidstyle.errors import InputError, UsageError
 from vidstyle.explore.candidates import Found, RandomStyle, search
 from vidstyle.explore.crops.full_size import MAX_SIDE_PX
-from vidstyle.explore.measure import Original, reduce_picture
+from vidstyle.explore.measure import Original
 from vidstyle.explore.paper.rules import Rules
 from vidstyle.explore.score import Judge, reasons, verdict
 from vidstyle.gallery.preview import preview_page, read_still
 from vidstyle.gallery.style_samples import StyleSample, encode_picture, samples_of, sheet_of_samples
 from vidstyle.media.read.reader import ReadOptions
+from vidstyle.media.resize import reduce_picture
 from vidstyle.media.write.atomic import atomic_file, check_folder
 from vidstyle.pipeline.progress import ProgressCallback, ignore_progress
 from vidstyle.style import save_style

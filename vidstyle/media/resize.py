@@ -38,6 +38,17 @@ def _round_length(length: float, even: bool) -> int:
     return max(2, 2 * round(length / 2)) if even else max(1, round(length))
 
 
+def reduce_picture(picture: np.ndarray, side: int) -> np.ndarray:
+    """Reduce an H x W or H x W x 3 array so that its longer side is at most `side` pixels."""
+    import cv2
+
+    factor = side / max(picture.shape[:2])
+    if factor >= 1:
+        return picture
+    size = max(1, round(picture.shape[1] * factor)), max(1, round(picture.shape[0] * factor))
+    return cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
+
+
 def resize_picture(picture: Picture, width: int, height: int) -> Picture:
     """Resize a picture: area averaging when shrinking, bicubic interpolation when enlarging."""
     old_height, old_width = picture.shape

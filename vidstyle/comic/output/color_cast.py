@@ -5,6 +5,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from vidstyle.media.resize import reduce_picture
+
 _SAMPLE_SIDE_PX = 160
 """Longer side of the copy in which the cast is measured."""
 _LIGHT_PERCENTILE_RANGE, _MAX_NEUTRAL_PERCENTILE = (75, 99), 10
@@ -36,9 +38,7 @@ def reduce_color_cast(color: np.ndarray) -> np.ndarray:
 
 def _cast_color(color: np.ndarray) -> np.ndarray | None:
     """Return the RGB colour of the most neutral lights, 0..1, if the picture has a strong cast."""
-    factor = min(1.0, _SAMPLE_SIDE_PX / max(color.shape))
-    size = tuple(max(1, round(side * factor)) for side in color.shape[1::-1])
-    small = cv2.resize(color, size, interpolation=cv2.INTER_AREA).astype(np.float32) / 255
+    small = reduce_picture(color, _SAMPLE_SIDE_PX).astype(np.float32) / 255
     lab = cv2.cvtColor(small, cv2.COLOR_RGB2LAB)
     chroma = np.linalg.norm(lab[..., 1:], axis=2)
     low, high = np.percentile(lab[..., 0], _LIGHT_PERCENTILE_RANGE)

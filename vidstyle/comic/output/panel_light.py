@@ -11,6 +11,7 @@ import numpy as np
 from vidstyle.comic.analyze.similarity import SAME_SIMILARITY, THUMBNAIL_SIZE, similarity
 from vidstyle.comic.output.shadow_light import lift_shadows
 from vidstyle.comic.output.structure_loss import measure_structure_loss
+from vidstyle.media.resize import reduce_picture
 
 Light = Callable[[np.ndarray], np.ndarray]
 """Changes the light of a picture, H x W x 3 uint8."""
@@ -67,9 +68,7 @@ def choose_light(source: np.ndarray, draw: Callable[[np.ndarray], np.ndarray]) -
         source: the picture, H x W x 3 uint8.
         draw: draws a small picture in the style of the panel.
     """
-    factor = min(1.0, _DRAFT_SIDE_PX / max(source.shape))
-    size = tuple(max(1, round(side * factor)) for side in source.shape[1::-1])
-    small = cv2.resize(source, size, interpolation=cv2.INTER_AREA)
+    small = reduce_picture(source, _DRAFT_SIDE_PX)
     best, *others = _LIGHTS
     least = measure_structure_loss(small, draw(best(small)))
     for each in others if least >= _MIN_LOSS else ():

@@ -5,6 +5,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from vidstyle.media.resize import reduce_picture
+
 _LIFT_FACTOR, _MIN_LIT_LEVEL, _MAX_GAIN_FACTOR = 0.42, 0.55, 2.0
 """Exponent that lightens black shadows, the light above which a part is unchanged, 0..1, and the maximum
 gain.
@@ -47,9 +49,7 @@ def _local_light(luma: np.ndarray) -> np.ndarray:
 
     It is the guided filter of He, Sun and Tang (2010), whose coefficients are measured in a small copy.
     """
-    factor = min(1.0, _BASE_SIDE_PX / max(luma.shape))
-    size = tuple(max(1, round(side * factor)) for side in luma.shape[::-1])
-    small = cv2.resize(luma, size, interpolation=cv2.INTER_AREA)
+    small = reduce_picture(luma, _BASE_SIDE_PX)
     window = _WINDOW_SIDE_PX, _WINDOW_SIDE_PX
     mean = cv2.blur(small, window)
     variance = cv2.blur(small * small, window) - mean * mean

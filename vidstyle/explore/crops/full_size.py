@@ -20,7 +20,8 @@ from vidstyle.core.shared_tones import SharedTones
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.explore.composed.kept_parts import parts_favor
 from vidstyle.explore.crops.crop_measures import ComparedCrop, FullSizeMetrics, edge_hardness
-from vidstyle.explore.measure import MAX_DRAWN_SIDE_PX, gradient_of, luma_of_codes, reduce_picture
+from vidstyle.explore.measure import MAX_DRAWN_SIDE_PX, gradient_of, luma_of_codes
+from vidstyle.media.resize import reduce_picture
 from vidstyle.regions.boxes import Box
 from vidstyle.regions.features.landmarks import MarkedFaces
 from vidstyle.regions.focus import FocusRenderer

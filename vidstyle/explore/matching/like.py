@@ -16,10 +16,10 @@ from vidstyle.explore.generate import alter, cross, mutate
 from vidstyle.explore.matching.appearance import appearance_distance, appearance_of
 from vidstyle.explore.matching.kept_subject import KeptSubject
 from vidstyle.explore.matching.tune import tune_style
-from vidstyle.explore.measure import reduce_picture
 from vidstyle.gallery.preview import read_still
 from vidstyle.gallery.style_samples import restyle_picture
 from vidstyle.gallery.thumbnail import THUMBNAIL_FOLDER
+from vidstyle.media.resize import reduce_picture
 from vidstyle.pipeline.progress import ProgressCallback, ignore_progress
 from vidstyle.style import PLAIN, Style, load_style
 

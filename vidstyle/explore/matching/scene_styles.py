@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vidstyle.explore.matching.like import rank_styles
-from vidstyle.explore.measure import reduce_picture
+from vidstyle.media.resize import reduce_picture
 from vidstyle.style import Style
 
 MAX_SIDE_PX = 360

@@ -21,11 +21,11 @@ from vidstyle.explore.composed.shipped_parts import shipped_styles
 from vidstyle.explore.crops.full_size import MAX_SIDE_PX, FullSize
 from vidstyle.explore.look import MAX_LOOK_SIDE_PX, Look, look_of
 from vidstyle.explore.matching.like import match_styles
-from vidstyle.explore.measure import reduce_picture
 from vidstyle.explore.naming.visible_marks import visible_marks
 from vidstyle.explore.tuning_pad import TuningPad, tuning_pad_of
 from vidstyle.explore.workers import Workers
 from vidstyle.gallery.style_samples import restyle_picture, sheet_of
+from vidstyle.media.resize import reduce_picture
 from vidstyle.pipeline.progress import ProgressCallback, ignore_progress
 from vidstyle.preview.clip import Clip
 from vidstyle.preview.encode import encode
