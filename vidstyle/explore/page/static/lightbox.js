@@ -6,7 +6,7 @@ import { switchOriginal } from "./original_button.js";
 import { Outcome } from "./outcome.js";
 import { SHARED_KEYS } from "./shared_keys.js";
 import { fetchPicture, SourceFrames } from "./source_frames.js";
-import { nameOf, ownNameOf, rootOf, summaryOf } from "./tile_names.js";
+import { nameOf, ownNameOf, summaryOf } from "./tile_names.js";
 import { TuningPad } from "./tuning_pad.js";
 
 /** @typedef {import("./explore_types.js").Tile} Tile */

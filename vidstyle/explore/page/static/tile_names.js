@@ -5,7 +5,7 @@ import { title } from "./elements.js";
 /** @typedef {import("./explore_types.js").Tile} Tile */
 
 /** Returns the name of a style without the suffix of its variation. @param {string} name */
-export function rootOf(name) {
+function rootOf(name) {
   return name.split("~")[0].replace(/^(open|paper)-(\d+)$/, "random $2").replaceAll("_", " ");
 }
 
