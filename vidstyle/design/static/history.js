@@ -14,7 +14,7 @@ export class History {
   /** The rows by entry. @type {Map<number, {item: HTMLLIElement, button: HTMLButtonElement, picture: HTMLCanvasElement, label: HTMLElement}>} */
   #rows = new Map();
   #shown = "";
-  /** The edit from which the style as opened is shown. @type {number | null} */
+  /** The edit to return to while the opened style is shown. @type {number | null} */
   #last = null;
   /** Whether all edits are listed. */
   #all = false;
@@ -29,7 +29,7 @@ export class History {
       this.#shown = "";
       if (session.state) this.show(session.state);
     });
-    this.first = make("button", { type: "button", textContent: "Compare with the style as opened" });
+    this.first = make("button", { type: "button", hidden: true });
     this.first.addEventListener("click", () => this.#compare());
     this.slots = make("div", { className: "slots" });
     this.element = make("div", {}, make("h2", { className: "minor", textContent: "Snapshots" }), this.slots, make("h2", { className: "minor", textContent: "Edits" }), this.first, this.earlier, this.list);
