@@ -9,7 +9,7 @@ import { Viewer } from "./viewer.js";
 
 /** @typedef {import("./viewer.js").StyleData} StyleData */
 
-/** Part of the example that is left as it was. */
+/** Part of the example that shows the original. */
 const EXAMPLE_SPLIT = 0.4;
 
 /** Puts the shared texts and textures into the plans. */

@@ -1,4 +1,4 @@
-// Renaming of a knob: a button beside its label, and a text field in place of the label.
+// Renaming of a knob: a button next to its label, and a text field in place of the label.
 
 import { icon, make } from "./elements.js";
 

@@ -206,7 +206,7 @@ function offerWords(looks, text, choose) {
  * Says what a search finds, next to its results: that it is only near, or, of an empty list, which words to try.
  * @param {Look[]} looks
  * @param {string} text
- * @param {boolean} isEmpty whether none is shown, such as of the chosen kind
+ * @param {boolean} isEmpty whether no look is shown, such as of the chosen kind
  * @param {(word: string) => void} choose searches for a word
  */
 export function describeSearch(looks, text, isEmpty, choose) {

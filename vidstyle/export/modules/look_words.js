@@ -43,7 +43,7 @@ function isTypo(word, other) {
 }
 
 /**
- * Returns the stems in a vocabulary that a word means: its own, those of words that begin so, or that one typing error makes.
+ * Returns the stems in a vocabulary that a word means: its own stem, stems of words with this beginning, or stems at a distance of one typing error.
  * @param {string} word
  * @param {Map<string, string>} vocabulary words and their stems
  * @param {Set<string>} stems of the vocabulary

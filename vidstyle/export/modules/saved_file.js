@@ -2,7 +2,7 @@
 
 import { download, get } from "./elements.js";
 
-/** Returns the name of a result: that of its source, if it has one, and of its style. @param {string} source @param {string} look @param {string} extension */
+/** Returns the file name of a result: the name of its source, if it has one, and the name of its style. @param {string} source @param {string} look @param {string} extension */
 export const nameOfResult = (source, look, extension) => `${source ? `${source}-` : ""}${look}.${extension}`;
 
 /**
@@ -25,7 +25,7 @@ async function pngOf(canvas, own) {
 
 /** Saves pictures; its button shows the progress. */
 export class PictureSaver {
-  /** The fraction of the picture that is drawn; null: none is being saved. @type {number | null} */
+  /** The fraction of the picture that is drawn; null: no picture is being saved. @type {number | null} */
   #part = null;
 
   /** @param {() => Promise<HTMLCanvasElement>} finish draws the picture in full resolution @param {(text: string) => void} say */

@@ -70,7 +70,7 @@ def sheet_data(
 
     Args:
         file, scenes, rate, cues: see `cue_sheet`.
-        opened: styles that replace those of the same names.
+        opened: styles that replace styles of the same name.
     """
     styles = {name: load_style(style_place(file, name)) for name in _style_choices(cues)}
     return {

@@ -85,7 +85,7 @@ function tileSide() {
   return TILE_SIDES.find((side) => side >= Math.min(wanted, most)) ?? most;
 }
 
-/** Returns the size at which an opened look is rendered: that of the film, for a smaller picture has coarser marks, such as letters. */
+/** Returns the size at which an opened look is rendered: the size of the film, because a smaller picture has coarser marks, such as letters. */
 function openedSide() {
   const own = Math.min(...(clip?.size ?? [1, 1]));
   return OPENED_SIDES.find((side) => side >= own) ?? OPENED_SIDES[OPENED_SIDES.length - 1];

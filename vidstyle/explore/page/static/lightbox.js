@@ -173,7 +173,7 @@ export class Lightbox {
     this.#placeNames();
   }
 
-  /** Fetches a photograph as it is known at once; a film shows another frame of it. @param {Clip} clip */
+  /** Fetches the preview of a photograph; the preview of a film shows another frame. @param {Clip} clip */
   async #loadGlance(clip) {
     this.#glance?.close();
     this.#glance = null;
