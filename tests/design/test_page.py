@@ -108,6 +108,21 @@ def test_the_step_that_puts_the_picture_behind_lines_gets_the_focus(page: Page) 
     page.browser.until("document.activeElement.matches('.card.selected[aria-label^=\"Colour strength\"]')")
 
 
+def test_the_history_compares_with_the_opened_style(page: Page) -> None:
+    page.begin()
+    page.add("[data-layer=lines]", "threshold", "Black and white")
+    button = """[...document.querySelectorAll('button')].find(({ textContent }) =>
+      ['Compare with the style as opened', 'Back to your version'].includes(textContent))"""
+    page.browser.until(f"{button} && !{button}.hidden")
+    for label, steps in (
+        ("Back to your version", []),
+        ("Compare with the style as opened", ["soft_threshold"]),
+    ):
+        page.browser.run(f"{button}.click()")
+        page.browser.until(f"{button}.textContent === {label!r}")
+        assert page.steps("lines") == steps
+
+
 def test_values_that_change_before_an_answer_are_undone_in_order(page: Page) -> None:
     """A user is faster than a busy server: the second slider moves while values of the first wait."""
     page.begin()
