@@ -156,9 +156,7 @@ def test_a_page_restyles_a_picture_from_a_file_and_asks_nobody(
     assert cv2.imwrite(str(tmp_path / "source.png"), source[..., ::-1])
     browser.open(f"{page.as_uri()}?side=360")
     until(browser, """document.getElementById("facts").textContent""")
-    root = browser.call("DOM.getDocument")["root"]["nodeId"]
-    chooser = browser.call("DOM.querySelector", nodeId=root, selector="#file")["nodeId"]
-    browser.call("DOM.setFileInputFiles", files=[str(tmp_path / "source.png")], nodeId=chooser)
+    browser.choose_file("#file", tmp_path / "source.png")
     until(browser, """document.getElementById("picture").width === 480""")
     style = replace(load_style(STYLE), focus=0.0)
     assert off(shown(browser), source, style) <= 0.001
@@ -211,9 +209,7 @@ def test_the_example_is_in_the_style_before_the_page_has_drawn_it(page: Path, br
     assert np.abs(first.astype(int) - vidstyle.stylize(large, load_style(STYLE)))[:, right].mean() < 8
     assert np.abs(first.astype(int) - large)[:, right].mean() > 12
     assert np.abs(left.astype(int) - large[:, : left.shape[1]]).mean() < 3, "with the original next to it"
-    root = browser.call("DOM.getDocument")["root"]["nodeId"]
-    chooser = browser.call("DOM.querySelector", nodeId=root, selector="#file")["nodeId"]
-    browser.call("DOM.setFileInputFiles", files=[str(EXAMPLE_FILE)], nodeId=chooser)
+    browser.choose_file("#file", EXAMPLE_FILE)
     until(browser, """!document.body.matches(".example")""")
     said = "return document.getElementById('quality').textContent"
     assert browser.run(said) == "The picture is being drawn.", "there is no draft yet"
@@ -225,9 +221,7 @@ def test_a_paused_film_is_drawn_in_full_detail_and_tells_its_time(
     film = write_film(tmp_path / "film.mp4", [np.full((400, 640, 3), 128, np.uint8)] * 25, rate=25)
     browser.open(page.as_uri())
     until(browser, """document.body.matches(".example")""")
-    root = browser.call("DOM.getDocument")["root"]["nodeId"]
-    chooser = browser.call("DOM.querySelector", nodeId=root, selector="#file")["nodeId"]
-    browser.call("DOM.setFileInputFiles", files=[str(film)], nodeId=chooser)
+    browser.choose_file("#file", film)
     until(
         browser,
         """!document.body.matches(".example") && document.getElementById("picture").height === 720
@@ -258,9 +252,7 @@ def test_a_picture_is_saved_in_the_size_of_its_source_under_its_name(
         URL.createObjectURL = (blob) => ((globalThis.blob = blob), address(blob));
         HTMLAnchorElement.prototype.click = function () { globalThis.saved = this; };"""
     )
-    root = browser.call("DOM.getDocument")["root"]["nodeId"]
-    chooser = browser.call("DOM.querySelector", nodeId=root, selector="#file")["nodeId"]
-    browser.call("DOM.setFileInputFiles", files=[str(tmp_path / "my cup.png")], nodeId=chooser)
+    browser.choose_file("#file", tmp_path / "my cup.png")
     until(browser, """!document.body.matches(".example")""")
     save = "document.getElementById('save')"
     browser.run(f"{save}.click(); {save}.click();")  # while the draft is drawn
@@ -287,9 +279,7 @@ def test_a_reduced_picture_is_saved_with_its_size(page: Path, browser: Browser, 
     assert cv2.imwrite(str(tmp_path / "cup.png"), cv2.resize(photograph("coffee"), (600, 400)))
     browser.open(f"{page.as_uri()}?side=360")
     until(browser, """document.body.matches(".example")""")
-    root = browser.call("DOM.getDocument")["root"]["nodeId"]
-    chooser = browser.call("DOM.querySelector", nodeId=root, selector="#file")["nodeId"]
-    browser.call("DOM.setFileInputFiles", files=[str(tmp_path / "cup.png")], nodeId=chooser)
+    browser.choose_file("#file", tmp_path / "cup.png")
     until(browser, """!document.body.matches(".example")""")
     message = "document.getElementById('message')"
     browser.run(
@@ -324,10 +314,8 @@ def test_the_comparison_is_neither_saved_nor_over_the_invitation(
     assert cv2.imwrite(str(tmp_path / "cup.png"), source[..., ::-1])
     browser.open(f"{page.as_uri()}?side=360")
     until(browser, """document.body.matches(".example")""")
-    root = browser.call("DOM.getDocument")["root"]["nodeId"]
-    chooser = browser.call("DOM.querySelector", nodeId=root, selector="#file")["nodeId"]
     browser.run("document.getElementById('open').focus()")
-    browser.call("DOM.setFileInputFiles", files=[str(tmp_path / "cup.png")], nodeId=chooser)
+    browser.choose_file("#file", tmp_path / "cup.png")
     until(browser, """!document.body.matches(".example")""")
     assert browser.run("return document.activeElement.id") == "again"
     browser.run(

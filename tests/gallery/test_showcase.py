@@ -106,9 +106,7 @@ def test_a_visitor_sees_all_looks_of_a_photograph_and_takes_one(
     browser.open((folder / "index.html").as_uri())
     until(browser, "document.querySelectorAll('.tile img[src*=coffee]').length === 2")
     until(browser, "document.getElementById('file')")
-    root = browser.call("DOM.getDocument")["root"]["nodeId"]
-    chooser = browser.call("DOM.querySelector", nodeId=root, selector="#file")["nodeId"]
-    browser.call("DOM.setFileInputFiles", files=[str(tmp_path / "source.png")], nodeId=chooser)
+    browser.choose_file("#file", tmp_path / "source.png")
     until(browser, "[...document.querySelectorAll('.tile canvas')].every((each) => !each.hidden)")
     for name in NAMES:
         text = browser.run(

@@ -176,6 +176,12 @@ class Browser:
         """Type text into the focused element, replacing the selection."""
         self.call("Input.insertText", text=text)
 
+    def choose_file(self, selector: str, path: Path) -> None:
+        """Choose a file in a file input."""
+        root = self.call("DOM.getDocument")["root"]["nodeId"]
+        field = self.call("DOM.querySelector", nodeId=root, selector=selector)["nodeId"]
+        self.call("DOM.setFileInputFiles", files=[str(path)], nodeId=field)
+
     def close(self) -> None:
         """Close the page."""
         self._session = None
