@@ -6,6 +6,7 @@ import json
 import os
 import tomllib
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ from vidstyle.cli import main
 from vidstyle.design import working_size
 from vidstyle.design.page import frames
 from vidstyle.design.page.design_server import DesignServer
+from vidstyle.design.restyling import Restyler
 from vidstyle.design.style_list import list_styles
 from vidstyle.preview.clip import open_clip
 from vidstyle.style import style_names, style_text
@@ -115,6 +117,7 @@ def test_a_dragged_value_does_not_wait_for_the_larger_picture(
     monkeypatch.setattr(frames, "IDLE_SECONDS", 10 * LONG)
     with shown(server, where="server") as page:
         page.ask("open", style="sketch")
+        page.ask("field", name="height", value=32, gesture=0)
         for number in range(3):
             page.ask("field", name="ink", value=f"#00000{number}", gesture=1)
             wanted = page.told["state"]["revision"]
@@ -131,9 +134,12 @@ def test_a_still_preview_is_rendered_at_its_final_size(
     monkeypatch.setattr(working_size, "MAX_SECONDS", 0.0)
     with shown(server, where="server") as page:
         page.ask("open", style="sketch")
-        wanted = stylize(server.designer.clip.frame(0), load_style("sketch"), "cpu")
-        while (sent := page.picture(2)).pixels.shape != (64, 96, 3):
-            assert sent.pixels.shape == (32, 48, 3), "a draft"
+        page.ask("field", name="height", value=32, gesture=0)
+        style = replace(load_style("sketch"), height=32)
+        wanted = stylize(server.designer.clip.frame(0), style, "cpu")
+        revision = page.told["state"]["revision"]
+        while (sent := page.picture(2)).revision < revision or sent.pixels.shape != (64, 96, 3):
+            pass
         assert np.array_equal(sent.pixels, wanted), "without loss"
         page.ask("save_as", name="mine", overwrite=False)
         sent = page.picture(2)
@@ -141,6 +147,19 @@ def test_a_still_preview_is_rendered_at_its_final_size(
         assert sent.revision == page.told["state"]["revision"]
         page.ask("field", name="ink", value="#000001", gesture=1)
         assert page.picture(2).pixels.shape == (32, 48, 3), "an edit does"
+
+
+@pytest.mark.parametrize("height, draft", [(0, 64), (64, 64), (40, 40), (1000, 64)])
+def test_drafts_have_the_marks_of_the_final_picture(
+    height: float, draft: int, film: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In pictures smaller than the style's height, marks would be coarser; without one, in all."""
+    monkeypatch.setattr(working_size, "WORKING_SIDES_PX", (32,))
+    style = replace(load_style("comic"), height=height or None)
+    picture, _ = Restyler("cpu").render_preview(style, open_clip(film), 0, 64)
+    assert min(picture.shape[:2]) == draft
+    picture, _ = Restyler("cpu").render_playing(style, open_clip(film), 0, 64)
+    assert min(picture.shape[:2]) == 32, "a playing film is rendered fast"
 
 
 def test_a_style_with_mistakes_keeps_its_picture_and_is_not_saved(page: Page, tmp_path: Path) -> None:

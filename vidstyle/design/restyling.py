@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
@@ -42,15 +43,21 @@ class Restyler:
         self.size = WorkingSize()
 
     def render_preview(self, style: Style, clip: Clip, number: int, side: int) -> tuple[np.ndarray, bool]:
-        """Render a frame fast enough to follow a slider, of at most `side`.
+        """Render a frame soon, to follow a slider: of at most `side`, with marks in proportion.
 
         Returns:
             The picture, H x W x 3 uint8, and whether `render_large` would show more: it is smaller than
             `side`, or its faces are not known yet, as they take longer to find than most styles.
         """
         has_faces = self._faces.show((clip, number)) or clip.live or not style.focus
-        picture = self._render(style, clip, number, self._draft_side(clip, side))
+        picture = self._render(style, clip, number, self._draft_side(style, clip, side))
         return picture, min(picture.shape[:2]) < side or not has_faces
+
+    def render_playing(self, style: Style, clip: Clip, number: int, side: int) -> tuple[np.ndarray, bool]:
+        """Render a frame fast enough to play, as `render_preview` does; marks may be coarser."""
+        self._faces.show((clip, number))
+        picture = self._render(style, clip, number, self._fast_side(clip, side))
+        return picture, min(picture.shape[:2]) < side
 
     def render_large(self, style: Style, clip: Clip, number: int, side: int) -> tuple[np.ndarray, bool]:
         """Render a frame of `side`, however long it takes; H x W x 3 uint8, and False."""
@@ -69,11 +76,15 @@ class Restyler:
             The picture, H x W x 3 uint8, and whether it is smaller than `side`.
         """
         self._show_faces(clip, number)
-        drawn = side if large else self._draft_side(clip, side)
+        drawn = side if large else self._fast_side(clip, side)
         return self._render_moment(moment, clip, number, drawn), drawn < side
 
-    def _draft_side(self, clip: Clip, side: int) -> int:
-        return self.size.side(side, max(clip.size) / min(clip.size))
+    def _draft_side(self, style: Style, clip: Clip, side: int) -> int:
+        """Return the size of a draft: in pictures smaller than the style's height, marks would be coarser."""
+        return self._fast_side(clip, side, side if style.height is None else math.ceil(style.height))
+
+    def _fast_side(self, clip: Clip, side: int, least: int = 0) -> int:
+        return self.size.side(side, max(clip.size) / min(clip.size), least)
 
     def _render_moment(self, moment: Moment, clip: Clip, number: int, side: int) -> np.ndarray:
         active = self._render(moment.active.style, clip, number, side)

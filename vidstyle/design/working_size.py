@@ -6,6 +6,8 @@ WORKING_SIDES_PX = (1440, 1080, 900, 720, 600, 540, 480, 432, 360, 300, 270, 240
 """Shorter sides of previews, from large to small."""
 MAX_SECONDS = 0.06
 """Maximum rendering time, so that the preview follows a slider within 0.1 s."""
+MIN_REDUCTION = 1.25
+"""Least ratio of the sides of the final picture and of a draft: a larger draft hardly saves time."""
 
 
 class WorkingSize:
@@ -27,14 +29,16 @@ class WorkingSize:
         """Record the rendering time of a picture."""
         self._seconds_per_pixel = seconds / pixels
 
-    def side(self, most: int, aspect: float) -> int:
+    def side(self, most: int, aspect: float, least: int = 0) -> int:
         """Return the shorter side of the next preview.
 
         Args:
             most: the largest useful size.
             aspect: longer side divided by shorter side.
+            least: the smallest useful size, however long it takes.
         """
         fitting = (
             side for side in WORKING_SIDES_PX if side * side * aspect * self._seconds_per_pixel <= MAX_SECONDS
         )
-        return min(most, next(fitting, WORKING_SIDES_PX[-1]))
+        side = max(least, next(fitting, WORKING_SIDES_PX[-1]))
+        return most if side * MIN_REDUCTION > most else side

@@ -238,6 +238,7 @@ class DesignConnection(DesignView):
             if self.designer.clip is not clip:  # another one was opened, and asks for its own previews
                 return
             await self.tell({"previews": {"done": done, "total": len(order)}})
+            await self.frames.settle()  # an open look comes before the others
             try:
                 picture = await session.picture(tiles.render, style, width)
             except StyleError:  # such as one whose mask does not fit this clip

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from enum import IntEnum
@@ -112,6 +113,11 @@ class FrameSender:
         if is_idle and self._playing is None:
             self._restyling = self._page.tasks.begin(self._restyle())
 
+    async def settle(self) -> None:
+        """Wait until the current frame is shown at its final size."""
+        if self._restyling is not None:
+            await asyncio.wait([self._restyling])
+
     async def _restyle(self) -> None:
         while self._wanted.is_set():
             self._wanted.clear()
@@ -151,13 +157,18 @@ class FrameSender:
             moment = self.shown.cues.at(number / clip.fps)
             made = session.picture(session.restyler.render_moment, moment, clip, number, side, large)
         else:
-            make = session.restyler.render_large if large else session.restyler.render_preview
-            made = session.picture(make, style, clip, number, side)
+            made = session.picture(self._renderer(large), style, clip, number, side)
         picture, is_reduced = await made
         is_final = large or (not is_reduced and self._playing is None)
         await self._send(PictureType.STYLED, number, picture, revision, exact=is_final)
         self._final = subject if is_final else None
         return bool(is_reduced)
+
+    def _renderer(self, large: bool) -> Callable[..., tuple[np.ndarray, bool]]:
+        restyler = self._session.restyler
+        if large:
+            return restyler.render_large
+        return restyler.render_preview if self._playing is None else restyler.render_playing
 
     async def _send_faces(self) -> None:
         """Render and send the faces of the current frame, which the page lays over its own picture."""

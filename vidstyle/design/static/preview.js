@@ -34,7 +34,7 @@ const MAX_CHECK_MS = 20_000;
 export class Preview {
   /** @type {Where} */
   where;
-  side = 360;
+  side = FINAL_SIDE;
   /** The preview size that the user chose; 0: the size that fits. */
   chosenSide = 0;
   /** The soloed step. @type {number | null} */
@@ -204,7 +204,8 @@ export class Preview {
     this.player.open(clip);
     this.view.setZoom(null);
     this.#glance(clip).catch(() => {}); // a camera that was lost, which the next frame reports
-    this.refresh();
+    if (clip.live || this.#fittingSide === this.side) this.refresh();
+    else this.renderIn(this.where, this.#fittingSide); // no draft at the size of the clip before it
   }
 
   /** @param {Packet} packet */
