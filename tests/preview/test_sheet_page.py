@@ -108,16 +108,33 @@ def test_few_looks_use_the_width_and_the_title_counts_them(sheet: str, browser: 
     assert browser.run(width) > narrow
 
 
-def test_descriptions_end_with_a_whole_word(sheet: str, browser: Browser) -> None:
+def test_descriptions_are_shown_whole(sheet: str, browser: Browser) -> None:
+    for width in (360, 1280):
+        browser.call(
+            "Emulation.setDeviceMetricsOverride", width=width, height=800, deviceScaleFactor=1, mobile=False
+        )
+        browser.open(sheet)
+        shown = """return [...document.querySelectorAll(".about")].map((each) =>
+          [each.textContent, each.scrollHeight - each.clientHeight, each.clientHeight]);"""
+        texts = browser.run(shown)
+        assert all(text and overflow <= 0 and height for text, overflow, height in texts)
+        assert ["Flat, clean colours in few tones with hard borders and smooth dark outlines"] == [
+            text for text, *_ in texts if "clean colours" in text
+        ]
+
+
+def test_a_look_is_enlarged_alone_after_two_were_compared(sheet: str, browser: Browser) -> None:
     browser.open(sheet)
-    shown = browser.run("return [...document.querySelectorAll('.about')].map((each) => each.textContent)")
-    whole = [load_style(name).about for name in ["plain", *style_names()] if name != "plain"]
-    cut = [text for text in shown if text.endswith(" …")]
-    assert len(cut) > 3
-    for text in cut:
-        begun = text.removesuffix(" …")
-        assert any(each.startswith(begun) and not each[len(begun)].isalnum() for each in whole), text
-    overflow = (
-        "return [...document.querySelectorAll('.about')].map((each) => each.scrollHeight - each.clientHeight)"
-    )
-    assert max(browser.run(overflow)) <= 0
+    for name in ("vhs", "oil"):
+        browser.run(STAR, name=name)
+    assert browser.run(TEXT, selector="#intro") == "Compare: VHS and Oil"
+    alone = "return document.getElementById('large').classList.contains('alone')"
+    browser.run("document.getElementById('compare-starred').click()")
+    assert not browser.run(alone)
+    browser.press("Escape")
+    enlarge = "document.querySelectorAll('main figure > button:first-child')[8].click()"
+    browser.run(enlarge)
+    assert browser.run(alone)
+    browser.press("c", "Escape")
+    browser.run(enlarge)
+    assert not browser.run(alone), "as it was left"

@@ -4,6 +4,7 @@ import { Doors } from "./doors.js";
 import { clock, get, icon, make, press, title } from "./elements.js";
 import { FilePicker } from "./file_picker.js";
 import { describeSearch, findLooks, relatedLooks } from "./find_looks.js";
+import { summaryOf } from "./look_summary.js";
 import { glanceAt } from "./preview.js";
 import { rove } from "./roving.js";
 
@@ -21,9 +22,6 @@ const EXAMPLE = "demo";
 /** Lengths of the units in which the wheel is reported: pixels and lines. */
 const WHEEL_UNITS_PX = [1, 18];
 
-/** A part of a description that is shorter says nothing that the name does not say. */
-const MIN_SUMMARY_LENGTH = 20;
-
 /** The keys of this screen, for the list of keys. @type {import("./keys.js").Shortcut[]} */
 export const START_KEYS = [
   { group: "Looks", keys: ["/"], help: "Find a look", run: () => {} },
@@ -33,12 +31,6 @@ export const START_KEYS = [
   { keys: ["Escape"], help: "Clear the search, or return to the open style", run: () => {} },
   { keys: ["?"], help: "Show this list", run: () => {} },
 ];
-
-/** Returns the part of a description that says most in a few words. @param {string} note */
-function summary(note) {
-  const [first, second] = note.replace(/\.$/, "").split(/[:.;]\s/);
-  return first.length < MIN_SUMMARY_LENGTH && second ? title(second.split(/, (?:with|as|and|denser)\b/)[0]) : first;
-}
 
 /** Whether a tile shows a style of the user. @param {HTMLElement} tile */
 const isMine = (tile) => Boolean(tile.dataset.kinds?.startsWith(MINE));
@@ -147,7 +139,7 @@ export class Start {
     for (const id of ["work", "panel"]) get(id).inert = open;
     document.body.classList.toggle("starting", open);
     get("back").hidden = !open || !this.session.state;
-    get("back").textContent = `Back to ${title(this.session.state?.name || "the style")}`;
+    get("back").replaceChildren("Back", make("span", { textContent: ` to ${title(this.session.state?.name || "the style")}` }));
     if (!open) return;
     this.#request();
     const isExample = document.body.classList.contains("front") && this.#name === EXAMPLE;
@@ -185,7 +177,7 @@ export class Start {
     const tiles = styles.map(({ name, note, kinds, aliases, words, has_name: isShipped }) => {
       const shown = (isShipped && known.get(name)) || make("img", { alt: "", className: "waiting", width: 320, height: 180 });
       this.#pictures.push(shown);
-      const tile = this.#tile(title(name), summary(note), (isByKeyboard) => this.open("open", { style: name }, isByKeyboard));
+      const tile = this.#tile(title(name), summaryOf(note), (isByKeyboard) => this.open("open", { style: name }, isByKeyboard));
       tile.prepend(shown);
       Object.assign(tile.dataset, { note, kinds: [...(isShipped ? [] : [MINE]), ...kinds].join(", "), aliases, words });
       return tile;

@@ -1,4 +1,4 @@
-// The columns of thumbnails, and the words that fit under each.
+// The columns of thumbnails.
 
 /** Width of a column, in CSS pixels, from which there is one more. */
 const COLUMN_PX = 290;
@@ -19,10 +19,12 @@ export function columnsFor(width, aspect, seen, total) {
   const isPortrait = aspect < 1;
   const columnPx = COLUMN_PX * (isPortrait ? Math.max(MIN_COLUMN_RATIO, aspect) : 1);
   const usual = Math.max(MIN_COLUMNS, Math.floor(width / columnPx));
-  const empty = (/** @type {number} */ columns) => (columns - (total % columns)) % columns;
+  const empty = (/** @type {number} */ columns, count = total) => (columns - (count % columns)) % columns;
   const tried = usual > MIN_COLUMNS ? [usual, ...(isPortrait ? [] : [usual - 1]), usual + 1] : [usual];
   const [best] = tried.sort((one, other) => empty(one) - empty(other));
-  return fewest(width, aspect, seen) ?? best;
+  const few = fewest(width, aspect, seen);
+  if (!few) return best;
+  return empty(few + 1, seen) < empty(few, seen) ? few + 1 : few;
 }
 
 /** Returns the fewest columns in which all pictures are seen without scrolling; undefined if there are too many. @param {number} width @param {number} aspect @param {number} count of pictures */
@@ -31,19 +33,4 @@ function fewest(width, aspect, count) {
     const rows = Math.ceil(count / columns);
     if (rows * (width / columns / aspect + CAPTION_PX) <= innerHeight - ABOVE_PX) return columns;
   }
-}
-
-/** Shows as many words of a text as fit into an element. @param {HTMLElement} element @param {string} text */
-export function shorten(element, text) {
-  element.textContent = text;
-  if (element.scrollHeight <= element.clientHeight) return;
-  const words = text.split(" ");
-  let [fits, above] = [0, words.length];
-  while (above - fits > 1) {
-    const middle = Math.floor((fits + above) / 2);
-    element.textContent = `${words.slice(0, middle).join(" ").replace(/[,;:.]$/, "")} …`;
-    if (element.scrollHeight <= element.clientHeight) fits = middle;
-    else above = middle;
-  }
-  element.textContent = `${words.slice(0, fits).join(" ").replace(/[,;:.]$/, "")} …`;
 }

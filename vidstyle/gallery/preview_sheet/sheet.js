@@ -1,12 +1,13 @@
 // The page of a preview sheet. `vidstyle.gallery.preview` joins it with the modules that it imports.
 
 import { answer } from "./button_answer.js";
-import { columnsFor, shorten } from "./columns.js";
+import { columnsFor } from "./columns.js";
 import { get, icon, make, press, saveAs, title } from "./elements.js";
 import { describeSearch, findLooks, relatedLooks } from "./find_looks.js";
 import { switchOriginal } from "./original_button.js";
 import { PairActions } from "./pair_actions.js";
 import { rove } from "./roving.js";
+import { summaryOf } from "./look_summary.js";
 import { SHARED_KEYS } from "./shared_keys.js";
 import { switchTheme } from "./theme.js";
 
@@ -26,7 +27,8 @@ let starred = [];
 let shown = 0;
 /** The number of the style next to it: the original, or a starred style that others are compared with. */
 let compared = 0;
-let isSplit = true;
+/** Whether an enlarged style is shown next to the original. */
+let isSplit = false;
 
 /** The description of each style under its thumbnail. */
 const abouts = figures.map((figure) => String(figure.querySelector(".about")?.textContent));
@@ -59,7 +61,7 @@ function show(number, other = 0) {
   get("note").replaceChildren(...(compared ? [...noteOf(compared), make("br")] : []), ...noteOf(shown));
   describeUse(shown);
   showStar();
-  split(isSplit);
+  split(isSplit || compared > 0);
   if (!large.open) large.showModal();
 }
 
@@ -83,12 +85,18 @@ function showStar() {
 /** @param {HTMLElement} figure @returns {HTMLElement | null} */
 const starOf = (figure) => figure.querySelector(".star");
 
-/** Shows the original next to the style, or only the style. @param {boolean} on */
+/** Shows the style next to the one that it is compared with, or alone. @param {boolean} on */
 function split(on) {
-  isSplit = on;
   press(get("split"), on);
   large.classList.toggle("alone", !on || !shown);
   large.classList.toggle("two", on && compared > 0);
+}
+
+/** Switches between the style next to another one and alone; next to the original, this stays for the next style. */
+function switchSplit() {
+  const on = get("split").ariaPressed !== "true";
+  if (!compared) isSplit = on;
+  split(on);
 }
 
 /** Shows only the original while a key or a button is held. @param {boolean} on */
@@ -96,7 +104,7 @@ function hold(on) {
   press(get("hold"), on);
   showBefore(on ? 0 : compared);
   large.classList.toggle("held", on);
-  large.classList.toggle("alone", on || !isSplit || !shown);
+  large.classList.toggle("alone", on || get("split").ariaPressed !== "true" || !shown);
 }
 
 async function copy() {
@@ -143,12 +151,11 @@ function filter() {
   describeSearch(looks.slice(1), finder.value, !shownFigures.length, search);
 }
 
-/** Arranges the thumbnails in columns, and shows as many words under each as there is room for. */
+/** Arranges the thumbnails in columns. */
 function even() {
   const { naturalWidth: width, naturalHeight: height } = pictureOf(0);
   const seen = seenFigures();
   sheet.style.setProperty("--columns", String(columnsFor(sheet.clientWidth, width / height, seen.length, figures.length)));
-  for (const figure of seen) shorten(/** @type {HTMLElement} */ (figure.querySelector(".about")), abouts[figures.indexOf(figure)]);
 }
 
 /** @param {string} name */
@@ -174,10 +181,14 @@ function countStars() {
   for (const [id, least] of Object.entries({ starred: 1, "compare-starred": 2, "copy-starred": 1 }))
     /** @type {HTMLButtonElement} */ (get(id)).disabled = count < least;
   get("starred").textContent = `Starred: ${count}`;
+  get("intro").textContent = count < 2 ? INTRO : `Compare: ${starred.slice(-2).map((figure) => nameOf(figures.indexOf(figure))).join(" and ")}`;
   if (!count) onlyStarred = false;
   press(get("starred"), onlyStarred);
   filter();
 }
+
+/** What the page says before two styles are starred. */
+const INTRO = String(get("intro").textContent);
 
 /** The names of the starred styles, with commas between them. */
 const starredNames = () => figures.filter(isStarred).map((figure) => figure.querySelector("img")?.alt).join(",");
@@ -216,7 +227,6 @@ async function copyStarred() {
 /** Shows the two styles that were starred last side by side; the arrow keys show the others. */
 function compareStarred() {
   const [first, second] = starred.slice(-2).map((figure) => figures.indexOf(figure));
-  isSplit = true;
   show(second, first);
 }
 
@@ -250,7 +260,7 @@ const KEYS = {
   ArrowLeft: () => step(-1),
   ArrowRight: () => step(1),
   [SHARED_KEYS.next]: () => step(1),
-  [SHARED_KEYS.compare]: () => split(!isSplit),
+  [SHARED_KEYS.compare]: switchSplit,
   [SHARED_KEYS.original]: () => hold(true),
   [SHARED_KEYS.zoom]: () => large.close(),
   [SHARED_KEYS.save]: () => get("star").click(),
@@ -260,6 +270,7 @@ const KEYS = {
 for (const [number, figure] of figures.entries()) {
   figure.querySelector("button")?.addEventListener("click", () => show(number));
   figure.querySelector("strong")?.replaceChildren(nameOf(number));
+  figure.querySelector(".about")?.replaceChildren(summaryOf(abouts[number]));
 }
 get("previous").addEventListener("click", () => step(-1));
 get("next").addEventListener("click", () => step(1));
@@ -302,7 +313,7 @@ pictureOf(0).decode().then(even, even);
 restoreStars();
 choose(ALL);
 countStars();
-get("split").addEventListener("click", () => split(!isSplit));
+get("split").addEventListener("click", switchSplit);
 switchOriginal(get("hold"), () => large.classList.contains("held"), hold);
 get("close").addEventListener("click", () => large.close());
 get("copy").addEventListener("click", copy);
