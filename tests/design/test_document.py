@@ -108,6 +108,24 @@ def test_a_knob_and_a_variant_follow_their_step() -> None:
     assert document.content.table()["variants"] == {"flat": {"ink": "#ff0000"}}
 
 
+def test_a_variant_replaces_the_one_before_it_and_keeps_other_values() -> None:
+    document = Document(load_style("ascii"))
+    names = [each["name"] for each in state_of(document)["variants"]]
+    assert names[0] == "" and state_of(document)["variant"] == ""
+    document.edit("variant", 1, name="amber")
+    assert state_of(document)["variant"] == "amber" and document.style.paper == "#ffb13b"
+    document.edit("field", 2, name="strength", value=0.5)
+    document.edit("variant", 3, name="white")
+    assert document.style.paper == "#ffffff", "amber's paper is left"
+    assert state_of(document)["variant"] == "white"
+    document.edit("field", 4, name="paper", value="#123456")
+    document.edit("variant", 5, name="")
+    assert (document.style.paper, document.style.strength) == ("#ffffff", 0.5)
+    assert state_of(document)["variant"] == ""
+    document.edit("field", 6, name="paper", value="#123456")
+    assert state_of(document)["variant"] is None
+
+
 def test_steps_are_copied_from_one_style_and_pasted_into_another() -> None:
     ink, poster = Document(load_style("ink")), Document(Style("s", lines=(Step("posterize", {"levels": 5}),)))
     lines = ink.content.layers["lines"]
@@ -251,6 +269,4 @@ def test_the_picture_is_put_behind_lines_unchanged() -> None:
     table = {"format": 1, "name": "n", "base": [{"block": "posterize"}], "lines": [{"block": "flow_xdog"}]}
     document = Document(load_style(table))
     document.edit("show_behind_lines", 1)
-    assert [step.table for step in document.content.layers["background"]] == [
-        {"block": "saturation", "factor": 1.0}
-    ]
+    assert [step.table for step in document.content.layers["background"]] == [{"save": "picture"}]

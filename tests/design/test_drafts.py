@@ -77,6 +77,26 @@ def test_drafts_are_listed_and_restored_or_discarded(tmp_path: Path, photo: Path
         browser.open("about:blank")  # without a question of the browser
 
 
+def test_drafts_say_what_they_were_made_on_and_where(
+    tmp_path: Path, photo: Path, browser: Browser, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Beside the looks, changes that were left in another folder would be nobody's."""
+    (tmp_path / "elsewhere").mkdir()
+    with served(tmp_path, open_clip(photo)) as server:
+        browser.open(server.url)
+        browser.until("!document.querySelector('#looks .to-drafts').hidden")
+        assert "on photo.png" in browser.run("return document.getElementById('drafts').textContent")
+        assert "folder" not in browser.run("return document.getElementById('drafts').textContent")
+    here = Path.cwd().name
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    with served(tmp_path, open_clip(photo)) as server:
+        browser.open(server.url)
+        browser.until("document.getElementById('drafts').children.length === 2")
+        assert browser.run("return document.querySelector('#looks .to-drafts').hidden")
+        assert not browser.run("return document.querySelector('#actions .to-drafts').hidden")
+        assert f"in the folder {here}" in browser.run("return document.getElementById('drafts').textContent")
+
+
 def test_changes_of_the_open_look_are_kept_without_a_question(
     tmp_path: Path, photo: Path, browser: Browser
 ) -> None:

@@ -105,7 +105,9 @@ def test_the_step_that_puts_the_picture_behind_lines_gets_the_focus(page: Page) 
     page.add("[data-layer=lines]", "threshold", "Black and white")
     page.browser.click("#diagram .paper button")
     page.undone("Put the picture behind the lines")
-    page.browser.until("document.activeElement.matches('.card.selected[aria-label^=\"Colour strength\"]')")
+    page.browser.until("document.activeElement.matches('.card.selected[aria-label^=Picture]')")
+    layers = "return [...document.querySelectorAll('#cards .layer')].map((each) => each.textContent)"
+    assert page.browser.run(layers) == ["Prepare", "Colour", "Lines"]
 
 
 def test_the_history_compares_with_the_opened_style(page: Page) -> None:
@@ -181,7 +183,7 @@ def test_a_style_is_built_by_keyboard_alone(page: Page) -> None:
     page.shows("Source")
     add("flow dog", "Sharpen along lines")
     browser.press("Alt+ArrowDown", "Alt+ArrowDown")
-    page.told("Sharpen along lines moved to lines, position 1 of 2")
+    page.told("Sharpen along lines moved to Lines, position 1 of 2")
     enter("Line width", 1.5)
     for label in ("Mute", "Unmute"):
         browser.press("m")
@@ -313,7 +315,7 @@ def test_steps_are_copied_between_styles(page: Page) -> None:
     before = page.steps("background")
     browser.click(".gap[data-layer=background][data-index='0']")
     browser.click("#paste")
-    page.told("Pasted into background, position 1")
+    page.told("Pasted into Colour, position 1")
     assert page.steps("background") == ["gradient", *before]
     assert page.server.designer.opened.content.layers["background"][0].table == gradient
     browser.run(

@@ -13,7 +13,7 @@ from vidstyle.design.document.state import state_of
 from vidstyle.design.drafts import Drafts
 from vidstyle.design.style_list import list_styles
 from vidstyle.errors import UsageError
-from vidstyle.preview.clip import Clip
+from vidstyle.preview.clip import Clip, DemoClip
 from vidstyle.preview.outputs import output_path
 from vidstyle.style import (
     Style,
@@ -195,7 +195,8 @@ class Designer:
         if document is None or not document.is_changed:
             self.drafts.remove()
         else:
-            self.drafts.write(table_from_style(document.style), self._text, self.file)
+            picture = "" if isinstance(self.clip, DemoClip) else Path(self.clip.name).name
+            self.drafts.write(table_from_style(document.style), self._text, self.file, picture)
 
     def _open(self, style: Style, text: str | None, file: Path | None) -> None:
         self.keep_draft()

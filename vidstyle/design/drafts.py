@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -28,6 +29,8 @@ class Draft:
         text: the text of its original file, for the comments; or None.
         file: the file to save the style to, or "".
         when: the time of the draft, ISO 8601.
+        picture: the file name of the film or photograph that was open, or "".
+        place: the working folder of the run, or "".
     """
 
     path: Path
@@ -35,6 +38,13 @@ class Draft:
     text: str | None
     file: str
     when: str
+    picture: str = ""
+    place: str = ""
+
+    @property
+    def is_here(self) -> bool:
+        """Whether it was made in the present working folder."""
+        return bool(self.place) and self.place == _working_folder()
 
 
 class Drafts:
@@ -56,8 +66,7 @@ class Drafts:
 
     def describe(self) -> dict[str, Any]:
         """Return the message that lists the drafts on the page."""
-        shown = [{"name": str(draft.table.get("name", "")), "when": draft.when} for draft in self.offered]
-        return {"drafts": shown}
+        return {"drafts": [_describe(draft) for draft in self.offered]}
 
     def at(self, place: int) -> Draft:
         """Return a draft by its place among those that are offered.
@@ -69,10 +78,15 @@ class Drafts:
             raise UsageError("the draft", "no longer exists")
         return self.offered[place]
 
-    def write(self, table: dict[str, Any], text: str | None, file: Path | None) -> None:
-        """Replace the draft of the open style; log a warning if that fails."""
+    def write(self, table: dict[str, Any], text: str | None, file: Path | None, picture: str = "") -> None:
+        """Replace the draft of the open style; log a warning if that fails.
+
+        Args:
+            picture: see `Draft`.
+        """
         when = datetime.now().astimezone().isoformat(timespec="milliseconds")
-        content = json.dumps({"table": table, "text": text, "file": str(file or ""), "when": when})
+        facts = {"when": when, "picture": picture, "place": _working_folder()}
+        content = json.dumps({"table": table, "text": text, "file": str(file or ""), **facts})
         try:
             path = self._own or self._free_path()
             path.parent.mkdir(0o700, parents=True, exist_ok=True)
@@ -117,14 +131,27 @@ class Drafts:
         self.offered = [draft for draft in self.offered if draft.path != path]
 
 
+def _describe(draft: Draft) -> dict[str, Any]:
+    facts = {"when": draft.when, "picture": draft.picture, "here": draft.is_here}
+    return {"name": str(draft.table.get("name", "")), "folder": Path(draft.place).name} | facts
+
+
+def _working_folder() -> str:
+    """Return the working folder; "" if it was removed."""
+    try:
+        return os.getcwd()
+    except OSError:
+        return ""
+
+
 def _read_draft(path: Path) -> Draft | None:
     """Return a draft, or None if it is missing or unreadable."""
     try:
         draft = Draft(path, **json.loads(read_regular_file(path, MAX_DRAFT_BYTES)))
     except (OSError, ValueError, TypeError, RecursionError):
         return None
-    fields = (draft.table, dict), (draft.text or "", str), (draft.file, str), (draft.when, str)
-    return draft if all(isinstance(value, kind) for value, kind in fields) else None
+    texts = draft.text or "", draft.file, draft.when, draft.picture, draft.place
+    return draft if isinstance(draft.table, dict) and all(isinstance(text, str) for text in texts) else None
 
 
 def _remove_file(path: Path) -> None:

@@ -40,17 +40,9 @@ def _round_length(length: float, even: bool) -> int:
 
 def reduce_picture(picture: np.ndarray, side: int) -> np.ndarray:
     """Reduce an H x W or H x W x 3 array so that its longer side is at most `side` pixels."""
-    return _reduce(picture, side / max(picture.shape[:2]))
-
-
-def reduce_shorter_side(picture: np.ndarray, side: int | None) -> np.ndarray:
-    """Reduce an H x W or H x W x 3 array to a shorter side of at most `side` pixels; None: unchanged."""
-    return picture if side is None else _reduce(picture, side / min(picture.shape[:2]))
-
-
-def _reduce(picture: np.ndarray, factor: float) -> np.ndarray:
     import cv2
 
+    factor = side / max(picture.shape[:2])
     if factor >= 1:
         return picture
     size = max(1, round(picture.shape[1] * factor)), max(1, round(picture.shape[0] * factor))

@@ -10,7 +10,6 @@ import cv2
 import numpy as np
 
 from vidstyle.errors import StyleError
-from vidstyle.media.resize import reduce_shorter_side
 from vidstyle.network.network_process import StyleNetwork
 
 RANGES = {"0..255": (0.0, 255.0), "0..1": (0.0, 1.0), "-1..1": (-1.0, 1.0)}
@@ -58,7 +57,7 @@ class NetworkRun:
             result = self.network.run(tile * np.float32(white - black) + np.float32(black))
             return (result - np.float32(black)) / np.float32(white - black)
 
-        small = reduce_shorter_side(np.clip(picture, 0, 1), self.side)
+        small = _reduced(np.clip(picture, 0, 1), self.side)
         try:
             result = in_tiles(small, stylize, (layout.height, layout.width))
         except ValueError as error:
@@ -120,6 +119,14 @@ def enlarge(result: np.ndarray, small: np.ndarray, picture: np.ndarray, out: np.
         fine *= cv2.resize(slope, size, interpolation=cv2.INTER_LINEAR)
         fine += cv2.resize(made, size, interpolation=cv2.INTER_CUBIC)
         np.clip(fine, 0, 1, out=out[..., channel])
+
+
+def _reduced(picture: np.ndarray, side: int) -> np.ndarray:
+    factor = side / min(picture.shape[:2])
+    if factor >= 1:
+        return picture
+    size = [max(1, round(each * factor)) for each in picture.shape[1::-1]]
+    return cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
 
 
 def _tile_places(length: int, fixed: int) -> tuple[list[int], int]:

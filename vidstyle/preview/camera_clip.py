@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 
+import cv2
 import numpy as np
 
 from vidstyle.core.convert import to_rgb
@@ -12,7 +13,7 @@ from vidstyle.live.capture import FIRST_FRAME_SECONDS, Capture
 from vidstyle.media.audio import AudioChunk
 from vidstyle.media.capture.input import LiveSource
 from vidstyle.media.read.frame_converter import FrameConverter
-from vidstyle.media.resize import reduce_shorter_side, stretch_to_square_pixels
+from vidstyle.media.resize import stretch_to_square_pixels
 
 DEFAULT_RATE = 25.0
 CLOSE_SECONDS = 1.0
@@ -56,7 +57,7 @@ class CameraClip:
                 self._newest = arrived.native
             whole = to_rgb(self._converter.convert(self._newest)[0])
         whole = stretch_to_square_pixels(whole, self._converter.sample_aspect)
-        return reduce_shorter_side(whole, side)
+        return shrink(whole, side)
 
     def glance(self, number: int, side: int) -> np.ndarray:
         """See `Clip`; kernels are compiled when a camera is opened."""
@@ -68,6 +69,16 @@ class CameraClip:
     def close(self) -> None:
         """See `Clip`."""
         self._capture.close(CLOSE_SECONDS)
+
+
+def shrink(picture: np.ndarray, side: int | None) -> np.ndarray:
+    """Reduce an H x W x 3 picture to a shorter side of at most `side` pixels; None: keep its size."""
+    height, width = picture.shape[:2]
+    if side is None or side >= min(height, width):
+        return picture
+    factor = side / min(height, width)
+    size = max(1, round(width * factor)), max(1, round(height * factor))
+    return cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
 
 
 def _ignore(chunk: AudioChunk) -> None:

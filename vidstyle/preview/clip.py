@@ -22,8 +22,8 @@ from vidstyle.media.capture.sources import SourceOptions, is_file_name, resolve_
 from vidstyle.media.read.file_structure.headers import has_picture_ending
 from vidstyle.media.read.sampler import FilmSampler, SampledFrame
 from vidstyle.media.read.sequence import is_pattern
-from vidstyle.media.resize import letterbox_picture, reduce_shorter_side
-from vidstyle.preview.camera_clip import CameraClip
+from vidstyle.media.resize import letterbox_picture
+from vidstyle.preview.camera_clip import CameraClip, shrink
 
 CACHED_BYTES = 64 << 20
 """Size of the frame cache."""
@@ -231,7 +231,7 @@ class DemoClip:
 
     def frame(self, number: int, side: int | None = None) -> np.ndarray:
         """See `Clip`."""
-        return reduce_shorter_side(self._draw(min(number, self.count - 1)), side)
+        return shrink(self._draw(min(number, self.count - 1)), side)
 
     def glance(self, number: int, side: int) -> np.ndarray:
         """See `Clip`."""

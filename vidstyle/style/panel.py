@@ -41,8 +41,6 @@ def panel(style: Style, start: Style) -> dict[str, Any]:
 def switch_variant(style: Style, start: Style, variant: str) -> Style:
     """Return another variant of a style; changed values stay, unless either variant sets them.
 
-    From the style itself to the style itself, all values that any variant sets are put back.
-
     Args:
         style: with changed values.
         start: the style without a variant and changes.

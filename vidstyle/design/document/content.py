@@ -46,6 +46,7 @@ class Content:
         knobs: the values pinned to the style panel.
         labels: what values do in this style, in plain words.
         variants: the values that each variant sets, by name.
+        standard: the values, as the style was opened, that any variant sets.
     """
 
     fields: Mapping[str, Any]
@@ -53,6 +54,7 @@ class Content:
     knobs: tuple[ValueRef, ...] = ()
     labels: Mapping[ValueRef, str] = field(default_factory=dict)
     variants: Mapping[str, tuple[tuple[ValueRef, Any], ...]] = field(default_factory=dict)
+    standard: Mapping[ValueRef, Any] = field(default_factory=dict)
 
     @property
     def steps(self) -> Iterator[tuple[str, int, PlacedStep]]:
@@ -96,7 +98,8 @@ class Content:
         }
         knobs = tuple(ref for ref in self.knobs if ref.step in there)
         labels = {ref: label for ref, label in self.labels.items() if ref.step in there}
-        return replace(self, layers=layers, knobs=knobs, labels=labels, variants=variants)
+        standard = {ref: value for ref, value in self.standard.items() if ref.step in there}
+        return replace(self, layers=layers, knobs=knobs, labels=labels, variants=variants, standard=standard)
 
     def with_step(self, number: int, table: Mapping[str, Any]) -> Content:
         """Return the content with the table of a step replaced."""
@@ -155,6 +158,10 @@ def content_of(style: Style, new_number: Callable[[], int]) -> Content:
         found = find_value(table, path)
         return ValueRef(numbers.get(id(found.table)), found.parameter.name, path)
 
+    def standard(path: str) -> Any:
+        found = find_value(table, path)
+        return found.table.get(found.parameter.name, found.parameter.default)
+
     others = ("format", "knobs", "labels", "variants", *LAYERS)
     return Content(
         fields={name: value for name, value in table.items() if name not in others},
@@ -165,4 +172,5 @@ def content_of(style: Style, new_number: Callable[[], int]) -> Content:
             name: tuple((ref(path), value) for path, value in values.items())
             for name, values in style.variants.items()
         },
+        standard={ref(path): standard(path) for values in style.variants.values() for path in values},
     )

@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from vidstyle.block import Block, Parameter, distinct_labels
-from vidstyle.blocks import all_blocks
 from vidstyle.design.document.content import Content, PlacedStep, ValueRef
 from vidstyle.design.document.document import Document
 from vidstyle.design.document.edit_values import label_of
+from vidstyle.design.document.variant_choice import chosen_variant, variant_names, variant_values
 from vidstyle.style import LAYERS, SOURCE, Step
 from vidstyle.style.model import FIELDS, step_from_table
 from vidstyle.style.panel import is_color
@@ -38,8 +38,8 @@ def state_of(document: Document) -> dict[str, Any]:
         "dirty": document.is_changed,
         "name": content.fields.get("name", ""),
         "note": content.fields.get("note", ""),
-        "variants": [_swatch(content, name) for name in content.variants],
-        "variant": next((name for name in content.variants if _is_chosen(content, name)), ""),
+        "variants": [_swatch(content, name) for name in variant_names(content)],
+        "variant": chosen_variant(content),
         "strength": content.fields.get("strength", FIELDS["strength"].default),
         "fields": fields,
         "knobs": _knobs(content, [*fields, *(entry for node in nodes for entry in node["entries"])]),
@@ -85,7 +85,7 @@ class _Describer:
             "block": step.table.get("block", ""),
             "label": block.label if block else "",
             "kind": block.kind if block else "",
-            "help": block.help if block else "Starts from another picture, or saves the present one.",
+            "help": block.help if block else _help_without_block(wired.step),
             "main": self._main(entries),
             "muted": wired.step.mute,
             "save": wired.wiring.saved_output,
@@ -140,29 +140,20 @@ class _Describer:
         return ""
 
 
+def _help_without_block(step: Step) -> str:
+    if step.source:
+        return "Starts again from another picture."
+    return "The picture as it is here. Steps after it change it, and later ones can use it as it was."
+
+
 def _swatch(content: Content, name: str) -> dict[str, Any]:
     """Return the name of a variant, the colours of its ink and paper, and the other colours that it sets."""
-    others = [value for ref, value in content.variants[name] if ref.step is not None and is_color(value)]
-    varied = {**content.fields} | {
-        ref.name: value for ref, value in content.variants[name] if ref.step is None
-    }
+    values = variant_values(content, name)
+    others = [value for ref, value in values.items() if ref.step is not None and is_color(value)]
+    varied = {**content.fields} | {ref.name: value for ref, value in values.items() if ref.step is None}
     return {"name": name, "colors": others} | {
         color: varied.get(color, FIELDS[color].default) for color in ("ink", "paper")
     }
-
-
-def _is_chosen(content: Content, name: str) -> bool:
-    """Whether the style has all values of a variant."""
-    tables = {step.number: step.table for _, _, step in content.steps}
-    for ref, value in content.variants[name]:
-        if ref.step is None:
-            present = content.fields.get(ref.name, FIELDS[ref.name].default)
-        else:
-            table = tables[ref.step]
-            present = table.get(ref.name, all_blocks()[table["block"]].parameters[ref.name].default)
-        if present != value:
-            return False
-    return bool(content.variants[name])
 
 
 def _edges(content: Content) -> Iterator[dict[str, Any]]:

@@ -15,6 +15,7 @@ from vidstyle.design.document.edit_values import (
     value_text,
     with_value,
 )
+from vidstyle.design.document.variant_choice import values_to_choose, variant_names
 from vidstyle.errors import UsageError, suggest
 from vidstyle.style.check import TEXTS
 from vidstyle.style.knobs import (
@@ -77,17 +78,17 @@ def label(content: Content, new: NewNumber, step: int | None, name: str, text: T
     return EditResult(replace(content, labels=labels), f"Rename {parameter.label}: {shown}")
 
 
-def variant(content: Content, new: NewNumber, name: str) -> EditResult:
-    """Apply the values of a variant."""
-    if name not in content.variants:
+def variant(content: Content, new: NewNumber, name: TextOrEmpty) -> EditResult:
+    """Choose a variant; an empty name is the style without one. Values that no variant sets stay."""
+    if name not in variant_names(content):
         raise UsageError(name, "is not a variant of this style", suggest(name, content.variants))
-    for ref, value in content.variants[name]:
+    for ref, value in values_to_choose(content, name).items():
         if ref.step is None:
             content = _with_field(content, ref.name, value, FIELDS[ref.name].default)
         else:
             step = content.place_of(ref.step)[2]
             content = with_value(content, step, parameter_of(step, ref.name), value)
-    return EditResult(content, f"Variant: {name}")
+    return EditResult(content, f"Variant: {name or 'standard'}")
 
 
 def rename(content: Content, new: NewNumber, name: str) -> EditResult:

@@ -1,6 +1,6 @@
 // Copying and pasting of steps, between styles, tabs and windows. In the clipboard they are text, as in a style file.
 
-import { nameOf } from "./types.js";
+import { LAYER_NAMES, nameOf } from "./types.js";
 
 /** The key under which this browser keeps what was copied, for pasting by mouse. */
 const KEPT = "steps";
@@ -35,7 +35,7 @@ export class Clipboard {
     const answer = await this.session.edit("paste", { layer, index, text });
     if (answer?.step === undefined) return;
     this.steps.select(answer.step);
-    this.say(`Pasted into ${layer}, position ${index + 1}.`);
+    this.say(`Pasted into ${LAYER_NAMES[layer]}, position ${index + 1}.`);
   }
 
   /** @param {ClipboardEvent} event */

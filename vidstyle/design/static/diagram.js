@@ -1,9 +1,9 @@
 // The diagram: a card for each step, wires between the cards, and a button on each wire that adds a step.
 
-import { get, icon, make, makeSvg, words } from "./elements.js";
+import { get, icon, make, makeSvg } from "./elements.js";
 import { fold, purposeOf } from "./fold.js";
 import { layoutOf, pathOf } from "./layout.js";
-import { nameOf, placeOf, stepsOf } from "./types.js";
+import { LAYER_NAMES, nameOf, placeOf, stepsOf } from "./types.js";
 import { enableDragging } from "./drag.js";
 
 /** @typedef {import("./layout.js").CardName} CardName */
@@ -26,13 +26,12 @@ const COLOR_COUNT = 6;
 const LEGEND_PX = 28;
 /** Duration of the animation that moves cards. */
 const MOVING_MS = 180;
-const LAYER_NAMES = { base: "Base", background: "Background", lines: "Lines" };
 
 /** Returns what wires mean. @param {State} state */
-const legendOf = ({ edges }) => ["Base comes first; Lines are drawn over Background, the coloured picture. Grey wires: the picture.", edges.length && "Coloured wires: a second input or a mask."].filter(Boolean).join(" ");
+const legendOf = ({ edges }) => ["Prepare comes first. Then Lines are drawn over Colour. Grey wires: the picture.", edges.length && "Coloured wires: a second input or a mask."].filter(Boolean).join(" ");
 
-/** Whether lines are on plain paper, which hides the picture. @param {State} state */
-const isOnPaper = ({ layers }) => layers.lines.length > 0 && !layers.background.length;
+/** Whether lines are on plain paper, which hides the picture, in a style whose author has not pinned values yet. @param {State} state */
+const isOnPaper = ({ layers, knobs }) => layers.lines.length > 0 && !layers.background.length && !knobs.length;
 
 /** Draws the state of a style as cards. */
 export class Diagram {
@@ -65,7 +64,7 @@ export class Diagram {
     this.whole = make("button", { className: "whole plain", type: "button", onclick: () => this.#toggleWhole() });
     this.legend = make("p", { className: "legend quiet" });
     const behind = make("button", { type: "button", textContent: "Put the picture behind the lines", onclick: () => actions.showBehindLines() });
-    this.paper = make("p", { className: "paper", role: "status" }, "Lines are on plain paper: the layer Background is empty.", behind);
+    this.paper = make("p", { className: "paper", role: "status" }, make("span", { textContent: "Lines are on plain paper: Colour has no steps." }), behind);
     this.root.append(this.paper, this.legend, this.whole);
     new ResizeObserver(() => requestAnimationFrame(() => this.arrange())).observe(this.root);
     enableDragging(this);
@@ -245,7 +244,7 @@ export class Diagram {
 
   /** @param {import("./types.js").Layer} layer @param {number} index */
   #newGap(layer, index) {
-    const label = `Add a step to ${words(layer)}, position ${index + 1}`;
+    const label = `Add a step to ${LAYER_NAMES[layer]}, position ${index + 1}`;
     const button = make("button", { className: "gap", type: "button", tabIndex: -1, title: "Add a step here" }, icon("plus"));
     button.setAttribute("aria-label", label);
     Object.assign(button.dataset, { layer, index });

@@ -3,7 +3,7 @@
 import { openDialog } from "./dialogs.js";
 import { get, make, title } from "./elements.js";
 
-/** @typedef {{name: string, when: string}} Draft */
+/** @typedef {{name: string, when: string, picture: string, folder: string, here: boolean}} Draft */
 
 /** Offers drafts behind buttons that show their number. */
 export class DraftList {
@@ -29,7 +29,8 @@ export class DraftList {
   /** @param {Draft[]} drafts newest first */
   #show(drafts) {
     for (const button of this.#buttons) {
-      button.hidden = !drafts.length;
+      // Beside the looks, changes from other folders would be nobody's; the menu still lists them.
+      button.hidden = !(button.closest("#looks") ? drafts.some(({ here }) => here) : drafts.length);
       /** @type {HTMLElement} */ (button.lastElementChild).textContent = `Unsaved changes (${drafts.length})`;
     }
     get("drafts").replaceChildren(...drafts.map((draft, place) => this.#entry(draft, place)));
@@ -37,14 +38,15 @@ export class DraftList {
   }
 
   /** @param {Draft} draft @param {number} place */
-  #entry({ name, when }, place) {
+  #entry({ name, when, picture, folder, here }, place) {
     const time = new Date(when).toLocaleString("en-GB", { day: "numeric", month: "short", hour: "2-digit", minute: "2-digit" });
+    const facts = [picture && `on ${picture}`, !here && folder && `in the folder ${folder}`, time];
     const restore = make("button", { type: "button", textContent: "Restore" });
     restore.addEventListener("click", () => {
       this.dialog.close();
       this.restore(place);
     });
     const discard = make("button", { type: "button", textContent: "Discard", onclick: () => this.session.ask("draft", { accept: false, place }) });
-    return make("li", {}, make("span", {}, make("b", { textContent: title(name) }), make("span", { className: "quiet", textContent: ` ${time}` })), restore, discard);
+    return make("li", {}, make("span", {}, make("b", { textContent: title(name) }), make("span", { className: "quiet", textContent: ` ${facts.filter(Boolean).join(", ")}` })), restore, discard);
   }
 }

@@ -1,7 +1,7 @@
 // The inspector: parameters, actions and connections of the selected step.
 
-import { icon, make, press, title, words } from "./elements.js";
-import { nameOf, placeOf } from "./types.js";
+import { icon, make, press, words } from "./elements.js";
+import { LAYER_NAMES, nameOf, placeOf } from "./types.js";
 import { ValueList } from "./values.js";
 
 /** @typedef {import("./types.js").Step} Step */
@@ -29,13 +29,15 @@ export class Inspector {
     /** @type {Map<Action, HTMLButtonElement>} */
     this.buttons = new Map();
     const buttons = make("div", { className: "actions" });
+    /** The words on the buttons that change what the picture shows. @type {Partial<Record<Action, string>>} */
+    const shownWords = { mute: "Mute", solo: "Solo" };
     for (const [action, drawing, label, key] of /** @type {[Action, string, string, string][]} */ ([
-      ["mute", "mute", "Mute", "M"], ["solo", "solo", "Solo: show the output of this step", "O"],
+      ["mute", "mute", "Mute: pass the picture through unchanged", "M"], ["solo", "solo", "Solo: show the output of this step", "O"],
       ["copy", "clipboard", "Copy, to paste it into any style", "Ctrl C"], ["duplicate", "copy", "Duplicate", "D"], ["expand", "expand", "Replace with the steps of the recipe", "E"],
       ["remove", "remove", "Remove", "Del"],
     ])) {
-      const button = make("button", { className: "plain", type: "button", title: `${label} (${key})` }, icon(drawing));
-      button.setAttribute("aria-label", label);
+      const button = make("button", { className: "plain", type: "button", title: `${label} (${key})` }, icon(drawing), shownWords[action] ?? "");
+      button.setAttribute("aria-label", label.split(":")[0]);
       button.addEventListener("click", () => act(action));
       this.buttons.set(action, button);
       buttons.append(button);
@@ -49,7 +51,7 @@ export class Inspector {
     this.links = links;
     this.example = make("details", { className: "example" }, make("summary", { textContent: "What this block does" }));
     this.example.addEventListener("toggle", () => this.#showExample());
-    this.element = make("div", { className: "inspector" }, make("header", {}, make("div", {}, this.name, this.kind), buttons),
+    this.element = make("div", { className: "inspector" }, make("header", {}, this.name, this.kind), buttons,
       this.error, this.help, this.values.element, this.example, links);
     this.from.addEventListener("change", () => this.#refer("from", this.from.value));
     this.save.addEventListener("change", () => this.save.reportValidity() && this.#refer("save", this.save.value.trim()));
@@ -70,8 +72,8 @@ export class Inspector {
     this.step = step;
     const place = placeOf(state, step.step);
     this.name.textContent = nameOf(step);
-    this.kind.textContent = place ? `Step ${place.index + 1} of ${state.layers[place.layer].length} in ${title(place.layer)}` : "";
-    this.kind.title = step.block ? `In style files: ${step.block}` : "";
+    this.kind.textContent = place ? `Step ${place.index + 1} of ${state.layers[place.layer].length} in ${LAYER_NAMES[place.layer]}` : "";
+    this.kind.title = place && step.block ? `In style files: ${step.block} in [[${place.layer}]]` : "";
     this.help.textContent = step.help;
     this.error.textContent = step.error ?? "";
     this.error.hidden = !step.error;

@@ -1,7 +1,7 @@
 // Commands on the selected step, from the mouse and the keyboard.
 
 import { title } from "./elements.js";
-import { LAYERS, nameOf, placeOf, stepsOf } from "./types.js";
+import { LAYER_NAMES, LAYERS, nameOf, placeOf, stepsOf } from "./types.js";
 
 /** @typedef {import("./types.js").Layer} Layer */
 /** @typedef {import("./layout.js").CardName} CardName */
@@ -54,7 +54,7 @@ export class Steps {
    */
   add(layer, index, near) {
     this.palette.onpaste = () => this.onpaste(layer, index);
-    this.palette.open(`${title(layer)}, ${this.#placeText(layer, index)}`, near, async (block) => {
+    this.palette.open(`${LAYER_NAMES[layer]}, ${this.#placeText(layer, index)}`, near, async (block) => {
       const known = new Set(stepsOf(/** @type {import("./types.js").State} */ (this.session.state)).map(({ step }) => step));
       const answer = await this.session.edit("add", { layer, index, block });
       const { state } = this.session;
@@ -62,7 +62,7 @@ export class Steps {
       const added = answer.step ?? stepsOf(state).find(({ step }) => !known.has(step))?.step;
       if (added !== undefined) this.select(added);
       const name = this.step ? nameOf(this.step) : title(block);
-      this.say(`${name} added to ${layer}, position ${index + 1} of ${state.layers[layer].length}.`, false, false);
+      this.say(`${name} added to ${LAYER_NAMES[layer]}, position ${index + 1} of ${state.layers[layer].length}.`, false, false);
     });
   }
 
@@ -101,7 +101,7 @@ export class Steps {
     if (!(await this.session.edit("move", { step, layer, index }))) return;
     this.select(step);
     const { state } = this.session;
-    if (state) this.say(`${name} moved to ${layer}, position ${index + 1} of ${state.layers[layer].length}.`, false, false);
+    if (state) this.say(`${name} moved to ${LAYER_NAMES[layer]}, position ${index + 1} of ${state.layers[layer].length}.`, false, false);
   }
 
   /** Runs a command after those before it. @param {() => unknown} run */

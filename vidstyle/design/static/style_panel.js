@@ -11,6 +11,14 @@ import { variantChip } from "./variant_chip.js";
 /** Fields of the style that are shown below its knobs. */
 const MAIN_FIELDS = ["strength"];
 
+/** @typedef {import("./variant_chip.js").Variant} Variant */
+
+/** Returns the variants without their colours if all have the same. @param {Variant[]} variants @returns {Variant[]} */
+function differing(variants) {
+  const colors = new Set(variants.map(({ name, ...rest }) => JSON.stringify(rest)));
+  return colors.size > 1 ? variants : variants.map(({ name }) => ({ name }));
+}
+
 /** Shows and edits the style as a whole. */
 export class StylePanel {
   /** Whether a film or camera is open: temporal smoothing has no effect on a photograph. */
@@ -53,9 +61,20 @@ export class StylePanel {
   #showVariants({ variants, variant }) {
     const shown = JSON.stringify(variants);
     if (this.variants.dataset.shown !== shown)
-      this.variants.replaceChildren(...variants.map((each) => variantChip(each, () => this.session.edit("variant", { name: each.name }))));
+      this.variants.replaceChildren(...differing(variants).map((each) => variantChip(each, () => this.#vary(each.name))));
     this.variants.dataset.shown = shown;
     this.variants.hidden = !variants.length;
+    this.#press(variant);
+  }
+
+  /** Chooses a variant; its button shows it at once, the picture when it is rendered. @param {string} name */
+  #vary(name) {
+    this.#press(name);
+    return this.session.edit("variant", { name });
+  }
+
+  /** @param {string | null} variant */
+  #press(variant) {
     for (const chip of this.variants.children) press(chip, /** @type {HTMLElement} */ (chip).dataset.name === variant);
   }
 

@@ -57,7 +57,7 @@ import { title } from "./elements.js";
  * @property {string} name
  * @property {string} note
  * @property {import("./variant_chip.js").Variant[]} variants
- * @property {string} variant the current variant, or ""
+ * @property {string | null} variant the current variant, "" for the style without one; null if it has the values of none
  * @property {Entry[]} fields
  * @property {Entry[]} knobs
  * @property {{entry: number, label: string}[]} history
@@ -73,6 +73,9 @@ import { title } from "./elements.js";
 
 /** Returns the display name of a step: its block, or the picture that it saves. @param {Step} step */
 export const nameOf = (step) => step.label || title(step.block || step.save || "Saved picture");
+
+/** The display names of layers. @type {Record<Layer, string>} */
+export const LAYER_NAMES = { base: "Prepare", background: "Colour", lines: "Lines" };
 
 /** @type {Layer[]} */
 export const LAYERS = ["base", "background", "lines"];
