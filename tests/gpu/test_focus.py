@@ -11,7 +11,7 @@ from vidstyle.renderer import Renderer, stylize
 from vidstyle.style import load_style
 
 
-@pytest.mark.parametrize("name", ["comic", "oil"])
+@pytest.mark.parametrize("name", ["comic", "oil", "charcoal"])
 def test_faces_agree(name: str) -> None:
     style = load_style(name)
     one, other = (stylize(picture_with_face(), style, device).astype(int) for device in ("cpu", "gpu"))

@@ -41,7 +41,9 @@ def drawn_in_ink(shadow_depth: float = 0.5, has_beard: bool = False) -> np.ndarr
         cv2.ellipse(luma, BEARD, (34, 12), 0, 0, 360, 15, -1)
     cv2.line(luma, (MOUTH[0] - 20, MOUTH[1]), (MOUTH[0] + 20, MOUTH[1]), 60, 3)
     picture = Picture.from_array(np.dstack([luma.astype(np.uint8)] * 3))
-    features = lift_features(picture, [Patch(WINDOW, WINDOW, Face(0, FACE))], 1.0)
+    features = [
+        each.features() for each in lift_features(picture, [Patch(WINDOW, WINDOW, Face(0, FACE))], 1.0)
+    ]
     page = Picture.from_array(np.full((*luma.shape, 3), 245, np.uint8))
     return luma_in(draw_features(page, features, load_style("ink"), None, NO_RASTER), WINDOW)
 

@@ -63,7 +63,8 @@ def test_features_of_faces_of_any_size_are_alike() -> None:
     for factor in (1, 6):
         window, face = (Box(*(factor * side for side in each)) for each in (WINDOW, PLACE))
         large = cv2.resize(color, None, fx=factor, fy=factor, interpolation=cv2.INTER_CUBIC)
-        (found,) = lift_features(Picture.from_array(large), [Patch(window, window, Face(0, face))], 1.0)
+        (lifted_face,) = lift_features(Picture.from_array(large), [Patch(window, window, Face(0, face))], 1.0)
+        found = lifted_face.features()
         page = Picture.from_array(np.full(large.shape, 200, np.uint8))
         drawn = luma_in(draw_features(page, [found], load_style("poster"), None, NO_RASTER), window)
         assert found.weight.shape[0] <= 350

@@ -20,6 +20,7 @@ from vidstyle.regions import focus
 from vidstyle.regions.boxes import Box
 from vidstyle.regions.face_tracks import FaceFollower
 from vidstyle.regions.faces import FaceFinder
+from vidstyle.regions.features import feature_lifting
 from vidstyle.regions.focus import FACE_RATIOS, FocusRenderer
 from vidstyle.regions.masks import mask_box
 from vidstyle.regions.patches import plane_area
@@ -87,6 +88,13 @@ def test_eyes_in_squares_are_no_bars(monkeypatch: pytest.MonkeyPatch) -> None:
     hard = focused_on([PLACE], picture, style)[area]
     assert soft.std() < 0.95 * hard.std()
     assert len(np.unique(soft.reshape(-1, 3), axis=0)) <= 32
+
+
+def test_the_drawing_of_faces_in_squares_is_not_prepared(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(feature_lifting, "face_darkness", None)
+    focused_on([PLACE], picture_with_face(), load_style("pixel"))
+    with pytest.raises(TypeError):
+        focused_on([PLACE], picture_with_face(), load_style("poster"))
 
 
 @pytest.mark.parametrize("name", STYLES)

@@ -56,5 +56,5 @@ def planes(picture: Picture) -> list[np.ndarray]:
 def lifted(picture: Picture, amount: float = 1.0) -> tuple[np.ndarray, list[Features]]:
     """Return the luma of `WINDOW` without the features of the face, and these."""
     copied = picture.map_planes(lambda plane, _: plane.copy())
-    features = lift_features(copied, [Patch(WINDOW, WINDOW, Face(0, PLACE))], amount)
-    return luma_in(copied, WINDOW), features
+    faces = lift_features(copied, [Patch(WINDOW, WINDOW, Face(0, PLACE))], amount)
+    return luma_in(copied, WINDOW), [each.features() for each in faces]

@@ -204,8 +204,7 @@ class FocusRenderer(Backend):
             faces.append((start(backend, fine), patches))
             features |= {each.face.track: each for each in marked}
         region, raster = _region(request.picture, style), self._raster_on(request)
-        drawn = [] if _draws_faces(style, raster) else list(features.values())
-        return FocusedPicture(page, faces, drawn, writing, style, region, raster, light)
+        return FocusedPicture(page, faces, list(features.values()), writing, style, region, raster, light)
 
     def skip(self, request: FrameRequest) -> None:
         """Follow faces and their tones through a picture that is not restyled."""
@@ -216,7 +215,7 @@ class FocusRenderer(Backend):
         if light and sets:
             request = replace(request, picture=light.picture())
         for patches in sets:
-            self._patches_of(patches).cut(request, patches, self._style.focus, self._lifted_share(request))
+            self._patches_of(patches).cut(request, patches, self._style.focus, *self._lifting(request))
 
     def overlay(self, picture: Picture, seen_side: float | None = None) -> np.ndarray | None:
         """Return what focus changes in a single picture, to be laid over it by other means.
@@ -269,15 +268,16 @@ class FocusRenderer(Backend):
     def _prepare(
         self, request: FrameRequest, patches: PatchSet
     ) -> tuple[Backend, FrameRequest, list[Features]]:
-        raster, share = self._raster_on(request), self._lifted_share(request)
+        raster, (share, _) = self._raster_on(request), self._lifting(request)
         assert self._style.height is not None and self._chosen.height is not None
         fineness = self._style.height / self._chosen.height
         return self._patches_of(patches).prepare(request, patches, self._style, share, raster, fineness)
 
-    def _lifted_share(self, request: FrameRequest) -> float:
-        """Return how much of the features of faces is taken off before they are restyled, 0..1."""
-        share = POINTS_SHARE if _draws_faces(self._style, self._raster_on(request)) else 1.0
-        return share * min(1.0, self._style.focus / FULL_FOCUS)
+    def _lifting(self, request: FrameRequest) -> tuple[float, Medium]:
+        """Return how much of the features is taken off before faces are restyled, 0..1; and for what."""
+        medium = Medium.of(self._style, self._raster_on(request))
+        share = POINTS_SHARE if medium is Medium.POINTS else 1.0
+        return share * min(1.0, self._style.focus / FULL_FOCUS), medium
 
     def _patches_of(self, patches: PatchSet) -> PatchRenderer:
         return self._patches[patches.number % len(self._patches)]
@@ -298,11 +298,6 @@ class FocusRenderer(Backend):
         if self._raster is None or self._raster[0] != key:
             self._raster = key, raster_of(self._style, request)
         return self._raster[1]
-
-
-def _draws_faces(style: Style, raster: PageRaster) -> bool:
-    """Whether a style draws features of faces itself; over others, they are drawn."""
-    return Medium.of(style, raster) is Medium.POINTS
 
 
 def _small_share(face: Face, side: float) -> float:

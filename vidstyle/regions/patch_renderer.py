@@ -11,6 +11,7 @@ from vidstyle.core.picture import Picture
 from vidstyle.core.scene_cuts import KnownCuts, SceneCuts
 from vidstyle.regions.features.exposure import Exposure
 from vidstyle.regions.features.feature_lifting import Features, lift_features
+from vidstyle.regions.features.media import Medium
 from vidstyle.regions.features.steady_darkness import SteadyDarkness
 from vidstyle.regions.patches import PatchSet, cut_patches
 from vidstyle.regions.rasters import PageRaster
@@ -73,7 +74,7 @@ class PatchRenderer(Closing):
             raster: the rasters of the style.
             fineness: level of detail of the whole picture, by which that of patches is divided.
         """
-        cut, features = self.cut(request, patches, style.focus, lifted)
+        cut, features = self.cut(request, patches, style.focus, lifted, Medium.of(style, raster))
         share = patches.least / (self._side_ratio * min(request.picture.shape))
         is_ruled = raster.is_screen and not raster.has_points
         low, high = SCREEN_DETAIL_RANGE if is_ruled else DETAIL_RANGE
@@ -84,17 +85,21 @@ class PatchRenderer(Closing):
         return backend, replace(request, picture=cut, target=request.encoding), features
 
     def cut(
-        self, request: FrameRequest, patches: PatchSet, focus: float, lifted: float
+        self, request: FrameRequest, patches: PatchSet, focus: float, lifted: float, medium: Medium
     ) -> tuple[Picture, list[Features]]:
-        """Return the picture of all patches, with tones that suit the style by `focus`; and its features."""
+        """Return the picture of all patches, with tones that suit the style by `focus`; and its features.
+
+        There are none to draw where the medium draws faces itself.
+        """
         if patches.is_new and request.time is not None:
             self._cuts.add(request.time)
             self._exposure, self._darkness = Exposure(), SteadyDarkness()
         picture = cut_patches(request.picture, patches.patches)
-        features = lift_features(picture, patches.patches, lifted)
+        faces = lift_features(picture, patches.patches, lifted)
+        features = [] if medium is Medium.POINTS else [each.features() for each in faces]
         if request.time is not None:
             features = self._darkness.follow(features)
-        bare = {each.face.track: each.amount for each in features}
+        bare = {each.face.track: each.amount for each in faces}
         self._exposure.apply(picture, patches.patches, request.picture, request.time, focus, bare)
         return picture, features
 

@@ -55,15 +55,44 @@ class Features(NamedTuple):
     amount: float
 
 
-def lift_features(picture: Picture, patches: Sequence[Patch], amount: float) -> list[Features]:
-    """Change the patches of a picture in place: take off features. Return them.
+class LiftedFace(NamedTuple):
+    """A face whose features have been taken off a picture; its planes may be reduced, see `Features`.
+
+    Attributes:
+        window: its box in the picture.
+        luma: the window before, H x W float32, 0..1.
+        inner: mask of the face, H x W float32, 0..1.
+        areas: masks of its features.
+        height: of the face in these planes, in pixels.
+        face: the face.
+        amount: how much of the features has been taken off, 0..1.
+    """
+
+    window: Rectangle
+    luma: np.ndarray
+    inner: np.ndarray
+    areas: Areas
+    height: float
+    face: Face
+    amount: float
+
+    def features(self) -> Features:
+        """Return the features, to be drawn."""
+        darkness = face_darkness(self.luma, self.inner, self.areas, self.height)
+        weight = np.minimum(np.float32(DRAWN_FACTOR) * self.inner, 1)
+        weight *= np.float32(self.amount * self.face.opacity)
+        return Features(self.window, weight, darkness, self.areas, self.face, self.amount)
+
+
+def lift_features(picture: Picture, patches: Sequence[Patch], amount: float) -> list[LiftedFace]:
+    """Change the patches of a picture in place: take off features. Return the faces that had any.
 
     Args:
         picture: the picture of all patches.
         patches: the patches.
         amount: how much of the features is lifted, 0..1.
     """
-    lifted = list[Features]()
+    lifted = list[LiftedFace]()
     for patch, face in ((each, each.face) for each in patches if amount and each.face):
         window = Box(*map(round, mask_box(face.box))).intersection(patch.window)
         if window.area and (found := _lift(picture, patch, face, window, amount)):
@@ -71,7 +100,7 @@ def lift_features(picture: Picture, patches: Sequence[Patch], amount: float) -> 
     return lifted
 
 
-def _lift(picture: Picture, patch: Patch, face: Face, window: Rectangle, amount: float) -> Features | None:
+def _lift(picture: Picture, patch: Patch, face: Face, window: Rectangle, amount: float) -> LiftedFace | None:
     """Take off the features of a face in a window; None, and no change, if it has no eyes."""
     place = window.moved(patch.place.left - patch.window.left, patch.place.top - patch.window.top)
     part = PartLuma(picture, plane_area(place, (1, 1)))
@@ -93,7 +122,4 @@ def _lift(picture: Picture, patch: Patch, face: Face, window: Rectangle, amount:
     ground, whole = (enlarged(each, luma.shape) for each in (even, areas.whole))
     # Grain stays where features were. A reduced copy does not have it.
     part.add(np.float32(amount) * whole * (ground - (small if small.shape == luma.shape else luma)))
-    inner = inner_mask(seen.box, inside)
-    darkness = face_darkness(small, inner, areas, height)
-    weight = np.float32(amount * face.opacity) * np.minimum(np.float32(DRAWN_FACTOR) * inner, 1)
-    return Features(window, weight, darkness, areas, face, amount)
+    return LiftedFace(window, small, inner_mask(seen.box, inside), areas, height, face, amount)
