@@ -127,6 +127,22 @@ def _as_measured(_: object, measured: np.ndarray) -> np.ndarray:
     return measured
 
 
+@pytest.mark.parametrize(
+    ("name", "recomputed"), [("oil", ["blend"]), ("pointillist", ["hue"]), ("blueprint", []), ("riso", [])]
+)
+def test_a_schedule_is_compact_if_a_frame_takes_less_memory(
+    name: str, recomputed: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("vidstyle.core.bands.BAND_BYTES", 1 << 21)
+    _, tasks = planned(name, codes(VIDEO, 1920, 1080))
+    assert [_block_name(node) for node in tasks.recomputed] == recomputed
+
+
+def test_rgb_that_many_steps_compute_is_stored() -> None:
+    _, tasks = planned("riso")
+    assert not tasks.recomputed
+
+
 def _stored_bytes_per_pixel(tasks: Schedule) -> float:
     return tasks.stored_bytes / math.prod(PICTURE.shape)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -326,6 +327,8 @@ def test_a_long_style_needs_no_recursion() -> None:
 def test_the_choice_of_recomputed_nodes_visits_each_node_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """A chain of steps that read their input twice has 2 ** 12 ways through it."""
     monkeypatch.setattr("vidstyle.cpu.scheduling.schedule.MAX_STORED_BYTES_PER_PIXEL", 0)
+    monkeypatch.setattr("vidstyle.cpu.scheduling.schedule.MAX_COMPACT_RATIO", math.inf)
+    monkeypatch.setattr("vidstyle.cpu.scheduling.stored_nodes.MAX_RECOMPUTED_STEPS", 20)
     visits: list[Node] = []
     monkeypatch.setattr(Node, "reads_neighbors", property(_counted(Node.reads_neighbors.fget, visits)))  # type: ignore[attr-defined]
     chain = [step("blend", other=f"s{number}", save=f"s{number + 1}") for number in range(12)]

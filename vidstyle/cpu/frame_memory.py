@@ -11,16 +11,16 @@ from vidstyle.core.kernels import aligned_empty
 from vidstyle.core.kernels.aligned import CACHE_LINE_FLOATS, round_up
 from vidstyle.core.machine.free_memory import frame_memory, memory_option
 from vidstyle.core.picture import Encoding
-from vidstyle.core.resample import Resampling
 from vidstyle.cpu.pixel_operations import Value
-from vidstyle.cpu.scheduling.sweeps import BandStep, Schedule, Sweep, plane_bytes
+from vidstyle.cpu.scheduling.peak_memory import peak_bytes
+from vidstyle.cpu.scheduling.sweeps import Schedule, Sweep
 from vidstyle.errors import log
 from vidstyle.style.nodes import Node, Shape
 
 _CODEC_FRAMES = 120
 """Pictures that decoder, queues and encoder hold, measured with x264 at preset medium."""
 _KEPT_FACTOR = 1.25
-"""Memory that a thread keeps relative to `_peak_bytes`. At least the measured growth of the process per
+"""Memory that a thread keeps relative to `peak_bytes`. At least the measured growth of the process per
 thread, for ink, comic, paint, watercolor and ascii at 720p to 4K."""
 
 MAX_LEAD_SHARE = 0.5
@@ -59,55 +59,13 @@ def frame_bytes(
     planes = _picture_bytes(shape, target)
     # The source and the result; the stabilized source and result have twice the bits, the weights half.
     pictures = 2 * planes + (5 * planes if is_steady else 0)
-    return int(_KEPT_FACTOR * (_peak_bytes(schedule, shape, workers) + pictures))
+    return int(_KEPT_FACTOR * (peak_bytes(schedule, shape, workers) + pictures))
 
 
 def _picture_bytes(shape: Shape, encoding: Encoding) -> int:
     across, down = encoding.subsampling
     samples = shape[0] * shape[1] * (1 + 2 / (across * down))
     return int(samples * np.dtype(encoding.dtype).itemsize)
-
-
-def _peak_bytes(schedule: Schedule, shape: Shape, workers: BandWorkers) -> int:
-    """Return the most bytes of stored planes and bands at once."""
-    most = 0
-    for sweep, stored in schedule.sweeps():
-        page = sweep.stores[0].shape if sweep.stores else shape
-        if sweep.steps:
-            rows = min(band_rows(workers, page, sweep.radius, sweep.channels), page[0])
-            bands = workers.count * _band_bytes(sweep, rows, schedule.recomputed)
-            most = max(most, sum(map(plane_bytes, stored)) + bands)
-    return most
-
-
-def _band_bytes(sweep: Sweep, rows: int, recomputed: Mapping[Node, Sweep]) -> int:
-    """Return the most bytes of the values of a band at once."""
-    values: dict[object, int] = {}
-    most = 0
-    for step in sweep.steps:
-        high = min(rows + 2 * step.margin, step.node.shape[0])
-        again = [node for node in step.loads if node in recomputed]
-        for node in again:
-            inner = _band_bytes(recomputed[node], _rows_loaded(step, node, high), recomputed)
-            most = max(most, sum(values.values()) + inner)
-        if again or not step.is_loaded:
-            for node in filter(None, (step.node, step.twin)):
-                values[node, step.margin] = plane_bytes(node, high)
-        most = max(most, sum(values.values()))
-        for key in step.releases:
-            values.pop(key, None)
-    return most
-
-
-def _rows_loaded(step: BandStep, node: Node, rows: int) -> int:
-    """Return how many rows of a node a step loads to compute `rows` rows, far from the edges."""
-    if step.is_loaded:
-        return rows
-    if step.node.op == "network":
-        return node.shape[0]
-    top = (step.node.shape[0] - rows) // 2
-    first, last = Resampling(node.shape, step.node.shape, **step.node.values).rows_read(top, top + rows)
-    return last - first
 
 
 class PlaneMemory:

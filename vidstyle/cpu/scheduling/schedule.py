@@ -10,18 +10,24 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 
+from vidstyle.core.bands import ONE_THREAD
+from vidstyle.cpu.scheduling.peak_memory import peak_bytes
 from vidstyle.cpu.scheduling.plane_lifetimes import planes_read, successors
 from vidstyle.cpu.scheduling.stored_nodes import CONVERSION_OPERATIONS, needed_whole, recomputable
 from vidstyle.cpu.scheduling.sweep_builder import SweepBuilder
 from vidstyle.cpu.scheduling.sweeps import Schedule, Sweep, Task
 from vidstyle.style.nodes import LoweredStyle, Node, nodes_in_order
 
-MAX_STORED_BYTES_PER_PIXEL = 25
+MAX_STORED_BYTES_PER_PIXEL = 20
 """Most bytes per pixel that planes may take at once without a compact schedule. Of the shipped styles, `oil`
-takes 39, `pixel` 34, `neon` 26, `blueprint` and `riso` 24."""
-MAX_COMPACT_RATIO = 0.8
-"""Most bytes that the planes of a compact schedule may take, relative to the planes of the usual schedule.
-Those of `oil`, `pixel` and `neon` take 0.33 to 0.69; of styles that store less, several take 0.9 to 1."""
+takes 39, `pixel` 34, `neon` 26, `blueprint` 25, `riso` 24, `impressionist` and `pointillist` 23."""
+MAX_COMPACT_RATIO = 0.85
+"""Most bytes that planes and bands of a compact schedule may take at once, relative to the usual schedule:
+fewer planes are stored, but a band has more values.
+
+At 1920x1080, `oil`, `pixel`, `neon` and `pointillist` take 0.44 to 0.82, `impressionist` 1, and `cartoon` and
+`blueprint` 1.6 and 1.8.
+"""
 MAX_FUSED_RADIUS = 1
 """Greatest radius of filters whose inputs a compact schedule computes in the same sweep."""
 
@@ -33,12 +39,12 @@ def schedule(lowered: LoweredStyle, kept: Sequence[Node] = ()) -> Schedule:
         kept: additional nodes whose planes are requested (`FrameExecutor.planes`); the schedule is then not
             compact, as these planes take most of the memory.
     """
-    usual = _scheduled(lowered, kept, is_compact=False)
-    most = usual.stored_bytes
-    if kept or most <= MAX_STORED_BYTES_PER_PIXEL * math.prod(lowered.source.shape):
+    usual, shape = _scheduled(lowered, kept, is_compact=False), lowered.source.shape
+    if kept or usual.stored_bytes <= MAX_STORED_BYTES_PER_PIXEL * math.prod(shape):
         return usual
     compact = _scheduled(lowered, (), is_compact=True)
-    return compact if compact.stored_bytes <= MAX_COMPACT_RATIO * most else usual
+    most, fewest = (peak_bytes(each, shape, ONE_THREAD) for each in (usual, compact))
+    return compact if fewest <= MAX_COMPACT_RATIO * most else usual
 
 
 def _scheduled(lowered: LoweredStyle, kept: Sequence[Node], is_compact: bool) -> Schedule:
