@@ -20,6 +20,24 @@ def save_picture(browser: Browser, name: str) -> None:
     browser.click("#render-go")
 
 
+def test_the_first_picture_of_a_photograph_is_no_draft_at_another_size(
+    tmp_path: Path, browser: Browser
+) -> None:
+    photo = make_picture(tmp_path / "photo.png", size=(750, 500))
+    with served(tmp_path, open_clip(photo)) as server:
+        server.designer.open("noir")
+        source = """globalThis.seen = [];
+            addEventListener("DOMContentLoaded", () => {
+              const picture = document.getElementById("picture");
+              const observer = new MutationObserver(() => seen.push(picture.dataset.lines));
+              observer.observe(picture, { attributeFilter: ["data-lines"] });
+            });"""
+        browser.call("Page.addScriptToEvaluateOnNewDocument", source=source)
+        browser.open(server.url)
+        browser.until("document.getElementById('picture').dataset.lines === '500'")
+        assert set(browser.run("return seen")) == {"500"}
+
+
 def test_each_saved_picture_is_shown_and_closing_it_leads_to_the_queue(
     tmp_path: Path, browser: Browser
 ) -> None:

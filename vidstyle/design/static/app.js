@@ -178,6 +178,7 @@ function showState(state) {
     if (fresh === "new") steps.selected = "source";
     requestAnimationFrame(() => fresh === "new" && diagram.focus("source"));
     preview.begin();
+    diagram.clearResult();
   }
   steps.deselectRemoved();
   if (preview.solo !== null && !steps.step) preview.solo = null;

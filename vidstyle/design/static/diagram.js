@@ -328,6 +328,12 @@ export class Diagram {
     this.#pictures.delete(name);
   }
 
+  /** Removes the picture of the result, which shows another style. */
+  clearResult() {
+    const canvas = /** @type {HTMLCanvasElement | undefined} */ (this.#cards.get("result")?.firstElementChild);
+    canvas?.getContext("2d")?.clearRect(0, 0, canvas.width, canvas.height);
+  }
+
   /** Draws the picture of the source or the result. @param {"source" | "result"} name @param {CanvasImageSource} picture @param {[number, number]} size */
   draw(name, picture, [width, height]) {
     const canvas = /** @type {HTMLCanvasElement | undefined} */ (this.#cards.get(name)?.firstElementChild);
