@@ -242,6 +242,13 @@ def test_a_tuning_pad_has_the_style_on_it_and_changes_what_is_seen() -> None:
     assert all(each is not None and look_distance(own, each) > MIN_TILE_DISTANCE for each in corners)
 
 
+def test_the_axes_of_a_tuning_pad_change_the_picture_in_both_directions() -> None:
+    paint = {"block": "saturation", "factor": 0.5}, {"block": "posterize", "levels": 4}, {"block": "invert"}
+    style = load_style({"format": 1, "height": 720, "background": [*paint]})
+    pad = tuning_pad_of(style, looks)
+    assert pad is not None and "invert.above" not in {axis.path for axis in pad.axes}
+
+
 class ColorLook(Look):
     """What somebody sees who looks at ink and paper only."""
 

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from vidstyle.explore.look import NewLooks, look_distance
+from vidstyle.explore.look import Look, NewLooks, look_distance
 from vidstyle.style import Style, set_values
 from vidstyle.style.panel import panel
 
@@ -20,6 +20,10 @@ AXIS_DISTANCE = 1.6
 """Approximate `look_distance` between the middle and the ends of an axis."""
 MIN_CHANGE_DISTANCE = 0.02
 """Smallest `look_distance` at which a value counts as effective."""
+MIN_END_DISTANCE = 0.15
+"""Smallest `look_distance` between the middle and each end of an axis: half of the one between two tiles."""
+MAX_TRIED_AXES = 8
+"""Number of axes whose ends are drawn to find two visible ones."""
 
 
 @dataclass(frozen=True)
@@ -78,15 +82,28 @@ class TuningPad:
 def tuning_pad_of(style: Style, looks: NewLooks) -> TuningPad | None:
     """Return the tuning pad of a style; None if fewer than two values have an effect.
 
-    Prefer the knobs of the style, and values of different steps, since values of one step often have similar
-    effects.
+    Prefer the knobs of the style, other values that change the picture in both directions, and values of
+    different steps, since values of one step often have similar effects.
     """
+    middle, candidates = _find_axes(style, looks)
+    if middle is None or len(candidates) < 2:
+        return None
+    visible = (each for each in candidates[:MAX_TRIED_AXES] if _is_visible(style, each[1], middle, looks))
+    first = next(visible, candidates[0])
+    apart = [each for each in candidates if each[0] != first[0]]
+    rest = apart or [each for each in candidates if each is not first]
+    second = next((each for each in visible if each in rest), rest[0])
+    return TuningPad(style, (first[1], second[1]))
+
+
+def _find_axes(style: Style, looks: NewLooks) -> tuple[Look | None, list[tuple[str, Axis]]]:
+    """Return the look of a style, and its axes with their steps: knobs, then strong effects first."""
     sliders = sliders_of(style)
     probed = [_shift_value(each, PROBE_SHARE) for each in sliders]
     tried = [set_values(style, {each["path"]: at}) for each, at in zip(sliders, probed, strict=True)]
     middle, *others = looks([style, *tried])
     if middle is None:
-        return None
+        return None, []
     axes = []
     for slider, look in zip(sliders, others, strict=True):
         change = look_distance(middle, look) if look is not None else 0.0
@@ -94,10 +111,15 @@ def tuning_pad_of(style: Style, looks: NewLooks) -> TuningPad | None:
             axes.append((change, slider["step"], _axis(slider, change)))
     axes = [each for each in axes if not each[2].is_whole or each[2].high - each[2].low >= MIN_STEPS]
     axes.sort(key=lambda each: (each[2].path not in style.knobs, -each[0]))
-    if len(axes) < 2:
-        return None
-    other = next((each for each in axes[1:] if each[1] != axes[0][1]), axes[1])
-    return TuningPad(style, (axes[0][2], other[2]))
+    return middle, [(step, axis) for _, step, axis in axes]
+
+
+def _is_visible(style: Style, axis: Axis, middle: Look, looks: NewLooks) -> bool:
+    """Whether an axis is a knob of the style, or the picture changes toward both of its ends."""
+    if axis.path in style.knobs:
+        return True
+    ends = looks([set_values(style, {axis.path: axis.at(place)}) for place in (0, 1)])
+    return all(end is not None and look_distance(middle, end) >= MIN_END_DISTANCE for end in ends)
 
 
 def sliders_of(style: Style) -> list[dict[str, Any]]:
