@@ -346,6 +346,24 @@ def test_nine_tiles_move_and_say_what_they_are(opened: Browser, page: ExploreSer
     assert not errors
 
 
+def test_pictures_fill_their_tiles_and_buttons_their_rows(opened: Browser) -> None:
+    size = {"deviceScaleFactor": 1, "mobile": False}
+    opened.call("Emulation.setDeviceMetricsOverride", width=1280, height=620, **size)
+    space = """const canvas = document.querySelector(".take canvas");
+        return document.querySelector(".take").clientWidth - canvas.offsetWidth;"""
+    opened.until(f"(() => {{ {space} }})() === 0")
+    assert opened.run("return document.querySelector('.take').clientHeight") < 170, "pictures are low"
+    opened.until("document.querySelector('#hint-more svg')")  # the sign that opens a look
+    opened.run("document.querySelector('[aria-label=\"Open tile 1\"]').click()")
+    ends = """const ends = ["#like", "#actions > :last-child", "#render", "#save", "#exports"]
+            .map((each) => document.querySelector(each));
+        return new Set(ends.map((each) => Math.round(each.getBoundingClientRect().right))).size;"""
+    assert opened.run(ends) == 1
+    name = """const { fileName } = await import("/lightbox.js");
+        return ["Muted colours, outlines, ink lines", "Dark turquoise on pale yellow"].map(fileName);"""
+    assert opened.run(name) == ["muted-colours-outlines", "dark-turquoise-on-pale"]
+
+
 def test_a_render_goes_on_in_sight_when_the_look_is_closed(opened: Browser) -> None:
     opened.run("document.querySelector('[aria-label=\"Open tile 1\"]').click()")
     where = """document.getElementById('render').click(); document.getElementById('lightbox').close();

@@ -3,7 +3,7 @@
 import { announce } from "./announce.js";
 import { Lightbox } from "./lightbox.js";
 import { LostNotice } from "./lost.js";
-import { clock, get, press } from "./elements.js";
+import { clock, get, icon, press } from "./elements.js";
 import { NextNine } from "./next_nine.js";
 import { LoadedPlans, PagePainter, ServerPainter } from "./painters.js";
 import { Reference } from "./reference.js";
@@ -23,6 +23,8 @@ import { Tiles } from "./tiles.js";
 const OPENED_SIDES = [360, 540, 720, 1080];
 /** Sizes at which tiles are rendered: the shorter side in pixels. */
 const TILE_SIDES = [180, 270, 360, 540];
+/** A tile may be drawn this much smaller than it is shown. */
+const MIN_DRAWN_RATIO = 0.9;
 /** Time for drawing in each screen refresh. */
 const MAX_DRAW_MS = 12;
 
@@ -80,7 +82,7 @@ function subjectOf(tile) {
 function tileSide() {
   const fixed = Number(options.get("side"));
   if (TILE_SIDES.includes(fixed)) return fixed;
-  const wanted = Math.min(...(tiles.size ?? [1, 1])) * devicePixelRatio;
+  const wanted = MIN_DRAWN_RATIO * Math.min(...(tiles.size ?? [1, 1])) * devicePixelRatio;
   const most = inPage ? 540 : 270;
   return TILE_SIDES.find((side) => side >= Math.min(wanted, most)) ?? most;
 }
@@ -146,10 +148,16 @@ function leadOf({ tiles: [first, , , , middle] }) {
   return ["Choose the look you like best", "Nine more like it follow. Open one to save it or to render it."];
 }
 
+/** Returns a sentence with the icon of the button that the words "Open one" are about. @param {string} text */
+function withIcon(text) {
+  const [before, after] = text.split("Open one");
+  return after === undefined ? [text] : [`${before}Open one `, icon("enlarge"), after];
+}
+
 /** Shows what to do, or what is being made. @param {string[]} [lead] a heading and a sentence */
 function showLead([heading, more] = leadOf(state)) {
   get("hint").textContent = heading;
-  get("hint-more").textContent = more;
+  get("hint-more").replaceChildren(...withIcon(more));
   get("stop").hidden = !busy || !state.tiles.length;
   if (busy || !state.tiles.length) return showProgress("");
   showProgress(`Drawing ${tiles.drawn} of 9`, tiles.drawn, 9);

@@ -27,9 +27,11 @@ function copyOf(picture) {
   return copy;
 }
 
-/** Returns a name for files: the words of a text that fit into it. @param {string} text */
-function fileName(text) {
-  const words = text.toLowerCase().split(/[^a-z0-9]+/).filter(Boolean);
+/** Returns a name for files: the parts of a text that fit into it, or words of the first part. @param {string} text */
+export function fileName(text) {
+  const parts = text.toLowerCase().split(",");
+  while (parts.length > 1 && parts.join("").length > MAX_NAME_LENGTH) parts.pop();
+  const words = parts.join(" ").split(/[^a-z0-9]+/).filter(Boolean);
   while (words.length > 1 && words.join("-").length > MAX_NAME_LENGTH) words.pop();
   return words.join("-").slice(0, MAX_NAME_LENGTH);
 }

@@ -17,6 +17,8 @@ const MIN_HEIGHT_PX = 96;
 const GAP_PX = 12;
 /** Names of looks have this space, if the stage has it, below pictures that are narrower. */
 const MIN_NAME_WIDTH_PX = 300;
+/** For that, a picture loses no more than the rest of its height. */
+const MIN_SHOWN_RATIO = 0.8;
 /** The name of a look next to an upright picture has this space. */
 const [MIN_BESIDE_WIDTH_PX, MAX_BESIDE_WIDTH_PX] = [140, 220];
 
@@ -162,13 +164,15 @@ export class Tiles {
     const isBeside = this.columns > 2 && aspect <= 1 && across - row * aspect >= MIN_BESIDE_WIDTH_PX;
     const high = Math.max(MIN_HEIGHT_PX, isBeside ? row : row - caption);
     const down = this.columns < 3 ? Infinity : high * aspect;
-    const width = Math.floor(Math.min(across, down));
-    const column = isBeside ? width + MAX_BESIDE_WIDTH_PX : Math.max(width, MIN_NAME_WIDTH_PX);
+    const whole = Math.min(across, down);
+    const named = Math.max(whole, Math.min(MIN_NAME_WIDTH_PX, whole / MIN_SHOWN_RATIO));
+    const width = Math.floor(isBeside ? whole : Math.min(across, named));
+    const height = Math.floor(whole / aspect);
     this.element.classList.toggle("beside", isBeside);
     this.size = [Math.max(40, width), Math.max(40, Math.floor(width / aspect))];
-    this.element.style.setProperty("--column", `${Math.floor(Math.min(across, column))}px`);
+    this.element.style.setProperty("--column", `${isBeside ? Math.floor(Math.min(across, width + MAX_BESIDE_WIDTH_PX)) : width}px`);
     this.element.style.setProperty("--width", `${this.size[0]}px`);
-    this.element.style.setProperty("--height", `${this.size[1]}px`);
+    this.element.style.setProperty("--height", `${Math.max(40, height)}px`);
   }
 
   /** The position of the tile with the focus or under the mouse; -1 if there is none. */
