@@ -295,6 +295,11 @@ def test_a_comic_is_edited_in_a_browser(folder: Path, browser: Browser) -> None:
     browser.download_to(folder / "downloads")
     browser.open((folder / "page.html").as_uri())
     browser.press("e")
+    assert browser.run("return document.activeElement.matches('g[data-place]')"), "the first balloon"
+    assert browser.run("return document.body.matches('.whole')")
+    assert browser.run("return document.documentElement.scrollHeight <= innerHeight"), (
+        "the page has its bar below"
+    )
     burst, balloon = "g.caption", "g[data-place]:not(.caption)"
     (x, y, *_), scale = (
         browser.place(burst),
@@ -303,7 +308,9 @@ def test_a_comic_is_edited_in_a_browser(folder: Path, browser: Browser) -> None:
     browser.drag((x, y), (x + 12 * scale, y + 6 * scale))
     browser.click(balloon)
     browser.until("document.activeElement.matches('textarea.words')")
+    browser.type("other words")
     browser.press("Escape")
+    assert browser.run("return document.querySelector('.bar p').textContent").startswith("Cancelled")
     browser.run("document.querySelector(balloon).focus()", balloon=balloon)
     browser.press("Enter")
     browser.type("Who was *that*?")
@@ -445,6 +452,10 @@ def test_a_comic_is_read_panel_by_panel(folder: Path, browser: Browser) -> None:
     browser.press("ArrowRight")
     browser.press("Enter")
     assert browser.run(is_open) and browser.run(number) == "1 of 4"
+    beside = """document.documentElement.style.overflowY = "scroll";
+        const { right } = document.getElementById("reading").getBoundingClientRect();
+        return right <= document.documentElement.clientWidth;"""
+    assert browser.run(beside), "no scrollbar covers the buttons"
     browser.press("ArrowRight")
     browser.press("End")
     browser.press("ArrowRight")

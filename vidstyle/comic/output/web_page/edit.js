@@ -77,6 +77,7 @@ function edit(bubble) {
   input.addEventListener("input", grow);
   input.addEventListener("keydown", (event) => {
     event.stopPropagation();
+    if (event.key === "Escape" && input.value !== words) hint.textContent = "Cancelled: the words are as before.";
     if (event.key === "Escape") input.value = words;
     if (event.key === "Escape" || (event.key === "Enter" && !event.shiftKey)) input.blur();
   });
@@ -145,21 +146,22 @@ function save(text, type, name, use) {
 const savePage = () => save(editedPage(bubbles), "text/html", decodeURIComponent(location.pathname.split("/").pop() || "comic.html"), "It shows the comic with your changes.");
 const saveFile = () => save(editedFile(bubbles), "application/toml", "comic.toml", "Put it next to this page; “vidstyle comic comic.toml pages.pdf” draws the pages.");
 
-/** @param {boolean} on */
-function switchEditing(on) {
+/** @param {boolean} on @param {boolean} [isByKeyboard] whether to move the focus to the first balloon in view */
+function switchEditing(on, isByKeyboard = false) {
   document.body.classList.toggle("editing", on);
   press(get("edit"), on);
   bar.hidden = !on;
   hint.textContent = HINT;
   bubbles.forEach(mark);
   if (!on) get("edit").focus();
+  else if (isByKeyboard) groups.find((group) => group.getBoundingClientRect().bottom > 0)?.focus();
 }
 
 const hint = make("p", { role: "status" });
 const undo = make("button", { type: "button", textContent: "Undo", disabled: true, onclick: takeBack });
 const bar = make("div", { className: "bar", hidden: true }, hint, undo,
   make("button", { type: "button", textContent: "Save page", className: "strong", title: "Save this page with your changes", onclick: savePage }),
-  make("button", { type: "button", textContent: "Save comic.toml", title: "Save the file from which vidstyle draws the pages", onclick: saveFile }),
+  make("button", { type: "button", textContent: "Save for vidstyle", title: "Save comic.toml, from which vidstyle draws the pages, also as PDF", onclick: saveFile }),
   make("button", { type: "button", textContent: "Done", title: "Stop editing (Esc)", onclick: () => switchEditing(false) }));
 
 if (bubbles.length) {
@@ -172,10 +174,10 @@ if (bubbles.length) {
   for (const each of document.querySelectorAll("[data-edit]")) each.removeAttribute("hidden");
   document.body.append(bar);
   get("edit").prepend(icon("rename"));
-  get("edit").addEventListener("click", () => switchEditing(!isEditing()));
+  get("edit").addEventListener("click", ({ detail }) => switchEditing(!isEditing(), !detail));
   addEventListener("keydown", (event) => {
     if (document.querySelector("dialog[open]") || event.altKey || event.ctrlKey || event.metaKey) return;
-    if (event.key.toLowerCase() === "e") switchEditing(!isEditing());
+    if (event.key.toLowerCase() === "e") switchEditing(!isEditing(), true);
     else if (event.key === "Escape" && isEditing()) switchEditing(false);
   });
   addEventListener("beforeunload", (event) => past.at(-1) !== saved && event.preventDefault());
