@@ -333,13 +333,25 @@ def test_all_looks_scroll_in_a_box_so_that_values_stay_in_view(browser: Browser)
         browser.until("!document.getElementById('more').hidden")
         label = browser.run("return document.getElementById('more').textContent")
         assert label == f"All {len(controls.names) - 1} looks", "the unchanged picture is no look"
+        width = "return document.querySelector('#styles button').getBoundingClientRect().width"
+        narrow = browser.run(width)
         browser.run("document.getElementById('more').click()")
+        assert browser.run(width) == pytest.approx(narrow, abs=0.1), "the scrollbar is beside the looks"
         is_scrolling, bottom = browser.run(
             """const list = document.getElementById("styles");
             return [list.scrollHeight > list.clientHeight,
               document.getElementById("reset").getBoundingClientRect().bottom]"""
         )
         assert is_scrolling and bottom < 800
+        browser.call(
+            "Emulation.setDeviceMetricsOverride", width=360, height=740, deviceScaleFactor=1, mobile=True
+        )
+        columns = """const tops = [...document.querySelectorAll("#styles button")]
+              .map((each) => each.getBoundingClientRect().top);
+            return tops.filter((top) => top === tops[0]).length;"""
+        assert browser.run(columns) == 3, "a phone has the box, too"
+        browser.run("document.getElementById('more').click()")
+        assert browser.run(columns) > 6, "and one row without it"
         browser.call("Emulation.clearDeviceMetricsOverride")
 
 

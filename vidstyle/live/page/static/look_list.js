@@ -140,6 +140,8 @@ export class LookList {
     found.forEach((button, number) => button.classList.toggle("further", number >= MAX_LISTED));
     this.#list.replaceChildren(...found);
     this.#list.classList.toggle("all", this.#isExpanded || Boolean(this.#finder.value.trim()));
+    this.#list.classList.toggle("expanded", this.#isExpanded);
+    this.#list.style.setProperty("--scrollbar", `${this.#list.offsetWidth - this.#list.clientWidth}px`);
     get("more").hidden = found.length <= MAX_LISTED || Boolean(this.#finder.value.trim());
     get("more").ariaExpanded = String(this.#isExpanded);
     get("more").textContent = this.#isExpanded ? "Fewer looks" : `All ${found.filter(({ dataset }) => dataset.name !== PLAIN).length} looks`;

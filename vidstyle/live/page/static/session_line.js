@@ -11,8 +11,6 @@ const MIN_RATE_FRAMES = 4;
 const [MAX_INTERVALS, MIN_WAIT_MS] = [4, 5000];
 /** The displayed rate stays until the measured one differs by this part of it. */
 const MIN_RATE_CHANGE = 0.3;
-/** Below this number of frames per second a film does not look like one. */
-const MIN_SMOOTH_RATE = 12;
 
 /** Returns how many captured frames are shown, in words; "" if almost all are. @param {Status} now */
 function shareOf({ frames, dropped }) {
@@ -65,7 +63,7 @@ export class SessionLine {
     if (!this.#times.length) return "Starting…";
     if (this.#isLate) return "Waiting for the next picture";
     if (!shown) return "Live";
-    return `Live, ${inWords(shown)}${shown < MIN_SMOOTH_RATE && shareOf(now) ? ", others skipped" : ""}`;
+    return `Live, ${inWords(shown)}`;
   }
 
   /** @param {Status} now @returns {string[][]} names, values and explanations */
