@@ -366,11 +366,14 @@ def test_a_link_holds_the_values_that_the_controls_allow(page: Path, browser: Br
         document.getElementById("link").click();"""
     )
     assert browser.run("return copied") == f"{page.as_uri()}?side=360#test&posterize.levels=7"
+    changed = "return document.querySelectorAll('.control.changed').length"
+    assert browser.run(changed) == 1
     reset = "document.getElementById('reset')"
     for text, levels in ("Undo reset", "4"), ("Reset", "7"), ("Undo reset", "4"):
         browser.run(f"{reset}.focus(); {reset}.click()")
         assert browser.run(f"return {reset}.textContent") == text and browser.run(value) == levels
         assert browser.run(f"return document.activeElement === {reset}"), "the focus is not lost"
+    assert browser.run(changed) == 0
     browser.open("about:blank")
     browser.open(f"{page.as_uri()}?side=360#test&posterize.levels=7000")
     until(browser, """document.getElementById("facts").textContent""")

@@ -60,6 +60,6 @@ export class PictureSaver {
   #mark(part) {
     this.#part = part;
     get("save").ariaBusy = String(part !== null);
-    get("save-label").textContent = part === null ? "Save picture" : part ? `Saving… ${Math.round(100 * part)} %` : "Saving…";
+    get("save-label").textContent = part === null ? "Save picture" : part ? `Saving… ${Math.round(100 * part)}\u00a0%` : "Saving…";
   }
 }

@@ -21,6 +21,8 @@ export class StylePanel {
   values = {};
   /** @type {Record<string, (value: any) => void>} */
   #show = {};
+  /** The rows of the values by path. @type {Map<string, HTMLElement>} */
+  #rows = new Map();
   /** The controls, with the ranges that the plans allow. @type {Entry[]} */
   #entries = [];
   /** The paths of the values that any variant sets. @type {string[]} */
@@ -73,6 +75,7 @@ export class StylePanel {
     const label = make("label", { htmlFor: `value-${path}`, textContent: entry.label });
     const row = make("div", { className: "control" }, label, make("div", { className: "value" }, ...shown.inline), ...(shown.below ?? []), helpOf(help));
     get("controls").append(row);
+    this.#rows.set(path, row);
     this.#entries.push(described);
     this.values[path] = entry.value;
     this.#show[path] = shown.show;
@@ -106,6 +109,7 @@ export class StylePanel {
   /** @param {Record<string, any> | null} [before] */
   #changed(before = null) {
     this.#before = before;
+    for (const [path, row] of this.#rows) row.classList.toggle("changed", this.values[path] !== this.initial[path]);
     const shown = this.#variant;
     for (const button of /** @type {Iterable<HTMLElement>} */ (get("variants").children)) press(button, button.dataset.name === shown);
     const reset = /** @type {HTMLButtonElement} */ (get("reset"));
