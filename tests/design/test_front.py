@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import urllib.error
 import urllib.request
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import replace
 from pathlib import Path
@@ -51,7 +51,7 @@ def revealed() -> list[Path]:
 def server(tmp_path: Path, revealed: list[Path]) -> Iterator[DesignServer]:
     clip = open_clip(make_clip(tmp_path / "film.mp4", size=(64, 36), frames=8))
     front = FrontDoor(
-        {"explore": lambda file: f"http://127.0.0.1:1/?of={Path(file or '').name}"}, revealed.append
+        {"explore": lambda file, report: f"http://127.0.0.1:1/?of={Path(file or '').name}"}, revealed.append
     )
     made = open_page(Designer(clip, tmp_path, Drafts(tmp_path / "draft.json")), 0, "cpu", front)
     yield made
@@ -139,7 +139,10 @@ def test_a_comic_is_made_and_shown_under_its_own_policy(server: DesignServer, tm
     made = tmp_path / "film-comic-1.html"
     made.write_text("<title>Comic</title>")
     assert server.front is not None
-    pages = {"comic": lambda file: str(made), "print": lambda file: str(made.with_suffix(".pdf"))}
+    pages = {
+        "comic": lambda file, report: str(made),
+        "print": lambda file, report: str(made.with_suffix(".pdf")),
+    }
     server.front = replace(server.front, pages=pages)
     opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
     with shown(server) as page, opener.open(server.url):
@@ -157,7 +160,8 @@ def test_a_comic_is_made_and_shown_under_its_own_policy(server: DesignServer, tm
 def test_a_comic_is_cancelled_on_the_page(server: DesignServer, browser: Browser) -> None:
     cancelled = Event()
 
-    def make(file: str | None) -> str:
+    def make(file: str | None, report: Callable[[str], None]) -> str:
+        report("Drawing: 33 %, 0:04 left")
         assert cancelled.wait(LONG)
         raise UsageError("vidstyle comic", "cancelled")
 
@@ -168,6 +172,7 @@ def test_a_comic_is_cancelled_on_the_page(server: DesignServer, browser: Browser
     browser.until(f"{door} && !{door}.hidden")
     browser.run(f"{door}.click()")
     browser.until(f"{door}.nextElementSibling?.textContent === 'Cancel'")
+    browser.until(f"{door}.querySelector('[role=status]').textContent === 'Drawing: 33 %, 0:04 left'")
     browser.run(f"{door}.nextElementSibling.click()")
     browser.until(f"!{door}.nextElementSibling && !{door}.disabled")
     assert "cancelled" in browser.run("return document.getElementById('toast').textContent")
@@ -354,7 +359,7 @@ def test_by_keyboard_a_film_is_opened_restyled_adjusted_and_rendered(
 
 def test_a_command_that_makes_a_document_is_cancelled() -> None:
     with ChildPages() as children, ThreadPoolExecutor(1) as pool:
-        run = pool.submit(children.run, ["live", "test", "--to", "null"])
+        run = pool.submit(children.run, ["live", "test", "--to", "null"], [].append)
         while not run.done():
             children.cancel()
             wait([run], 0.05)

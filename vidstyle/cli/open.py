@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import re
 import threading
+from collections.abc import Callable
 from pathlib import Path
 
 import click
@@ -47,12 +48,12 @@ def show_front_page(source: str | None, port: int, no_open: bool, device: str, s
     is_wanted = browser.is_wanted(no_open)
     with ChildPages() as children:
         pages = {
-            "explore": lambda file: children.open(["explore", file or "camera"]),
-            "comic": lambda file: _make_comic(children, file, ".html"),
-            "print": lambda file: _make_comic(children, file, ".pdf", is_wanted),
-            "live": lambda file: _show_live(children, "camera"),
-            "live-film": lambda file: _show_live(children, file or "test"),
-            "live-test": lambda file: _show_live(children, "test"),
+            "explore": lambda file, _: children.open(["explore", file or "camera"]),
+            "comic": lambda file, report: _make_comic(children, file, ".html", report),
+            "print": lambda file, report: _make_comic(children, file, ".pdf", report, is_wanted),
+            "live": lambda file, _: _show_live(children, "camera"),
+            "live-film": lambda file, _: _show_live(children, file or "test"),
+            "live-test": lambda file, _: _show_live(children, "test"),
         }
         reveal = browser.show_in_folder if is_wanted else None
         front = FrontDoor(pages, reveal, children.cancel)
@@ -65,13 +66,16 @@ def _show_live(children: ChildPages, source: str) -> str:
     return children.open(["live", source, "--style", "ink", "--to", "page"])
 
 
-def _make_comic(children: ChildPages, file: str | None, suffix: str, is_shown: bool = False) -> str:
+def _make_comic(
+    children: ChildPages, file: str | None, suffix: str, report: Callable[[str], None], is_shown: bool = False
+) -> str:
     """Make comic pages of a film in the current folder; return the path of the file.
 
     Args:
         children: runs the command.
         file: the film.
         suffix: of the file that is made.
+        report: called with the progress in words.
         is_shown: whether to open it in the program for its type.
     """
     if file is None:
@@ -79,7 +83,7 @@ def _make_comic(children: ChildPages, file: str | None, suffix: str, is_shown: b
     stem = re.sub(r"[^\w-]+", "-", Path(file).stem) or "film"
     numbers = itertools.count(1)
     path = next(p for number in numbers if not (p := Path.cwd() / f"{stem}-comic-{number}{suffix}").exists())
-    children.run(["comic", file, str(path)])
+    children.run(["comic", file, str(path)], report)
     if is_shown:
         click.launch(str(path))
     return str(path)

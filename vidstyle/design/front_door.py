@@ -7,8 +7,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-OpenPage = Callable[[str | None], str]
-"""Opens another page on the file of the clip, or None for a camera; returns its address."""
+Report = Callable[[str], None]
+"""Called with the progress of a document in words."""
+OpenPage = Callable[[str | None, Report], str]
+"""Opens another page, or makes a document, of the clip or a camera (None); returns its address."""
 
 
 @dataclass(frozen=True)

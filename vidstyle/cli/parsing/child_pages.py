@@ -7,13 +7,15 @@ import subprocess
 import sys
 import threading
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import IO
 
 from vidstyle.core.closing import Closing
 from vidstyle.errors import UsageError
 
 _ADDRESS = re.compile(r"http://[\d.]+:\d+/\?token=\S+")
+_PROGRESS = re.compile(r"vidstyle: (?P<percent>\d+)%, (?P<step>[^,]+)(?P<left>, \S+ left)?$")
+"""A line of plain progress of a command of several steps."""
 _TERMINATED_CODES = (143, -15)
 """Exit codes of a process that was asked to end: of this program, and before it handles the signal."""
 CLOSE_SECONDS = 5.0
@@ -42,15 +44,19 @@ class ChildPages(Closing):
                 return found[0]
         raise _failure(arguments, lines)
 
-    def run(self, arguments: Sequence[str]) -> None:
+    def run(self, arguments: Sequence[str], report: Callable[[str], None]) -> None:
         """Run a command to its end.
+
+        Args:
+            arguments: of the command.
+            report: called with the progress in words, such as "Drawing: 33 %, 0:04 left".
 
         Raises:
             UsageError: the command failed, and the message is its last line; or it was cancelled.
         """
         process, errors = self._start(arguments)
         self._runs.append(process)
-        lines = deque(errors, maxlen=1)
+        lines = deque(report_progress(errors, report), maxlen=1)
         code = process.wait()
         self._runs.remove(process)
         if code in _TERMINATED_CODES:
@@ -83,6 +89,14 @@ class ChildPages(Closing):
                 process.kill()
             if process.stderr is not None:
                 process.stderr.close()
+
+
+def report_progress(lines: Iterable[str], report: Callable[[str], None]) -> Iterator[str]:
+    """Yield the lines of a command; report the lines of progress."""
+    for line in lines:
+        if found := _PROGRESS.match(line):
+            report(f"{found['step'].capitalize()}: {found['percent']} %{found['left'] or ''}")
+        yield line
 
 
 def _failure(arguments: Sequence[str], lines: Sequence[str]) -> UsageError:

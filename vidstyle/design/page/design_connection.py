@@ -311,7 +311,12 @@ class DesignConnection(DesignView):
         if kind not in pages:
             raise UsageError(f"the page {kind}", "cannot be opened from here")
         source = await self.session.run(self.designer.clip.file)
-        address = await asyncio.to_thread(pages[kind], source)
+        loop = asyncio.get_running_loop()
+
+        def report(text: str) -> None:
+            asyncio.run_coroutine_threadsafe(self.tell({"making": {"kind": kind, "text": text}}), loop)
+
+        address = await asyncio.to_thread(pages[kind], source, report)
         if not address.startswith("http"):
             await self.tell({"notice": f"Saved as {address}."})
             address = self.server.documents.add(Path(address))

@@ -21,12 +21,15 @@ export class Doors {
   #isFilm = false;
   /** Whether the film is the example, which nobody has opened. */
   #isExample = false;
+  /** The tabs that wait for documents, by kind. @type {Map<string, Window>} */
+  #tabs = new Map();
 
   /** @param {import("./session.js").Session} session @param {() => void} onmissing is called when a page needs a film, but no film is open */
   constructor(session, onmissing) {
     this.session = session;
     this.onmissing = onmissing;
     this.root = get("other-pages");
+    session.on("making", ({ kind, text }) => this.#report(kind, text));
   }
 
   /** Offers pages. @param {string[]} kinds */
@@ -72,6 +75,14 @@ export class Doors {
     return button;
   }
 
+  /** Shows how far a document is, on its button and in the tab that waits for it. @param {string} kind @param {string} text */
+  #report(kind, text) {
+    const said = this.root.querySelector(`[data-kind="${kind}"] [role=status]`);
+    if (said) said.textContent = text;
+    const tab = this.#tabs.get(kind);
+    if (tab && !tab.closed) tab.document.body.textContent = `${text}. The comic appears here.`;
+  }
+
   /** Asks for a film before a comic can be made. @param {string} kind */
   #mayMake(kind) {
     if (!(kind in MADE) || !this.#isExample) return true;
@@ -96,8 +107,10 @@ export class Doors {
     if (tab && kind in MADE) {
       tab.document.title = OTHER_PAGES[kind][1];
       tab.document.body.textContent = `${MADE[kind]} The comic appears here.`;
+      this.#tabs.set(kind, tab);
     }
     const answer = await this.session.ask("page", { kind });
+    this.#tabs.delete(kind);
     if (answer?.url && tab) tab.location = answer.url;
     else tab?.close();
     return answer?.url ?? "";

@@ -89,7 +89,7 @@ export class Session {
 
   /**
    * Calls a function for each message of a kind: "state", "plan", "blocks", "styles", "clip", "draft", "progress",
-   * "notice"; "picture" and "connection".
+   * "making", "notice"; "picture" and "connection".
    * @param {string} kind
    * @param {(value: any) => void} listener
    */
