@@ -83,6 +83,7 @@ class Visitor:
             additional_headers={"Cookie": self.cookie if cookie is None else cookie},
             open_timeout=LONG,
             close_timeout=LONG,
+            max_queue=None,  # as in browsers, which answer pings while messages wait
             compression=None,
             proxy=None,
         ) as socket:
