@@ -112,20 +112,19 @@ def test_clutter_and_soft_pictures_are_removed() -> None:
     assert prune([*calm, replace(soft, action=walker, resolution=300.0, motion=0.2)], 0) == calm
 
 
-def test_one_place_is_enough_next_to_three_people() -> None:
-    people = [
-        replace(
-            key_frame(view(PLACES[number], 0, 0, (320, 180)), number, scene=number),
-            faces=(Box(9, 9, 19, 21),),
+def test_there_are_no_more_places_than_people() -> None:
+    shown = [
+        with_slopes(
+            key_frame(
+                view(PLACES[number], 0, 0, (320, 180)), number, scene=number, importance=0.4 + number / 20
+            ),
+            2,
         )
-        for number in range(3)
+        for number in range(6)
     ]
-    places = [
-        key_frame(view(PLACES[number], 0, 0, (320, 180)), number, scene=number, importance=number / 9)
-        for number in (3, 4, 5)
-    ]
-    calm = [with_slopes(each, 2) for each in (*people, *places)]
-    assert prune(calm, 0) == [*calm[:3], calm[5]]
+    people = [replace(each, faces=(Box(9, 9, 19, 21),)) for each in shown]
+    assert prune([*people[:2], *shown[2:]], 0) == [*people[:2], *shown[4:]]
+    assert len(prune([*people[:3], *shown[3:]], 0)) == 6
 
 
 @pytest.mark.parametrize(("light", "kept"), [(0.2, 4), (0.8, 5)])

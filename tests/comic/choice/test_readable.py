@@ -20,6 +20,9 @@ from vidstyle.comic.select.framing import widen_soft_faces
 from vidstyle.comic.select.importance import prefer_subjects
 from vidstyle.comic.select.key_frame_options import KeyFrameOptions
 from vidstyle.comic.select.key_frames import find_key_frames
+from vidstyle.comic.select.readable import ReadableSearch
+from vidstyle.comic.select.refinement import Refinement
+from vidstyle.pipeline.progress import ignore_progress
 from vidstyle.regions.boxes import Box
 
 
@@ -109,13 +112,30 @@ def test_the_second_choice_avoids_what_could_not_be_read(tmp_path: Path) -> None
         return [float(len(measured) > 1 or number in (0, 3)) for number, _ in enumerate(candidates)]
 
     with open_film(write_film(tmp_path / "long.mp4", story(2, 90))) as opened:
-        find_key_frames(opened, readability=readability)
-    first, second = measured
+        find_key_frames(opened, KeyFrameOptions(5), readability=readability)
+    first, second = measured[:2]
     kept, refused = {each.time for each in first[:4:3]}, [*first[1:3], *first[4:]]
     assert kept <= {each.time for each in second}
     for each in second:
         distances = [abs(each.time - other.time) for other in refused if other.scene == each.scene]
         assert each.time in kept or min(distances, default=1.0) > 0.8
+
+
+def test_other_frames_are_chosen_for_those_that_tell_nothing_new(tmp_path: Path) -> None:
+    def keep(found: Sequence[Candidate]) -> list[Candidate]:
+        return [each for each in found if each.time > 2 or each.scene != 0]
+
+    options = KeyFrameOptions()
+    with open_film(write_film(tmp_path / "long.mp4", story(2, 90))) as opened:
+        survey = opened.survey()
+        usual, told = (
+            ReadableSearch(
+                Refinement(opened, survey, options.skips, ignore_progress), options, readability=None
+            ).run(survey, [], selection)
+            for selection in (list, keep)
+        )
+    assert keep(usual) != usual and keep(told) == told
+    assert len(told) > len(keep(usual))
 
 
 def test_a_film_without_a_readable_frame_shows_the_best_one(
@@ -129,10 +149,8 @@ def test_a_film_without_a_readable_frame_shows_the_best_one(
     assert caplog.messages == ["no frame of the film can be drawn clearly; the best one is shown"]
 
 
-@pytest.mark.parametrize(("value", "count"), [(0.5, 3), (0.3, 1)])
-def test_what_can_nearly_be_read_fills_a_page_of_less_than_three_panels(
-    film: Path, value: float, count: int
-) -> None:
+@pytest.mark.parametrize(("value", "count"), [(0.5, 4), (0.3, 1)])
+def test_what_can_nearly_be_read_fills_a_page_of_few_panels(film: Path, value: float, count: int) -> None:
     def readability(candidates: Sequence[Candidate]) -> list[float]:
         return [1.0 if each.time < 1 else value for each in candidates]
 

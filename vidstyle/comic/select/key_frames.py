@@ -56,27 +56,34 @@ def find_key_frames(
     if options.panels is None:
         forced = _add_panels_for_words(forced, left, options.words)
     search = ReadableSearch(Refinement(film, survey, options.skips, on_step), options, readability)
-    better = search.run(seen, forced)
+
+    def frame(found: Sequence[Candidate]) -> list[Candidate]:
+        """Return the frames with their importance, as wide views or close-ups."""
+        weights = [
+            weight * search.legibility_of(each)
+            for each, weight in zip(found, importance(found, survey), strict=True)
+        ]
+        weighted = [replace(each, importance=weight) for each, weight in zip(found, weights, strict=True)]
+        if survey.is_folder:
+            return weighted
+        is_fixed = options.panels is not None
+        return widen_soft_faces(alternate_framing(prefer_subjects(weighted), enlarges_small=is_fixed))
+
+    def keep(found: Sequence[Candidate]) -> list[Candidate]:
+        framed = frame(found)
+        if options.min_panels:
+            return prune(framed, options.min_panels)
+        return prune(remove_repeats(framed), len(forced))
+
+    better = search.run(seen, forced, keep)
     if not better:
         if left:
             raise InputError(film.name, *_describe_unusable(left))
         raise UsageError("--skip", "leaves no frame of the film")
-    weights = importance(better, survey)
-    weighted = [
-        replace(each, importance=weight * search.legibility_of(each))
-        for each, weight in zip(better, weights, strict=True)
-    ]
-    if survey.is_folder:
-        return list(weighted)
-    is_fixed = options.panels is not None
-    framed = widen_soft_faces(alternate_framing(prefer_subjects(weighted), enlarges_small=is_fixed))
-    if is_fixed:
-        return list(framed)
-    if options.min_panels:
-        kept = prune(framed, options.min_panels)
-    else:
-        kept = merge_equal(prune(remove_repeats(framed), len(forced)))
-    return list(approach_faces(equalize_places(kept)))
+    if survey.is_folder or options.panels is not None:
+        return list(frame(better))
+    kept = keep(better)
+    return list(approach_faces(equalize_places(kept if options.min_panels else merge_equal(kept))))
 
 
 def _describe_unusable(candidates: Sequence[Candidate]) -> tuple[str, ...]:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
-from functools import partial
+from collections.abc import Callable, Iterable, Sequence
 from itertools import combinations, pairwise
 
 from vidstyle.comic.analyze.features import Candidate
@@ -46,9 +45,19 @@ def prune(key_frames: Sequence[Candidate], least: int) -> list[Candidate]:
         key_frames: in the order of time, framed.
         least: number of frames to keep at least.
     """
+    kept = _remove(key_frames, _FINDERS, max(1, least))
+    return _remove(kept, [find_illegible], max(least, count_story_panels(len(key_frames))))
+
+
+def _remove(
+    key_frames: Sequence[Candidate],
+    finders: Iterable[Callable[[Sequence[Candidate]], int | None]],
+    least: int,
+) -> list[Candidate]:
+    """Return at least a number of frames, without those that one of the finders finds in turn."""
     kept = list(key_frames)
-    for find in (*_FINDERS, partial(find_illegible, story_panels=count_story_panels(len(kept)))):
-        while len(kept) > max(1, least):
+    for find in finders:
+        while len(kept) > least:
             surplus = find(kept)
             if surplus is None:
                 break

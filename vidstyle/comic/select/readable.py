@@ -11,21 +11,23 @@ from vidstyle.comic.select.film_thirds import film_thirds
 from vidstyle.comic.select.frame_scores import subject_strength
 from vidstyle.comic.select.key_frame_options import KeyFrameOptions
 from vidstyle.comic.select.refinement import Refinement
-from vidstyle.comic.select.twins import is_same_pose
 from vidstyle.comic.select.usable import usable_candidates
 from vidstyle.errors import log
 
+Selection = Callable[[Sequence[Candidate]], Sequence[Candidate]]
+"""Returns some of the frames."""
 Readability = Callable[[Sequence[Candidate]], Sequence[float]]
 """Returns how well frames can be read once they are drawn, 0..1."""
-_MAX_ROUNDS = 2
-"""Number of times that frames are chosen, without those that could not be read once they were drawn."""
+_MAX_ROUNDS = 3
+"""Number of times that frames are chosen, without those that could not be read once they were drawn, and
+without those that tell nothing new."""
 _REFUSED_SECONDS = 1.2
-"""Time around such a frame without another choice: darkness and blur last."""
+"""Time around such a frame without another choice: darkness, blur and views last."""
 _MIN_READABILITY, _MIN_PLACE_READABILITY = 0.55, 0.73
 """Minimum readability, see `measure_readability`; the second value is for a panel without a subject."""
-_MIN_STORY_SCENES, _MIN_STORY_READABILITY = 3, 0.45
+_MIN_STORY_SCENES, _MIN_STORY_READABILITY = 4, 0.45
 """With readable frames of fewer scenes than the first value, or not of all thirds of the film, the best ones
-of others are shown from the second value on: a page of one or two pictures tells no story."""
+of others are shown from the second value on: a page of a few pictures tells no story."""
 _READABILITY_WEIGHT, _PLACE_READABILITY_WEIGHT = 1.0, 2.0
 """How much the importance of a frame depends on its readability; the second value is for a panel without a
 subject, which tells nothing if it cannot be read."""
@@ -43,8 +45,11 @@ class ReadableSearch:
         self._measure: Readability = readability or (lambda candidates: [1.0] * len(candidates))
         self._known = dict[float, float]()
 
-    def run(self, survey: Survey, forced: Sequence[Candidate]) -> list[Candidate]:
-        """Return the frames to show, in the order of time; empty if the film has none."""
+    def run(self, survey: Survey, forced: Sequence[Candidate], keep: Selection) -> list[Candidate]:
+        """Return the frames to show, in the order of time; empty if the film has none.
+
+        `keep`: returns the frames that tell something new; others are chosen instead of the rest.
+        """
         found, lost, refused, options = list[Candidate](), list[Candidate](), list[Candidate](), self._options
         kept = list(forced)
         least = options.panels or max(options.min_panels, len(forced))
@@ -61,11 +66,15 @@ class ReadableSearch:
             found = self._refinement.refine(chosen)
             self._known |= dict(zip((each.time for each in found), self._measure(found), strict=True))
             unreadable = [each for each in found if not self._is_readable(each)]
-            repeated = [] if is_fixed else _find_repeated_poses(list(filter(self._is_readable, found)))
-            if survey.is_folder or not (unreadable or repeated or len(found) < least):
+            readable = [each for each in found if self._is_readable(each)]
+            told = {each.time for each in (readable if is_fixed or not readable else keep(readable))}
+            surplus = [each for each in readable if each.time not in told]
+            if survey.is_folder:
                 return found
+            if not (unreadable or surplus or len(found) < least):
+                break
             lost += unreadable
-            refused += unreadable + repeated
+            refused += unreadable + surplus
             bad = {each.time for each in refused}
             # `refine` returns its earlier results for these, without `forced`: they can still be pruned.
             kept = [
@@ -119,15 +128,6 @@ class ReadableSearch:
                 scenes.add(each.scene)
                 told.append(each)
         return told
-
-
-def _find_repeated_poses(candidates: Sequence[Candidate]) -> list[Candidate]:
-    """Return the frames that show a person of an earlier frame in the same pose and shot."""
-    return [
-        each
-        for number, each in enumerate(candidates)
-        if not each.forced and any(is_same_pose(other, each) for other in candidates[:number])
-    ]
 
 
 def _is_near(candidate: Candidate, refused: Sequence[Candidate]) -> bool:

@@ -23,8 +23,8 @@ _MIN_STORY_PANELS, _MIN_STORY_SHARE = 4, 0.6
 murk and darkness: fewer tell no story, which is worse than a place that is hard to read."""
 
 # Surplus places.
-_MIN_FIGURE_RATIO, _MIN_FIGURES = 4, 2
-"""From the second number of panels with a face or a mover on, one place is kept for each first number."""
+_MIN_FIGURES = 2
+"""Number of panels with a face or a mover from which there are no more places than such panels."""
 _MIN_PLACE_IMPORTANCE = 0.1
 """Importance below which a panel without a figure tells nothing next to panels with one."""
 
@@ -50,7 +50,7 @@ _MAX_DARK_LIGHT, _MAX_DARK_CLARITY = 0.25, 0.5
 
 
 def count_story_panels(count: int) -> int:
-    """Return how many of a number of chosen frames `find_illegible` leaves at least."""
+    """Return how many of a number of chosen frames the removal of flawed ones leaves at least."""
     return max(_MIN_STORY_PANELS, round(_MIN_STORY_SHARE * count))
 
 
@@ -91,13 +91,11 @@ def _is_sharp_close_up(candidate: Candidate) -> bool:
     return is_person(candidate) and face_softness(candidate) <= MAX_LEADING_SOFTNESS
 
 
-def find_illegible(key_frames: Sequence[Candidate], story_panels: int) -> int | None:
-    """Return the least important frame that is hard to read or tells little, if enough others are left.
+def find_illegible(key_frames: Sequence[Candidate]) -> int | None:
+    """Return the least important frame that is hard to read or tells little.
 
     The first frame stays if it shows the place where the film begins.
     """
-    if len(key_frames) <= story_panels:
-        return None
     places = [number for number, each in enumerate(key_frames) if not has_figure(each)]
     cluttered = [
         number
@@ -114,7 +112,7 @@ def find_illegible(key_frames: Sequence[Candidate], story_panels: int) -> int | 
 def _surplus_places(key_frames: Sequence[Candidate], places: Sequence[int]) -> list[int]:
     """Return the places that tell nothing next to figures, or all of them if there are too many."""
     figures = len(key_frames) - len(places)
-    if figures >= _MIN_FIGURES and len(places) > max(1, figures // _MIN_FIGURE_RATIO):
+    if figures >= _MIN_FIGURES and len(places) > figures:
         return list(places)
     weak = [number for number in places if key_frames[number].importance < _MIN_PLACE_IMPORTANCE]
     return weak if figures else []
