@@ -62,7 +62,7 @@ _CUT_MARGIN_SECONDS = 0.1
 """Time around a cut without key frames: compressed pictures are worst there, and may mix two shots."""
 _CONTEXT_SECONDS = 0.2
 """Additional time that is decoded, in which cuts and the motion of subjects are seen."""
-_SEARCH_SECONDS, _MOVING_SEARCH_SECONDS, _KEY_SEARCH_SECONDS = 0.3, 0.5, 0.8
+_SEARCH_SECONDS, _MOVING_SEARCH_SECONDS, _KEY_SEARCH_SECONDS = 0.5, 0.7, 0.8
 """Time around a candidate that is searched; the second value if its subject moves, and the third one if only
 key frames were decoded before."""
 _SEARCH_STEP_SECONDS = 1 / 15

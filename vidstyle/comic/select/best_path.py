@@ -26,7 +26,7 @@ LOOKBACK_PANELS = 12
 """Number of preceding panels with which each one is compared: two pages."""
 _SIMILAR_HALF_PANELS = 3
 """Distance in panels at which the cost of similarity is half as high."""
-_SAME_SCENE_COST, _UNEVEN_PACE_WEIGHT = 0.2, 0.25
+_SAME_SCENE_COST, _UNEVEN_PACE_WEIGHT = 0.2, 0.5
 """Cost of staying in a scene, and weight of an uneven pace."""
 _MISSED_THIRD_COST = 4.0
 """Cost of a third of the film without a panel: beginning, middle and end make a story."""

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vidstyle.comic.analyze.features import Candidate, Survey
-from vidstyle.comic.analyze.flaws.motion_blur import limb_blur
+from vidstyle.comic.analyze.flaws.motion_blur import MAX_PICTURE_FLOW, limb_blur, subject_flow
 from vidstyle.comic.analyze.sharpness import FULL_FACE_DETAIL_LEVELS, measure_clutter
 
 _FILM_RANK_WEIGHT, _SCENE_RANK_WEIGHT = 0.15, 0.25
@@ -29,6 +29,8 @@ _MIN_CLARITY = 0.35
 """Clarity below which sharpness counts less, as there is little to see."""
 _MAX_MOTION_COST, _MAX_COST_MOTION = 0.5, 0.6
 """Maximum cost of motion, and the motion that has it: motion blur beyond what edges show."""
+_MAX_SUBJECT_FLOW_COST = 0.3
+"""Maximum cost of a subject that moves fast, so that each is shown where it pauses or turns."""
 _MAX_LIMB_COST = 0.6
 """Maximum cost of smeared hands."""
 _ACTION_SCORE, _MAX_CUT_SUBJECT_COST = 0.3, 0.8
@@ -115,6 +117,7 @@ def scores(pool: Sequence[Candidate], scenes: np.ndarray) -> np.ndarray:
         + _OPEN_MOUTH_WEIGHT * np.array([each.open_mouth for each in pool])
         + _SCENE_WEIGHT * np.sqrt(scenes[[each.scene for each in pool]])
         - _MAX_MOTION_COST * np.minimum(1, [each.motion / _MAX_COST_MOTION for each in pool])
+        - _MAX_SUBJECT_FLOW_COST * np.minimum(1, [subject_flow(each) / MAX_PICTURE_FLOW for each in pool])
         - _MAX_LIMB_COST * np.array([limb_blur(each) for each in pool])
         + np.array([_action_value(each) for each in pool])
         - _TITLE_COST * _avoidable_titles(pool)
