@@ -55,6 +55,11 @@ def test_few_frames_are_not_compared() -> None:
     assert sharpest == {0: 0.0} and not any(each.blurred for each in compared)
 
 
+def test_a_change_of_most_of_the_picture_is_no_subject() -> None:
+    cat, other = find_subjects([place(100), cv2.resize(photograph("astronaut"), WALL.shape[1::-1])])
+    assert cat.action is not None and other.action is None
+
+
 def test_another_pose_is_another_moment() -> None:
     """Not a subject that hardly moves, nor a change of the whole picture, nor another scene."""
     other = cv2.resize(photograph("astronaut")[:340], (180, 120))

@@ -28,8 +28,9 @@ _MAX_BACKGROUND_LEVELS = 8.45
 """Maximum mean difference of the background between frames of a still camera, of 255."""
 _MAX_USUAL_SUBJECT_SHARE = 0.25
 """Maximum median share of the picture that the subject covers; if it is larger, the camera moves."""
-_MIN_SUBJECT_SHARE = 0.006
-"""Minimum share of the picture that the subject covers in at least one frame."""
+_MIN_SUBJECT_SHARE, _MAX_SUBJECT_SHARE = 0.006, 0.45
+"""Minimum share of the picture that the subject covers in at least one frame, and maximum share in any: what
+covers more is another place, or hides the subject."""
 _MIN_LARGE_CHANGE_RATIO, _LARGE_CHANGE_PERCENTILE = 0.75, 90
 """A change is large from this fraction of the area that this percentile of the frames has: a person who
 sways before the place where she rests changes up to half of it."""
@@ -75,6 +76,8 @@ def add_actions(frames: Sequence[Candidate], shot: Sequence[Candidate]) -> list[
     changes = [_subject(each.thumbnail, background)[0] for each in frames]
     return [
         replace(each, action=_foreground(each, change, most))
+        if (change > 0).mean() <= _MAX_SUBJECT_SHARE
+        else each
         for each, change in zip(frames, changes, strict=True)
     ]
 
