@@ -11,9 +11,10 @@ from vidstyle.comic.select.movers import is_cut_off
 def usable_candidates(candidates: Sequence[Candidate]) -> list[Candidate]:
     """Return the candidates that panels may show: without defects, if the film has any.
 
-    A film without a single good frame shows combed ones, then those in which the decoder reported errors,
-    then blurred ones. Blank and test pictures, visible damage and blends of two shots are never shown, nor
-    are frames with reported errors if the film has visible damage.
+    A scene with combed frames only shows these: fine lines of a still picture look like combs. A film without
+    a single good frame shows those in which the decoder reported errors, then blurred ones. Blank and test
+    pictures, visible damage and blends of two shots are never shown, nor are frames with reported errors if
+    the film has visible damage.
     """
     shown = [
         each
@@ -25,7 +26,8 @@ def usable_candidates(candidates: Sequence[Candidate]) -> list[Candidate]:
         shown = whole
     steady = [each for each in whole if not each.blurred]
     sharp = [each for each in shown if not each.blurred]
-    return [each for each in steady if not each.combed] or steady or sharp or shown
+    whole_scenes = {each.scene for each in steady if not each.combed}
+    return [each for each in steady if not (each.combed and each.scene in whole_scenes)] or sharp or shown
 
 
 def keep_whole_subjects(candidates: Sequence[Candidate]) -> list[Candidate]:
