@@ -47,6 +47,7 @@ def test_the_picture_itself_keeps_everything(astronaut: FullSize) -> None:
     measures = astronaut.measure(PLAIN)
     for kept in (measures.likeness, measures.detail_kept, measures.face):
         assert kept == pytest.approx(1, abs=1e-3)
+    assert min(measures.structure_kept, measures.face_structure) > 0.9 and measures.smeared == 0
 
 
 @pytest.mark.parametrize("name", ["comic", "engraving", "poster"])
@@ -71,6 +72,9 @@ def test_faces_are_lost_when_their_features_are(astronaut: FullSize, cat: FullSi
     assert cat.measure(blots).face == MAX_FACE_LIKENESS and not cat.measure(blots).has_face
     good = astronaut.measure(load_style("engraving"))
     assert astronaut.measure(blots).face_outlines < 0.65 < good.face_outlines
+    assert (
+        astronaut.measure(blots).face_structure < 0.5 < astronaut.measure(load_style("poster")).face_structure
+    )
     assert fault(good._replace(face=0.3)) == "with lost faces"
     assert fault(good._replace(face_outlines=0.6), "paper") == "with lost faces" != fault(good)
 
@@ -83,6 +87,32 @@ def test_faces_out_of_focus_are_not_compared() -> None:
     soft[:440, 300:660] = cv2.GaussianBlur(picture[:440, 300:660], (0, 0), 4)
     assert len(StillFaces().find("", lambda: soft).boxes) == 1
     assert not FullSize(soft).measure(PLAIN).has_face
+
+
+def test_faces_larger_than_a_crop_are_compared() -> None:
+    crop = data.astronaut()[:360, :480]
+    assert ComparedCrop(crop, [Box(33, -95, 447, 455)]).has_faces
+    assert not ComparedCrop(crop, [Box(300, 60, 680, 420)]).has_faces, "half of it is outside"
+
+
+def test_a_part_that_is_smeared_is_seen() -> None:
+    """Although the strong edges of the other part are kept."""
+    leaves = cv2.GaussianBlur(np.random.default_rng(1).normal(110, 150, (360, 480)), (0, 0), 1.5)
+    source = leaves.clip(0, 255).astype(np.uint8)[..., None].repeat(3, axis=2)
+    source[:, :240:12] = 250
+    smeared = source.copy()
+    smeared[:, 240:] = cv2.GaussianBlur(source, (0, 0), 8)[:, 240:]
+    compared = ComparedCrop(source, [])
+    whole, part = compared.measure(source), compared.measure(smeared)
+    assert whole.smeared == 0 and 0.25 < part.smeared < 0.5
+    assert part.structure_kept < whole.structure_kept - 0.2 and part.detail_kept > 0.75
+
+
+def test_flat_tones_are_concentrated() -> None:
+    ramp = np.tile(np.linspace(0, 255, 480).astype(np.uint8), (360, 1))[..., None].repeat(3, axis=2)
+    compared = ComparedCrop(ramp, [])
+    assert compared.measure(ramp).tone_concentration < 0.25
+    assert compared.measure(ramp // 64 * 64).tone_concentration == 1
 
 
 def test_lengths_in_crops_are_those_in_the_whole_picture() -> None:
@@ -128,7 +158,10 @@ def test_any_size_is_measured(shape: tuple[int, int]) -> None:
 
 def test_score_says_which_measures_speak_for_or_against(astronaut: FullSize) -> None:
     good = astronaut.measure(PLAIN)
-    bad = good._replace(likeness=0.3, detail_kept=0.2, face_outlines=0.5, parts=-1.5)
+    good = good._replace(tone_concentration=0.9)
+    bad = good._replace(
+        likeness=0.3, tone_concentration=0.2, structure_kept=0.2, smeared=0.8, face_structure=0.3, parts=-1.5
+    )
     for rules in get_args(Rules):
         assert score(bad, rules) < score(good, rules)
         assert max(reasons(bad, rules).values()) < 0

@@ -2,12 +2,12 @@
 
 Usage: python -m tools.explore.marking PICTURES OUT --seed SEED --at PICTURE X,Y --at ... [options]
 
-Each picture, a path in PICTURES without its suffix, is shown at 1080 lines; X,Y is the middle of the crop,
-0..1. For each rules and picture, styles are drawn by seeds until enough pass the gates: `--drawn` in the
-order of their seeds, then `--pool`, of which the best `--best` of all pictures are shown, and `--failed`
-that failed a gate at full size. OUT gets sheets of six crops at 1:1 in random order, the crops, and
-key.json, which holds the text of each style: styles by the open rules depend on the shipped styles, so a
-seed may give another one later.
+Each picture, a path in PICTURES without its suffix, is shown at no more than 1080 lines; X,Y is the middle
+of the crop, 0..1. For each rules and picture, styles are drawn by seeds until enough pass the gates:
+`--drawn` in the order of their seeds, then `--pool`, of which the best `--best` of all pictures are shown,
+and `--failed` that failed a gate at full size. OUT gets sheets of six crops at 1:1 in random order, the
+crops, and key.json, which holds the text of each style: styles by the open rules depend on the shipped
+styles, so a seed may give another one later.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from functools import partial
 from itertools import count
 from pathlib import Path
 from random import Random
-from typing import Any, NamedTuple, get_args
+from typing import NamedTuple, get_args
 
 import cv2
 import numpy as np
 
+from tools.explore.marks import Row
 from vidstyle.core.machine.cores import available_cores
-from vidstyle.errors import InputError
 from vidstyle.explore.candidates import examine
 from vidstyle.explore.crops.full_size import FullSize
 from vidstyle.explore.generate import random_style
@@ -40,16 +40,13 @@ from vidstyle.regions.still_faces import StillFaces
 from vidstyle.style import load_style, style_text
 
 SHOWN_HEIGHT = 1080
-"""Height at which pictures are shown."""
+"""Height at which taller pictures are shown."""
 CROP_SIZE = 480, 360
 SHEET_COLUMNS, SHEET_CROP_COUNT = 3, 6
 LABEL_PX, GAP_PX = 23, 3
 SEED_BATCH_SIZE = 16
 """Number of seeds that are tried at a time."""
 DEFAULT_COUNTS = {"drawn": 15, "pool": 25, "best": 12, "failed": 3}
-
-Row = dict[str, Any]
-"""A style, as key.json describes it."""
 
 
 class DrawnStyles(NamedTuple):
@@ -97,15 +94,11 @@ def draw_rules(rules: Rules, options: argparse.Namespace) -> Iterator[Row]:
 
 
 def read_picture(pictures: Path, name: str) -> np.ndarray:
-    """Read a picture at the size at which it is shown, H x W x 3 uint8.
-
-    Raises:
-        InputError: the picture is smaller.
-    """
+    """Read a picture at the size at which it is shown, H x W x 3 uint8."""
     picture = read_still(next(pictures.glob(f"{name}.*")), max_side=math.inf)
     height, width = picture.shape[:2]
-    if height < SHOWN_HEIGHT:
-        raise InputError(name, f"has {height} lines, fewer than {SHOWN_HEIGHT}", "choose a larger one")
+    if height <= SHOWN_HEIGHT:
+        return picture
     size = round(width * SHOWN_HEIGHT / height), SHOWN_HEIGHT
     return cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
 

@@ -6,14 +6,15 @@ KEY.json lists the marked crops as `tools/explore/marking.py` writes them: numbe
 style, and the picture, a path in PICTURES without its suffix, with the box of the crop. CROPS holds what
 people saw, as NUMBER.png. Each MARKS.json holds the marks of one person, {"number": "keep" or "reject"}.
 Models are fitted to the share of people who kept a style; it counts as kept if half of them or more did.
-Scores come from models fitted without the picture, and therefore without its styles.
+Scores come from models fitted without the picture, and therefore without its styles; so do the shares of the
+parts of styles by the open rules, see `tools/explore/kept_parts.py`. Rows of KEY.json may name their "set" of
+marks: with --latest, the mean score of these sets is the share of people who kept their styles.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import tomllib
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -25,24 +26,19 @@ from typing import Any
 import cv2
 import numpy as np
 
-from tools.explore.logistic_model import area_under_curve, fit_model, round_model
+from tools.explore.kept_parts import score_parts
+from tools.explore.logistic_model import area_under_curve, fit_model, round_model, with_mean
 from tools.explore.marking import read_picture
-from vidstyle.explore.composed.kept_parts import parts_favor
+from tools.explore.marks import MIN_KEPT_SHARE, Row, kept_share
 from vidstyle.explore.crops.crop_measures import ComparedCrop, FullSizeMetrics
-from vidstyle.explore.crops.full_size import comparable_faces
+from vidstyle.explore.crops.full_size import comparable_faces, sharp_faces
 from vidstyle.explore.gates import doubt, fault
 from vidstyle.explore.paper.rules import Rules
-from vidstyle.explore.score import MEASURES, MODEL_FILE, log_odds
+from vidstyle.explore.score import MEASURES, MODEL_FILE, log_odds, read_measures
 from vidstyle.regions.still_faces import StillFaces
-from vidstyle.style import load_style
 
 BEST_SHARE = 0.12
 """Share of the styles whose precision is reported: the best dozen of a hundred."""
-MIN_KEPT_SHARE = 0.5
-"""Share of people from which a style counts as kept."""
-
-Row = dict[str, Any]
-"""A style of KEY.json."""
 
 
 @dataclass(frozen=True)
@@ -53,17 +49,19 @@ class MarkedStyles:
         metrics: the metrics of each crop that people saw.
         shares: the share of people who kept each style, 0..1.
         pictures: the name of the picture of each style.
+        sets: the name of its set of marks.
     """
 
     rules: Rules
     metrics: Sequence[FullSizeMetrics]
     shares: np.ndarray
     pictures: np.ndarray
+    sets: np.ndarray
 
     @property
     def numbers(self) -> np.ndarray:
         """What the model reads, one row for each style."""
-        return np.array([[getattr(each, name) for name in MEASURES[self.rules]] for each in self.metrics])
+        return np.array([read_measures(each, self.rules) for each in self.metrics])
 
     @property
     def kept(self) -> np.ndarray:
@@ -86,7 +84,10 @@ def main() -> None:
             continue
         print_rankings(styles, models[rules])
         if rules in options.write:
-            models[rules] = round_model(fit_model(styles.numbers, styles.shares))
+            model = fit_model(styles.numbers, styles.shares)
+            if (latest := np.isin(styles.sets, options.latest)).any():
+                model = with_mean(model, styles.numbers[latest], float(styles.shares[latest].mean()))
+            models[rules] = round_model(model)
     if options.write:
         MODEL_FILE.write_text(json.dumps(models) + "\n", encoding="utf-8")
 
@@ -99,6 +100,7 @@ def _parse_options() -> argparse.Namespace:
     parser.add_argument("marks", type=Path, nargs="+")
     text = f"rules whose model in {MODEL_FILE.name} is replaced"
     parser.add_argument("--write", nargs="+", default=[], choices=list(MEASURES), help=text)
+    parser.add_argument("--latest", nargs="+", default=[], help="sets of marks that the scale comes from")
     return parser.parse_args()
 
 
@@ -110,18 +112,17 @@ def select_styles(
 ) -> MarkedStyles:
     """Return the styles by some rules; `metrics` has those of each row of `key`."""
     places = [place for place, each in enumerate(key) if each["rules"] == rules]
+    rows, measured = [key[place] for place in places], [metrics[place] for place in places]
+    if rules == "open":
+        parts = score_parts(rows, people)
+        measured = [each._replace(parts=part) for each, part in zip(measured, parts, strict=True)]
     return MarkedStyles(
         rules,
-        [metrics[place] for place in places],
-        np.array([kept_share(people, key[place]["number"]) for place in places]),
-        np.array([key[place]["picture"] for place in places]),
+        measured,
+        np.array([kept_share(people, each["number"]) for each in rows]),
+        np.array([each["picture"] for each in rows]),
+        np.array([each.get("set", "") for each in rows]),
     )
-
-
-def kept_share(people: Sequence[dict[str, str]], number: str) -> float:
-    """Return the share of people who kept a style, of those who marked it."""
-    marks = [each[str(number)] for each in people if str(number) in each]
-    return marks.count("keep") / len(marks)
 
 
 def print_agreement(people: Sequence[dict[str, str]]) -> None:
@@ -134,9 +135,10 @@ def print_agreement(people: Sequence[dict[str, str]]) -> None:
 
 
 def print_rankings(styles: MarkedStyles, model: Mapping[str, Any]) -> None:
-    """Print how the model in use ranks styles, and how models fitted without their picture do."""
-    used = log_odds(styles.numbers, {name: np.array(values) for name, values in model.items()})
-    print(f"{styles.rules}, model in use: {describe_ranking(styles, used)}")
+    """Print how the model in use, if it reads the same, and models fitted without the picture rank styles."""
+    if len(model["middle"]) == len(MEASURES[styles.rules]):
+        used = log_odds(styles.numbers, {name: np.array(values) for name, values in model.items()})
+        print(f"{styles.rules}, model in use: {describe_ranking(styles, used)}")
     print(f"{styles.rules}, fitted without the picture: {describe_ranking(styles, score_held_out(styles))}")
 
 
@@ -170,15 +172,14 @@ def measure_crops(pictures: Path, crops: Path, key: Sequence[Row]) -> list[FullS
         left, top, right, bottom = box
         picture = read_picture(pictures, name)
         found = comparable_faces(StillFaces().find("", lambda: picture), picture.shape[0])
-        faces = [face.moved(-left, -top) for face in found]
+        faces = [face.moved(-left, -top) for face in sharp_faces(found, picture)]
         return ComparedCrop(np.ascontiguousarray(picture[top:bottom, left:right]), faces)
 
     def measure(each: Row) -> FullSizeMetrics:
         seen = cv2.imread(str(crops / f"{each['number']}.png"))
         assert seen is not None
         crop = source(each["picture"], tuple(each["box"]))
-        parts = parts_favor(load_style(tomllib.loads(each["style"])))
-        return crop.measure(np.ascontiguousarray(seen[..., ::-1]))._replace(parts=parts)
+        return crop.measure(np.ascontiguousarray(seen[..., ::-1]))
 
     with ThreadPoolExecutor() as pool:
         return list(pool.map(measure, key))

@@ -13,6 +13,7 @@ from random import Random
 
 from vidstyle.blocks import all_blocks
 from vidstyle.explore.colors import ensure_contrast, is_pale, palette, shift_color
+from vidstyle.explore.composed.kept_parts import colors_origin
 from vidstyle.explore.composed.open_style import open_style
 from vidstyle.explore.composed.shipped_parts import single_steps, whole_layer
 from vidstyle.explore.paper.paper_style import paper_style
@@ -99,6 +100,8 @@ def cross(style: Style, other: Style, seed: int | str, locks: Iterable[str] = ()
     for _ in range(MAX_ATTEMPTS if choices and "steps" not in locks else 0):
         layer = random.choice(choices)
         changed = join_layers(style, {layer: whole_layer(other, layer)})
+        if layer == "background":
+            changed = replace(changed, colors_from=colors_origin(other))
         if "colors" not in locks:
             ink = other.ink if layer == "lines" else style.ink
             paper = other.paper if layer == "background" or random.random() < 0.5 else style.paper
@@ -170,4 +173,5 @@ def _with_lineage(style: Style, how: str) -> Style:
     if len(note) > MAX_LINEAGE_CHARACTERS:
         note = f"{LINEAGE_PREFIX}... {note[-MAX_LINEAGE_CHARACTERS:]}"
     root = style.name.partition("~")[0].replace(":", "-")
-    return replace(style, name=f"{root}~{sha256(note.encode()).hexdigest()[:8]}", note=note)
+    name = f"{root}~{sha256(note.encode()).hexdigest()[:8]}"
+    return replace(style, name=name, note=note, colors_from=colors_origin(style))

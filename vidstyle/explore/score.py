@@ -17,19 +17,21 @@ from vidstyle.explore.paper.rules import Rules
 MODEL_FILE = Path(__file__).with_name("score.json")
 """The models fitted by `tools/explore/score.py`, by rules."""
 MEASURES: dict[Rules, tuple[str, ...]] = {
-    "paper": ("likeness", "face_outlines"),
-    "open": ("detail_kept", "face_outlines", "parts"),
+    "paper": ("likeness", "tone_concentration", "face_structure"),
+    "open": ("structure_kept", "smeared", "face_structure", "parts"),
 }
 """What a model reads, of `FullSizeMetrics`: those that agree best with people on unseen pictures."""
 WORDS = {
     "likeness": "fine detail",
-    "detail_kept": "coarser detail",
-    "face_outlines": "outlines of faces",
-    "parts": "the styles that it combines",
+    "tone_concentration": "flat tones",
+    "structure_kept": "structure",
+    "smeared": "texture",
+    "face_structure": "faces",
+    "parts": "the style of its colours",
 }
 """The measures that models read, in plain words."""
-FACE_MEASURES = {"face_outlines"}
-"""Those that say nothing about pictures without a face."""
+FACE_MEASURES = {"face_structure"}
+"""Those that do not count for pictures without a face."""
 MIN_SHOWN_REASON = 0.2
 """Log-odds from which a measure is named in a verdict."""
 MAX_SPREADS = 3.0
@@ -47,26 +49,30 @@ def score(measures: FullSizeMetrics, rules: Rules = "open") -> float:
     Args:
         rules: the rules of the style, each with a separate model.
     """
-    return float(1 / (1 + np.exp(-log_odds(_read(measures, rules), _models()[rules]))))
+    return float(1 / (1 + np.exp(-log_odds(read_measures(measures, rules), _models()[rules]))))
 
 
 def reasons(measures: FullSizeMetrics, rules: Rules = "open") -> dict[str, float]:
     """Return what each measure adds to the log-odds of the score: positive numbers speak for the style."""
-    parts = contributions(_read(measures, rules), _models()[rules])
+    parts = contributions(read_measures(measures, rules), _models()[rules])
     return {name: float(part) for name, part in zip(MEASURES[rules], parts, strict=True)}
 
 
 def verdict(measures: FullSizeMetrics, rules: Rules = "open") -> str:
     """Return the score in a line, and which measures speak for and against the style."""
-    unseen = set() if measures.has_face else FACE_MEASURES
-    known = [part for part in reasons(measures, rules).items() if part[0] not in unseen]
-    parts = sorted(known, key=lambda part: -abs(part[1]))
+    parts = sorted(reasons(measures, rules).items(), key=lambda part: -abs(part[1]))
     sides = {
         "for it": [WORDS[name] for name, part in parts if part >= MIN_SHOWN_REASON],
         "against it": [WORDS[name] for name, part in parts if part <= -MIN_SHOWN_REASON],
     }
     said = [f"{side}: {', '.join(names)}" for side, names in sides.items() if names]
     return "; ".join([f"Score {100 * score(measures, rules):.0f} of 100", *said])
+
+
+def read_measures(measures: FullSizeMetrics, rules: Rules) -> np.ndarray:
+    """Return what the model of some rules reads: NaN for faces if there is none."""
+    unseen = set() if measures.has_face else FACE_MEASURES
+    return np.array([np.nan if name in unseen else getattr(measures, name) for name in MEASURES[rules]])
 
 
 def log_odds(numbers: np.ndarray, model: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -79,9 +85,9 @@ def log_odds(numbers: np.ndarray, model: Mapping[str, np.ndarray]) -> np.ndarray
 
 
 def contributions(numbers: np.ndarray, model: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Return what each measure adds to the log-odds."""
+    """Return what each measure adds to the log-odds; NaN adds nothing."""
     normal = np.clip((numbers - model["middle"]) / model["spread"], -MAX_SPREADS, MAX_SPREADS)
-    return np.asarray(normal * model["linear"])
+    return np.asarray(np.nan_to_num(normal) * model["linear"])
 
 
 def spread_out(signatures: np.ndarray, scores: np.ndarray, count: int) -> list[int]:
@@ -139,10 +145,6 @@ class Judge:
         normal = (small / 255.0 - JUDGE_MEAN_LEVEL) / JUDGE_LEVEL_DEVIATION
         self._net.setInput(normal.transpose(2, 0, 1)[None].astype(np.float32))
         return np.asarray(self._net.forward()).reshape(-1)
-
-
-def _read(measures: FullSizeMetrics, rules: Rules) -> np.ndarray:
-    return np.array([getattr(measures, name) for name in MEASURES[rules]])
 
 
 @cache

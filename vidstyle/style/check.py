@@ -27,7 +27,7 @@ FORMAT_VERSION = 1
 MAX_STEPS = 256
 MAX_FILES = 4
 """Maximum number of files and folders that a style reads: each may take 130 MiB of memory."""
-TEXTS = {"name": 100, "note": 1000, "aliases": 4000, "replaces": 100}
+TEXTS = {"name": 100, "note": 1000, "aliases": 4000, "replaces": 100, "colors_from": 100}
 """The fields that hold text, and the maximum number of characters of each."""
 NOT_BEHIND = (
     *("format", "kinds", "aliases", "knobs", "labels", "variants", "masks", "behind", "steady", "focus"),

@@ -80,6 +80,7 @@ class Style:
         labels: what values do in this style, by their paths, see `knobs`.
         replaces: the names of retired shipped styles, separated by spaces, that load this one; only shipped
             styles are searched for them.
+        colors_from: the shipped style that the colours and tones of a random style come from.
     """
 
     name: str
@@ -106,6 +107,7 @@ class Style:
     masks: Masks = field(default_factory=dict)
     behind: Style | None = None
     replaces: str = ""
+    colors_from: str = ""
 
     @property
     def summary(self) -> str:
@@ -194,7 +196,7 @@ def table_from_style(style: Style) -> dict[str, Any]:
     {'format': 1, 'name': 'flat', 'background': [{'block': 'posterize', 'levels': 5}]}
     """
     table: dict[str, Any] = {"format": 1, "name": style.name}
-    values = {name: getattr(style, name) for name in ("note", "aliases", "replaces", *FIELDS)}
+    values = {name: getattr(style, name) for name in ("note", "aliases", "replaces", "colors_from", *FIELDS)}
     table |= {name: value for name, value in values.items() if value != getattr(Style, name)}
     table |= {"kinds": list(style.kinds)} if style.kinds else {}
     table |= {"knobs": list(style.knobs)} if style.knobs else {}

@@ -10,7 +10,7 @@ from typing import Any
 from vidstyle.block import Color, Parameter, Slider
 from vidstyle.blocks import all_blocks
 from vidstyle.explore.colors import ensure_contrast, is_pale, palette, shift_color, to_oklch, tone_colors
-from vidstyle.explore.composed.kept_parts import part_weight
+from vidstyle.explore.composed.kept_parts import colors_origin, part_weight
 from vidstyle.explore.composed.shipped_parts import (
     draws_tones,
     families,
@@ -59,7 +59,15 @@ def _composed(random: Random, style: Style) -> Style:
     lines = _lines_for(random, colors)
     focus = max(colors.focus, lines.focus)
     parts = f"{style.note} Colours of {colors.name}{f', lines of {lines.name}' if lines.lines else ''}."
-    made = replace(style, steady=colors.steady, focus=focus, ink=lines.ink, paper=colors.paper, note=parts)
+    made = replace(
+        style,
+        steady=colors.steady,
+        focus=focus,
+        ink=lines.ink,
+        paper=colors.paper,
+        note=parts,
+        colors_from=colors_origin(colors),
+    )
     made = join_layers(made, _layers(random, colors, lines))
     if made.background and made.lines and is_handmade(colors) and random.random() < TONED_SHARE:
         made = _toned(random, made)

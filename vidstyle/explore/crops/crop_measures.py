@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from vidstyle.explore.crops.debris import SourceAreas
+from vidstyle.explore.crops.texture import SourceTexture, compare_squares
 from vidstyle.explore.measure import band_pass, correlation, gradient_of, luma_of_codes
 from vidstyle.regions.boxes import Box
 
@@ -27,8 +28,12 @@ WHITE_LEVEL, BLACK_LEVEL = 0.93, 0.07
 FACE_WIDTH_PX, FACE_BAND_PX, FACE_OUTLINE_BAND_PX = 64, (1, 4), (0.7, 2)
 """Width of a face for comparison with the source, and the bands of eyes and mouth, and of their outlines."""
 MAX_FACE_COUNT, MIN_FACE_SHARE = 3, 0.7
-"""Of many faces in a crop, the largest are compared, if this share of their height and width is in it."""
+"""Of many faces in a crop, the largest are compared, if this share of their height and width is in it, or of
+the height and width of the crop, where the face is larger."""
+FACE_SQUARE_PX = 13
+"""Side of the squares in which a face is compared, at `FACE_WIDTH_PX`."""
 MAX_FACE_LIKENESS = 1.0
+TONE_COUNT, COMMON_TONE_COUNT = 64, 12
 
 
 class FullSizeMetrics(NamedTuple):
@@ -52,6 +57,12 @@ class FullSizeMetrics(NamedTuple):
         has_face: whether the crop shows a face that is large enough.
         face: absolute correlation of facial features with the source; `MAX_FACE_LIKENESS` without a face.
         face_outlines: the same for outlines of features, which smears and blots destroy before the features.
+        face_structure: correlation of outlines of features in small squares of the face, weighted by their
+            strength in the source.
+        structure_kept: see `Texture`; of the whole crop.
+        smeared: the same.
+        tone_concentration: share of pixels in the `COMMON_TONE_COUNT` most frequent of `TONE_COUNT` tones:
+            high for flat tones, low for gradients and blur.
         parts: see `parts_favor`; 0 where the style is not known.
     """
 
@@ -67,6 +78,10 @@ class FullSizeMetrics(NamedTuple):
     has_face: bool
     face: float
     face_outlines: float
+    face_structure: float
+    structure_kept: float
+    smeared: float
+    tone_concentration: float
     parts: float = 0.0
 
 
@@ -74,7 +89,8 @@ class ComparedCrop:
     """A crop of the source, H x W x 3 uint8, and the faces in it, the largest first."""
 
     def __init__(self, source: np.ndarray, faces: Sequence[Box[float]]) -> None:
-        self._whole, self._areas = _Region(source), SourceAreas(luma_of_codes(source))
+        luma = luma_of_codes(source)
+        self._whole, self._areas, self._texture = _Region(source), SourceAreas(luma), SourceTexture(luma)
         parts = [part for face in faces if (part := _part(face, source.shape)) is not None][:MAX_FACE_COUNT]
         self._faces = [(part, _Region(source[part])) for part in parts]
 
@@ -85,17 +101,22 @@ class ComparedCrop:
 
     def face_likeness(self, result: np.ndarray) -> float:
         """Return `face` of `measure`: the features of the worst face; `MAX_FACE_LIKENESS` without a face."""
-        faces = (region.measure(result[part]).face for part, region in self._faces)
+        faces = (region.face_likeness(luma_of_codes(result[part])) for part, region in self._faces)
         return min(faces, default=MAX_FACE_LIKENESS)
 
     def measure(self, result: np.ndarray) -> FullSizeMetrics:
         """Return the metrics of the crop in a style, H x W x 3 uint8."""
         luma = luma_of_codes(result)
-        added = self._areas.added(luma)._asdict()
-        whole = self._whole.measure(result)._replace(**added)
+        of_crop = {
+            **self._areas.added(luma)._asdict(),
+            **self._texture.compared(luma)._asdict(),
+            "tone_concentration": _tone_concentration(luma),
+        }
+        whole = self._whole.measure(result)._replace(**of_crop)
         faces = [region.measure(result[part]) for part, region in self._faces]
         if not faces:
-            return whole._replace(has_face=False, face=MAX_FACE_LIKENESS, face_outlines=MAX_FACE_LIKENESS)
+            none = dict.fromkeys(("face", "face_outlines", "face_structure"), MAX_FACE_LIKENESS)
+            return whole._replace(has_face=False, **none)
         face, low, high = (
             FullSizeMetrics(*of(rows, axis=0).tolist())
             for of, rows in ((np.min, faces), (np.min, [whole, *faces]), (np.max, [whole, *faces]))
@@ -107,7 +128,7 @@ class ComparedCrop:
             mark_width=low.mark_width,
             burnt=high.burnt,
             has_face=True,
-            **added,
+            **of_crop,
         )
 
 
@@ -125,6 +146,7 @@ class _Region:
         """Return the metrics of this part in a style, as if it was a face."""
         luma = luma_of_codes(result)
         finest, detail = band_pass(luma, *FINEST_BAND_PX), band_pass(luma, *DETAIL_BAND_PX)
+        outlines = _features(luma, FACE_OUTLINE_BAND_PX)
         return FullSizeMetrics(
             likeness=correlation(band_pass(luma, *FINE_BAND_PX), self._fine),
             detail_kept=correlation(detail, self._detail),
@@ -137,15 +159,24 @@ class _Region:
             patchiness=0,
             halo=0,
             has_face=True,
-            face=abs(correlation(_features(luma, FACE_BAND_PX), self._features)),
-            face_outlines=abs(correlation(_features(luma, FACE_OUTLINE_BAND_PX), self._outlines)),
+            face=self.face_likeness(luma),
+            face_outlines=abs(correlation(outlines, self._outlines)),
+            face_structure=_structure_kept(self._outlines, outlines),
+            structure_kept=0,
+            smeared=0,
+            tone_concentration=0,
         )
+
+    def face_likeness(self, luma: np.ndarray) -> float:
+        """Return `face` of this part in a style, from its luma."""
+        return abs(correlation(_features(luma, FACE_BAND_PX), self._features))
 
 
 def _part(face: Box[float], shape: tuple[int, ...]) -> tuple[slice, slice] | None:
     """Return where a face is in a crop; None if too little of it is."""
     left, top, right, bottom = map(round, face.intersection(Box(0, 0, shape[1], shape[0])))
-    if right - left < MIN_FACE_SHARE * face.width or bottom - top < MIN_FACE_SHARE * face.height:
+    width, height = min(face.width, shape[1]), min(face.height, shape[0])
+    if right - left < MIN_FACE_SHARE * width or bottom - top < MIN_FACE_SHARE * height:
         return None
     return np.s_[top:bottom, left:right]
 
@@ -166,6 +197,19 @@ def _mark_height(luma: np.ndarray, radius: int) -> float:
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * radius + 1, 2 * radius + 1))
     dark, bright = (cv2.morphologyEx(small, kind, disc) for kind in (cv2.MORPH_BLACKHAT, cv2.MORPH_TOPHAT))
     return float(dark.mean() + bright.mean())
+
+
+def _structure_kept(source: np.ndarray, result: np.ndarray) -> float:
+    """Return the mean correlation in squares of a face, weighted by the strength in the source."""
+    squares = compare_squares(source, result, FACE_SQUARE_PX)
+    return float(
+        (squares.correlation * squares.source_strength).sum() / max(squares.source_strength.sum(), 1e-6)
+    )
+
+
+def _tone_concentration(luma: np.ndarray) -> float:
+    counts = np.sort(np.histogram(luma, TONE_COUNT, (0, 1))[0])
+    return float(counts[-COMMON_TONE_COUNT:].sum() / luma.size)
 
 
 def _extreme_share(luma: np.ndarray) -> float:
