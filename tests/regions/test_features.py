@@ -17,6 +17,7 @@ from vidstyle.regions.faces import FaceFinder
 from vidstyle.regions.features import calm_skin
 from vidstyle.regions.features.feature_drawing import draw_features
 from vidstyle.regions.features.feature_lifting import lift_features
+from vidstyle.regions.features.landmarks import USUAL_LANDMARKS
 from vidstyle.regions.patches import Patch
 from vidstyle.regions.rasters import NO_RASTER
 from vidstyle.regions.writing.lifting import luma_in
@@ -77,6 +78,14 @@ def test_a_strap_is_no_face() -> None:
     picture = picture_with_face()
     eyes = round(PLACE.top + 0.4 * PLACE.height)
     picture[eyes - 4 :, PLACE.left - 20 : PLACE.right + 20] = 25
+    after, found = lifted(Picture.from_array(picture))
+    assert found == [] and np.array_equal(after, luma_in(Picture.from_array(picture), WINDOW))
+
+
+def test_a_dog_is_no_face() -> None:
+    """Its nose is darker than its eyes, and its mouth is not where that of a person is."""
+    picture, (across, down) = picture_with_face(), USUAL_LANDMARKS.inside(PLACE).nose
+    cv2.circle(picture, (round(across), round(down)), 5, (12, 10, 10), -1)
     after, found = lifted(Picture.from_array(picture))
     assert found == [] and np.array_equal(after, luma_in(Picture.from_array(picture), WINDOW))
 
