@@ -121,6 +121,18 @@ def test_the_second_choice_avoids_what_could_not_be_read(tmp_path: Path) -> None
         assert each.time in kept or min(distances, default=1.0) > 0.8
 
 
+@pytest.mark.parametrize("panels", [2, 3])
+def test_a_fixed_number_of_panels_has_no_more_for_a_story(film: Path, panels: int) -> None:
+    measured = list[Candidate]()
+
+    def readability(candidates: Sequence[Candidate]) -> list[float]:
+        measured.extend(candidates)
+        return [0.5 if each.scene == measured[0].scene else 1.0 for each in candidates]
+
+    with open_film(film) as opened:
+        assert len(find_key_frames(opened, KeyFrameOptions(panels), readability=readability)) == panels
+
+
 def test_other_frames_are_chosen_for_those_that_tell_nothing_new(tmp_path: Path) -> None:
     def keep(found: Sequence[Candidate]) -> list[Candidate]:
         return [each for each in found if each.time > 2 or each.scene != 0]

@@ -96,7 +96,10 @@ class ReadableSearch:
         return candidate.forced or self._known[candidate.time] >= limit
 
     def _keep_readable(self, candidates: Sequence[Candidate], least: int, seconds: float) -> list[Candidate]:
-        """Return the readable frames, and the best of the others up to a number of frames, or for a story."""
+        """Return the readable frames, and the best of the others up to a number of frames, or for a story.
+
+        A fixed number of panels has no more for a story.
+        """
         distinct = {each.time: each for each in candidates}.values()
         kept = [each for each in distinct if self._is_readable(each)]
         others = sorted(
@@ -106,7 +109,8 @@ class ReadableSearch:
         )
         if not kept and others:
             log.warning("no frame of the film can be drawn clearly; the best one is shown")
-        kept += self._tell_more(kept, others, seconds)
+        if self._options.panels is None:
+            kept += self._tell_more(kept, others, seconds)
         rest = [each for each in others if each not in kept]
         kept += rest[: max(0, max(1, least) - len(kept))]
         return sorted(kept, key=lambda each: each.time)
