@@ -365,3 +365,36 @@ def test_a_command_that_makes_a_document_is_cancelled() -> None:
             wait([run], 0.05)
         with pytest.raises(UsageError, match="vidstyle live: cancelled"):
             run.result()
+
+
+def test_nobody_is_cut_off_in_tiles_and_the_own_picture_stays_whole(browser: Browser, tmp_path: Path) -> None:
+    """Tiles were enlarged around faces; then the picture of the user's file showed that part, too."""
+    red, blue = (220, 30, 30), (30, 30, 220)
+    frame = np.full((720, 1280, 3), 90, np.uint8)
+    frame[104:616, 384:896] = photograph("astronaut")
+    frame[:, :60], frame[:, -60:] = red, blue
+    Image.fromarray(frame).save(tmp_path / "portrait.png")
+    (tmp_path / "same.toml").write_text('format = 1\nname = "same"\nstrength = 0\n')
+    clip = open_clip(tmp_path / "portrait.png")
+    server = open_page(
+        Designer(clip, tmp_path, Drafts(tmp_path / "draft.json")), 0, "cpu", FrontDoor({}, lambda file: None)
+    )
+    edges = """const shown = [document.getElementById("source-picture"), document.querySelector(".tile img")];
+    await Promise.all(shown.map((image) => image.decode()));
+    return shown.map((image) => {
+      const canvas = document.createElement("canvas");
+      [canvas.width, canvas.height] = [64, 36];
+      const context = canvas.getContext("2d");
+      context.drawImage(image, 0, 0, 64, 36);
+      return [1, 62].map((x) => [...context.getImageData(x, 18, 1, 1).data.slice(0, 3)]);
+    });"""
+    try:
+        browser.open(server.url)
+        browser.until("document.querySelector('.tile img:not(.waiting)')?.complete")
+        browser.until("document.getElementById('previews').textContent === 'on portrait.png'")
+        assert browser.run("return document.querySelector('.tile b').textContent") == "Same"
+        for left, right in browser.run(edges):
+            assert np.abs(np.subtract([left, right], [red, blue])).max() < 40
+        browser.open("about:blank")
+    finally:
+        server.close()

@@ -125,6 +125,40 @@ def test_the_history_compares_with_the_opened_style(page: Page) -> None:
         assert page.steps("lines") == steps
 
 
+def test_another_style_is_shown_from_the_top_of_its_panel(page: Page) -> None:
+    browser = page.browser
+    panel = "document.getElementById('style-tab-content')"
+    open_style(page, "Engraving")
+    browser.run("document.querySelector('.style-panel details').open = true")
+    browser.run(f"{panel}.scrollTop = 9999")
+    assert browser.run(f"return {panel}.scrollTop") > 100
+    open_style(page, "Poster")
+    assert browser.run(f"return {panel}.scrollTop") == 0
+
+
+def test_the_result_of_another_style_is_labelled_while_both_are_shown(page: Page) -> None:
+    browser = page.browser
+    open_style(page, "Engraving")
+    browser.click("#modes [value=side]")
+    label = "document.getElementById('after')"
+    browser.until(f"!{label}.hidden")
+    open_style(page, "Poster")
+    page.is_drawn()
+    browser.until(f"!{label}.hidden")
+
+
+def test_a_letter_saves_only_outside_of_text_fields(page: Page) -> None:
+    browser = page.browser
+    open_style(page, "Poster")
+    browser.run("document.getElementById('name').focus()")
+    browser.press("s")
+    assert not browser.run("return document.getElementById('save-dialog').open")
+    browser.run("document.activeElement.blur()")
+    browser.press("s")
+    browser.until("document.getElementById('save-dialog').open")
+    browser.press("Escape")
+
+
 def test_values_that_change_before_an_answer_are_undone_in_order(page: Page) -> None:
     """A user is faster than a busy server: the second slider moves while values of the first wait."""
     page.begin()

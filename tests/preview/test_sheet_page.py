@@ -33,33 +33,59 @@ def sheet(tmp_path: Path) -> str:
     return page.as_uri()
 
 
-def test_two_starred_looks_are_compared_and_a_key_shows_the_original(sheet: str, browser: Browser) -> None:
+def test_all_starred_looks_are_compared_with_their_texts_below_and_a_key_shows_the_original(
+    sheet: str, browser: Browser
+) -> None:
+    size = {"width": 1280, "height": 800}
+    browser.call("Emulation.setDeviceMetricsOverride", **size, deviceScaleFactor=1, mobile=False)
     browser.open(sheet)
     for name in ("vhs", "oil", "noir"):
         browser.run(STAR, name=name)
-    browser.run("document.getElementById('compare-starred').click()")
-    shown = """return ["before", "after"].map((id) => document.getElementById(id).alt.toLowerCase());"""
-    assert browser.run(shown) == ["oil", "noir"], "the last two"
-    assert browser.run(TEXT, selector="#name") == "Oil and Noir"
-    assert all(browser.place(f"#{each}")[2] > 100 for each in ("before", "after"))
-    use = "document.querySelectorAll('.pair-actions')[number].lastElementChild.click()"
-    for number, name in enumerate(("oil", "noir")):
-        browser.run(use, number=number)
-        assert browser.run(TEXT, selector="#look").lower() == name
-        assert browser.run(TEXT, selector="#use-word").lower() == f"use {name}"
-    stars = "[...document.querySelectorAll('.pair-actions button:first-child')]"
+    browser.click("#compare-starred")
+    tags = "return [...document.querySelectorAll('#compared .tag')].map((each) => each.textContent)"
+    assert browser.run(tags) == ["VHS", "Oil", "Noir"]
+    assert browser.run(TEXT, selector="#compared-names") == "VHS, Oil and Noir"
+    below = """return [...document.querySelectorAll("#compared figure")].map((each) => {
+      const [image, text] = ["img", "p"].map((name) => each.querySelector(name).getBoundingClientRect());
+      return each.querySelector("p").textContent && text.top >= image.bottom && text.left === image.left
+        && image.width > 200 && text.bottom <= innerHeight;
+    });"""
+    assert browser.run(below) == [True] * 3
+    stars = "[...document.querySelectorAll('#compared [aria-pressed]')]"
     for is_starred in ("false", "true"):
         browser.run(f"{stars}[0].click()")
-        assert browser.run(f"return {stars}.map((each) => each.ariaPressed)") == [is_starred, "true"]
-    browser.press("ArrowRight")
-    assert browser.run(shown) == ["oil", "vhs"]
+        assert browser.run(f"return {stars}.map((each) => each.ariaPressed)") == [is_starred, "true", "true"]
     browser.run("dispatchEvent(new KeyboardEvent('keydown', { key: 'b' }))")
-    assert browser.run(shown)[0] == "original"
+    assert browser.run(tags) == ["Original"] * 3
     browser.run("dispatchEvent(new KeyboardEvent('keyup', { key: 'b' }))")
-    for before in ("original", "oil"):
-        browser.run("document.getElementById('hold').click()")
-        assert browser.run(shown)[0] == before
-    assert browser.run(shown) == ["oil", "vhs"]
+    assert browser.run(tags) == ["VHS", "Oil", "Noir"]
+    browser.click("#compared figure:nth-child(2) .enlarge")
+    assert browser.run(TEXT, selector="#name") == "Oil"
+    browser.press("Escape")
+    assert browser.run("return document.getElementById('comparison').open")
+
+
+def test_of_more_starred_looks_the_last_four_are_compared(sheet: str, browser: Browser) -> None:
+    browser.open(sheet)
+    for name in ("vhs", "oil", "noir", "ink", "neon"):
+        browser.run(STAR, name=name)
+    assert browser.run(TEXT, selector="#compare-starred") == "Compare 4"
+    assert browser.run(TEXT, selector="#intro") == "Compare: Oil, Noir, Ink and Neon"
+    browser.click("#compare-starred")
+    assert browser.run(TEXT, selector="#compared-names") == "Oil, Noir, Ink and Neon"
+
+
+def test_the_whole_card_enlarges_a_look_and_a_key_stars_it(sheet: str, browser: Browser) -> None:
+    browser.open(sheet)
+    x, y, *_ = browser.place("figure:nth-of-type(3) .about")
+    for kind in ("mousePressed", "mouseReleased"):
+        browser.mouse(kind, x, y)
+    name = browser.run(TEXT, selector="#name")
+    assert name == browser.run(TEXT, selector="figure:nth-of-type(3) strong")
+    browser.press("d", "ArrowRight")
+    assert browser.run(TEXT, selector="#save-word") == "Save picture", "the next look is not saved"
+    browser.press("Escape", "s", "s", "s")
+    assert browser.run(TEXT, selector="#starred") == "Starred: 1", "the card keeps the focus"
 
 
 def test_a_search_that_finds_few_looks_shows_related_ones_below(sheet: str, browser: Browser) -> None:
@@ -123,14 +149,12 @@ def test_descriptions_are_shown_whole(sheet: str, browser: Browser) -> None:
         ]
 
 
-def test_a_look_is_enlarged_alone_after_two_were_compared(sheet: str, browser: Browser) -> None:
+def test_a_look_is_enlarged_alone_after_others_were_compared(sheet: str, browser: Browser) -> None:
     browser.open(sheet)
     for name in ("vhs", "oil"):
         browser.run(STAR, name=name)
-    assert browser.run(TEXT, selector="#intro") == "Compare: VHS and Oil"
     alone = "return document.getElementById('large').classList.contains('alone')"
     browser.run("document.getElementById('compare-starred').click()")
-    assert not browser.run(alone)
     browser.press("Escape")
     enlarge = "document.querySelectorAll('main figure > button:first-child')[8].click()"
     browser.run(enlarge)

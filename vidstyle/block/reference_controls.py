@@ -22,11 +22,13 @@ class SavedRef(OptionControl):
         on: what the block gets: "luma" an H x W array, "same" the same channels as its input; with "chroma"
             the renderer combines the result with that picture's chroma and the block gets None.
         optional: whether the name may be empty; the block then gets None.
+        none: what pages show for an empty name.
     """
 
     help: str
     on: Literal["luma", "same", "chroma"] = "same"
     optional: bool = False
+    none: str = "none"
     picks = "picture"
     range_text = "the name of a saved picture, or source"
 
@@ -42,7 +44,8 @@ class SavedRef(OptionControl):
         return {"type": "string", "pattern": f"^({NAME_PATTERN})?$" if self.optional else f"^{NAME_PATTERN}$"}
 
     def describe(self, is_integer: bool, saved: list[str]) -> dict[str, Any]:
-        return {"kind": "choice", "options": [""] * self.optional + saved}
+        described = {"kind": "choice", "options": saved}
+        return described | {"options": ["", *saved], "none": self.none} if self.optional else described
 
     def argument(self, value: Any) -> Any:
         return None if isinstance(value, str) and not value else value

@@ -1,8 +1,8 @@
-"""Pictures of looks on the start screen: the part of a frame that shows a style best."""
+"""Pictures of looks on the start screen: all the width of a frame."""
 
 from __future__ import annotations
 
-from functools import cached_property
+from functools import cached_property, reduce
 
 import numpy as np
 
@@ -18,10 +18,10 @@ from vidstyle.style.resolve import masks_read
 
 TILE_WIDTH_PX, TILE_ASPECT = 640, 16 / 9
 """Width at which tiles are rendered, and their width divided by their height."""
-FACE_RATIO, MAX_ENLARGEMENT = 0.4, 2.0
-"""Height of the largest face, relative to the tile, up to which the frame is enlarged, and by how much."""
-LARGE_FACE_RATIO, MAX_GROUP_RATIO = 0.6, 0.9
-"""Faces of this height, relative to the largest one, are kept if they take at most this part of the width."""
+FACE_MARGIN_RATIO = 0.15
+"""Room above and below the faces, relative to the height of all."""
+TOP_RATIO = 0.25
+"""The part of what a tile leaves out that is above it, without faces: heads are rarely at the bottom."""
 
 
 class LookTiles:
@@ -75,29 +75,19 @@ class LookTiles:
 
 
 def tile_window(aspect: float, faces: list[Box]) -> Box[float]:
-    """Return the part of a picture of height 1 that a tile shows: around the largest faces, else the middle.
+    """Return the part of a picture of height 1 that a tile shows: all its width, so that nobody is cut off.
+
+    It is higher than a tile if the faces need it.
 
     Args:
         aspect: width divided by height of the picture.
-        faces: faces in it, the largest first.
+        faces: faces in it.
     """
-    width = min(aspect, TILE_ASPECT)
+    height = min(aspect / TILE_ASPECT, 1.0)
     if not faces:
-        return _placed(aspect, width, (aspect / 2, 0.5))
-    largest = faces[0]
-    enlargement = FACE_RATIO * width / TILE_ASPECT / largest.height
-    width /= min(max(enlargement, 1.0), MAX_ENLARGEMENT)
-    group = largest
-    for face in faces[1:]:
-        joined = group.union(face)
-        if face.height >= LARGE_FACE_RATIO * largest.height and joined.width <= MAX_GROUP_RATIO * width:
-            group = joined
-    return _placed(aspect, width, group.center)
-
-
-def _placed(aspect: float, width: float, center: tuple[float, float]) -> Box[float]:
-    """Return the window of this width nearest to a point that is inside the picture."""
-    height = min(width / TILE_ASPECT, 1.0)
-    left = min(max(center[0] - width / 2, 0.0), aspect - width)
-    top = min(max(center[1] - height / 2, 0.0), 1.0 - height)
-    return Box(left, top, left + width, top + height)
+        top = TOP_RATIO * (1.0 - height)
+        return Box(0.0, top, aspect, top + height)
+    group = reduce(Box.union, faces)
+    height = min(max(height, (1 + 2 * FACE_MARGIN_RATIO) * group.height), 1.0)
+    top = min(max(group.center[1] - height / 2, 0.0), 1.0 - height)
+    return Box(0.0, top, aspect, top + height)

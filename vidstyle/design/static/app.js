@@ -62,6 +62,7 @@ const stylePanel = new StylePanel(session, () => {
 });
 const history = new History(session);
 const queue = new Queue(session);
+dialogs.onplay = () => queue.playNewest();
 dialogs.onpicture = () => document.body.classList.contains("front") || queue.play();
 const start = new Start(session, say, (kind) => {
   history.clear();
@@ -175,6 +176,7 @@ function showState(state) {
     start.show(false); // elements behind the start screen cannot take the focus
     build(fresh === "new" || state.knobs.length === 0);
     showTab("style");
+    get("style-tab-content").scrollTop = 0;
     if (fresh === "new") steps.selected = "source";
     requestAnimationFrame(() => fresh === "new" && diagram.focus("source"));
     preview.begin();

@@ -49,6 +49,8 @@ export class Dialogs {
   #named = new Set();
   /** Is called once a picture is saved. */
   onpicture = () => {};
+  /** Is called to play the film that was saved last. */
+  onplay = () => {};
 
   /** @param {Session} session @param {(text: string, alarm?: boolean, visible?: boolean) => void} say */
   constructor(session, say) {
@@ -204,7 +206,8 @@ export class Dialogs {
     }
     // Where the queue or the dialog shows the end already, it is only announced.
     const isSeen = Boolean(document.querySelector("#queue:popover-open, #render-dialog[open]"));
-    this.say(text || `Saved as ${file}.${isPicture ? "" : " To play it, open the queue (Q)."}`, false, !isSeen);
+    this.say(text || `Saved as ${file}.`, false, !isSeen);
+    if (!isSeen && !isPicture) get("toast").append(make("button", { type: "button", textContent: "Play", onclick: () => this.onplay() }));
   }
 
   /** Copies the equivalent command line. */

@@ -33,7 +33,7 @@ export class Inspector {
     const shownWords = { mute: "Mute", solo: "Solo" };
     for (const [action, drawing, label, key] of /** @type {[Action, string, string, string][]} */ ([
       ["mute", "mute", "Mute: pass the picture through unchanged", "M"], ["solo", "solo", "Solo: show the output of this step", "O"],
-      ["copy", "clipboard", "Copy, to paste it into any style", "Ctrl C"], ["duplicate", "copy", "Duplicate", "D"], ["expand", "expand", "Replace with the steps of the recipe", "E"],
+      ["copy", "clipboard", "Copy, to paste it into any style", "Ctrl C"], ["duplicate", "copy", "Duplicate", "D"], ["expand", "expand", "Replace with the steps that it is made of", "E"],
       ["remove", "remove", "Remove", "Del"],
     ])) {
       const button = make("button", { className: "plain", type: "button", title: `${label} (${key})` }, icon(drawing), shownWords[action] ?? "");

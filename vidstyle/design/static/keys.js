@@ -10,7 +10,7 @@ import { get, make } from "./elements.js";
  * @property {(event: KeyboardEvent) => unknown} run
  * @property {() => unknown} [end] is called when the key is released
  * @property {boolean} [inControl] whether the focused control handles it itself, so that it is only listed
- * @property {boolean} [typing] whether it also works in text fields
+ * @property {boolean} [typing] whether its keys that are no letters also work in text fields
  */
 
 /** @type {Object<string, string>} */
@@ -43,7 +43,8 @@ export function listen(shortcuts) {
   addEventListener("keydown", (event) => {
     const shortcut = /** @type {Shortcut | undefined} */ (byKey.get(nameOf(event)));
     if (!shortcut || event.isComposing || document.querySelector("dialog[open]")) return;
-    if (!shortcut.typing && isHandledByControl(event)) return;
+    const isWhileTyping = shortcut.typing && nameOf(event).length > 1;
+    if (!isWhileTyping && isHandledByControl(event)) return;
     if (event.repeat && shortcut.end) return event.preventDefault();
     if (shortcut.run(event) === false) return;
     event.preventDefault();

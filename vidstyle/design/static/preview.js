@@ -254,9 +254,11 @@ export class Preview {
 
   /** @param {ImageBitmap | HTMLCanvasElement} picture @param {number} revision of the document that it shows */
   #show(picture, revision) {
+    const isFirst = !this.view.result;
     this.revision = revision;
     this.#put({ picture, size: [picture.width, picture.height] });
     this.view.draw();
+    if (isFirst) this.handlers.onchange(); // there is something to label
     this.#fitSoon();
     this.view.canvas.dataset.lines = String(Math.min(picture.width, picture.height));
     this.view.canvas.dataset.revision = String(this.session.state?.revision ?? "");

@@ -46,6 +46,11 @@ export class Queue {
     /** @type {HTMLElement | null} */ (get("jobs").querySelector("[data-action]"))?.focus();
   }
 
+  /** Plays the newest film. */
+  playNewest() {
+    /** @type {HTMLElement | null} */ (get("jobs").querySelector("[data-action^=play]"))?.click();
+  }
+
   /** Shows the file that was just finished, once the list has it. */
   play() {
     this.#plays = true;
@@ -56,7 +61,7 @@ export class Queue {
     const left = jobs.filter(({ state }) => state === "waiting" || state === "rendering");
     this.button.hidden = !jobs.length;
     get("queue-count").textContent = left.length ? String(left.length) : "";
-    this.button.setAttribute("aria-label", left.length ? `Queue, ${left.length} not finished` : "Queue");
+    this.button.setAttribute("aria-label", left.length ? `Renders, ${left.length} not finished` : "Renders");
     const focused = /** @type {HTMLElement | null} */ (document.activeElement)?.dataset.action;
     get("jobs").replaceChildren(...[...jobs].reverse().map((job) => this.#row(job)));
     if (focused) this.#focus(focused);

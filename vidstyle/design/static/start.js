@@ -19,6 +19,8 @@ const PLAIN = "plain";
 /** The film of `vidstyle open` before one is opened. */
 const EXAMPLE = "demo";
 
+/** The width of a tile divided by its height; tiles of wider films are as wide as these. */
+const TILE_ASPECT = 16 / 9;
 /** Lengths of the units in which the wheel is reported: pixels and lines. */
 const WHEEL_UNITS_PX = [1, 18];
 
@@ -56,7 +58,7 @@ export class Start {
   /** The tile of a new style. @type {HTMLElement | null} */
   #new = null;
   #name = "";
-  /** The address of the unchanged film. */
+  /** The address of the unchanged film, as the tiles show it. */
   #source = "";
 
   /**
@@ -156,6 +158,7 @@ export class Start {
     this.doors.take(clip.count > 1, isExample);
     get("source-name").textContent = isExample ? "An example" : this.#name;
     const size = clip.size.join(" × ");
+    get("tiles").style.setProperty("--tile-aspect", String(Math.max(TILE_ASPECT, clip.size[0] / clip.size[1])));
     get("source-name").title = clip.name;
     get("source-facts").textContent = clip.live ? "camera" : clip.count > 1 ? `${clock(clip.count / clip.fps)}, ${size}` : size;
     for (const button of document.querySelectorAll(".choose-file")) button.textContent = isExample ? "Open a film or photograph…" : "Open another…";
@@ -260,16 +263,21 @@ export class Start {
     if (!picture) return;
     picture.classList.remove("waiting");
     this.#replace(picture, URL.createObjectURL(file));
-    if (this.#names[number] === PLAIN) this.#showSource(URL.createObjectURL(file));
+    if (this.#names[number] === PLAIN) this.#showWaiting(URL.createObjectURL(file));
+  }
+
+  /** Shows the whole unchanged film. @param {string} address */
+  #showSource(address) {
+    const shown = /** @type {HTMLImageElement} */ (get("source-picture"));
+    shown.src = address;
+    shown.hidden = false;
+    this.#showWaiting(address);
   }
 
   /** Shows the unchanged film, dimmed, in the tiles that wait for their previews. @param {string} address */
-  #showSource(address) {
+  #showWaiting(address) {
     const before = this.#source;
     this.#source = address;
-    const shown = /** @type {HTMLImageElement} */ (get("source-picture"));
-    shown.src = this.#source;
-    shown.hidden = false;
     for (const picture of this.#pictures) if (picture.classList.contains("waiting")) picture.src = this.#source;
     if (before) URL.revokeObjectURL(before);
   }

@@ -10,6 +10,8 @@ import { variantChip } from "./variant_chip.js";
 
 /** Fields of the style that are shown below its knobs. */
 const MAIN_FIELDS = ["strength"];
+/** The field that few need. */
+const LAST_FIELD = "height";
 
 /** @typedef {import("./variant_chip.js").Variant} Variant */
 
@@ -94,7 +96,9 @@ export class StylePanel {
     const isMain = (entry) => (MAIN_FIELDS.includes(entry.name) || (isNew && entry.kind === "color")) && !entry.knob;
     const hasEffect = (/** @type {import("./types.js").Entry} */ { name }) => this.isFilm || name !== "steady";
     this.main.show(state.fields.filter(isMain));
-    this.fields.show(state.fields.filter((entry) => !isMain(entry) && hasEffect(entry)));
+    const isLast = (/** @type {import("./types.js").Entry} */ { name }) => name === LAST_FIELD;
+    const others = state.fields.filter((entry) => !isMain(entry) && hasEffect(entry));
+    this.fields.show(others.sort((one, other) => Number(isLast(one)) - Number(isLast(other))));
     this.advice = state.note.slice(about.length);
     if (document.activeElement !== this.note) this.note.value = about;
   }

@@ -20,6 +20,7 @@ import { title } from "./elements.js";
  * @property {boolean} [whole]
  * @property {string} [unit]
  * @property {string[]} [options]
+ * @property {string} [none] what stands for an empty option
  * @property {string} about the label of its step; "" for the style
  * @property {"" | "picture" | "file"} [picks] the kind of the options
  */

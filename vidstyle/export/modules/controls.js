@@ -20,6 +20,7 @@ import { make, words } from "./elements.js";
  * @property {boolean} [whole]
  * @property {string} [unit]
  * @property {string[]} [options]
+ * @property {string} [none] what stands for an empty option
  */
 
 /** Whether a unit fits next to a number. @param {string | undefined} unit */
@@ -107,7 +108,7 @@ function colorWell(_, id, change) {
 function menu(entry, id, change) {
   const list = make("select", { id, onchange: () => change(list.value) });
   /** @param {string} option */
-  const add = (option) => list.append(make("option", { value: option, textContent: option ? words(option) : "none" }));
+  const add = (option) => list.append(make("option", { value: option, textContent: option ? words(option) : entry.none ?? "none" }));
   (entry.options ?? []).forEach(add);
   return {
     inline: [list],

@@ -1,11 +1,11 @@
 // The page of a preview sheet. `vidstyle.gallery.preview` joins it with the modules that it imports.
 
-import { answer } from "./button_answer.js";
+import { answer, withdraw } from "./button_answer.js";
 import { columnsFor } from "./columns.js";
+import { Comparison, listed, MAX_COMPARED } from "./comparison.js";
 import { get, icon, make, press, saveAs, title } from "./elements.js";
 import { describeSearch, findLooks, relatedLooks } from "./find_looks.js";
 import { switchOriginal } from "./original_button.js";
-import { PairActions } from "./pair_actions.js";
 import { rove } from "./roving.js";
 import { summaryOf } from "./look_summary.js";
 import { SHARED_KEYS } from "./shared_keys.js";
@@ -13,7 +13,7 @@ import { switchTheme } from "./theme.js";
 
 const figures = /** @type {HTMLElement[]} */ ([...document.querySelectorAll("main figure")]);
 const [large, help] = ["large", "help"].map((id) => /** @type {HTMLDialogElement} */ (get(id)));
-const [before, after] = ["before", "after"].map((id) => /** @type {HTMLImageElement} */ (get(id)));
+const after = /** @type {HTMLImageElement} */ (get("after"));
 const sheet = /** @type {HTMLElement} */ (document.querySelector("main"));
 const finder = /** @type {HTMLInputElement} */ (get("find-look"));
 /** The button for looks of all kinds. */
@@ -25,8 +25,6 @@ const relatedTitle = make("h2", { id: "related", textContent: "Related looks" })
 let starred = [];
 /** The number of the enlarged style; the first is the original. */
 let shown = 0;
-/** The number of the style next to it: the original, or a starred style that others are compared with. */
-let compared = 0;
 /** Whether an enlarged style is shown next to the original. */
 let isSplit = false;
 
@@ -39,43 +37,35 @@ const pictureOf = (number) => /** @type {HTMLImageElement} */ (figures[number].q
 /** @param {number} number */
 const nameOf = (number) => (number ? title(pictureOf(number).alt) : "Original");
 
-/** Shows a style on the left. @param {number} number */
-function showBefore(number) {
-  before.src = pictureOf(number).src;
-  before.alt = get("before-tag").textContent = nameOf(number);
-}
-
 /** Returns the note on a style. @param {number} number */
 const noteOf = (number) => [...(figures[number].querySelector(".note")?.cloneNode(true).childNodes ?? [])];
 
-/** Enlarges a style next to the original, or to another style. @param {number} number @param {number} [other] */
-function show(number, other = 0) {
-  [shown, compared] = [(number + figures.length) % figures.length, other];
+/** Enlarges a style, or shows it next to the original. @param {number} number */
+function show(number) {
+  if (number !== shown) for (const id of ["save-word", "copy"]) withdraw(get(id));
+  shown = number;
   const { alt, src } = pictureOf(shown);
-  showBefore(compared);
   Object.assign(after, { src, alt });
-  get("tag").textContent = nameOf(shown);
-  get("name").textContent = compared ? `${nameOf(compared)} and ${nameOf(shown)}` : nameOf(shown);
+  get("tag").textContent = get("name").textContent = nameOf(shown);
   const looks = seenFigures().filter((figure) => figure !== figures[0]);
-  get("count").textContent = shown && !compared ? `${looks.indexOf(figures[shown]) + 1} of ${looks.length}` : "";
-  get("note").replaceChildren(...(compared ? [...noteOf(compared), make("br")] : []), ...noteOf(shown));
-  describeUse(shown);
+  const place = looks.indexOf(figures[shown]);
+  get("count").textContent = place < 0 ? "" : `${place + 1} of ${looks.length}`;
+  get("note").replaceChildren(...noteOf(shown));
+  describeUse();
   showStar();
-  split(isSplit || compared > 0);
+  split(isSplit);
   if (!large.open) large.showModal();
 }
 
-/** Shows how a style is used. @param {number} number */
-function describeUse(number) {
-  const { alt } = pictureOf(number);
-  get("command").textContent = String(figures[number].dataset.command);
-  get("look").textContent = sheet.dataset.ending ? alt + sheet.dataset.ending : nameOf(number);
-  get("use-word").textContent = compared ? `Use ${nameOf(number)}` : "Use this look";
+/** Shows how the enlarged style is used. */
+function describeUse() {
+  const { alt } = pictureOf(shown);
+  get("command").textContent = String(figures[shown].dataset.command);
+  get("look").textContent = sheet.dataset.ending ? alt + sheet.dataset.ending : nameOf(shown);
 }
 
-/** Shows whether the enlarged style, or each of two compared ones, is starred. */
+/** Shows whether the enlarged style is starred. */
 function showStar() {
-  for (const actions of pair) actions.show(isStarred(figures[actions.number()]));
   const star = starOf(figures[shown]);
   get("star").hidden = !star;
   press(get("star"), star?.ariaPressed === "true");
@@ -85,35 +75,32 @@ function showStar() {
 /** @param {HTMLElement} figure @returns {HTMLElement | null} */
 const starOf = (figure) => figure.querySelector(".star");
 
-/** Shows the style next to the one that it is compared with, or alone. @param {boolean} on */
+/** Shows the style next to the original, or alone. @param {boolean} on */
 function split(on) {
   press(get("split"), on);
   large.classList.toggle("alone", !on || !shown);
-  large.classList.toggle("two", on && compared > 0);
 }
 
-/** Switches between the style next to another one and alone; next to the original, this stays for the next style. */
+/** Switches between the style next to the original and alone; this stays for the next style. */
 function switchSplit() {
-  const on = get("split").ariaPressed !== "true";
-  if (!compared) isSplit = on;
-  split(on);
+  isSplit = !isSplit;
+  split(isSplit);
 }
 
 /** Shows only the original while a key or a button is held. @param {boolean} on */
 function hold(on) {
   press(get("hold"), on);
-  showBefore(on ? 0 : compared);
   large.classList.toggle("held", on);
-  large.classList.toggle("alone", on || get("split").ariaPressed !== "true" || !shown);
+  large.classList.toggle("alone", on || !isSplit || !shown);
 }
 
 async function copy() {
   try {
     await navigator.clipboard.writeText(String(get("command").textContent));
-    answer(get("copy"), "Copied", "Copy");
+    answer(get("copy"), "Copied");
   } catch {
     getSelection()?.selectAllChildren(get("command"));
-    answer(get("copy"), "Selected", "Copy");
+    answer(get("copy"), "Selected");
   }
 }
 
@@ -125,7 +112,7 @@ function savePicture(number) {
 /** Saves the picture of the enlarged style. */
 function save() {
   savePicture(shown);
-  answer(get("save-word"), "Saved", "Save picture");
+  answer(get("save-word"), "Saved");
 }
 
 /** Whether a style is starred. @param {HTMLElement} figure */
@@ -144,12 +131,17 @@ function filter() {
   const related = shownFigures.length ? near.filter(isWanted) : [];
   for (const figure of figures) figure.hidden = !shownFigures.includes(figure) && !related.includes(figure);
   relatedTitle.hidden = !related.length;
-  sheet.append(...shownFigures, relatedTitle, ...related);
+  const parts = [...shownFigures, relatedTitle, ...related];
+  // Moving an element takes its focus away.
+  if (parts.some((part, place) => listedParts()[place] !== part)) sheet.append(...parts);
   const heading = /** @type {Text} */ (document.querySelector("h1")?.firstChild);
   heading.data = `${isAll ? "" : `${shownFigures.length} of `}${count} ${count === 1 ? "look" : "looks"}`;
   even();
   describeSearch(looks.slice(1), finder.value, !shownFigures.length, search);
 }
+
+/** What the page lists, in its order. */
+const listedParts = () => [...sheet.querySelectorAll(":scope > :is(figure:not([hidden]), #related)")];
 
 /** Arranges the thumbnails in columns. */
 function even() {
@@ -181,13 +173,14 @@ function countStars() {
   for (const [id, least] of Object.entries({ starred: 1, "compare-starred": 2, "copy-starred": 1 }))
     /** @type {HTMLButtonElement} */ (get(id)).disabled = count < least;
   get("starred").textContent = `Starred: ${count}`;
-  get("intro").textContent = count < 2 ? INTRO : `Compare: ${starred.slice(-2).map((figure) => nameOf(figures.indexOf(figure))).join(" and ")}`;
+  get("compare-starred").textContent = count < 2 ? "Compare" : `Compare ${Math.min(count, MAX_COMPARED)}`;
+  get("intro").textContent = count <= MAX_COMPARED ? INTRO : `Compare: ${listed(comparedLooks().map(({ name }) => name))}`;
   if (!count) onlyStarred = false;
   press(get("starred"), onlyStarred);
   filter();
 }
 
-/** What the page says before two styles are starred. */
+/** What the page says while all starred styles can be compared. */
 const INTRO = String(get("intro").textContent);
 
 /** The names of the starred styles, with commas between them. */
@@ -216,44 +209,37 @@ function restoreStars() {
   }
 }
 
-/** What the button for the names says. */
-const COPY = String(get("copy-starred").textContent);
-
 async function copyStarred() {
   const names = starredNames();
-  await navigator.clipboard.writeText(names).then(() => answer(get("copy-starred"), "Copied", COPY), () => answer(get("copy-starred"), names, COPY));
+  await navigator.clipboard.writeText(names).then(() => answer(get("copy-starred"), "Copied"), () => answer(get("copy-starred"), names));
 }
 
-/** Shows the two styles that were starred last side by side; the arrow keys show the others. */
-function compareStarred() {
-  const [first, second] = starred.slice(-2).map((figure) => figures.indexOf(figure));
-  show(second, first);
-}
+/** Returns what the comparison shows of a style. @param {HTMLElement} figure */
+const lookOf = (figure) => {
+  const number = figures.indexOf(figure);
+  return { number, name: nameOf(number), about: summaryOf(abouts[number]), picture: pictureOf(number).src };
+};
+
+/** The styles that are compared: the last ones that were starred. */
+const comparedLooks = () => starred.slice(-MAX_COMPARED).map(lookOf);
 
 /** Returns the figures that the search and the chosen kind show, in their order. */
 const seenFigures = () => /** @type {HTMLElement[]} */ ([...sheet.querySelectorAll(":scope > figure:not([hidden])")]);
 
-/** Enlarges the next style that is shown, or the one before; next to a starred one, the next starred one. @param {number} by */
+/** Enlarges the next style that is shown, or the one before. @param {number} by */
 function step(by) {
-  const seen = compared ? figures.filter((figure) => isStarred(figure) && figure !== figures[compared]) : seenFigures();
+  const seen = seenFigures();
   const at = seen.indexOf(figures[shown]);
-  show(figures.indexOf(seen[(at + by + seen.length) % seen.length] ?? figures[shown]), compared);
+  show(figures.indexOf(seen[(at + by + seen.length) % seen.length] ?? figures[shown]));
 }
 
 const focused = () => figures.findIndex((figure) => figure.contains(document.activeElement));
 
-/** The actions below each of two compared styles. */
-const pair = [() => compared, () => shown].map((number, at) => new PairActions([before, after][at], number, {
-  star: (of) => {
-    starOf(figures[of])?.click();
-    showStar();
-  },
+const comparison = new Comparison(lookOf(figures[0]), (number) => isStarred(figures[number]), {
+  star: (number) => starOf(figures[number])?.click(),
   save: savePicture,
-  use: (of) => {
-    describeUse(of);
-    /** @type {HTMLDetailsElement} */ (get("use")).open = true;
-  },
-}));
+  enlarge: show,
+});
 
 /** @type {Object<string, () => void>} */
 const KEYS = {
@@ -296,7 +282,7 @@ get("starred").addEventListener("click", () => {
   onlyStarred = !onlyStarred;
   countStars();
 });
-get("compare-starred").addEventListener("click", compareStarred);
+get("compare-starred").addEventListener("click", () => comparison.show(comparedLooks()));
 get("copy-starred").addEventListener("click", copyStarred);
 get("all-looks").addEventListener("click", () => search(""));
 finder.addEventListener("input", filter);
@@ -309,6 +295,7 @@ finder.addEventListener("keydown", (event) => {
 });
 /** @type {HTMLDetailsElement} */ (get("use")).open = matchMedia("(min-width: 60rem) and (min-height: 40rem)").matches;
 addEventListener("resize", even);
+/** @type {HTMLImageElement} */ (get("before")).src = pictureOf(0).src;
 pictureOf(0).decode().then(even, even);
 restoreStars();
 choose(ALL);
@@ -319,18 +306,23 @@ get("close").addEventListener("click", () => large.close());
 get("copy").addEventListener("click", copy);
 get("save").addEventListener("click", save);
 get("ask").addEventListener("click", () => help.showModal());
-addEventListener("blur", () => hold(false));
-addEventListener("keyup", (event) => event.key.toLowerCase() === SHARED_KEYS.original && hold(false));
+/** Shows the original in the uppermost view. @param {boolean} on */
+const holdOriginal = (on) => (comparison.dialog.open && !large.open ? comparison.hold(on) : hold(on));
+addEventListener("blur", () => holdOriginal(false));
+addEventListener("keyup", (event) => event.key.toLowerCase() === SHARED_KEYS.original && holdOriginal(false));
 addEventListener("keydown", (event) => {
   if (event.altKey || event.ctrlKey || event.metaKey || help.open || event.target === finder) return;
   const key = event.key.length > 1 ? event.key : event.key.toLowerCase();
   if (key === SHARED_KEYS.help) help.showModal();
-  else if (key === "/" && !large.open) finder.focus();
   else if (large.open && KEYS[key]) KEYS[key]();
-  else if (!large.open && key === SHARED_KEYS.zoom) show(Math.max(0, focused()));
+  else if (!large.open && comparison.dialog.open && key === SHARED_KEYS.original) holdOriginal(true);
+  else if (large.open || comparison.dialog.open) return;
+  else if (key === "/") finder.focus();
+  else if (key === SHARED_KEYS.zoom) show(Math.max(0, focused()));
+  else if (key === SHARED_KEYS.save && focused() > 0) starOf(figures[focused()])?.click();
   else return;
   event.preventDefault();
 });
 large.addEventListener("close", () => hold(false));
-large.addEventListener("close", () => figures[shown].querySelector("button")?.focus());
+large.addEventListener("close", () => comparison.dialog.open ? comparison.mark() : figures[shown].querySelector("button")?.focus());
 switchTheme(get("theme"));
