@@ -62,13 +62,6 @@ def parts_of(row: Row) -> MarkedParts:
     return {"colors": found[1], "lines": found[2] or ""}
 
 
-def score_parts(rows: Sequence[Row], people: Sequence[Mapping[str, str]]) -> np.ndarray:
-    """Return `parts_favor` of marked styles, from the shares in the styles of other pictures."""
-    names = [parts_of(each)["colors"] for each in rows]
-    kept = np.array([kept_share(people, each["number"]) for each in rows])
-    return score_held_out(names, kept, np.array([each["picture"] for each in rows]))
-
-
 def shares_of(names: Sequence[str], kept: np.ndarray) -> dict[str, float]:
     """Return the share of marks that were "keep" by name, and of all as "mean".
 
@@ -93,12 +86,14 @@ def score_held_out(names: Sequence[str], kept: np.ndarray, pictures: np.ndarray)
     for picture in set(pictures):
         here = pictures == picture
         others = [name for name, is_here in zip(names, here, strict=True) if not is_here]
-        shares = shares_of(others, kept[~here])
-        mean = log_odds(shares["mean"])
-        scores[here] = [
-            log_odds(shares[name]) - mean if name in shares else 0 for name in np.array(names)[here]
-        ]
+        scores[here] = score_names(np.array(names)[here].tolist(), shares_of(others, kept[~here]))
     return scores
+
+
+def score_names(names: Sequence[str], shares: Mapping[str, float]) -> list[float]:
+    """Return the log-odds of the shares of parts, less that of their mean; 0 for unknown ones."""
+    mean = log_odds(shares["mean"])
+    return [log_odds(shares[name]) - mean if name in shares else 0.0 for name in names]
 
 
 if __name__ == "__main__":

@@ -6,9 +6,9 @@ KEY.json lists the marked crops as `tools/explore/marking.py` writes them: numbe
 style, and the picture, a path in PICTURES without its suffix, with the box of the crop. CROPS holds what
 people saw, as NUMBER.png. Each MARKS.json holds the marks of one person, {"number": "keep" or "reject"}.
 Models are fitted to the share of people who kept a style; it counts as kept if half of them or more did.
-Scores come from models fitted without the picture, and therefore without its styles; so do the shares of the
-parts of styles by the open rules, see `tools/explore/kept_parts.py`. Rows of KEY.json may name their "set" of
-marks: with --latest, the mean score of these sets is the share of people who kept their styles.
+Scores come from models fitted without the picture, or without its set of marks as rows of KEY.json may name
+it; so do the shares of the colours of styles by the open rules, see `tools/explore/kept_parts.py`. With
+--latest, the mean score of these sets is the share of people who kept their styles.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ import argparse
 import json
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from functools import cache
 from itertools import combinations
 from pathlib import Path
@@ -26,47 +25,18 @@ from typing import Any
 import cv2
 import numpy as np
 
-from tools.explore.kept_parts import score_parts
-from tools.explore.logistic_model import area_under_curve, fit_model, round_model, with_mean
+from tools.explore.logistic_model import area_under_curve, round_model
+from tools.explore.marked_styles import MarkedStyles, score_without, select_styles
 from tools.explore.marking import read_picture
-from tools.explore.marks import MIN_KEPT_SHARE, Row, kept_share
+from tools.explore.marks import Row
 from vidstyle.explore.crops.crop_measures import ComparedCrop, FullSizeMetrics
 from vidstyle.explore.crops.full_size import comparable_faces, sharp_faces
 from vidstyle.explore.gates import doubt, fault
-from vidstyle.explore.paper.rules import Rules
-from vidstyle.explore.score import MEASURES, MODEL_FILE, log_odds, read_measures
+from vidstyle.explore.score import MEASURES, MODEL_FILE, log_odds
 from vidstyle.regions.still_faces import StillFaces
 
 BEST_SHARE = 0.12
 """Share of the styles whose precision is reported: the best dozen of a hundred."""
-
-
-@dataclass(frozen=True)
-class MarkedStyles:
-    """The marked styles by the same rules.
-
-    Attributes:
-        metrics: the metrics of each crop that people saw.
-        shares: the share of people who kept each style, 0..1.
-        pictures: the name of the picture of each style.
-        sets: the name of its set of marks.
-    """
-
-    rules: Rules
-    metrics: Sequence[FullSizeMetrics]
-    shares: np.ndarray
-    pictures: np.ndarray
-    sets: np.ndarray
-
-    @property
-    def numbers(self) -> np.ndarray:
-        """What the model reads, one row for each style."""
-        return np.array([read_measures(each, self.rules) for each in self.metrics])
-
-    @property
-    def kept(self) -> np.ndarray:
-        """Whether each style counts as kept."""
-        return self.shares >= MIN_KEPT_SHARE
 
 
 def main() -> None:
@@ -79,15 +49,14 @@ def main() -> None:
     metrics = measure_crops(options.pictures, options.crops, key)
     models = json.loads(MODEL_FILE.read_text(encoding="utf-8"))
     for rules in MEASURES:
-        styles = select_styles(rules, key, people, metrics)
+        styles = select_styles(rules, key, people, metrics, options.latest)
         if not styles.metrics:
             continue
-        print_rankings(styles, models[rules])
+        everything = np.full(len(styles.metrics), True)
+        numbers = styles.read_numbers(everything)
+        print_rankings(styles, numbers, models[rules])
         if rules in options.write:
-            model = fit_model(styles.numbers, styles.shares)
-            if (latest := np.isin(styles.sets, options.latest)).any():
-                model = with_mean(model, styles.numbers[latest], float(styles.shares[latest].mean()))
-            models[rules] = round_model(model)
+            models[rules] = round_model(styles.fit(numbers, everything))
     if options.write:
         MODEL_FILE.write_text(json.dumps(models) + "\n", encoding="utf-8")
 
@@ -104,27 +73,6 @@ def _parse_options() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def select_styles(
-    rules: Rules,
-    key: Sequence[Row],
-    people: Sequence[dict[str, str]],
-    metrics: Sequence[FullSizeMetrics],
-) -> MarkedStyles:
-    """Return the styles by some rules; `metrics` has those of each row of `key`."""
-    places = [place for place, each in enumerate(key) if each["rules"] == rules]
-    rows, measured = [key[place] for place in places], [metrics[place] for place in places]
-    if rules == "open":
-        parts = score_parts(rows, people)
-        measured = [each._replace(parts=part) for each, part in zip(measured, parts, strict=True)]
-    return MarkedStyles(
-        rules,
-        measured,
-        np.array([kept_share(people, each["number"]) for each in rows]),
-        np.array([each["picture"] for each in rows]),
-        np.array([each.get("set", "") for each in rows]),
-    )
-
-
 def print_agreement(people: Sequence[dict[str, str]]) -> None:
     """Print how often two people give the same mark."""
     for one, other in combinations(people, 2):
@@ -134,33 +82,38 @@ def print_agreement(people: Sequence[dict[str, str]]) -> None:
             print(f"agreement: {same} of {len(both)}")
 
 
-def print_rankings(styles: MarkedStyles, model: Mapping[str, Any]) -> None:
-    """Print how the model in use, if it reads the same, and models fitted without the picture rank styles."""
+def print_rankings(styles: MarkedStyles, numbers: np.ndarray, model: Mapping[str, Any]) -> None:
+    """Print how the model in use, if it reads the same, and models fitted to other styles rank styles."""
     if len(model["middle"]) == len(MEASURES[styles.rules]):
-        used = log_odds(styles.numbers, {name: np.array(values) for name, values in model.items()})
-        print(f"{styles.rules}, model in use: {describe_ranking(styles, used)}")
-    print(f"{styles.rules}, fitted without the picture: {describe_ranking(styles, score_held_out(styles))}")
+        used = log_odds(numbers, {name: np.array(values) for name, values in model.items()})
+        print_ranking(styles, "model in use", used)
+    for name, groups in {"the picture": styles.pictures, "the set": styles.sets}.items():
+        if len(set(groups)) > 1:
+            print_ranking(styles, f"fitted without {name}", score_without(styles, groups))
 
 
-def describe_ranking(styles: MarkedStyles, scores: np.ndarray) -> str:
-    """Return in a line how well scores agree with marks.
+def print_ranking(styles: MarkedStyles, name: str, scores: np.ndarray) -> None:
+    """Print how well scores, as log-odds, agree with the marks of all styles, and of the latest."""
+    for sets, which in {"all": np.full(len(scores), True), "latest": styles.latest}.items():
+        if which.any():
+            print(f"{styles.rules}, {name}, {sets}: {describe_ranking(styles, scores, which)}")
 
-    Args:
-        scores: the log-odds of each style.
-    """
-    kept, chances = styles.kept, 1 / (1 + np.exp(-scores))
-    faults = [
-        fault(metrics, styles.rules) or doubt(chance, styles.rules)
+
+def describe_ranking(styles: MarkedStyles, scores: np.ndarray, which: np.ndarray) -> str:
+    """Return in a line how well the scores of some styles agree with marks."""
+    chances = 1 / (1 + np.exp(-scores))
+    passes = [
+        not (fault(metrics, styles.rules) or doubt(chance, styles.rules))
         for metrics, chance in zip(styles.metrics, chances, strict=True)
     ]
-    passes = np.array([not each for each in faults])
-    best = np.argsort(-scores)[: round(BEST_SHARE * len(scores))]
+    kept, passed, given = styles.kept[which], np.array(passes)[which], scores[which]
+    best = np.argsort(-given)[: round(BEST_SHARE * len(given))]
     return (
-        f"AUC {area_under_curve(scores, kept):.3f}, "
-        f"within a picture {area_under_curve(scores, kept, styles.pictures):.3f}, "
-        f"{kept.mean():.0%} of {len(kept)} kept, "
-        f"{kept[passes].mean():.0%} of the {passes.sum()} that pass, "
-        f"{kept[best].mean():.0%} of the best {len(best)}"
+        f"AUC {area_under_curve(given, kept):.3f}, "
+        f"within a picture {area_under_curve(given, kept, styles.pictures[which]):.3f}, "
+        f"{kept.sum()} of {len(kept)} kept, "
+        f"{kept[passed].sum()} of the {passed.sum()} that pass, "
+        f"{kept[best].sum()} of the best {len(best)}"
     )
 
 
@@ -183,15 +136,6 @@ def measure_crops(pictures: Path, crops: Path, key: Sequence[Row]) -> list[FullS
 
     with ThreadPoolExecutor() as pool:
         return list(pool.map(measure, key))
-
-
-def score_held_out(styles: MarkedStyles) -> np.ndarray:
-    """Return the log-odds of each style by a model that was fitted to the styles of other pictures."""
-    numbers, scores = styles.numbers, np.zeros(len(styles.metrics))
-    for name in set(styles.pictures):
-        here = styles.pictures == name
-        scores[here] = log_odds(numbers[here], fit_model(numbers[~here], styles.shares[~here]))
-    return scores
 
 
 if __name__ == "__main__":
