@@ -142,6 +142,11 @@ class Survey:
     sharpest_subjects: dict[int, float] = field(default_factory=dict)
 
 
+def cut_bars(color: np.ndarray) -> np.ndarray:
+    """Return the small copy of a frame, H x W x 3 uint8, without letterbox bars."""
+    return np.ascontiguousarray(color[content_area(color)])
+
+
 def extract_features(
     color: np.ndarray, time: float, shape: tuple[int, int], is_photograph: bool = False
 ) -> Candidate:

@@ -21,6 +21,7 @@ from vidstyle.comic.analyze.features import (
     MEASURED_SIDE_PX,
     Candidate,
     Survey,
+    cut_bars,
     extract_features,
 )
 from vidstyle.comic.analyze.flaws.combs import is_combed
@@ -82,6 +83,7 @@ class FilmFile(Film):
         self._defects = FilmDefects()
         self._may_turn = rotate is None
         self._transitions: list[tuple[float, float]] = []
+        self._measured: dict[float, Candidate] = {}
 
     def close(self) -> None:
         super().close()
@@ -118,6 +120,7 @@ class FilmFile(Film):
 
     def _survey_as_it_is(self, on_step: ProgressCallback) -> Survey:
         seconds = float(self._sampler.seconds)
+        self._measured.clear()
 
         def on_time(time: float) -> None:
             on_step(STEP_NAME, time, seconds)
@@ -237,12 +240,16 @@ class FilmFile(Film):
         return marked
 
     def _measure(self, sample: SampledFrame, finds_faces: bool | None = None) -> Future[Candidate]:
-        """Start measuring the features of a frame.
+        """Start measuring the features of a frame; frames without errors are measured once.
 
         `finds_faces`: whether to detect large faces, without keeping the small copy; None: keep it.
         """
         small, time, shape = to_rgb(sample.picture(MEASURED_SIDE_PX)), float(sample.time), sample.shape
-        is_damaged, is_interlaced, luma = sample.is_damaged, sample.is_interlaced, sample.stored_luma()
+        is_damaged, is_interlaced = sample.is_damaged, sample.is_interlaced
+        known = None if is_damaged else self._measured.get(time)
+        if known is not None and finds_faces is None:
+            return self._pool.submit(lambda: replace(known, small=cut_bars(small)))
+        luma = sample.stored_luma()
 
         def measure() -> Candidate:
             candidate = extract_features(small, time, shape)
@@ -252,6 +259,8 @@ class FilmFile(Film):
                 combed=not is_interlaced and is_combed(luma),
                 blockiness=measure_blockiness(luma),
             )
+            if not is_damaged:
+                self._measured[time] = replace(candidate, small=None)
             if finds_faces is None:
                 return candidate
             return replace(

@@ -66,6 +66,7 @@ class PanelRenderer(Closing):
         self._styles, self._dpi, self._device, self._announce = cycle(styles), dpi, device, announce
         self._oversampling, self._is_draft = oversampling, is_draft
         self._backend: Backend | None = None
+        self._scaled: Style | None = None
         self._lights = LightChoice()
 
     def close(self) -> None:
@@ -94,9 +95,14 @@ class PanelRenderer(Closing):
         reduction = 1.0 if self._is_draft else reduction_factor(style, dpi)
         size = round(width * reduction), round(height * reduction)
         source = reduce_color_cast(cut_out(color, window, *size, is_cleaned=True))
+        known = dict[bytes, np.ndarray]()
 
         def restyle(shown: np.ndarray) -> np.ndarray:
-            return self._restyle(style, shown, dpi * shown.shape[1] / width)
+            # Lights can be equal, and a draft is as small as the pictures by which its light is chosen.
+            key = shown.tobytes()
+            if key not in known:
+                known[key] = self._restyle(style, shown, dpi * shown.shape[1] / width)
+            return known[key]
 
         light = self._lights.choose(style.name, color, source, restyle)
         drawn = restyle(light(source))
@@ -106,11 +112,12 @@ class PanelRenderer(Closing):
 
     def _restyle(self, style: Style, color: np.ndarray, dpi: float) -> np.ndarray:
         """Restyle a picture that has this many pixels per inch of paper."""
-        style = scale_to_paper(style, color.shape[0], color.shape[1], dpi)
+        scaled = scale_to_paper(style, color.shape[0], color.shape[1], dpi)
         if self._backend is None:
-            self._backend = open_renderer(style, self._device, self._announce)
-        else:
-            self._backend.change_style(style)
+            self._backend = open_renderer(scaled, self._device, self._announce)
+        elif scaled != self._scaled:  # an equal style is still prepared
+            self._backend.change_style(scaled)
+        self._scaled = scaled
         # Lengths fit the paper: a small panel is no small picture.
         return restyle_array(self._backend, color, seen_side=math.inf)
 
