@@ -110,19 +110,34 @@ def test_the_step_that_puts_the_picture_behind_lines_gets_the_focus(page: Page) 
     assert page.browser.run(layers) == ["Prepare", "Colour", "Lines"]
 
 
-def test_the_history_compares_with_the_opened_style(page: Page) -> None:
-    page.begin()
-    page.add("[data-layer=lines]", "threshold", "Black and white")
-    button = """[...document.querySelectorAll('button')].find(({ textContent }) =>
-      ['Compare with the style as opened', 'Back to your version'].includes(textContent))"""
-    page.browser.until(f"{button} && !{button}.hidden")
-    for label, steps in (
-        ("Back to your version", []),
-        ("Compare with the style as opened", ["soft_threshold"]),
-    ):
-        page.browser.run(f"{button}.click()")
-        page.browser.until(f"{button}.textContent === {label!r}")
-        assert page.steps("lines") == steps
+def test_the_result_is_compared_with_the_style_as_opened(page: Page) -> None:
+    """The style as opened is gray; without any strength, the result is the coloured film."""
+    browser = page.browser
+    open_style(page, "Noir")
+    page.is_drawn()
+    weaken = """const slider = document.querySelector(".style-panel [data-path=strength] input[type=range]");
+    slider.value = "0";
+    slider.dispatchEvent(new Event("input"));"""
+    browser.run(weaken)
+    browser.until("document.getElementById('undo').title.includes('strength')")
+    page.is_drawn()
+    browser.click("#tabs [value=history]")
+    browser.click("#history-tab-content > div > button")
+    tag, against = "document.getElementById('before').textContent", "document.getElementById('against')"
+    browser.until(f"{tag} === 'As opened' && !{against}.hidden && {against}.value === 'opened'")
+    assert page.server.designer.opened.style.strength == 0, "the style stays"
+    saturation = """const picture = document.getElementById("picture");
+    const context = picture.getContext("2d");
+    return [-60, 20].map((x) => {
+      const { data } = context.getImageData(picture.width / 2 + x, picture.height / 2 - 20, 40, 40);
+      const levels = [0, 1, 2].map((channel) => data.filter((_, at) => at % 4 === channel));
+      return Math.max(...levels[0].map((red, at) => Math.abs(red - levels[2][at])));
+    });"""
+    opened, result = browser.run(saturation)
+    assert opened < 20 < result, "as opened left of the divider, the result right of it"
+    browser.run(f"{against}.value = 'source'; {against}.dispatchEvent(new Event('change'))")
+    browser.until(f"{tag} === 'Original'")
+    assert browser.run(saturation)[0] > 20
 
 
 def test_another_style_is_shown_from_the_top_of_its_panel(page: Page) -> None:
@@ -132,7 +147,9 @@ def test_another_style_is_shown_from_the_top_of_its_panel(page: Page) -> None:
     browser.run("document.querySelector('.style-panel details').open = true")
     browser.run(f"{panel}.scrollTop = 9999")
     assert browser.run(f"return {panel}.scrollTop") > 100
-    open_style(page, "Poster")
+    browser.click("#to-styles")
+    browser.click(".tile:not(.new)")  # from the keyboard, the first value would get the focus
+    browser.until("document.getElementById('name').value !== 'Engraving'")
     assert browser.run(f"return {panel}.scrollTop") == 0
 
 

@@ -33,6 +33,7 @@ class Document:
 
     Attributes:
         style: the last valid state of the style.
+        opened_style: the style as opened.
         mistakes: the mistakes in the current content.
         start: the content as opened or saved.
         revision: the number of changes.
@@ -49,7 +50,7 @@ class Document:
         self._saved = content.table()
         self._snapshots: dict[str, Content] = {}
         self.revision = revision
-        self.style = style
+        self.style = self.opened_style = style
         self.mistakes: list[Mistake] = []
         self._check()
 

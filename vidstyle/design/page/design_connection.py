@@ -267,6 +267,14 @@ class DesignConnection(DesignView):
         await self.send_picture(PictureType.EXACT, number, session.revision, encode(picture, "png"))
 
     @message(in_background=True)
+    async def opened(self, side: PreviewSide) -> None:
+        """Send the current frame in the style as opened, of at most `side`."""
+        number, session, clip = self.frames.shown.number, self.session, self.designer.clip
+        style = self.designer.opened.opened_style
+        picture = await session.picture(session.restyler.render_exactly, style, clip, number, side)
+        await self.send_picture(PictureType.OPENED, number, session.revision, encode(picture, "jpeg"))
+
+    @message(in_background=True)
     async def scenes(self) -> Answer:
         """Answer with the scenes of the film and all styles, for its cues."""
         return {"sheet": await asyncio.to_thread(self.session.scene_sheet)}

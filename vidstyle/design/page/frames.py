@@ -30,6 +30,7 @@ class PictureType(IntEnum):
     STYLE = 5
     STEADY = 6
     FACES = 7
+    OPENED = 8
 
 
 IDLE_SECONDS = 0.35

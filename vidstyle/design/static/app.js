@@ -60,12 +60,16 @@ const stylePanel = new StylePanel(session, () => {
   steps.select("source");
   steps.addAfter(get("panel").getBoundingClientRect());
 });
-const history = new History(session);
+const history = new History(session, () => {
+  if (preview.view.mode === "result") preview.view.setMode("split");
+  preview.compareWith("opened");
+});
 const queue = new Queue(session);
 dialogs.onplay = () => queue.playNewest();
 dialogs.onpicture = () => document.body.classList.contains("front") || queue.play();
 const start = new Start(session, say, (kind) => {
   history.clear();
+  preview.compareWith("source");
   preview.view.setZoom(null);
   steps.selected = null;
   opening = kind;
@@ -158,6 +162,7 @@ function refresh() {
   if (step) inspector.show(state, step, preview.solo === step.step);
   stylePanel.show(state);
   history.show(state);
+  bar.show();
 }
 
 /** Whether no document has arrived since the page was loaded. */

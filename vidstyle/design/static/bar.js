@@ -24,6 +24,8 @@ export class Bar {
       button.addEventListener("click", () => preview.view.setZoom(Number(button.value) || null));
     switchOriginal(get("hold"), () => preview.view.holding, (on) => preview.view.hold(on));
     for (const group of ["modes", "zooms"]) rove(get(group), "button");
+    this.against = /** @type {HTMLSelectElement} */ (get("against"));
+    this.against.addEventListener("change", () => preview.compareWith(/** @type {"source" | "opened"} */ (this.against.value)));
     this.#menu();
   }
 
@@ -93,6 +95,9 @@ export class Bar {
     press(get("loop"), range !== null);
     for (const button of get("modes").querySelectorAll("button")) press(button, button.value === view.mode);
     for (const button of get("zooms").querySelectorAll("button")) press(button, (Number(button.value) || null) === view.zoom);
+    const isEdited = (this.preview.session.state?.history.length ?? 0) > 1;
+    this.against.hidden = view.mode === "result" || !isEdited;
+    this.against.value = this.preview.against;
     this.#placeZoom();
     press(get("hold"), view.holding);
     this.#placeLabels();
@@ -129,6 +134,7 @@ export class Bar {
     const split = view.mode === "split" && !view.holding;
     before.hidden = !(split || second || view.holding);
     after.hidden = !(split || second) || !view.result;
+    before.textContent = view.opened && (split || second) ? "As opened" : "Original";
     const box = view.boxIn(first);
     const top = Math.max(first.y, box.y) + 10;
     Object.assign(before.style, { left: `${Math.max(first.x, box.x) + 10}px`, top: `${top}px` });

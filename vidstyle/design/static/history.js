@@ -14,13 +14,11 @@ export class History {
   /** The rows by entry. @type {Map<number, {item: HTMLLIElement, button: HTMLButtonElement, picture: HTMLCanvasElement, label: HTMLElement}>} */
   #rows = new Map();
   #shown = "";
-  /** The edit to return to while the opened style is shown. @type {number | null} */
-  #last = null;
   /** Whether all edits are listed. */
   #all = false;
 
-  /** @param {import("./session.js").Session} session */
-  constructor(session) {
+  /** @param {import("./session.js").Session} session @param {() => void} oncompare compares the picture with that of the style as opened */
+  constructor(session, oncompare) {
     this.session = session;
     this.list = make("ol", { className: "history" });
     this.earlier = make("button", { type: "button", textContent: "Show earlier edits", hidden: true });
@@ -29,8 +27,7 @@ export class History {
       this.#shown = "";
       if (session.state) this.show(session.state);
     });
-    this.first = make("button", { type: "button", hidden: true });
-    this.first.addEventListener("click", () => this.#compare());
+    this.first = make("button", { type: "button", textContent: "Compare with the style as opened", hidden: true, onclick: oncompare });
     this.slots = make("div", { className: "slots" });
     this.element = make("div", {}, make("h2", { className: "minor", textContent: "Snapshots" }), this.slots, make("h2", { className: "minor", textContent: "Edits" }), this.first, this.earlier, this.list);
     for (const slot of /** @type {("a" | "b")[]} */ (["a", "b"])) {
@@ -54,19 +51,10 @@ export class History {
     if (this.session.state?.snapshots.includes(slot)) this.session.ask("restore", { slot });
   }
 
-  /** Shows the opened style without edits; if it is shown already, goes back to the edit before. */
-  #compare() {
-    const { history, present } = /** @type {State} */ (this.session.state);
-    const [{ entry }] = history, back = this.#last;
-    this.#last = entry === present ? null : present;
-    return this.session.ask("jump", { entry: entry === present ? back ?? history[history.length - 1].entry : entry });
-  }
-
   /** Discards the rows and their thumbnails; called before another document is opened. */
   clear() {
     this.#rows.clear();
     this.#shown = "";
-    this.#last = null;
     this.#all = false;
     this.list.replaceChildren();
   }
@@ -78,9 +66,7 @@ export class History {
       const slot = /** @type {"a" | "b"} */ (/** @type {HTMLElement} */ (row).dataset.slot);
       /** @type {HTMLButtonElement} */ (row.lastElementChild).disabled = !state.snapshots.includes(slot);
     }
-    const isFirst = state.history[0]?.entry === present;
     this.first.hidden = state.history.length < 2;
-    this.first.textContent = isFirst ? "Back to your version" : "Compare with the style as opened";
     const text = JSON.stringify([state.history, present]);
     if (text === this.#shown) return;
     this.#shown = text;

@@ -18,6 +18,8 @@ export class PictureView {
   source = null;
   /** Until there is one, the source is shown. @type {Shown | null} */
   result = null;
+  /** Takes the place of the source next to the result. @type {Shown | null} */
+  opened = null;
   /** @type {Mode} */
   mode = "result";
   holding = false;
@@ -138,13 +140,13 @@ export class PictureView {
     const [first, second] = this.panes;
     const result = (!this.holding && this.result) || this.source;
     if (second) {
-      this.#paint(context, this.source, first, first);
+      this.#paint(context, this.opened ?? this.source, first, first);
       this.#paint(context, result, second, second);
       return;
     }
     this.#paint(context, result, first, first);
     if (this.mode !== "split" || this.holding) return;
-    this.#paint(context, this.source, first, { ...first, width: this.divider.at });
+    this.#paint(context, this.opened ?? this.source, first, { ...first, width: this.divider.at });
   }
 
   /** @param {CanvasRenderingContext2D} context @param {Shown | null} shown @param {Box} pane @param {Box} clip */

@@ -10,7 +10,7 @@ import { Restyler } from "./restyle.js";
 /** @typedef {import("./socket.js").Packet} Packet */
 
 /** Types of the pictures from the server. */
-export const PACKET = { source: 1, styled: 2, step: 3, exact: 4, style: 5, steady: 6, faces: 7 };
+export const PACKET = { source: 1, styled: 2, step: 3, exact: 4, style: 5, steady: 6, faces: 7, opened: 8 };
 
 /** Preview sizes on offer: lengths of the shorter side in pixels. */
 const PREVIEW_SIDES = [180, 270, 360, 540, 720, 1080, 1440, 2160];
@@ -48,6 +48,10 @@ export class Preview {
   revision = 0;
   /** The faces of a frame in finer detail, rendered by the server, to be laid over it. @type {{number: number, picture: ImageBitmap} | null} */
   #faces = null;
+  /** What the result is compared with. @type {"source" | "opened"} */
+  against = "source";
+  /** The frame that is shown, or asked for, in the style as opened. @type {number | null} */
+  #openedNumber = null;
   #result = make("canvas");
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #timer;
@@ -99,6 +103,7 @@ export class Preview {
 
   /** Follows a change of the mode, the zoom or the window. */
   #changed() {
+    this.#askOpened();
     this.handlers.onchange();
     this.#fitSoon();
   }
@@ -145,6 +150,37 @@ export class Preview {
     return this.watch();
   }
 
+  /** Compares the result with the source, or with the style as opened. @param {"source" | "opened"} against */
+  compareWith(against) {
+    this.against = against;
+    this.#dropOpened();
+    this.#askOpened();
+    this.#changed();
+    this.view.draw();
+  }
+
+  /** Asks for the current frame in the style as opened, if it is compared and stands still. */
+  #askOpened() {
+    const { number, playing } = this.player;
+    if (this.against !== "opened" || playing || this.#openedNumber === number || this.view.mode === "result") return;
+    this.#openedNumber = number;
+    this.session.ask("opened", { side: this.#finalSide });
+  }
+
+  #dropOpened() {
+    this.#openedNumber = null;
+    this.view.opened = null;
+  }
+
+  /** Shows a frame in the style as opened. @param {Packet} packet */
+  async #takeOpened({ number, file }) {
+    const picture = await createImageBitmap(file);
+    if (number !== this.#openedNumber || this.against !== "opened") return picture.close();
+    this.view.opened = { picture, size: [picture.width, picture.height] };
+    this.#changed();
+    this.view.draw();
+  }
+
   /** Requests the current frame again. */
   refresh() {
     if (!this.player.playing) this.player.show(this.player.number);
@@ -159,6 +195,7 @@ export class Preview {
   }
 
   #forget() {
+    this.#dropOpened();
     this.styled?.close();
     this.styled = null;
     this.#put(null);
@@ -212,6 +249,7 @@ export class Preview {
   async #take(packet) {
     const { type, number, revision, file } = packet;
     if (type === PACKET.exact) return this.#takeExact(packet);
+    if (type === PACKET.opened) return this.#takeOpened(packet);
     if (type !== PACKET.source && type !== PACKET.styled && type !== PACKET.steady && type !== PACKET.faces) return;
     const picture = await createImageBitmap(file);
     if (type === PACKET.steady) return this.#show(picture, revision);
@@ -223,6 +261,7 @@ export class Preview {
     if (this.player.playing && number < this.player.number) this.restyler.restart();
     this.player.shown(number);
     if (type === PACKET.source) {
+      if (number !== this.#openedNumber) this.#dropOpened();
       this.source?.close();
       this.source = picture;
       this.view.source = { picture, size: [picture.width, picture.height] };
@@ -263,7 +302,10 @@ export class Preview {
     this.view.canvas.dataset.lines = String(Math.min(picture.width, picture.height));
     this.view.canvas.dataset.revision = String(this.session.state?.revision ?? "");
     clearTimeout(this.#timer);
-    this.#timer = setTimeout(this.handlers.onsettled, SETTLED_MS);
+    this.#timer = setTimeout(() => {
+      this.#askOpened();
+      this.handlers.onsettled();
+    }, SETTLED_MS);
   }
 
   /**
