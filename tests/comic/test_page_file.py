@@ -288,6 +288,19 @@ def test_slanted_panels_are_upright_on_a_phone(tmp_path: Path, browser: Browser)
         assert browser.run(shapes) == [count, count], "the frame and the edge of the picture"
 
 
+def test_the_ring_around_a_panel_has_its_slanted_shape(tmp_path: Path, browser: Browser) -> None:
+    color = np.full((200, 400, 3), 128, np.uint8)
+    panel = RenderedPanel(Rectangle(16, 16, 424, 224), Rectangle(20, 20, 420, 220), color, leans=(0, 12))
+    (tmp_path / "page.html").write_bytes(html([Sheet(800, 400, 150, Letters(), [panel])], "", ""))
+    browser.open((tmp_path / "page.html").as_uri())
+    browser.press("ArrowRight")
+    ring = """const panel = document.activeElement;
+        const { stroke, strokeWidth } = getComputedStyle(panel.querySelector(".frame"));
+        const isWide = stroke !== "none" && parseFloat(strokeWidth) > 5;
+        return [panel.id, getComputedStyle(panel).outlineStyle, isWide];"""
+    assert browser.run(ring) == ["panel-1", "none", True]
+
+
 def test_a_comic_is_edited_in_a_browser(folder: Path, browser: Browser) -> None:
     """A balloon is dragged and a word changed by mouse and keyboard; the saved file has only these edits."""
     text = (folder / "comic.toml").read_text(encoding="utf-8")
@@ -297,9 +310,18 @@ def test_a_comic_is_edited_in_a_browser(folder: Path, browser: Browser) -> None:
     browser.press("e")
     assert browser.run("return document.activeElement.matches('g[data-place]')"), "the first balloon"
     assert browser.run("return document.body.matches('.whole')")
-    assert browser.run("return document.documentElement.scrollHeight <= innerHeight"), (
-        "the page has its bar below"
-    )
+    assert browser.run("return document.documentElement.scrollHeight <= innerHeight")
+    over = """const [bar, page] = [".bar", "main > svg"]
+          .map((each) => document.querySelector(each).getBoundingClientRect());
+        return [bar.bottom <= page.top, page.width];"""
+    is_above, wide = browser.run(over)
+    browser.press("e")
+    assert is_above and browser.run(over)[1] == wide, "the page keeps its size, and nothing covers it"
+    browser.press("e")
+    outlines = """return [...document.querySelectorAll("g[data-place]")]
+        .map((each) => getComputedStyle(each.querySelector("polygon") ?? each))
+        .every(({ stroke, outlineColor }) => [stroke, outlineColor].includes("rgb(178, 60, 5)"))"""
+    assert browser.run(outlines), "what can be changed is marked"
     burst, balloon = "g.caption", "g[data-place]:not(.caption)"
     (x, y, *_), scale = (
         browser.place(burst),
@@ -308,7 +330,12 @@ def test_a_comic_is_edited_in_a_browser(folder: Path, browser: Browser) -> None:
     browser.drag((x, y), (x + 12 * scale, y + 6 * scale))
     browser.click(balloon)
     browser.until("document.activeElement.matches('textarea.words')")
+    high = "return document.activeElement.getBoundingClientRect().height"
     browser.type("other words")
+    once = browser.run(high)
+    for letter in "and more":
+        browser.type(letter)
+    assert browser.run(high) == once, "each letter leaves the height of the field"
     browser.press("Escape")
     assert browser.run("return document.querySelector('.bar p').textContent").startswith("Cancelled")
     browser.run("document.querySelector(balloon).focus()", balloon=balloon)

@@ -197,6 +197,27 @@ def test_a_page_restyles_a_picture_from_a_file_and_asks_nobody(
     assert not [event for event in browser.events if event["method"] == "Runtime.exceptionThrown"]
 
 
+def test_an_error_covers_no_button_and_ends_with_the_next_file(
+    page: Path, browser: Browser, tmp_path: Path
+) -> None:
+    (tmp_path / "get.py").write_text("print()")
+    browser.open(page.as_uri())
+    until(browser, """document.body.matches(".example")""")
+    browser.choose_file("#file", tmp_path / "get.py")
+    message = "document.getElementById('message')"
+    until(browser, f"{message}.matches('.shown') && {message}.textContent.startsWith('get.py: ')")
+    covered = f"""const said = {message}.getBoundingClientRect();
+        return [...document.querySelectorAll("#welcome button")].map((each) => each.getBoundingClientRect())
+          .some((each) => each.bottom > said.top && each.top < said.bottom);"""
+    assert not browser.run(covered)
+    browser.choose_file("#file", EXAMPLE_FILE)
+    until(browser, """!document.body.matches(".example")""")
+    assert not browser.run(f"return {message}.checkVisibility({{ visibilityProperty: true }})")
+    browser.run("document.querySelector('input[type=number]').focus()")
+    browser.press("?")
+    assert browser.run("return document.getElementById('keys').open")
+
+
 def test_the_example_is_in_the_style_before_the_page_has_drawn_it(page: Path, browser: Browser) -> None:
     script = browser.call("Page.addScriptToEvaluateOnNewDocument", source=ENDLESS_DRAWING)
     browser.open(page.as_uri())

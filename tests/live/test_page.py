@@ -422,6 +422,19 @@ def test_a_search_shows_the_best_look_first_on_a_phone(browser: Browser) -> None
         browser.call("Emulation.clearDeviceMetricsOverride")
 
 
+def test_a_look_that_is_chosen_by_keyboard_ends_the_search(browser: Browser) -> None:
+    with showing("oil") as (page, controls, _):
+        browser.open(page.url)
+        browser.until("document.getElementById('styles').children.length > 10")
+        browser.run("document.getElementById('find-look').focus()")
+        browser.type("noir")
+        browser.press("ArrowDown")
+        browser.press("Enter")
+        eventually(lambda: controls.style.name == "noir")
+        assert browser.run("return document.getElementById('find-look').value") == ""
+        assert browser.run("return document.activeElement.dataset.name") == "noir"
+
+
 def test_looks_are_shown_on_the_middle_of_an_early_picture_that_is_not_blank() -> None:
     blank = replace(live_frame(0, (320, 60)), original=Picture.from_array(np.zeros((60, 320, 3), np.uint8)))
     halves = np.zeros((60, 320, 3), np.uint8)

@@ -8,7 +8,7 @@ from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
-from vidstyle.errors import VidstyleError
+from vidstyle.errors import VidstyleError, counted
 from vidstyle.live.meter import LatencyMeter
 from vidstyle.live.target import LiveFrame, TargetContext
 from vidstyle.live.target_thread import FINISH_SECONDS, TargetThread
@@ -74,9 +74,8 @@ class Recorder:
         if self._target is not None:
             target, self._target = self._target, None
             target.close()
-            self._notify(
-                str(target.error or f"{target.name}: {target.delivered} frames, saved in {Path.cwd()}")
-            )
+            frames = counted(target.delivered, "frame")
+            self._notify(str(target.error or f"{target.name}: {frames}, saved in {Path.cwd()}"))
 
     def _write_snapshot(self, context: TargetContext) -> None:
         path = _unused_name(".png")

@@ -217,6 +217,7 @@ export class Viewer {
 
   #opened() {
     clearTimeout(this.#refining);
+    this.say(""); // what is said of an earlier file
     this.#movingSide = this.#fastSide;
     this.#wait(DRAWING);
     const hadFocus = get("welcome").contains(document.activeElement);
@@ -397,7 +398,9 @@ export class Viewer {
   /** @param {KeyboardEvent} event */
   #press(event) {
     const target = /** @type {HTMLElement} */ (event.target);
-    if (target.matches("input:not([type=range]), select, dialog *") || event.ctrlKey || event.metaKey || event.altKey || !this.source.picture) return;
+    // Only fields for text take the key for help.
+    const keeps = event.key === SHARED_KEYS.help ? "input:is([type=text], [type=search]), textarea" : "input:not([type=range]), select";
+    if (target.matches(`${keeps}, dialog *`) || event.ctrlKey || event.metaKey || event.altKey || !this.source.picture) return;
     if (event.key === SHARED_KEYS.original) return this.#hold(true);
     if (event.key === "Escape" && !get("back").hidden) return this.#invite(false);
     const id = event.key === "o" && document.body.matches(".empty") ? "open" : KEYS[event.key];

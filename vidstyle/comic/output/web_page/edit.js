@@ -69,7 +69,11 @@ function edit(bubble) {
   const left = Math.min(Math.max(8, box.left + box.width / 2 - width / 2), innerWidth - width - 8);
   const font = Math.max(size * (group.getScreenCTM()?.a ?? 1), MIN_FONT_PX);
   Object.assign(input.style, { left: `${left + scrollX}px`, top: `${box.top + scrollY - 6}px`, width: `${width}px`, font: `${font}px/1.2 ${getComputedStyle(group).fontFamily}` });
-  const grow = () => (input.style.height = `${Math.max(box.height, input.scrollHeight + 6)}px`);
+  if (bubble.inCapitals) input.style.textTransform = "uppercase";
+  const grow = () => {
+    input.style.height = "0";
+    input.style.height = `${Math.max(box.height, input.scrollHeight + 6)}px`;
+  };
   document.body.append(input);
   grow();
   input.focus();
@@ -162,7 +166,7 @@ const undo = make("button", { type: "button", textContent: "Undo", disabled: tru
 const bar = make("div", { className: "bar", hidden: true }, hint, undo,
   make("button", { type: "button", textContent: "Save page", className: "strong", title: "Save this page with your changes", onclick: savePage }),
   make("button", { type: "button", textContent: "Save for vidstyle", title: "Save comic.toml, from which vidstyle draws the pages, also as PDF", onclick: saveFile }),
-  make("button", { type: "button", textContent: "Done", title: "Stop editing (Esc)", onclick: () => switchEditing(false) }));
+  make("button", { type: "button", textContent: "Done", title: "Stop editing; changes that are not saved stay until the page is closed (Esc)", onclick: () => switchEditing(false) }));
 
 if (bubbles.length) {
   for (const bubble of bubbles) {

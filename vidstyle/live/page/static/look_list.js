@@ -125,9 +125,18 @@ export class LookList {
 
   /** @param {string} name */
   #button(name) {
-    const made = make("button", { title: title(name), onclick: () => this.onchoose(name) }, this.#picture("thumbnail.jpg", name), make("span", { textContent: title(name) }));
+    const made = make("button", { title: title(name), onclick: ({ detail }) => this.#request(made, !detail) }, this.#picture("thumbnail.jpg", name), make("span", { textContent: title(name) }));
     made.dataset.name = name;
     return made;
+  }
+
+  /** Requests a look; by keyboard, that ends the search. @param {HTMLButtonElement} button @param {boolean} isByKeyboard */
+  #request(button, isByKeyboard) {
+    this.onchoose(button.dataset.name ?? "");
+    if (!isByKeyboard || !this.#finder.value.trim()) return;
+    press(button, true); // it is listed at once
+    this.search("");
+    button.focus();
   }
 
   #find() {
@@ -156,15 +165,11 @@ export class LookList {
     if (this.#finder.value.trim()) this.#list.scrollTo({ left: 0, top: 0, behavior: "instant" });
   }
 
-  /** Enter chooses the best look and ends the search. @param {KeyboardEvent} event */
+  /** Enter chooses the best look. @param {KeyboardEvent} event */
   #key(event) {
     const first = /** @type {HTMLButtonElement | null} */ (this.#list.firstElementChild);
-    if (event.key === "Enter" && first && this.#finder.value.trim()) {
-      first.click();
-      press(first, true); // it is listed at once
-      this.search("");
-      first.focus();
-    } else if (event.key === "ArrowDown") first?.focus();
+    if (event.key === "Enter" && this.#finder.value.trim()) first?.click();
+    else if (event.key === "ArrowDown") first?.focus();
     else if (event.key === "Escape") this.search("");
     else return;
     event.preventDefault();
