@@ -283,10 +283,16 @@ def test_a_page_that_is_opened_before_the_first_screen_waits_for_it(
         browser.open(page.url)
         browser.until("document.getElementById('clip').textContent === 'film.mp4'")
         browser.run("await new Promise((done) => setTimeout(done, 50))")
-        for done in (26, 30, 0, 8):
-            page.exploration.on_progress("trying styles", done, 30)
-        note = "document.getElementById('search-note').textContent"
-        browser.until(f"{note} === 'Trying more styles: 38 of 60'")
+    note, bar = (
+        "document.getElementById('search-note').textContent",
+        "document.getElementById('screen-progress')",
+    )
+    parts = []
+    for done, count in ((0, 0), (26, 26), (30, 30), (29, 30), (0, 30), (8, 38)):
+        page.exploration.on_progress("trying styles", done, 30)
+        browser.until(f"{note} === 'Trying styles: {count}'")
+        parts.append(browser.run(f"return {bar}.value / {bar}.max"))
+    assert parts == sorted(parts) and parts[1] > 0.4 and parts[-1] < 1, "it never runs back"
     page.submit(page.send_state)
     browser.until(
         "document.querySelectorAll('.take').length === 9 && document.getElementById('seen').children.length"
@@ -330,6 +336,8 @@ def test_nine_tiles_move_and_say_what_they_are(opened: Browser, page: ExploreSer
         "nothing is drawn any more"
     )
     assert opened.run("return document.getElementById('search-note').textContent") == "Drawing 9 of 9"
+    said = "document.getElementById('message').textContent"
+    opened.until(f"/^Screen [0-9]+: (?!Drawing)/.test({said})")
     sample = """const canvas = document.querySelector('.take canvas');
         const data = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
         return data.reduce((sum, each, at) => (sum * 31 + each * at) % 1000003, 7);"""
@@ -382,14 +390,15 @@ def test_by_keyboard_alone_a_look_is_found_kept_compared_and_saved(
     chooser = page.exploration.chooser
     at = len(chooser.screens)
     press(opened, "3", "Digit3")
-    chosen = "return !!document.querySelector('[aria-label^=\"5: Your choice\"]')"
+    name = page.state()["tiles"][2]["caption"]
+    chosen = f"return document.querySelectorAll('.take')[4].ariaLabel === '5: {name}. Your choice'"
     eventually(
         lambda: len(chooser.screens) == at + 1 and opened.run(chosen) and opened.run(READY), "a digit takes"
     )
     opened.run("document.activeElement.blur()")
     press(opened, "z")
     shown = "return document.querySelector('#lightbox[open] #lightbox-name')?.textContent"
-    eventually(lambda: opened.run(shown) == "Your choice", "without a focus, the one in the middle")
+    eventually(lambda: opened.run(shown) == name, "without a focus, the one in the middle, of the same name")
     press(opened, "c")
     opened.until("""[...document.querySelectorAll("#view .tag[id$=-name]:not([hidden])")]
         .map((each) => each.textContent).join() === 'Original,Result'""")
@@ -400,7 +409,7 @@ def test_by_keyboard_alone_a_look_is_found_kept_compared_and_saved(
     opened.run("document.getElementById('lightbox').close()")
     opened.run("document.activeElement.blur()")
     press(opened, "ArrowRight")
-    assert focused(opened).startswith("5: Your choice")
+    assert focused(opened).startswith(f"5: {name}")
     press(opened, "ArrowRight")
     assert focused(opened).startswith("6:")
     kept = page.state()["tiles"][5]["tile"]
@@ -476,7 +485,7 @@ def test_a_picture_that_is_dropped_on_the_page_is_matched(
     eventually(lambda: opened.run(shown) == MATCH_SIDE_PX)
     assert len(page.exploration.references) == count + 1
     press(opened, "1", "Digit1")
-    opened.until("document.querySelector('[aria-label^=\"5: Your choice\"]')")
+    opened.until("document.querySelectorAll('.take')[4].ariaLabel.endsWith('. Your choice')")
 
 
 def test_the_pages_own_renderer_draws_a_tile_as_the_cpu_does(opened: Browser, page: ExploreServer) -> None:

@@ -332,7 +332,7 @@ def test_all_looks_scroll_in_a_box_so_that_values_stay_in_view(browser: Browser)
         browser.open(page.url)
         browser.until("!document.getElementById('more').hidden")
         label = browser.run("return document.getElementById('more').textContent")
-        assert label == f"All {len(controls.names) - 1} looks", "the unchanged picture is no look"
+        assert label == f"All {len(controls.names) - 1} looks and Plain", "the unchanged picture is no look"
         width = "return document.querySelector('#styles button').getBoundingClientRect().width"
         narrow = browser.run(width)
         browser.run("document.getElementById('more').click()")
@@ -349,7 +349,9 @@ def test_all_looks_scroll_in_a_box_so_that_values_stay_in_view(browser: Browser)
         columns = """const tops = [...document.querySelectorAll("#styles button")]
               .map((each) => each.getBoundingClientRect().top);
             return tops.filter((top) => top === tops[0]).length;"""
-        assert browser.run(columns) == 3, "a phone has the box, too"
+        assert browser.run(columns) == 3, "a phone lists them, too"
+        whole = "const { scrollHeight, clientHeight } = document.getElementById('styles');"
+        assert browser.run(f"{whole} return scrollHeight <= clientHeight"), "and the page scrolls"
         browser.run("document.getElementById('more').click()")
         assert browser.run(columns) > 6, "and one row without it"
         browser.call("Emulation.clearDeviceMetricsOverride")
@@ -433,6 +435,21 @@ def test_a_look_that_is_chosen_by_keyboard_ends_the_search(browser: Browser) -> 
         eventually(lambda: controls.style.name == "noir")
         assert browser.run("return document.getElementById('find-look').value") == ""
         assert browser.run("return document.activeElement.dataset.name") == "noir"
+
+
+def test_a_look_is_being_prepared_until_its_first_frame_is_seen(browser: Browser) -> None:
+    with showing() as (page, controls, _):
+        page.offer(replace(live_frame(1), style="ink"))
+        browser.open(page.url)
+        name, note = (f"document.getElementById('{each}').textContent" for each in ("style-name", "note"))
+        browser.until(f"{name} === 'Ink'")
+        controls.status = lambda: Status("noir", source_state="running")
+        browser.until(
+            f"{note} === 'Preparing Noir…' && document.getElementById('panel').matches('.preparing')"
+        )
+        assert browser.run(f"return {name}") == "Ink", "the picture is still the one before"
+        page.offer(replace(live_frame(2), style="noir"))
+        browser.until(f"{note} === '' && {name} === 'Noir'")
 
 
 def test_looks_are_shown_on_the_middle_of_an_early_picture_that_is_not_blank() -> None:

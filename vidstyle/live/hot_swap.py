@@ -62,6 +62,10 @@ class HotSwapRenderer:
         pending = self._pending
         return pending.name if pending is not None else ""
 
+    def has_request(self, style: Style | CueList) -> bool:
+        """Whether this was the last style requested; a request arrives with the next picture."""
+        return style is self._requested
+
     def run(
         self, picture: Picture, time: float, target: Encoding, style: Style | CueList | None
     ) -> tuple[Picture, bool]:

@@ -47,7 +47,9 @@ class FrameProcessor:
     @property
     def preparing(self) -> str:
         """The name of the style that will run once it is prepared, or ""."""
-        return self._renderer.preparing
+        wanted = self._controls.look
+        is_next = not self._controls.bypassed and not self._renderer.has_request(wanted)
+        return wanted.name if is_next and wanted.name != self.style else self._renderer.preparing
 
     @property
     def size(self) -> tuple[int, int]:

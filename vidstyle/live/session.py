@@ -151,7 +151,9 @@ class LiveSession:
 
     def _restyle(self, captured: CapturedFrame) -> LiveFrame:
         picture = self._processor.process(captured, self._capture, self._source.name)
-        return LiveFrame(picture, captured.time, self._frames, self._processor.original)
+        return LiveFrame(
+            picture, captured.time, self._frames, self._processor.original, self._processor.style
+        )
 
     def _newest_of(self, first: LiveFrame) -> LiveFrame:
         """Return the newest frame that arrived while targets were opened, or the first.

@@ -26,12 +26,14 @@ class LiveFrame:
         captured: capture time in seconds of `time.monotonic`.
         number: from 0; strictly increasing from frame to frame.
         original: the picture before it was restyled; None if it was not kept.
+        style: the name of the style that has drawn it.
     """
 
     picture: Picture
     captured: float
     number: int
     original: Picture | None = None
+    style: str = ""
 
     @cached_property
     def video(self) -> av.VideoFrame:

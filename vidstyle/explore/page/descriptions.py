@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +15,7 @@ from vidstyle.export.export_targets import describe_targets
 from vidstyle.style import user_styles
 
 CHANGED_KINDS = ("values", "step")
-"""Kinds of tiles that are named by how they differ from the chosen one."""
+"""Kinds of tiles that are described by how they differ from the chosen one."""
 
 
 def describe_clip(exploration: Exploration, has_designer: bool, can_reveal: bool) -> dict[str, Any]:
@@ -49,33 +51,35 @@ def describe_state(exploration: Exploration) -> dict[str, Any]:
         "locks": sorted(chooser.locks),
         "history": [_face(exploration, each.tiles) for each in chooser.screens],
         "reference": len(exploration.references),
-        "stars": [_describe(exploration, tile, _look_names(exploration, tile)[0]) for tile in chooser.stars],
+        "stars": [_describe(exploration, tile, _name(exploration, tile, [])) for tile in chooser.stars],
     }
 
 
 def _describe_tiles(exploration: Exploration, tiles: tuple[Tile, ...]) -> list[dict[str, Any]]:
     """Describe the tiles of a screen; no two have the same caption."""
-    chosen, captions = _chosen(tiles), list[str]()
-    for tile in tiles:
-        names = _names(exploration, tile, chosen)
-        numbered = (f"{names[-1]} ({number})" for number in range(2, len(tiles) + 2))
-        captions.append(next(name for name in (*names, *numbered) if name not in captions))
-    return [
-        _describe(exploration, tile, caption, chosen) for tile, caption in zip(tiles, captions, strict=True)
-    ]
+    chosen, captions = _chosen(tiles), dict[int, str]()
+    for tile in sorted(tiles, key=lambda each: each is not chosen):
+        captions[id(tile)] = _name(exploration, tile, captions.values())
+    return [_describe(exploration, tile, captions[id(tile)], chosen) for tile in tiles]
 
 
-def _names(exploration: Exploration, tile: Tile, chosen: Tile | None) -> list[str]:
-    """Return what a tile may be called, the best first: how it differs from the chosen one, or what it is."""
-    if tile is chosen:
-        return ["Your choice"]
-    if chosen is not None and tile.kind in CHANGED_KINDS:
-        return [*names_of_changes(tile.look.picture, chosen.look.picture), "Nearly the same"]
-    return _look_names(exploration, tile)
+def _name(exploration: Exploration, tile: Tile, others: Collection[str]) -> str:
+    """Return the name of a look: what one sees of it, unlike `others`. It stays the same on all screens."""
+    known = exploration.names.get(repr(tile.style))
+    if known is not None and known not in others:
+        return known
+    names = names_of_look(tile.look.picture, exploration.marks.get(exploration.number(tile), ()))
+    numbered = (f"{names[0]} ({number})" for number in count(2))
+    name = next(each for each in chain(names, numbered) if each not in others)
+    exploration.names[repr(tile.style)] = name
+    return name
 
 
-def _look_names(exploration: Exploration, tile: Tile) -> list[str]:
-    return names_of_look(tile.look.picture, exploration.marks.get(exploration.number(tile), ()))
+def _change(tile: Tile, chosen: Tile | None) -> str:
+    """Return how a tile differs from the chosen one; "" if it is not derived from it."""
+    if chosen is None or tile.kind not in CHANGED_KINDS:
+        return ""
+    return next(iter(names_of_changes(tile.look.picture, chosen.look.picture)), "Nearly the same")
 
 
 def _describe(
@@ -93,7 +97,7 @@ def _describe(
         "likeness": tile.likeness,
         "verdict": tile.look.verdict,
         "caption": caption,
-        "look": _look_names(exploration, tile)[0],
+        "change": _change(tile, chosen),
         "blocks": name_blocks(tile.style),
         "steps": name_step_changes(tile.style, chosen.style) if chosen else "",
         "layers": {layer: blocks for layer, blocks in layers.items() if blocks},

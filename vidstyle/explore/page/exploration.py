@@ -64,6 +64,7 @@ class Exploration(Closing):
         rate: the frame rate of the excerpt.
         stopped: whether choices are refused; see `stop`.
         marks: the visible marks of tiles, by tile number; see `visible_marks`.
+        names: the names of looks so far, by the `repr` of their styles.
         glance: the first of these frames in approximate colours, as JPEG, before any kernel is compiled.
     """
 
@@ -80,11 +81,13 @@ class Exploration(Closing):
         self._latest, self._is_closed = -1, False
         self._try_count = 0
         self._awaited: list[Future[Look | None]] = []
+        self._search = object()
         self.stopped = threading.Event()
         self.on_progress: ProgressCallback = ignore_progress
         self.references: list[bytes] = []
         self.tries: list[bytes] = []
         self.marks: dict[int, tuple[str, ...]] = {}
+        self.names: dict[str, str] = {}
         self._ahead: list[tuple[str, Future[Look | None]]] = []
         self.move_to(self._first_part())
         self.glance = encode(clip.glance(self.frames[0], GLANCE_SIDE_PX), "jpeg")
@@ -247,35 +250,37 @@ class Exploration(Closing):
         return [future.result() for future in self._request_looks(styles)]
 
     def _candidate_looks(self, styles: Sequence[Style]) -> list[Look | None]:
-        """Like `_looks_of`, for a screen, which `stop` cancels."""
-        self._awaited = self._request_looks(styles, self._keep_try)
+        """Like `_looks_of`, for a screen: report how many are there, and let `stop` cancel the rest."""
+        search = self._search = object()
+        finished_count = itertools.count(1)
+
+        def report(finished: Future[Look | None]) -> None:
+            if search is not self._search:  # another one has begun since
+                return
+            if not finished.cancelled() and not finished.exception():
+                self._keep_try(finished.result())
+            self.on_progress("trying styles", next(finished_count), len(styles))
+
+        self.on_progress("trying styles", 0, len(styles))
+        self._awaited = self._request_looks(styles, report)
         if self.stopped.is_set():
             self.stop()
         return [future.result() for future in self._awaited]
 
     def _request_looks(
-        self, styles: Sequence[Style], on_look: Callable[[Look], None] = lambda _: None
+        self, styles: Sequence[Style], on_done: Callable[[Future[Look | None]], None] = lambda _: None
     ) -> list[Future[Look | None]]:
-        """Request looks, and report how many are there."""
+        """Request looks; `on_done` is called with each that is there or was cancelled."""
         # Styles with few steps first: if no kernel is compiled yet, something is seen early.
         order = sorted(range(len(styles)), key=lambda place: len(styles[place].steps))
         futures = {place: self._request_look(styles[place], NOW)[1] for place in order}
-
-        def report(finished: Future[Look | None] | None = None) -> None:
-            if finished is not None and not finished.cancelled() and not finished.exception():
-                look = finished.result()
-                if look is not None:
-                    on_look(look)
-            self.on_progress("trying styles", sum(each.done() for each in futures.values()), len(futures))
-
-        report()
         for future in futures.values():
-            future.add_done_callback(report)
+            future.add_done_callback(on_done)
         return [futures[place] for place in range(len(styles))]
 
-    def _keep_try(self, look: Look) -> None:
+    def _keep_try(self, look: Look | None) -> None:
         """Keep the picture of a candidate, to be seen until the screen is there."""
-        if self._try_count < MAX_TRIES and not look.fault:
+        if look is not None and self._try_count < MAX_TRIES and not look.fault:
             self._try_count += 1
             self.tries.append(encode(look.picture, "jpeg"))
 

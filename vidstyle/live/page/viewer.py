@@ -44,6 +44,7 @@ class Viewer(PageConnection):
         self._quality = JpegQuality()
         self._shown = asyncio.Event()
         self._sent = -1
+        self._shown_style = ""
         self._latencies: deque[float] = deque([0.0], maxlen=RECENT_LATENCY_COUNT)
 
     async def greet(self) -> None:
@@ -125,6 +126,7 @@ class Viewer(PageConnection):
             self._sent, begin = frame.number, feed.meter.clock.now()
             await self.send_picture(0, frame.number, 0, data)
             await self._shown.wait()
+            self._shown_style = frame.style
             now = feed.meter.clock.now()
             self._quality.shown(now - begin)
             self._latencies.append(now - frame.captured)
@@ -138,6 +140,7 @@ class Viewer(PageConnection):
                 await self.tell({"panel": await feed.panel(style)})
             status = dataclasses.asdict(feed.controls.status())
             status["shown_ms"] = 1000 * median_high(self._latencies)
+            status["shown_style"] = self._shown_style
             await self.tell({"status": status})
             with suppress(TimeoutError):
                 async with asyncio.timeout(STATUS_SECONDS), feed.changed:

@@ -142,10 +142,10 @@ async function showTries() {
 /** What the page asks the user, and what follows, by the kind of the tile in the middle. @param {State} shown */
 function leadOf({ tiles: [first, , , , middle] }) {
   if (!first) return ["Finding nine looks…", "They appear one by one."];
-  if (middle.kind === "chosen") return ["Your choice, and eight like it", "Choose the best to come closer. Open one to save it or to render it."];
-  if (first.kind === "match") return ["Looks nearest to your picture", "Choose one for nine more like it. Open one to save it or to render it."];
+  if (middle.kind === "chosen") return ["Your choice, and eight like it", "Choose the best of them. Open one to save or render it."];
+  if (first.kind === "match") return ["Looks nearest to your picture", "Choose one for nine more like it. Open one to save or render it."];
   if (tiles.drawn < 9) return ["Drawing nine looks…", "Each is blurred until it is drawn."];
-  return ["Choose the look you like best", "Nine more like it follow. Open one to save it or to render it."];
+  return ["Choose the look you like best", "Nine more like it follow. Open one to save or render it."];
 }
 
 /** Returns a sentence with the icon of the button that the words "Open one" are about. @param {string} text */
@@ -154,8 +154,20 @@ function withIcon(text) {
   return after === undefined ? [text] : [`${before}Open one `, icon("enlarge"), after];
 }
 
+/** What screen readers were told last of a screen. */
+let announced = "";
+
+/** Tells screen readers of a screen, and once it is drawn what to do. @param {string} heading */
+function announceScreen(heading) {
+  const text = `Screen ${state.at + 1}: ${heading}`;
+  if (busy || !state.tiles.length || text === announced) return;
+  announced = text;
+  say(text, false);
+}
+
 /** Shows what to do, or what is being made. @param {string[]} [lead] a heading and a sentence */
 function showLead([heading, more] = leadOf(state)) {
+  announceScreen(heading);
   get("hint").textContent = heading;
   get("hint-more").replaceChildren(...withIcon(more));
   get("stop").hidden = !busy || !state.tiles.length;
@@ -173,19 +185,19 @@ function showProgress(note, done = 0, total = 0) {
   get("search").hidden = false;
 }
 
-/** Styles that were tried for the next screen in earlier rounds and in the present one, and how many the present one has. */
-const rounds = { before: 0, now: 0, total: 0 };
+/** Styles that were tried for the next screen in earlier rounds and in the present one, how many the present one has, and the part of the bar that is left for it and those after it. */
+const rounds = { step: "", before: 0, now: 0, total: 0, left: 1 };
 
-/** Shows the progress of the next screen; if too few styles are good, the total grows by another round. @param {{step: string, done: number, total: number, shown: number}} tried */
+/** Shows the progress of the next screen. Another round follows if too few styles are good: as their number is not known, each takes half of what is left of the bar. @param {{step: string, done: number, total: number, shown: number}} tried */
 function showTried({ step, done, total, shown }) {
   tryCount = shown;
   showTries();
   if (!busy && state.tiles.length) return;
-  if (done < rounds.now && rounds.now >= rounds.total) rounds.before += rounds.now;
-  Object.assign(rounds, { now: done, total });
-  const [count, all] = [rounds.before + done, rounds.before + total];
-  const words = rounds.before ? step.replace(" ", " more ") : step;
-  showProgress(`${words[0].toUpperCase()}${words.slice(1)}${total ? `: ${count} of ${all}` : "…"}`, count, total && all);
+  const isSame = step === rounds.step;
+  if (rounds.now && (!isSame || !done)) Object.assign(rounds, { before: isSame ? rounds.before + rounds.total : 0, now: 0, left: rounds.left / 2 });
+  Object.assign(rounds, { step, now: Math.max(done, rounds.now), total });
+  const count = rounds.before + rounds.now, part = 1 - rounds.left * (1 - rounds.now / (2 * total));
+  showProgress(`${step[0].toUpperCase()}${step.slice(1)}${total ? `: ${count}` : "…"}`, total && part, total && 1);
 }
 
 /** Lets the browser's button Back return to the screen before; a screen that the user has left already is none. @param {number} screen */
@@ -214,7 +226,6 @@ function takeState(next) {
   if (!next.tiles.length) return;
   setBusy(busy);
   showLead();
-  if (isNew) say(`Screen ${next.at + 1}: ${leadOf(next)[0]}`, false);
 }
 
 /** Takes the kept looks alone, while the next screen is made. @param {Tile[]} stars */
@@ -328,7 +339,7 @@ const ask = (kind, fields, ...lead) => change(() => connection.ask(kind, fields)
 async function change(request, heading = "One moment…", more = STAYING) {
   if (busy) return afterSearch(() => change(request, heading, more));
   isStopped = false;
-  Object.assign(rounds, { before: 0, now: 0, total: 0 });
+  Object.assign(rounds, { step: "", before: 0, now: 0, total: 0, left: 1 });
   setBusy(true);
   showLead([heading, more]);
   try {

@@ -23,8 +23,8 @@
  * @property {string[]} parents
  * @property {string} likeness the distance to the reference picture in words, or ""
  * @property {string} verdict its score, and what speaks for and against it, or ""
- * @property {string} caption its name on this screen, which no other tile has
- * @property {string} look what one sees of it, in words
+ * @property {string} caption its name: what one sees of it; no other tile of this screen has it
+ * @property {string} change how it differs from the chosen tile, in words; "" if it is not derived from it
  * @property {string} blocks the blocks that shape it most, in words
  * @property {string} steps the blocks that it has gained and lost, compared with the chosen tile, in words
  * @property {Object<string, string[]>} layers the blocks of each layer

@@ -6,7 +6,7 @@ import { switchOriginal } from "./original_button.js";
 import { Outcome } from "./outcome.js";
 import { SHARED_KEYS } from "./shared_keys.js";
 import { fetchPicture, SourceFrames } from "./source_frames.js";
-import { nameOf, ownNameOf, summaryOf } from "./tile_names.js";
+import { nameOf, summaryOf } from "./tile_names.js";
 import { TuningPad } from "./tuning_pad.js";
 
 /** @typedef {import("./explore_types.js").Tile} Tile */
@@ -116,9 +116,9 @@ export class Lightbox {
   /** @param {Tile} tile @param {Clip} clip */
   #describe(tile, clip) {
     const { other } = this;
-    get("lightbox-name").textContent = ownNameOf(tile);
-    const isChanged = ownNameOf(tile) !== nameOf(tile);
-    get("how").textContent = other ? `Right: ${nameOf(tile)}, compared with, left: ${nameOf(other)}` : [isChanged ? `Compared with your choice: ${nameOf(tile).toLowerCase()}` : summaryOf(tile), tile.blocks].filter(Boolean).join(". ");
+    get("lightbox-name").textContent = nameOf(tile);
+    const origin = tile.change ? [`Compared with your choice: ${tile.change.toLowerCase()}`, tile.kind === "step" && tile.steps] : [summaryOf(tile)];
+    get("how").textContent = other ? `Right: ${nameOf(tile)}, compared with, left: ${nameOf(other)}` : [...origin, tile.blocks].filter(Boolean).join(". ");
     const rows = Object.entries(tile.layers).flatMap(([layer, blocks]) => [
       make("dt", { textContent: LAYER_NAMES[/** @type {keyof typeof LAYER_NAMES} */ (layer)] }),
       make("dd", { textContent: blocks.filter(Boolean).join(", ") }),
@@ -128,7 +128,7 @@ export class Lightbox {
     get("targets").replaceChildren(...clip.targets.map(({ kind, title, use, help }) => make("button", { onclick: () => this.export(kind) }, make("b", { textContent: title }), make("span", { textContent: `${use}.` }), make("span", { className: "quiet", textContent: `A .${kind} file: ${help}` }))));
     /** @type {HTMLDetailsElement} */ (get("exports")).open = false;
     this.#showRender(clip);
-    /** @type {HTMLInputElement} */ (get("name")).value = fileName(tile.look || nameOf(tile));
+    /** @type {HTMLInputElement} */ (get("name")).value = fileName(nameOf(tile));
     this.outcome.report("");
     get("save").textContent = SAVE;
     this.#mark();

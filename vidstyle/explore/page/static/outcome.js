@@ -1,6 +1,6 @@
 // The line of the lightbox that says what an action has done, and where the file is that it has written.
 
-import { get, make } from "./elements.js";
+import { get, icon, make } from "./elements.js";
 
 /** Returns a link that looks like a button. @param {string} href @param {string} text @param {Partial<HTMLAnchorElement>} options */
 const link = (href, text, options) => make("a", { href, className: "button", textContent: text, ...options });
@@ -19,6 +19,7 @@ export class Outcome {
     if (!this.line.closest("dialog")?.open) this.say(text);
     this.line.textContent = text;
     this.line.className = `quiet ${kind}`;
+    if (text && kind !== "spinning") this.line.append(make("button", { className: "plain", title: "Close", ariaLabel: "Close", onclick: () => this.report("") }, icon("close")));
   }
 
   /** Reports a file that was written, with its folder. @param {string} done @param {string} file @param {{canReveal: boolean, address?: string}} options whether it can be shown in its folder, and where the server has it */
@@ -29,7 +30,8 @@ export class Outcome {
     const copy = make("button", { textContent: "Copy path", onclick: () => this.#copy(file, copy, place) });
     const reveal = make("button", { textContent: "Show in folder", hidden: !canReveal, onclick: () => this.reveal(file) });
     const links = address ? [link(address, "Show", { target: "_blank" }), link(address, "Download", { download: name })] : [];
-    this.line.append(place, make("span", { className: "chips" }, ...links, reveal, copy));
+    this.line.append(place, make("span", { className: "files" }, ...links, reveal, copy));
+    this.line.scrollIntoView({ block: "nearest" });
   }
 
   /** @param {string} path @param {HTMLElement} button @param {HTMLElement} place shows the selected path if the browser cannot copy */

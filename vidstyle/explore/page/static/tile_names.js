@@ -9,25 +9,21 @@ function rootOf(name) {
   return name.split("~")[0].replace(/^(open|paper)-(\d+)$/, "random $2").replaceAll("_", " ");
 }
 
-/** Returns the name of a tile: what one sees of it, or how it differs from the chosen one. @param {Tile} tile */
+/** Returns the name of a look: what one sees of it. @param {Tile} tile */
 export function nameOf({ kind, name, caption }) {
   if (kind === "match") return title(rootOf(name));
   return kind === "tuned" ? `${caption}, tuned` : caption;
 }
 
-/** Returns the name of a look that stands alone: what one sees of it. @param {Tile} tile */
-export const ownNameOf = (tile) => (["values", "step"].includes(tile.kind) && tile.look) || nameOf(tile);
-
-/** Describes in a line below its name where a tile comes from; "" if there is nothing to say. @param {Tile} tile */
-export function summaryOf({ kind, parents, look, steps, likeness }) {
+/** Describes in a line below its name where a tile comes from, or how it differs from the chosen one; "" if there is nothing to say. @param {Tile} tile */
+export function summaryOf({ kind, parents, change, likeness }) {
   const [one, other] = parents.map((parent) => title(rootOf(parent)));
   switch (kind) {
     case "chosen":
-      return look;
+      return "Your choice";
     case "values":
-      return "Compared with your choice";
     case "step":
-      return steps;
+      return change;
     case "cross":
       return /^Random \d+$/.test(other ?? one) ? "Mixed with another look" : `Mixed with ${other ?? one}`;
     case "shipped":

@@ -227,7 +227,7 @@ export class Tiles {
     const chosen = this.shown[place];
     this.#moving = setTimeout(() => {
       this.#isMoved = true;
-      [name.textContent, name.title, summary.textContent] = ["Your choice", "", chosen.look];
+      [name.textContent, name.title, summary.textContent] = [nameOf(chosen), "", "Your choice"];
       this.cells[MIDDLE].cell.classList.remove("waiting");
       if (from === to) return;
       resize(to, [picture.width, picture.height]);

@@ -14,6 +14,12 @@ const SOURCE = "source";
 /** For this time after the start, the computer is busy with the first frames. */
 const SETTLE_MS = 3000;
 
+/** Returns the words of the button that lists all looks. @param {HTMLButtonElement[]} buttons */
+function labelOf(buttons) {
+  const looks = buttons.filter(({ dataset }) => dataset.name !== PLAIN).length;
+  return `All ${looks} looks${looks < buttons.length ? ` and ${title(PLAIN)}` : ""}`;
+}
+
 /** Shows the looks in their order; the one that runs is always listed. */
 export class LookList {
   #list = get("styles");
@@ -153,7 +159,7 @@ export class LookList {
     this.#list.style.setProperty("--scrollbar", `${this.#list.offsetWidth - this.#list.clientWidth}px`);
     get("more").hidden = found.length <= MAX_LISTED || Boolean(this.#finder.value.trim());
     get("more").ariaExpanded = String(this.#isExpanded);
-    get("more").textContent = this.#isExpanded ? "Fewer looks" : `All ${found.filter(({ dataset }) => dataset.name !== PLAIN).length} looks`;
+    get("more").textContent = this.#isExpanded ? "Fewer looks" : labelOf(found);
     if (focused instanceof HTMLElement && found.some((button) => button === focused)) focused.focus();
     describeSearch(looks, this.#finder.value, !found.length && looks.length > 0, (word) => this.search(word));
     this.#show();

@@ -24,6 +24,7 @@ import { switchTheme } from "./theme.js";
  * @property {number} dropped
  * @property {number} rate
  * @property {number} shown_ms
+ * @property {string} shown_style the style of the frame that this page shows; "": not known yet
  * @property {string} degraded
  * @property {boolean} full_size
  * @property {[string, string][]} targets
@@ -142,20 +143,20 @@ async function show(number, file) {
 function showStatus(now) {
   line.show(now, nextName(now), !link);
   press(get("full-size"), now.full_size);
-  get("style-name").textContent = nameInWords(now.style);
+  const shown = nameInWords(now.shown_style || now.style);
+  get("style-name").textContent = get("divider-look").textContent = shown;
   press(get("bypass"), now.bypass);
   press(get("record"), now.recording);
   clockRecording(now.recording);
-  get("divider-look").textContent = nameInWords(now.style);
   get("badge").hidden = !now.bypass;
   get("detail").hidden = !(now.degraded || now.full_size) || now.bypass;
-  get("detail-label").textContent = now.full_size ? "Fewer frames" : "Less detail, to keep up";
+  get("detail-label").textContent = now.full_size ? "Fewer frames, for full detail" : "Less detail, to keep up";
   // Other parts of the page say these.
   const isInLine = (now.degraded && now.message.includes(now.degraded)) || now.message === `style ${now.style}`;
   if (now.message !== (status?.message ?? "")) say(isInLine ? "" : withTitle(now.message, now.style));
   followSplit(now);
   status = now;
-  document.title = `${nameInWords(now.style)} · vidstyle live`;
+  document.title = `${shown} · vidstyle live`;
   note();
 }
 
@@ -199,8 +200,12 @@ function announceStyle(style) {
 /** Returns the name of a style without its variant. @param {string} style */
 const baseOf = (style) => style.split(":")[0];
 
-/** Returns the name of the style that will run next, in words; "" if no style is being prepared. @param {Status} now */
-const nextName = (now) => nameInWords(now.preparing || (asked.style !== now.style && performance.now() < asked.until ? asked.style : ""));
+/** Returns the name of the style that will be seen next, in words; "" if the requested one is seen. @param {Status} now */
+function nextName(now) {
+  if (now.preparing) return nameInWords(now.preparing);
+  if (now.shown_style && now.shown_style !== now.style) return nameInWords(now.style);
+  return nameInWords(asked.style !== now.style && performance.now() < asked.until ? asked.style : "");
+}
 
 function note() {
   const states = { running: "", waiting: `No picture from ${status?.source}: showing the last one`, ended: "The source has ended" };
@@ -210,6 +215,7 @@ function note() {
   const element = get("note");
   if (element.textContent !== text) element.textContent = text;
   element.hidden = !text;
+  get("panel").classList.toggle("preparing", Boolean(next));
   canvas.style.opacity = state ? "0.6" : "1";
 }
 

@@ -11,11 +11,13 @@ const MIN_RATE_FRAMES = 4;
 const [MAX_INTERVALS, MIN_WAIT_MS] = [4, 5000];
 /** The displayed rate stays until the measured one differs by this part of it. */
 const MIN_RATE_CHANGE = 0.3;
+/** Frames per second from which movement is seen as such. */
+const MIN_SMOOTH_RATE = 5;
 
 /** Returns how many captured frames are shown, in words; "" if almost all are. @param {Status} now */
 function shareOf({ frames, dropped }) {
   const part = frames / Math.max(1, frames + dropped);
-  return part > 0.98 ? "" : `${Math.round(100 * part)} % of the frames`;
+  return part > 0.98 ? "" : `, ${Math.round(100 * part)} % of those captured`;
 }
 
 /** @param {number} shown frames per second */
@@ -70,9 +72,8 @@ export class SessionLine {
   #facts(now) {
     return [
       ["Size", now.size.join(" × "), "width and height of the picture"],
-      ["Shown here", inWords(this.#steadyRate), `restyled: ${now.rate.toFixed(1)}`],
+      ["Shown here", inWords(this.#steadyRate) + shareOf(now), `restyled: ${now.rate.toFixed(1)} per second; ${now.dropped} of ${now.frames + now.dropped} captured frames were left out to stay live`],
       ["Delay", `${now.shown_ms.toFixed(0)} ms`, "median latency from capture to this page"],
-      ["Captured", shareOf(now) && `${shareOf(now)} shown`, `${now.dropped} of ${now.frames + now.dropped} captured frames were left out to stay live`],
       ["Detail", now.degraded, "a smaller picture is restyled and enlarged, to keep the frame rate"],
       ...now.targets.filter(([name]) => name !== "page").map(([name, text]) => [name, text, "another target"]),
     ];
@@ -82,6 +83,7 @@ export class SessionLine {
   show(now, next, isConnected) {
     get("sentence").textContent = this.#sentence(now, next);
     get("figures").classList.toggle("running", now.source_state === "running" && isConnected);
+    get("figures").classList.toggle("slow", Boolean(next) || this.#steadyRate < MIN_SMOOTH_RATE);
     const facts = this.#facts(now).filter(([, text]) => text);
     get("line").replaceChildren(...facts.map(([name, text, title]) => make("span", { title }, make("span", { className: "quiet", textContent: name }), text)));
   }
