@@ -2,7 +2,7 @@
 
 Usage: python -m tools.explore.kept_parts KEY.json MARKS.json... [--write]
 
-The files are those of `tools/explore/score.py`. Only styles by the open rules count. A part of few styles is
+`tools/explore/score.py` describes the files. Only styles by the open rules count. A part of few styles is
 drawn to the mean of all, as if PRIOR_COUNT more styles had it.
 """
 
@@ -91,7 +91,7 @@ def score_held_out(names: Sequence[str], kept: np.ndarray, pictures: np.ndarray)
 
 
 def score_names(names: Sequence[str], shares: Mapping[str, float]) -> list[float]:
-    """Return the log-odds of the shares of parts, less that of their mean; 0 for unknown ones."""
+    """Return the log-odds of the shares of parts relative to the mean share; 0 for unknown ones."""
     mean = log_odds(shares["mean"])
     return [log_odds(shares[name]) - mean if name in shares else 0.0 for name in names]
 

@@ -39,7 +39,7 @@ class MarkedStyles:
     def read_numbers(self, fitted: np.ndarray) -> np.ndarray:
         """Return what a model that is fitted to some of the styles reads, one row for each style.
 
-        Kept shares of colours come from these styles too: for each of them, from those of other pictures.
+        Kept shares of colours come from these styles too: for each, from the styles of other pictures.
         """
         numbers = np.array([read_measures(each, self.rules) for each in self.metrics])
         if "parts" in (names := MEASURES[self.rules]):
@@ -66,7 +66,7 @@ def select_styles(
     metrics: Sequence[FullSizeMetrics],
     latest: Sequence[str],
 ) -> MarkedStyles:
-    """Return the styles by some rules; `metrics` has those of each row of `key`, `latest` the latest sets."""
+    """Return the styles by some rules; `metrics` belong to rows of `key`, `latest` names the latest sets."""
     places = [place for place, each in enumerate(key) if each["rules"] == rules]
     rows = [key[place] for place in places]
     sets = np.array([each.get("set", "") for each in rows])

@@ -2,7 +2,7 @@
 
 Usage: python -m tools.explore.marking PICTURES OUT --seed SEED --at PICTURE X,Y --at ... [options]
 
-Each picture, a path in PICTURES without its suffix, is shown at no more than 1080 lines; X,Y is the middle
+Each picture, a path in PICTURES without its suffix, is shown at 1080 lines at most; X,Y is the middle
 of the crop, 0..1. For each rules and picture, styles are drawn by seeds until enough pass the gates:
 `--drawn` in the order of their seeds, then `--pool`, of which the best `--best` of all pictures are shown,
 and `--failed` that failed a gate at full size. OUT gets sheets of six crops at 1:1 in random order, the

@@ -36,7 +36,7 @@ _MIN_SUBJECT_STRENGTH = 0.2
 
 
 class ReadableSearch:
-    """Chooses frames, and others for those that repeat a pose or cannot be read once they are drawn."""
+    """Chooses frames, and others for those that tell nothing new or cannot be read once they are drawn."""
 
     def __init__(
         self, refinement: Refinement, options: KeyFrameOptions, readability: Readability | None

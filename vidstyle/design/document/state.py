@@ -143,7 +143,7 @@ class _Describer:
 def _help_without_block(step: Step) -> str:
     if step.source:
         return "Starts again from another picture."
-    return "The picture as it is here. Steps after it change it, and later ones can use it as it was."
+    return "Saves the picture of this place, which later steps can read unchanged."
 
 
 def _swatch(content: Content, name: str) -> dict[str, Any]:

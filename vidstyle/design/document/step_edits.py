@@ -40,7 +40,7 @@ def add(content: Content, new: NewNumber, layer: str, index: int, block: TextOrE
 
 
 def show_behind_lines(content: Content, new: NewNumber) -> EditResult:
-    """Show the picture behind lines on plain paper: add a background step that keeps it as it is."""
+    """Show the picture behind lines on plain paper: add a background step that keeps it unchanged."""
     saved = {each.table.get("save") for _, _, each in content.steps}
     name = next(
         name for name in ("picture", *(f"picture-{n}" for n in range(2, MAX_STEPS))) if name not in saved

@@ -10,7 +10,7 @@ from vidstyle.design.document.content import Content, ValueRef
 from vidstyle.style.model import FIELDS
 
 STANDARD = ""
-"""The name of the style without a variant, as it was opened."""
+"""The name of the opened style without a variant."""
 
 
 def variant_names(content: Content) -> list[str]:
@@ -24,7 +24,7 @@ def variant_values(content: Content, name: str) -> Mapping[ValueRef, Any]:
 
 
 def chosen_variant(content: Content) -> str | None:
-    """Return the variant whose values the style has, the one that sets most; None if it has those of none."""
+    """Return the variant whose values the style has, the one that sets most; None if there is none."""
     found = [name for name in variant_names(content) if _is_chosen(content, name)]
     return max(found, key=lambda name: (name != STANDARD, len(variant_values(content, name))), default=None)
 

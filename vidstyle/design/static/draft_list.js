@@ -29,7 +29,7 @@ export class DraftList {
   /** @param {Draft[]} drafts newest first */
   #show(drafts) {
     for (const button of this.#buttons) {
-      // Beside the looks, changes from other folders would be nobody's; the menu still lists them.
+      // Next to the looks, nobody would know changes from other folders; the menu lists them.
       button.hidden = !(button.closest("#looks") ? drafts.some(({ here }) => here) : drafts.length);
       /** @type {HTMLElement} */ (button.lastElementChild).textContent = `Unsaved changes (${drafts.length})`;
     }

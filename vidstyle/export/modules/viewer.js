@@ -217,7 +217,7 @@ export class Viewer {
 
   #opened() {
     clearTimeout(this.#refining);
-    this.say(""); // what is said of an earlier file
+    this.say(""); // removes the message about an earlier file
     this.#movingSide = this.#fastSide;
     this.#wait(DRAWING);
     const hadFocus = get("welcome").contains(document.activeElement);
