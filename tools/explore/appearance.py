@@ -78,7 +78,7 @@ def round_numbers(value: object) -> object:
 def measure_recall(looks: np.ndarray) -> float:
     """Return how often a style, given its picture of one photograph, is among the nearest three on another.
 
-    The distances are those of the model in the file.
+    The distances come from the model in the file.
     """
     names = [style.name for style in known_styles()]
     shipped = [names.index(style.name) for style in shipped_styles()]

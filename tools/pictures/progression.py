@@ -45,7 +45,7 @@ def render_progression(picture: np.ndarray, style: Style) -> Iterator[Stage]:
                     style.name, height=style.height, base=previous + steps[:number], folder=style.folder
                 )
                 yield Stage(layer, step.block, restyle_picture(picture, so_far))
-        # Each layer continues from the end of the base, and can use what was saved before.
+        # Each layer continues from the end of the base, and can use pictures saved before.
         previous += (
             *steps,
             Step("", save=_END_OF_BASE) if layer == "base" else Step("", source=_END_OF_BASE),

@@ -114,10 +114,11 @@ def _surround(right, down, reach, around):  # type: ignore[no-untyped-def]
 def _noise_at(noise, columns, first, y, x):  # type: ignore[no-untyped-def]
     """Interpolate the noise, 0..`PAIR_CODES`, between lattice points; `first`: index of its first point."""
     row, column = np.int32(y), np.int32(x)
-    below, beside = y - np.float32(row), x - np.float32(column)
+    lower_weight, right_weight = y - np.float32(row), x - np.float32(column)
     at = look_up_at(np.int32(first + np.int32(np.int32(row * columns) + column)))
-    upper, lower = between_pair(noise[at], beside), between_pair(noise[columns:][at], beside)
-    return upper + below * (lower - upper)
+    upper = between_pair(noise[at], right_weight)
+    lower = between_pair(noise[columns:][at], right_weight)
+    return upper + lower_weight * (lower - upper)
 
 
 @compiled(fastmath=True)

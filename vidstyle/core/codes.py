@@ -120,7 +120,7 @@ def _area(step: int, siting: float) -> SampleArea:
 
 @compiled
 def _rounded(value, levels):  # type: ignore[no-untyped-def]
-    # Means of a few 8-bit codes lie at a half. Rounding of a sum, or of a GPU's 16-bit textures
+    # Means of a few 8-bit codes often end in one half. Rounding of a sum, or of a GPU's 16-bit textures
     # (0.0026 codes), must not decide there: results would differ by a level.
     code = value * levels[0] + levels[1] + np.float32(0.503)
     return np.int32(min(max(code, np.float32(0)), levels[2]))  # vectors have no other whole numbers of floats

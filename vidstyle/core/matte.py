@@ -43,7 +43,7 @@ def over_color(picture: Picture, color: tuple[float, float, float]) -> Picture:
 
 
 def _mixed(plane: np.ndarray, behind: np.ndarray, cover: np.ndarray) -> np.ndarray:
-    """Mix samples with those of one pixel."""
+    """Mix samples with the samples of one pixel."""
     base = behind[0, 0].astype(np.float32)
     values = base + (plane - base) * cover
     return values if plane.dtype.kind == "f" else np.rint(values).astype(plane.dtype)

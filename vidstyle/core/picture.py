@@ -43,7 +43,7 @@ WIDE_RANGE = (-256.0, 256.0)
 
 
 Transfer = Literal["sdr", "pq", "hlg"]
-"""Transfer functions: gamma, and those of HDR (ITU-R BT.2100)."""
+"""Transfer functions: gamma, and the two of HDR (ITU-R BT.2100)."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Encoding:
         subsampling: luma pixels for each chroma sample, across and down: (2, 2) is 4:2:0.
         siting: position of the first chroma sample, in luma pixels right and down from the first luma
             sample: a value of SITINGS, or that after rotating the picture.
-        transfer: transfer function of the samples; styles work on those of SDR.
+        transfer: transfer function of the samples; styles work on SDR samples.
     """
 
     matrix: str = "bt709"

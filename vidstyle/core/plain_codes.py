@@ -19,7 +19,7 @@ def values_from_codes(codes: np.ndarray, kind: str, encoding: Encoding) -> np.nd
 
 
 def codes_from_values(values: np.ndarray, kind: str, encoding: Encoding) -> np.ndarray:
-    """Return the codes of working values, clipped to those of black and white; see `values_from_codes`."""
+    """Return the codes of working values, clipped to black and white; see `values_from_codes`."""
     zero, span = _levels(kind, encoding)
     low, high = (-0.5, 0.5) if kind == "chroma" else (0, 1)
     codes = np.clip(values, low, high) * np.float32(span) + np.float32(zero)
@@ -34,7 +34,7 @@ class PartLuma:
         area: rows and columns.
 
     Attributes:
-        luma: H x W float32, 0..1; it stays that of the picture before a change.
+        luma: H x W float32, 0..1; a change of the picture leaves it unchanged.
     """
 
     def __init__(self, picture: Picture, area: tuple[slice, slice]) -> None:

@@ -12,8 +12,8 @@ import numpy as np
 class SharedTones:
     """The percentiles of each measured step of a style, on one picture.
 
-    One renderer measures them; those of parts of the picture wait for them, so that all parts get the same
-    tones.
+    One renderer measures them; the renderers of parts of the picture wait for them, so that all parts get
+    the same tones.
     """
 
     def __init__(self) -> None:

@@ -55,7 +55,7 @@ def pairs_of(noise: np.ndarray) -> np.ndarray:
 
 
 @compiled(fastmath=True)
-def between_pair(pair, beside):  # type: ignore[no-untyped-def]
-    """Interpolate between the codes of a pair; `beside` is the weight of the right one."""
+def between_pair(pair, right_weight):  # type: ignore[no-untyped-def]
+    """Interpolate between the codes of a pair; `right_weight` is the weight of the right one."""
     left, more = np.float32(np.int32(pair & np.int32(0xFFFF))), np.float32(np.int32(pair >> np.int32(16)))
-    return left + beside * more
+    return left + right_weight * more

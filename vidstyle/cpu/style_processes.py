@@ -28,9 +28,9 @@ MIN_EDIT_THREADS = 4
 """Number of threads from which one process that only edits pictures is faster. The search for writing makes
 many short calls, each of which gives the lock up and takes it back."""
 PROCESS_BYTES = 64 << 20
-"""Memory of a process in addition to that of a picture; measured 40 to 60 MB."""
+"""Memory of a process without its picture; measured 40 to 60 MB."""
 END_SECONDS = 2.0
-"""Time in which processes end by themselves; then they are killed."""
+"""Time for processes to end; then they are killed."""
 
 
 class StyleProcesses:

@@ -1,7 +1,7 @@
 """The program of the processes that edit and restyle pictures for a renderer in another process.
 
 It prepares a first job, and forks a process for each pair of descriptors but the last, which it serves
-itself: they begin at once and share the memory of what is loaded. No thread may run before that.
+itself: they begin at once and share the memory of loaded modules and kernels. No thread may run before that.
 
 A request is "style", a packed `StyleJob`, a stored picture, the offset after it, and the `FilmState`. The
 answer is ("measured", step, time constant, percentiles) for each measurement, to which the renderer replies
@@ -108,7 +108,7 @@ def main(job: int, descriptors: Sequence[int]) -> None:
 
 
 def _serve_only(own: Sequence[int], descriptors: Sequence[int]) -> None:
-    """Serve one connection, without those of the other processes."""
+    """Serve one connection, and close the connections of the other processes."""
     _close(each for each in descriptors if each not in own)
     _serve(Connection(own[0]), SharedPictures(own[1]))
 

@@ -56,8 +56,8 @@ class InFlightFrame:
 class GpuSession:
     """A context, its thread, and the resources for the style of the last request.
 
-    Another style reuses compiled programs and textures that fit. If only values differ, nothing is compiled,
-    and percentiles and stabilization continue.
+    Another style reuses compiled programs and textures that fit. If only values differ, no program is
+    compiled, and percentiles and stabilization continue.
 
     Args:
         device: the device to open.

@@ -86,11 +86,11 @@ _PARAMETERS: dict[str, tuple[str, Callable[[HdrMetadata], Iterable[str]]]] = {
     "libx265": ("x265-params", _x265_parameters),
     "libsvtav1": ("svtav1-params", _svt_parameters),
 }
-"""By encoder, its option for parameters, and what writes them."""
+"""By encoder: its option for parameters, and the function that writes them."""
 
 
 def missing_hdr(context: av.VideoCodecContext, tags: ColorTags, metadata: HdrMetadata) -> str:
-    """Encode a gray frame and decode it; return what has been lost on the way, or an empty text.
+    """Encode a gray frame and decode it; return the name of the first lost property, or an empty text.
 
     Args:
         context: an encoder that is set up and not open.

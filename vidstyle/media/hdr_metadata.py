@@ -41,7 +41,7 @@ class MasteringDisplay:
 
     @property
     def problem(self) -> str:
-        """What is implausible, or an empty text."""
+        """The implausible value, in words, or an empty text."""
         if not (self.red[0] > self.green[0] > 0 and self.green[1] > self.blue[1] and self.white[1] > 0):
             return "its primaries are missing or in the wrong order"
         if not MIN_PLAUSIBLE_PEAK_NITS <= self.max_nits <= MAX_NITS or self.min_nits >= self.max_nits:

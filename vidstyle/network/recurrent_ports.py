@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from vidstyle.network.onnx_file import Port, read_ports
 
 NEXT_NAMES = (r"i$", "o"), (r"in$", "out"), (r"input", "output"), (r"past", "present"), (r"prev", "next")
-"""Parts of the name of a state, and what is in their place in the output with its next value: r1i, r1o."""
+"""Parts of the name of a state, and their replacements in the name of its output: r1i, r1o."""
 RESULT_NAMES = "pha", "alpha", "mask"
 """Names that mark the result where several outputs have one or two planes."""
 

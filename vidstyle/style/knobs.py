@@ -1,7 +1,7 @@
 """The knobs of a style, and its own labels of values.
 
 A knob is a value to adjust first. A label says what a value does in this style where the label of its
-parameter is too general: "Solid ink" for the amount of a blend. After a colon it may go on with its own help:
+parameter is too general: "Solid ink" for the amount of a blend. Its own help may follow a colon:
 "Solid ink: how dark the regions are that become solid".
 """
 
@@ -60,7 +60,7 @@ def read_labels(style: Style, given: object, mistakes: list[str]) -> dict[str, s
 
 
 def is_label(label: object) -> bool:
-    """Whether a value is a text on one line that fits beside a slider, with or without help."""
+    """Whether a value is a text on one line that fits next to a slider, with or without help."""
     if not isinstance(label, str) or not label.isprintable():
         return False
     words, help = split_label(label)

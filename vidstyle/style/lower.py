@@ -209,7 +209,7 @@ class GraphBuilder:
         return ImageValue(luma, self.node("plane", "chroma", small, {}, grid=encoding, page=shape))
 
     def run_layers(self, style: Style, steps: Steps) -> ImageValue:
-        """Run the layers of a style, laid over those of the style behind people, if there is one."""
+        """Run the layers of a style, laid over the picture of the style behind people, if there is one."""
         behind = self._run_style(style.behind, steps, layers_behind(style)) if style.behind else None
         image = self._run_style(style, steps, dict(zip(LAYERS, LAYERS, strict=True)))
         return image if behind is None else self._mixed(behind, image, 1.0, PEOPLE)

@@ -25,7 +25,7 @@ class PageServer(Generic[Connection]):
     Attributes:
         url, one_time_url: see `WebServer`.
         browsers: the connections that are open.
-        tasks: background tasks that go on whichever browsers disconnect.
+        tasks: background tasks that continue when browsers disconnect.
     """
 
     def __init__(

@@ -37,7 +37,7 @@ class SectorSums(Intrinsic):
 
     Args of the compiled call:
         pixels: int32, one row; four numbers for each pixel: codes of red, green, blue and the sum of their
-            squares in the low halves, and those of the next pixel in the high halves.
+            squares in the low halves, and the codes of the next pixel in the high halves.
         at, first, last, place: int64.
         offsets: numbers x 4 int64.
         weights: numbers x 4 x 4 int32, pairs; the weights of each sector add up to `FULL_SECTOR_WEIGHT`.
@@ -166,7 +166,7 @@ class _SectorEmitter(VectorEmitter):
         replaced = [lane + SECTOR_LANES * (lane % CHANNEL_COUNT == CHANNEL_COUNT - 1) for lane in LANES]
         signed = [self.permute(each, self._constant(-1.0), replaced) for each in means]
         products = [builder.fmul(*pair, flags=fast) for pair in zip(means, signed, strict=True)]
-        # In each group of lanes that of a low sector, twice, and of a high one.
+        # Each group of lanes gets the sum of a low sector, twice, and of a high one.
         other = SECTOR_LANES
         pairs = [self._groups(lane, lane + 2, other + lane, other + lane + 2) for lane in (0, 1)]
         negative = self._added(*products, *pairs)

@@ -124,7 +124,7 @@ def _encode_means(row, codes):  # type: ignore[no-untyped-def]
 
 @compiled(noalias=True)
 def _join(codes, pairs):  # type: ignore[no-untyped-def]
-    """Each pixel's codes in the low halves, those of the next one in the high halves."""
+    """Pack each pixel's codes into the low halves, and the codes of the next pixel into the high halves."""
     for i in range(pairs.size):
         pairs[i] = (codes[i] & np.int32(0xFFFF)) | (codes[i + 4] << np.int32(16))
 
@@ -134,8 +134,8 @@ def pair_lists(places: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.
 
     Args:
         places: row and column of samples in one half of a point-symmetric area, row by row, n x 2.
-        weights: of each in eight sectors, n x 8; those of the opposite samples are the same in the opposite
-            sectors, and with them the weights of each sector add up to 1.
+        weights: of each in eight sectors, n x 8; the opposite samples have the same weights in the opposite
+            sectors; together, the weights of each sector add up to 1.
 
     Returns:
         Places of the left samples, m x 4 x 2 int64, and weights of pairs, m x 4 x 4 int32.
@@ -164,9 +164,9 @@ def _in_pairs(places: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.n
 
 
 def _in_lists(places: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs of samples by the first one of four sectors that they lie in.
+    """Group pairs of samples by the first one of their four sectors.
 
-    Those among the opposite four are turned round. A pair that lies in more sectors counts as two.
+    Pairs of the opposite four sectors are reversed. A pair with more sectors counts as two pairs.
 
     Returns:
         Places of the left samples, n x 4 x 2, and weights, n x 4 x 4 pairs of int16 in one int32.

@@ -1,7 +1,7 @@
 """Links object files into this process without LLVM, which takes 45 MB and 0.05 s to load.
 
 Numba's code holds whole addresses, as for any distance between functions and data; only these are filled in.
-What else an object file may have is left to LLVM, and so are those of other processors and systems.
+LLVM links all other object files: with other relocations, and for other processors and systems.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ def _places(sections: list[_Section]) -> tuple[dict[int, int], int]:
 def _symbols(
     code: bytes, sections: list[_Section], addresses: dict[int, int]
 ) -> Iterator[tuple[str, int | None]]:
-    """Yield names and addresses; the address of what is defined elsewhere is None."""
+    """Yield names and addresses; the address of a symbol defined elsewhere is None."""
     [table] = [each for each in sections if each.type == SYMBOLS_ID]
     names = sections[table.link].content(code)
     for name, _, _, section, value, _ in SYMBOL.iter_unpack(table.content(code)):
@@ -105,7 +105,7 @@ def _symbols(
 def _relocations(
     code: bytes, sections: list[_Section], places: dict[int, int]
 ) -> Iterator[tuple[int, int, int]]:
-    """Yield the place in memory, the number of the symbol, and what is added to its address."""
+    """Yield the place in memory, the number of the symbol, and the addend of its address."""
     for each in sections:
         if each.type != RELOCATIONS_ID or each.info not in places:
             continue

@@ -78,7 +78,7 @@ def find_tiles(picture, top, squares, tiles, colors, scale, planes, best, owners
 
 @compiled(noalias=True)
 def fill_tiles(owners, above, near, colors, gap_color, out):  # type: ignore[no-untyped-def]
-    """Fill each tile with its colour, and the borders between tiles with that of the gap.
+    """Fill each tile with its colour, and the borders between tiles with the colour of the gap.
 
     Args:
         owners: the numbers of tiles; `above` is the number of its rows above the first one of `out`.

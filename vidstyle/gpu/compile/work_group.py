@@ -20,7 +20,7 @@ TILE_SIZES: dict[Pair | None, Pair] = {None: (32, 16), (1, 0): (32, 16), (0, 1):
 
 @dataclass(frozen=True)
 class WorkGroup:
-    """A work group of a pass; in a fragment pass nothing is shared.
+    """A work group of a pass; a fragment pass has no shared memory.
 
     Attributes:
         invocations: number of invocations across and down.

@@ -251,7 +251,7 @@ class SampledFrame:
         self._native, self._small = frame.native, small
 
     def stored_luma(self) -> np.ndarray:
-        """Return the luma as it is stored, neither scaled nor rotated: H x W uint8."""
+        """Return the stored luma, neither scaled nor rotated: H x W uint8."""
         return self._small.luma_of(self._native)
 
     def picture(self, side: int) -> Picture:
@@ -307,7 +307,7 @@ class SmallCopies:
         return (native.width, native.height) == self._stored and native.format.name == self._format
 
     def luma_of(self, native: av.VideoFrame) -> np.ndarray:
-        """Return the luma of the frame in 8 bits, as it is stored: H x W uint8."""
+        """Return the stored luma of the frame in 8 bits: H x W uint8."""
         return self._reformatter.reformat(native, format="gray").to_ndarray()
 
     def glance(self, native: av.VideoFrame, side: int) -> np.ndarray:

@@ -31,7 +31,7 @@ class StreamSelection:
         copied: the streams whose packets are passed through.
         continued: by the index of a stream that starts late, the copied audio stream that it continues.
         lost: video streams that hold damaged parts of the film.
-        has_other_videos: whether there is a video stream beside `video`.
+        has_other_videos: whether there is a video stream in addition to `video`.
     """
 
     video: VideoStream
@@ -64,7 +64,8 @@ def select_streams(
 
     Args:
         broken: indexes of video streams that cannot be decoded.
-        successors: by the identifier of an audio stream of a recording, that of the one that it continues.
+        successors: by the identifier of an audio stream of a recording, the identifier of the stream that it
+            continues.
         is_part: whether the container is a part of a recording, whose other video streams are lost video.
 
     Raises:

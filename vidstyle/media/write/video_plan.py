@@ -144,7 +144,7 @@ def _make_plan(
     source = info.encoding
     if source.is_hdr:
         _check_hdr_support(kind, codec, encoder)
-    # Only containers with a place for alpha next to the packets can hold that of VP8 and VP9.
+    # Only containers with a place for alpha next to the packets can hold the alpha of VP8 and VP9.
     alpha = info.alpha and (kind.alpha is not None or codec not in ALPHA_CODECS)
     pix_fmt = pix_fmt or choose_pix_fmt(
         encoder, source.depth, source.subsampling, info.is_rgb, alpha, kind.raw_formats
