@@ -47,6 +47,7 @@ class FrameTracer:
         self._last: dict[Function, tuple[int, int]] = {}
         self._passing: set[Function] = set()
         self._given: set[FrameType] = set()
+        self._lock = threading.Lock()
 
     def __call__(self, frame: FrameType, event: str, value: Any) -> None:
         """Record a call or a return; `threading.setprofile` calls this for each."""
@@ -72,8 +73,9 @@ class FrameTracer:
         thread = threading.current_thread().name
         # Threads of pools process bands, in the middle stage.
         stage = STAGES.index(thread) if thread in STAGES else 1
-        self._seen[function] += 1
-        self._last[function] = stage, self._seen.total()
+        with self._lock:  # several threads of the middle stage count at once
+            self._seen[function] += 1
+            self._last[function] = stage, self._seen.total()
         caller = frame.f_back
         while caller is not None and not is_in_package(caller):
             caller = caller.f_back
