@@ -41,7 +41,7 @@ from vidstyle.gallery.thumbnail import (
     thumbnail,
 )
 from vidstyle.media.read.reader import ReadOptions
-from vidstyle.style import PLAIN, Step, Style, load_style, style_names
+from vidstyle.style import PLAIN, Step, Style, load_style, popular_first, style_names
 
 FLAT = Style("flat", note="Two tones; tune `posterize.levels`.", base=(Step("posterize", {"levels": 2}),))
 
@@ -78,7 +78,7 @@ def test_the_page_shows_every_style_the_source_first(
     assert (out, err) == ("", f"vidstyle: {target}: in.png in {len(style_names()) - 1} styles\n")
     page = Elements(target.read_text(encoding="utf-8"))
     images = [image for image in page.all("img") if "src" in image]
-    assert [image["alt"] for image in images] == ["plain", *(n for n in style_names() if n != "plain")]
+    assert [image["alt"] for image in images] == ["plain", *(n for n in popular_first() if n != "plain")]
     for image in images:
         kind, _, content = str(image["src"]).partition(",")
         decoded = cv2.imdecode(np.frombuffer(b64decode(content), np.uint8), cv2.IMREAD_COLOR)

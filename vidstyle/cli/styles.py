@@ -136,9 +136,9 @@ def _reject_unused_options(options: dict[str, Any]) -> None:
 def _write_preview(name: str | None, options: dict[str, Any]) -> None:
     from vidstyle.gallery.preview import write_preview
     from vidstyle.media.read.reader import ReadOptions
-    from vidstyle.style import PLAIN, load_style, style_names
+    from vidstyle.style import PLAIN, load_style, popular_first
 
-    wanted = style_names() if name is None else [name]
+    wanted = popular_first() if name is None else [name]
     names = [PLAIN, *(each for each in wanted if each != PLAIN)]
     read = ReadOptions(start=options["at"], allow_url=options["allow_url"])
     chosen, output = [load_style(each) for each in names], options["output"]

@@ -44,7 +44,8 @@ _FIGURE_TEMPLATE = Template("""\
  data-words="$words">
 <button type="button" aria-label="Enlarge $name"><img src="$picture" alt="$name" width="$width"
  height="$height"></button>
-<button type="button" class="star plain" aria-pressed="false" aria-label="Star $name" title="Star"></button>
+<button type="button" class="star plain" aria-pressed="false" aria-label="Star $name"
+ title="Star (S)"></button>
 <figcaption><strong>$name</strong> <span class="about">$about</span>
 <span class="note" hidden>$note</span></figcaption>
 </figure>

@@ -27,6 +27,7 @@ export const LOOK_PROPERTIES = {
   "artistic, art, artwork, arty, painterly, painted, painting, paint, painter, brush, brush stroke, fine art, museum, gallery, masterpiece": "oil impressionist watercolor pointillist",
   "drawing, drawn, hand drawn, draw, hand made, handmade, hand drawing, illustration, illustrated": "sketch ink charcoal crayon cartoon",
   "line, lines, line art, outline, outlines, contour, contours, edges, line drawing": "ink sketch blueprint manga neon",
+  "newspaper, old newspaper, newspaper photo, news photo, newsprint, press photo": "dither comic engraving riso",
   "print, printed, printing, print making, ink print": "riso woodcut poster engraving comic",
   "black and white, monochrome, colorless, no color, grayscale, gray, bw, b w, desaturated, achromatic": "noir manga ink sketch charcoal woodcut engraving dither",
   "psychedelic, trippy, hippie, hallucination, lsd, acid, wild, crazy, weird, surreal, strange": "thermal neon pointillist riso",

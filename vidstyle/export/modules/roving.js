@@ -6,7 +6,7 @@
  * @param {string} selector of its members
  */
 export function rove(group, selector) {
-  const members = () => /** @type {HTMLElement[]} */ ([...group.querySelectorAll(selector)]).filter((each) => !each.hidden);
+  const members = () => /** @type {HTMLElement[]} */ ([...group.querySelectorAll(selector)]).filter((each) => !each.hidden && !each.parentElement?.hidden);
   /** @param {HTMLElement} [chosen] */
   const mark = (chosen = members()[0]) => {
     for (const each of /** @type {NodeListOf<HTMLElement>} */ (group.querySelectorAll(selector))) each.tabIndex = each === chosen ? 0 : -1;
@@ -18,13 +18,15 @@ export function rove(group, selector) {
     event.preventDefault();
     next.focus();
   });
-  new MutationObserver(() => members().some((each) => each.tabIndex === 0) || mark()).observe(group, { childList: true, subtree: true, attributeFilter: ["hidden"] });
+  const ensure = () => members().filter((each) => each.tabIndex === 0).length === 1 || mark();
+  ensure();
+  new MutationObserver(ensure).observe(group, { childList: true, subtree: true, attributeFilter: ["hidden"] });
 }
 
 /** Returns the member to which a key moves. @param {HTMLElement[]} members @param {HTMLElement} from @param {string} key */
 function neighbour(members, from, key) {
   const at = members.indexOf(from);
-  const tops = members.map((each) => each.offsetTop);
+  const tops = members.map((each) => Math.round(each.getBoundingClientRect().top));
   const inRow = members.filter((_, place) => tops[place] === tops[0]).length;
   const steps = { ArrowLeft: -1, ArrowRight: 1, ArrowUp: -inRow, ArrowDown: inRow, Home: -at, End: members.length - 1 - at };
   const step = steps[/** @type {keyof typeof steps} */ (key)];

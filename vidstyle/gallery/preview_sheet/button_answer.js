@@ -8,7 +8,7 @@ const usualWords = new Map();
 /** Shows an answer in place of the words of a button, for a moment. @param {HTMLElement} words the button or a part of it @param {string} text */
 export function answer(words, text) {
   const button = /** @type {HTMLElement} */ (words.closest("button"));
-  button.style.minWidth = `${button.offsetWidth}px`; // nothing next to it moves
+  button.style.minWidth = `${button.getBoundingClientRect().width}px`; // nothing next to it moves
   if (!usualWords.has(words)) usualWords.set(words, String(words.textContent));
   words.textContent = text;
   setTimeout(() => withdraw(words), ANSWER_MS);

@@ -147,6 +147,7 @@ const listedParts = () => [...sheet.querySelectorAll(":scope > :is(figure:not([h
 function even() {
   const { naturalWidth: width, naturalHeight: height } = pictureOf(0);
   const seen = seenFigures();
+  document.documentElement.style.setProperty("--aspect", String(width / height || 1));
   sheet.style.setProperty("--columns", String(columnsFor(sheet.clientWidth, width / height, seen.length, figures.length)));
 }
 
@@ -262,6 +263,7 @@ get("previous").addEventListener("click", () => step(-1));
 get("next").addEventListener("click", () => step(1));
 for (const star of /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll(".star"))) {
   star.append(icon("star"));
+  star.tabIndex = -1; // S on the picture does the same
   star.addEventListener("click", () => {
     press(star, star.ariaPressed !== "true");
     keepStars();
@@ -278,6 +280,7 @@ const kinds = (sheet.dataset.kinds ?? "").split(", ").filter((kind) => figures.s
 get("groups").replaceChildren(...[ALL, ...kinds].map((name) => make("button", { type: "button", textContent: name, onclick: () => choose(name) })));
 get("groups").hidden = kinds.length < 2;
 rove(get("groups"), "button");
+rove(sheet, "figure > button:first-child");
 get("starred").addEventListener("click", () => {
   onlyStarred = !onlyStarred;
   countStars();
