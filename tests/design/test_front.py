@@ -306,6 +306,29 @@ def test_after_a_click_on_a_look_no_control_has_the_focus(server: DesignServer, 
     assert browser.run(FOCUSED).startswith("<body")
 
 
+def test_an_error_is_below_the_button_that_opens_files_and_no_button_moves_while_a_film_is_rendered(
+    server: DesignServer, browser: Browser, tmp_path: Path
+) -> None:
+    size = {"width": 1280, "height": 800}
+    browser.call("Emulation.setDeviceMetricsOverride", **size, deviceScaleFactor=1, mobile=False)
+    browser.open(server.url)
+    browser.until("document.querySelector('.tile:not(.new)')")
+    (tmp_path / "broken.jpg").write_bytes(b"no picture")
+    browser.choose_file("#file", tmp_path / "broken.jpg")
+    error = "document.getElementById('open-error')"
+    browser.until(f"{error}.checkVisibility() && {error}.textContent.includes('broken.jpg')")
+    browser.click(".tile:not(.new)")
+    browser.until("document.getElementById('start').hidden && document.querySelector('.style-panel .value')")
+    places = """return ["to-diagram", "save", "to-queue", "render"].map((id) =>
+      Math.round(document.getElementById(id).getBoundingClientRect().left));"""
+    before = browser.run(places)
+    browser.press("Ctrl+Enter")
+    browser.until("document.getElementById('queue-count').textContent === '1'")
+    assert browser.run(places) == before
+    browser.until("document.getElementById('jobs').textContent.includes('Saved in')")
+    assert browser.run(places) == before
+
+
 def test_by_keyboard_a_film_is_opened_restyled_adjusted_and_rendered(
     server: DesignServer, browser: Browser, tmp_path: Path
 ) -> None:

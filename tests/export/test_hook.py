@@ -174,7 +174,7 @@ def test_a_hook_says_what_each_number_is_and_what_is_left_out() -> None:
     text = text_of(style, 1280, 720, picture(36, 64))
     epsilon = next(step.values["epsilon"] for step in style.base if step.block == "soft_threshold")
     assert re.search(
-        rf"const float epsilon_\d+ = {epsilon:.1f}; // soft_threshold.epsilon: more for more black: ", text
+        rf"const float epsilon_\d+ = {epsilon:.1f}; // soft_threshold.epsilon: the darkest tone that ", text
     )
     assert re.search(r"#define spacing_\d+ max\(36.0 \* vidstyle_growth, 3.0\) // pattern.spacing:", text)
     assert f"a style of vidstyle {vidstyle.__version__}" in text

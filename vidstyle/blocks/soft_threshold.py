@@ -13,7 +13,7 @@ SLOPE_CONTROL = Slider(
     0.001,
     1,
     "more for harder borders of black and white",
-    "per level",
+    "",
     explore=(0.013, 0.059),
     power=1,
     grows_if="edges",
@@ -40,7 +40,7 @@ def soft_threshold(
         Slider(
             0,
             255,
-            "more for more black: brighter tones become white",
+            "the darkest tone that becomes white; 255 leaves nearly all black",
             "of 255",
             explore=(50, 110),
             label="Amount of black",

@@ -254,6 +254,7 @@ session.on("connection", (loss) => {
 
 session.on("front", ({ reveal }) => {
   queue.reveals = reveal;
+  queue.keep();
   lost.command = "vidstyle open";
   get("render").classList.add("strong");
   get("save").classList.remove("strong");

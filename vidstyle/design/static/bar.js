@@ -1,6 +1,6 @@
 // The bar below the picture: playback, before and after, zoom, and the renderer.
 
-import { get, icon, press } from "./elements.js";
+import { clock, get, icon, press } from "./elements.js";
 import { switchOriginal } from "./original_button.js";
 import { rove } from "./roving.js";
 
@@ -35,7 +35,7 @@ export class Bar {
     const { restyler } = this.preview;
     const page = new Option(restyler.runner ? "this browser" : `this browser (${restyler.reason})`, "page");
     page.disabled = !restyler.runner;
-    where.replaceChildren(page, new Option("vidstyle", "server"));
+    where.replaceChildren(page, new Option("vidstyle, on this computer", "server"));
     const choose = () => {
       this.preview.chosenSide = Number(side.value);
       return this.preview.renderIn(/** @type {import("./preview.js").Where} */ (where.value), this.preview.chosenSide || this.preview.side).then(() => this.show());
@@ -50,21 +50,21 @@ export class Bar {
     menu.addEventListener("toggle", (event) => {
       if (/** @type {ToggleEvent} */ (event).newState !== "open") return;
       const { right, top } = get("view").getBoundingClientRect();
-      Object.assign(menu.style, { left: `${Math.max(8, right - menu.offsetWidth)}px`, top: `${top - menu.offsetHeight - 8}px` });
+      Object.assign(menu.style, { left: `${Math.max(8, right - menu.offsetWidth)}px`, top: `${Math.max(8, top - menu.offsetHeight - 8)}px` });
     });
   }
 
   async check() {
     const found = await this.preview.check();
     if (!found) return;
-    const share = found.share ? `${(100 * found.share).toPrecision(2)} % of the values differ by more than 1` : "no value differs by more than 1";
-    get("checked").textContent = `Largest difference from the exact result: ${found.largest} of 255; ${share}.`;
+    const share = found.share ? `${(100 * found.share).toPrecision(2)} % of the colour values differ by more than one level` : "no colour value differs by more than one level";
+    get("checked").textContent = `Preview and rendered result: ${share}; the largest difference is ${found.largest} of 255 levels.`;
     this.say(String(get("checked").textContent));
   }
 
   async steady() {
     await this.preview.player.pause();
-    this.say("Restyling one second with temporal smoothing…");
+    this.say("Preparing one second without flicker…");
     await this.preview.session.ask("steady");
   }
 
@@ -87,7 +87,7 @@ export class Bar {
     for (const [name, value] of [["--part", part(number)], ["--from", part(range?.[0] ?? 0)], ["--to", part(range?.[1] ?? clip.count - 1)]])
       track.style.setProperty(name, value);
     const seconds = player.time(number);
-    get("time").textContent = `${Math.floor(seconds / 60)}:${(seconds % 60).toFixed(2).padStart(5, "0")}`;
+    get("time").textContent = `${Math.floor(seconds / 60)}:${(seconds % 60).toFixed(2).padStart(5, "0")} / ${clock(clip.count / clip.fps)}`;
     get("time").title = `Frame ${number + 1} of ${clip.count}`;
     this.place.setAttribute("aria-valuetext", `frame ${number + 1} of ${clip.count}`);
     get("play").replaceChildren(icon(player.playing ? "pause" : "play"));
@@ -105,11 +105,11 @@ export class Bar {
     const { sides, chosenSide } = this.preview;
     const menu = /** @type {HTMLSelectElement} */ (get("side"));
     if (menu.options.length !== sides.length + 1 || menu.options[sides.length]?.value !== String(sides.at(-1)))
-      menu.replaceChildren(new Option("final size", "0"), ...sides.map((each) => new Option(each === own ? `${each} lines (film size)` : `${each} lines`, String(each))));
+      menu.replaceChildren(new Option("final size", "0"), ...sides.map((each) => new Option(each === own ? `${each} pixels high (as the film)` : `${each} pixels high`, String(each))));
     menu.value = String(chosenSide && sides.reduce((best, each) => (each <= chosenSide ? each : best), sides[0]));
     /** @type {HTMLSelectElement} */ (get("where")).value = where;
-    get("who").textContent = where === "server" ? "Preview by vidstyle" : restyler.isFast ? "Preview on the GPU" : "Preview in software";
-    get("device").textContent = where === "page" ? restyler.runner?.device ?? "" : "vidstyle renders on this computer and sends the frames to this page.";
+    get("who").textContent = where === "server" ? "The frames come from vidstyle, exactly as it renders them." : restyler.isFast ? "With the graphics card" : "Without a graphics card";
+    get("device").textContent = where === "page" ? restyler.runner ? `(${restyler.runner.device}).` : "" : "";
   }
 
   /** Shows whether vidstyle answers. @param {boolean} on */

@@ -28,7 +28,7 @@ const LEGEND_PX = 28;
 const MOVING_MS = 180;
 
 /** Returns what wires mean. @param {State} state */
-const legendOf = ({ edges }) => ["Prepare comes first. Then Lines are drawn over Colour. Grey wires: the picture.", edges.length && "Coloured wires: a second input or a mask."].filter(Boolean).join(" ");
+const wiresOf = ({ edges }) => [" Grey wires: the picture.", edges.length && "Coloured wires: a second input or a mask."].filter(Boolean).join(" ");
 
 /** Whether lines are on plain paper, which hides the picture, in a style whose author has not pinned values yet. @param {State} state */
 const isOnPaper = ({ layers, knobs }) => layers.lines.length > 0 && !layers.background.length && !knobs.length;
@@ -62,7 +62,9 @@ export class Diagram {
     this.area = get("cards");
     this.wires = /** @type {SVGSVGElement} */ (/** @type {unknown} */ (get("wires")));
     this.whole = make("button", { className: "whole plain", type: "button", onclick: () => this.#toggleWhole() });
-    this.legend = make("p", { className: "legend quiet" });
+    this.wireLegend = make("span");
+    this.legend = make("p", { className: "legend quiet", textContent: "Prepare comes first. Then Lines are drawn over Colour." });
+    this.legend.append(this.wireLegend);
     const behind = make("button", { type: "button", textContent: "Put the picture behind the lines", onclick: () => actions.showBehindLines() });
     this.paper = make("p", { className: "paper", role: "status" }, make("span", { textContent: "Lines are on plain paper: Colour has no steps." }), behind);
     this.root.append(this.paper, this.legend, this.whole);
@@ -85,7 +87,7 @@ export class Diagram {
     const { background, lines } = state.layers;
     const end = this.#card("result");
     this.#write(end, "Result", lines.length ? (background.length ? "ink over colour" : "ink on paper") : "");
-    this.legend.textContent = legendOf(state);
+    this.wireLegend.textContent = wiresOf(state);
     this.paper.hidden = !isOnPaper(state);
     this.legend.hidden = !this.paper.hidden;
     this.area.classList.add("moving");

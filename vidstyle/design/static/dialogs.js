@@ -93,8 +93,8 @@ export class Dialogs {
 
   async saveAs() {
     const { name: own = "", file = "" } = this.session.state ?? {}, isShipped = !file && this.#named.has(own);
-    this.#text("save-name").value = isShipped ? `my-${own}` : own === NEW_NAME ? "" : own;
-    get("save-note").textContent = `${isShipped ? `${title(own)} comes with vidstyle and is never changed. Your version gets a different name.` : "The style is saved as a TOML file with this name."} To save the ${this.#suffix === ".png" ? "picture, press Save picture" : "film, press Render film"}.`;
+    this.#text("save-name").value = isShipped ? `My ${own}` : own === NEW_NAME ? "" : own;
+    get("save-note").textContent = `${isShipped ? `${title(own)} comes with vidstyle and is never changed. Your version gets a different name.` : "The style is saved as a file with this name."} To save the ${this.#suffix === ".png" ? "picture, press Save picture" : "film, press Render film"}.`;
     this.#checkName();
     if ((await openDialog("save-dialog")) !== "save") return;
     const name = this.#text("save-name").value.trim();

@@ -35,10 +35,19 @@ export class FilePicker {
     if (file) this.#take(file);
   }
 
+  /** Shows an error below the button that opens files, or on the open style; "" hides the one before. @param {string} text */
+  #report(text) {
+    const line = get("open-error"), isSeen = line.parentElement?.checkVisibility();
+    line.textContent = text;
+    line.hidden = !text;
+    if (text && !isSeen) this.session.onerror(text);
+  }
+
   /** Uploads a style file, a film or a photograph. @param {File} file */
   async #take(file) {
-    if (!file.size) return this.session.onerror(`${file.name}: the file is empty.`);
-    if (file.size > MAX_UPLOAD_BYTES) return this.session.onerror(`${file.name}: too large to upload; name it on the command line: vidstyle design FILE.`);
+    this.#report("");
+    if (!file.size) return this.#report(`${file.name}: the file is empty.`);
+    if (file.size > MAX_UPLOAD_BYTES) return this.#report(`${file.name}: too large to upload; name it on the command line: vidstyle design FILE.`);
     const isStyle = /\.toml$/i.test(file.name);
     if (isStyle) this.handlers.onstyle();
     const bar = /** @type {HTMLProgressElement} */ (get("uploading"));
@@ -51,7 +60,7 @@ export class FilePicker {
       await this.session.connection.upload(file, (part) => (bar.value = part));
       if (isStyle) this.handlers.onopened();
     } catch (error) {
-      this.session.onerror(/** @type {Error} */ (error).message);
+      this.#report(/** @type {Error} */ (error).message);
       say(before);
     }
     bar.hidden = true;

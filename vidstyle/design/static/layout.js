@@ -202,14 +202,15 @@ class Arrangement {
     const wires = [];
     const { items: layers, lengths } = this.state;
     const source = /** @type {Card} */ (this.cards.get("source"));
-    this.labels.push({ layer: "base", x: source.x + this.size.w + 10, y: this.middle(0) });
+    const isBelow = lanes.starts[0] > lanes.end.row;
+    // Where the wire turns down at once, the name of the empty layer is behind its button.
+    this.labels.push({ layer: "base", x: source.x + this.size.w + (isBelow && !layers.base.length ? 30 : 10), y: this.middle(0) });
     this.row("base", source, wires);
     const from = lanes.end.x + this.size.w;
-    const below = lanes.starts[0] > lanes.end.row;
     const empty = layers.base.length ? 0 : LABEL_PX.base - 20;
-    const fork = below ? MARGIN_PX - 16 : from + 30 + empty;
+    const fork = isBelow ? MARGIN_PX - 16 : from + 30 + empty;
     const y = this.middle(lanes.end.row);
-    this.gaps.push({ layer: "base", index: lengths.base, x: from + 14 + (empty ? 46 : 0), y });
+    this.gaps.push({ layer: "base", index: lengths.base, x: from + 14 + (empty && !isBelow ? 46 : 0), y });
     const result = /** @type {Card} */ (this.cards.get("result"));
     /** @type {Layer[]} */ (["background", "lines"]).forEach((layer, lane) => {
       const start = this.middle(lanes.starts[lane]);
@@ -217,7 +218,7 @@ class Arrangement {
       const used = layers[layer].length > 0 || (layer === "background" && !layers.lines.length);
       const gutter = this.tops[lanes.end.row] + this.size.h + this.depth(lanes.end.row) - this.size.row / 2;
       /** @type {[number, number][]} */
-      const way = below ? [[from, y], [from + 14, y], [from + 14, gutter], [fork, gutter], [fork, start]] : [[from, y], [fork, y], [fork, start]];
+      const way = isBelow ? [[from, y], [from + 14, y], [from + 14, gutter], [fork, gutter], [fork, start]] : [[from, y], [fork, y], [fork, start]];
       this.labels.push({ layer, x: fork + 8, y: start });
       this.gaps.push({ layer, index: 0, x: lanes.x - 16, y: start });
       const last = layers[layer].at(-1);

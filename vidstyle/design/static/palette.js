@@ -6,8 +6,8 @@ import { get, make } from "./elements.js";
 /** @typedef {import("./types.js").Entry} Entry */
 /** @typedef {{blocks: string[], values: string[], values_first: boolean, note: string}} Found blocks, and paths of values, that a text describes, best first; whether it is the name of the first value; a note if the blocks only come near */
 
-/** Next to its button the list is at least this high; with less room it covers the button. */
-const MIN_HEIGHT_PX = 360;
+/** Distance to its button and to the edges of the window, in CSS pixels. */
+const GAP_PX = 12;
 
 /** A searchable list of all blocks. */
 export class Palette {
@@ -70,18 +70,17 @@ export class Palette {
     /** @type {HTMLDialogElement} */ (this.dialog).close();
   }
 
-  /** @param {DOMRect | null} near */
+  /** Places the dialog next to its button, where it stays while its list changes. @param {DOMRect | null} near */
   #place(near) {
-    const { style } = this.dialog;
-    style.maxHeight = "";
-    const room = near ? Math.max(near.top, innerHeight - near.bottom) - 24 : innerHeight;
-    if (room >= MIN_HEIGHT_PX) style.maxHeight = `${room}px`;
     const { width, height } = this.dialog.getBoundingClientRect();
-    const x = near ? near.left + near.width / 2 - width / 2 : (innerWidth - width) / 2;
-    const y = near ? near.top - height - 12 : (innerHeight - height) / 2;
-    const left = Math.min(innerWidth - width - 12, Math.max(12, x));
-    const top = y < 12 && near ? Math.min(innerHeight - height - 12, near.bottom + 12) : y;
-    Object.assign(style, { left: `${left}px`, top: `${Math.max(12, top)}px` });
+    const [maxLeft, maxTop] = [innerWidth - width - GAP_PX, innerHeight - height - GAP_PX];
+    let [left, top] = [(innerWidth - width) / 2, (innerHeight - height) / 2];
+    if (near && innerWidth > 2 * width) {
+      left = near.right + GAP_PX <= maxLeft ? near.right + GAP_PX : near.left - width - GAP_PX;
+      top = near.top - height / 4;
+    } else if (near) top = near.bottom + GAP_PX;
+    const inside = (/** @type {number} */ place, /** @type {number} */ most) => `${Math.max(GAP_PX, Math.min(place, most))}px`;
+    Object.assign(this.dialog.style, { left: inside(left, maxLeft), top: inside(top, maxTop) });
   }
 
   async #filter() {
@@ -90,7 +89,9 @@ export class Palette {
     if (!text) return this.#list([...(this.canPaste() ? [this.#paste()] : []), ...this.#categories()]);
     const found = /** @type {Found | null} */ (await this.session.ask("find", { text }));
     if (!found || text !== this.#asked) return;
-    const [blocks, settings] = [this.#matches(found), this.#settings(found.values)];
+    const blocks = this.#matches(found);
+    // Settings that only share a word with the name of a block are no answer.
+    const settings = found.values_first || found.note || !blocks.length ? this.#settings(found.values) : [];
     this.#list([...this.#note(found), ...(found.values_first ? [...settings, ...blocks] : [...blocks, ...settings])]);
   }
 
@@ -153,9 +154,8 @@ export class Palette {
   /** @param {Block} block */
   #option(block) {
     const picture = make("img", { src: this.session.sampleAt(block.name), alt: "", loading: "lazy", width: 80, height: 45 });
-    const name = make("b", {}, block.label, make("small", { textContent: block.name }));
-    const text = make("div", {}, name, make("span", { textContent: block.help }));
-    const option = make("div", { className: "option", id: `block-${block.name}` }, picture, text);
+    const text = make("div", {}, make("b", { textContent: block.label }), make("span", { textContent: block.help }));
+    const option = make("div", { className: "option", id: `block-${block.name}`, title: `In style files: ${block.name}` }, picture, text);
     option.dataset.block = block.name;
     return this.#choice(option, () => this.#chosen(block.name));
   }
@@ -187,6 +187,7 @@ export class Palette {
   #key(event) {
     const steps = { ArrowDown: 1, ArrowUp: -1, PageDown: 6, PageUp: -6 }[event.key];
     if (steps) this.#go(this.#at + steps);
+    else if (event.key === "Escape") this.close();
     else if (event.key === "Enter") this.#listed.then(() => this.#options[this.#at]?.click());
     else return;
     event.preventDefault();

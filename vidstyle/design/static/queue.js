@@ -23,15 +23,27 @@ const STATES = { waiting: "Waiting", rendering: "Rendering", done: "Saved in", s
 export class Queue {
   /** Whether a file can be shown in its folder. */
   reveals = false;
+  /** Whether the button is shown even before a film was rendered, so that nothing moves when one is. */
+  isKept = false;
   /** Whether to show the newest file once the list contains it. */
   #plays = false;
+
+  none = make("p", { className: "quiet", textContent: "Films and pictures that you render are listed here." });
 
   /** @param {import("./session.js").Session} session */
   constructor(session) {
     this.session = session;
     this.panel = get("queue");
     this.button = get("to-queue");
+    this.panel.append(this.none);
     session.on("queue", (jobs) => this.#show(jobs));
+  }
+
+  /** Keeps the button in its place from now on. */
+  keep() {
+    this.isKept = true;
+    this.button.hidden = false;
+    this.button.classList.toggle("empty", !get("jobs").children.length);
   }
 
   /** Opens the list. */
@@ -59,7 +71,9 @@ export class Queue {
   /** @param {Job[]} jobs */
   #show(jobs) {
     const left = jobs.filter(({ state }) => state === "waiting" || state === "rendering");
-    this.button.hidden = !jobs.length;
+    this.button.hidden = !jobs.length && !this.isKept;
+    this.button.classList.toggle("empty", !jobs.length);
+    this.none.hidden = jobs.length > 0;
     get("queue-count").textContent = left.length ? String(left.length) : "";
     this.button.setAttribute("aria-label", left.length ? `Renders, ${left.length} not finished` : "Renders");
     const focused = /** @type {HTMLElement | null} */ (document.activeElement)?.dataset.action;
@@ -83,7 +97,7 @@ export class Queue {
     const { number, state, done, total, text, file, folder, style, source, address, is_picture: isPicture } = job;
     const isOver = state !== "waiting" && state !== "rendering";
     const part = total ? `${Math.floor((100 * done) / total)} %` : "";
-    const pace = isPicture || !done ? "" : [part, text].filter(Boolean).join(", ");
+    const pace = isPicture || !done ? "" : [part, text.split(", ").find((each) => each.endsWith("left"))].filter(Boolean).join(", ");
     const facts = { waiting: "", rendering: pace, done: folder, stopped: "", failed: text }[state];
     const bar = make("progress", { ariaLabel: `Progress of ${file}` });
     if (total && done) [bar.max, bar.value] = [total, done];

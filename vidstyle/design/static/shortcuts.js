@@ -92,7 +92,7 @@ export function shortcuts({ queue, steps, diagram, preview, bar, dialogs, histor
     { keys: ["Ctrl+y", "Ctrl+Shift+z"], help: "Redo", run: () => again("redo") },
     { keys: ["Shift+1", "Shift+2"], help: "Keep snapshot A or B", run: (event) => history.keep(event.code === "Digit1" ? "a" : "b") },
     { keys: ["1", "2"], help: "Go to snapshot A or B", run: (event) => history.restore(event.key === "1" ? "a" : "b") },
-    { keys: ["Ctrl+s", SHARED_KEYS.save], help: "Save", run: open(() => dialogs.save()), typing: true },
+    { keys: ["Ctrl+s", SHARED_KEYS.save], help: "Save the style", run: open(() => dialogs.save()), typing: true },
     { keys: ["Ctrl+Shift+s"], help: "Save under another name", run: open(() => dialogs.saveAs()), typing: true },
     { keys: ["Ctrl+e"], help: "Export", run: open(() => dialogs.export()), typing: true },
     { keys: ["Ctrl+Enter"], help: "Render in this style", run: open(render), typing: true },
@@ -112,7 +112,7 @@ export function shortcuts({ queue, steps, diagram, preview, bar, dialogs, histor
     { keys: ["Shift+ArrowLeft", "Shift+ArrowRight", "Shift+ArrowUp", "Shift+ArrowDown"], help: "Pan the picture", run: (event) => view.pan(...PAN_STEPS[event.key]) },
     { keys: ["t"], help: "Show or hide the scenes: styles over time", run: open(() => scenes.toggle()) },
     { keys: ["h"], help: "Show or hide the scopes", run: open(() => scopes.toggle()) },
-    { keys: ["k"], help: "Compare the preview with the exact result", run: () => bar.check() },
+    { keys: ["k"], help: "Measure how far the preview differs from the rendered result", run: () => bar.check() },
     { keys: [SHARED_KEYS.help], help: "Show this list", run: () => help() },
   ];
 }

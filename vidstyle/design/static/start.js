@@ -145,7 +145,7 @@ export class Start {
     if (!open) return;
     this.#request();
     const isExample = document.body.classList.contains("front") && this.#name === EXAMPLE;
-    /** @type {HTMLElement | null} */ (this.root.querySelector(isExample ? ".choose-file" : ".tile:not([hidden])"))?.focus();
+    /** @type {HTMLElement | null} */ (this.root.querySelector(isExample ? ".choose-file" : ".tile:not([hidden])"))?.focus({ preventScroll: true });
   }
 
   /** @param {import("./player.js").Clip} clip */
@@ -164,6 +164,7 @@ export class Start {
     for (const button of document.querySelectorAll(".choose-file")) button.textContent = isExample ? "Open a film or photograph…" : "Open another…";
     document.body.classList.toggle("opened", !isExample);
     for (const picture of this.#pictures) picture.classList.add("waiting");
+    this.#markNext();
     this.#showSource(glanceAt(clip));
     if (this.isOpen) this.show(true);
   }
@@ -264,6 +265,13 @@ export class Start {
     picture.classList.remove("waiting");
     this.#replace(picture, URL.createObjectURL(file));
     if (this.#names[number] === PLAIN) this.#showWaiting(URL.createObjectURL(file));
+    this.#markNext();
+  }
+
+  /** Marks the tile that is rendered next. */
+  #markNext() {
+    const next = this.#pictures.find((picture) => picture.classList.contains("waiting"));
+    for (const picture of this.#pictures) picture.parentElement?.classList.toggle("next", picture === next);
   }
 
   /** Shows the whole unchanged film. @param {string} address */
@@ -274,7 +282,7 @@ export class Start {
     this.#showWaiting(address);
   }
 
-  /** Shows the unchanged film, dimmed, in the tiles that wait for their previews. @param {string} address */
+  /** Shows the unchanged film, out of focus, in the tiles that wait for their previews. @param {string} address */
   #showWaiting(address) {
     const before = this.#source;
     this.#source = address;

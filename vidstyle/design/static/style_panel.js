@@ -97,7 +97,7 @@ export class StylePanel {
     const hasEffect = (/** @type {import("./types.js").Entry} */ { name }) => this.isFilm || name !== "steady";
     this.main.show(state.fields.filter(isMain));
     const isLast = (/** @type {import("./types.js").Entry} */ { name }) => name === LAST_FIELD;
-    const others = state.fields.filter((entry) => !isMain(entry) && hasEffect(entry));
+    const others = state.fields.filter((entry) => !entry.knob && !isMain(entry) && hasEffect(entry)); // pinned ones are above
     this.fields.show(others.sort((one, other) => Number(isLast(one)) - Number(isLast(other))));
     this.advice = state.note.slice(about.length);
     if (document.activeElement !== this.note) this.note.value = about;

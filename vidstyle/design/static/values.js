@@ -7,6 +7,16 @@ import { renameButton } from "./rename.js";
 /** @typedef {import("./types.js").Entry} Entry */
 /** @typedef {{box: HTMLElement, pin: HTMLButtonElement | null, shown: import("./controls.js").Control, entry: Entry}} Row */
 
+/** Words that say nothing. */
+const FILLERS = new Set(["of", "the", "a", "between", "how", "is", "are"]);
+
+/** Whether the help of a parameter says more than its label. @param {Entry} entry */
+export function saysMore({ label, help }) {
+  const wordsOf = (/** @type {string} */ text) => text.toLowerCase().split(/\W+/).map((word) => word.replace(/s$/, ""));
+  const known = new Set(wordsOf(label));
+  return wordsOf(help).some((word) => word && !known.has(word) && !FILLERS.has(word));
+}
+
 /** A list of parameters; its rows stay in place while only values change. */
 export class ValueList {
   /** @type {Map<string, Row>} */
@@ -46,12 +56,14 @@ export class ValueList {
     const id = `value-${this.pins ? "" : "knob-"}${entry.path}`;
     const shown = control(entry, id, (value) => this.#set(entry, value));
     const label = make("label", { htmlFor: id, textContent: entry.label, title: `${entry.path}\nDouble-click or Delete to reset: ${entry.start ?? "not set"}` });
-    const pin = this.pins ? this.#pin(entry) : null;
-    const button = pin ?? (entry.knob ? this.#rename(entry, label) : null);
-    if (button && !pin) button.tabIndex = -1; // F2 on the slider does the same
-    const top = make("div", { className: "top" }, label, ...(button ? [button] : []), make("div", { className: "number" }, ...shown.inline));
+    const rename = !this.pins && entry.knob ? this.#rename(entry, label) : null;
+    if (rename) rename.tabIndex = -1; // F2 on the slider does the same
+    // The pins of steps are in their own lists.
+    const pin = this.pins || (entry.knob && entry.step === null) ? this.#pin(entry) : null;
+    const button = rename ?? pin;
+    const top = make("div", { className: "top" }, label, ...[rename, pin].filter((each) => each !== null), make("div", { className: "number" }, ...shown.inline));
     const parts = [top, ...(shown.below ? [this.#track(entry, shown.below)] : [])];
-    const box = make("div", { className: "value" }, ...parts, make("p", { className: "help", textContent: entry.help }));
+    const box = make("div", { className: "value" }, ...parts, ...(saysMore(entry) ? [make("p", { className: "help", textContent: entry.help })] : []));
     box.dataset.path = entry.path;
     label.addEventListener("dblclick", () => this.#reset(entry));
     shown.below?.[0].addEventListener("dblclick", () => this.#reset(entry));
@@ -76,8 +88,8 @@ export class ValueList {
 
   /** @param {Entry} entry */
   #pin(entry) {
-    const pin = make("button", { className: "pin", type: "button", title: "Pin to the style panel" }, icon("pin"));
-    pin.setAttribute("aria-label", `Pin ${entry.label} to the style panel`);
+    const pin = make("button", { className: "pin", type: "button", title: this.pins ? "Pin to the style panel" : "Unpin: move to More settings" }, icon("pin"));
+    pin.setAttribute("aria-label", this.pins ? `Pin ${entry.label} to the style panel` : `Unpin ${entry.label}`);
     pin.addEventListener("click", () => {
       const { step, name } = entry;
       this.session.edit("knob", { step, name, on: pin.getAttribute("aria-pressed") !== "true" });

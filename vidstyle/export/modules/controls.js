@@ -182,6 +182,6 @@ function slider(entry, id, change) {
     put(value);
     change(value);
   };
-  const inline = unit ? [exact, make("span", { className: "unit", textContent: unit })] : [exact];
+  const inline = unit ? [exact, make("span", { className: "unit", textContent: unit.replace(/^of /, "/ ") })] : [exact];
   return { inline, below: [range], show };
 }
