@@ -433,6 +433,11 @@ def test_double_clicked_words_are_broken_like_the_old_ones_and_saved_with_the_pa
     assert len(lines) > 2 and max(map(len, lines)) < 1.5 * min(map(len, lines)) and is_inside
     leave = "return !dispatchEvent(new Event('beforeunload', { cancelable: true }))"
     assert browser.run(leave), "unsaved changes are not lost unasked"
+    hint = "return document.querySelector('.bar p').textContent"
+    assert "not saved yet" in browser.run(hint)
+    browser.press("Escape")
+    assert browser.run("return document.getElementById('edit').textContent") == "Edit, not saved"
+    browser.press("e")
     browser.click(".bar button:nth-of-type(2)")
     assert "words.html is in your downloads" in browser.run(
         "return document.querySelector('.bar p').textContent"
@@ -487,6 +492,9 @@ def test_a_comic_is_read_panel_by_panel(folder: Path, browser: Browser) -> None:
     browser.press("End")
     browser.press("ArrowRight")
     assert browser.run(number) == "4 of 4", "it ends with the last panel"
+    whole = """const view = document.getElementById("panel-picture");
+        return view.scrollWidth <= view.clientWidth && view.scrollHeight <= view.clientHeight;"""
+    assert browser.run(whole), "no head is cut off"
     browser.press("Escape")
     assert not browser.run(is_open)
     browser.until("document.activeElement.id === 'panel-4'")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise, product
 
 import cv2
@@ -17,12 +18,17 @@ from vidstyle.explore.choosing import candidate_generator
 from vidstyle.explore.choosing.chooser import MAX_ROUNDS, Chooser
 from vidstyle.explore.choosing.taste import Taste
 from vidstyle.explore.choosing.tile_screen import FIRST_SCREEN_KINDS, SCREEN_KINDS, Tile
-from vidstyle.explore.choosing.tile_selector import MIN_LOOK_DISTANCE, MIN_TILE_DISTANCE
+from vidstyle.explore.choosing.tile_selector import (
+    MAX_EQUAL_MARKS,
+    MIN_LOOK_DISTANCE,
+    MIN_TILE_DISTANCE,
+    TileSelector,
+)
 from vidstyle.explore.colors import oklab
 from vidstyle.explore.composed.shipped_parts import shipped_styles
 from vidstyle.explore.look import Look, look_distance, look_of
 from vidstyle.explore.tuning_pad import tuning_pad_of
-from vidstyle.style import Style, load_style
+from vidstyle.style import Step, Style, load_style
 
 MIDDLE = 4
 PICTURE = cv2.resize(photograph("astronaut")[:340], (96, 64), interpolation=cv2.INTER_AREA)
@@ -73,6 +79,22 @@ def test_the_first_screen_has_mutants_of_shipped_styles_and_nothing_that_fails()
     mutants = [tile for tile in screen.tiles if tile.kind == "shipped"]
     assert len(mutants) >= 3 and {name for tile in mutants for name in tile.parents} <= shipped
     assert not [tile.look.fault for tile in screen.tiles if tile.look.fault]
+
+
+def test_few_tiles_of_a_first_screen_have_the_same_marks() -> None:
+    engraved = [Style("engraved", background=(Step("line_screen", {"angle": angle}),)) for angle in range(9)]
+    others = [load_style(name) for name in ("poster", "oil", "noir")]
+    look = look_of(PICTURE, others[0])
+    assert look is not None
+    found = []
+    for number, style in enumerate([*engraved, *others]):
+        apart = replace(look, signature=look.signature + number)
+        vars(apart)["appearance"] = np.array([2.0 * number])
+        found.append(Tile(style, "wild", apart))
+    selector = TileSelector(lambda looks: np.linspace(100, 0, len(looks)), 0.4)
+    chosen = selector.select(Counter({"wild": 4}), [], found)
+    assert sum(tile.style in engraved for tile in chosen) == MAX_EQUAL_MARKS
+    assert len(selector.select(Counter({"wild": 4}), [], found[:9])) == 4, "if there are enough others"
 
 
 def test_the_tile_that_was_taken_stays_in_the_middle_and_the_others_follow_from_it() -> None:

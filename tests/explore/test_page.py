@@ -400,11 +400,13 @@ def test_by_keyboard_alone_a_look_is_found_kept_compared_and_saved(
     shown = "return document.querySelector('#lightbox[open] #lightbox-name')?.textContent"
     eventually(lambda: opened.run(shown) == name, "without a focus, the one in the middle, of the same name")
     press(opened, "c")
-    opened.until("""[...document.querySelectorAll("#view .tag[id$=-name]:not([hidden])")]
-        .map((each) => each.textContent).join() === 'Original,Result'""")
+    sides = "return [...document.querySelectorAll('#divider > .tag')].map((each) => each.textContent)"
+    opened.until("document.getElementById('divider').checkVisibility()")
+    assert opened.run(sides) == ["Original", name], "as on the other pages"
     for pressed in ("true", "false"):
         opened.run("document.getElementById('hold').click()")
         assert opened.run("return document.getElementById('hold').ariaPressed") == pressed
+        opened.until(f"document.getElementById('divider').hidden === {pressed}")
     press(opened, "c")
     opened.run("document.getElementById('lightbox').close()")
     opened.run("document.activeElement.blur()")
@@ -416,6 +418,7 @@ def test_by_keyboard_alone_a_look_is_found_kept_compared_and_saved(
     press(opened, "s")
     eventually(lambda: kept in [tile["tile"] for tile in page.state()["stars"]], "S keeps")
     opened.until("""document.querySelector('[aria-label="Keep tile 6"]').ariaPressed === 'true'""")
+    opened.until("""document.querySelector('[aria-label="Keep tile 6"]').dataset.said === 'Kept'""")
     press(opened, "c")
     press(opened, "ArrowUp")
     press(opened, "c")

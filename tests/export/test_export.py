@@ -294,6 +294,17 @@ def test_a_picture_is_saved_in_the_size_of_its_source_under_its_name(
     assert all(label.startswith("Saving… ") for label in said if "%" in label)
     until(browser, f"{save}.ariaBusy === 'false'")
     assert said[-1] == "Save picture" and said.count("Saving…") == 1
+    browser.run(
+        """globalThis.widths = [];
+        globalThis.saved = null;
+        const canvas = document.getElementById("picture");
+        new MutationObserver(() => widths.push(canvas.width)).observe(canvas, { attributes: true });
+        const slider = document.querySelector("#controls input[type=range]");
+        slider.dispatchEvent(new KeyboardEvent("keydown", { key: "PageDown" }));
+        document.getElementById("save").click();"""
+    )
+    until(browser, "globalThis.saved")
+    assert browser.run("return widths.slice(-2)") == [540, 1080], "the draft shows the choice meanwhile"
 
 
 def test_a_reduced_picture_is_saved_with_its_size(page: Path, browser: Browser, tmp_path: Path) -> None:

@@ -406,6 +406,25 @@ def test_a_reduced_size_is_reported_below_the_picture(browser: Browser) -> None:
         browser.call("Emulation.clearDeviceMetricsOverride")
 
 
+def test_a_recording_can_be_shown_and_downloaded(browser: Browser, tmp_path: Path) -> None:
+    film = tmp_path / "vidstyle-1.mp4"
+    film.write_bytes(b"film")
+    with showing() as (page, controls, visitor):
+        browser.open(page.url)
+        browser.until("document.getElementById('style-name').textContent === 'Ink'")
+        controls.recorded.append(film)
+        controls.status = lambda: Status(
+            "ink", recorded=(film.name,), message=f"{film.name}: 9 frames, saved"
+        )
+        links = "[...document.querySelectorAll('#message.shown a')]"
+        browser.until(f"{links}.length === 2")
+        found = browser.run(
+            f"return {links}.map((each) => [each.textContent, each.getAttribute('href'), each.download])"
+        )
+        assert found == [["Show", "rendered?of=0", ""], ["Download", "rendered?of=0", film.name]]
+        assert visitor.ask("/rendered?of=0")[2] == b"film" and visitor.ask("/rendered?of=1")[0] == 404
+
+
 def test_a_search_shows_the_best_look_first_on_a_phone(browser: Browser) -> None:
     strip = "document.getElementById('styles')"
     with showing("oil") as (page, _, _):

@@ -6,6 +6,7 @@ import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from pathlib import Path
 
 from vidstyle.cues.cue_list import CueList
 from vidstyle.errors import UsageError, suggest
@@ -60,6 +61,7 @@ class Status:
         full_size: whether the size is kept although it may be too slow.
         targets: name and state of each.
         recording: whether a recording is being written.
+        recorded: the names of the finished recordings.
         message: the last message to the user, or "".
     """
 
@@ -79,6 +81,7 @@ class Status:
     full_size: bool = False
     targets: tuple[tuple[str, str], ...] = ()
     recording: bool = False
+    recorded: tuple[str, ...] = ()
     message: str = ""
 
 
@@ -109,6 +112,7 @@ class Controls:
         full_size: whether to work at full size even if the rate cannot be held.
         split: the share of the width, from the left, in which frames are passed through unchanged.
         recording: whether a recording is to be written in addition to the other targets.
+        recorded: the files of the finished recordings; the session appends to them.
         quitting: set when the session should end.
         status: returns the current status; replaced by the session.
 
@@ -129,6 +133,7 @@ class Controls:
         self._cues: CueList | None = None
         self._changes_at: float | None = None
         self.bypassed = self.recording = self._snapshot = self.full_size = False
+        self.recorded: list[Path] = []
         self.split = 0.0
         self.quitting = threading.Event()
         self.style = self._initial = style

@@ -20,9 +20,9 @@ from vidstyle.media.write.writer import WriteOptions
 class Recorder:
     """Writes snapshots and recordings to the working directory, named by date and time."""
 
-    def __init__(self, notify: Callable[[str], None]) -> None:
-        """`notify`: receives messages for the user: names of files, and errors."""
-        self._notify = notify
+    def __init__(self, notify: Callable[[str], None], finish: Callable[[Path], None]) -> None:
+        """`notify`: receives messages for the user; `finish`: files of finished recordings."""
+        self._notify, self._finish = notify, finish
         self._target: TargetThread | None = None
         self._snapshot: threading.Thread | None = None
 
@@ -76,6 +76,8 @@ class Recorder:
             target.close()
             frames = counted(target.delivered, "frame")
             self._notify(str(target.error or f"{target.name}: {frames}, saved in {Path.cwd()}"))
+            if target.error is None:
+                self._finish(Path(target.name).absolute())
 
     def _write_snapshot(self, context: TargetContext) -> None:
         path = _unused_name(".png")

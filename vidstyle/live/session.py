@@ -55,7 +55,7 @@ class LiveSession:
         self._inputs: list[ReconnectingSource[Any]] = [self._capture]
         self._inputs += [self._microphone] if self._microphone else []
         self._delivered, self._restyled = LatencyMeter(clock), LatencyMeter(clock)
-        self._recorder = Recorder(self._notify)
+        self._recorder = Recorder(self._notify, controls.recorded.append)
         self._context: TargetContext | None = None
         self._began: float | None = None
         self._frames = self._dropped_at_start = 0
@@ -109,6 +109,7 @@ class LiveSession:
             full_size=self._controls.full_size,
             targets=self._targets.states,
             recording=self._recorder.recording,
+            recorded=tuple(path.name for path in self._controls.recorded),
             message=self._message,
         )
 

@@ -31,6 +31,7 @@ def describe_clip(exploration: Exploration, has_designer: bool, can_reveal: bool
         "design": has_designer,
         "reveal": can_reveal,
         "folder": str(user_styles()),
+        "output": str(Path.cwd()),
         "targets": describe_targets(),
     }
 

@@ -7,6 +7,7 @@ import threading
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Annotated, Any
 
 from vidstyle.errors import UsageError
@@ -68,6 +69,7 @@ class ExploreServer(PageServer["ExploreConnection"]):
         self.exploration, self.designer, self.job = exploration, designer, JobSlot()
         self.reveal, self.written = reveal, set[Path]()
         self.rendered: list[Path] = []
+        self._folders: list[TemporaryDirectory[str]] = []
         super().__init__(
             "page", lambda: ExploreConnection(self),
             picture_handlers(exploration) | {RENDERED_PATH: RenderedFiles(self._rendered_file).serve},
@@ -80,11 +82,18 @@ class ExploreServer(PageServer["ExploreConnection"]):
     def _rendered_file(self, number: int) -> Path | None:
         return self.rendered[number] if number < len(self.rendered) else None
 
+    def pictures_folder(self) -> Path:
+        """Return a new folder for a picture, which is deleted with the server."""
+        self._folders.append(TemporaryDirectory(prefix="vidstyle-"))
+        return Path(self._folders[-1].name)
+
     def close(self) -> None:
         """Cancel rendering and close the server."""
         self.job.cancel()
         self.exploration.close()
         super().close()
+        for folder in self._folders:
+            folder.cleanup()
 
     async def _report(self, step: str, done: float, total: float) -> None:
         shown = len(self.exploration.tries)
@@ -271,7 +280,10 @@ class ExploreConnection(PageConnection):
         from vidstyle.pipeline.render import render
 
         clip, submit = self._exploration.clip, self._server.submit
-        path = output_path(Path.cwd(), name, FILM_SUFFIX if clip.count > 1 else PICTURE_SUFFIX)
+        is_film = clip.count > 1
+        # A picture goes to the downloads of the browser, as on the other pages.
+        folder = Path.cwd() if is_film else self._server.pictures_folder()
+        path = output_path(folder, name, FILM_SUFFIX if is_film else PICTURE_SUFFIX)
         with self._server.job.begin() as stop:
             render(
                 file_of(clip), path, style, stop=stop,

@@ -77,6 +77,25 @@ export function control(entry, id, change) {
   return CONTROLS[entry.kind](entry, id, change);
 }
 
+/** The unit of levels between black and white, and the level of white. */
+const [LEVEL_UNIT, WHITE_LEVEL] = ["of 255", 255];
+
+/**
+ * Returns a control in plain units: without a long unit, and levels as parts of white, like other amounts.
+ * @param {Described} entry
+ * @param {string} id of its input
+ * @param {(value: any) => void} change
+ * @returns {Control}
+ */
+export function plainControl(entry, id, change) {
+  const { unit, low = 0, high = WHITE_LEVEL, whole } = entry;
+  if (unit !== LEVEL_UNIT) return control(isShort(unit) ? entry : { ...entry, unit: "" }, id, change);
+  const levelOf = (/** @type {number} */ part) => (whole ? Math.round(WHITE_LEVEL * part) : Number((WHITE_LEVEL * part).toFixed(2)));
+  const described = { ...entry, low: low / WHITE_LEVEL, high: high / WHITE_LEVEL, unit: "", whole: false };
+  const made = control(described, id, (part) => change(levelOf(part)));
+  return { ...made, show: (level) => made.show(level === null ? null : Number((level / WHITE_LEVEL).toFixed(3))) };
+}
+
 /**
  * @param {Described} _
  * @param {string} id

@@ -1,6 +1,6 @@
 // The knobs, colours and variants of a style.
 
-import { control, isShort } from "./controls.js";
+import { plainControl } from "./controls.js";
 import { get, make, press } from "./elements.js";
 import { addressedStyle, addressedValues } from "./shared_link.js";
 import { variantChip } from "./variant_chip.js";
@@ -63,12 +63,12 @@ export class StylePanel {
 
   /** @param {Entry} entry */
   #add(entry) {
-    const { path, kind, help, unit } = entry;
+    const { path, kind, help } = entry;
     const ranges = this.data.plans.map(({ tables }) => tables[path][0].at);
     // A slider ends where a plan would need other passes.
     const ends = { low: Math.max(...ranges.map((at) => at[0])), high: Math.min(...ranges.map((at) => at[at.length - 1])) };
-    const described = { ...entry, ...(kind === "slider" ? ends : {}), unit: isShort(unit) ? unit : "" };
-    const shown = control(described, `value-${path}`, (value) => {
+    const described = { ...entry, ...(kind === "slider" ? ends : {}) };
+    const shown = plainControl(described, `value-${path}`, (value) => {
       this.values[path] = value;
       this.#changed();
     });

@@ -116,5 +116,6 @@ export class StyledCanvas {
     context.filter = "none";
     if (!isOriginal) this.divider.paint(picture, own);
     this.divider.place();
+    this.divider.line.hidden ||= this.isHeld;
   }
 }

@@ -40,6 +40,8 @@ const AUTOMATIC = "auto";
 const MIN_STILL_RATIO = 1.5;
 /** Without a GPU, still pictures are drawn in full detail after this time without a change. */
 const REFINE_MS = 500;
+/** What was saved is said for this time, unless the picture changes. */
+const SAVED_SECONDS = 20;
 const [DRAWING, REFINING] = ["Drawing", "Coarser draft; drawing the full resolution"];
 /** The buttons that keys press. @type {Object<string, string>} */
 const KEYS = {
@@ -82,7 +84,7 @@ export class Viewer {
   /** The working size that is shown, or will be once it is compiled. */
   #wanted = 0;
   #refining = 0;
-  #saver = new PictureSaver(() => this.#finish(), (text) => this.say(text));
+  #saver = new PictureSaver(() => this.#finish(), (text) => this.say(text, SAVED_SECONDS));
   /** Is called when a value of a control has changed. @type {() => void} */
   onchange = () => {};
 
@@ -173,6 +175,7 @@ export class Viewer {
 
   /** Shows changed values: still pictures quickly first, then in full detail. */
   #edited() {
+    this.say("");
     this.#styled.prepared = null;
     if (this.#isRefined) this.#use(SIDES[0]);
     else this.#changed();
@@ -298,7 +301,13 @@ export class Viewer {
     for (;;) {
       await new Promise(requestAnimationFrame); // a change is drawn from then on
       if (this.#shown && (!this.#isStill || (this.#shown?.side === this.side && this.#styled.isCurrent))) return this.#styled.finish();
-      if (!this.#shown || this.#wanted !== this.side) await this.#use(this.side);
+      // First the draft, if there is one: it shows the choice.
+      const isDrafted = this.#wanted >= this.side || (this.#shown?.side === this.#wanted && this.#styled.isCurrent);
+      if (this.#shown && !isDrafted) {
+        await this.#use(this.#wanted);
+        await new Promise(requestAnimationFrame);
+        await this.#styled.finish();
+      } else if (!this.#shown || this.#wanted !== this.side) await this.#use(this.side);
       else await this.#styled.finish();
     }
   }
@@ -327,7 +336,7 @@ export class Viewer {
     get("record-label").textContent = "Record clip";
     const name = nameOfResult(this.source.name, String(this.data?.name), extension);
     if (clip.size) download(clip, name);
-    this.say(clip.size ? `${name} is in your downloads.` : "The browser has recorded nothing.");
+    this.say(clip.size ? `${name} is in your downloads.` : "The browser has recorded nothing.", SAVED_SECONDS);
   }
 
   /** Offers to open another file, or returns to the picture. @param {boolean} on */

@@ -19,6 +19,7 @@ from vidstyle.live.page.viewer import Viewer
 from vidstyle.live.target import LiveFrame
 from vidstyle.style import SOURCE, Style
 from vidstyle.web.page_server import PageServer, named_pictures
+from vidstyle.web.rendered_files import RENDERED_PATH, RenderedFiles
 
 MAX_VIEWERS = 4
 STATIC_FOLDER = Path(__file__).with_name("static")
@@ -59,6 +60,7 @@ class PageTarget(PageServer[Viewer]):
         handlers = {
             "/picture.png": self._send_picture,
             "/thumbnail.jpg": named_pictures(lambda: controls.names, self._thumbnail),
+            RENDERED_PATH: RenderedFiles(self._recording).serve,
             "/look.jpg": named_pictures(lambda: [SOURCE, *controls.names], self._look),
         }
         super().__init__(
@@ -108,6 +110,10 @@ class PageTarget(PageServer[Viewer]):
         name = f"vidstyle-{self._controls.style.name.replace(':', '-')}-{frame.number}.png"
         headers = {"Content-Disposition": f'attachment; filename="{name}"'}
         return web.Response(body=await self._feed.png(frame), content_type="image/png", headers=headers)
+
+    def _recording(self, number: int) -> Path | None:
+        files = self._controls.recorded
+        return files[number] if number < len(files) else None
 
     async def _thumbnail(self, name: str) -> bytes:
         style = self._without_regions(name)

@@ -15,6 +15,7 @@ const [MIN_FONT_PX, MIN_FIELD_PX] = [15, 160];
 const STEPS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 const [SHORT_STEP, LONG_STEP] = [4, 20];
 const HINT = `${matchMedia("(pointer: coarse)").matches ? "Tap" : "Click"} words to change them; drag a balloon to move it.`;
+const UNSAVED = "Changed, not saved yet. “Done” keeps the change until this page is closed.";
 
 const groups = /** @type {SVGGElement[]} */ ([...document.querySelectorAll("main g[data-place]")]);
 const bubbles = allWords.length ? groups.map((group, number) => readBubble(group, number, allWords[number], inCapitals)) : [];
@@ -47,7 +48,7 @@ function takeBack() {
 function show(bubble) {
   draw(bubble);
   undo.disabled = !past.length;
-  hint.textContent = HINT;
+  hint.textContent = past.at(-1) === saved ? HINT : UNSAVED;
   mark(bubble);
 }
 
@@ -155,7 +156,9 @@ function switchEditing(on, isByKeyboard = false) {
   document.body.classList.toggle("editing", on);
   press(get("edit"), on);
   bar.hidden = !on;
-  hint.textContent = HINT;
+  const isSaved = past.at(-1) === saved;
+  hint.textContent = isSaved ? HINT : UNSAVED;
+  get("edit-label").textContent = on || isSaved ? "Edit" : "Edit, not saved";
   bubbles.forEach(mark);
   if (!on) get("edit").focus();
   else if (isByKeyboard) groups.find((group) => group.getBoundingClientRect().bottom > 0)?.focus();
@@ -165,8 +168,8 @@ const hint = make("p", { role: "status" });
 const undo = make("button", { type: "button", textContent: "Undo", disabled: true, onclick: takeBack });
 const bar = make("div", { className: "bar", hidden: true }, hint, undo,
   make("button", { type: "button", textContent: "Save page", className: "strong", title: "Save this page with your changes", onclick: savePage }),
-  make("button", { type: "button", textContent: "Save for vidstyle", title: "Save comic.toml, from which vidstyle draws the pages, also as PDF", onclick: saveFile }),
-  make("button", { type: "button", textContent: "Done", title: "Stop editing; changes that are not saved stay until the page is closed (Esc)", onclick: () => switchEditing(false) }));
+  make("button", { type: "button", textContent: "Save comic.toml", title: "Save the words and places as comic.toml, from which vidstyle draws the pages again, also as PDF", onclick: saveFile }),
+  make("button", { type: "button", textContent: "Done", title: "Stop editing: changes stay until the page is closed, save it to keep them (Esc)", onclick: () => switchEditing(false) }));
 
 if (bubbles.length) {
   for (const bubble of bubbles) {

@@ -23,7 +23,7 @@ const [MIN_DRAG_PX, MIN_SWIPE_PX] = [8, 40];
 export class PanelView {
   #at = 0;
   /** Whether panels are shown whole where parts of them would be larger. */
-  #isWhole = false;
+  #isWhole = true;
   #dialog = /** @type {HTMLDialogElement} */ (get("reading"));
 
   #view = get("panel-picture");
@@ -42,6 +42,11 @@ export class PanelView {
       get(id).addEventListener("click", () => this.#show(this.#at + by));
     }
     get("read").prepend(icon("enlarge"));
+    if (panels.length < 2) {
+      get("read-label").textContent = "Enlarge";
+      get("read").title = "Enlarge the panel: click it, or press Enter";
+      for (const id of ["panel-before", "panel-after", "panel-number"]) get(id).hidden = true;
+    }
     get("read").addEventListener("click", () => this.#open(this.#at));
     get("panel-whole").addEventListener("click", () => {
       this.#isWhole = !this.#isWhole;
@@ -83,7 +88,7 @@ export class PanelView {
 
   /** @param {number} number */
   #open(number) {
-    this.#isWhole = NARROW.matches; // a phone first shows all of it
+    this.#isWhole = true; // no head is cut until a larger part is asked for
     this.#dialog.showModal();
     this.#show(number);
   }

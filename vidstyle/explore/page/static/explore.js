@@ -396,7 +396,9 @@ const isKept = (tile) => state.stars.some((each) => each.tile === tile);
 async function toggleStar(tile) {
   const on = !isKept(tile);
   await connection.ask("star", { tile, on });
-  say(on ? "Kept." : "No longer kept.");
+  const text = on ? "Kept" : "No longer kept";
+  say(`${text}.`, false);
+  tiles.confirm(leaving ? 4 : state.tiles.findIndex((each) => each.tile === tile), text);
   return on;
 }
 

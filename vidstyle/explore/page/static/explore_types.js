@@ -11,6 +11,7 @@
  * @property {boolean} render whether it can be rendered
  * @property {boolean} reveal whether files can be shown in their folders
  * @property {string} folder of the styles of the user
+ * @property {string} output the folder of rendered films and exported files
  * @property {boolean} design whether the designer can be opened
  * @property {Target[]} targets
  */

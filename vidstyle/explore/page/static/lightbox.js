@@ -1,7 +1,7 @@
 // The lightbox: one style enlarged, with before and after, fine tuning, saving and export.
 
-import { boxOf, Divider } from "./divider.js";
-import { get, make, press, resize } from "./elements.js";
+import { Divider } from "./divider.js";
+import { get, make, press, resize, saveAs } from "./elements.js";
 import { switchOriginal } from "./original_button.js";
 import { Outcome } from "./outcome.js";
 import { SHARED_KEYS } from "./shared_keys.js";
@@ -116,7 +116,8 @@ export class Lightbox {
   /** @param {Tile} tile @param {Clip} clip */
   #describe(tile, clip) {
     const { other } = this;
-    get("lightbox-name").textContent = nameOf(tile);
+    get("lightbox-name").textContent = get("right-name").textContent = nameOf(tile);
+    get("left-name").textContent = other ? nameOf(other) : "Original";
     const origin = tile.change ? [`Compared with your choice: ${tile.change.toLowerCase()}`, tile.kind === "step" && tile.steps] : [summaryOf(tile)];
     get("how").textContent = other ? `Right: ${nameOf(tile)}, compared with, left: ${nameOf(other)}` : [...origin, tile.blocks].filter(Boolean).join(". ");
     const rows = Object.entries(tile.layers).flatMap(([layer, blocks]) => [
@@ -137,6 +138,7 @@ export class Lightbox {
   #mark() {
     const kept = this.tile !== null && !this.pad.moved && this.handlers.isKept(this.tile.tile);
     press(get("keep"), kept);
+    get("keep-label").textContent = kept ? "Kept" : "Keep";
     press(get("split"), this.divider.split !== null);
     this.dirty = true;
   }
@@ -172,7 +174,7 @@ export class Lightbox {
       this.divider.paint(this.#scratch, [canvas.width, canvas.height]);
     }
     this.divider.place();
-    this.#placeNames();
+    get("divider").hidden ||= this.held;
   }
 
   /** Fetches the preview of a photograph; the preview of a film shows another frame. @param {Clip} clip */
@@ -189,19 +191,6 @@ export class Lightbox {
     const picture = this.source.pictures[place] ?? this.#glance;
     if (before) this.painter.draw(before, place, onto);
     else if (picture) onto.getContext("2d")?.drawImage(picture, 0, 0, onto.width, onto.height);
-  }
-
-  /** Names both sides of a divided picture at its edges. */
-  #placeNames() {
-    const names = [get("left-name"), get("right-name")];
-    const { tile, other } = this;
-    for (const name of names) name.hidden = this.divider.split === null || this.held;
-    if (names[0].hidden || !tile) return;
-    const { x, y, width } = boxOf(canvas);
-    names[0].textContent = other ? nameOf(other) : "Original";
-    names[1].textContent = other ? nameOf(tile) : "Result";
-    Object.assign(names[0].style, { left: `${x + 10}px`, top: `${y + 10}px` });
-    Object.assign(names[1].style, { left: `${x + width - names[1].offsetWidth - 10}px`, top: `${y + 10}px` });
   }
 
   /** Draws the point of the tuning pad, and after that the one to which it has moved meanwhile. */
@@ -290,17 +279,26 @@ export class Lightbox {
     this.rendering = true;
     this.#showRender(clip);
     this.progress({});
-    const doing = `Rendering ${this.clip?.name ?? "the film"} in this look…`;
-    await this.#act(async (tile) => this.#showFile("Rendered", await this.handlers.ask("render", { tile, name: `${stem}-${this.name}`.slice(0, 64) })), doing);
+    const doing = `Rendering ${clip.name} in this look…`;
+    await this.#act(async (tile) => this.#showRendered(await this.handlers.ask("render", { tile, name: `${stem}-${this.name}`.slice(0, 64) })), doing);
     this.rendering = false;
     this.#showRender(clip);
+  }
+
+  /** Downloads a rendered picture, as other pages do, or shows where a rendered film is. @param {{file: string, number: number}} answer */
+  #showRendered(answer) {
+    if ((this.clip?.count ?? 1) > 1) return this.#showFile("Rendered", answer);
+    const name = answer.file.replace(/^.*[\\/]/, "");
+    saveAs(`rendered?of=${answer.number}`, name);
+    this.outcome.report(`${name} is in your downloads.`);
   }
 
   /** Shows whether a film can be rendered or is being rendered. @param {Clip} clip */
   #showRender(clip) {
     const button = /** @type {HTMLButtonElement} */ (get("render"));
     button.disabled = !clip.render || this.rendering;
-    button.textContent = this.rendering ? "Rendering…" : clip.count > 1 ? "Render the whole film" : "Save the picture";
+    button.title = clip.count > 1 ? `Write the whole film in this look to ${clip.output}` : "Save the picture in this look to your downloads";
+    button.textContent = this.rendering ? "Rendering…" : clip.count > 1 ? "Render film" : "Save picture";
     get("progress").hidden = !this.rendering;
   }
 

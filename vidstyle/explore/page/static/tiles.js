@@ -15,6 +15,8 @@ const MIN_WIDTH_PX = 480;
 /** Lower tiles would not show a look; the stage scrolls. */
 const MIN_HEIGHT_PX = 96;
 const GAP_PX = 12;
+/** What a star has done is said for this time. */
+const CONFIRM_MS = 2000;
 /** Names of looks have this space, if the stage has it, below pictures that are narrower. */
 const MIN_NAME_WIDTH_PX = 300;
 /** For that, a picture loses no more than the rest of its height. */
@@ -35,6 +37,8 @@ export class Tiles {
   #isMoved = false;
   /** Moves that picture, after the animation. @type {ReturnType<typeof setTimeout> | undefined} */
   #moving;
+  /** Ends what stars say. @type {ReturnType<typeof setTimeout> | undefined} */
+  #saying;
 
   /**
    * @param {HTMLElement} element
@@ -200,6 +204,15 @@ export class Tiles {
   /** Marks whether a tile is kept. @param {number} place @param {boolean} isKept */
   mark(place, isKept) {
     press(this.cells[place].star, isKept);
+  }
+
+  /** Says for a moment at the star of a tile what it has done; the tile may have left the screen. @param {number} place @param {string} text */
+  confirm(place, text) {
+    const star = this.cells[place]?.star;
+    if (!star) return;
+    star.dataset.said = text;
+    clearTimeout(this.#saying);
+    this.#saying = setTimeout(() => this.cells.forEach((cell) => delete cell.star.dataset.said), CONFIRM_MS);
   }
 
   /** Moves the chosen tile to the middle, under its own name, and fades the others. @param {number} place @param {boolean} isKept */

@@ -43,6 +43,7 @@ export class LookList {
   /** @param {(name: string) => void} onchoose */
   constructor(onchoose) {
     this.onchoose = onchoose;
+    if (matchMedia("(hover: hover)").matches) this.#finder.placeholder += " ( / )"; // a key
     this.#finder.addEventListener("input", () => this.#findFirst());
     this.#finder.addEventListener("keydown", (event) => this.#key(event));
     get("all-looks").onclick = () => this.search("");

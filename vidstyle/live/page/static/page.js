@@ -2,7 +2,7 @@
 
 import { announce } from "./announce.js";
 import { Divider } from "./divider.js";
-import { clock, download, get, press, resize, title } from "./elements.js";
+import { clock, download, get, make, press, resize, title } from "./elements.js";
 import { LostNotice } from "./lost.js";
 import { Panel } from "./panel.js";
 import { SessionLine } from "./session_line.js";
@@ -29,10 +29,13 @@ import { switchTheme } from "./theme.js";
  * @property {boolean} full_size
  * @property {[string, string][]} targets
  * @property {boolean} recording
+ * @property {string[]} recorded the names of finished recordings
  * @property {string} message
  */
 
 const MIN_HOLD_MS = 300;
+/** Links to a recording are offered for this time. */
+const OFFER_SECONDS = 30;
 const STEADY_STEP = 0.1;
 const SPLIT_STEP = 0.05;
 
@@ -114,7 +117,7 @@ function setLink(text) {
   if (text) line.end(text.split(".")[0]);
   note();
   // Without a session there is nothing to control.
-  get("panel").inert = get("buttons").inert = Boolean(text);
+  get("panel").inert = get("bar").inert = Boolean(text);
 }
 
 /** Resolves once the page is visible: a hidden page requests no pictures. @returns {Promise<unknown>} */
@@ -154,10 +157,21 @@ function showStatus(now) {
   // Other parts of the page say these.
   const isInLine = (now.degraded && now.message.includes(now.degraded)) || now.message === `style ${now.style}`;
   if (now.message !== (status?.message ?? "")) say(isInLine ? "" : withTitle(now.message, now.style));
+  if (now.recorded.length > (status ?? now).recorded.length) offerRecording(now);
   followSplit(now);
   status = now;
   document.title = `${shown} · vidstyle live`;
   note();
+}
+
+/** Says that a recording is finished, with links to its film. @param {Status} now */
+function offerRecording({ recorded, message }) {
+  const number = recorded.length - 1, href = `rendered?of=${number}`;
+  announce(get("message"), message, { seconds: OFFER_SECONDS });
+  get("message").append(
+    make("a", { href, target: "_blank", className: "button", textContent: "Show" }),
+    make("a", { href, download: recorded[number], className: "button", textContent: "Download" }),
+  );
 }
 
 /** When the recording was first seen; 0: there is none. */
@@ -297,6 +311,8 @@ get("record").onclick = KEYS.r;
 get("full-size").onclick = () => send("keep_size", { on: !status?.full_size });
 get("full").onclick = canvas.ondblclick = fill;
 get("ask").onclick = KEYS["?"];
+// What a section has opened is seen, as far as it fits.
+get("panel").addEventListener("toggle", ({ target }) => target instanceof HTMLDetailsElement && target.open && target.scrollIntoView({ block: "nearest", behavior: "smooth" }), true);
 leave.onclose = () => leave.returnValue === "quit" && send("quit");
 
 // The fragment "#picture" hides everything else, for programs that capture the page.

@@ -1,6 +1,6 @@
 // The panel next to the picture, built from the parameters of the style.
 
-import { control, isShort, short } from "./controls.js";
+import { isShort, plainControl, short } from "./controls.js";
 import { get, make, press, title } from "./elements.js";
 import { LookList } from "./look_list.js";
 import { variantChip } from "./variant_chip.js";
@@ -154,8 +154,7 @@ export class Panel {
   #row(entry) {
     const { path, value, start, main, help, unit } = entry;
     const id = `value-${path}`;
-    const described = isShort(unit) ? entry : { ...entry, unit: "" };
-    const made = control(described, id, (changed) => this.#set(row, changed));
+    const made = plainControl(entry, id, (changed) => this.#set(row, changed));
     const label = make("label", { htmlFor: id, title: `${help}\n${path}` }, entry.label);
     label.ondblclick = () => {
       made.show(row.start);

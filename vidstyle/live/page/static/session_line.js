@@ -91,6 +91,8 @@ export class SessionLine {
   /** Shows why there is no session. @param {string} reason */
   end(reason) {
     get("sentence").textContent = reason;
+    get("line").replaceChildren();
+    get("figures").removeAttribute("open");
     get("figures").classList.remove("running");
   }
 }
