@@ -157,6 +157,28 @@ def test_a_comic_is_made_and_shown_under_its_own_policy(server: DesignServer, tm
             opener.open(server.url.partition("/?")[0] + "/document?of=2")
 
 
+def test_a_sheet_of_all_looks_is_made_of_a_photograph(
+    server: DesignServer, browser: Browser, tmp_path: Path
+) -> None:
+    asked: list[str] = []
+    made = tmp_path / "photograph-looks-1.html"
+    made.write_text("<title>Looks</title>")
+
+    def make(file: str | None, report: Callable[[str], None]) -> str:
+        asked.append(Path(str(file)).suffix)
+        return str(made)
+
+    assert server.front is not None
+    server.front = replace(server.front, pages={"sheet": make, "comic": make})
+    browser.open(server.url)
+    browser.until("document.querySelector('[data-kind=sheet]')")
+    browser.choose_file("#file", make_picture(tmp_path / "photograph.png"))
+    browser.until("document.querySelector('[data-kind=comic]').hidden")
+    browser.run("document.querySelector('[data-kind=sheet]').click()")
+    browser.until("document.querySelector('[data-kind=sheet]').nextElementSibling?.matches('a')")
+    assert asked == [".png"]
+
+
 def test_a_comic_is_cancelled_on_the_page(server: DesignServer, browser: Browser) -> None:
     cancelled = Event()
 

@@ -49,6 +49,7 @@ def show_front_page(source: str | None, port: int, no_open: bool, device: str, s
     with ChildPages() as children:
         pages = {
             "explore": lambda file, _: children.open(["explore", file or "camera"]),
+            "sheet": lambda file, report: _make_sheet(children, file, report),
             "comic": lambda file, report: _make_comic(children, file, ".html", report),
             "print": lambda file, report: _make_comic(children, file, ".pdf", report, is_wanted),
             "live": lambda file, _: _show_live(children, "camera"),
@@ -80,10 +81,29 @@ def _make_comic(
     """
     if file is None:
         raise UsageError("comic pages", "need a film", "open one first")
-    stem = re.sub(r"[^\w-]+", "-", Path(file).stem) or "film"
-    numbers = itertools.count(1)
-    path = next(p for number in numbers if not (p := Path.cwd() / f"{stem}-comic-{number}{suffix}").exists())
+    path = _free_path(file, f"comic-{{}}{suffix}")
     children.run(["comic", file, str(path)], report)
     if is_shown:
         click.launch(str(path))
     return str(path)
+
+
+def _make_sheet(children: ChildPages, file: str | None, report: Callable[[str], None]) -> str:
+    """Make a page with a picture, or a frame of a film, in all looks; return the path of the file."""
+    if file is None:
+        raise UsageError("a sheet of looks", "needs a film or a photograph", "open one first")
+    path = _free_path(file, "looks-{}.html")
+    children.run(["styles", "--preview", file, "-o", str(path), "--no-open"], report)
+    return str(path)
+
+
+def _free_path(file: str, ending: str) -> Path:
+    """Return the path of a new file in the current folder, named after another one.
+
+    Args:
+        file: the other file.
+        ending: of the name, with {} for a number.
+    """
+    stem = re.sub(r"[^\w-]+", "-", Path(file).stem) or "film"
+    paths = (Path.cwd() / f"{stem}-{ending.format(number)}" for number in itertools.count(1))
+    return next(path for path in paths if not path.exists())

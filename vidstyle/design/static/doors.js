@@ -5,13 +5,16 @@ import { get, icon, make } from "./elements.js";
 /** The other pages: icon, name, purpose. @type {Record<string, [string, string, string]>} */
 const OTHER_PAGES = {
   explore: ["styles", "Explore new looks", "Choose from random styles on your own picture"],
+  sheet: ["star", "Sheet of all looks", "Your picture in every look, as a page to keep or send"],
   comic: ["panels", "Make comic pages", "The key frames of your film, to read in the browser"],
   print: ["print", "Comic pages as PDF", "The same pages, to print"],
   live: ["camera", "Live camera", "Restyle a webcam while you watch"],
 };
 
-/** The pages that the front page makes from a film, and their progress messages. @type {Record<string, string>} */
-const MADE = { comic: "Choosing key frames and drawing pages…", print: "Drawing pages for print…" };
+/** The pages that the front page makes from a file, and their progress messages. @type {Record<string, string>} */
+const MADE = { sheet: "Drawing all looks…", comic: "Choosing key frames and drawing pages…", print: "Drawing pages for print…" };
+/** Those that need a film: a photograph has no key frames. */
+const OF_FILMS = ["comic", "print"];
 
 /** The sources of the live page without a camera. */
 const WITHOUT_CAMERA = { "live-film": "Use this film", "live-test": "Use a test picture" };
@@ -46,10 +49,10 @@ export class Doors {
     this.#show();
   }
 
-  /** Offers comics of films only: a photograph has no key frames. */
+  /** Offers comics of films only. */
   #show() {
     for (const door of /** @type {NodeListOf<HTMLElement>} */ (this.root.querySelectorAll("[data-kind]")))
-      door.hidden = String(door.dataset.kind) in MADE && !this.#isFilm;
+      door.hidden = OF_FILMS.includes(String(door.dataset.kind)) && !this.#isFilm;
   }
 
   /** Returns the button that opens another page. @param {string} kind */
@@ -80,13 +83,13 @@ export class Doors {
     const said = this.root.querySelector(`[data-kind="${kind}"] [role=status]`);
     if (said) said.textContent = text;
     const tab = this.#tabs.get(kind);
-    if (tab && !tab.closed) tab.document.body.textContent = `${text}. The comic appears here.`;
+    if (tab && !tab.closed) tab.document.body.textContent = `${text}. The page appears here.`;
   }
 
-  /** Asks for a film before a comic can be made. @param {string} kind */
+  /** Asks for a file before a page can be made of it. @param {string} kind */
   #mayMake(kind) {
     if (!(kind in MADE) || !this.#isExample) return true;
-    this.session.onerror("Open a film first: a comic shows its key frames.");
+    this.session.onerror(OF_FILMS.includes(kind) ? "Open a film first: a comic shows its key frames." : "Open a film or photograph first.");
     this.onmissing();
     return false;
   }
@@ -106,7 +109,7 @@ export class Doors {
     const tab = kind === "print" ? null : open("", "_blank");
     if (tab && kind in MADE) {
       tab.document.title = OTHER_PAGES[kind][1];
-      tab.document.body.textContent = `${MADE[kind]} The comic appears here.`;
+      tab.document.body.textContent = `${MADE[kind]} The page appears here.`;
       this.#tabs.set(kind, tab);
     }
     const answer = await this.session.ask("page", { kind });

@@ -31,8 +31,8 @@ export class History {
     this.slots = make("div", { className: "slots" });
     this.element = make("div", {}, make("h2", { className: "minor", textContent: "Snapshots" }), this.slots, make("h2", { className: "minor", textContent: "Edits" }), this.first, this.earlier, this.list);
     for (const slot of /** @type {("a" | "b")[]} */ (["a", "b"])) {
-      const keep = make("button", { type: "button", textContent: "Keep", title: `Keep the current state as snapshot ${slot.toUpperCase()} (Shift+${slot === "a" ? 1 : 2})` });
-      const use = make("button", { type: "button", textContent: "Show", disabled: true, title: `Go to snapshot ${slot.toUpperCase()} (${slot === "a" ? 1 : 2})` });
+      const keep = make("button", { type: "button", textContent: "Store", title: `Store the current state as snapshot ${slot.toUpperCase()} (Shift+${slot === "a" ? 1 : 2})` });
+      const use = make("button", { type: "button", textContent: "View", disabled: true, title: `Go to snapshot ${slot.toUpperCase()} (${slot === "a" ? 1 : 2})` });
       keep.addEventListener("click", () => this.keep(slot));
       use.addEventListener("click", () => this.restore(slot));
       const row = make("div", { className: "slot" }, make("b", { textContent: slot.toUpperCase() }), keep, use);
