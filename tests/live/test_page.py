@@ -454,6 +454,9 @@ def test_a_look_that_is_chosen_by_keyboard_ends_the_search(browser: Browser) -> 
         eventually(lambda: controls.style.name == "noir")
         assert browser.run("return document.getElementById('find-look').value") == ""
         assert browser.run("return document.activeElement.dataset.name") == "noir"
+        browser.until("document.querySelectorAll('#variants button').length === 2")
+        swatches = "return document.querySelectorAll('#variants .swatch').length"
+        assert browser.run(swatches) == 0, "both would look the same"
 
 
 def test_a_look_is_being_prepared_until_its_first_frame_is_seen(browser: Browser) -> None:

@@ -3,7 +3,7 @@
 import { plainControl } from "./controls.js";
 import { get, make, press } from "./elements.js";
 import { addressedStyle, addressedValues } from "./shared_link.js";
-import { variantChip } from "./variant_chip.js";
+import { variantChip, withSwatches } from "./variant_chip.js";
 
 /** @typedef {import("./plan_values.js").Entry} Entry */
 /** @typedef {import("./viewer.js").StyleData} StyleData */
@@ -42,7 +42,8 @@ export class StylePanel {
     this.initial = { ...this.values };
     this.#named = Object.keys(Object.assign({}, ...Object.values(data.variants)));
     const names = Object.keys(data.variants);
-    for (const name of names.length ? ["", ...names] : []) this.#addVariant(name);
+    const variants = (names.length ? ["", ...names] : []).map((name) => this.#variantOf(name));
+    get("variants").append(...withSwatches(variants).map((variant) => variantChip(variant, () => this.#vary(variant.name))));
     get("reset").onclick = () => this.put(this.#before ?? this.initial, this.#before ? null : { ...this.values });
     this.put(addressedStyle() === data.name ? addressedValues(this.#entries) : {});
   }
@@ -82,11 +83,11 @@ export class StylePanel {
     shown.show(entry.value);
   }
 
-  /** @param {string} name "": the values of the style itself */
-  #addVariant(name) {
+  /** Returns a variant with its colours. @param {string} name "": the values of the style itself */
+  #variantOf(name) {
     const values = { ...this.initial, ...this.data.variants[name] };
     const colors = this.#named.filter((path) => path.includes(".") && /^#[0-9a-f]{6}$/i.test(values[path])).map((path) => values[path]);
-    get("variants").append(variantChip({ name, ink: values.ink, paper: values.paper, colors }, () => this.#vary(name)));
+    return { name, ink: values.ink, paper: values.paper, colors };
   }
 
   /** The name of the variant that is shown, whatever else is changed; "": the style itself; null: none. @returns {string | null} */

@@ -169,8 +169,9 @@ function offerRecording({ recorded, message }) {
   const number = recorded.length - 1, href = `rendered?of=${number}`;
   announce(get("message"), message, { seconds: OFFER_SECONDS });
   get("message").append(
-    make("a", { href, target: "_blank", className: "button", textContent: "Show" }),
-    make("a", { href, download: recorded[number], className: "button", textContent: "Download" }),
+    make("span", { className: "links" },
+      make("a", { href, target: "_blank", className: "button", textContent: "Show" }),
+      make("a", { href, download: recorded[number], className: "button", textContent: "Download" })),
   );
 }
 

@@ -3,7 +3,7 @@
 import { isShort, plainControl, short } from "./controls.js";
 import { get, make, press, title } from "./elements.js";
 import { LookList } from "./look_list.js";
-import { variantChip } from "./variant_chip.js";
+import { variantChip, withSwatches } from "./variant_chip.js";
 
 /**
  * A parameter, as described by `vidstyle.style.panel`.
@@ -115,7 +115,7 @@ export class Panel {
     get("about").textContent = about || "The unchanged picture.";
     const [ink, paper] = ["ink", "paper"].map((path) => panel.entries.find((entry) => entry.path === path)?.start);
     const variants = panel.variants.length ? [{ name: "", ink, paper }, ...panel.variants] : [];
-    get("variants").replaceChildren(...variants.map((variant) => {
+    get("variants").replaceChildren(...withSwatches(variants).map((variant) => {
       const style = fullName({ name: panel.name, variant: variant.name });
       return variantChip(variant, () => {
         this.onchoose(style);
