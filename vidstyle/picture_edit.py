@@ -6,6 +6,7 @@ from collections.abc import Callable
 from threading import Lock
 from typing import Any, Generic, TypeVar
 
+from vidstyle.core.kernels import is_dry_run
 from vidstyle.core.picture import Picture
 
 Kept = TypeVar("Kept")
@@ -22,6 +23,8 @@ def make_here(change: Change[Kept], picture: Picture) -> tuple[Picture, Kept]:
 
 class PictureEdit(Generic[Kept]):
     """A changed picture, and data kept of the original; both are made at the first request.
+
+    A dry run of kernels, in which a change is not carried out, neither waits for it nor keeps its result.
 
     Args:
         source: the picture, or an edit of it that comes before.
@@ -44,9 +47,14 @@ class PictureEdit(Generic[Kept]):
         return self._made(make_here)[1]
 
     def _made(self, make: MakeChange) -> tuple[Picture, Kept]:
+        if is_dry_run():
+            return self._make(make_here)
         with self._lock:
             if self._result is None:
-                source = self._source
-                picture = source.picture(make) if isinstance(source, PictureEdit) else source
-                self._result = make(self.change, picture)
+                self._result = self._make(make)
             return self._result
+
+    def _make(self, make: MakeChange) -> tuple[Picture, Kept]:
+        source = self._source
+        picture = source.picture(make) if isinstance(source, PictureEdit) else source
+        return make(self.change, picture)

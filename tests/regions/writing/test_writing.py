@@ -12,20 +12,23 @@ import numpy as np
 import pytest
 from media import photograph
 from pictures import noise, picture_with_writing, same_bits
+from waiting import LONG
 
 from vidstyle.backend import FrameRequest
 from vidstyle.comic.output.panel_renderer import cut_out
+from vidstyle.core.kernels import dry_run, is_dry_run
 from vidstyle.core.picture import Picture
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.demo.drawing import film_picture
 from vidstyle.media.frame import picture_from_frame
+from vidstyle.picture_edit import PictureEdit
 from vidstyle.regions import focus
 from vidstyle.regions.boxes import Box
 from vidstyle.regions.focus import FocusRenderer
 from vidstyle.regions.still_faces import KnownFaces
 from vidstyle.regions.writing import letters
 from vidstyle.regions.writing.finding import find_writing
-from vidstyle.regions.writing.lifting import lift_writing, luma_in
+from vidstyle.regions.writing.lifting import Strokes, lift_writing, luma_in
 from vidstyle.renderer import stylize
 from vidstyle.style import load_style
 
@@ -177,6 +180,25 @@ def test_a_word_is_drawn_in_the_colours_of_the_style() -> None:
         strokes = picture[WORDS].mean(axis=2) < 60
         assert (words[strokes].mean() < rest - 60) == is_dark
         assert (words[strokes].mean() > rest + 60) == (not is_dark)
+
+
+def test_a_dry_run_leaves_the_writing_of_a_frame_to_be_found() -> None:
+    """Also if it takes place while the frame is searched, as a kernel is missing: it must not wait."""
+    found = []
+
+    def lift(picture: Picture) -> tuple[Picture, list[Strokes]]:
+        if not is_dry_run():
+            with dry_run():
+                assert edit.kept() == []
+        return lift_writing(picture, 1.0)
+
+    edit = PictureEdit(Picture.from_array(picture_with_writing()), lift)
+    with dry_run():
+        assert edit.kept() == []
+    search = threading.Thread(target=lambda: found.append(edit.kept()), daemon=True)
+    search.start()
+    search.join(LONG)
+    assert found and found[0]
 
 
 @pytest.mark.parametrize(("owner", "name"), [(focus, "lift_writing"), (focus, "draw_writing")])
