@@ -22,6 +22,7 @@ from waiting import LONG
 from vidstyle.cli.terminal.reporting import Reporting
 from vidstyle.core.kernels import Compiled, cached, compiled, dry_run, library
 from vidstyle.core.kernels.arguments import ADDRESSES, MIN_UNLOCKED_NUMBERS
+from vidstyle.core.kernels.compiler_pool import CompilerPool
 from vidstyle.core.kernels.declare import OTHER_TYPES, SUCCEEDED, types_of
 from vidstyle.core.machine.user_cache import user_cache
 from vidstyle.cpu.renderer import CpuRenderer
@@ -181,6 +182,16 @@ def test_object_files_are_loaded_without_the_compiler(tmp_path):
         )  # fmt: skip
         assert ran.stdout == "[[[1.0, 1.0, 1.0]]] False\n", ran.stderr
         assert len(list(tmp_path.glob("vidstyle/kernels/_mix_*.o"))) == 1
+
+
+def test_what_another_program_has_stored_meanwhile_is_not_compiled_again():
+    """Several programs that begin at the same time order the same kernels."""
+    stored, orders = {"first": b"stored"}, {name: Future() for name in ("first", "second")}
+    pool = CompilerPool(stored.get, stored.__setitem__)
+    for name, code in orders.items():
+        pool.take(name, (double, (int,)), code)
+    assert orders["first"].result(LONG) == b"stored"
+    assert orders["second"].result(LONG) == stored["second"] != b"stored"
 
 
 def test_where_no_process_can_be_started_kernels_are_compiled_here(monkeypatch, tmp_path):

@@ -30,14 +30,15 @@ class CompilerPool:
     They end when there is nothing to do for a while; as daemons they keep no program from ending.
 
     Args:
+        load: returns an object file by its name that another program has stored meanwhile, or None.
         store: called with the name and the bytes of each object file before it is handed out.
     """
 
     IDLE = 30.0
     """Seconds after which they end."""
 
-    def __init__(self, store: Callable[[str, bytes], None]) -> None:
-        self._store = store
+    def __init__(self, load: Callable[[str], bytes | None], store: Callable[[str, bytes], None]) -> None:
+        self._load, self._store = load, store
         self._jobs: SimpleQueue[tuple[str, Kernel, Future[bytes]]] = SimpleQueue()
         self._running = 0
         self._lock = threading.Lock()
@@ -54,11 +55,14 @@ class CompilerPool:
         with closing(_CompilerProcess()) as process:
             for name, kernel, code in iter(self._next, None):
                 try:
-                    object_code = process.compile(name, *kernel)
-                    self._store(name, object_code)
-                    code.set_result(object_code)
+                    code.set_result(self._load(name) or self._compile(process, name, kernel))
                 except Exception as error:  # raised where the kernel is called
                     code.set_exception(error)
+
+    def _compile(self, process: _CompilerProcess, name: str, kernel: Kernel) -> bytes:
+        object_code = process.compile(name, *kernel)
+        self._store(name, object_code)
+        return object_code
 
     def _next(self) -> tuple[str, Kernel, Future[bytes]] | None:
         with suppress(Empty):

@@ -184,7 +184,7 @@ def use_stored_kernels_only() -> None:
     _only_stored = True
 
 
-_compilers = CompilerPool(store)
+_compilers = CompilerPool(load, store)
 _ordered: dict[str, Future[bytes]] = {}
 """The object files that are being compiled, or have been."""
 
