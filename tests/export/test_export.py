@@ -122,13 +122,13 @@ def test_the_modules_of_a_page_declare_no_name_twice() -> None:
     assert len(names) > 60 and [name for name in names if names.count(name) > 1] == []
 
 
-def test_only_comments_on_lines_of_their_own_are_removed_from_a_page(tmp_path: Path) -> None:
-    cast = '/** @type {HTMLElement} */ (get("a")).hidden = true;\nlet kept;\n'
+def test_casts_and_comments_on_lines_of_their_own_are_removed_from_a_page(tmp_path: Path) -> None:
+    cast = "/** @type {HTMLElement} */ "
+    lines = '(get("a")).hidden = true;\nlet kept; // Why.\n'
     module = tmp_path / "module.js"
-    module.write_text(
-        f"/** One. */\nexport const one = 1;\n  // A reason.\n  {cast}/**\n * Two.\n */\nconst two = 2;\n"
-    )
-    assert page_script(module) == f"const one = 1;\n{cast}const two = 2;\n"
+    two = "\n/**\n * Two.\n */\nconst two = 2;\n"
+    module.write_text(f"/** One. */\nexport const one = 1;\n  // A reason.\n  {cast}{lines}{two}")
+    assert page_script(module) == f"const one = 1;\n{lines}const two = 2;\n"
 
 
 def test_text_and_regular_expressions_of_scripts_stay(tmp_path: Path) -> None:

@@ -84,10 +84,12 @@ def minify_css(css: str) -> str:
 
 
 def page_script(module: Path) -> str:
-    """Return a module with the modules that it imports, without exports, indentation and comments."""
+    """Return a module with the modules that it imports, without exports, comments, casts and blank space."""
     text = re.sub(r"^export (?=class|function|const|async)", "", join_modules(module), flags=re.M)
     # Only text in backquotes goes over line ends.
-    parts = r"(`(?:\\.|[^`\\])*`)|^ *(?://[^\n]*|/\*\*(?:(?!\*/).)*\*/)\n|^ +"
+    comment = r"^ *(?://[^\n]*|/\*\*(?:(?!\*/).)*\*/)\n"
+    cast = r"/\*\* @type {[^*]*} \*/ (?=\()"
+    parts = rf"(`(?:\\.|[^`\\])*`)|{comment}|{cast}|^ +|^\n"
     return re.sub(parts, lambda found: found[1] or "", text, flags=re.M | re.S)
 
 

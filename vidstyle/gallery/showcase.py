@@ -17,7 +17,14 @@ import numpy as np
 import vidstyle
 from vidstyle.errors import UsageError, counted, output_error
 from vidstyle.export.adjust import main_controls
-from vidstyle.export.page import WORKING_SIDES_PX, page_data, page_script, viewer_css, viewer_markup
+from vidstyle.export.page import (
+    WORKING_SIDES_PX,
+    minify_css,
+    page_data,
+    page_script,
+    viewer_css,
+    viewer_markup,
+)
 from vidstyle.gallery.preview import read_still
 from vidstyle.gallery.style_samples import jpeg_address, samples_of
 from vidstyle.gallery.thumbnail import thumbnail_photograph
@@ -128,7 +135,7 @@ def _files(
 ) -> Iterator[tuple[str, bytes]]:
     """Yield the path of each file in the folder, and its content."""
     yield "index.html", _index(styles, examples, title, unlisted).encode("utf-8")
-    yield "showcase.css", (viewer_css() + _asset("showcase.css")).encode("utf-8")
+    yield "showcase.css", (viewer_css() + minify_css(_asset("showcase.css"))).encode("utf-8")
     yield "showcase.js", page_script(_ASSETS / "showcase.js").encode("utf-8")
     shared = _Shared()
     for number, style in enumerate(styles):
