@@ -15,6 +15,7 @@ from covering import of_the_day
 from media import photograph
 
 from vidstyle.explore.choosing import candidate_generator
+from vidstyle.explore.choosing import chooser as chooser_file
 from vidstyle.explore.choosing.chooser import MAX_ROUNDS, Chooser
 from vidstyle.explore.choosing.taste import Taste
 from vidstyle.explore.choosing.tile_screen import FIRST_SCREEN_KINDS, SCREEN_KINDS, Tile
@@ -96,6 +97,27 @@ def test_few_tiles_of_a_first_screen_have_the_same_marks() -> None:
     chosen = selector.select(Counter({"wild": 4}), [], found)
     assert sum(tile.style in engraved for tile in chosen) == MAX_EQUAL_MARKS
     assert len(selector.select(Counter({"wild": 4}), [], found[:9])) == 4, "if there are enough others"
+
+
+@pytest.mark.parametrize("good", [0, 3])
+def test_a_picture_that_few_styles_suit_gets_nine_tiles_too(
+    good: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    passed: list[Style] = []
+
+    def fail_most(styles: Sequence[Style]) -> list[Look | None]:
+        passed.extend(styles[: good - len(passed)])
+        return [
+            look and replace(look, fault="" if style in passed else "muddy")
+            for style, look in zip(styles, looks(styles), strict=True)
+        ]
+
+    monkeypatch.setattr(chooser_file, "MAX_OTHER_ROUNDS", 1)
+    made = Chooser(fail_most, shipped_styles(), 1)
+    tiles = made.new_screen().tiles
+    assert len({repr(tile.style) for tile in tiles}) == 9
+    assert {tile.style.name for tile in tiles if not tile.look.fault} == {style.name for style in passed}
+    assert len(made.more_like(0).tiles) == 9
 
 
 def test_the_tile_that_was_taken_stays_in_the_middle_and_the_others_follow_from_it() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import random
 import re
+import threading
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -60,6 +61,20 @@ def test_malformed_messages_end_the_socket_and_nothing_else(page: ExploreServer,
                 window.news("never")
         assert caught.value.rcvd is not None and caught.value.rcvd.code == 1008
     assert page.state() == before and page.error is None
+
+
+def test_what_the_next_screen_is_like_may_be_set_before_the_first_one(
+    page: ExploreServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    failures: list[object] = []
+    monkeypatch.setattr(threading, "excepthook", failures.append)
+    page.exploration.set_near(0.6)
+    page.exploration.lock("colors", False)
+    ahead = [each for each in threading.enumerate() if each.name == "vidstyle ahead"]
+    for thread in ahead:
+        thread.join()
+    page.exploration.set_near(0.4)
+    assert not failures
 
 
 def test_messages_have_a_size_and_a_rate(visitor: Visitor, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -33,6 +33,8 @@ MAX_OTHER_ROUNDS = 12
 """Maximum number of further rounds, of candidates for a first screen, if all that is near looks alike."""
 REPEAT_DISTANCE_FACTOR = 0.7
 """Factor of distances each time the same tile is chosen again, since no other was better."""
+FAILED_COUNT = 27
+"""Number of candidates with a fault, the most liked ones, from which tiles are selected if too few pass."""
 UTILITY_RANGE = 4.0
 """Utility above the mean at which the predicted preference saturates."""
 
@@ -178,6 +180,8 @@ class Chooser:
     ) -> tuple[Tile, ...]:
         """Select nine distinct tiles: each the best of its kind, or of any kind if too few pass.
 
+        If fewer than nine pass at all, as of a plain picture, the others have a fault.
+
         Args:
             kinds: the kind of each position.
             tiles: tiles that are already selected.
@@ -185,10 +189,10 @@ class Chooser:
         """
         wanted = Counter(kinds) - Counter(tile.kind for tile in tiles)
         selector = TileSelector(self._utility, self._near(tiles[0]) if tiles else self.near)
-        found: list[Tile] = []
+        found, failed = list[Tile](), list[Tile]()
         for number in range(MAX_ROUNDS):
             candidates = generate(number)
-            found += self._render(candidates)
+            self._render(candidates, found, failed)
             chosen = selector.select(wanted, tiles, found)
             missing = wanted.keys() & {each.kind for each in candidates} - {each.kind for each in chosen}
             is_poor = missing or not (self.locks or is_varied([*tiles, *chosen]))
@@ -197,20 +201,28 @@ class Chooser:
         for number in range(MAX_ROUNDS, MAX_ROUNDS + MAX_OTHER_ROUNDS):
             if len(chosen) == wanted.total() or self.locks:
                 break
-            found += self._render(self._generate_first(number))
+            self._render(self._generate_first(number), found, failed)
             chosen = selector.select(wanted, tiles, found)
-        if len(chosen) < wanted.total():  # all is locked, or nothing passes
+        if len(chosen) < wanted.total():  # all is locked, or too few pass
             chosen += sort_by_novelty([each for each in found if each not in chosen], [*tiles, *chosen])
+        if len(chosen) < wanted.total():
+            likeliest = self._most_liked(failed, FAILED_COUNT)
+            chosen += selector.select(wanted, [*tiles, *chosen], likeliest)
+            chosen += [each for each in likeliest if each not in chosen]
         return arrange(kinds, [*tiles, *chosen[: wanted.total()]])
 
-    def _render(self, candidates: Sequence[StyleCandidate]) -> list[Tile]:
-        """Render candidates, and return those that are valid and pass the gates."""
+    def _render(self, candidates: Sequence[StyleCandidate], found: list[Tile], failed: list[Tile]) -> None:
+        """Render candidates; add those that pass the gates to `found`, and other valid ones to `failed`."""
         looks = self.looks([each.style for each in candidates])
-        return [
-            Tile(each.style, each.kind, look, each.parents)
-            for each, look in zip(candidates, looks, strict=True)
-            if look is not None and not look.fault
-        ]
+        for each, look in zip(candidates, looks, strict=True):
+            if look is not None:
+                into = failed if look.fault else found
+                into.append(Tile(each.style, each.kind, look, each.parents))
+
+    def _most_liked(self, tiles: Sequence[Tile], count: int) -> list[Tile]:
+        """Return the tiles with the highest predicted preference, highest first."""
+        utility = self._utility([each.look for each in tiles])
+        return [tiles[place] for place in np.argsort(-utility, kind="stable")[:count]]
 
     # Learning
 

@@ -97,6 +97,7 @@ def _describe(
         "parents": tile.parents,
         "likeness": tile.likeness,
         "verdict": tile.look.verdict,
+        "fault": tile.look.fault,
         "caption": caption,
         "change": _change(tile, chosen),
         "blocks": name_blocks(tile.style),

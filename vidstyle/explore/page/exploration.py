@@ -316,6 +316,8 @@ class Exploration(Closing):
 
     def _order_ahead(self, change: int) -> None:
         with self._turn:
+            if self._latest != change or not self.chooser.screens:
+                return
             places = self.chooser.by_liking()
         for rank, place in enumerate(places):
             with self._turn:

@@ -140,11 +140,13 @@ async function showTries() {
 }
 
 /** What the page asks the user, and what follows, by the kind of the tile in the middle. @param {State} shown */
-function leadOf({ tiles: [first, , , , middle] }) {
-  if (!first) return ["Finding nine looks…", "They appear one by one."];
+function leadOf({ tiles: shown }) {
+  const [first, , , , middle] = shown;
+  if (!first) return ["Finding nine looks…", rounds.before > VARIED_TRIES ? "Few suit this picture: more are tried." : "They appear one by one."];
   if (middle.kind === "chosen") return ["Your choice, and eight like it", "Choose the best of them. Open one to save or render it."];
   if (first.kind === "match") return ["Looks nearest to your picture", "Choose one for nine more like it. Open one to save or render it."];
   if (tiles.drawn < 9) return ["Drawing nine looks…", "Each is blurred until it is drawn."];
+  if (shown.some(({ fault }) => fault)) return ["Few looks suit this picture", "The line below a look says what is wrong with it."];
   return ["Choose the look you like best", "Nine more like it follow. Open one to save or render it."];
 }
 
@@ -185,6 +187,9 @@ function showProgress(note, done = 0, total = 0) {
   get("search").hidden = false;
 }
 
+/** The number of styles of two rounds, the second for the sake of variety; more are tried only if fewer than nine are good. */
+const VARIED_TRIES = 56;
+
 /** Styles that were tried for the next screen in earlier rounds and in the present one, how many the present one has, and the part of the bar that is left for it and those after it. */
 const rounds = { step: "", before: 0, now: 0, total: 0, left: 1 };
 
@@ -197,6 +202,7 @@ function showTried({ step, done, total, shown }) {
   if (rounds.now && (!isSame || !done)) Object.assign(rounds, { before: isSame ? rounds.before + rounds.total : 0, now: 0, left: rounds.left / 2 });
   Object.assign(rounds, { step, now: Math.max(done, rounds.now), total });
   const count = rounds.before + rounds.now, part = 1 - rounds.left * (1 - rounds.now / (2 * total));
+  if (!state.tiles.length) showLead();
   showProgress(`${step[0].toUpperCase()}${step.slice(1)}${total ? `: ${count}` : "…"}`, total && part, total && 1);
 }
 

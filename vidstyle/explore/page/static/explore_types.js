@@ -24,6 +24,7 @@
  * @property {string[]} parents
  * @property {string} likeness the distance to the reference picture in words, or ""
  * @property {string} verdict its score, and what speaks for and against it, or ""
+ * @property {string} fault why it is shown only for lack of better ones, or ""
  * @property {string} caption its name: what one sees of it; no other tile of this screen has it
  * @property {string} change how it differs from the chosen tile, in words; "" if it is not derived from it
  * @property {string} blocks the blocks that shape it most, in words
