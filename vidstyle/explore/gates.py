@@ -62,11 +62,13 @@ FULL_SIZE_GATES = (
 """The gates for crops at full size. All but those for blur let 96 % of the styles pass that people kept."""
 
 PAPER_GATES = (
+    Gate("tone_concentration", 0.6, 1, "with the tones of a photograph"),
     Gate("debris", 0, 0.033, "with debris in smooth areas"),
     Gate("patchiness", 0, 0.03, "with debris in smooth areas"),
     Gate("face_outlines", 0.65, 1, "with lost faces"),
 )
-"""Further gates for styles by the paper's rules, which have no texture."""
+"""Further gates for styles by the paper's rules, which have no texture. Of 70 marked styles with less
+concentrated tones, people kept 5; of the newest set, which did not serve to choose the limit, none of 7."""
 
 MAX_UNSTEADY = 2.5
 """Maximum amplification of film grain; `ink` has 2.15."""
