@@ -161,3 +161,21 @@ def test_command_names_the_nearest(
     wrong = ["styles", "--like", str(tmp_path / "poster.png"), "-o", str(tmp_path / "style.png")]
     assert main(wrong) == 2
     assert "is not a style file" in capfd.readouterr().err
+
+
+def test_command_says_whether_a_look_is_reached(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(like, "known_styles", lambda: [load_style("poster")])
+    for name, value in {"SEARCH_ROUNDS": 1, "PARENT_COUNT": 1, "CHILD_COUNT": 1, "TUNED_COUNT": 0}.items():
+        monkeypatch.setattr(like, name, value)
+    wanted = {
+        "poster": restyle_picture(like.photograph_for(None), load_style("poster")),
+        "stripes": np.tile(np.uint8([[0] * 3 + [255] * 3]), (300, 50)),
+    }
+    for name, picture in wanted.items():
+        cv2.imwrite(str(tmp_path / f"{name}.png"), picture[..., ::-1] if picture.ndim == 3 else picture)
+        near = ["styles", "--like", str(tmp_path / f"{name}.png"), "-o", str(tmp_path / f"{name}.toml")]
+        assert main([*near, "--progress", "none"]) == 0
+        said = "; no style found reaches this look" in capfd.readouterr().out
+        assert said == (name == "stripes")

@@ -2,7 +2,8 @@
 
 Usage: python -m tools.explore.appearance FOLDER [--write]
 
-FOLDER holds photographs. Three of four, by name, serve to fit, the others to test.
+FOLDER holds photographs. Three of four, by name, serve to fit, the others to test. Which distance is usual
+comes from all four ways to divide them.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import argparse
 import json
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -20,8 +22,10 @@ from vidstyle.explore.matching.like import known_styles
 from vidstyle.gallery.preview import read_still
 from vidstyle.gallery.style_samples import restyle_picture
 
-AXIS_COUNT, SHRINKAGE_RATIO = 24, 0.05
+AXIS_COUNT, SHRINKAGE_RATIO = 24, 0.1
 """Number of axes that are kept, and the share by which correlations within a style are reduced."""
+PART_COUNT = 4
+"""Number of parts of the photographs, of which each in turn is not fitted to."""
 
 
 def main() -> None:
@@ -32,16 +36,19 @@ def main() -> None:
     options = parser.parse_args()
     files = sorted(path for path in options.folder.iterdir() if path.suffix.lower() in (".jpg", ".png"))
     looks = np.stack([describe_looks(file) for file in files], axis=1)
-    is_other = np.arange(len(files)) % 4 == 3
-    given, others = looks[:, ~is_other], looks[:, is_other]
-    model = {name: round_numbers(value) for name, value in fit_axes(given, others).items()}
+    parts = [np.arange(len(files)) % PART_COUNT == number for number in range(PART_COUNT)]
+    usual = float(np.mean([fit_axes(looks[:, ~part], looks[:, part])["usual"] for part in parts]))
+    given, others = looks[:, ~parts[-1]], looks[:, parts[-1]]
+    model = {
+        name: round_numbers(value) for name, value in (fit_axes(given, others) | {"usual": usual}).items()
+    }
     if options.write:
         MODEL_FILE.write_text(json.dumps(model) + "\n", encoding="utf-8")
     for what, part in (("fitted to", given), ("tested on", others)):
         print(f"{what} {part.shape[1]} photographs: {measure_recall(part):.1%} are among the first three")
 
 
-def fit_axes(looks: np.ndarray, others: np.ndarray) -> dict[str, object]:
+def fit_axes(looks: np.ndarray, others: np.ndarray) -> dict[str, Any]:
     """Return what `appearance_distance` needs, from the looks of styles, styles x photographs x numbers.
 
     Linear discriminants (Fisher 1936): the axes along which styles differ most by what photographs of one

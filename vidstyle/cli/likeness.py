@@ -44,7 +44,8 @@ def print_like(picture: str, source: str | None, options: Mapping[str, Any], as_
     lines = [f"{each.style.name:20} {each.words}" for each in nearest[:MAX_SHOWN_STYLES]]
     if output is not None and best is not None:
         save_style(best.style, output)
-        lines.append(f"{printable(str(output)):20} {best.words}; {nearest[0].words} before tuning")
+        reached = "" if best.is_near else "; no style found reaches this look"
+        lines.append(f"{printable(str(output)):20} {best.words}; {nearest[0].words} before tuning{reached}")
     click.echo(json.dumps(rows, indent=2) if as_json else "\n".join(lines))
     if output is None:
         say("1 is typical within one style; add -o FILE.toml to search for a closer style")

@@ -43,15 +43,14 @@ class Likeness:
     distance: float
 
     @property
+    def is_near(self) -> bool:
+        """Whether the look is reached."""
+        return self.distance <= MAX_NEAR_DISTANCE
+
+    @property
     def words(self) -> str:
         """The distance in words: "0.93, near"."""
-        word = (
-            "near"
-            if self.distance <= MAX_NEAR_DISTANCE
-            else "far"
-            if self.distance >= MIN_FAR_DISTANCE
-            else "not near"
-        )
+        word = "near" if self.is_near else "far" if self.distance >= MIN_FAR_DISTANCE else "not near"
         return f"{self.distance:.2f}, {word}"
 
 
