@@ -33,9 +33,12 @@ def test_squares_draw_features_themselves() -> None:
     rasters["ascii"] = letters
     names = "ink", "comic", "poster", "charcoal", "riso", "ascii", "pixel"
     media = [Medium.of(load_style(name), rasters.get(name, NO_RASTER)) for name in names]
-    printed = Medium.of(load_style("comic"), PageRaster(is_screen=True))
-    assert media[0] is printed is Medium.INK and media[-1] is Medium.POINTS
+    printed = PageRaster(is_screen=True, has_dots=True, has_colors=True)
+    assert media[0] is Medium.INK and media[-1] is Medium.POINTS
     assert set(media[1:-1]) == {Medium.TONES}
+    assert Medium.of(load_style("comic"), printed) is Medium.COLORED_INK
+    light = replace(load_style("comic"), ink="#ffffff", paper="#000000")
+    assert Medium.of(light, printed) is Medium.INK
 
 
 def test_between_light_lines_skin_is_light_and_eyes_are_dark() -> None:
@@ -61,6 +64,23 @@ def test_ink_shades_faces_in_its_own_medium(raster: PageRaster) -> None:
     square = np.ones((5, 5), np.uint8)
     contrast = (cv2.dilate(luma, square) - cv2.erode(luma, square))[shaded]
     assert shaded.sum() > 60 and np.mean(contrast > 0.4) > 0.97
+
+
+def test_over_dots_of_inks_blots_become_eyes() -> None:
+    """A style draws small eyes as black holes: only the pupil is as dark as ink."""
+    (found,) = lifted(Picture.from_array(picture_with_face()))[1]
+    page, eye = np.full((480, 640, 3), (240, 180, 60), np.uint8), USUAL_LANDMARKS.inside(PLACE).left_eye
+    across, down = (round(each) for each in eye)
+    page[down - 8 : down + 8, across - 10 : across + 10] = 0
+    darkness = np.zeros_like(found.darkness)
+    column, row = across - found.window.left, down - found.window.top
+    darkness[row - 2 : row + 3, column - 2 : column + 3] = 1
+    raster = PageRaster(is_screen=True, has_dots=True, has_colors=True)
+    drawn = draw_features(
+        Picture.from_array(page), [found._replace(darkness=darkness)], load_style("comic"), None, raster
+    )
+    luma = luma_in(drawn, found.window)
+    assert luma[row, column] < 0.2 and luma[row - 5 : row + 6, column - 9 : column - 5].min() > 0.6
 
 
 def test_black_hair_stays_as_the_style_draws_it() -> None:

@@ -16,11 +16,10 @@ from vidstyle.backend import FrameRequest
 from vidstyle.core.picture import Picture
 from vidstyle.cpu.renderer import CpuRenderer
 from vidstyle.media.frame import picture_from_frame
-from vidstyle.regions import focus
 from vidstyle.regions.boxes import Box
 from vidstyle.regions.face_tracks import FaceFollower
 from vidstyle.regions.faces import FaceFinder
-from vidstyle.regions.features import feature_lifting
+from vidstyle.regions.features import feature_lifting, media
 from vidstyle.regions.focus import FACE_RATIOS, FocusRenderer
 from vidstyle.regions.masks import mask_box
 from vidstyle.regions.patches import plane_area
@@ -84,7 +83,7 @@ def test_eyes_in_squares_are_no_bars(monkeypatch: pytest.MonkeyPatch) -> None:
     inner = PLACE.padded(-0.2 * PLACE.width, -0.3 * PLACE.height, 0)
     area = plane_area(Box(*map(round, inner)), (1, 1))
     soft = focused_on([PLACE], picture, style)[area]
-    monkeypatch.setattr(focus, "POINTS_SHARE", 0.0)
+    monkeypatch.setattr(media, "POINTS_SHARE", 0.0)
     hard = focused_on([PLACE], picture, style)[area]
     assert soft.std() < 0.95 * hard.std()
     assert len(np.unique(soft.reshape(-1, 3), axis=0)) <= 32

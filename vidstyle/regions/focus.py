@@ -36,13 +36,6 @@ FACE_RATIOS = 0.36, 0.4
 """Heights of faces relative to the picture's shorter side. Focus is complete up to the first; from the second
 on there is none, as marks are small enough for the face."""
 
-POINTS_SHARE = 0.25
-"""How much of the features of faces is taken off for styles of squares or points.
-
-These draw faces themselves and raise their contrast, so eyes would become dark bars. Tuned on 16 faces of
-92 to 196 lines in pixel.
-"""
-
 
 class FaceSource(Protocol):
     """Returns the faces of pictures: `FaceFollower` of films, `StillFaces` of pictures."""
@@ -215,7 +208,7 @@ class FocusRenderer(Backend):
         if light and sets:
             request = replace(request, picture=light.picture())
         for patches in sets:
-            self._patches_of(patches).cut(request, patches, self._style.focus, *self._lifting(request))
+            self._patches_of(patches).cut(request, patches, self._style.focus, *self._drawing(request))
 
     def overlay(self, picture: Picture, seen_side: float | None = None) -> np.ndarray | None:
         """Return what focus changes in a single picture, to be laid over it by other means.
@@ -268,16 +261,15 @@ class FocusRenderer(Backend):
     def _prepare(
         self, request: FrameRequest, patches: PatchSet
     ) -> tuple[Backend, FrameRequest, list[Features]]:
-        raster, (share, _) = self._raster_on(request), self._lifting(request)
+        raster, (amount, _) = self._raster_on(request), self._drawing(request)
         assert self._style.height is not None and self._chosen.height is not None
         fineness = self._style.height / self._chosen.height
-        return self._patches_of(patches).prepare(request, patches, self._style, share, raster, fineness)
+        return self._patches_of(patches).prepare(request, patches, self._style, amount, raster, fineness)
 
-    def _lifting(self, request: FrameRequest) -> tuple[float, Medium]:
-        """Return how much of the features is taken off before faces are restyled, 0..1; and for what."""
+    def _drawing(self, request: FrameRequest) -> tuple[float, Medium]:
+        """Return how much of the features is drawn over faces, 0..1; and in what."""
         medium = Medium.of(self._style, self._raster_on(request))
-        share = POINTS_SHARE if medium is Medium.POINTS else 1.0
-        return share * min(1.0, self._style.focus / FULL_FOCUS), medium
+        return min(1.0, self._style.focus / FULL_FOCUS), medium
 
     def _patches_of(self, patches: PatchSet) -> PatchRenderer:
         return self._patches[patches.number % len(self._patches)]

@@ -60,7 +60,7 @@ class PatchRenderer(Closing):
         request: FrameRequest,
         patches: PatchSet,
         style: Style,
-        lifted: float,
+        drawn: float,
         raster: PageRaster,
         fineness: float = 1.0,
     ) -> tuple[Backend, FrameRequest, list[Features]]:
@@ -70,11 +70,11 @@ class PatchRenderer(Closing):
             request: the whole picture.
             patches: the patches; the first of a set begin a scene.
             style: the style of the whole picture.
-            lifted: how much of eyes, noses and mouths is taken off before, 0..1.
+            drawn: how much of eyes, noses and mouths is drawn over the result, 0..1.
             raster: the rasters of the style.
             fineness: level of detail of the whole picture, by which that of patches is divided.
         """
-        cut, features = self.cut(request, patches, style.focus, lifted, Medium.of(style, raster))
+        cut, features = self.cut(request, patches, style.focus, drawn, Medium.of(style, raster))
         share = patches.least / (self._side_ratio * min(request.picture.shape))
         is_ruled = raster.is_screen and not raster.has_points
         low, high = SCREEN_DETAIL_RANGE if is_ruled else DETAIL_RANGE
@@ -85,7 +85,7 @@ class PatchRenderer(Closing):
         return backend, replace(request, picture=cut, target=request.encoding), features
 
     def cut(
-        self, request: FrameRequest, patches: PatchSet, focus: float, lifted: float, medium: Medium
+        self, request: FrameRequest, patches: PatchSet, focus: float, drawn: float, medium: Medium
     ) -> tuple[Picture, list[Features]]:
         """Return the picture of all patches, with tones that suit the style by `focus`; and its features.
 
@@ -95,11 +95,11 @@ class PatchRenderer(Closing):
             self._cuts.add(request.time)
             self._exposure, self._darkness = Exposure(), SteadyDarkness()
         picture = cut_patches(request.picture, patches.patches)
-        faces = lift_features(picture, patches.patches, lifted)
+        faces = lift_features(picture, patches.patches, drawn, medium.lifted_share)
         features = [] if medium is Medium.POINTS else [each.features() for each in faces]
         if request.time is not None:
             features = self._darkness.follow(features)
-        bare = {each.face.track: each.amount for each in faces}
+        bare = {each.face.track: medium.lifted_share * each.amount for each in faces}
         self._exposure.apply(picture, patches.patches, request.picture, request.time, focus, bare)
         return picture, features
 

@@ -46,7 +46,7 @@ def draw_features(
     """
     ink, paper = rgb_from_text(style.ink), rgb_from_text(style.paper)
     ends = page.encoding.yuv_from_color(ink)[0], page.encoding.yuv_from_color(paper)[0]
-    inks, is_ink = plane_colors(page, ink), Medium.of(style, raster) is Medium.INK
+    inks, is_ink = plane_colors(page, ink), Medium.of(style, raster) is not Medium.TONES
     darks = [np.zeros_like(each) for each in inks] if is_ink else darkest_colors(page)
     darkest = _luma(darks[0], page)
     marks = [

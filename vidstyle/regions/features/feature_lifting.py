@@ -84,23 +84,28 @@ class LiftedFace(NamedTuple):
         return Features(self.window, weight, darkness, self.areas, self.face, self.amount)
 
 
-def lift_features(picture: Picture, patches: Sequence[Patch], amount: float) -> list[LiftedFace]:
+def lift_features(
+    picture: Picture, patches: Sequence[Patch], amount: float, share: float = 1.0
+) -> list[LiftedFace]:
     """Change the patches of a picture in place: take off features. Return the faces that had any.
 
     Args:
         picture: the picture of all patches.
         patches: the patches.
-        amount: how much of the features is lifted, 0..1.
+        amount: how much of the features is drawn later, 0..1.
+        share: how much of that is taken off, 0..1.
     """
     lifted = list[LiftedFace]()
     for patch, face in ((each, each.face) for each in patches if amount and each.face):
         window = Box(*map(round, mask_box(face.box))).intersection(patch.window)
-        if window.area and (found := _lift(picture, patch, face, window, amount)):
+        if window.area and (found := _lift(picture, patch, face, window, amount, share)):
             lifted.append(found)
     return lifted
 
 
-def _lift(picture: Picture, patch: Patch, face: Face, window: Rectangle, amount: float) -> LiftedFace | None:
+def _lift(
+    picture: Picture, patch: Patch, face: Face, window: Rectangle, amount: float, share: float
+) -> LiftedFace | None:
     """Take off the features of a face in a window; None, and no change, if it has no eyes."""
     place = window.moved(patch.place.left - patch.window.left, patch.place.top - patch.window.top)
     part = PartLuma(picture, plane_area(place, (1, 1)))
@@ -121,5 +126,5 @@ def _lift(picture: Picture, patch: Patch, face: Face, window: Rectangle, amount:
     even = np.minimum(skin, blurred(small, LIGHT_RATIO * height))
     ground, whole = (enlarged(each, luma.shape) for each in (even, areas.whole))
     # Grain stays where features were. A reduced copy does not have it.
-    part.add(np.float32(amount) * whole * (ground - (small if small.shape == luma.shape else luma)))
+    part.add(np.float32(share * amount) * whole * (ground - (small if small.shape == luma.shape else luma)))
     return LiftedFace(window, small, inner_mask(seen.box, inside), areas, height, face, amount)

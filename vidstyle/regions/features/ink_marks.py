@@ -1,4 +1,7 @@
-"""Layers over a restyled face that draw it in ink: features are solid, shade is fine hatching or dots."""
+"""Layers over a restyled face that draw it in ink: features are solid, shade is fine hatching or dots.
+
+Over dots of several inks, the style draws the face; eyes, nose and mouth get their shape from the source.
+"""
 
 from __future__ import annotations
 
@@ -23,8 +26,6 @@ how much they are, for no ink and for full ink. Eyes are always full ink."""
 MAX_BROAD_SHADE, FOLD_SHARE = 0.5, 0.65
 """Most shade of lips, beards and shadows around nose and mouth, and factor of the shade of folds beside them:
 black blots turn smiles into sneers. Tuned on 16 faces of 92 to 196 lines in woodcut, ink and comic."""
-EVEN_DOTS_WEIGHT = 0.65
-"""How far dots of several inks are evened out around eyes, nose and mouth, if these are not in the dark."""
 GLASSES_RANGE = 0.5, 0.7
 """Darkness, averaged as for hair, from which features are in the dark, such as behind glasses."""
 INK_LUMA_RANGE, COLORED_LUMA_RANGE = (0.3, 0.8), (0.05, 0.35)
@@ -33,6 +34,18 @@ the same among dots of several inks."""
 HAIR_RATIO, HAIR_RANGE = 0.06, (0.35, 0.6)
 """Standard deviation of the Gaussian of darkness, relative to the face's height; and darkness after it from
 which marks of the style stay, such as black hair."""
+EVEN_DOTS_WEIGHT, DOTS_RATIO = 0.7, 0.06
+"""How far dots of several inks are evened out around eyes, nose and mouth; and standard deviation of the
+Gaussian of the paper between them, relative to the face's height: no solid shapes are evened out."""
+SHARPENING_RATIO, SHARPENING_FACTOR = 0.05, 0.5
+"""Standard deviation of the Gaussian, relative to the face's height, and the factor by which differences of
+darkness from it are raised: the white beside an iris is in the shade of a brow."""
+LIGHT_DARKNESS_RANGE, SOLID_DARKNESS_RANGE = (0.75, 0.25), (0.58, 0.92)
+"""Darkness below which ink is removed, and is removed entirely; and from which ink is added, and is full. All
+values over dots of several inks were tuned on 10 faces of 62 to 217 lines in comic."""
+SOFT_HEIGHT_PX, MIN_SOFTNESS = 110, 0.25
+"""Height of a face up to which these ranges are whole, and their width for large ones, at least: the eyes of
+small faces have few pixels, which cannot be black or white."""
 LIGHT_INK_SHADE_WEIGHT = 0.5
 """How much darker than the paper features are between light lines: white eyes would make a negative."""
 
@@ -53,7 +66,8 @@ def ink_marks(
     luma_range = COLORED_LUMA_RANGE if raster.has_colors else INK_LUMA_RANGE
     ground = ramp((luma - np.float32(ink)) / np.float32(paper - ink or 1), luma_range)
     darkness = enlarged(each.darkness, luma.shape)
-    draw = _dark_marks if ink < paper else _light_marks
+    dark = _corrections if raster.has_colors else _dark_marks
+    draw = dark if ink < paper else _light_marks
     return draw(each, weight, darkness, ground, raster)
 
 
@@ -67,15 +81,34 @@ def _dark_marks(
     shade, solid = _shade_and_strokes(each, weight, darkness, near)
     screen = ShadeScreen(each.window, each.face.box.height, is_dotted=raster.has_dots)
     clear = (1 - ground) * (1 - hair)
-    if raster.has_colors:
-        shade = np.float32(MAX_COLORED_SHADE) * shade
-        dots = near * blurred(ground, HAIR_RATIO * each.face.box.height)
-        clear = np.maximum(clear, np.float32(EVEN_DOTS_WEIGHT) * dots)
-    else:
-        even = np.float32(EVEN_SHADE_SHARE) + np.float32(EVEN_FEATURE_SHARE - EVEN_SHADE_SHARE) * near
-        shade = _hatched(np.float32(MAX_SHADE) * shade, screen, even)
+    even = np.float32(EVEN_SHADE_SHARE) + np.float32(EVEN_FEATURE_SHARE - EVEN_SHADE_SHARE) * near
+    shade = _hatched(np.float32(MAX_SHADE) * shade, screen, even)
     weight = _hatched(weight, screen, np.float32(EVEN_SHADE_SHARE))
     return FeatureMarks(weight * clear, ground, ink=weight * np.maximum(solid, shade))
+
+
+def _corrections(
+    each: Features, weight: np.ndarray, darkness: np.ndarray, ground: np.ndarray, raster: PageRaster
+) -> FeatureMarks:
+    """Return the layers that correct eyes, nose and mouth in dark ink; `ground`: where the page is not inked.
+
+    Light parts have no more ink than lit skin has, and the darkest parts are full ink.
+    """
+    height = each.face.box.height
+    core = weight * enlarged(each.areas.core, darkness.shape)
+    mean = weighted_mean(darkness, weight, SHARPENING_RATIO * height)
+    sharp = darkness + np.float32(SHARPENING_FACTOR) * (darkness - mean)
+    softness = min(max(SOFT_HEIGHT_PX / height, MIN_SOFTNESS), 1)
+    light = ramp(sharp, _narrowed(LIGHT_DARKNESS_RANGE, softness))
+    dark = ramp(sharp, _narrowed(SOLID_DARKNESS_RANGE, softness))
+    dots = np.float32(EVEN_DOTS_WEIGHT) * blurred(ground, DOTS_RATIO * height)
+    return FeatureMarks(core * np.maximum((1 - ground) * light, dots), ground, ink=core * dark)
+
+
+def _narrowed(ends: tuple[float, float], factor: float) -> tuple[float, float]:
+    """Return a range with the same middle and another width."""
+    middle, half = (ends[0] + ends[1]) / 2, (ends[1] - ends[0]) / 2
+    return middle - factor * half, middle + factor * half
 
 
 def _light_marks(
