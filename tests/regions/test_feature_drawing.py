@@ -97,6 +97,25 @@ def test_black_hair_stays_as_the_style_draws_it() -> None:
     assert strand[middle - 20 : middle - 10].max() < 0.15 and strand[middle + 10 : middle + 16].min() > 0.8
 
 
+@pytest.mark.parametrize("has_dots", [False, True])
+def test_lines_keep_the_outline_of_a_head(has_dots: bool) -> None:
+    """Drawn with tones of the source up to its edge, a face is a pale oval. Dots would cut it."""
+    (found,) = lifted(Picture.from_array(picture_with_face()))[1]
+    is_edge = (found.weight > 0.95) & (found.areas.whole < 0.01)
+    assert is_edge.sum() > 50
+    page = np.full((480, 640, 3), 255, np.uint8)
+    page[plane_area(found.window, (1, 1))][is_edge] = 0
+    drawn = draw_features(
+        Picture.from_array(page),
+        [found._replace(darkness=np.zeros_like(found.darkness))],
+        load_style("ink"),
+        None,
+        PageRaster(is_screen=True, has_dots=has_dots),
+    )
+    luma = luma_in(drawn, found.window)[is_edge]
+    assert luma.max() < 0.05 if not has_dots else luma.min() > 0.3
+
+
 def test_scan_lines_are_softened_under_features() -> None:
     """Also in light parts of eyes and of a mouth, and in the dark; on lit skin they stay."""
     (found,) = lifted(Picture.from_array(picture_with_face()))[1]

@@ -79,6 +79,9 @@ def _dark_marks(
     near = enlarged(each.areas.whole, darkness.shape) * (1 - ramp(broad, GLASSES_RANGE))
     hair = ramp(broad, HAIR_RANGE) * (1 - near)
     shade, solid = _shade_and_strokes(each, weight, darkness, near)
+    if not (raster.has_dots or raster.has_points):
+        # Beyond features, lines draw the face: hair, profile and chin keep their outline. Dots would cut it.
+        weight = weight * enlarged(each.areas.whole, darkness.shape)
     screen = ShadeScreen(each.window, each.face.box.height, is_dotted=raster.has_dots)
     clear = (1 - ground) * (1 - hair)
     even = np.float32(EVEN_SHADE_SHARE) + np.float32(EVEN_FEATURE_SHARE - EVEN_SHADE_SHARE) * near
