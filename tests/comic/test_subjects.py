@@ -129,10 +129,10 @@ def test_a_face_that_one_frame_misses_is_followed() -> None:
     picture = photograph("astronaut")
     shifted = np.roll(picture, (-12, 20), axis=(0, 1))
     frames = [extract_features(each, 0, picture.shape[:2]) for each in (picture, picture, shifted)]
-    box, mouth = Box(180.0, 60.0, 270.0, 170.0), (224.0, 142.0)
-    one, other = (replace(each, faces=(box,), mouths={box: mouth}) for each in frames[:2])
-    ((face, at),) = follow_faces(frames[2], [one, other]).items()
-    assert (face, at) == (box.moved(20, -12), (244.0, 130.0))
+    box, marks = Box(180.0, 60.0, 270.0, 170.0), USUAL_LANDMARKS._replace(nose=(0.4, 0.6))
+    one, other = (replace(each, faces=(box,), landmarks={box: marks}) for each in frames[:2])
+    ((face, found),) = follow_faces(frames[2], [one, other]).items()
+    assert face == pytest.approx(box.moved(20, -12), abs=2) and found == marks
     assert not follow_faces(frames[2], [one, replace(other, faces=())])
     coffee = cv2.resize(photograph("coffee"), (512, 512))
     assert not follow_faces(extract_features(coffee, 0, (512, 512)), [one, other])

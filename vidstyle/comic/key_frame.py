@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
 from vidstyle.regions.boxes import Box, Point
-from vidstyle.regions.features.landmarks import USUAL_LANDMARKS
+from vidstyle.regions.features.landmarks import USUAL_LANDMARKS, Landmarks
 
 if TYPE_CHECKING:
     import numpy as np
@@ -31,7 +31,7 @@ class KeyFrame:
         offset: left and top of the picture in its frame, greater than 0 if the frame has letterbox bars.
         trimmed: empty rows at the top of the picture that are not shown; a part of `offset`.
         framing: whether the panel shows a wide view or a close-up, if key frames look alike.
-        mouths: positions of the mouths of those faces for which they are known.
+        landmarks: of those faces for which they are known.
         light: mean luma of the picture, 0..1.
         subject: box of what moves in the picture, if it is known.
     """
@@ -46,13 +46,13 @@ class KeyFrame:
     offset: tuple[int, int] = (0, 0)
     trimmed: int = 0
     framing: Framing = "usual"
-    mouths: Mapping[Box, Point] = field(default_factory=dict)
+    landmarks: Mapping[Box, Landmarks] = field(default_factory=dict)
     light: float = 0.5
     subject: Box | None = None
 
     def mouth(self, face: Box) -> Point:
         """Return the mouth of a face: its detected position, or else its usual one."""
-        return self.mouths.get(face) or USUAL_LANDMARKS.mouth(face)
+        return self.landmarks.get(face, USUAL_LANDMARKS).mouth(face)
 
     def picture(self, frame: np.ndarray) -> np.ndarray:
         """Return the picture without letterbox bars from its frame, H x W x 3."""

@@ -62,7 +62,7 @@ class Candidate(KeyFrame):
         thumbnail: the copy that is compared with other pictures, see `similarity`.
         histogram: shares of 64 colours, float32, of sum 1.
         resolution: see `measure_resolution`; infinite if it is not known.
-        eyes: contrast around the eyes of the largest face, higher with open eyes; 0 without a face.
+        eyes: how far the eyes of the largest face are open, 0..1; 0 if it is not known.
         open_mouth: how far the mouth of the largest face is open, 0..1; 0 if it is not known.
         face_detail: slope of the edges in the largest face, see `measure_detail`; None if it is not known.
         motion: see `ShotFinder.push`; 0 if only key frames were decoded.

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+from vidstyle.comic.analyze.face_search import with_followed_faces
 from vidstyle.comic.analyze.features import Candidate, Survey
 from vidstyle.comic.analyze.flaws.motion_blur import MAX_PICTURE_FLOW, limb_blur, subject_flow
 from vidstyle.comic.analyze.key_frame_source import Film
@@ -26,7 +27,7 @@ _MAX_FACE_CANDIDATES = 3
 _SIMILARITY_TOLERANCE = 0.05
 """How much more similar to another panel a better frame may be."""
 _CLARITY_WEIGHT, _MOTION_WEIGHT, _FLOW_WEIGHT, _LIMB_WEIGHT = 0.8, 0.5, 0.5, 0.6
-_ACTION_WEIGHT, _EYES_WEIGHT, _FACES_WEIGHT, _SHARP_SUBJECT_WEIGHT, _TITLE_WEIGHT = 0.5, 0.5, 0.3, 2.0, 0.5
+_ACTION_WEIGHT, _EYES_WEIGHT, _FACES_WEIGHT, _SHARP_SUBJECT_WEIGHT, _TITLE_WEIGHT = 0.5, 1.0, 0.3, 2.0, 0.5
 _MOUTH_WEIGHT = 0.6
 """Weights of the features by which frames of one shot are compared, relative to sharpness."""
 
@@ -72,7 +73,10 @@ class Refinement:
         return found
 
     def _candidates(self, each: Candidate, refined: Sequence[Candidate], number: int) -> list[Candidate]:
-        """Return the likely frames near a chosen one, the best first; large faces only if it has any."""
+        """Return the likely frames near a chosen one, the best first; large faces only if it has any.
+
+        Faces are detected in a few frames, and followed to all others: eyes blink for a few frames.
+        """
         others = [
             *refined[max(0, number - LOOKBACK_PANELS) : number],
             *refined[number + 1 :][:LOOKBACK_PANELS],
@@ -95,7 +99,18 @@ class Refinement:
         if not each.faces:
             return likely
         found = self._film.with_large_faces(likely)
-        return sorted(found, key=_score_relative_to(found), reverse=True)
+        best = max(compared := [*found, *_follow_faces(nearby, found)], key=_score_relative_to(compared))
+        return [best, *(other for other in found if other is not best)]
+
+
+def _follow_faces(nearby: Sequence[Candidate], found: Sequence[Candidate]) -> list[Candidate]:
+    """Return the frames in which no face was looked for, with the faces of the nearest one that has any."""
+    known, seen = {each.time for each in found}, [each for each in found if each.faces]
+    return [
+        with_followed_faces(each, min(seen, key=lambda other: abs(other.time - each.time)))
+        for each in nearby
+        if seen and each.time not in known
+    ]
 
 
 def _has_large_face(candidate: Candidate) -> bool:
