@@ -9,6 +9,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
+from vidstyle.comic.analyze.corners import Corners, find_corners
 from vidstyle.comic.analyze.flaws.defects import Blockiness, count_block_corners, is_smeared, is_test_picture
 from vidstyle.comic.analyze.flaws.flat_boxes import find_flat_box
 from vidstyle.comic.analyze.letterbox import content_area
@@ -79,6 +80,7 @@ class Candidate(KeyFrame):
         flat_box: the flat rectangle in it, in pixels of its small copy; None if there is none.
         titled: whether it shows a title, see `has_title`.
         key_run: the number of key frames up to it; frames of one run are predicted from each other.
+        corners: see `find_corners`; None if they are not known.
         forced: whether it was requested by its time.
         small: a small copy without letterbox bars, as long as subjects may still be detected in it.
     """
@@ -109,6 +111,7 @@ class Candidate(KeyFrame):
     flat_box: Box | None = None
     titled: bool = False
     key_run: int = 0
+    corners: Corners | None = None
     forced: bool = False
     small: np.ndarray | None = None
 
@@ -193,7 +196,7 @@ def extract_features(
 
 
 def add_saliency(candidate: Candidate) -> Candidate:
-    """Return the candidate with the resolution, salient box and blobs of its small copy, and without it.
+    """Return the candidate with resolution, corners, salient box and blobs of its small copy, and without it.
 
     A candidate without a small copy is returned unchanged.
     """
@@ -214,12 +217,14 @@ def add_saliency(candidate: Candidate) -> Candidate:
     scaled = tuple(blob.scaled(factor) for blob in blobs)
     if subject is not None:
         subject = saliency.scaled(factor)
+    luma = cv2.cvtColor(color, cv2.COLOR_RGB2GRAY)
     return replace(
         candidate,
         saliency=saliency.scaled(factor),
         blobs=scaled,
         subject=subject,
-        resolution=measure_resolution(cv2.cvtColor(color, cv2.COLOR_RGB2GRAY)),
+        resolution=measure_resolution(luma),
+        corners=find_corners(luma),
         small=None,
     )
 

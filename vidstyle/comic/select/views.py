@@ -8,10 +8,11 @@ from itertools import combinations
 import cv2
 import numpy as np
 
+from vidstyle.comic.analyze.corners import show_same_view
 from vidstyle.comic.analyze.features import Candidate
 from vidstyle.comic.analyze.moving.poses import has_other_pose
 from vidstyle.comic.analyze.similarity import DIFFERENT_SIMILARITY, similarity
-from vidstyle.comic.select.frame_scores import is_person
+from vidstyle.comic.select.frame_scores import has_figure, is_person
 from vidstyle.comic.select.likeness import MAX_SPLIT_SCENES, view_similarity
 from vidstyle.comic.select.movers import has_few_movers
 
@@ -37,7 +38,8 @@ and who has come to it: one picture alone tells no story."""
 def find_repeated_view(key_frames: Sequence[Candidate]) -> int | None:
     """Return a frame whose view another one shows, of the nearest pair in time.
 
-    It is the close-up or else the less important one; of two moments, the one in the middle of the film.
+    It is the one without a mover, the close-up, or else the less important one; of two moments, the one in the
+    middle of the film.
     Persons and a few large movers in another pose tell something new; other places of many cars only as long
     as there are few frames.
     """
@@ -45,13 +47,28 @@ def find_repeated_view(key_frames: Sequence[Candidate]) -> int | None:
     for pair in sorted(pairs, key=lambda each: key_frames[each[1]].time - key_frames[each[0]].time):
         one, other = (key_frames[each] for each in pair)
         free = [each for each in pair if not key_frames[each].forced]
-        if not free or not _is_one_view(one, other) or tells_story(len(key_frames), one, other):
+        if not free or not (_are_equal_places(one, other) or _is_surplus(len(key_frames), one, other)):
             continue
         if _shows_change(one, other):
             ends = 0, len(key_frames) - 1
             return min(free, key=lambda each: (each in ends, key_frames[each].importance))
-        return min(free, key=lambda each: (key_frames[each].framing != "near", key_frames[each].importance))
+        return min(free, key=lambda each: _worth(key_frames[each]))
     return None
+
+
+def _worth(candidate: Candidate) -> tuple[bool, bool, float]:
+    """Return how much a frame tells of its view: one with a mover more, and a close-up less."""
+    has_mover = candidate.action is not None and not candidate.action.is_gone
+    return has_mover, candidate.framing != "near", candidate.importance
+
+
+def _are_equal_places(one: Candidate, other: Candidate) -> bool:
+    """Whether two frames without a figure show the same view."""
+    return not (has_figure(one) or has_figure(other)) and show_same_view(one.corners, other.corners)
+
+
+def _is_surplus(count: int, one: Candidate, other: Candidate) -> bool:
+    return _is_one_view(one, other) and not tells_story(count, one, other)
 
 
 def tells_story(count: int, one: Candidate, other: Candidate) -> bool:
