@@ -77,6 +77,17 @@ def test_light_that_changes_from_edge_to_edge_is_no_subject() -> None:
         assert any(each.action for each in add_actions(shot, shot)) == is_subject
 
 
+def test_a_transition_shows_no_subject() -> None:
+    """Nor does the rest of its shot lack what the transition shows."""
+    mixed = ROAD.copy()
+    mixed[20:140, 60:180] = cv2.resize(CAR, (120, 120))
+    for in_transition in (False, True):
+        shown = frames_of([ROAD] * 6)
+        faded = frames_of([mixed] * 3, in_transition=in_transition)
+        found = add_actions([*shown, *faded], [*shown, *faded])
+        assert [each.action is None for each in found] == [in_transition] * 9
+
+
 def test_moments_whose_subjects_are_all_cut_off_stay() -> None:
     leaving = mover(20, cut=1.0)
     shown = frames_of([view(PLACES[each]) for each in range(3)], action=leaving, importance=0.5)

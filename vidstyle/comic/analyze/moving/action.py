@@ -55,8 +55,10 @@ def add_actions(frames: Sequence[Candidate], shot: Sequence[Candidate]) -> list[
 
     Args:
         frames: the frames to analyse.
-        shot: frames from the whole shot.
+        shot: frames from the whole shot; those that show a transition tell nothing about it.
     """
+    steady = [each for each in shot if not each.in_transition]
+    shot = steady if len(steady) >= _MIN_SHOT_FRAMES else shot
     if len(shot) < _MIN_SHOT_FRAMES:
         return list(frames)
     shown = [each.thumbnail.astype(np.float32) for each in shot[:: -(-len(shot) // _MAX_SHOT_FRAMES)]]
@@ -76,7 +78,7 @@ def add_actions(frames: Sequence[Candidate], shot: Sequence[Candidate]) -> list[
     changes = [_subject(each.thumbnail, background)[0] for each in frames]
     return [
         replace(each, action=_foreground(each, change, most))
-        if (change > 0).mean() <= _MAX_SUBJECT_SHARE
+        if (change > 0).mean() <= _MAX_SUBJECT_SHARE and not each.in_transition
         else each
         for each, change in zip(frames, changes, strict=True)
     ]
