@@ -14,7 +14,7 @@ from face_network import FACE, red_finder
 from media import photograph
 from stories import PLACES, shot, view, write_film
 
-from vidstyle.comic.analyze.face_search import add_faces, follow_faces
+from vidstyle.comic.analyze.faces.face_search import add_faces, follow_faces
 from vidstyle.comic.analyze.features import Foreground, Survey, add_saliency, extract_features
 from vidstyle.comic.analyze.film import open_film
 from vidstyle.comic.analyze.flaws.defects import is_smeared

@@ -11,8 +11,8 @@ import pytest
 from media import photograph
 from stories import RATE, write_film
 
-from vidstyle.comic.analyze.eyes import measure_open_eyes
-from vidstyle.comic.analyze.face_search import add_faces, with_followed_faces
+from vidstyle.comic.analyze.faces.eyes import measure_open_eyes
+from vidstyle.comic.analyze.faces.face_search import add_faces, with_followed_faces
 from vidstyle.comic.analyze.features import extract_features
 from vidstyle.comic.analyze.film import open_film
 from vidstyle.comic.select.key_frames import KeyFrameOptions, find_key_frames

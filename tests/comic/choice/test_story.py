@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from media import photograph
 
+from vidstyle.comic.analyze.faces.mouths import measure_open_mouth
 from vidstyle.comic.analyze.features import Candidate, extract_features
-from vidstyle.comic.analyze.mouths import measure_open_mouth
 from vidstyle.comic.analyze.moving.poses import has_other_pose
 from vidstyle.comic.select.best_path import find_best_path
 from vidstyle.comic.select.film_thirds import film_thirds

@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from vidstyle.comic.analyze.face_search import add_faces
+from vidstyle.comic.analyze.faces.face_search import add_faces
 from vidstyle.comic.analyze.features import (
     Candidate,
     Survey,

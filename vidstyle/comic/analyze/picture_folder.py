@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vidstyle.comic.analyze.face_search import add_faces
+from vidstyle.comic.analyze.faces.face_search import add_faces
 from vidstyle.comic.analyze.features import (
     MEASURED_SIDE_PX,
     Candidate,

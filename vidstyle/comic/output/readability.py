@@ -7,7 +7,7 @@ from collections.abc import Callable
 import cv2
 import numpy as np
 
-from vidstyle.comic.analyze.face_search import cut_face
+from vidstyle.comic.analyze.faces.face_search import cut_face
 from vidstyle.comic.analyze.sharpness import FULL_FACE_DETAIL_LEVELS, measure_detail
 from vidstyle.regions.boxes import Box
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from vidstyle.comic.analyze.face_search import with_followed_faces
+from vidstyle.comic.analyze.faces.face_search import with_followed_faces
 from vidstyle.comic.analyze.features import Candidate, Survey
 from vidstyle.comic.analyze.flaws.motion_blur import MAX_PICTURE_FLOW, limb_blur, subject_flow
 from vidstyle.comic.analyze.key_frame_source import Film

@@ -38,10 +38,9 @@ and who has come to it: one picture alone tells no story."""
 def find_repeated_view(key_frames: Sequence[Candidate]) -> int | None:
     """Return a frame whose view another one shows, of the nearest pair in time.
 
-    It is the one without a mover, the close-up, or else the less important one; of two moments, the one in the
-    middle of the film.
-    Persons and a few large movers in another pose tell something new; other places of many cars only as long
-    as there are few frames.
+    It is the one without a mover, the close-up, or else the less important one; of two moments, the one in
+    the middle of the film. Persons and a few large movers in another pose tell something new; other places of
+    many cars only as long as there are few frames.
     """
     pairs = combinations(range(len(key_frames)), 2)
     for pair in sorted(pairs, key=lambda each: key_frames[each[1]].time - key_frames[each[0]].time):

@@ -8,9 +8,9 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from vidstyle.comic.analyze.eyes import measure_open_eyes
+from vidstyle.comic.analyze.faces.eyes import measure_open_eyes
+from vidstyle.comic.analyze.faces.mouths import measure_open_mouth
 from vidstyle.comic.analyze.features import Candidate
-from vidstyle.comic.analyze.mouths import measure_open_mouth
 from vidstyle.comic.analyze.sharpness import measure_detail
 from vidstyle.regions.boxes import Box
 from vidstyle.regions.faces import (

@@ -1,0 +1,1 @@
+"""Faces of candidate key frames: where they are, and whether eyes and mouths are open."""
