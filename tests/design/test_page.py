@@ -135,9 +135,32 @@ def test_the_result_is_compared_with_the_style_as_opened(page: Page) -> None:
     });"""
     opened, result = browser.run(saturation)
     assert opened < 20 < result, "as opened left of the divider, the result right of it"
+    number = "document.getElementById('place').value"
+    for _ in range(2):
+        before = browser.run(f"return {number}")
+        browser.click("#play")
+        browser.until(f"{number} !== {before!r} && {tag} === 'Original'")
+        browser.click("#play")
+        browser.until(f"{tag} === 'As opened'")
     browser.run(f"{against}.value = 'source'; {against}.dispatchEvent(new Event('change'))")
     browser.until(f"{tag} === 'Original'")
     assert browser.run(saturation)[0] > 20
+
+
+def test_the_first_step_comes_to_the_row_of_its_kind_and_a_dragged_step_is_named(page: Page) -> None:
+    browser = page.browser
+    page.begin()
+    browser.click("#tabs [value=style]")
+    browser.click(".first button")
+    browser.until("document.activeElement.id === 'search'")
+    browser.type("ink lines")
+    browser.press("Enter")
+    page.shows("Ink lines")
+    assert (page.steps("base"), page.steps("lines")) == ([], ["flow_xdog"])
+    lines = f"#{browser.run(f'return document.querySelector({CHOSEN!r}).id')}"
+    page.add("[data-layer=background]", "posterize", "Posterize")
+    browser.drag(*(browser.still(each)[:2] for each in (lines, ".gap[data-layer=base]")))
+    page.told("Ink lines moved to Prepare, position 1 of 1")
 
 
 def test_another_style_is_shown_from_the_top_of_its_panel(page: Page) -> None:

@@ -85,7 +85,7 @@ def test_looks_are_found_by_the_words_of_laypeople_best_first(sheet: str, browse
     assert kinds == ["All", *KINDS.values()], "the order of the front page"
     assert browser.run(FIND, text="mosaic") == ["Mosaic"]
     browser.press("Enter", "s", "Escape")
-    assert browser.run("return document.querySelector('[aria-label=\"Star mosaic\"]').ariaPressed") == "true"
+    assert browser.run("return document.querySelector('[aria-label=\"Star Mosaic\"]').ariaPressed") == "true"
 
 
 def test_a_search_forgives_errors_endings_order_and_words_that_say_nothing(

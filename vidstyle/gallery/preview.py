@@ -42,9 +42,9 @@ _PREVIEW_SUFFIXES = (".html", ".png", ".jpg")
 _FIGURE_TEMPLATE = Template("""\
 <figure data-command="$command" data-kinds="$kinds" data-aliases="$aliases"
  data-words="$words">
-<button type="button" aria-label="Enlarge $name"><img src="$picture" alt="$name" width="$width"
+<button type="button" aria-label="Enlarge"><img src="$picture" alt="$name" width="$width"
  height="$height"></button>
-<button type="button" class="star plain" aria-pressed="false" aria-label="Star $name"
+<button type="button" class="star plain" aria-pressed="false" aria-label="Star"
  title="Star (S)"></button>
 <figcaption><strong>$name</strong> <span class="about">$about</span>
 <span class="note" hidden>$note</span></figcaption>

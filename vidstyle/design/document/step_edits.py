@@ -31,10 +31,17 @@ from vidstyle.web.messages import AnyValue, TextOrEmpty, text_between
 
 StepsText = Annotated[str, text_between(1, MAX_FILE)]
 
+CATEGORY_LAYERS = {"lines": "lines", "smooth": "base", "size": "base", "parts": "base"}
+"""The layers of blocks by category; those of other categories are for the background."""
 
-def add(content: Content, new: NewNumber, layer: str, index: int, block: TextOrEmpty) -> EditResult:
-    """Add a step with default values; an empty `block` adds a step that restarts from the source."""
-    find_block(block)
+
+def add(content: Content, new: NewNumber, layer: TextOrEmpty, index: int, block: TextOrEmpty) -> EditResult:
+    """Add a step with default values; an empty `block` adds a step that restarts from the source.
+
+    `layer`: an empty one stands for the layer of blocks of this category.
+    """
+    found = find_block(block)
+    layer = layer or CATEGORY_LAYERS.get(found.category if found else "", "background")
     step = PlacedStep(new(), {"block": block} if block else {"from": SOURCE})
     return EditResult(_insert(content, layer, index, step), f"Add {label_of(step)}", step.number)
 

@@ -267,9 +267,10 @@ class DesignConnection(DesignView):
         await self.send_picture(PictureType.EXACT, number, session.revision, encode(picture, "png"))
 
     @message(in_background=True)
-    async def opened(self, side: PreviewSide) -> None:
-        """Send the current frame in the style as opened, of at most `side`."""
-        number, session, clip = self.frames.shown.number, self.session, self.designer.clip
+    async def opened(self, number: int, side: PreviewSide) -> None:
+        """Send a frame in the style as opened, of at most `side`."""
+        session, clip = self.session, self.designer.clip
+        number = min(number, clip.count - 1)
         style = self.designer.opened.opened_style
         picture = await session.picture(session.restyler.render_exactly, style, clip, number, side)
         await self.send_picture(PictureType.OPENED, number, session.revision, encode(picture, "jpeg"))

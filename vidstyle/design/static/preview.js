@@ -50,6 +50,8 @@ export class Preview {
   #faces = null;
   /** What the result is compared with. @type {"source" | "opened"} */
   against = "source";
+  /** The number of the frame in `source`: after a pause, the player may lack the last ones. */
+  #sourceNumber = 0;
   /** The frame that is shown, or asked for, in the style as opened. @type {number | null} */
   #openedNumber = null;
   #result = make("canvas");
@@ -161,10 +163,10 @@ export class Preview {
 
   /** Asks for the current frame in the style as opened, if it is compared and stands still. */
   #askOpened() {
-    const { number, playing } = this.player;
-    if (this.against !== "opened" || playing || this.#openedNumber === number || this.view.mode === "result") return;
+    const number = this.#sourceNumber;
+    if (this.against !== "opened" || this.player.playing || !this.source || this.#openedNumber === number || this.view.mode === "result") return;
     this.#openedNumber = number;
-    this.session.ask("opened", { side: this.#finalSide });
+    this.session.ask("opened", { number, side: this.#finalSide });
   }
 
   #dropOpened() {
@@ -263,6 +265,7 @@ export class Preview {
     if (type === PACKET.source) {
       if (number !== this.#openedNumber) this.#dropOpened();
       this.source?.close();
+      this.#sourceNumber = number;
       this.source = picture;
       this.view.source = { picture, size: [picture.width, picture.height] };
       this.#showSource();
@@ -286,7 +289,7 @@ export class Preview {
     const { width, height } = this.source;
     resize(this.#result, [width, height]);
     if (!this.restyler.draw(purpose, this.source, time, this.#result)) return;
-    if (!this.player.playing && this.#faces?.number === this.player.number)
+    if (!this.player.playing && this.#faces?.number === this.#sourceNumber)
       /** @type {CanvasRenderingContext2D} */ (this.#result.getContext("2d")).drawImage(this.#faces.picture, 0, 0, width, height);
     this.#show(this.#result, this.restyler.revisions.get(purpose) ?? 0);
   }

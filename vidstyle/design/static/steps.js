@@ -50,19 +50,21 @@ export class Steps {
 
   /**
    * Lets the user choose a block and adds it at a position.
-   * @param {Layer} layer @param {number} index @param {DOMRect | null} near
+   * @param {Layer | null} layer null: the one of its kind @param {number} index @param {DOMRect | null} near
    */
   add(layer, index, near) {
-    this.palette.onpaste = () => this.onpaste(layer, index);
-    this.palette.open(`${LAYER_NAMES[layer]}, ${this.#placeText(layer, index)}`, near, async (block) => {
+    this.palette.onpaste = () => this.onpaste(layer ?? "base", index);
+    this.palette.open(layer ? `${LAYER_NAMES[layer]}, ${this.#placeText(layer, index)}` : "the style, in the row of its kind", near, async (block) => {
       const known = new Set(stepsOf(/** @type {import("./types.js").State} */ (this.session.state)).map(({ step }) => step));
-      const answer = await this.session.edit("add", { layer, index, block });
+      const answer = await this.session.edit("add", { layer: layer ?? "", index, block });
       const { state } = this.session;
       if (!answer || !state) return;
       const added = answer.step ?? stepsOf(state).find(({ step }) => !known.has(step))?.step;
-      if (added !== undefined) this.select(added);
+      const place = added === undefined ? null : placeOf(state, added);
+      if (added === undefined || !place) return;
+      this.select(added);
       const name = this.step ? nameOf(this.step) : title(block);
-      this.say(`${name} added to ${LAYER_NAMES[layer]}, position ${index + 1} of ${state.layers[layer].length}.`, false, false);
+      this.say(`${name} added to ${LAYER_NAMES[place.layer]}, position ${place.index + 1} of ${state.layers[place.layer].length}.`, false, false);
     });
   }
 
@@ -89,19 +91,20 @@ export class Steps {
     return place && { layer: place.layer, index: place.index + 1 };
   }
 
-  /** Adds a step after the selected card. @param {DOMRect | null} near */
+  /** Adds a step after the selected card; after the source of an empty style, to the layer of its kind. @param {DOMRect | null} near */
   addAfter(near) {
-    const place = this.placeAfter;
+    const place = this.placeAfter, { selected } = this;
+    const isFirst = place && (selected === "source" || selected === null) && !stepsOf(/** @type {import("./types.js").State} */ (this.session.state)).length;
+    if (isFirst) return this.add(null, 0, near);
     if (place) this.add(place.layer, place.index, near);
   }
 
   /** @param {number} step @param {Layer} layer @param {number} index */
   async move(step, layer, index) {
-    const name = this.step ? nameOf(this.step) : "Step";
     if (!(await this.session.edit("move", { step, layer, index }))) return;
     this.select(step);
     const { state } = this.session;
-    if (state) this.say(`${name} moved to ${LAYER_NAMES[layer]}, position ${index + 1} of ${state.layers[layer].length}.`, false, false);
+    if (state && this.step) this.say(`${nameOf(this.step)} moved to ${LAYER_NAMES[layer]}, position ${index + 1} of ${state.layers[layer].length}.`, false, false);
   }
 
   /** Runs a command after those before it. @param {() => unknown} run */

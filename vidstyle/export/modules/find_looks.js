@@ -217,4 +217,7 @@ export function describeSearch(looks, text, isEmpty, choose) {
 }
 
 // A phone has no key for the search.
-if (matchMedia("(max-width: 44rem), (hover: none)").matches) document.getElementById("find-look")?.setAttribute("placeholder", "Find a look");
+const phone = matchMedia("(max-width: 44rem), (hover: none)");
+const nameKey = () => document.getElementById("find-look")?.setAttribute("placeholder", phone.matches ? "Find a look" : "Find a look ( / )");
+phone.addEventListener("change", nameKey);
+nameKey();

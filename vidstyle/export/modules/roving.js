@@ -11,7 +11,9 @@ export function rove(group, selector) {
   const mark = (chosen = members()[0]) => {
     for (const each of /** @type {NodeListOf<HTMLElement>} */ (group.querySelectorAll(selector))) each.tabIndex = each === chosen ? 0 : -1;
   };
-  group.addEventListener("focusin", ({ target }) => mark(/** @type {HTMLElement} */ (target)));
+  group.addEventListener("focusin", ({ target }) => {
+    if (/** @type {HTMLElement} */ (target).matches(selector)) mark(/** @type {HTMLElement} */ (target));
+  });
   group.addEventListener("keydown", (event) => {
     const next = neighbour(members(), /** @type {HTMLElement} */ (event.target), event.key);
     if (!next) return;

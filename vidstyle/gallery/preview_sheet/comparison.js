@@ -5,7 +5,7 @@ import { get, icon, make, press } from "./elements.js";
 import { switchOriginal } from "./original_button.js";
 
 /** The most looks that are compared at once. */
-export const MAX_COMPARED = 4;
+export const MAX_COMPARED = 6;
 /** Height of what is below a picture, in CSS pixels; the distance between pictures; the narrowest picture. */
 const [TEXT_PX, GAP_PX, MIN_WIDTH_PX] = [120, 16, 240];
 
@@ -74,7 +74,7 @@ export class Comparison {
     press(get("compared-original"), on);
     for (const { look, image, tag } of this.#panes) {
       image.src = on ? this.original.picture : look.picture;
-      tag.textContent = on ? this.original.name : look.name;
+      tag.textContent = on ? `${look.name}: original` : look.name;
     }
   }
 

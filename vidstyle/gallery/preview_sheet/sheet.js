@@ -106,7 +106,8 @@ async function copy() {
 
 /** Saves the picture of a style. @param {number} number */
 function savePicture(number) {
-  saveAs(pictureOf(number).src, `${number ? pictureOf(number).alt : "original"}.jpg`);
+  const photograph = String(document.querySelector("h1 span")?.textContent).replace(/\.[^.]*$/, "");
+  saveAs(pictureOf(number).src, `${photograph}-${number ? pictureOf(number).alt : "original"}.jpg`);
 }
 
 /** Saves the picture of the enlarged style. */
@@ -146,9 +147,8 @@ const listedParts = () => [...sheet.querySelectorAll(":scope > :is(figure:not([h
 /** Arranges the thumbnails in columns. */
 function even() {
   const { naturalWidth: width, naturalHeight: height } = pictureOf(0);
-  const seen = seenFigures();
   document.documentElement.style.setProperty("--aspect", String(width / height || 1));
-  sheet.style.setProperty("--columns", String(columnsFor(sheet.clientWidth, width / height, seen.length, figures.length)));
+  sheet.style.setProperty("--columns", String(columnsFor(sheet.clientWidth, width / height, figures.length)));
 }
 
 /** @param {string} name */
@@ -174,7 +174,7 @@ function countStars() {
   for (const [id, least] of Object.entries({ starred: 1, "compare-starred": 2, "copy-starred": 1 }))
     /** @type {HTMLButtonElement} */ (get(id)).disabled = count < least;
   get("starred").textContent = `Starred: ${count}`;
-  get("compare-starred").textContent = count < 2 ? "Compare" : `Compare ${Math.min(count, MAX_COMPARED)}`;
+  get("compare-starred").textContent = count < 2 ? "Compare" : count <= MAX_COMPARED ? `Compare ${count}` : `Compare last ${MAX_COMPARED}`;
   get("intro").textContent = count <= MAX_COMPARED ? INTRO : `Compare: ${listed(comparedLooks().map(({ name }) => name))}`;
   if (!count) onlyStarred = false;
   press(get("starred"), onlyStarred);
@@ -256,6 +256,7 @@ const KEYS = {
 
 for (const [number, figure] of figures.entries()) {
   figure.querySelector("button")?.addEventListener("click", () => show(number));
+  for (const button of figure.querySelectorAll("button")) button.ariaLabel = `${button.ariaLabel} ${nameOf(number)}`;
   figure.querySelector("strong")?.replaceChildren(nameOf(number));
   figure.querySelector(".about")?.replaceChildren(summaryOf(abouts[number]));
 }
